@@ -1,0 +1,136 @@
+"""Rotations and rigid poses.
+
+Conventions: quaternions are wxyz with unit norm; `T_a_b` maps coordinates of frame b to frame a;
+angular velocities are in the world frame.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+
+IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
+
+
+def normalized(q: Float64[np.ndarray, "*b 4"]) -> Float64[np.ndarray, "*b 4"]:
+    """The unit quaternion along `q`."""
+    return q / np.linalg.norm(q, axis=-1, keepdims=True)
+
+
+def multiply(
+    a: Float64[np.ndarray, "*b 4"], b: Float64[np.ndarray, "*b 4"]
+) -> Float64[np.ndarray, "*b 4"]:
+    """Hamilton product a b: the rotation b followed by the rotation a."""
+    aw, ax, ay, az = np.moveaxis(np.asarray(a), -1, 0)
+    bw, bx, by, bz = np.moveaxis(np.asarray(b), -1, 0)
+    return np.stack(
+        [
+            aw * bw - ax * bx - ay * by - az * bz,
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+        ],
+        axis=-1,
+    )
+
+
+def conjugate(q: Float64[np.ndarray, "*b 4"]) -> Float64[np.ndarray, "*b 4"]:
+    """The inverse rotation of a unit quaternion."""
+    return np.asarray(q) * np.array([1.0, -1.0, -1.0, -1.0])
+
+
+def rotate(
+    q: Float64[np.ndarray, "*b 4"], v: Float64[np.ndarray, "*b 3"]
+) -> Float64[np.ndarray, "*b 3"]:
+    """R(q) v."""
+    q = np.asarray(q)
+    t = 2.0 * np.cross(q[..., 1:], v)
+    return v + q[..., :1] * t + np.cross(q[..., 1:], t)
+
+
+def matrix(q: Float64[np.ndarray, "*b 4"]) -> Float64[np.ndarray, "*b 3 3"]:
+    """Rotation matrix of a unit quaternion."""
+    q = np.asarray(q)
+    return np.stack([rotate(q, np.broadcast_to(e, (*q.shape[:-1], 3))) for e in np.eye(3)], axis=-1)
+
+
+def from_matrix(R: Float64[np.ndarray, "3 3"]) -> Float64[np.ndarray, "4"]:
+    """Unit quaternion of a rotation matrix, with w >= 0 (Shepperd's method)."""
+    diagonal = np.array([np.trace(R), R[0, 0], R[1, 1], R[2, 2]])
+    q = np.empty(4)
+    k = int(np.argmax(diagonal))
+    if k == 0:
+        q[0] = 1.0 + diagonal[0]
+        q[1:] = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
+    else:
+        i, j, m = k - 1, k % 3, (k + 1) % 3
+        q[1 + i] = 1.0 + R[i, i] - R[j, j] - R[m, m]
+        q[1 + j] = R[i, j] + R[j, i]
+        q[1 + m] = R[i, m] + R[m, i]
+        q[0] = R[m, j] - R[j, m]
+    q = normalized(q)
+    return q if q[0] >= 0.0 else -q
+
+
+def exponential(rotation_vector: Float64[np.ndarray, "*b 3"]) -> Float64[np.ndarray, "*b 4"]:
+    """Unit quaternion of a rotation vector [rad]."""
+    v = np.asarray(rotation_vector, dtype=np.float64)
+    angle = np.linalg.norm(v, axis=-1, keepdims=True)
+    return np.concatenate([np.cos(angle / 2.0), 0.5 * np.sinc(angle / (2.0 * np.pi)) * v], axis=-1)
+
+
+def logarithm(q: Float64[np.ndarray, "*b 4"]) -> Float64[np.ndarray, "*b 3"]:
+    """Rotation vector [rad] of a unit quaternion, of length at most pi."""
+    q = np.asarray(q)
+    q = np.where(q[..., :1] < 0.0, -q, q)
+    sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
+    angle = 2.0 * np.arctan2(sine, q[..., :1])
+    scale = np.where(sine > 1e-12, angle / np.maximum(sine, 1e-12), 2.0)
+    return scale * q[..., 1:]
+
+
+def between(
+    a: Float64[np.ndarray, "*b 3"], b: Float64[np.ndarray, "*b 3"]
+) -> Float64[np.ndarray, "*b 4"]:
+    """The smallest rotation that turns unit vector `a` into unit vector `b`.
+
+    For opposite vectors the axis is any one perpendicular to `a`.
+    """
+    a, b = np.broadcast_arrays(np.asarray(a, float), np.asarray(b, float))
+    w = 1.0 + np.sum(a * b, axis=-1, keepdims=True)
+    q = np.concatenate([w, np.cross(a, b)], axis=-1)
+    least = np.eye(3)[np.argmin(np.abs(a), axis=-1)]
+    opposite = np.concatenate([np.zeros_like(w), np.cross(a, least)], axis=-1)
+    return normalized(np.where(w > 1e-9, q, opposite))
+
+
+def slerp(
+    a: Float64[np.ndarray, "4"], b: Float64[np.ndarray, "4"], t: float
+) -> Float64[np.ndarray, "4"]:
+    """The rotation a fraction `t` of the shortest way from `a` to `b`."""
+    return multiply(a, exponential(t * logarithm(multiply(conjugate(a), b))))
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A frame in another one: x_outer = R(orientation) x_inner + position."""
+
+    position: Float64[np.ndarray, "3"]
+    """Origin of the inner frame [m]."""
+    orientation: Float64[np.ndarray, "4"]
+    """Unit quaternion wxyz."""
+
+    def __matmul__(self, other: Pose) -> Pose:
+        """T_a_b @ T_b_c = T_a_c."""
+        return Pose(self.apply(other.position), multiply(self.orientation, other.orientation))
+
+    def apply(self, points: Float64[np.ndarray, "*b 3"]) -> Float64[np.ndarray, "*b 3"]:
+        """Points of the inner frame in the outer one [m]."""
+        return rotate(self.orientation, np.asarray(points, float)) + self.position
+
+    def inverse(self) -> Pose:
+        """T_b_a of T_a_b."""
+        back = conjugate(self.orientation)
+        return Pose(-rotate(back, self.position), back)

@@ -1,1 +1,1 @@
-"""What two processes must agree on: messages, topics, the service contract, geometry and the rod."""
+"""What two processes must agree on: messages, topics, the service contract, geometry, the rod."""

@@ -1,9 +1,9 @@
 """Obstacles as signed distances.
 
 Signs: the distance is negative inside; normals point outwards. Cylinders and capsules stand along
-the local z axis and are centred at their position; a capsule's `height` is the distance between the
-centres of its two caps; `size` of a box holds its full extents; a half space is the side of the plane through `position` towards
-which `normal` (in the local frame) does not point.
+the local z axis and are centred at their position; a capsule's `height` is the distance between
+the centres of its two caps; `size` of a box holds its full extents; a half space is the side of
+the plane through `position` towards which `normal` (in the local frame) does not point.
 """
 
 from __future__ import annotations

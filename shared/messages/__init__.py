@@ -1,0 +1,174 @@
+"""The messages of the bus; field by field in the `.proto` files beside this one.
+
+Stamps are integer nanoseconds, quantities are SI, quaternions wxyz, chains of points flat.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from google.protobuf.message import Message
+from google.protobuf.timestamp_pb2 import Timestamp
+from jaxtyping import Float64
+
+from shared.geometry import obstacles as geometry
+from shared.geometry.poses import Pose
+from shared.messages.arm_pb2 import ArmCommand, ArmSetpoints, ArmState, ArmStates, Setpoints
+from shared.messages.control_pb2 import Parameter, Parameters, Path, Plan, RunResult
+from shared.messages.rope_pb2 import NodeChain
+from shared.messages.scene_pb2 import Obstacle, Scene, SceneRequest
+from shared.messages.system_pb2 import (
+    Health,
+    ProcessState,
+    RecordState,
+    StackState,
+    Trace,
+    TraceInput,
+)
+from shared.messages.task_pb2 import (
+    FAILED,
+    IDLE,
+    PAUSED,
+    REACHED,
+    RUNNING,
+    Goal,
+    GoalDraft,
+    GoalPreview,
+    Grip,
+    RunState,
+    TaskRequest,
+    TaskState,
+)
+
+__all__ = [
+    "FAILED",
+    "IDLE",
+    "PAUSED",
+    "REACHED",
+    "RUNNING",
+    "ArmCommand",
+    "ArmSetpoints",
+    "ArmState",
+    "ArmStates",
+    "Goal",
+    "GoalDraft",
+    "GoalPreview",
+    "Grip",
+    "Health",
+    "Message",
+    "NodeChain",
+    "Obstacle",
+    "Parameter",
+    "Parameters",
+    "Path",
+    "Plan",
+    "ProcessState",
+    "RecordState",
+    "RunResult",
+    "RunState",
+    "Scene",
+    "SceneRequest",
+    "Setpoints",
+    "StackState",
+    "TaskRequest",
+    "TaskState",
+    "Trace",
+    "TraceInput",
+    "arm_pose",
+    "chain",
+    "from_timestamp",
+    "grip",
+    "grip_pose",
+    "obstacle_message",
+    "scene_obstacles",
+    "stamp_of",
+    "timestamp",
+]
+
+
+def chain(flat: object) -> Float64[np.ndarray, "n 3"]:
+    """Points of a flat message field."""
+    return np.asarray(flat, dtype=np.float64).reshape(-1, 3)
+
+
+def grip(pose: Pose) -> Grip:
+    """The message of a gripper pose."""
+    return Grip(position=pose.position, orientation=pose.orientation)
+
+
+def grip_pose(message: Grip) -> Pose:
+    """The gripper pose of a message."""
+    return Pose(np.array(message.position), np.array(message.orientation))
+
+
+def arm_pose(states: ArmStates, arm: str) -> Pose:
+    """Where an arm's grip is.
+
+    Raises:
+        KeyError: The cell has no such arm.
+    """
+    for state in states.arms:
+        if state.arm == arm:
+            return Pose(np.array(state.position), np.array(state.orientation))
+    raise KeyError(f"no arm {arm!r} in {[s.arm for s in states.arms]}")
+
+
+def obstacle_message(obstacle: geometry.Obstacle) -> Obstacle:
+    """The message of an obstacle."""
+    return Obstacle(
+        **{field: getattr(obstacle, field) for field in Obstacle.DESCRIPTOR.fields_by_name}
+    )
+
+
+def scene_obstacles(scene: Scene) -> tuple[geometry.Obstacle, ...]:
+    """The obstacles of a scene.
+
+    Raises:
+        ValueError: A shape is unknown or a vector has the wrong length.
+    """
+    return tuple(_obstacle(message) for message in scene.obstacles)
+
+
+def _obstacle(message: Obstacle) -> geometry.Obstacle:
+    if message.shape not in geometry.SHAPES:
+        raise ValueError(
+            f"obstacle {message.name!r} has shape {message.shape!r}; use one of {geometry.SHAPES}"
+        )
+    lengths = {"position": 3, "orientation": 4, "size": 3, "normal": 3}
+    values = {}
+    for field, count in lengths.items():
+        value = tuple(getattr(message, field))
+        if value and len(value) != count:
+            raise ValueError(
+                f"obstacle {message.name!r} has {field}={value}; it takes {count} numbers"
+            )
+        if value:
+            values[field] = value
+    if "position" not in values:
+        raise ValueError(f"obstacle {message.name!r} has no position; it takes 3 numbers [m]")
+    return geometry.Obstacle(
+        shape=message.shape,
+        radius=message.radius,
+        height=message.height,
+        support=message.support,
+        name=message.name,
+        **values,
+    )
+
+
+def timestamp(stamp: int) -> Timestamp:
+    """The well-known type of a stamp [ns], for Foxglove's schemas."""
+    return Timestamp(seconds=stamp // 1_000_000_000, nanos=stamp % 1_000_000_000)
+
+
+def from_timestamp(value: Timestamp) -> int:
+    """The stamp [ns] of the well-known type."""
+    return value.seconds * 1_000_000_000 + value.nanos
+
+
+def stamp_of(message: Message) -> int:
+    """When the message's content was true [ns]; 0 where it does not say."""
+    if hasattr(message, "stamp"):
+        return message.stamp
+    if hasattr(message, "timestamp"):
+        return from_timestamp(message.timestamp)
+    return 0

@@ -1,0 +1,116 @@
+"""Reads frozen dataclasses from TOML tables, strictly.
+
+Every error names the key, the value and the way out. A number's bounds stand in its annotation:
+`length: Annotated[float, Within(0.01, 100.0, "m")]`.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import types
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, fields, is_dataclass
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+
+T = TypeVar("T")
+
+
+class ConfigurationError(ValueError):
+    """Bad input, in one line for the person who wrote it."""
+
+
+@dataclass(frozen=True)
+class Within:
+    """Bounds of a number, both allowed."""
+
+    low: float
+    high: float
+    unit: str = ""
+
+
+def read(kind: type[T], table: Mapping[str, Any], path: str = "") -> T:
+    """An instance of the dataclass `kind` from a TOML table.
+
+    Args:
+        path: Dotted key of the table itself, for messages.
+
+    Raises:
+        ConfigurationError: A key is unknown or missing, or a value has the wrong type or size.
+    """
+    hints = get_type_hints(kind, include_extras=True)
+    known = {f.name: f for f in fields(kind)}  # pyright: ignore[reportArgumentType]
+    for key in table:
+        if key not in known:
+            raise ConfigurationError(_unknown(key, list(known), path))
+    values = {}
+    for name, item in known.items():
+        key = f"{path}.{name}" if path else name
+        if name in table:
+            values[name] = _value(hints[name], table[name], key)
+        elif item.default is MISSING and item.default_factory is MISSING:
+            raise ConfigurationError(f"{key} is missing; it has no default")
+    try:
+        return kind(**values)
+    except ConfigurationError:
+        raise
+    except ValueError as error:
+        raise ConfigurationError(f"[{path}] {error}" if path else str(error)) from error
+
+
+def _unknown(key: str, known: list[str], path: str) -> str:
+    close = difflib.get_close_matches(key, known, n=1)
+    way_out = f"did you mean {close[0]!r}?" if close else f"known keys: {', '.join(known)}"
+    return f"unknown key {key!r} in [{path or 'top level'}]; {way_out}"
+
+
+def _value(hint: Any, value: Any, key: str) -> Any:
+    bounds = None
+    if get_origin(hint) is Annotated:
+        hint, bounds = get_args(hint)[:2]
+    origin = get_origin(hint)
+    if origin in (Union, types.UnionType):
+        (hint,) = [a for a in get_args(hint) if a is not type(None)]
+        return _value(Annotated[hint, bounds] if bounds else hint, value, key)
+    if is_dataclass(hint):
+        if not isinstance(value, Mapping):
+            raise ConfigurationError(f"{key} must be a table, got {value!r}; write [{key}]")
+        return read(hint, value, key)  # pyright: ignore[reportArgumentType]
+    if origin is Literal:
+        if value not in get_args(hint):
+            options = ", ".join(repr(a) for a in get_args(hint))
+            raise ConfigurationError(f"{key} = {value!r} is not one of {options}")
+        return value
+    if origin is tuple:
+        return _tuple(get_args(hint), bounds, value, key)
+    return _scalar(hint, bounds, value, key)
+
+
+def _tuple(items: tuple[Any, ...], bounds: Within | None, value: Any, key: str) -> Any:
+    if not isinstance(value, list):
+        raise ConfigurationError(f"{key} must be a list, got {value!r}")
+    if len(items) == 2 and items[1] is Ellipsis:
+        items = (items[0],) * len(value)
+    if len(items) != len(value):
+        raise ConfigurationError(f"{key} takes {len(items)} values, got {len(value)}: {value!r}")
+    hints = [Annotated[i, bounds] if bounds else i for i in items]
+    return tuple(
+        _value(h, v, f"{key}[{k}]") for k, (h, v) in enumerate(zip(hints, value, strict=True))
+    )
+
+
+def _scalar(hint: Any, bounds: Within | None, value: Any, key: str) -> Any:
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if hint is float and number:
+        value = float(value)
+    if not isinstance(value, hint) or (hint is int and isinstance(value, bool)):
+        raise ConfigurationError(f"{key} = {value!r} must be a {hint.__name__}")
+    if number and not math.isfinite(value):
+        raise ConfigurationError(f"{key} = {value} must be finite")
+    if bounds and not bounds.low <= value <= bounds.high:
+        unit = f" {bounds.unit}" if bounds.unit else ""
+        raise ConfigurationError(
+            f"{key} = {value}{unit} is out of bounds; "
+            f"give a value between {bounds.low:g} and {bounds.high:g}{unit}"
+        )
+    return value

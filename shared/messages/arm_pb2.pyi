@@ -1,0 +1,140 @@
+from google.protobuf.internal import containers as _containers
+from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
+from google.protobuf import descriptor as _descriptor
+from google.protobuf import message as _message
+from collections.abc import Iterable as _Iterable, Mapping as _Mapping
+from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
+
+DESCRIPTOR: _descriptor.FileDescriptor
+
+class ArmSetpoints(_message.Message):
+    __slots__ = ("arm", "positions", "orientations")
+    ARM_FIELD_NUMBER: _ClassVar[int]
+    POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    ORIENTATIONS_FIELD_NUMBER: _ClassVar[int]
+    arm: str
+    positions: _containers.RepeatedScalarFieldContainer[float]
+    orientations: _containers.RepeatedScalarFieldContainer[float]
+    def __init__(self, arm: _Optional[str] = ..., positions: _Optional[_Iterable[float]] = ..., orientations: _Optional[_Iterable[float]] = ...) -> None: ...
+
+class Setpoints(_message.Message):
+    __slots__ = ("stamp", "session", "sequence", "t0", "dt", "arms", "image_stamp", "hold", "reason")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    SESSION_FIELD_NUMBER: _ClassVar[int]
+    SEQUENCE_FIELD_NUMBER: _ClassVar[int]
+    T0_FIELD_NUMBER: _ClassVar[int]
+    DT_FIELD_NUMBER: _ClassVar[int]
+    ARMS_FIELD_NUMBER: _ClassVar[int]
+    IMAGE_STAMP_FIELD_NUMBER: _ClassVar[int]
+    HOLD_FIELD_NUMBER: _ClassVar[int]
+    REASON_FIELD_NUMBER: _ClassVar[int]
+    stamp: int
+    session: str
+    sequence: int
+    t0: int
+    dt: int
+    arms: _containers.RepeatedCompositeFieldContainer[ArmSetpoints]
+    image_stamp: int
+    hold: bool
+    reason: str
+    def __init__(self, stamp: _Optional[int] = ..., session: _Optional[str] = ..., sequence: _Optional[int] = ..., t0: _Optional[int] = ..., dt: _Optional[int] = ..., arms: _Optional[_Iterable[_Union[ArmSetpoints, _Mapping]]] = ..., image_stamp: _Optional[int] = ..., hold: _Optional[bool] = ..., reason: _Optional[str] = ...) -> None: ...
+
+class ArmState(_message.Message):
+    __slots__ = ("arm", "driver", "position", "orientation", "linear_velocity", "angular_velocity", "joints", "gripper_closed", "alarms", "tracking_error", "link_age")
+    ARM_FIELD_NUMBER: _ClassVar[int]
+    DRIVER_FIELD_NUMBER: _ClassVar[int]
+    POSITION_FIELD_NUMBER: _ClassVar[int]
+    ORIENTATION_FIELD_NUMBER: _ClassVar[int]
+    LINEAR_VELOCITY_FIELD_NUMBER: _ClassVar[int]
+    ANGULAR_VELOCITY_FIELD_NUMBER: _ClassVar[int]
+    JOINTS_FIELD_NUMBER: _ClassVar[int]
+    GRIPPER_CLOSED_FIELD_NUMBER: _ClassVar[int]
+    ALARMS_FIELD_NUMBER: _ClassVar[int]
+    TRACKING_ERROR_FIELD_NUMBER: _ClassVar[int]
+    LINK_AGE_FIELD_NUMBER: _ClassVar[int]
+    arm: str
+    driver: str
+    position: _containers.RepeatedScalarFieldContainer[float]
+    orientation: _containers.RepeatedScalarFieldContainer[float]
+    linear_velocity: _containers.RepeatedScalarFieldContainer[float]
+    angular_velocity: _containers.RepeatedScalarFieldContainer[float]
+    joints: _containers.RepeatedScalarFieldContainer[float]
+    gripper_closed: bool
+    alarms: _containers.RepeatedScalarFieldContainer[str]
+    tracking_error: float
+    link_age: float
+    def __init__(self, arm: _Optional[str] = ..., driver: _Optional[str] = ..., position: _Optional[_Iterable[float]] = ..., orientation: _Optional[_Iterable[float]] = ..., linear_velocity: _Optional[_Iterable[float]] = ..., angular_velocity: _Optional[_Iterable[float]] = ..., joints: _Optional[_Iterable[float]] = ..., gripper_closed: _Optional[bool] = ..., alarms: _Optional[_Iterable[str]] = ..., tracking_error: _Optional[float] = ..., link_age: _Optional[float] = ...) -> None: ...
+
+class ArmStates(_message.Message):
+    __slots__ = ("stamp", "boot", "mode", "reason", "rule", "needs_acknowledgement", "session", "sequence", "refused_sequence", "last_command", "refusal", "arms", "braking", "reset_count")
+    class Mode(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+        __slots__ = ()
+        DISARMED: _ClassVar[ArmStates.Mode]
+        ARMED: _ClassVar[ArmStates.Mode]
+        MOVING: _ClassVar[ArmStates.Mode]
+        HOLDING: _ClassVar[ArmStates.Mode]
+        FAULT: _ClassVar[ArmStates.Mode]
+    DISARMED: ArmStates.Mode
+    ARMED: ArmStates.Mode
+    MOVING: ArmStates.Mode
+    HOLDING: ArmStates.Mode
+    FAULT: ArmStates.Mode
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    BOOT_FIELD_NUMBER: _ClassVar[int]
+    MODE_FIELD_NUMBER: _ClassVar[int]
+    REASON_FIELD_NUMBER: _ClassVar[int]
+    RULE_FIELD_NUMBER: _ClassVar[int]
+    NEEDS_ACKNOWLEDGEMENT_FIELD_NUMBER: _ClassVar[int]
+    SESSION_FIELD_NUMBER: _ClassVar[int]
+    SEQUENCE_FIELD_NUMBER: _ClassVar[int]
+    REFUSED_SEQUENCE_FIELD_NUMBER: _ClassVar[int]
+    LAST_COMMAND_FIELD_NUMBER: _ClassVar[int]
+    REFUSAL_FIELD_NUMBER: _ClassVar[int]
+    ARMS_FIELD_NUMBER: _ClassVar[int]
+    BRAKING_FIELD_NUMBER: _ClassVar[int]
+    RESET_COUNT_FIELD_NUMBER: _ClassVar[int]
+    stamp: int
+    boot: str
+    mode: ArmStates.Mode
+    reason: str
+    rule: str
+    needs_acknowledgement: bool
+    session: str
+    sequence: int
+    refused_sequence: int
+    last_command: str
+    refusal: str
+    arms: _containers.RepeatedCompositeFieldContainer[ArmState]
+    braking: bool
+    reset_count: int
+    def __init__(self, stamp: _Optional[int] = ..., boot: _Optional[str] = ..., mode: _Optional[_Union[ArmStates.Mode, str]] = ..., reason: _Optional[str] = ..., rule: _Optional[str] = ..., needs_acknowledgement: _Optional[bool] = ..., session: _Optional[str] = ..., sequence: _Optional[int] = ..., refused_sequence: _Optional[int] = ..., last_command: _Optional[str] = ..., refusal: _Optional[str] = ..., arms: _Optional[_Iterable[_Union[ArmState, _Mapping]]] = ..., braking: _Optional[bool] = ..., reset_count: _Optional[int] = ...) -> None: ...
+
+class ArmCommand(_message.Message):
+    __slots__ = ("id", "stamp", "boot", "expires", "action", "arm", "close")
+    class Action(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+        __slots__ = ()
+        ARM: _ClassVar[ArmCommand.Action]
+        DISARM: _ClassVar[ArmCommand.Action]
+        HOLD: _ClassVar[ArmCommand.Action]
+        ACKNOWLEDGE: _ClassVar[ArmCommand.Action]
+        GRIPPER: _ClassVar[ArmCommand.Action]
+    ARM: ArmCommand.Action
+    DISARM: ArmCommand.Action
+    HOLD: ArmCommand.Action
+    ACKNOWLEDGE: ArmCommand.Action
+    GRIPPER: ArmCommand.Action
+    ID_FIELD_NUMBER: _ClassVar[int]
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    BOOT_FIELD_NUMBER: _ClassVar[int]
+    EXPIRES_FIELD_NUMBER: _ClassVar[int]
+    ACTION_FIELD_NUMBER: _ClassVar[int]
+    ARM_FIELD_NUMBER: _ClassVar[int]
+    CLOSE_FIELD_NUMBER: _ClassVar[int]
+    id: str
+    stamp: int
+    boot: str
+    expires: int
+    action: ArmCommand.Action
+    arm: str
+    close: bool
+    def __init__(self, id: _Optional[str] = ..., stamp: _Optional[int] = ..., boot: _Optional[str] = ..., expires: _Optional[int] = ..., action: _Optional[_Union[ArmCommand.Action, str]] = ..., arm: _Optional[str] = ..., close: _Optional[bool] = ...) -> None: ...

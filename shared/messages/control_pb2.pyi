@@ -1,0 +1,108 @@
+from google.protobuf.internal import containers as _containers
+from google.protobuf import descriptor as _descriptor
+from google.protobuf import message as _message
+from collections.abc import Iterable as _Iterable, Mapping as _Mapping
+from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
+
+DESCRIPTOR: _descriptor.FileDescriptor
+
+class Path(_message.Message):
+    __slots__ = ("stamp", "goal_revision", "scene_revision", "replan_count", "reached", "reason", "dt", "left_positions", "left_orientations", "right_positions", "right_orientations", "nodes", "node_count", "final_error", "clearance")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    GOAL_REVISION_FIELD_NUMBER: _ClassVar[int]
+    SCENE_REVISION_FIELD_NUMBER: _ClassVar[int]
+    REPLAN_COUNT_FIELD_NUMBER: _ClassVar[int]
+    REACHED_FIELD_NUMBER: _ClassVar[int]
+    REASON_FIELD_NUMBER: _ClassVar[int]
+    DT_FIELD_NUMBER: _ClassVar[int]
+    LEFT_POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    LEFT_ORIENTATIONS_FIELD_NUMBER: _ClassVar[int]
+    RIGHT_POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    RIGHT_ORIENTATIONS_FIELD_NUMBER: _ClassVar[int]
+    NODES_FIELD_NUMBER: _ClassVar[int]
+    NODE_COUNT_FIELD_NUMBER: _ClassVar[int]
+    FINAL_ERROR_FIELD_NUMBER: _ClassVar[int]
+    CLEARANCE_FIELD_NUMBER: _ClassVar[int]
+    stamp: int
+    goal_revision: int
+    scene_revision: int
+    replan_count: int
+    reached: bool
+    reason: str
+    dt: int
+    left_positions: _containers.RepeatedScalarFieldContainer[float]
+    left_orientations: _containers.RepeatedScalarFieldContainer[float]
+    right_positions: _containers.RepeatedScalarFieldContainer[float]
+    right_orientations: _containers.RepeatedScalarFieldContainer[float]
+    nodes: _containers.RepeatedScalarFieldContainer[float]
+    node_count: int
+    final_error: float
+    clearance: float
+    def __init__(self, stamp: _Optional[int] = ..., goal_revision: _Optional[int] = ..., scene_revision: _Optional[int] = ..., replan_count: _Optional[int] = ..., reached: _Optional[bool] = ..., reason: _Optional[str] = ..., dt: _Optional[int] = ..., left_positions: _Optional[_Iterable[float]] = ..., left_orientations: _Optional[_Iterable[float]] = ..., right_positions: _Optional[_Iterable[float]] = ..., right_orientations: _Optional[_Iterable[float]] = ..., nodes: _Optional[_Iterable[float]] = ..., node_count: _Optional[int] = ..., final_error: _Optional[float] = ..., clearance: _Optional[float] = ...) -> None: ...
+
+class Plan(_message.Message):
+    __slots__ = ("stamp", "dt", "node_count", "nodes", "cost", "iterations")
+    class CostEntry(_message.Message):
+        __slots__ = ("key", "value")
+        KEY_FIELD_NUMBER: _ClassVar[int]
+        VALUE_FIELD_NUMBER: _ClassVar[int]
+        key: str
+        value: float
+        def __init__(self, key: _Optional[str] = ..., value: _Optional[float] = ...) -> None: ...
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    DT_FIELD_NUMBER: _ClassVar[int]
+    NODE_COUNT_FIELD_NUMBER: _ClassVar[int]
+    NODES_FIELD_NUMBER: _ClassVar[int]
+    COST_FIELD_NUMBER: _ClassVar[int]
+    ITERATIONS_FIELD_NUMBER: _ClassVar[int]
+    stamp: int
+    dt: int
+    node_count: int
+    nodes: _containers.RepeatedScalarFieldContainer[float]
+    cost: _containers.ScalarMap[str, float]
+    iterations: int
+    def __init__(self, stamp: _Optional[int] = ..., dt: _Optional[int] = ..., node_count: _Optional[int] = ..., nodes: _Optional[_Iterable[float]] = ..., cost: _Optional[_Mapping[str, float]] = ..., iterations: _Optional[int] = ...) -> None: ...
+
+class Parameter(_message.Message):
+    __slots__ = ("name", "value", "standard_deviation", "unit")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    VALUE_FIELD_NUMBER: _ClassVar[int]
+    STANDARD_DEVIATION_FIELD_NUMBER: _ClassVar[int]
+    UNIT_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    value: float
+    standard_deviation: float
+    unit: str
+    def __init__(self, name: _Optional[str] = ..., value: _Optional[float] = ..., standard_deviation: _Optional[float] = ..., unit: _Optional[str] = ...) -> None: ...
+
+class Parameters(_message.Message):
+    __slots__ = ("stamp", "parameters", "prediction_error")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    PARAMETERS_FIELD_NUMBER: _ClassVar[int]
+    PREDICTION_ERROR_FIELD_NUMBER: _ClassVar[int]
+    stamp: int
+    parameters: _containers.RepeatedCompositeFieldContainer[Parameter]
+    prediction_error: float
+    def __init__(self, stamp: _Optional[int] = ..., parameters: _Optional[_Iterable[_Union[Parameter, _Mapping]]] = ..., prediction_error: _Optional[float] = ...) -> None: ...
+
+class RunResult(_message.Message):
+    __slots__ = ("stamp", "run", "reached", "duration", "error", "max_node_error", "min_clearance", "replans", "reason")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    RUN_FIELD_NUMBER: _ClassVar[int]
+    REACHED_FIELD_NUMBER: _ClassVar[int]
+    DURATION_FIELD_NUMBER: _ClassVar[int]
+    ERROR_FIELD_NUMBER: _ClassVar[int]
+    MAX_NODE_ERROR_FIELD_NUMBER: _ClassVar[int]
+    MIN_CLEARANCE_FIELD_NUMBER: _ClassVar[int]
+    REPLANS_FIELD_NUMBER: _ClassVar[int]
+    REASON_FIELD_NUMBER: _ClassVar[int]
+    stamp: int
+    run: str
+    reached: bool
+    duration: float
+    error: float
+    max_node_error: float
+    min_clearance: float
+    replans: int
+    reason: str
+    def __init__(self, stamp: _Optional[int] = ..., run: _Optional[str] = ..., reached: _Optional[bool] = ..., duration: _Optional[float] = ..., error: _Optional[float] = ..., max_node_error: _Optional[float] = ..., min_clearance: _Optional[float] = ..., replans: _Optional[int] = ..., reason: _Optional[str] = ...) -> None: ...

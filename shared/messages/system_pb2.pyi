@@ -1,0 +1,108 @@
+from google.protobuf.internal import containers as _containers
+from google.protobuf import descriptor as _descriptor
+from google.protobuf import message as _message
+from collections.abc import Iterable as _Iterable, Mapping as _Mapping
+from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
+
+DESCRIPTOR: _descriptor.FileDescriptor
+
+class Health(_message.Message):
+    __slots__ = ("service", "stamp", "boot", "process", "version", "period_ms", "step_p50_ms", "step_p99_ms", "step_max_ms", "steps", "overruns", "drops", "input_age_ms", "note")
+    class InputAgeMsEntry(_message.Message):
+        __slots__ = ("key", "value")
+        KEY_FIELD_NUMBER: _ClassVar[int]
+        VALUE_FIELD_NUMBER: _ClassVar[int]
+        key: str
+        value: float
+        def __init__(self, key: _Optional[str] = ..., value: _Optional[float] = ...) -> None: ...
+    SERVICE_FIELD_NUMBER: _ClassVar[int]
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    BOOT_FIELD_NUMBER: _ClassVar[int]
+    PROCESS_FIELD_NUMBER: _ClassVar[int]
+    VERSION_FIELD_NUMBER: _ClassVar[int]
+    PERIOD_MS_FIELD_NUMBER: _ClassVar[int]
+    STEP_P50_MS_FIELD_NUMBER: _ClassVar[int]
+    STEP_P99_MS_FIELD_NUMBER: _ClassVar[int]
+    STEP_MAX_MS_FIELD_NUMBER: _ClassVar[int]
+    STEPS_FIELD_NUMBER: _ClassVar[int]
+    OVERRUNS_FIELD_NUMBER: _ClassVar[int]
+    DROPS_FIELD_NUMBER: _ClassVar[int]
+    INPUT_AGE_MS_FIELD_NUMBER: _ClassVar[int]
+    NOTE_FIELD_NUMBER: _ClassVar[int]
+    service: str
+    stamp: int
+    boot: str
+    process: int
+    version: str
+    period_ms: float
+    step_p50_ms: float
+    step_p99_ms: float
+    step_max_ms: float
+    steps: int
+    overruns: int
+    drops: int
+    input_age_ms: _containers.ScalarMap[str, float]
+    note: str
+    def __init__(self, service: _Optional[str] = ..., stamp: _Optional[int] = ..., boot: _Optional[str] = ..., process: _Optional[int] = ..., version: _Optional[str] = ..., period_ms: _Optional[float] = ..., step_p50_ms: _Optional[float] = ..., step_p99_ms: _Optional[float] = ..., step_max_ms: _Optional[float] = ..., steps: _Optional[int] = ..., overruns: _Optional[int] = ..., drops: _Optional[int] = ..., input_age_ms: _Optional[_Mapping[str, float]] = ..., note: _Optional[str] = ...) -> None: ...
+
+class TraceInput(_message.Message):
+    __slots__ = ("topic", "publisher", "sequence", "received")
+    TOPIC_FIELD_NUMBER: _ClassVar[int]
+    PUBLISHER_FIELD_NUMBER: _ClassVar[int]
+    SEQUENCE_FIELD_NUMBER: _ClassVar[int]
+    RECEIVED_FIELD_NUMBER: _ClassVar[int]
+    topic: str
+    publisher: str
+    sequence: int
+    received: int
+    def __init__(self, topic: _Optional[str] = ..., publisher: _Optional[str] = ..., sequence: _Optional[int] = ..., received: _Optional[int] = ...) -> None: ...
+
+class Trace(_message.Message):
+    __slots__ = ("service", "step", "now", "inputs")
+    SERVICE_FIELD_NUMBER: _ClassVar[int]
+    STEP_FIELD_NUMBER: _ClassVar[int]
+    NOW_FIELD_NUMBER: _ClassVar[int]
+    INPUTS_FIELD_NUMBER: _ClassVar[int]
+    service: str
+    step: int
+    now: int
+    inputs: _containers.RepeatedCompositeFieldContainer[TraceInput]
+    def __init__(self, service: _Optional[str] = ..., step: _Optional[int] = ..., now: _Optional[int] = ..., inputs: _Optional[_Iterable[_Union[TraceInput, _Mapping]]] = ...) -> None: ...
+
+class RecordState(_message.Message):
+    __slots__ = ("stamp", "recording", "file", "bytes", "messages", "drops", "run")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    RECORDING_FIELD_NUMBER: _ClassVar[int]
+    FILE_FIELD_NUMBER: _ClassVar[int]
+    BYTES_FIELD_NUMBER: _ClassVar[int]
+    MESSAGES_FIELD_NUMBER: _ClassVar[int]
+    DROPS_FIELD_NUMBER: _ClassVar[int]
+    RUN_FIELD_NUMBER: _ClassVar[int]
+    stamp: int
+    recording: bool
+    file: str
+    bytes: int
+    messages: int
+    drops: int
+    run: str
+    def __init__(self, stamp: _Optional[int] = ..., recording: _Optional[bool] = ..., file: _Optional[str] = ..., bytes: _Optional[int] = ..., messages: _Optional[int] = ..., drops: _Optional[int] = ..., run: _Optional[str] = ...) -> None: ...
+
+class ProcessState(_message.Message):
+    __slots__ = ("service", "state", "restarts", "exit_code")
+    SERVICE_FIELD_NUMBER: _ClassVar[int]
+    STATE_FIELD_NUMBER: _ClassVar[int]
+    RESTARTS_FIELD_NUMBER: _ClassVar[int]
+    EXIT_CODE_FIELD_NUMBER: _ClassVar[int]
+    service: str
+    state: str
+    restarts: int
+    exit_code: int
+    def __init__(self, service: _Optional[str] = ..., state: _Optional[str] = ..., restarts: _Optional[int] = ..., exit_code: _Optional[int] = ...) -> None: ...
+
+class StackState(_message.Message):
+    __slots__ = ("stamp", "processes")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    PROCESSES_FIELD_NUMBER: _ClassVar[int]
+    stamp: int
+    processes: _containers.RepeatedCompositeFieldContainer[ProcessState]
+    def __init__(self, stamp: _Optional[int] = ..., processes: _Optional[_Iterable[_Union[ProcessState, _Mapping]]] = ...) -> None: ...

@@ -1,0 +1,142 @@
+from google.protobuf.internal import containers as _containers
+from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
+from google.protobuf import descriptor as _descriptor
+from google.protobuf import message as _message
+from collections.abc import Iterable as _Iterable, Mapping as _Mapping
+from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
+
+DESCRIPTOR: _descriptor.FileDescriptor
+
+class RunState(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    IDLE: _ClassVar[RunState]
+    RUNNING: _ClassVar[RunState]
+    PAUSED: _ClassVar[RunState]
+    REACHED: _ClassVar[RunState]
+    FAILED: _ClassVar[RunState]
+IDLE: RunState
+RUNNING: RunState
+PAUSED: RunState
+REACHED: RunState
+FAILED: RunState
+
+class Grip(_message.Message):
+    __slots__ = ("position", "orientation")
+    POSITION_FIELD_NUMBER: _ClassVar[int]
+    ORIENTATION_FIELD_NUMBER: _ClassVar[int]
+    position: _containers.RepeatedScalarFieldContainer[float]
+    orientation: _containers.RepeatedScalarFieldContainer[float]
+    def __init__(self, position: _Optional[_Iterable[float]] = ..., orientation: _Optional[_Iterable[float]] = ...) -> None: ...
+
+class Goal(_message.Message):
+    __slots__ = ("positions", "left", "right", "left_oriented", "right_oriented", "turns")
+    POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    LEFT_FIELD_NUMBER: _ClassVar[int]
+    RIGHT_FIELD_NUMBER: _ClassVar[int]
+    LEFT_ORIENTED_FIELD_NUMBER: _ClassVar[int]
+    RIGHT_ORIENTED_FIELD_NUMBER: _ClassVar[int]
+    TURNS_FIELD_NUMBER: _ClassVar[int]
+    positions: _containers.RepeatedScalarFieldContainer[float]
+    left: Grip
+    right: Grip
+    left_oriented: bool
+    right_oriented: bool
+    turns: float
+    def __init__(self, positions: _Optional[_Iterable[float]] = ..., left: _Optional[_Union[Grip, _Mapping]] = ..., right: _Optional[_Union[Grip, _Mapping]] = ..., left_oriented: _Optional[bool] = ..., right_oriented: _Optional[bool] = ..., turns: _Optional[float] = ...) -> None: ...
+
+class TaskState(_message.Message):
+    __slots__ = ("stamp", "revision", "state", "reason", "goal", "goal_revision", "reset_count", "replan_count", "run", "run_started", "settings", "last_request", "refusal", "error", "clearance")
+    class SettingsEntry(_message.Message):
+        __slots__ = ("key", "value")
+        KEY_FIELD_NUMBER: _ClassVar[int]
+        VALUE_FIELD_NUMBER: _ClassVar[int]
+        key: str
+        value: str
+        def __init__(self, key: _Optional[str] = ..., value: _Optional[str] = ...) -> None: ...
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    REVISION_FIELD_NUMBER: _ClassVar[int]
+    STATE_FIELD_NUMBER: _ClassVar[int]
+    REASON_FIELD_NUMBER: _ClassVar[int]
+    GOAL_FIELD_NUMBER: _ClassVar[int]
+    GOAL_REVISION_FIELD_NUMBER: _ClassVar[int]
+    RESET_COUNT_FIELD_NUMBER: _ClassVar[int]
+    REPLAN_COUNT_FIELD_NUMBER: _ClassVar[int]
+    RUN_FIELD_NUMBER: _ClassVar[int]
+    RUN_STARTED_FIELD_NUMBER: _ClassVar[int]
+    SETTINGS_FIELD_NUMBER: _ClassVar[int]
+    LAST_REQUEST_FIELD_NUMBER: _ClassVar[int]
+    REFUSAL_FIELD_NUMBER: _ClassVar[int]
+    ERROR_FIELD_NUMBER: _ClassVar[int]
+    CLEARANCE_FIELD_NUMBER: _ClassVar[int]
+    stamp: int
+    revision: int
+    state: RunState
+    reason: str
+    goal: Goal
+    goal_revision: int
+    reset_count: int
+    replan_count: int
+    run: str
+    run_started: int
+    settings: _containers.ScalarMap[str, str]
+    last_request: str
+    refusal: str
+    error: float
+    clearance: float
+    def __init__(self, stamp: _Optional[int] = ..., revision: _Optional[int] = ..., state: _Optional[_Union[RunState, str]] = ..., reason: _Optional[str] = ..., goal: _Optional[_Union[Goal, _Mapping]] = ..., goal_revision: _Optional[int] = ..., reset_count: _Optional[int] = ..., replan_count: _Optional[int] = ..., run: _Optional[str] = ..., run_started: _Optional[int] = ..., settings: _Optional[_Mapping[str, str]] = ..., last_request: _Optional[str] = ..., refusal: _Optional[str] = ..., error: _Optional[float] = ..., clearance: _Optional[float] = ...) -> None: ...
+
+class TaskRequest(_message.Message):
+    __slots__ = ("id", "stamp", "action", "goal", "key", "value")
+    class Action(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+        __slots__ = ()
+        SET_GOAL: _ClassVar[TaskRequest.Action]
+        START: _ClassVar[TaskRequest.Action]
+        PAUSE: _ClassVar[TaskRequest.Action]
+        STOP: _ClassVar[TaskRequest.Action]
+        RESET: _ClassVar[TaskRequest.Action]
+        SET: _ClassVar[TaskRequest.Action]
+    SET_GOAL: TaskRequest.Action
+    START: TaskRequest.Action
+    PAUSE: TaskRequest.Action
+    STOP: TaskRequest.Action
+    RESET: TaskRequest.Action
+    SET: TaskRequest.Action
+    ID_FIELD_NUMBER: _ClassVar[int]
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    ACTION_FIELD_NUMBER: _ClassVar[int]
+    GOAL_FIELD_NUMBER: _ClassVar[int]
+    KEY_FIELD_NUMBER: _ClassVar[int]
+    VALUE_FIELD_NUMBER: _ClassVar[int]
+    id: str
+    stamp: int
+    action: TaskRequest.Action
+    goal: Goal
+    key: str
+    value: str
+    def __init__(self, id: _Optional[str] = ..., stamp: _Optional[int] = ..., action: _Optional[_Union[TaskRequest.Action, str]] = ..., goal: _Optional[_Union[Goal, _Mapping]] = ..., key: _Optional[str] = ..., value: _Optional[str] = ...) -> None: ...
+
+class GoalDraft(_message.Message):
+    __slots__ = ("id", "stamp", "left", "right")
+    ID_FIELD_NUMBER: _ClassVar[int]
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    LEFT_FIELD_NUMBER: _ClassVar[int]
+    RIGHT_FIELD_NUMBER: _ClassVar[int]
+    id: str
+    stamp: int
+    left: Grip
+    right: Grip
+    def __init__(self, id: _Optional[str] = ..., stamp: _Optional[int] = ..., left: _Optional[_Union[Grip, _Mapping]] = ..., right: _Optional[_Union[Grip, _Mapping]] = ...) -> None: ...
+
+class GoalPreview(_message.Message):
+    __slots__ = ("draft", "stamp", "reachable", "reason", "goal")
+    DRAFT_FIELD_NUMBER: _ClassVar[int]
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    REACHABLE_FIELD_NUMBER: _ClassVar[int]
+    REASON_FIELD_NUMBER: _ClassVar[int]
+    GOAL_FIELD_NUMBER: _ClassVar[int]
+    draft: str
+    stamp: int
+    reachable: bool
+    reason: str
+    goal: Goal
+    def __init__(self, draft: _Optional[str] = ..., stamp: _Optional[int] = ..., reachable: _Optional[bool] = ..., reason: _Optional[str] = ..., goal: _Optional[_Union[Goal, _Mapping]] = ...) -> None: ...

@@ -1,0 +1,58 @@
+"""A scenario: one TOML file that says what rope, cell, obstacles, goal and settings a run has.
+
+`load` reads and checks it. What cannot be checked without the rod (whether the rope at rest touches
+something) is checked by `lariat check`, `run` and `up`.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+from shared.configuration import ConfigurationError, read
+from shared.scenario.checks import check
+from shared.scenario.scenario import Scenario
+from shared.scenario.sections import SIDES, Event, Obstacle, Rope, Shape, Side
+
+__all__ = [
+    "SIDES",
+    "ConfigurationError",
+    "Event",
+    "Obstacle",
+    "Rope",
+    "Scenario",
+    "Shape",
+    "Side",
+    "load",
+    "parse",
+]
+
+
+def load(path: Path | str) -> Scenario:
+    """The scenario of a file, checked.
+
+    Raises:
+        ConfigurationError: One line that names what is wrong, its value and the way out.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigurationError(f"cannot read scenario {path}: {error}") from error
+    return parse(text, folder=path.parent, source=str(path))
+
+
+def parse(text: str, folder: Path, source: str = "scenario") -> Scenario:
+    """The scenario of a text; CSV files are sought in `folder`."""
+    try:
+        table = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigurationError(f"{source} is no valid TOML: {error}") from error
+    for key in ("folder", "text"):
+        if key in table:
+            raise ConfigurationError(f"unknown key {key!r} in [top level]; remove it")
+    scenario = read(Scenario, {**table})
+    scenario = replace(scenario, folder=folder, text=text)
+    check(scenario)
+    return scenario

@@ -1,0 +1,70 @@
+"""Whether the parts of a scenario fit together, before anything moves."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from shared.configuration import ConfigurationError
+from shared.geometry import obstacles as geometry
+from shared.geometry import polylines
+from shared.scenario.scenario import Scenario
+from shared.scenario.sections import SIDES, Shape, Side
+
+
+def check(scenario: Scenario) -> None:
+    """Raises ConfigurationError for the first thing that cannot be."""
+    names = [o.name for o in scenario.bodies]
+    for name in names:
+        if names.count(name) > 1:
+            raise ConfigurationError(f"two obstacles are called {name!r}; names must differ")
+    for key in ("start", "goal"):
+        _check_shape(scenario, key, getattr(scenario, key))
+    for index, event in enumerate(scenario.events):
+        if event.goal:
+            _check_shape(scenario, f"events[{index}].goal", event.goal)
+    for side in SIDES:
+        if scenario.end(side).driver == "fixed":
+            _check_fixed(scenario, side)
+
+
+def _check_shape(scenario: Scenario, key: str, shape: Shape) -> None:
+    left, right = scenario.grips(shape)
+    length = scenario.rope.length
+    distance = float(np.linalg.norm(right.position - left.position))
+    if distance > length * scenario.limits.overstretch:
+        raise ConfigurationError(
+            f"{key}: its ends are {distance:.4f} m apart, out of reach of a rope of {length} m "
+            f"(limit {scenario.limits.overstretch} of it); bring them closer"
+        )
+    nodes = scenario.nodes(shape)
+    if nodes is not None and abs(polylines.length(nodes) - length) > 0.03 * length:
+        raise ConfigurationError(
+            f"{key}.nodes = {shape.nodes!r} is {polylines.length(nodes):.4f} m long, the rope "
+            f"{length} m; scale the shape or correct rope.length"
+        )
+    points = np.array([left.position, right.position]) if nodes is None else nodes
+    for body in scenario.bodies:
+        depth = scenario.rope.diameter / 2.0 - float(np.min(geometry.signed_distance(points, body)))
+        if depth > 0.0:
+            raise ConfigurationError(
+                f"{key} lies inside obstacle {body.name!r} ({1e3 * depth:.1f} mm deep with the "
+                "rope's radius); move the one or the other"
+            )
+    low, high = np.array(scenario.limits.workspace)
+    for side, pose in (("left", left), ("right", right)):
+        if np.any(pose.position < low) or np.any(pose.position > high):
+            raise ConfigurationError(
+                f"{key}: the {side} grip at {pose.position.round(4).tolist()} m is outside "
+                f"limits.workspace = {[list(c) for c in scenario.limits.workspace]}"
+            )
+
+
+def _check_fixed(scenario: Scenario, side: Side) -> None:
+    index = SIDES.index(side)
+    start, goal = (scenario.grips(s)[index] for s in (scenario.start, scenario.goal))
+    distance = float(np.linalg.norm(start.position - goal.position))
+    if distance > 1e-3:
+        raise ConfigurationError(
+            f"ends.{side} is fixed, but the goal has that end {1e3 * distance:.1f} mm away from "
+            "the start; give both the same end or choose another driver"
+        )

@@ -1,0 +1,312 @@
+"""The sections of a scenario file: keys, units, bounds and defaults."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+
+from shared.configuration import Within
+from shared.geometry import obstacles as geometry
+from shared.geometry import poses
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+Meters = Annotated[float, Within(1e-4, 100.0, "m")]
+Place = Annotated[Vector, Within(-20.0, 20.0, "m")]
+Side = Literal["left", "right"]
+SIDES: tuple[Side, Side] = ("left", "right")
+
+
+@dataclass(frozen=True)
+class Rope:
+    """What the controller believes of the rope."""
+
+    length: Annotated[float, Within(0.02, 20.0, "m")]
+    diameter: Annotated[float, Within(5e-4, 0.1, "m")]
+    node_count: Annotated[int, Within(5, 400)] = 40
+    linear_density: Annotated[float, Within(1e-4, 20.0, "kg/m")] = 0.044
+    youngs_modulus: Annotated[float, Within(1e3, 3e11, "Pa")] = 1.0e6
+    """Bending stiffness EI = E pi d^4 / 64."""
+    poisson_ratio: Annotated[float, Within(-0.5, 0.5)] = 0.3
+    stretch_stiffness: Annotated[float, Within(1.0, 1e8, "N")] = 2000.0
+    damping: Annotated[float, Within(0.0, 100.0, "1/s")] = 1.0
+
+    def __post_init__(self) -> None:
+        if self.diameter > 0.25 * self.length:
+            raise ValueError(
+                f"diameter = {self.diameter} m is more than a quarter of length = {self.length} m; "
+                "a rod is slender: check the units"
+            )
+
+
+@dataclass(frozen=True)
+class PlantRope:
+    """Where the true rope differs from what the controller believes."""
+
+    length: Annotated[float, Within(0.02, 20.0, "m")] | None = None
+    diameter: Annotated[float, Within(5e-4, 0.1, "m")] | None = None
+    node_count: Annotated[int, Within(5, 400)] | None = None
+    linear_density: Annotated[float, Within(1e-4, 20.0, "kg/m")] | None = None
+    youngs_modulus: Annotated[float, Within(1e3, 3e11, "Pa")] | None = None
+    poisson_ratio: Annotated[float, Within(-0.5, 0.5)] | None = None
+    stretch_stiffness: Annotated[float, Within(1.0, 1e8, "N")] | None = None
+    damping: Annotated[float, Within(0.0, 100.0, "1/s")] | None = None
+    stiffness_profile: tuple[float, ...] = ()
+    """Factors on the bending stiffness along the rope, from left to right, evenly spread."""
+    rest_curvature: Annotated[Vector, Within(-200.0, 200.0, "1/m")] = (0.0, 0.0, 0.0)
+    """Curvature (two) and twist per length of the unloaded rope, material frame."""
+
+
+@dataclass(frozen=True)
+class Plant:
+    """What plays the real rope."""
+
+    model: Literal["rod", "mujoco"] = "rod"
+    rope: PlantRope = PlantRope()
+    friction: Annotated[float, Within(0.0, 5.0)] = 0.3
+
+
+@dataclass(frozen=True)
+class End:
+    """One end of the rope and what holds it."""
+
+    driver: Literal["fixed", "ideal", "cr5"] = "ideal"
+    rotates: bool = False
+    """False: the gripper keeps its orientation, as in the paper."""
+    arm_automatically: bool = True
+    """Whether the gateway may arm this end without a person; never with an `address`."""
+    address: str = ""
+    """Host of a real CR5; empty: the emulator plays it."""
+    firmware: Literal["v3", "v4"] = "v3"
+    """Of the emulator; a real arm's version is detected."""
+    base_position: Place = (0.0, 0.0, 0.0)
+    """Of the CR5's base in the world."""
+    base_orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
+    tool_position: Annotated[Vector, Within(-1.0, 1.0, "m")] = (0.0, 0.0, 0.12)
+    """Of the grip in the flange's frame."""
+    tool_orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
+    calibrated: bool = False
+    """The emulator's geometry differs from the nominal one, as a real arm's does."""
+
+    def __post_init__(self) -> None:
+        if self.driver == "fixed" and self.rotates:
+            raise ValueError("rotates = true needs a driver that moves, got driver = 'fixed'")
+        if self.address and self.driver != "cr5":
+            raise ValueError(f"address = {self.address!r} needs driver = 'cr5', not {self.driver}")
+
+
+@dataclass(frozen=True)
+class Ends:
+    left: End = End()
+    right: End = End()
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Where the rope is or shall be: two grips with the rope at rest between them, or its nodes."""
+
+    line: tuple[Place, Place] | None = None
+    """The two grips; the rope between them hangs at rest."""
+    nodes: str = ""
+    """A CSV file beside the scenario: x, y, z [m] in each row, from the left end to the right."""
+    left_orientation: Quaternion | None = None
+    """Of the left grip, wxyz; without it the grip points along the rope."""
+    right_orientation: Quaternion | None = None
+    turns: Annotated[float, Within(-10.0, 10.0)] = 0.0
+    """Twist of the right end against the left one."""
+
+    def __post_init__(self) -> None:
+        if (self.line is None) == (self.nodes == ""):
+            raise ValueError("give either line = [[x, y, z], [x, y, z]] or nodes = 'FILE.csv'")
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """One body that the rope must not touch, or may lean on."""
+
+    shape: Literal["cylinder", "box", "sphere", "capsule", "half_space"]
+    position: Place
+    orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
+    radius: Annotated[float, Within(1e-4, 10.0, "m")] | None = None
+    height: Annotated[float, Within(1e-4, 10.0, "m")] | None = None
+    size: Annotated[Vector, Within(1e-4, 20.0, "m")] | None = None
+    normal: Vector = (0.0, 0.0, 1.0)
+    support: bool = False
+    name: str = ""
+    marker: int | None = None
+    """Id of the ArUco marker on it, when it carries one."""
+
+    def __post_init__(self) -> None:
+        needed = {
+            "cylinder": ("radius", "height"),
+            "capsule": ("radius", "height"),
+            "sphere": ("radius",),
+            "box": ("size",),
+            "half_space": (),
+        }[self.shape]
+        for key in needed:
+            if getattr(self, key) is None:
+                raise ValueError(f"a {self.shape} needs {key}")
+        for key in {"radius", "height", "size"} - set(needed):
+            if getattr(self, key) is not None:
+                raise ValueError(f"a {self.shape} has no {key}; remove it")
+        if np.linalg.norm(self.normal) < 1e-9 or np.linalg.norm(self.orientation) < 1e-9:
+            raise ValueError("normal and orientation must not be zero")
+
+    def body(self, index: int) -> geometry.Obstacle:
+        """The same for geometry; unnamed ones are called by their place in the file."""
+        return geometry.Obstacle(
+            shape=self.shape,
+            position=self.position,
+            orientation=tuple(poses.normalized(np.array(self.orientation)).tolist()),
+            radius=self.radius or 0.0,
+            height=self.height or 0.0,
+            size=self.size or (0.0, 0.0, 0.0),
+            normal=self.normal,
+            support=self.support,
+            name=self.name or f"{self.shape}-{index}",
+        )
+
+
+@dataclass(frozen=True)
+class Sensing:
+    """How the rope is seen."""
+
+    source: Literal["truth", "camera"] = "truth"
+    method: Literal["ridge", "paper"] = "ridge"
+    resolution: tuple[int, int] = (640, 480)
+    field_of_view: Annotated[float, Within(10.0, 120.0, "deg")] = 65.0
+    """Horizontal."""
+    position: Place = (0.0, -0.05, 1.0)
+    """Of the camera in the world."""
+    look_at: Place = (0.0, 0.0, 0.15)
+    rate: Annotated[float, Within(1.0, 120.0, "Hz")] = 30.0
+    latency: Annotated[float, Within(0.0, 1.0, "s")] = 0.02
+    """From exposure to image."""
+    depth_noise: Annotated[float, Within(0.0, 0.05, "m")] = 0.0015
+    """Standard deviation of a pixel."""
+    depth_bias: Annotated[float, Within(-0.05, 0.05, "m")] = 0.0
+    depth_quantum: Annotated[float, Within(1e-5, 0.01, "m")] = 0.001
+    edge_dropout: Annotated[float, Within(0.0, 1.0)] = 0.5
+    """Fraction of pixels at depth edges that see nothing."""
+    threshold: Annotated[int, Within(1, 254)] = 128
+    """Brightness from which a pixel belongs to the rope."""
+    outside: bool = False
+    """A camera process of the user publishes; the simulated one stays silent."""
+
+    def __post_init__(self) -> None:
+        for count in self.resolution:
+            if not 64 <= count <= 4096:
+                raise ValueError(f"resolution = {list(self.resolution)} must lie in 64…4096 pixels")
+
+
+@dataclass(frozen=True)
+class PaperControl:
+    """The paper's own parameters (Table 1), for the `xpbd` rod."""
+
+    mass: Annotated[float, Within(1e-4, 100.0, "kg")] = 0.5
+    """m, per node: with the total spread over the nodes the rod shrinks instead of bending."""
+    inertia: Annotated[float, Within(1e-6, 10.0, "kg m^2")] = 0.05
+    linear_damping: Annotated[float, Within(0.0, 0.999)] = 0.1
+    """xi_v, lost per second."""
+    angular_damping: Annotated[float, Within(0.0, 0.999)] = 0.3
+    """xi_omega."""
+    bending_compliance: Annotated[float, Within(0.0, 10.0, "m^2/N")] = 0.003
+    """beta_b."""
+    iterations: Annotated[int, Within(1, 1000)] = 20
+    """J of Algorithm 1."""
+    learning_rate: Annotated[float, Within(1e-6, 1.0)] = 1e-3
+    optimizer_steps: Annotated[int, Within(1, 1000)] = 30
+    """I of Algorithm 2."""
+    horizon: Annotated[int, Within(1, 100)] = 5
+    """H, steps of `time_step`."""
+    time_step: Annotated[float, Within(1e-3, 0.1, "s")] = 0.01
+    error_weight: float = 1.0
+    """omega_1, on the sum of node distances."""
+    obstacle_weight: float = 0.01
+    """omega_2."""
+    speed_weight: float = 0.5
+    """omega_3."""
+    obstacle_distance: Annotated[float, Within(1e-3, 1.0, "m")] = 0.03
+    """epsilon_d of eq. (13)."""
+
+
+@dataclass(frozen=True)
+class Control:
+    method: Literal["gauss_newton", "network", "actions"] = "gauss_newton"
+    solver: Literal["direct", "xpbd"] = "direct"
+    planner: bool = True
+    adapt: bool = False
+    clearance: Annotated[float, Within(0.0, 0.2, "m")] = 0.012
+    """Wanted between the rope's surface and every obstacle that is no support."""
+    horizon: Annotated[int, Within(1, 100)] = 5
+    time_step: Annotated[float, Within(1e-3, 0.2, "s")] = 0.05
+    iterations: Annotated[int, Within(1, 50)] = 3
+    speed_weight: Annotated[float, Within(0.0, 100.0)] = 0.005
+    """omega_3 of eq. (12) for `gauss_newton`."""
+    obstacle_weight: Annotated[float, Within(0.0, 100.0)] = 0.01
+    """omega_2 of eq. (12) for `gauss_newton`."""
+    paper: PaperControl = PaperControl()
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Of the grippers."""
+
+    speed: Annotated[float, Within(0.001, 2.0, "m/s")] = 0.5
+    acceleration: Annotated[float, Within(0.01, 20.0, "m/s^2")] = 2.0
+    jerk: Annotated[float, Within(0.1, 1000.0, "m/s^3")] = 40.0
+    angular_speed: Annotated[float, Within(0.01, 6.0, "rad/s")] = 1.5
+    angular_acceleration: Annotated[float, Within(0.1, 60.0, "rad/s^2")] = 6.0
+    angular_jerk: Annotated[float, Within(1.0, 3000.0, "rad/s^3")] = 120.0
+    joint_speed: Annotated[float, Within(0.01, 3.2, "rad/s")] = 1.6
+    joint_acceleration: Annotated[float, Within(0.1, 30.0, "rad/s^2")] = 5.2
+    workspace: tuple[Place, Place] = ((-0.8, -0.8, 0.01), (0.8, 0.8, 1.2))
+    """Lowest and highest corner of the box that the grips stay in."""
+    keep_out: Annotated[float, Within(0.0, 0.5, "m")] = 0.005
+    """Least distance between a gripper's body and an obstacle."""
+    gripper_radius: Annotated[float, Within(0.001, 0.2, "m")] = 0.012
+    """Of the capsule that stands for a gripper."""
+    gripper_height: Annotated[float, Within(0.0, 0.5, "m")] = 0.06
+    """From the grip to the far end of that capsule."""
+    spacing: Annotated[float, Within(0.0, 1.0, "m")] = 0.03
+    """Least distance between the two grips."""
+    overstretch: Annotated[float, Within(0.1, 1.0)] = 0.99
+    """Most distance between the grips, round obstacles, as a fraction of the rope's length."""
+
+    def __post_init__(self) -> None:
+        low, high = np.array(self.workspace)
+        if np.any(low >= high):
+            raise ValueError(f"workspace = {[list(c) for c in self.workspace]}: low corner first")
+
+
+@dataclass(frozen=True)
+class Run:
+    time_limit: Annotated[float, Within(0.1, 3600.0, "s")] = 10.0
+    tolerance: Annotated[float, Within(1e-6, 0.5, "m")] = 0.003
+    """Mean node distance that counts as reached."""
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happens at a given time of a run."""
+
+    time: Annotated[float, Within(0.0, 3600.0, "s")]
+    """Since the start of the run."""
+    add_obstacle: Obstacle | None = None
+    move_obstacle: str = ""
+    """Name of the obstacle that goes to `position`."""
+    remove_obstacle: str = ""
+    position: Place | None = None
+    goal: Shape | None = None
+
+    def __post_init__(self) -> None:
+        actions = [self.add_obstacle, self.move_obstacle, self.remove_obstacle, self.goal]
+        if sum(bool(a) for a in actions) != 1:
+            raise ValueError(
+                "an event is one of add_obstacle, move_obstacle, remove_obstacle and goal"
+            )
+        if bool(self.move_obstacle) != (self.position is not None):
+            raise ValueError("move_obstacle and position go together")

@@ -1,0 +1,42 @@
+# Everything that a fresh clone needs; each target makes what it stands on.
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+BIN := .venv/bin
+SCENARIO ?= scenarios/three-cylinders.toml
+
+.PHONY: up test check format bench clean
+
+up: .venv/installed  ## the whole stack, live; dashboard at http://127.0.0.1:8080
+	$(BIN)/lariat up $(SCENARIO)
+
+test: .venv/installed-dev  ## every test
+	$(BIN)/pytest
+
+check: .venv/installed-dev  ## style, types, import rules
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/pyright
+	$(BIN)/lint-imports
+
+format: .venv/installed-dev
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+clean:
+	rm -rf .venv
+
+.venv/bin/python:
+	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] < (3, 14))' || \
+	  { echo "Lariat needs Python 3.11 to 3.13, $(PYTHON) is another one; set PYTHON=/path/to/python3.11" >&2; exit 2; }
+	$(PYTHON) -m venv .venv || \
+	  { echo "cannot create .venv; on Debian: apt-get install python3-venv, then make again" >&2; rm -rf .venv; exit 2; }
+	$(BIN)/python -m pip install --quiet --upgrade pip
+
+.venv/installed: pyproject.toml | .venv/bin/python
+	@echo "Installing Lariat and what it needs into .venv; the first time takes some minutes"
+	$(BIN)/python -m pip install --quiet --editable '.[all]'
+	@touch $@
+
+.venv/installed-dev: pyproject.toml | .venv/bin/python
+	@echo "Installing Lariat, what it needs and its tests' tools into .venv; the first time takes some minutes"
+	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+	@touch $@ .venv/installed

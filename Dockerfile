@@ -1,0 +1,83 @@
+# One image target a process, each with its own extra and nothing else.
+#
+#   docker build --target controller .
+#
+# Wheels that are not to come from a package registry are laid into the build context `wheels`:
+#   docker build --build-context wheels=/path/to/wheels …
+
+FROM scratch AS wheels
+
+FROM python:3.11-slim-bookworm AS base
+ENV PYTHONUNBUFFERED=1 PYTHONDONTWRITEBYTECODE=1 OMP_NUM_THREADS=1
+RUN useradd --create-home --uid 1000 lariat \
+ && mkdir -p /home/lariat/.cache /recordings \
+ && chown -R lariat:lariat /home/lariat /recordings
+WORKDIR /app
+COPY pyproject.toml README.md LICENSE ./
+RUN mkdir services dashboard shared lariat
+RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --find-links=/wheels --editable .
+COPY services/__init__.py services/
+COPY shared shared
+
+FROM base AS router
+USER lariat
+ENTRYPOINT ["python", "-m", "shared.router"]
+
+FROM base AS sim
+RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --find-links=/wheels --editable '.[sim]'
+COPY services/sim services/sim
+USER lariat
+ENTRYPOINT ["python", "-m", "services.sim"]
+
+FROM base AS perception
+RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --find-links=/wheels --editable '.[perception]'
+COPY services/perception services/perception
+USER lariat
+ENTRYPOINT ["python", "-m", "services.perception"]
+
+FROM base AS planner
+RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --find-links=/wheels --editable '.[planner]'
+COPY services/planner services/planner
+USER lariat
+ENTRYPOINT ["python", "-m", "services.planner"]
+
+FROM base AS controller
+RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --find-links=/wheels --editable '.[controller]'
+COPY services/controller services/controller
+USER lariat
+ENTRYPOINT ["python", "-m", "services.controller"]
+
+FROM base AS robot_gateway
+RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --find-links=/wheels --editable '.[robot_gateway]'
+COPY services/robot_gateway services/robot_gateway
+USER lariat
+ENTRYPOINT ["python", "-m", "services.robot_gateway"]
+
+FROM base AS recorder
+RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --find-links=/wheels --editable '.[recorder]'
+COPY services/recorder services/recorder
+USER lariat
+ENTRYPOINT ["python", "-m", "services.recorder"]
+
+FROM base AS dashboard
+RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --find-links=/wheels --editable '.[dashboard]'
+COPY dashboard dashboard
+USER lariat
+ENTRYPOINT ["python", "-m", "dashboard"]
+
+# The talking verbs: docker compose run --rm cli start
+FROM base AS cli
+RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --find-links=/wheels --editable '.[cli]'
+COPY lariat lariat
+COPY scenarios scenarios
+USER lariat
+ENTRYPOINT ["lariat"]

@@ -1,0 +1,114 @@
+"""Writes `docs/scenario.md`, every key of a scenario file, from the code that reads it.
+
+python -m shared.scenario.reference > docs/scenario.md
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import types
+from collections.abc import Iterator
+from dataclasses import MISSING, Field, fields, is_dataclass
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from shared.configuration import Within
+from shared.scenario import sections
+from shared.scenario.scenario import Scenario
+
+HEADER = """# Scenario files
+
+Every key of a scenario, generated from `shared/scenario` by `python -m shared.scenario.reference`.
+Units are SI, quaternions are wxyz, poses are in the world frame (z up, the table at z = 0).
+An unknown key, a value out of its bounds and parts that do not fit together are refused by name
+before anything moves; `lariat check FILE` says what is wrong.
+"""
+
+INTERNAL = ("folder", "text")
+
+
+def reference() -> str:
+    """The page, in Markdown."""
+    return "\n".join([HEADER, *_tables(Scenario, "")])
+
+
+def _tables(kind: type, path: str) -> Iterator[str]:
+    hints = get_type_hints(kind, include_extras=True)
+    notes = _notes(kind)
+    plain = [f for f in fields(kind) if f.name not in INTERNAL]
+    yield f"## {f'`[{path}]`' if path else 'Top level'}\n"
+    if path and kind.__doc__ and not kind.__doc__.startswith(kind.__name__ + "("):
+        yield " ".join(kind.__doc__.split()) + "\n"
+    yield "| key | takes | default | |\n|---|---|---|---|"
+    nested: list[tuple[type, str]] = []
+    for item in plain:
+        section = _section(hints[item.name])
+        name = f"{path}.{item.name}" if path else item.name
+        if section:
+            nested.append((section, name))
+            continue
+        cells = (_takes(hints[item.name]), _default(item), notes.get(item.name, ""))
+        yield f"| `{item.name}` | {' | '.join(cells)} |"
+    yield ""
+    seen: set[type] = set()
+    for section, name in nested:
+        if section in seen or (path and section in (sections.Shape, sections.Obstacle)):
+            yield f"`[{name}]`: keys as in the section of the same kind above.\n"
+            continue
+        seen.add(section)
+        yield from _tables(section, name)
+
+
+def _section(hint: Any) -> type | None:
+    for part in (hint, *get_args(hint)):
+        if is_dataclass(part) and not isinstance(part, Within):
+            return part  # pyright: ignore[reportReturnType]
+    return None
+
+
+def _takes(hint: Any) -> str:
+    bounds = None
+    if get_origin(hint) in (Union, types.UnionType):
+        (hint,) = [a for a in get_args(hint) if a is not type(None)]
+    if get_origin(hint) is Annotated:
+        hint, bounds = get_args(hint)[:2]
+    if get_origin(hint) in (Union, types.UnionType):
+        (hint,) = [a for a in get_args(hint) if a is not type(None)]
+    if get_origin(hint) is Literal:
+        return ", ".join(f'`"{a}"`' for a in get_args(hint))
+    if get_origin(hint) is tuple:
+        items = get_args(hint)
+        if items[-1] is Ellipsis:
+            return f"list of {_takes(items[0])}"
+        inner = Annotated[items[0], bounds] if bounds else items[0]
+        return f"{len(items)} × {_takes(inner)}"
+    if bounds:
+        return f"{bounds.low:g} … {bounds.high:g} {bounds.unit}".strip()
+    return {str: "text", bool: "`true`, `false`", int: "whole number", float: "number"}[hint]
+
+
+def _default(item: Field[Any]) -> str:
+    if item.default is MISSING:
+        return "**required**"
+    if item.default is None or item.default in ("", ()):
+        return "none"
+    value = item.default
+    text = str(value).lower() if isinstance(value, bool) else str(value)
+    return f"`{text.replace('(', '[').replace(')', ']')}`"
+
+
+def _notes(kind: type) -> dict[str, str]:
+    """The docstring on the line after each field."""
+    (node,) = ast.parse(inspect.getsource(kind)).body
+    notes, last = {}, ""
+    for line in node.body:  # pyright: ignore[reportAttributeAccessIssue]
+        if isinstance(line, ast.AnnAssign) and isinstance(line.target, ast.Name):
+            last = line.target.id
+        elif isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant) and last:
+            notes[last] = " ".join(str(line.value.value).split())
+            last = ""
+    return notes
+
+
+if __name__ == "__main__":
+    print(reference(), end="")

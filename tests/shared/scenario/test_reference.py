@@ -1,0 +1,11 @@
+from pathlib import Path
+
+from shared.scenario.reference import reference
+
+PAGE = Path(__file__).parents[3] / "docs" / "scenario.md"
+
+
+def test_the_page_on_scenario_files_is_what_the_code_says():
+    assert PAGE.read_text() == reference(), (
+        "run: .venv/bin/python -m shared.scenario.reference > docs/scenario.md"
+    )

@@ -1,0 +1,24 @@
+"""Which services a cell has, and how one is built from a scenario."""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+from shared.scenario import Scenario
+from shared.service import Service
+
+NAMES = ("sim", "perception", "planner", "controller", "robot_gateway")
+"""Those that close the loop, from what happens to what is done about it."""
+
+
+def build(name: str, scenario: Scenario, session: str) -> Service:
+    """One service of the cell.
+
+    Args:
+        name: One of `NAMES`, or another package in services/ that has a `service.build`.
+        session: Unique id of this start.
+
+    Raises:
+        ConfigurationError: The scenario asks for what the service cannot do.
+    """
+    return import_module(f"services.{name}.service").build(scenario, session)

@@ -1,0 +1,186 @@
+"""Recordings: readable by others, and up to the last flush whatever happens to the writer."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+from google.protobuf.descriptor_pb2 import FileDescriptorSet
+from google.protobuf.descriptor_pool import DescriptorPool
+from google.protobuf.json_format import MessageToDict
+from google.protobuf.message_factory import GetMessageClass
+from mcap.reader import make_reader
+
+from lariat.repair import repair
+from shared import topics
+from shared.messages import NodeChain, timestamp
+from shared.recording import Recording, Writer
+from shared.scenario import parse
+from shared.service import SECOND
+
+TEXT = """
+name = "recorded"
+[rope]
+length = 0.45
+diameter = 0.008
+[start]
+line = [[-0.2, 0.0, 0.3], [0.2, 0.0, 0.3]]
+[goal]
+nodes = "goal.csv"
+"""
+
+
+@pytest.fixture
+def scenario(tmp_path: Path):
+    (tmp_path / "goal.csv").write_text("-0.225,0,0.3\n0,0,0.3\n0.22,0,0.3\n")
+    return parse(TEXT, tmp_path)
+
+
+def write(writer: Writer, count: int, first: int = 0) -> None:
+    for k in range(first, first + count):
+        chain = NodeChain(stamp=k, positions=[0.1 * k, 2.0, 3.0], observed=[True])
+        writer.write(
+            topics.ROPE_NODES,
+            chain.SerializeToString(),
+            "perception-0",
+            k,
+            SECOND + k * SECOND // 30,
+        )
+
+
+def indexed_count(path: Path) -> int:
+    """Messages that a reader of the index alone finds."""
+    with path.open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    assert summary.statistics is not None
+    return summary.statistics.message_count
+
+
+def test_what_is_written_is_read_with_publisher_and_sequence(tmp_path: Path, scenario):
+    writer = Writer(tmp_path / "a.mcap", scenario, SECOND)
+    write(writer, 100)
+    writer.close()
+    recording = Recording.open(tmp_path / "a.mcap")
+    entries = list(recording.messages())
+    assert recording.damage == ""
+    assert [e.sequence for e in entries] == list(range(100))
+    assert {e.publisher for e in entries} == {"perception-0"}
+    assert entries[7].parse().positions[0] == pytest.approx(0.7)
+    assert entries[7].log_time == SECOND + 7 * SECOND // 30
+    assert recording.metadata["scenario"] == "recorded"
+    assert recording.metadata["version"]
+
+
+def test_the_scenario_and_its_files_travel_with_the_recording(tmp_path: Path, scenario):
+    Writer(tmp_path / "a.mcap", scenario, SECOND).close()
+    (tmp_path / "goal.csv").unlink()
+    other = tmp_path / "elsewhere"
+    again = Recording.open(tmp_path / "a.mcap").scenario(other)
+    assert again == scenario
+    nodes = again.nodes(again.goal)
+    assert nodes is not None
+    assert nodes[0].tolist() == [-0.225, 0.0, 0.3]
+
+
+def test_a_reader_that_knows_nothing_of_lariat_decodes_every_message(tmp_path: Path, scenario):
+    writer = Writer(tmp_path / "a.mcap", scenario, SECOND)
+    write(writer, 3)
+    image = CompressedImage(timestamp=timestamp(5 * SECOND), format="jpeg", data=b"\xff\xd8")
+    color = topics.CAMERA_COLOR.at("overhead")
+    writer.write(color, image.SerializeToString(), "sim-0", 0, 2 * SECOND)
+    writer.close()
+    assert indexed_count(tmp_path / "a.mcap") == 4
+    decoded = {}
+    with (tmp_path / "a.mcap").open("rb") as stream:
+        reader = make_reader(stream, validate_crcs=True)
+        for schema, channel, message in reader.iter_messages():
+            assert schema is not None
+            assert (schema.encoding, channel.message_encoding) == ("protobuf", "protobuf")
+            # Only what the file itself says of its messages: an empty pool of descriptors.
+            pool = DescriptorPool()
+            for file in FileDescriptorSet.FromString(schema.data).file:
+                pool.Add(file)
+            kind = GetMessageClass(pool.FindMessageTypeByName(schema.name))
+            decoded[channel.topic] = MessageToDict(kind.FromString(message.data))
+    assert decoded["rope/nodes"]["positions"] == pytest.approx([0.2, 2.0, 3.0])
+    assert decoded["camera/overhead/color"] == {
+        "timestamp": "1970-01-01T00:00:05Z",
+        "format": "jpeg",
+        "data": "/9g=",
+    }
+
+
+def test_a_killed_writer_loses_at_most_a_second(tmp_path: Path, scenario):
+    path = tmp_path / "killed.mcap"
+    program = f"""
+import time
+from pathlib import Path
+from shared.recording import Writer
+from shared.scenario import load
+from tests.shared.test_recording import write
+writer = Writer(Path({str(path)!r}), load({str(tmp_path / "s.toml")!r}), 1_000_000_000)
+write(writer, 300)
+print("written", flush=True)
+time.sleep(60)
+"""
+    (tmp_path / "s.toml").write_text(TEXT)
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == b"written\n"
+        os.kill(process.pid, signal.SIGKILL)
+    recording = Recording.open(path)
+    sequences = [e.sequence for e in recording.messages()]
+    assert sequences == list(range(len(sequences)))
+    assert len(sequences) >= 300 - 30
+    assert "whole records" in recording.damage
+
+
+@pytest.mark.parametrize("fraction", [0.3, 0.6, 0.9])
+def test_repair_keeps_everything_before_the_cut(tmp_path: Path, scenario, fraction: float):
+    path = tmp_path / "cut.mcap"
+    writer = Writer(path, scenario, SECOND)
+    write(writer, 900)
+    writer.close()
+    whole = path.read_bytes()
+    path.write_bytes(whole[: int(fraction * len(whole))])
+    before = list(Recording(path).messages())
+    result = repair(path)
+    again = Recording.open(path)
+    assert list(again.messages()) == before
+    assert again.damage == ""
+    assert again.scenario(tmp_path / "x") == scenario
+    assert result.messages == len(before) > 0
+    assert Path(result.kept).read_bytes() == whole[: int(fraction * len(whole))]
+    assert repair(path).damage == ""
+    assert indexed_count(path) == len(before)
+
+
+def test_a_broken_chunk_costs_only_itself(tmp_path: Path, scenario):
+    path = tmp_path / "broken.mcap"
+    writer = Writer(path, scenario, SECOND)
+    write(writer, 900)
+    writer.close()
+    content = bytearray(path.read_bytes())
+    middle = len(content) // 2
+    content[middle : middle + 8] = b"\x55" * 8
+    path.write_bytes(bytes(content))
+    recording = Recording(path)
+    sequences = [e.sequence for e in recording.messages()]
+    assert sequences[0] == 0
+    assert sequences[-1] == 899
+    assert 800 < len(sequences) < 900
+    assert "broken" in recording.damage
+
+
+def test_another_file_is_refused_by_name(tmp_path: Path):
+    (tmp_path / "a.txt").write_text("no recording at all")
+    with pytest.raises(ValueError, match=r"a\.txt is no MCAP file"):
+        Recording.open(tmp_path / "a.txt")
+    with pytest.raises(ValueError, match=r"cannot read recording .*missing\.mcap"):
+        Recording.open(tmp_path / "missing.mcap")

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 from shared.messages import Message, TraceInput, stamp_of
-from shared.topics import Topic
+from shared.topics import Hold, Topic
 
 SECOND = 1_000_000_000
 """Nanoseconds."""
@@ -115,8 +115,8 @@ class Mailbox:
         """Messages of `latest` and `joined` topics that a newer one replaced unread."""
 
     def deliver(self, key: str, item: Received) -> None:
-        """Takes one message of a topic that the service reads."""
-        match self._topics[key].hold:
+        """Takes one message of a topic that the service reads; `key` fills its placeholder."""
+        match self._hold(key):
             case "latest":
                 self.drops += len(self._arrived[key])
                 self._arrived[key] = [item]
@@ -126,6 +126,11 @@ class Mailbox:
                 self._newest[key] = item
             case "joined":
                 self._join(key, item)
+
+    def _hold(self, key: str) -> Hold:
+        if key in self._topics:
+            return self._topics[key].hold
+        return next(t.hold for t in self._topics.values() if t.matches(key))
 
     def _join(self, key: str, item: Received) -> None:
         stamp = stamp_of(item.message)

@@ -1,0 +1,8 @@
+"""`python -m services.planner`: this service alone, live on the bus."""
+
+from __future__ import annotations
+
+from shared.live import main
+
+if __name__ == "__main__":
+    main("services.planner")

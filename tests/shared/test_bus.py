@@ -1,0 +1,234 @@
+from __future__ import annotations
+
+import json
+import logging
+import secrets
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+import zenoh
+
+from shared import bus as buses
+from shared import topics
+from shared.bus import Bus, BusError, BusOptions
+from shared.messages import Health, NodeChain, TaskRequest
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def until(condition: Callable[[], object], seconds: float = 5.0) -> None:
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, "it never came"
+        time.sleep(0.005)
+
+
+class Cell:
+    """Joins processes of one cell, all of them in this one."""
+
+    def __init__(self, stack: ExitStack) -> None:
+        self.hub = f"tcp/127.0.0.1:{free_port()}"
+        self.namespace = f"test-{secrets.token_hex(4)}"
+        self._stack = stack
+        options = BusOptions(self.namespace, connect=(), listen=(self.hub,))
+        stack.enter_context(buses.open(options, "hub"))
+
+    def __call__(self, publisher: str) -> Bus:
+        options = BusOptions(self.namespace, (self.hub,))
+        return self._stack.enter_context(buses.open(options, publisher))
+
+
+@pytest.fixture
+def cell() -> Iterator[Cell]:
+    with ExitStack() as stack:
+        yield Cell(stack)
+
+
+def test_a_message_arrives_with_its_publisher_and_number(cell: Cell) -> None:
+    subscription = cell("reader").subscribe(topics.TASK_REQUEST)
+    publisher = cell("writer-1").publisher(topics.TASK_REQUEST)
+    until(lambda: publisher.heard)
+    before = time.time_ns()
+    for k in range(3):
+        publisher.put(TaskRequest(id=f"r{k}", key="κ"))
+    received = []
+    until(lambda: received.extend(subscription.take()) or len(received) == 3)
+    assert [(key, item.publisher, item.sequence) for key, item in received] == [
+        ("task/request", "writer-1", k) for k in range(3)
+    ]
+    assert [item.message for _, item in received] == [
+        TaskRequest(id=f"r{k}", key="κ") for k in range(3)
+    ]
+    assert all(before <= item.received <= time.time_ns() for _, item in received)
+    assert subscription.lost == 0
+
+
+def test_a_slow_reader_of_a_state_gets_the_newest_one_and_the_rest_is_counted(
+    cell: Cell,
+) -> None:
+    subscription = cell("reader").subscribe(topics.ROPE_NODES)
+    publisher = cell("writer").publisher(topics.ROPE_NODES)
+    until(lambda: publisher.heard)
+    publisher.put(NodeChain(stamp=0))
+    until(subscription.take)
+    for k in range(1, 100):
+        publisher.put(NodeChain(stamp=k))
+    stamps = []
+    until(
+        lambda: stamps.extend(i.message.stamp for _, i in subscription.take()) or 99 in stamps[-1:]
+    )
+    assert stamps == sorted(stamps)
+    assert subscription.lost == 99 - len(stamps)
+
+
+def test_a_reader_that_stands_still_never_delays_the_writer(cell: Cell) -> None:
+    subscription = cell("reader").subscribe(topics.TASK_REQUEST)
+    publisher = cell("writer").publisher(topics.TASK_REQUEST)
+    until(lambda: publisher.heard)
+    publisher.put(TaskRequest())
+    until(subscription.take)
+    slowest = 0.0
+    for _ in range(3000):
+        start = time.perf_counter()
+        publisher.put(TaskRequest(value="x" * 1000))
+        slowest = max(slowest, time.perf_counter() - start)
+    assert slowest < 0.1
+    received = []
+    until(lambda: received.extend(subscription.take()) or received[-1:])
+    until(lambda: received.extend(subscription.take()) or received[-1][1].sequence == 3000)
+    assert len(received) + subscription.lost == 3000
+    assert subscription.lost > 2000
+
+
+def test_a_frozen_process_is_no_brake_and_goes_from_the_living(
+    cell: Cell,
+) -> None:
+    """A stopped process reads nothing: its connection fills, and the writer must not care."""
+    writer = cell("writer")
+    publisher = writer.publisher(topics.TASK_REQUEST)
+    code = (
+        "import sys, time\n"
+        "from shared import bus, topics\n"
+        "options = bus.BusOptions(sys.argv[1], (sys.argv[2],))\n"
+        "with bus.open(options, 'frozen') as b:\n"
+        "    s = b.subscribe(topics.TASK_REQUEST); b.declare_alive('frozen')\n"
+        "    time.sleep(30)\n"
+    )
+    arguments = [sys.executable, "-c", code, cell.namespace, cell.hub]
+    process = subprocess.Popen(arguments)
+    try:
+        until(lambda: publisher.heard)
+        until(lambda: writer.alive() == {"frozen"})
+        process.send_signal(19)  # SIGSTOP
+        start = time.monotonic()
+        slowest = 0.0
+        while time.monotonic() < start + 1.0:
+            begin = time.perf_counter()
+            publisher.put(TaskRequest(value="x" * 10_000))
+            slowest = max(slowest, time.perf_counter() - begin)
+            time.sleep(0.001)
+        assert slowest < 0.05
+        until(lambda: writer.alive() == set(), seconds=4.0)
+    finally:
+        process.kill()
+        process.wait()
+
+
+def test_what_a_topic_does_not_carry_is_dropped_by_name(
+    cell: Cell, caplog: pytest.LogCaptureFixture
+) -> None:
+    subscription = cell("reader").subscribe(topics.TASK_REQUEST)
+    cell("honest")
+    config = zenoh.Config()
+    for key, value in {
+        "mode": "peer",
+        "namespace": cell.namespace,
+        "connect/endpoints": [cell.hub],
+        "listen/endpoints": ["tcp/127.0.0.1:0"],
+        "scouting/multicast/enabled": False,
+    }.items():
+        config.insert_json5(key, json.dumps(value))
+    typed = zenoh.Encoding("application/protobuf;lariat.TaskRequest")
+    with zenoh.open(config) as stranger, caplog.at_level(logging.WARNING):
+        publisher = stranger.declare_publisher("task/request")
+        until(lambda: publisher.matching_status.matching)
+        publisher.put(b"\xff\xff\xff", encoding=typed, attachment=b"7 stranger")
+        publisher.put(b"", encoding=zenoh.Encoding("text/plain"), attachment=b"\xff\x00")
+        publisher.put(b"")
+        publisher.put(TaskRequest(id="good").SerializeToString(), encoding=typed)
+        received = []
+        until(lambda: received.extend(subscription.take()) or received)
+    assert [item.message.id for _, item in received] == ["good"]
+    assert subscription.refused == 3
+    assert "dropped task/request from stranger: 3 bytes do not decode" in caplog.text
+
+
+def test_a_topic_with_a_placeholder_brings_all_its_keys(cell: Cell) -> None:
+    subscription = cell("reader").subscribe(topics.HEALTH)
+    writer = cell("writer")
+    for name in ("sim", "planner"):
+        publisher = writer.publisher(topics.HEALTH.at(name))
+        until(lambda p=publisher: p.heard)
+        publisher.put(Health(service=name))
+    received = []
+    until(lambda: received.extend(subscription.take()) or len(received) == 2)
+    assert [key for key, _ in received] == ["health/sim", "health/planner"]
+    with pytest.raises(ValueError, match="has no name yet"):
+        writer.publisher(topics.HEALTH)
+
+
+def test_everything_is_seen_undecoded_by_one_cell_only(cell: Cell) -> None:
+    everything = cell("recorder").subscribe_all()
+    other = BusOptions("another-cell", (cell.hub,))
+    with buses.open(other, "stranger") as neighbour:
+        neighbour.publisher(topics.ROPE_TRUTH).put(NodeChain(stamp=1))
+        publisher = cell("sim-0").publisher(topics.ROPE_TRUTH)
+        until(lambda: publisher.heard)
+        neighbour.publisher(topics.ROPE_TRUTH).put(NodeChain(stamp=2))
+        chain = NodeChain(stamp=3, positions=[1.0, 2.0, 3.0])
+        publisher.put(chain)
+        received = []
+        until(lambda: received.extend(everything.take()) or received)
+    assert [(r.key, r.type, r.publisher, r.sequence) for r in received] == [
+        ("rope/truth", "lariat.NodeChain", "sim-0", 0)
+    ]
+    assert received[0].payload == chain.SerializeToString()
+
+
+def test_a_wrong_type_is_not_sent(cell: Cell) -> None:
+    publisher = cell("writer").publisher(topics.ROPE_NODES)
+    with pytest.raises(TypeError, match=r"rope/nodes takes lariat\.NodeChain, not Health"):
+        publisher.put(Health())
+
+
+def test_why_the_bus_cannot_be_joined_is_said(tmp_path: Path) -> None:
+    hub = f"tcp/127.0.0.1:{free_port()}"
+    with (
+        pytest.raises(BusError, match=f"no stack answers at {hub}; is `lariat up` running"),
+        buses.open(BusOptions(connect=(hub,)), "late", timeout=0.3),
+    ):
+        pass
+    options = BusOptions(connect=(), listen=(hub,))
+    with (
+        buses.open(options, "first"),
+        pytest.raises(BusError, match=f"{hub} is taken"),
+        buses.open(options, "second"),
+    ):
+        pass
+    settings = tmp_path / "settings.json"
+    settings.write_text('{"transport/link/tx/leese": 1}')
+    with (
+        pytest.raises(BusError, match="Zenoh refuses transport/link/tx/leese = 1"),
+        buses.open(BusOptions(connect=(), settings=settings), "wrong"),
+    ):
+        pass

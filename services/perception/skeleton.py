@@ -1,0 +1,234 @@
+"""Centre lines of a mask in pixels: strands that end where the mask does.
+
+Where strands cross, the skeleton has junctions; each is resolved by letting the branches continue
+as straight as they can. Spurs at thick places are cut.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float64, UInt8
+from skimage.morphology import skeletonize
+
+NEIGHBOURS = [(-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 1)]
+
+LEAST_PIXELS = 5
+"""Shorter strands have no direction."""
+
+Pixel = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Strand:
+    """One piece of rope as the image shows it."""
+
+    pixels: Float64[np.ndarray, "k 2"]
+    """Column and row of its skeleton's pixels, in order."""
+    clear: Bool[np.ndarray, "k"]
+    """False near crossings, where the skeleton is no centre line."""
+
+
+@dataclass
+class _Branch:
+    """Skeleton pixels between two ends; an end is a junction's number or -1 where it is free."""
+
+    pixels: list[Pixel]
+    ends: tuple[int, int]
+
+
+def strands(mask: UInt8[np.ndarray, "h w"], width: float) -> list[Strand]:
+    """The strands of a mask, longest first.
+
+    Args:
+        mask: 1 where there is rope.
+        width: Of the rope [pixels].
+    """
+    skeleton = skeletonize(mask.view(bool))
+    rows, columns = np.nonzero(skeleton)
+    pixels = set(zip(rows.tolist(), columns.tolist(), strict=True))
+    branches = _without_spurs(_traced(pixels), 1.2 * width)
+    chains = _paired(branches, width)
+    found = [_strand(chain, width) for chain in chains]
+    long = [s for s in found if len(s.pixels) >= LEAST_PIXELS]
+    return sorted(long, key=lambda s: -len(s.pixels))
+
+
+def _neighbours(pixels: set[Pixel], p: Pixel) -> list[Pixel]:
+    r, c = p
+    near = [(r + dr, c + dc) for dr, dc in NEIGHBOURS if (r + dr, c + dc) in pixels]
+    # A diagonal beside a straight neighbour is the corner of a staircase, not a branch.
+    return [
+        (a, b) for a, b in near if a == r or b == c or not ((a, c) in pixels or (r, b) in pixels)
+    ]
+
+
+def _traced(pixels: set[Pixel]) -> list[_Branch]:
+    """Cuts the skeleton at its junctions."""
+    near = {p: _neighbours(pixels, p) for p in pixels}
+    crossing = {p for p, q in near.items() if len(q) > 2}
+    junction = _clusters(crossing)
+    branches: list[_Branch] = []
+    used: set[Pixel] = set()
+
+    def follow(start: Pixel, first: Pixel | None) -> _Branch:
+        path, end = [start], -1
+        used.add(start)
+        before, here = first, start
+        while True:
+            onward = [q for q in near[here] if q != before and (q in crossing or q not in used)]
+            stops = [q for q in onward if q in crossing]
+            if stops and not (len(path) == 1 and before in crossing and len(onward) > 1):
+                end = junction[stops[0]]
+                break
+            onward = [q for q in onward if q not in crossing]
+            if not onward:
+                break
+            before, here = here, onward[0]
+            used.add(here)
+            path.append(here)
+        return _Branch(path, (junction[first] if first is not None else -1, end))
+
+    for p in sorted(crossing):
+        for q in near[p]:
+            if q not in crossing and q not in used:
+                branches.append(follow(q, p))
+    for p in sorted(pixels):
+        if p not in used and p not in crossing and len(near[p]) <= 1:
+            branches.append(follow(p, None))
+    for p in sorted(pixels):
+        # What is left are closed rings.
+        if p not in used and p not in crossing:
+            branches.append(follow(p, None))
+    return branches
+
+
+def _clusters(crossing: set[Pixel]) -> dict[Pixel, int]:
+    """Numbers junction pixels; those that touch share a number."""
+    number: dict[Pixel, int] = {}
+    for count, seed in enumerate(sorted(crossing)):
+        if seed in number:
+            continue
+        stack = [seed]
+        number[seed] = count
+        while stack:
+            r, c = stack.pop()
+            for dr, dc in NEIGHBOURS:
+                q = (r + dr, c + dc)
+                if q in crossing and q not in number:
+                    number[q] = count
+                    stack.append(q)
+    return number
+
+
+def _without_spurs(branches: list[_Branch], longest: float) -> list[_Branch]:
+    """Drops short branches with one free end, and joins what a junction of two has left."""
+    kept = [
+        b for b in branches if len(b.pixels) > longest or (min(b.ends) == -1) == (max(b.ends) == -1)
+    ]
+    degree: dict[int, int] = {}
+    for b in kept:
+        for end in b.ends:
+            degree[end] = degree.get(end, 0) + 1
+    # A junction that lost all but nothing keeps its spurs: they are the strand's own tips.
+    lonely = {k for k, v in degree.items() if k >= 0 and v < 2}
+    kept += [b for b in branches if b not in kept and (set(b.ends) & lonely)]
+    return kept
+
+
+def _paired(branches: list[_Branch], width: float) -> list[list[_Branch]]:
+    """Joins branches across junctions as straight as possible, into chains of whole strands."""
+    # Two junctions joined by a bridge shorter than the rope is wide are one crossing.
+    alias: dict[int, int] = {}
+
+    def root(k: int) -> int:
+        while k in alias:
+            k = alias[k]
+        return k
+
+    solid: list[_Branch] = []
+    for b in branches:
+        if min(b.ends) >= 0 and len(b.pixels) < 2.0 * width:
+            if root(b.ends[0]) != root(b.ends[1]):
+                alias[root(b.ends[0])] = root(b.ends[1])
+        else:
+            solid.append(b)
+    meeting: dict[int, list[tuple[int, int]]] = {}
+    for k, b in enumerate(solid):
+        for side, end in enumerate(b.ends):
+            if end >= 0:
+                meeting.setdefault(root(end), []).append((k, side))
+    partner: dict[tuple[int, int], tuple[int, int]] = {}
+    for arms in meeting.values():
+        for a, b in _straightest(arms, solid, width):
+            partner[a], partner[b] = b, a
+    return _chained(solid, partner)
+
+
+def _straightest(
+    arms: list[tuple[int, int]], branches: list[_Branch], width: float
+) -> list[tuple[tuple[int, int], tuple[int, int]]]:
+    """The pairs of branch ends with the least turning, greedily."""
+    reach = max(3, round(2.5 * width))
+
+    def outward(arm: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+        pixels = branches[arm[0]].pixels
+        path = pixels if arm[1] == 0 else pixels[::-1]
+        near, far = np.array(path[min(1, len(path) - 1)]), np.array(path[min(reach, len(path) - 1)])
+        return near.astype(float), (far - near) / max(float(np.linalg.norm(far - near)), 1e-9)
+
+    heads = {arm: outward(arm) for arm in arms}
+    ranked = sorted(
+        (float(heads[a][1] @ heads[b][1]), a, b)
+        for a, b in itertools.combinations(arms, 2)
+        if a[0] != b[0]
+    )
+    taken: set[tuple[int, int]] = set()
+    pairs = []
+    for cosine, a, b in ranked:
+        # Two branches that turn back by more than 60 degrees are no single strand.
+        if cosine < 0.5 and a not in taken and b not in taken:
+            taken |= {a, b}
+            pairs.append((a, b))
+    return pairs
+
+
+def _chained(
+    branches: list[_Branch], partner: dict[tuple[int, int], tuple[int, int]]
+) -> list[list[_Branch]]:
+    """Follows partners from open ends; rings are opened anywhere."""
+    chains: list[list[_Branch]] = []
+    used: set[int] = set()
+    starts = [(k, s) for k in range(len(branches)) for s in (0, 1) if (k, s) not in partner]
+    starts += [(k, 0) for k in range(len(branches))]
+    for start in starts:
+        if start[0] in used:
+            continue
+        chain: list[_Branch] = []
+        at: tuple[int, int] | None = start
+        while at is not None and at[0] not in used:
+            k, side = at
+            used.add(k)
+            b = branches[k]
+            chain.append(b if side == 0 else _Branch(b.pixels[::-1], (b.ends[1], b.ends[0])))
+            at = partner.get((k, 1 - side))
+        chains.append(chain)
+    return chains
+
+
+def _strand(chain: list[_Branch], width: float) -> Strand:
+    pixels: list[Pixel] = []
+    clear: list[bool] = []
+    near = max(2, round(width))
+    for b in chain:
+        good = [True] * len(b.pixels)
+        for side, end in enumerate(b.ends):
+            if end >= 0:
+                span = range(min(near, len(good)))
+                for k in span:
+                    good[k if side == 0 else -1 - k] = False
+        pixels += b.pixels
+        clear += good
+    return Strand(np.array(pixels, float).reshape(-1, 2)[:, ::-1].copy(), np.array(clear, bool))

@@ -1,0 +1,131 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from services.perception.centerline import CenterlineEstimator, Estimate, Expected, RopeModel
+from services.sim.camera import SensorNoise
+from shared.geometry import polylines
+from shared.geometry.cameras import Camera, Intrinsics
+from tests.services.perception.scenes import CAMERA, ROPE, curve, grips, screen, taken
+
+CABLE = RopeModel(length=0.55, radius=0.0025, node_count=40)
+
+
+def errors(estimate: Estimate, nodes: np.ndarray) -> np.ndarray:
+    assert estimate.lost == ""
+    return np.linalg.norm(estimate.positions - nodes, axis=1)
+
+
+@pytest.mark.parametrize("rope", [ROPE, CABLE], ids=["rope", "cable"])
+def test_nodes_are_found_to_half_a_millimetre(rope: RopeModel) -> None:
+    estimator = CenterlineEstimator(CAMERA, rope)
+    found = []
+    for seed in range(8):
+        nodes = curve(seed, rope)
+        frame = taken(nodes, rope=rope, frame=seed)
+        estimate = estimator.estimate(frame.color, frame.depth, *grips(nodes))
+        found.append(errors(estimate, nodes))
+        assert np.mean(estimate.observed) > 0.95
+    assert np.mean(found) < 0.5e-3
+    assert np.max(np.mean(found, axis=1)) < 1.0e-3
+
+
+def test_sigma_tells_the_error() -> None:
+    estimator = CenterlineEstimator(CAMERA, ROPE)
+    ratios = []
+    for seed in range(8):
+        nodes = curve(seed)
+        frame = taken(nodes, frame=seed)
+        estimate = estimator.estimate(frame.color, frame.depth, *grips(nodes))
+        ratios.append(errors(estimate, nodes)[2:-2] / estimate.sigma[2:-2])
+    assert np.mean(np.array(ratios) < 2.0) > 0.9
+    # And not by crying wolf.
+    assert np.median(ratios) > 0.3
+
+
+def test_the_chain_has_the_length_of_the_rope() -> None:
+    nodes = curve(3)
+    frame = taken(nodes, noise=SensorNoise(depth_sigma=0.003))
+    estimate = CenterlineEstimator(CAMERA, ROPE).estimate(frame.color, frame.depth, *grips(nodes))
+    assert polylines.length(estimate.positions) == pytest.approx(ROPE.length, rel=2e-3)
+
+
+def test_a_hidden_third_is_bridged_and_marked() -> None:
+    estimator = CenterlineEstimator(CAMERA, ROPE)
+    for seed in range(4):
+        nodes = curve(seed, bend=0.7)
+        frame = taken(nodes, (screen(nodes, 10, 19),))
+        estimate = estimator.estimate(frame.color, frame.depth, *grips(nodes))
+        error = errors(estimate, nodes)
+        assert not np.any(estimate.observed[12:18])
+        assert np.all(estimate.observed[2:8])
+        assert np.median(error) < 2e-3
+        assert np.all(estimate.sigma[13:17] > 2.0 * np.median(estimate.sigma[2:8]))
+
+
+def test_an_expected_shape_bridges_what_is_hidden() -> None:
+    estimator = CenterlineEstimator(CAMERA, ROPE)
+    nodes = curve(5)
+    frame = taken(nodes, (screen(nodes, 9, 20),))
+    expected = Expected(nodes + 0.001, np.full(len(nodes), 0.002))
+    estimate = estimator.estimate(frame.color, frame.depth, *grips(nodes), expected)
+    assert np.max(errors(estimate, nodes)) < 3e-3
+
+
+def test_hidden_nodes_never_become_surer_by_expecting_them() -> None:
+    estimator = CenterlineEstimator(CAMERA, ROPE)
+    nodes = curve(5)
+    frame = taken(nodes, (screen(nodes, 9, 20),))
+    expected = Expected(nodes + 0.02, np.full(len(nodes), 0.02))
+    estimate = estimator.estimate(frame.color, frame.depth, *grips(nodes), expected)
+    assert np.all(~estimate.observed[12:18])
+    assert np.all(errors(estimate, nodes) < 3.0 * estimate.sigma + 1e-3)
+
+
+def test_unknown_ends_are_still_found() -> None:
+    nodes = curve(2)
+    frame = taken(nodes)
+    estimate = CenterlineEstimator(CAMERA, ROPE).estimate(frame.color, frame.depth)
+    assert np.mean(errors(estimate, nodes)) < 4e-3
+
+
+def test_a_dark_image_says_lost() -> None:
+    black = np.zeros((480, 640, 3), np.uint8)
+    estimate = CenterlineEstimator(CAMERA, ROPE).estimate(
+        black, np.full((480, 640), 900, np.uint16)
+    )
+    assert "no pixel is brighter than 128" in estimate.lost
+    assert estimate.positions.shape == (0, 3)
+
+
+def test_an_image_without_depth_says_lost() -> None:
+    frame = taken(curve(1))
+    estimate = CenterlineEstimator(CAMERA, ROPE).estimate(frame.color, 0 * frame.depth)
+    assert "no depth" in estimate.lost
+
+
+def test_an_image_of_another_size_says_lost() -> None:
+    small = Camera(Intrinsics.symmetric(320, 240, math.radians(65.0)), CAMERA.T_world_camera)
+    frame = taken(curve(1))
+    estimate = CenterlineEstimator(small, ROPE).estimate(frame.color, frame.depth)
+    assert "the calibration says 320 x 240" in estimate.lost
+
+
+def test_a_scrap_of_rope_says_lost() -> None:
+    nodes = curve(1)
+    frame = taken(nodes[:3])
+    estimate = CenterlineEstimator(CAMERA, ROPE).estimate(frame.color, frame.depth)
+    assert "only" in estimate.lost
+
+
+def test_the_same_frame_gives_the_same_bits() -> None:
+    nodes = curve(4)
+    frame = taken(nodes)
+    runs = [
+        CenterlineEstimator(CAMERA, ROPE).estimate(frame.color, frame.depth, *grips(nodes))
+        for _ in range(2)
+    ]
+    assert runs[0].positions.tobytes() == runs[1].positions.tobytes()

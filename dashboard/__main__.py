@@ -1,0 +1,9 @@
+"""python -m dashboard"""
+
+from __future__ import annotations
+
+from dashboard.service import DashboardOptions
+from shared.live import main
+
+if __name__ == "__main__":
+    main("dashboard", DashboardOptions)

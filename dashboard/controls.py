@@ -1,0 +1,127 @@
+"""The headline, the run's buttons and the arms' buttons."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import viser
+
+from dashboard import palette, wording
+from dashboard.actions import Actions
+from dashboard.outbox import Complaint, Outbox
+from dashboard.wording import Line
+from shared.messages import PAUSED, RUNNING, ArmCommand, ArmStates, TaskRequest, TaskState
+
+RESET = "Reset"
+
+
+class RunControls:
+    """What the whole cell does, and the four buttons of a run."""
+
+    def __init__(
+        self, gui: viser.GuiApi, actions: Actions, outbox: Outbox, resettable: bool
+    ) -> None:
+        """Args:
+        resettable: Whether the cell is simulated as a whole, so that it can return to its start.
+        """
+        self._headline = gui.add_html(wording.as_html(wording.headline(None, 0.0, None)))
+        self._shown: Line | None = None
+        self._start = gui.add_button(
+            "Start",
+            icon=viser.Icon.PLAYER_PLAY,
+            color=palette.GOOD,
+            hint="Move the rope to the goal",
+        )
+        self._start.on_click(lambda _: actions.put(lambda: outbox.task(TaskRequest.START, "Start")))
+        names = ("Pause", "Stop", RESET) if resettable else ("Pause", "Stop")
+        requests = {
+            "Pause": TaskRequest.PAUSE,
+            "Stop": TaskRequest.STOP,
+            RESET: TaskRequest.RESET,
+        }
+        group = gui.add_button_group(
+            "Run",
+            names,
+            hint="Pause holds and can be resumed; Stop ends the run; Reset returns to the start",
+        )
+        group.on_click(
+            lambda event: actions.put(
+                lambda name=event.target.value: outbox.task(requests[name], name)
+            )
+        )
+
+    def update(self, line: Line, task: TaskState | None) -> None:
+        """Shows the cell's state."""
+        if line != self._shown:
+            self._shown = line
+            self._headline.content = wording.as_html(line, size="1.15em")
+        label = "Resume" if task is not None and task.state == PAUSED else "Start"
+        if self._start.label != label:
+            self._start.label = label
+        running = task is None or task.state == RUNNING
+        if self._start.disabled != running:
+            self._start.disabled = running
+
+
+class ArmControls:
+    """What the gateway says, and the buttons that it understands."""
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        actions: Actions,
+        outbox: Outbox,
+        complain: Callable[[Complaint], None],
+    ) -> None:
+        self._outbox = outbox
+        self._complain = complain
+        self._boot = ""
+        self._state = gui.add_html("")
+        self._shown: Line | None = None
+        self._acknowledge = gui.add_button(
+            "Acknowledge",
+            icon=viser.Icon.CHECK,
+            color=palette.WARNING,
+            visible=False,
+            hint="You have looked at the cell: it may move again",
+        )
+        self._arm = gui.add_button("Arm", icon=viser.Icon.POWER, color=palette.BRAND, visible=False)
+        self._hold = gui.add_button(
+            "Hold",
+            icon=viser.Icon.HAND_STOP,
+            color=palette.BAD,
+            hint="Brake now. This is software: the emergency stop is the hard-wired one",
+        )
+        self._disarm = gui.add_button("Disarm", icon=viser.Icon.POWER, color=(70, 78, 92))
+        for button, action, words in (
+            (self._acknowledge, ArmCommand.ACKNOWLEDGE, "Acknowledge"),
+            (self._arm, ArmCommand.ARM, "Arm"),
+            (self._hold, ArmCommand.HOLD, "Hold"),
+            (self._disarm, ArmCommand.DISARM, "Disarm"),
+        ):
+            button.on_click(lambda _, a=action, w=words: actions.put(lambda: self._command(a, w)))
+
+    def _command(self, action: ArmCommand.Action, words: str) -> None:
+        if not self._boot:
+            self._complain(Complaint(f"{words}: not sent", "The robot gateway has not spoken yet."))
+            return
+        self._outbox.arm(action, self._boot, words)
+
+    def update(self, arms: ArmStates | None, age: float) -> None:
+        """Shows the gateway's state and offers what makes sense in it."""
+        line = wording.arms_line(arms, age)
+        if line != self._shown:
+            self._shown = line
+            self._state.content = wording.as_html(line)
+        if arms is None:
+            return
+        self._boot = arms.boot
+        disarmed = arms.mode == ArmStates.DISARMED
+        for button, wanted in (
+            (self._acknowledge, arms.needs_acknowledgement),
+            (self._arm, disarmed),
+            (self._disarm, not disarmed),
+            (self._hold, not disarmed),
+        ):
+            if button.visible != wanted:
+                button.visible = wanted

@@ -1,0 +1,166 @@
+"""Messages of a cell as its services would send them, for pages without a stack.
+
+The rope is a parabola between two grips, no rod: enough to look at, nothing to measure.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+
+from dashboard.page import CAMERA_COLOR, SERVICES
+from shared import topics
+from shared.geometry import polylines
+from shared.messages import (
+    IDLE,
+    RUNNING,
+    ArmState,
+    ArmStates,
+    Goal,
+    Health,
+    NodeChain,
+    Parameter,
+    Parameters,
+    Path,
+    Plan,
+    Scene,
+    TaskState,
+    grip,
+    obstacle_message,
+)
+from shared.scenario import SIDES, Scenario
+from shared.service import SECOND, Mailbox, Publication, Received, Service
+from shared.topics import Topic
+
+
+def hanging(left: np.ndarray, right: np.ndarray, length: float, count: int) -> np.ndarray:
+    """A parabola of the given length between two points [m]."""
+    t = np.linspace(0.0, 1.0, 400)[:, None]
+    low, high = 0.0, 2.0 * length
+    for _ in range(40):
+        sag = (low + high) / 2.0
+        nodes = left + t * (right - left) - 4.0 * t * (1.0 - t) * np.array([0.0, 0.0, sag])
+        low, high = (sag, high) if polylines.length(nodes) < length else (low, sag)
+    return polylines.resampled(nodes, count)
+
+
+class Stage:
+    """Delivers messages to one service and steps it."""
+
+    def __init__(self, service: Service, scenario: Scenario) -> None:
+        self.scenario = scenario
+        self.now = 1_000 * SECOND
+        self._service = service
+        self._mailbox = Mailbox(service.reads)
+        self._sequence = 0
+
+    def send(self, topic: Topic, message: object) -> None:
+        """One message on its way."""
+        self._sequence += 1
+        self._mailbox.deliver(topic.key, Received(message, "stage", self._sequence, self.now))
+
+    def step(self, seconds: float = 1.0 / 30.0) -> list[Publication]:
+        """The service's answer, some time later."""
+        self.now += round(seconds * SECOND)
+        return list(self._service.step(self._mailbox.take(), self.now))
+
+    def nodes(self, fraction: float) -> np.ndarray:
+        """The rope on its way from start to goal."""
+        start, goal = (
+            np.array([g.position for g in self.scenario.grips(s)])
+            for s in (self.scenario.start, self.scenario.goal)
+        )
+        over = np.array([0.0, 0.0, 0.1 * np.sin(np.pi * fraction)])
+        left, right = (1.0 - fraction) * start + fraction * goal + over
+        return hanging(left, right, self.scenario.rope.length, self.scenario.rope.node_count)
+
+    def goal(self) -> Goal:
+        """The goal as the controller publishes it."""
+        left, right = self.scenario.grips(self.scenario.goal)
+        return Goal(positions=self.nodes(1.0).ravel(), left=grip(left), right=grip(right))
+
+    def arms(self, nodes: np.ndarray, **fields: object) -> ArmStates:
+        """Both arms at the ends of the rope."""
+        grips = self.scenario.grips(self.scenario.start)
+        arms = [
+            ArmState(
+                arm=side,
+                driver=self.scenario.end(side).driver,
+                position=nodes[0 if side == "left" else -1],
+                orientation=pose.orientation,
+                gripper_closed=True,
+            )
+            for side, pose in zip(SIDES, grips, strict=True)
+        ]
+        return ArmStates(
+            **{"stamp": self.now, "boot": "boot-1", "mode": ArmStates.ARMED, "arms": arms, **fields}
+        )
+
+    def play(self, fraction: float) -> None:
+        """Everything that a running cell says at one moment of its run."""
+        scenario, nodes = self.scenario, self.nodes(fraction)
+        count = len(nodes)
+        sigma = 0.001 + 0.004 * np.sin(np.linspace(0.0, np.pi, count)) ** 8
+        observed = np.abs(np.arange(count) - 0.7 * count) > 2
+        error = polylines.mean_node_distance(nodes, self.nodes(1.0))
+        running = 0.0 < fraction < 1.0
+        task = TaskState(
+            stamp=self.now,
+            state=RUNNING if running else IDLE,
+            goal=self.goal(),
+            goal_revision=1,
+            run="20260101-three-cylinders",
+            run_started=1_000 * SECOND if running else 0,
+            error=error,
+            clearance=0.02 + 0.05 * (2.0 * fraction - 1.0) ** 2,
+        )
+        ahead = [self.nodes(min(1.0, fraction + 0.03 * k)) for k in range(1, 6)]
+        way = [self.nodes(f) for f in np.linspace(0.0, 1.0, 40)]
+        parameter = Parameter(
+            name="youngs_modulus",
+            value=1.0e6 + 2e5 * fraction,
+            standard_deviation=1e5 * (1.2 - fraction),
+            unit="Pa",
+        )
+        for topic, message in (
+            (topics.TASK_STATE, task),
+            (
+                topics.ROPE_NODES,
+                NodeChain(stamp=self.now, positions=nodes.ravel(), sigma=sigma, observed=observed),
+            ),
+            (topics.ROPE_TRUTH, NodeChain(stamp=self.now, positions=nodes.ravel() + 0.001)),
+            (
+                topics.CONTROLLER_PLAN,
+                Plan(stamp=self.now, node_count=count, nodes=np.concatenate(ahead).ravel()),
+            ),
+            (
+                topics.CONTROLLER_PATH,
+                Path(
+                    left_positions=np.array([w[0] for w in way]).ravel(),
+                    right_positions=np.array([w[-1] for w in way]).ravel(),
+                    nodes=np.concatenate(way).ravel(),
+                    node_count=count,
+                ),
+            ),
+            (
+                topics.CONTROLLER_PARAMETERS,
+                Parameters(stamp=self.now, parameters=[parameter], prediction_error=1e-3),
+            ),
+            (topics.ARM_STATE, self.arms(nodes, mode=ArmStates.MOVING)),
+            (
+                topics.SCENE_STATE,
+                Scene(revision=1, obstacles=[obstacle_message(b) for b in scenario.bodies]),
+            ),
+        ):
+            self.send(topic, message)
+        for name in SERVICES:
+            health = Health(service=name, period_ms=20.0, step_p50_ms=4.2, step_p99_ms=9.1)
+            self.send(topics.HEALTH.at(name), health)
+
+    def picture(self) -> None:
+        """One camera image, a grey ramp."""
+        width, height = self.scenario.sensing.resolution
+        ramp = np.tile(np.linspace(30, 90, width).astype(np.uint8), (height, 1))
+        data = cv2.imencode(".jpg", cv2.cvtColor(ramp, cv2.COLOR_GRAY2BGR))[1].tobytes()
+        self.send(CAMERA_COLOR, CompressedImage(data=data, format="jpeg"))

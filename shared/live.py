@@ -53,6 +53,8 @@ class LiveOptions(BusOptions):
     scenario: Path = Path("scenarios/three-cylinders.toml")
     restarted: bool = False
     """This replaces a process that died: nothing is armed without a person."""
+    heartbeat: Path | None = None
+    """File to touch every second, for whoever watches this process from outside."""
 
 
 class Stopped(BaseException):
@@ -82,7 +84,7 @@ def main(module: str, extra: type | None = None) -> None:
             options = {f.name: getattr(live, f.name) for f in fields(BusOptions)}
             clock = SystemClock()
             with buses.open(BusOptions(**options), session, clock) as bus:
-                run(service, bus, clock, session)
+                run(service, bus, clock, session, live.heartbeat)
     except ImportError as error:
         sys.exit(_missing(module, name, error))
     except (ConfigurationError, BusError) as error:
@@ -95,7 +97,9 @@ def main(module: str, extra: type | None = None) -> None:
         sys.exit(EXIT_EXCEPTION)
 
 
-def run(service: Service, bus: Bus, clock: Clock, session: str) -> None:
+def run(
+    service: Service, bus: Bus, clock: Clock, session: str, heartbeat: Path | None = None
+) -> None:
     """Steps a warm service until a signal comes.
 
     Raises:
@@ -104,7 +108,7 @@ def run(service: Service, bus: Bus, clock: Clock, session: str) -> None:
     """
     handler = BusHandler(bus.publisher(topics.LOG.at(service.name)), service.name)
     logging.getLogger().addHandler(handler)
-    runner = Runner(service, bus, clock, session)
+    runner = Runner(service, bus, clock, session, heartbeat)
     bus.declare_alive(service.name)
     # What exists now stays: a collection must not walk through it in the middle of a step.
     gc.collect()
@@ -145,8 +149,11 @@ def _keep_pace(runner: Runner, period: int) -> None:
 class Runner:
     """One service between its subscriptions and its publishers."""
 
-    def __init__(self, service: Service, bus: Bus, clock: Clock, session: str) -> None:
+    def __init__(
+        self, service: Service, bus: Bus, clock: Clock, session: str, heartbeat: Path | None
+    ) -> None:
         self._service = service
+        self._heartbeat = heartbeat
         self._clock = clock
         self._mailbox = Mailbox(service.reads)
         self._newest: dict[str, int] = {}
@@ -184,7 +191,9 @@ class Runner:
         self.meter.add(time.perf_counter_ns() - start)
 
     def report(self) -> None:
-        """Publishes the service's health."""
+        """Publishes the service's health and shows that the process lives."""
+        if self._heartbeat:
+            self._heartbeat.touch()
         now = self._clock.now()
         health = self.meter.report({key: now - at for key, at in self._newest.items()})
         health.service = self._service.name

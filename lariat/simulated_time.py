@@ -26,7 +26,7 @@ START = SECOND
 
 @dataclass(frozen=True)
 class Delivery:
-    """One message, as bytes, at the instant when it becomes visible."""
+    """One message, as bytes, with what the bus says of it."""
 
     topic: Topic
     payload: bytes
@@ -34,8 +34,13 @@ class Delivery:
     """Id of the process start that sent it."""
     sequence: int
     """Its number among the publisher's messages on this topic, from 0."""
-    instant: int
-    """When it is received [ns]."""
+    received: int
+    """When it becomes visible [ns]."""
+
+    @property
+    def key(self) -> str:
+        """Of its topic."""
+        return self.topic.key
 
     def parse(self) -> Any:
         """The message, as an object of one's own."""
@@ -154,12 +159,12 @@ class SimulatedStack:
     def _deliver(self) -> None:
         while self._pending and self._pending[0][0] <= self.now:
             delivery = heapq.heappop(self._pending)[2]
-            self._newest[delivery.topic.key] = delivery
-            for mailbox in self._readers[delivery.topic.key]:
+            self._newest[delivery.key] = delivery
+            for mailbox in self._readers[delivery.key]:
                 mailbox.deliver(
-                    delivery.topic.key,
+                    delivery.key,
                     Received(
-                        delivery.parse(), delivery.publisher, delivery.sequence, delivery.instant
+                        delivery.parse(), delivery.publisher, delivery.sequence, delivery.received
                     ),
                 )
             for tap in self.taps:

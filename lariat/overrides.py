@@ -1,0 +1,93 @@
+"""Scenarios with single values replaced: `--set sensing.source=truth --set rope.length=0.5`.
+
+The changed scenario is written out as TOML again, so that a recording holds what was run.
+"""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from shared.configuration import ConfigurationError
+from shared.scenario import Scenario, load, parse
+
+
+def load_with(path: Path, settings: Sequence[str], seed: int | None = None) -> Scenario:
+    """A scenario file with some of its values replaced.
+
+    Args:
+        path: The file.
+        settings: Each "dotted.key=value"; the value is TOML, or a text without quotes.
+        seed: Replaces the file's.
+
+    Raises:
+        ConfigurationError: The file or a setting is wrong.
+    """
+    if seed is not None:
+        settings = [*settings, f"seed={seed}"]
+    scenario = load(path)
+    if not settings:
+        return scenario
+    table = tomllib.loads(scenario.text)
+    for setting in settings:
+        key, equals, value = setting.partition("=")
+        if not equals or not key:
+            raise ConfigurationError(f"--set {setting!r} has no value; write --set KEY=VALUE")
+        _put(table, key.strip(), _parsed(value.strip()))
+    return parse(to_toml(table), scenario.folder, source=f"{path} with {', '.join(settings)}")
+
+
+def _parsed(value: str) -> Any:
+    try:
+        return tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        return value
+
+
+def _put(table: dict[str, Any], key: str, value: Any) -> None:
+    *path, last = key.split(".")
+    place: Any = table
+    for depth, part in enumerate([*path, last]):
+        if isinstance(place, list):
+            if not part.isdigit() or int(part) >= len(place):
+                where = ".".join(key.split(".")[:depth])
+                raise ConfigurationError(
+                    f"--set {key}: {where} is a list of {len(place)}; "
+                    f"{part!r} must be a number from 0 to {len(place) - 1}"
+                )
+            part = int(part)
+        elif not isinstance(place, dict):
+            raise ConfigurationError(f"--set {key}: {part!r} is asked of {place!r}, no table")
+        if depth == len(path):
+            place[part] = value
+        else:
+            place = place.setdefault(part, {}) if isinstance(place, dict) else place[part]
+
+
+def to_toml(table: Mapping[str, Any]) -> str:
+    """A table of tables, lists and scalars as TOML."""
+    return "\n".join(_lines(table, ())) + "\n"
+
+
+def _lines(table: Mapping[str, Any], path: tuple[str, ...]) -> list[str]:
+    plain, nested = [], []
+    for key, value in table.items():
+        name = ".".join((*path, key))
+        if isinstance(value, Mapping):
+            nested += ["", f"[{name}]", *_lines(value, (*path, key))]
+        elif isinstance(value, list) and value and all(isinstance(v, Mapping) for v in value):
+            for item in value:
+                nested += ["", f"[[{name}]]", *_lines(item, (*path, key))]
+        else:
+            plain.append(f"{key} = {_scalar(value)}")
+    return plain + nested
+
+
+def _scalar(value: Any) -> str:
+    if isinstance(value, list):
+        return "[" + ", ".join(_scalar(v) for v in value) + "]"
+    # A JSON text without escapes beyond the Basic Multilingual Plane is a TOML text.
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str | bool) else repr(value)

@@ -1,0 +1,152 @@
+"""What viewers such as Foxglove draw of a cell: rope, prediction, goal, obstacles and grips."""
+
+from __future__ import annotations
+
+import numpy as np
+from foxglove_schemas_protobuf.Color_pb2 import Color
+from foxglove_schemas_protobuf.CubePrimitive_pb2 import CubePrimitive
+from foxglove_schemas_protobuf.CylinderPrimitive_pb2 import CylinderPrimitive
+from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
+from foxglove_schemas_protobuf.Point3_pb2 import Point3
+from foxglove_schemas_protobuf.Pose_pb2 import Pose as PoseMessage
+from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
+from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+from foxglove_schemas_protobuf.SpherePrimitive_pb2 import SpherePrimitive
+from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
+from jaxtyping import Float64
+
+from shared import topics
+from shared.geometry import poses
+from shared.geometry.obstacles import Obstacle
+from shared.geometry.poses import Pose
+from shared.messages import ArmStates, arm_pose, chain, scene_obstacles, timestamp
+from shared.scenario import SIDES, Scenario
+
+FRAME = "world"
+ROPE = Color(r=1.0, g=0.62, b=0.1, a=1.0)
+PREDICTION = Color(r=0.2, g=0.75, b=1.0, a=0.8)
+GOAL = Color(r=0.25, g=0.85, b=0.35, a=0.9)
+OBSTACLE = Color(r=0.6, g=0.62, b=0.68, a=0.9)
+SUPPORT = Color(r=0.62, g=0.55, b=0.45, a=0.6)
+GRIP = Color(r=0.85, g=0.2, b=0.3, a=1.0)
+GROUND = 2.0
+"""Extent of a half space as it is drawn [m]."""
+DRAWN = (
+    topics.ROPE_NODES,
+    topics.TASK_STATE,
+    topics.SCENE_STATE,
+    topics.CONTROLLER_PLAN,
+    topics.ARM_STATE,
+)
+
+
+class View:
+    """Keeps the newest state of what is drawn."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._thickness = scenario.rope.diameter
+        self._gripper = (scenario.limits.gripper_radius, scenario.limits.gripper_height)
+        self._kinds = {topic.key: topic.type for topic in DRAWN}
+        self._newest: dict[str, bytes] = {}
+
+    def take(self, key: str, payload: bytes) -> None:
+        """Takes one message of any topic."""
+        if key in self._kinds:
+            self._newest[key] = payload
+
+    def draw(self, now: int) -> SceneUpdate:
+        """Everything that is known at an instant [ns]."""
+        update = SceneUpdate()
+        newest = {key: self._kinds[key].FromString(p) for key, p in self._newest.items()}
+        entities = {key: self._entity(update, key, now) for key in ("rope", "goal", "prediction")}
+        if rope := newest.get(topics.ROPE_NODES.key):
+            self._line(entities["rope"], chain(rope.positions), ROPE)
+        if task := newest.get(topics.TASK_STATE.key):
+            self._line(entities["goal"], chain(task.goal.positions), GOAL)
+        if (plan := newest.get(topics.CONTROLLER_PLAN.key)) and plan.node_count:
+            self._line(entities["prediction"], chain(plan.nodes)[-plan.node_count :], PREDICTION)
+        if scene := newest.get(topics.SCENE_STATE.key):
+            entity = self._entity(update, "obstacles", now)
+            for obstacle in scene_obstacles(scene):
+                _add_obstacle(entity, obstacle)
+        if arms := newest.get(topics.ARM_STATE.key):
+            self._add_grippers(self._entity(update, "grippers", now), arms)
+        return update
+
+    def _entity(self, update: SceneUpdate, name: str, now: int) -> SceneEntity:
+        # An entity replaces the older one of its name.
+        return update.entities.add(timestamp=timestamp(now), frame_id=FRAME, id=name)
+
+    def _line(self, entity: SceneEntity, nodes: Float64[np.ndarray, "n 3"], color: Color) -> None:
+        if len(nodes):
+            entity.lines.add(
+                type=LinePrimitive.LINE_STRIP,
+                pose=_pose(Pose(np.zeros(3), poses.IDENTITY)),
+                thickness=self._thickness,
+                points=[Point3(x=x, y=y, z=z) for x, y, z in nodes.tolist()],
+                color=color,
+            )
+
+    def _add_grippers(self, entity: SceneEntity, arms: ArmStates) -> None:
+        radius, height = self._gripper
+        # Bodies point away from the rope, whose z runs from left to right.
+        for side, away in zip(SIDES, (-1.0, 1.0), strict=True):
+            if not any(a.arm == side and len(a.position) == 3 for a in arms.arms):
+                continue
+            grip = arm_pose(arms, side)
+            middle = grip.apply(np.array([0.0, 0.0, away * height / 2.0]))
+            entity.cylinders.append(_cylinder(Pose(middle, grip.orientation), radius, height, GRIP))
+
+
+def _add_obstacle(entity: SceneEntity, obstacle: Obstacle) -> None:
+    pose = Pose(np.array(obstacle.position), np.array(obstacle.orientation))
+    color = SUPPORT if obstacle.support else OBSTACLE
+    match obstacle.shape:
+        case "box":
+            entity.cubes.append(_box(pose, obstacle.size, color))
+        case "sphere":
+            entity.spheres.append(_sphere(pose, obstacle.radius, color))
+        case "cylinder":
+            entity.cylinders.append(_cylinder(pose, obstacle.radius, obstacle.height, color))
+        case "capsule":
+            entity.cylinders.append(_cylinder(pose, obstacle.radius, obstacle.height, color))
+            for end in (-0.5, 0.5):
+                cap = pose.apply(np.array([0.0, 0.0, end * obstacle.height]))
+                entity.spheres.append(_sphere(Pose(cap, pose.orientation), obstacle.radius, color))
+        case "half_space":
+            up = poses.normalized(np.array(obstacle.normal))
+            turn = poses.between(np.array([0.0, 0.0, 1.0]), up)
+            thickness = 1e-3
+            below = Pose(pose.position, poses.multiply(pose.orientation, turn))
+            center = below.apply(np.array([0.0, 0.0, -thickness / 2.0]))
+            size = (GROUND, GROUND, thickness)
+            entity.cubes.append(_box(Pose(center, below.orientation), size, SUPPORT))
+
+
+def _box(pose: Pose, size: tuple[float, float, float], color: Color) -> CubePrimitive:
+    x, y, z = size
+    return CubePrimitive(pose=_pose(pose), size=Vector3(x=x, y=y, z=z), color=color)
+
+
+def _sphere(pose: Pose, radius: float, color: Color) -> SpherePrimitive:
+    size = Vector3(x=2.0 * radius, y=2.0 * radius, z=2.0 * radius)
+    return SpherePrimitive(pose=_pose(pose), size=size, color=color)
+
+
+def _cylinder(pose: Pose, radius: float, height: float, color: Color) -> CylinderPrimitive:
+    return CylinderPrimitive(
+        pose=_pose(pose),
+        size=Vector3(x=2.0 * radius, y=2.0 * radius, z=height),
+        bottom_scale=1.0,
+        top_scale=1.0,
+        color=color,
+    )
+
+
+def _pose(pose: Pose) -> PoseMessage:
+    x, y, z = pose.position.tolist()
+    qw, qx, qy, qz = pose.orientation.tolist()
+    return PoseMessage(
+        position=Vector3(x=x, y=y, z=z), orientation=Quaternion(x=qx, y=qy, z=qz, w=qw)
+    )

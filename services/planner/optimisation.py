@@ -1,0 +1,272 @@
+"""Bends a way of the grips until the rope reaches the goal and keeps its distance on the way.
+
+Gauss-Newton with Levenberg damping on the displacements of both grips in each block. The rope
+follows quasi-statically: implicit steps long enough that it rests along the way, so that the way
+has no speed yet. Lengths enter in millimetres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float64
+
+from services.planner.problem import Problem
+from shared.geometry import obstacles as geometry
+from shared.geometry import poses
+from shared.geometry.clearance import Near, gripper_points, near, with_midpoints
+from shared.geometry.poses import Pose
+from shared.rod import RodState
+
+BLOCKS = 12
+STEPS = 3
+"""Of the rod in a block."""
+SETTLE = 2
+"""Steps at the end without motion."""
+STEP_TIME = 0.4
+"""Long against the rope's swinging [s]."""
+MILLIMETRE = 1e3
+SMOOTHNESS = 0.02
+EFFORT = 0.01
+NEARNESS = 0.5
+RESERVE = 0.004
+"""Kept on top of the wanted clearance, for what motion adds to the quasi-static way [m]."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A way and what it costs."""
+
+    displacements: Float64[np.ndarray, "k 2 6"]
+    """Of each block: translation [m] and rotation [rad]."""
+    cost: float
+    nodes: Float64[np.ndarray, "h n 3"]
+    final: RodState
+    error: float
+    """Mean node distance to the goal at the end [m]."""
+    shortfall: float
+    """Most that any point lacks of the wanted clearance [m]."""
+    rope_near: Near = field(repr=False)
+    body_near: Near = field(repr=False)
+
+
+class PathOptimisation:
+    """One problem with its weights."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        self.margin = problem.clearance + RESERVE
+        self.block_of_step = np.concatenate(
+            [np.repeat(np.arange(BLOCKS), STEPS), np.full(SETTLE, BLOCKS)]
+        )
+        self.packed = geometry.pack(problem.supports) if problem.supports else None
+        # What each block's displacement has contributed to a grip by the end of each step.
+        block, step = np.divmod(np.arange(BLOCKS * STEPS), STEPS)
+        share = np.clip(block[:, None] - np.arange(BLOCKS), 0, 1).astype(float)
+        share[np.arange(len(block)), block] = (step + 1.0) / STEPS
+        self.share = share
+        self.turn = self._turns()
+
+    def trials(self, starts: Sequence[Float64[np.ndarray, "k 2 3"]]) -> list[Trial]:
+        """All starts, rolled out in one launch."""
+        return self._evaluated([np.concatenate([start, self.turn], axis=2) for start in starts])
+
+    def refined(self, trial: Trial, iterations: int) -> Trial:
+        """The way after some iterations of Gauss-Newton."""
+        damping = 1e-3
+        for _ in range(iterations):
+            hessian, slope = self._normal_equations(trial)
+            scale = np.diag(np.diag(hessian)) + 1e-6 * np.eye(len(hessian))
+            for _ in range(5):
+                step = -np.linalg.solve(hessian + damping * scale, slope)
+                change = np.zeros_like(trial.displacements)
+                change[:, self.problem.moves] = step.reshape(BLOCKS, -1)
+                (better,) = self._evaluated([trial.displacements + change])
+                if better.cost < trial.cost:
+                    break
+                damping = min(10.0 * damping, 1e6)
+            else:
+                return trial
+            gain = trial.cost - better.cost
+            trial, damping = better, max(0.2 * damping, 1e-7)
+            if gain < 1e-3 * trial.cost + 1e-4:
+                break
+        return trial
+
+    def grips(
+        self, displacements: Float64[np.ndarray, "k 2 6"]
+    ) -> tuple[Float64[np.ndarray, "s 2 3"], Float64[np.ndarray, "s 2 4"]]:
+        """Positions [m] and orientations of both grips, first now and then after every step."""
+        begin = np.stack([g.position for g in self.problem.grips])
+        q = np.stack([g.orientation for g in self.problem.grips])
+        positions = begin + np.einsum("sk,kec->sec", self.share, displacements[..., :3])
+        turns = np.repeat(displacements[..., 3:] / STEPS, STEPS, axis=0)
+        orientations = [q]
+        for turn in turns:
+            q = poses.normalized(poses.multiply(poses.exponential(turn), q))
+            orientations.append(q)
+        return np.concatenate([begin[None], positions]), np.array(orientations)
+
+    def _actions(self, displacements: Float64[np.ndarray, "k 2 6"]) -> np.ndarray:
+        still = np.zeros((1, 2, 6))
+        return np.concatenate([displacements / (STEPS * STEP_TIME), still])
+
+    def _evaluated(self, ways: Sequence[Float64[np.ndarray, "k 2 6"]]) -> list[Trial]:
+        rollouts = self.problem.rod.rollouts(
+            [self.problem.state] * len(ways),
+            np.stack([self._actions(way) for way in ways]),
+            STEP_TIME,
+            steps=len(self.block_of_step),
+            block_of_step=self.block_of_step,
+            obstacles=self.packed,
+        )
+        return [
+            self._trial(way, r.positions, r.final) for way, r in zip(ways, rollouts, strict=True)
+        ]
+
+    def _trial(
+        self,
+        way: Float64[np.ndarray, "k 2 6"],
+        nodes: Float64[np.ndarray, "h n 3"],
+        final: RodState,
+    ) -> Trial:
+        problem = self.problem
+        miss = nodes[-1] - problem.goal
+        cost = MILLIMETRE**2 * float(np.mean(np.sum(miss**2, axis=1)))
+        points = with_midpoints(nodes[: BLOCKS * STEPS]).reshape(-1, 3)
+        reach = np.full(len(points), self.margin + problem.radius)
+        rope = near(points, problem.obstacles, reach)
+        rope_lack = self.margin + problem.radius - rope.distances
+        bodies = self._bodies(way)
+        wanted = max(problem.clearance, problem.limits.keep_out) + RESERVE
+        wanted += problem.limits.gripper_radius
+        body = near(bodies, problem.obstacles, np.full(len(bodies), wanted))
+        body_lack = wanted - body.distances
+        cost += (MILLIMETRE * NEARNESS) ** 2 * float(rope_lack @ rope_lack + body_lack @ body_lack)
+        for residual, _ in self._grip_residuals(way):
+            cost += float(residual @ residual)
+        return Trial(
+            way,
+            cost,
+            nodes,
+            final,
+            float(np.mean(np.linalg.norm(miss, axis=1))),
+            max(float(np.max(rope_lack, initial=0.0)), float(np.max(body_lack, initial=0.0)))
+            - RESERVE,
+            rope,
+            body,
+        )
+
+    def _bodies(self, way: Float64[np.ndarray, "k 2 6"]) -> Float64[np.ndarray, "p 3"]:
+        positions, orientations = self.grips(way)
+        height = self.problem.limits.gripper_height
+        return np.concatenate(
+            [
+                gripper_points(Pose(p[0], q[0]), Pose(p[1], q[1]), height)
+                for p, q in zip(positions[1:], orientations[1:], strict=True)
+            ]
+        )
+
+    def _normal_equations(
+        self, trial: Trial
+    ) -> tuple[Float64[np.ndarray, "v v"], Float64[np.ndarray, "v"]]:
+        problem = self.problem
+        moves = problem.moves
+        linear = problem.rod.linearize(
+            problem.state,
+            self._actions(trial.displacements),
+            STEP_TIME,
+            steps=len(self.block_of_step),
+            block_of_step=self.block_of_step,
+            obstacles=self.packed,
+        )
+        slopes = linear.d_positions_d_actions[:, :, :, :BLOCKS] / (STEPS * STEP_TIME)
+        rows, residuals = [], []
+        count = problem.rod.node_count
+        scale = MILLIMETRE / np.sqrt(count)
+        rows.append(scale * slopes[-1][..., moves].reshape(3 * count, -1))
+        residuals.append(scale * (trial.nodes[-1] - problem.goal).ravel())
+        hit = trial.rope_near
+        if len(hit.points):
+            step, at = np.divmod(hit.points, 2 * count - 1)
+            first = np.where(at < count, at, at - count)
+            second = np.where(at < count, at, at - count + 1)
+            here = 0.5 * (slopes[step, first] + slopes[step, second])
+            along = np.einsum("ac,ackem->akem", hit.normals, here)
+            rows.append(-MILLIMETRE * NEARNESS * along[..., moves].reshape(len(step), -1))
+            lack = self.margin + problem.radius - hit.distances
+            residuals.append(MILLIMETRE * NEARNESS * lack)
+        hit = trial.body_near
+        if len(hit.points):
+            step, at = np.divmod(hit.points, 6)
+            end = at // 3
+            along = np.zeros((len(step), BLOCKS, 2, 6))
+            along[np.arange(len(step)), :, end, :3] = (
+                self.share[step][:, :, None] * hit.normals[:, None, :]
+            )
+            rows.append(-MILLIMETRE * NEARNESS * along[..., moves].reshape(len(step), -1))
+            wanted = max(problem.clearance, problem.limits.keep_out) + RESERVE
+            lack = wanted + problem.limits.gripper_radius - hit.distances
+            residuals.append(MILLIMETRE * NEARNESS * lack)
+        for residual, row in self._grip_residuals(trial.displacements):
+            rows.append(row[..., moves].reshape(len(residual), -1))
+            residuals.append(residual)
+        jacobian, residual = np.concatenate(rows), np.concatenate(residuals)
+        return jacobian.T @ jacobian, jacobian.T @ residual
+
+    def _grip_residuals(
+        self, way: Float64[np.ndarray, "k 2 6"]
+    ) -> list[tuple[np.ndarray, np.ndarray]]:
+        """What does not depend on the rope: effort, smoothness, reach of the grips, workspace."""
+        problem = self.problem
+        limits = problem.limits
+        # A radian counts as much as the rope's length over two pi.
+        unit = np.where(np.arange(6) < 3, 1.0, problem.rod.properties.length / (2.0 * np.pi))
+        unit = unit * MILLIMETRE
+        identity = np.eye(BLOCKS * 12).reshape(BLOCKS, 2, 6, BLOCKS, 2, 6)
+        scaled = identity * unit[None, None, :, None, None, None]
+        around = np.pad(way * unit, ((1, 1), (0, 0), (0, 0)))
+        bend = np.pad(scaled, ((1, 1), (0, 0), (0, 0), (0, 0), (0, 0), (0, 0)))
+        size = (-1, BLOCKS, 2, 6)
+        found = [
+            (EFFORT * (way * unit).ravel(), EFFORT * scaled.reshape(size)),
+            (
+                SMOOTHNESS * np.diff(around, axis=0).ravel(),
+                SMOOTHNESS * np.diff(bend, axis=0).reshape(size),
+            ),
+        ]
+        positions = self.grips(way)[0][1:]
+        chord = positions[:, 1] - positions[:, 0]
+        distance = np.linalg.norm(chord, axis=1)
+        most = 0.985 * limits.overstretch * problem.rod.properties.length
+        least = limits.spacing + 0.005
+        (bad,) = np.nonzero((distance > most) | (distance < least))
+        if len(bad):
+            excess = distance[bad] - np.clip(distance[bad], least, most)
+            row = np.zeros((len(bad), BLOCKS, 2, 6))
+            direction = chord[bad] / np.maximum(distance[bad], 1e-9)[:, None]
+            pull = self.share[bad][:, :, None] * direction[:, None, :]
+            row[:, :, 1, :3], row[:, :, 0, :3] = pull, -pull
+            found.append((3.0 * MILLIMETRE * excess, 3.0 * MILLIMETRE * row))
+        low, high = np.array(limits.workspace) + np.array([[0.003], [-0.003]])
+        outside = positions - np.clip(positions, low, high)
+        step, end, axis = np.nonzero(outside)
+        if len(step):
+            row = np.zeros((len(step), BLOCKS, 2, 6))
+            row[np.arange(len(step)), :, end, axis] = self.share[step]
+            found.append((MILLIMETRE * outside[step, end, axis], MILLIMETRE * row))
+        return found
+
+    def _turns(self) -> Float64[np.ndarray, "k 2 3"]:
+        """Rotation of each grip in each block: evenly from here to the goal's orientations."""
+        problem = self.problem
+        turns = np.zeros((BLOCKS, 2, 3))
+        for end, (now, goal) in enumerate(zip(problem.grips, problem.goal_grips, strict=True)):
+            if problem.moves[end, 3:].any():
+                whole = poses.logarithm(
+                    poses.multiply(goal.orientation, poses.conjugate(now.orientation))
+                )
+                turns[:, end] = whole / BLOCKS
+        return turns

@@ -1,0 +1,133 @@
+"""A whole path: the best of several ways, put on a clock and checked with the rod in motion."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float64
+
+from services.planner.optimisation import PathOptimisation, Trial
+from services.planner.problem import Problem, WholePath
+from services.planner.starts import starts
+from services.planner.timing import timed
+from shared.geometry import obstacles as geometry
+from shared.geometry import polylines, poses
+from shared.geometry.clearance import gripper_points
+from shared.geometry.obstacles import segment_distance, signed_distance
+from shared.geometry.poses import Pose
+
+DT = 0.02
+"""Between points of a path [s]."""
+ITERATIONS = 12
+TRIES = 3
+"""Ways that are refined, at most."""
+SLOWDOWNS = (1.0, 1.6, 3.0)
+"""Tried in turn when the rope swings too near to something."""
+LEAST_CLEARANCE = 0.005
+"""Below this a path does not count [m]."""
+
+
+def plan(problem: Problem) -> WholePath:
+    """The best path found; its `reason` says what is wrong when it does not reach the goal."""
+    optimisation = PathOptimisation(problem)
+    candidates = sorted(
+        optimisation.trials(starts(problem, len(optimisation.turn))), key=lambda t: t.cost
+    )
+    best: Trial | None = None
+    for candidate in _different(candidates)[:TRIES]:
+        trial = optimisation.refined(candidate, ITERATIONS)
+        if best is None or _rank(trial, problem) < _rank(best, problem):
+            best = trial
+        if trial.error < 0.2 * problem.tolerance and trial.shortfall < 1e-3:
+            break
+    assert best is not None
+    return _on_the_clock(problem, optimisation, best)
+
+
+def _rank(trial: Trial, problem: Problem) -> tuple[bool, bool, float]:
+    """Smaller is better: clear and there, then the cost."""
+    blocked = problem.clearance - trial.shortfall < min(LEAST_CLEARANCE, problem.clearance)
+    return blocked, trial.error > problem.tolerance, trial.cost
+
+
+def _different(trials: list[Trial]) -> list[Trial]:
+    """Trials whose ways differ halfway, in their order."""
+    kept: list[Trial] = []
+    for trial in trials:
+        if all(np.max(np.abs(_halfway(trial) - _halfway(k))) > 0.04 for k in kept):
+            kept.append(trial)
+    return kept
+
+
+def _halfway(trial: Trial) -> Float64[np.ndarray, "2 3"]:
+    half = len(trial.displacements) // 2
+    return np.sum(trial.displacements[:half, :, :3], axis=0)
+
+
+def _on_the_clock(problem: Problem, optimisation: PathOptimisation, trial: Trial) -> WholePath:
+    ways = optimisation.grips(trial.displacements)
+    path = None
+    for slowdown in SLOWDOWNS:
+        positions, orientations = timed(*ways, problem.limits, DT, slowdown)
+        nodes = _moved(problem, positions, orientations)
+        clearance = _clearance(problem, positions, orientations, nodes)
+        if path is None or clearance > path[3]:
+            path = positions, orientations, nodes, clearance
+        if clearance >= min(problem.clearance, problem.clearance - trial.shortfall) - 1e-3:
+            break
+    assert path is not None
+    positions, orientations, nodes, clearance = path
+    reason = _reason(problem, trial, clearance)
+    return WholePath(DT, positions, orientations, nodes, not reason, reason, trial.error, clearance)
+
+
+def _reason(problem: Problem, trial: Trial, clearance: float) -> str:
+    if clearance < min(LEAST_CLEARANCE, problem.clearance):
+        return (
+            f"blocked: every way found comes within {1e3 * clearance:.1f} mm of an obstacle "
+            f"({1e3 * min(LEAST_CLEARANCE, problem.clearance):.0f} mm needed)"
+        )
+    if trial.error > problem.tolerance:
+        return (
+            f"unreachable: the nearest shape found is {1e3 * trial.error:.1f} mm from the goal "
+            f"on average (tolerance {1e3 * problem.tolerance:.1f} mm)"
+        )
+    return ""
+
+
+def _moved(
+    problem: Problem,
+    positions: Float64[np.ndarray, "t 2 3"],
+    orientations: Float64[np.ndarray, "t 2 4"],
+) -> Float64[np.ndarray, "t n 3"]:
+    """The rope's nodes along a timed path, dynamics included [m]."""
+    turns = poses.logarithm(poses.multiply(orientations[1:], poses.conjugate(orientations[:-1])))
+    actions = np.concatenate([np.diff(positions, axis=0), turns], axis=2) / DT
+    packed = geometry.pack(problem.supports) if problem.supports else None
+    rollout = problem.rod.rollout(problem.state, actions, DT, obstacles=packed)
+    return np.concatenate([problem.state.positions[None], rollout.positions])
+
+
+def _clearance(
+    problem: Problem,
+    positions: Float64[np.ndarray, "t 2 3"],
+    orientations: Float64[np.ndarray, "t 2 4"],
+    nodes: Float64[np.ndarray, "t n 3"],
+) -> float:
+    """Least distance of rope and gripper bodies from all obstacles [m]."""
+    limits = problem.limits
+    bodies = np.concatenate(
+        [
+            gripper_points(Pose(p[0], q[0]), Pose(p[1], q[1]), limits.gripper_height)
+            for p, q in zip(positions, orientations, strict=True)
+        ]
+    )
+    edge = polylines.length(nodes[0]) / (nodes.shape[1] - 1)
+    least = np.inf
+    for obstacle in problem.obstacles:
+        least = min(least, np.min(signed_distance(bodies, obstacle)) - limits.gripper_radius)
+        rough = signed_distance(nodes, obstacle)
+        close = rough[:, :-1] < np.min(rough) + edge
+        at, index = np.nonzero(close)
+        exact = segment_distance(nodes[at, index], nodes[at, index + 1], obstacle)
+        least = min(least, np.min(exact) - problem.radius)
+    return float(least)

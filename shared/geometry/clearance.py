@@ -1,0 +1,59 @@
+"""Which points of a rope or a gripper come near obstacles, and which way is out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64, Int64
+
+from shared.geometry.normals import normals
+from shared.geometry.obstacles import Obstacle, signed_distance
+from shared.geometry.poses import Pose, rotate
+
+
+@dataclass(frozen=True)
+class Near:
+    """Pairs of a point and an obstacle nearer than some reach."""
+
+    points: Int64[np.ndarray, "a"]
+    """Index of the point."""
+    distances: Float64[np.ndarray, "a"]
+    """To the obstacle's surface, negative inside [m]."""
+    normals: Float64[np.ndarray, "a 3"]
+    """Away from the obstacle."""
+
+
+def near(
+    points: Float64[np.ndarray, "p 3"],
+    obstacles: Sequence[Obstacle],
+    reach: Float64[np.ndarray, "p"],
+) -> Near:
+    """All pairs that are nearer than the reach of their point [m]."""
+    indices, distances, outward = [], [], []
+    for obstacle in obstacles:
+        distance = signed_distance(points, obstacle)
+        (inside,) = np.nonzero(distance < reach)
+        if len(inside):
+            indices.append(inside)
+            distances.append(distance[inside])
+            outward.append(normals(points[inside], obstacle))
+    if not indices:
+        return Near(np.zeros(0, dtype=int), np.zeros(0), np.zeros((0, 3)))
+    return Near(np.concatenate(indices), np.concatenate(distances), np.concatenate(outward))
+
+
+def with_midpoints(nodes: Float64[np.ndarray, "*b n 3"]) -> Float64[np.ndarray, "*b m 3"]:
+    """Nodes, then the middles between them: a chain's distance is taken at both."""
+    return np.concatenate([nodes, 0.5 * (nodes[..., 1:, :] + nodes[..., :-1, :])], axis=-2)
+
+
+def gripper_points(left: Pose, right: Pose, height: float) -> Float64[np.ndarray, "6 3"]:
+    """Points on the axes of both grippers' capsules, which point away from the rope [m].
+
+    Three on the left one from the grip outwards, then three on the right one.
+    """
+    along = height * np.array([0.0, 0.5, 1.0])[:, None]
+    axes = [rotate(p.orientation, np.array([0.0, 0.0, 1.0])) for p in (left, right)]
+    return np.concatenate([left.position - along * axes[0], right.position + along * axes[1]])

@@ -1,8 +1,8 @@
-"""python -m dashboard"""
+"""`python -m dashboard`: the page alone, live on the bus."""
 
 from __future__ import annotations
 
-from dashboard.service import DashboardOptions
+from dashboard.options import DashboardOptions
 from shared.live import main
 
 if __name__ == "__main__":

@@ -19,9 +19,10 @@ class RunControls:
     """What the whole cell does, and the four buttons of a run."""
 
     def __init__(
-        self, gui: viser.GuiApi, actions: Actions, outbox: Outbox, resettable: bool
+        self, gui: viser.GuiApi, actions: Actions, outbox: Outbox, live: bool, resettable: bool
     ) -> None:
         """Args:
+        live: Whether there is a cell that hears the buttons.
         resettable: Whether the cell is simulated as a whole, so that it can return to its start.
         """
         self._headline = gui.add_html(wording.as_html(wording.headline(None, 0.0, None)))
@@ -30,6 +31,7 @@ class RunControls:
             "Start",
             icon=viser.Icon.PLAYER_PLAY,
             color=palette.GOOD,
+            visible=live,
             hint="Move the rope to the goal",
         )
         self._start.on_click(lambda _: actions.put(lambda: outbox.task(TaskRequest.START, "Start")))
@@ -42,6 +44,7 @@ class RunControls:
         group = gui.add_button_group(
             "Run",
             names,
+            visible=live,
             hint="Pause holds and can be resumed; Stop ends the run; Reset returns to the start",
         )
         group.on_click(
@@ -71,10 +74,12 @@ class ArmControls:
         gui: viser.GuiApi,
         actions: Actions,
         outbox: Outbox,
+        live: bool,
         complain: Callable[[Complaint], None],
     ) -> None:
         self._outbox = outbox
         self._complain = complain
+        self._live = live
         self._boot = ""
         self._state = gui.add_html("")
         self._shown: Line | None = None
@@ -90,9 +95,12 @@ class ArmControls:
             "Hold",
             icon=viser.Icon.HAND_STOP,
             color=palette.BAD,
+            visible=False,
             hint="Brake now. This is software: the emergency stop is the hard-wired one",
         )
-        self._disarm = gui.add_button("Disarm", icon=viser.Icon.POWER, color=(70, 78, 92))
+        self._disarm = gui.add_button(
+            "Disarm", icon=viser.Icon.POWER, color=palette.NEUTRAL, visible=False
+        )
         for button, action, words in (
             (self._acknowledge, ArmCommand.ACKNOWLEDGE, "Acknowledge"),
             (self._arm, ArmCommand.ARM, "Arm"),
@@ -113,7 +121,7 @@ class ArmControls:
         if line != self._shown:
             self._shown = line
             self._state.content = wording.as_html(line)
-        if arms is None:
+        if arms is None or not self._live:
             return
         self._boot = arms.boot
         disarmed = arms.mode == ArmStates.DISARMED

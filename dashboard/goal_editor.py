@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Callable
 from functools import partial
 
@@ -67,6 +66,7 @@ class GoalEditor:
         self._load = gui.add_upload_button(
             "Load shape (CSV)",
             icon=viser.Icon.UPLOAD,
+            color=palette.NEUTRAL,
             hint="x, y, z [m] in each row, from the left end to the right",
         )
         self._load.on_upload(lambda event: actions.put(partial(self._loaded, event.target.value)))
@@ -89,8 +89,8 @@ class GoalEditor:
         @gizmo.on_update
         async def _(event: viser.TransformControlsEvent) -> None:
             if event.client is not None:
-                pose = Pose(np.array(event.target.position), np.array(event.target.wxyz))
-                actions.put(lambda: self._moved(side, pose))
+                position, orientation = np.array(event.target.position), event.target.wxyz
+                actions.put(lambda: self._dragged(side, position, np.array(orientation)))
 
         return gizmo
 
@@ -106,6 +106,11 @@ class GoalEditor:
                 actions.put(lambda: self._typed(side, value))
 
         return field
+
+    def _dragged(self, side: Side, position: np.ndarray, orientation: np.ndarray) -> None:
+        if not self._scenario.end(side).rotates:
+            orientation = self._grips[side].orientation
+        self._moved(side, Pose(position, orientation))
 
     def _typed(self, side: Side, position: np.ndarray) -> None:
         if np.all(np.isfinite(position)):
@@ -127,7 +132,9 @@ class GoalEditor:
             self._fields[side].value = tuple((1e3 * pose.position).round(1).tolist())
         if gizmo and side in self._gizmos:
             self._gizmos[side].position = pose.position
-            self._gizmos[side].wxyz = pose.orientation
+            # The arrows of an end that only translates point along the world's axes.
+            if self._scenario.end(side).rotates:
+                self._gizmos[side].wxyz = pose.orientation
 
     def _toggle(self) -> None:
         self._edit_mode(not self._editing)
@@ -199,14 +206,3 @@ class GoalEditor:
             self._say(Line("Reachable", palette.GOOD, "The rope will rest like this."))
         else:
             self._say(Line("Not reachable", palette.BAD, preview.reason))
-
-
-def describe(goal: Goal) -> str:
-    """The grips of a goal for the page, in millimetres."""
-    parts = []
-    for side in SIDES:
-        position = getattr(goal, side).position
-        if len(position) == 3:
-            x, y, z = (f"{1e3 * v:.0f}" for v in position)
-            parts.append(f"{side} ({x}, {y}, {z}) mm")
-    return html.escape(", ".join(parts))

@@ -68,7 +68,7 @@ class ObstacleEditor:
             )
         )
         self._remove = gui.add_button(
-            "Remove", icon=viser.Icon.TRASH, color=(70, 78, 92), visible=False
+            "Remove", icon=viser.Icon.TRASH, color=palette.NEUTRAL, visible=False
         )
         self._remove.on_click(lambda _: actions.put(self._send_remove))
         with gui.add_folder("New obstacle", expand_by_default=False):

@@ -60,22 +60,27 @@ READS: tuple[Topic, ...] = (
 class Page:
     """One server's page; every method is called in the thread that steps."""
 
-    def __init__(self, server: viser.ViserServer, scenario: Scenario, outbox: Outbox) -> None:
+    def __init__(
+        self, server: viser.ViserServer, scenario: Scenario, outbox: Outbox, live: bool = True
+    ) -> None:
+        """Args:
+        live: Whether there is a cell to be asked for something; a recording is only watched.
+        """
         self._server = server
         self._outbox = outbox
         self._actions = Actions()
         gui = server.gui
         gui.set_panel_label(f"Lariat · {scenario.name}")
         simulated = not any(scenario.end(s).address for s in SIDES)
-        self._run = RunControls(gui, self._actions, outbox, resettable=simulated)
+        self._run = RunControls(gui, self._actions, outbox, live, resettable=simulated)
         with gui.add_folder("Arms"):
-            self._arms = ArmControls(gui, self._actions, outbox, self.complain)
+            self._arms = ArmControls(gui, self._actions, outbox, live, self.complain)
         self._view = SceneView(server, scenario, lambda name: self._obstacles.clicked(name))
-        with gui.add_folder("Goal"):
+        with gui.add_folder("Goal", visible=live):
             self._goal = GoalEditor(
                 server, scenario, self._actions, outbox, self._view, self.complain
             )
-        with gui.add_folder("Obstacles", expand_by_default=False):
+        with gui.add_folder("Obstacles", expand_by_default=False, visible=live):
             self._obstacles = ObstacleEditor(server, scenario, self._actions, outbox, self.complain)
         with gui.add_folder("View", expand_by_default=False):
             self._add_layers(gui)
@@ -91,7 +96,7 @@ class Page:
             self._health = gui.add_html("")
             self._recorder = gui.add_html("")
         panel.dock_right()
-        panel.set_width(390)
+        panel.set_width(420)
         self._drawn = 0
         self._health_drawn = 0
         self._pending: dict[str, object] = {}
@@ -207,6 +212,15 @@ class Page:
                 self.complain(
                     Complaint("Motion refused by the gateway", f"{state.rule}: {state.reason}")
                 )
+
+    def forget(self) -> None:
+        """Clears what was drawn over time, for a jump in a recording."""
+        self._plots.clear()
+        self._parameters.clear()
+
+    def remember(self, task: TaskState) -> None:
+        """Takes what was said before the moment that a recording jumped to."""
+        self._plots.add(task)
 
     def close(self) -> None:
         """Ends the page's threads and its server."""

@@ -5,7 +5,9 @@ from __future__ import annotations
 Color = tuple[int, int, int]
 """Red, green, blue, 0…255."""
 
-BRAND: Color = (56, 140, 228)
+BRAND: Color = (38, 112, 196)
+NEUTRAL: Color = (66, 74, 88)
+"""Of buttons that are rarely the next thing to press."""
 SKY: Color = (38, 46, 58)
 """Top of the background."""
 GROUND: Color = (14, 17, 22)
@@ -22,7 +24,7 @@ PATH: Color = (150, 84, 255)
 GOAL: Color = (40, 210, 120)
 REFUSED: Color = (240, 84, 84)
 TRUTH: Color = (240, 120, 200)
-OBSTACLE: Color = (88, 102, 124)
+OBSTACLE: Color = (128, 136, 148)
 SUPPORT: Color = (124, 104, 76)
 SELECTED: Color = (190, 204, 226)
 CAMERA: Color = (120, 130, 145)

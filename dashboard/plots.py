@@ -19,6 +19,7 @@ from shared.service import SECOND
 REFRESH = 0.2
 """Least time between two drawings [s]."""
 INK = "#aab4c3"
+FONT = "11px sans-serif"
 
 
 class RunPlots:
@@ -161,16 +162,19 @@ def _chart(
         "stroke": INK,
         "grid": grid,
         "ticks": {"stroke": "rgba(255,255,255,0.15)", "width": 1, "size": 4},
-        "font": "11px sans-serif",
+        "font": FONT,
     }
     return gui.add_uplot(
         data=tuple(np.zeros(0) for _ in series),
         series=tuple(series),
         title=title,
         scales={"x": {"time": False, "auto": True}, "y": {"auto": True}},
-        axes=({**axis, "size": 24}, {**axis, "size": 42}),
+        axes=(
+            {**axis, "size": 24, "label": "time [s]", "labelSize": 16, "labelFont": FONT},
+            {**axis, "size": 42},
+        ),
         legend={"show": False},
         cursor={"drag": {"x": True, "y": False}},
-        height=170,
+        height=185,
         padding=(8, 14, 4, 0),
     )

@@ -49,7 +49,7 @@ class SceneView:
         _furnish(server, scenario)
         self._rope = TubeView(self._scene, "/rope", radius)
         self._truth = TubeView(self._scene, "/truth", 0.6 * radius)
-        self._goal = TubeView(self._scene, "/goal", radius, opacity=0.45)
+        self._goal = TubeView(self._scene, "/goal", radius, opacity=0.7)
         self._preview = TubeView(self._scene, "/preview", 0.8 * radius, opacity=0.8)
         self._obstacles = ObstacleView(self._scene, on_click)
         self._obstacles.show(scenario.bodies)

@@ -3,23 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from dashboard import server
+from dashboard.options import DashboardOptions
 from dashboard.outbox import Outbox
 from dashboard.page import READS, Page
 from shared import topics
 from shared.scenario import Scenario
 from shared.service import Inbox, Publication
-
-
-@dataclass(frozen=True)
-class DashboardOptions:
-    """Where the page is served."""
-
-    port: int = 8080
-    host: str = "127.0.0.1"
-    """The page has no login: whoever reaches it can move the arms."""
 
 
 class DashboardService:

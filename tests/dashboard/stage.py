@@ -37,12 +37,16 @@ from shared.topics import Topic
 def hanging(left: np.ndarray, right: np.ndarray, length: float, count: int) -> np.ndarray:
     """A parabola of the given length between two points [m]."""
     t = np.linspace(0.0, 1.0, 400)[:, None]
+
+    def sagging(sag: float) -> np.ndarray:
+        return left + t * (right - left) - 4.0 * t * (1.0 - t) * np.array([0.0, 0.0, sag])
+
     low, high = 0.0, 2.0 * length
     for _ in range(40):
-        sag = (low + high) / 2.0
-        nodes = left + t * (right - left) - 4.0 * t * (1.0 - t) * np.array([0.0, 0.0, sag])
-        low, high = (sag, high) if polylines.length(nodes) < length else (low, sag)
-    return polylines.resampled(nodes, count)
+        middle = (low + high) / 2.0
+        short = polylines.length(sagging(middle)) < length
+        low, high = (middle, high) if short else (low, middle)
+    return polylines.resampled(sagging(low), count)
 
 
 class Stage:

@@ -1,0 +1,85 @@
+"""`lariat show FILE`: a recording in the dashboard, with a time bar."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from dashboard import server
+from dashboard.outbox import Outbox
+from dashboard.page import CAMERA_COLOR, READS, Page
+from dashboard.player import Player
+from dashboard.timeline import Moment, Timeline, thinned
+from shared.configuration import ConfigurationError
+from shared.recording import Recording
+from shared.service import SECOND
+
+PICTURE_PERIOD = SECOND // 10
+"""Between two pictures kept in memory [ns]: more the page does not show."""
+STEP = 1.0 / 30.0
+"""[s]"""
+
+
+def main(file: Path, /, port: int = 8080, host: str = "127.0.0.1") -> int:
+    """Shows a recording in the browser, with a time bar.
+
+    Example: lariat show recordings/run.mcap --port 8081
+
+    Args:
+        file: The MCAP file of a run, whole or cut.
+        port: Of the page.
+        host: Address that the page is served at.
+    """
+    recording, timeline = opened(file)
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            scenario = recording.scenario(Path(folder))
+        except ValueError as error:
+            raise ConfigurationError(str(error)) from error
+        web = server.start(host, port, f"Lariat · {file.name}")
+        page = Page(web, scenario, Outbox("show"), live=False)
+        player = Player(web, page, timeline)
+        note = f" ({recording.damage})" if recording.damage else ""
+        print(
+            f"{file}{note}: {(timeline.end - timeline.start) / SECOND:.1f} s at "
+            f"http://{host}:{port}; Ctrl-C ends",
+            file=sys.stderr,
+        )
+        try:
+            _play(player)
+        except KeyboardInterrupt:
+            return 0
+        finally:
+            page.close()
+    return 0
+
+
+def opened(file: Path) -> tuple[Recording, Timeline]:
+    """A recording, and what the dashboard shows of it.
+
+    Raises:
+        ConfigurationError: The file cannot be read or holds nothing to show.
+    """
+    try:
+        recording = Recording.open(file)
+        moments = thinned(_moments(recording), CAMERA_COLOR.key, PICTURE_PERIOD)
+        return recording, Timeline(moments, READS)
+    except ValueError as error:
+        raise ConfigurationError(f"cannot show {file}: {error}") from error
+
+
+def _moments(recording: Recording) -> Iterator[Moment]:
+    for entry in recording.messages(topic.key for topic in READS):
+        yield Moment(entry.key, entry.payload, entry.publisher, entry.sequence, entry.log_time)
+
+
+def _play(player: Player) -> None:
+    last = time.monotonic()
+    while True:
+        now = time.monotonic()
+        player.step(now - last)
+        last = now
+        time.sleep(max(0.0, STEP - (time.monotonic() - now)))

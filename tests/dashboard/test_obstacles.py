@@ -1,0 +1,44 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from dashboard.obstacle_editor import SHAPES, new_obstacle
+from dashboard.obstacle_view import top
+from shared.geometry import obstacles, poses
+from shared.geometry.obstacles import Obstacle
+
+TILTED = tuple(poses.exponential(np.array([0.4, -0.7, 0.2])).tolist())
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_new_obstacle_fills_the_height_that_was_asked_for(shape: obstacles.Shape) -> None:
+    body = new_obstacle(shape, np.array([0.06, 0.06, 0.1]), (0.1, 0.2, 0.3))
+    half = 0.03 if shape == "sphere" else 0.05
+    above = np.array([[0.1, 0.2, 0.3 + half]])
+    assert obstacles.signed_distance(above, body)[0] == pytest.approx(0.0, abs=1e-9)
+    aside = np.array([[0.13, 0.2, 0.3]])
+    assert obstacles.signed_distance(aside, body)[0] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_new_obstacle_takes_a_name_that_is_free() -> None:
+    size, at = np.array([0.1, 0.1, 0.1]), (0.0, 0.0, 0.0)
+    first = new_obstacle("box", size, at)
+    assert new_obstacle("box", size, at, {first.name: first}).name != first.name
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        Obstacle("cylinder", (0.0, 0.0, 0.0), TILTED, radius=0.03, height=0.16),
+        Obstacle("capsule", (0.0, 0.0, 0.0), TILTED, radius=0.03, height=0.16),
+        Obstacle("sphere", (0.0, 0.0, 0.0), TILTED, radius=0.03),
+        Obstacle("box", (0.0, 0.0, 0.0), TILTED, size=(0.05, 0.1, 0.2)),
+    ],
+)
+def test_top_is_the_height_of_the_highest_point(body: Obstacle) -> None:
+    axis = np.linspace(-0.15, 0.15, 121)
+    x, y = np.meshgrid(axis, axis)
+    for height, inside in ((top(body) + 0.001, False), (top(body) - 0.004, True)):
+        plane = np.stack([x, y, np.full_like(x, height)], axis=-1)
+        assert np.any(obstacles.signed_distance(plane, body) < 0.0) == inside

@@ -1,0 +1,49 @@
+from __future__ import annotations
+
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from dashboard.options import DashboardOptions
+from dashboard.service import DashboardService, build
+from shared.configuration import ConfigurationError
+from shared.scenario import load
+from tests.dashboard.stage import Stage
+
+SCENARIO = load("scenarios/three-cylinders.toml")
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+@contextmanager
+def served(port: int) -> Iterator[DashboardService]:
+    service = build(SCENARIO, "dashboard-ab", DashboardOptions(port=port))
+    try:
+        yield service
+    finally:
+        service.close()
+
+
+def test_taken_port_is_refused_and_not_replaced() -> None:
+    port = free_port()
+    with (
+        served(port),
+        pytest.raises(ConfigurationError, match=f"port {port} .* taken"),
+    ):
+        build(SCENARIO, "dashboard-cd", DashboardOptions(port=port))
+
+
+def test_service_asks_for_nothing_that_no_person_asked_for() -> None:
+    with served(free_port()) as service:
+        stage = Stage(service, SCENARIO)
+        assert stage.step() == []
+        for k in range(30):
+            stage.play(k / 29.0)
+            stage.picture()
+            assert stage.step() == []

@@ -1,0 +1,184 @@
+"""The commanded motion of a cell: chunks in, poses within every rule out.
+
+It decides where the grips shall be; whether they may move at all is `safety.py`'s matter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float64
+
+from services.robot_gateway import admission
+from services.robot_gateway.admission import Refused, Tolerances
+from services.robot_gateway.limits import LimitTable, MotionLimits, Rule
+from services.robot_gateway.motion import Braking, Follower, Kinematics
+from services.robot_gateway.rules import Boundaries, Rules, broken
+from services.robot_gateway.trajectory import NANOSECONDS, Blend, Chunk, Spline
+from shared.geometry import poses
+from shared.geometry.poses import Pose
+
+MARGIN = 0.0015
+"""Slack that a chunk keeps from every boundary [m], so that following it never touches one."""
+STOP_SAMPLES = 8
+"""Poses of every stop that are checked against the rules."""
+BLEND = (0.06, 0.3)
+"""Least and most time in which a chunk takes over from the motion before it [s]."""
+
+
+class Guidance:
+    """Commanded poses of all ends of a cell."""
+
+    def __init__(
+        self,
+        limits: MotionLimits,
+        boundaries: Boundaries,
+        starts: Sequence[Pose],
+        driven: Sequence[int],
+        tolerances: Tolerances | None = None,
+    ) -> None:
+        """Args: starts: Poses of all ends. driven: Indices of those that move."""
+        self.tolerances = tolerances or Tolerances()
+        self.driven = list(driven)
+        self.limits = LimitTable.of([limits] * len(self.driven))
+        self.follower = Follower(self.limits)
+        self.rules = Rules(boundaries, self.driven)
+        self.place(starts)
+
+    def place(self, grips: Sequence[Pose]) -> None:
+        """Puts the command at rest at the given poses of all ends."""
+        self._time: int | None = None
+        self._positions = np.array([g.position for g in grips], dtype=float)
+        self._orientations = np.array([g.orientation for g in grips], dtype=float)
+        self.state = Kinematics.at_rest(
+            self._positions[self.driven].reshape(-1, 3),
+            self._orientations[self.driven].reshape(-1, 4),
+        )
+        self._braking = Braking(self.follower.stop(self.state))
+        self._reference: Blend | None = None
+
+    @property
+    def resting(self) -> bool:
+        """Whether the command stands still."""
+        return self.state.resting
+
+    @property
+    def following(self) -> bool:
+        """Whether a chunk is being followed."""
+        return self._reference is not None
+
+    def finished(self, now: int) -> bool:
+        """Whether the chunk's resting end has been reached."""
+        if self._reference is None or now < self._reference.end:
+            return False
+        gap = self._reference(now).position - self.state.position
+        velocity = self.state.velocity
+        return bool(np.all(np.abs(gap) < 1e-4) and np.all(np.abs(velocity) < 1e-3))
+
+    def behind(self, now: int) -> float:
+        """Distance between the command and its chunk [m]."""
+        if self._reference is None or not self.driven:
+            return 0.0
+        gap = self._reference(now).position - self.state.position
+        return float(np.max(np.linalg.norm(gap, axis=-1)))
+
+    def check(self, chunk: Chunk, now: int, offset: int = 0) -> Spline:
+        """The curve of a chunk that may be followed from now on.
+
+        Args:
+            offset: From the writer's clock to ours [ns].
+
+        Raises:
+            Refused: With the rule that the chunk breaks.
+        """
+        admission.check_finite(chunk, len(self.driven), self.tolerances)
+        admission.check_fresh(chunk, now, offset, self.tolerances)
+        spline = Spline(chunk, chunk.start + offset)
+        admission.check_limits(spline, now, self.limits, self.tolerances)
+        past = int((now - spline.start) * NANOSECONDS / spline.dt)
+        first = min(max(past, 0), spline.count - 1)
+        found = self._broken(chunk.positions[first:], chunk.orientations[first:], MARGIN)
+        if found:
+            rule, excess = found
+            raise Refused(rule, f"broken by {1e3 * excess:.1f} mm")
+        admission.check_step(spline, self._time or now, self.state, self.tolerances)
+        return spline
+
+    def follow(self, spline: Spline, now: int) -> None:
+        """Takes over from the present motion to a checked curve."""
+        # The motion is known at the last tick, not when a message happens to arrive.
+        now = self._time or now
+        target = spline(now)
+        gap = np.linalg.norm(target.position - self.state.position, axis=-1)
+        slip = np.linalg.norm(target.velocity[:, 0] - self.state.velocity[:, 0], axis=-1)
+        limit = self.limits.acceleration[:, 0, 0]
+        wanted = np.maximum(np.sqrt(11.5 * gap / limit), 4.0 * slip / limit)
+        duration = float(np.clip(np.max(wanted, initial=0.0), *BLEND))
+        self._reference = Blend(spline, self.state.sample, now, duration)
+
+    def halt(self) -> None:
+        """Begins the stop that has been checked."""
+        self._reference = None
+
+    def step(self, before: int, now: int) -> Rule | None:
+        """Moves the command from one time to another [ns]; the rule that slowed it, if any."""
+        h = (now - before) * NANOSECONDS
+        self._time = now
+        rule = None
+        if self._reference is not None:
+            present = self._reference(before)
+            wanted = self.follower.step(self.state, present, self._reference(now), h)
+            braking = Braking(self.follower.stop(wanted))
+            rule = self._forbidden(wanted, braking)
+            if rule is None:
+                self.state, self._braking = wanted, braking
+                return None
+        if not self.state.resting:
+            self.state, self._braking = self._braking.step(self.state, h)
+        return rule
+
+    def grips(self) -> list[tuple[Pose, Float64[np.ndarray, "2 3"]]]:
+        """Commanded pose and velocity of every driven end."""
+        s = self.state
+        return [
+            (Pose(p, q), v) for p, q, v in zip(s.position, s.orientation, s.velocity, strict=True)
+        ]
+
+    def _forbidden(self, state: Kinematics, braking: Braking) -> Rule | None:
+        """The rule that a state or the stop after it breaks."""
+        if self.follower.too_fast(state):
+            return "speed"
+        times = np.linspace(0.0, braking.stop.duration, STOP_SAMPLES)[:, None, None, None]
+        moved = braking.stop.at(times)[0]
+        found = self._broken(
+            state.position + moved[:, :, 0],
+            poses.multiply(poses.exponential(moved[:, :, 1]), state.orientation[None]),
+        )
+        return found[0] if found else None
+
+    def _broken(
+        self,
+        positions: Float64[np.ndarray, "m driven 3"],
+        orientations: Float64[np.ndarray, "m driven 4"],
+        margin: float = 0.0,
+    ) -> tuple[Rule, float] | None:
+        """The rule that a way from here breaks, and by how much [m]."""
+        path = self._all_ends(
+            np.concatenate([self.state.position[None], positions]),
+            np.concatenate([self.state.orientation[None], orientations]),
+        )
+        return broken(self.rules.slacks(*path), margin)
+
+    def _all_ends(
+        self,
+        positions: Float64[np.ndarray, "m driven 3"],
+        orientations: Float64[np.ndarray, "m driven 4"],
+    ) -> tuple[Float64[np.ndarray, "m ends 3"], Float64[np.ndarray, "m ends 4"]]:
+        """The poses of all ends when the driven ones are here."""
+        count = len(positions)
+        all_positions = np.repeat(self._positions[None], count, axis=0)
+        all_orientations = np.repeat(self._orientations[None], count, axis=0)
+        all_positions[:, self.driven] = positions
+        all_orientations[:, self.driven] = orientations
+        return all_positions, all_orientations

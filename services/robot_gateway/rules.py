@@ -1,0 +1,204 @@
+"""Where grippers may be: every rule as a slack, positive where it is kept.
+
+A rule that is already broken, because an obstacle came or the rope was laid out too tight, does not
+freeze the arm: motion is then permitted that nowhere makes it worse.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from jaxtyping import Float64
+
+from services.robot_gateway.detour import taut_length
+from services.robot_gateway.limits import Rule
+from shared.geometry import poses
+from shared.geometry.obstacles import Obstacle, signed_distance
+
+ANCHORS = 32
+"""Ways round obstacles that are remembered."""
+
+Slacks = dict[Rule, Float64[np.ndarray, "m"]]
+"""By rule, for every pose of a row [m, or rad for joints]."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """A gripper's body: a capsule in the frame of its grip."""
+
+    start: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Centre of one cap [m]."""
+    end: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Centre of the other [m]."""
+    radius: float = 0.012
+    """[m]"""
+
+    @property
+    def spheres(self) -> tuple[Float64[np.ndarray, "k 3"], float]:
+        """Centres and radius of spheres that cover the capsule [m]."""
+        start, end = np.array(self.start), np.array(self.end)
+        length = float(np.linalg.norm(end - start))
+        count = 1 + int(np.ceil(length / self.radius))
+        gap = length / max(count - 1, 1)
+        return np.linspace(start, end, count), float(np.hypot(self.radius, gap / 2.0))
+
+
+@dataclass(frozen=True)
+class Boundaries:
+    """What the cell's rules measure against."""
+
+    rope_length: float
+    """[m]"""
+    workspace: tuple[tuple[float, float, float], tuple[float, float, float]]
+    """Lowest and highest corner of the box for the grips [m]."""
+    bodies: tuple[Body, ...]
+    """Of all ends, left first."""
+    keep_out: float = 0.005
+    """Least distance of a body to an obstacle [m]."""
+    spacing: float = 0.03
+    """Least distance between two grips [m]."""
+    overstretch: float = 0.99
+    """Longest way between the grips as a fraction of the rope's length."""
+
+
+class Posture(Protocol):
+    """What a jointed arm adds to the rules."""
+
+    def slacks(self, pose: poses.Pose) -> Mapping[Rule, float]:
+        """Slack of every rule of the joints at one grip pose [rad]."""
+        ...
+
+
+class Rules:
+    """The rules of one cell for its present obstacles."""
+
+    def __init__(self, boundaries: Boundaries, driven: Sequence[int]) -> None:
+        """Args: driven: Ends that move; a fixed one is where it is."""
+        self.boundaries = boundaries
+        self.driven = list(driven)
+        spheres = [boundaries.bodies[k].spheres for k in self.driven]
+        self._owner = np.repeat(self.driven, [len(centres) for centres, _ in spheres])
+        self._centres = np.concatenate([np.zeros((0, 3)), *(centres for centres, _ in spheres)])
+        self._radii = np.array([r for centres, r in spheres for _ in centres])
+        self.replace_obstacles(())
+
+    def replace_obstacles(self, obstacles: Sequence[Obstacle]) -> None:
+        """Takes a new scene."""
+        self.obstacles = tuple(obstacles)
+        # A half space is convex and both grips are outside, so it blocks no straight way.
+        bodies = [o for o in self.obstacles if o.shape != "half_space"]
+        self._block_centres = np.array([o.position for o in bodies]).reshape(-1, 3)
+        self._block_radii = np.array([_reach(o) for o in bodies])
+        self._anchors: deque[tuple[np.ndarray, float]] = deque(maxlen=ANCHORS)
+
+    def slacks(
+        self,
+        positions: Float64[np.ndarray, "m ends 3"],
+        orientations: Float64[np.ndarray, "m ends 4"],
+    ) -> Slacks:
+        """Slack of every rule for a row of poses of all ends [m]."""
+        b = self.boundaries
+        grips = positions[:, self.driven]
+        low, high = np.array(b.workspace)
+        result: Slacks = {
+            "workspace": np.min(np.minimum(grips - low, high - grips), axis=(1, 2)),
+            **self._bodies(positions, orientations),
+        }
+        if positions.shape[1] == 2:
+            between = positions[:, 1] - positions[:, 0]
+            distance = np.linalg.norm(between, axis=1)
+            result["spacing"] = distance - b.spacing
+            result["overstretch"] = b.overstretch * b.rope_length - self._taut(positions, distance)
+        return result
+
+    def _bodies(
+        self,
+        positions: Float64[np.ndarray, "m ends 3"],
+        orientations: Float64[np.ndarray, "m ends 4"],
+    ) -> Slacks:
+        count = len(positions)
+        result: Slacks = {"keep_out": np.full(count, np.inf), "table": np.full(count, np.inf)}
+        if not self.driven:
+            return result
+        points = positions[:, self._owner] + poses.rotate(
+            orientations[:, self._owner], self._centres
+        )
+        for obstacle in self.obstacles:
+            nearest = np.min(signed_distance(points, obstacle) - self._radii, axis=1)
+            if obstacle.shape == "half_space":
+                result["table"] = np.minimum(result["table"], nearest)
+            else:
+                clear = nearest - self.boundaries.keep_out
+                result["keep_out"] = np.minimum(result["keep_out"], clear)
+        return result
+
+    def _taut(
+        self, positions: Float64[np.ndarray, "m 2 3"], distance: Float64[np.ndarray, "m"]
+    ) -> Float64[np.ndarray, "m"]:
+        """Shortest ways round the obstacles between the grips, never too short [m]."""
+        if not self._may_block(positions):
+            return distance
+        limit = self.boundaries.overstretch * self.boundaries.rope_length
+        ways = self._bound(positions)
+        for _ in range(len(positions)):
+            worst = int(np.argmax(ways))
+            if ways[worst] <= limit:
+                break
+            # A way grows by no more than its ends move, so one that is known serves many poses.
+            at = positions[worst]
+            found = taut_length(at[0], at[1], self.obstacles)
+            self._anchors.append((at, found))
+            if found > limit and worst > 0:
+                ways[worst] = found
+                break
+            ways = self._bound(positions)
+        return np.maximum(ways, distance)
+
+    def _bound(self, positions: Float64[np.ndarray, "m 2 3"]) -> Float64[np.ndarray, "m"]:
+        """Ways that are no longer than this, from those that were found before [m]."""
+        if not self._anchors:
+            return np.full(len(positions), np.inf)
+        places = np.array([at for at, _ in self._anchors])
+        lengths = np.array([length for _, length in self._anchors])
+        moved = np.linalg.norm(positions[:, None] - places, axis=-1).sum(axis=-1)
+        return np.min(lengths + moved, axis=1)
+
+    def _may_block(self, positions: Float64[np.ndarray, "m 2 3"]) -> bool:
+        """Whether the sphere round any obstacle touches a straight line between grips."""
+        if not len(self._block_radii):
+            return False
+        start = positions[:, 0, None]
+        way = positions[:, 1, None] - start
+        offset = self._block_centres - start
+        along = np.sum(offset * way, axis=-1) / np.maximum(np.sum(way * way, axis=-1), 1e-12)
+        nearest = offset - np.clip(along, 0.0, 1.0)[..., None] * way
+        return bool(np.any(np.sum(nearest * nearest, axis=-1) < self._block_radii**2))
+
+
+def broken(slacks: Slacks, margin: float = 0.0) -> tuple[Rule, float] | None:
+    """The first rule that a way breaks, and by how much [m].
+
+    Args:
+        slacks: Of a row of poses, the first of which is where the arms are now.
+        margin: Slack asked for beyond zero [m].
+    """
+    for rule, row in slacks.items():
+        worst = float(np.min(row[1:], initial=np.inf))
+        if worst < min(margin, float(row[0])) - 1e-6:
+            return rule, margin - worst
+    return None
+
+
+def _reach(obstacle: Obstacle) -> float:
+    """Radius of the sphere round an obstacle's centre that holds it [m]."""
+    match obstacle.shape:
+        case "box":
+            return float(np.linalg.norm(obstacle.size)) / 2.0
+        case "cylinder":
+            return float(np.hypot(obstacle.radius, obstacle.height / 2.0))
+        case _:
+            return obstacle.radius + obstacle.height / 2.0

@@ -1,0 +1,189 @@
+"""The only door to the arms: setpoints, commands and obstacles in, what the arms do out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from services.robot_gateway.causes import CAUSES
+from services.robot_gateway.cell import Cell, CellReport
+from services.robot_gateway.drivers.choose import bodies_of, drivers_of
+from services.robot_gateway.guidance import Guidance
+from services.robot_gateway.limits import MotionLimits
+from services.robot_gateway.rules import Boundaries
+from services.robot_gateway.safety import Action, Command
+from services.robot_gateway.trajectory import NANOSECONDS, Chunk
+from shared import topics
+from shared.messages import ArmCommand, ArmState, ArmStates, Setpoints, scene_obstacles
+from shared.scenario import SIDES, Scenario
+from shared.service import Inbox, Publication
+
+ACTIONS: dict[int, Action] = {
+    ArmCommand.ARM: "arm",
+    ArmCommand.DISARM: "disarm",
+    ArmCommand.HOLD: "hold",
+    ArmCommand.ACKNOWLEDGE: "acknowledge",
+    ArmCommand.GRIPPER: "gripper",
+}
+MODES = {
+    "disarmed": ArmStates.DISARMED,
+    "armed": ArmStates.ARMED,
+    "moving": ArmStates.MOVING,
+    "holding": ArmStates.HOLDING,
+    "fault": ArmStates.FAULT,
+}
+
+
+class RobotGatewayService:
+    """Steps a cell with what the bus brings."""
+
+    name = "robot_gateway"
+    reads = (topics.ARM_SETPOINTS, topics.ARM_COMMAND, topics.TASK_STATE, topics.SCENE_STATE)
+    writes = (topics.ARM_STATE,)
+    rate = 125.0
+    latency = 0.002
+
+    def __init__(self, cell: Cell, simulated: bool) -> None:
+        """Args: simulated: Whether a reset may put the ends back to the start."""
+        self.cell = cell
+        self.simulated = simulated
+        self._scene_revision: int | None = None
+
+    def warm_up(self) -> None:
+        """Nothing is compiled here."""
+
+    def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
+        """One tick of the cell."""
+        scene = inbox.fresh(topics.SCENE_STATE)
+        if scene is not None and scene.message.revision != self._scene_revision:
+            self._scene_revision = scene.message.revision
+            self.cell.take_scene(scene_obstacles(scene.message))
+        # Commands first: what a person stops is not moved by setpoints of the same tick.
+        for command in inbox.every(topics.ARM_COMMAND):
+            self.cell.take_command(command_of(command.message), now)
+        for setpoints in inbox.every(topics.ARM_SETPOINTS):
+            self._take_setpoints(setpoints.message, setpoints.received)
+        task = inbox.fresh(topics.TASK_STATE)
+        if task is not None and self.simulated:
+            self.cell.take_reset(task.message.reset_count)
+        yield Publication(topics.ARM_STATE, self._state(self.cell.step(now), now))
+
+    def _take_setpoints(self, message: Setpoints, received: int) -> None:
+        if message.hold:
+            self.cell.take_hold(message.session, message.sequence, received, message.reason)
+            return
+        names = [SIDES[k] for k in self.cell.guidance.driven]
+        self.cell.take_chunk(chunk_of(message, names), received)
+
+    def _state(self, report: CellReport, now: int) -> ArmStates:
+        safety = report.safety
+        why = CAUSES[safety.cause].what if safety.cause else ""
+        return ArmStates(
+            stamp=now,
+            boot=safety.boot,
+            mode=MODES[safety.mode],
+            reason=f"{safety.detail}: {why}" if why and safety.cause != "boot" else safety.detail,
+            rule=report.rule or "",
+            needs_acknowledgement=safety.needs_acknowledgement,
+            session=safety.session,
+            sequence=report.sequence,
+            refused_sequence=report.refused_sequence,
+            last_command=report.command,
+            refusal=report.rejection or report.refusal,
+            arms=list(self._arms(report)),
+            braking=report.braking,
+            reset_count=report.reset_count,
+        )
+
+    def _arms(self, report: CellReport) -> Iterator[ArmState]:
+        for side, driver, feedback, error in zip(
+            SIDES, self.cell.drivers, report.arms, report.tracking, strict=True
+        ):
+            state = ArmState(
+                arm=side,
+                driver=driver.name,
+                linear_velocity=feedback.velocity[0],
+                angular_velocity=feedback.velocity[1],
+                joints=feedback.joints,
+                gripper_closed=feedback.gripper_closed,
+                alarms=feedback.alarms,
+                tracking_error=error,
+                link_age=feedback.age,
+            )
+            if feedback.pose is not None:
+                state.position.extend(feedback.pose.position)
+                state.orientation.extend(feedback.pose.orientation)
+            yield state
+
+
+def build(scenario: Scenario, session: str) -> RobotGatewayService:
+    """The gateway of a scenario's cell; `session` is its boot id."""
+    starts = scenario.grips(scenario.start)
+    drivers = drivers_of(scenario, starts)
+    limits = scenario.limits
+    boundaries = Boundaries(
+        rope_length=scenario.rope.length,
+        workspace=limits.workspace,
+        bodies=bodies_of(scenario),
+        keep_out=limits.keep_out,
+        spacing=limits.spacing,
+        overstretch=limits.overstretch,
+    )
+    motion = MotionLimits(
+        limits.speed,
+        limits.acceleration,
+        limits.jerk,
+        limits.angular_speed,
+        limits.angular_acceleration,
+        limits.angular_jerk,
+    )
+    driven = [k for k, driver in enumerate(drivers) if driver.moves]
+    guidance = Guidance(motion, boundaries, starts, driven)
+    guidance.rules.replace_obstacles(scenario.bodies)
+    ends = [scenario.end(side) for side in SIDES]
+    real = any(end.address for end in ends)
+    alone = not real and all(end.arm_automatically for end in ends if end.driver != "fixed")
+    cell = Cell(guidance, drivers, starts, boot=session, arm_automatically=alone)
+    return RobotGatewayService(cell, simulated=not real)
+
+
+def chunk_of(message: Setpoints, names: list[str]) -> Chunk:
+    """Setpoints for the named ends, in their order; checked by the cell, not here.
+
+    Lists that do not fit together become empty ones, which no rule lets pass.
+    """
+    given = {arm.arm: arm for arm in message.arms}
+    columns = []
+    for name in names:
+        arm = given.get(name)
+        p = np.array(arm.positions if arm else [], dtype=float)
+        q = np.array(arm.orientations if arm else [], dtype=float)
+        columns.append((p.reshape(-1, 3) if p.size % 3 == 0 else p[:0].reshape(-1, 3), q))
+    count = len(columns[0][0]) if columns else 0
+    fits = all(len(p) == count and q.size == 4 * count for p, q in columns)
+    shape = (count if fits else 0, len(names))
+    positions, orientations = np.zeros((*shape, 3)), np.zeros((*shape, 4))
+    if fits:
+        for k, (p, q) in enumerate(columns):
+            positions[:, k], orientations[:, k] = p, q.reshape(-1, 4)
+    return Chunk(
+        message.session,
+        message.sequence,
+        message.t0,
+        message.dt * NANOSECONDS,
+        positions,
+        orientations,
+    )
+
+
+def command_of(message: ArmCommand) -> Command:
+    """A person's command."""
+    return Command(
+        message.id,
+        message.boot,
+        message.expires,
+        ACTIONS[message.action],
+        message.arm,
+        message.close,
+    )

@@ -19,12 +19,20 @@ def normalized(q: Float64[np.ndarray, "*b 4"]) -> Float64[np.ndarray, "*b 4"]:
     return q / np.linalg.norm(q, axis=-1, keepdims=True)
 
 
+def cross(
+    a: Float64[np.ndarray, "*b 3"], b: Float64[np.ndarray, "*b 3"]
+) -> Float64[np.ndarray, "*b 3"]:
+    """a x b. For a few rows several times as fast as numpy's, which moves axes about."""
+    return a[..., [1, 2, 0]] * b[..., [2, 0, 1]] - a[..., [2, 0, 1]] * b[..., [1, 2, 0]]
+
+
 def multiply(
     a: Float64[np.ndarray, "*b 4"], b: Float64[np.ndarray, "*b 4"]
 ) -> Float64[np.ndarray, "*b 4"]:
     """Hamilton product a b: the rotation b followed by the rotation a."""
-    aw, ax, ay, az = np.moveaxis(np.asarray(a), -1, 0)
-    bw, bx, by, bz = np.moveaxis(np.asarray(b), -1, 0)
+    a, b = np.asarray(a), np.asarray(b)
+    aw, ax, ay, az = (a[..., k] for k in range(4))
+    bw, bx, by, bz = (b[..., k] for k in range(4))
     return np.stack(
         [
             aw * bw - ax * bx - ay * by - az * bz,
@@ -45,9 +53,9 @@ def rotate(
     q: Float64[np.ndarray, "*b 4"], v: Float64[np.ndarray, "*b 3"]
 ) -> Float64[np.ndarray, "*b 3"]:
     """R(q) v."""
-    q = np.asarray(q)
-    t = 2.0 * np.cross(q[..., 1:], v)
-    return v + q[..., :1] * t + np.cross(q[..., 1:], t)
+    q, v = np.asarray(q), np.asarray(v)
+    t = 2.0 * cross(q[..., 1:], v)
+    return v + q[..., :1] * t + cross(q[..., 1:], t)
 
 
 def matrix(q: Float64[np.ndarray, "*b 4"]) -> Float64[np.ndarray, "*b 3 3"]:

@@ -7,9 +7,13 @@ kept beside it.
 
 from __future__ import annotations
 
+import json as jsons
 import os
-from dataclasses import dataclass
+import sys
+from dataclasses import asdict, dataclass
 from pathlib import Path
+
+import tyro
 
 from shared.configuration import ConfigurationError
 from shared.recording import Recording, copy_readable
@@ -52,3 +56,30 @@ def repair(path: Path) -> Repair:
     except (OSError, ValueError) as error:
         raise ConfigurationError(f"cannot repair {path}: {error}") from error
     return Repair(str(path), damage, str(kept), count)
+
+
+def main(file: tyro.conf.Positional[Path], /, json: bool = False) -> int:
+    """Make a cut recording whole, in its place; the cut one is kept beside it as FILE.cut.
+
+    Examples:
+      lariat repair recordings/run.mcap
+
+    Args:
+        file: The recording of a writer that was killed.
+        json: Answer with one JSON object on standard output.
+    """
+    result = repair(file)
+    if json:
+        print(jsons.dumps(asdict(result)))
+    elif result.damage:
+        print(
+            f"{file} {result.damage}: {result.messages} messages saved, "
+            f"the cut file is kept as {result.kept}"
+        )
+    else:
+        print(f"{file} is whole: {result.messages} messages, nothing to repair")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(tyro.cli(main))

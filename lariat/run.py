@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from lariat import preflight
 from lariat.closed_loop import Outcome, Watch, as_json, run
 from lariat.overrides import load_with
 from lariat.scoring import Scorer
@@ -56,13 +57,16 @@ def main(
         0 when the goal was reached, 1 when not.
     """
     loaded = load_with(scenario, set, seed)
+    real = {s: loaded.end(s).address for s in SIDES if loaded.end(s).address}
+    if real:
+        # Written into the scenario, so that a recording holds what was run.
+        loaded = load_with(scenario, [*set, *(f'ends.{s}.address=""' for s in real)], seed)
     if record and record.exists():
         raise ConfigurationError(f"--record {record}: the file exists; name another or remove it")
-    _preflight(loaded)
+    preflight.check(loaded)
     messages = Console(stderr=True, highlight=False)
-    for side in SIDES:
-        if address := loaded.end(side).address:
-            messages.print(f"{side} arm: the emulator plays the one at {address}")
+    for side, address in real.items():
+        messages.print(f"{side} arm: the emulator plays the one at {address}")
     with _progress(loaded, messages) as watch:
         try:
             outcome = run(loaded, record, stop_when_reached, watch)
@@ -75,12 +79,6 @@ def main(
     if not outcome.score.reached:
         messages.print(f"[bold]Not reached[/]: {outcome.reason}.{_worry(outcome.stack)}")
     return 0 if outcome.score.reached else 1
-
-
-def _preflight(scenario: Scenario) -> None:
-    from lariat.preflight import preflight
-
-    preflight(scenario)
 
 
 @contextmanager

@@ -197,7 +197,7 @@ class Recording:
     files: dict[str, bytes] = field(default_factory=dict)
     """The scenario's text and the CSV files it names."""
     damage: str = ""
-    """What is wrong with the file, known after its messages were read; empty when it is whole."""
+    """What is wrong with the file, known after all messages were read; empty when it is whole."""
 
     @classmethod
     def open(cls, path: Path | str) -> Recording:
@@ -214,7 +214,6 @@ class Recording:
                 recording.files[record.name] = record.data
             elif isinstance(record, records.Message | records.DataEnd):
                 break
-        recording.damage = ""
         return recording
 
     def messages(self, keys: Iterable[str] | None = None) -> Iterator[Entry]:
@@ -260,7 +259,6 @@ class Recording:
 
     def _records(self) -> Iterator[records.McapRecord]:
         """Every record up to the end or the cut; chunks are opened, broken ones left out."""
-        self.damage = ""
         try:
             stream = self.path.open("rb")
         except OSError as error:

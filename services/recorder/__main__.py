@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
+from services.recorder.options import RecorderOptions
 from shared.live import main
 
 if __name__ == "__main__":
-    main("services.recorder")
+    main("services.recorder", RecorderOptions)

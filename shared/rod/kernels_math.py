@@ -1,0 +1,192 @@
+# type: ignore
+"""Rotations inside kernels; conventions as in `shared.geometry.poses`.
+
+Taichi inlines a `ti.func` and compiles a `ti.real_func` once; compile time grows faster than the
+size of what it compiles, so that all large functions of the rod are real. Inside of these, an
+inlined function must not branch or loop (Taichi 1.7 then loses the statement), hence `ti.select`
+here and real functions wherever a branch saves time.
+"""
+
+import taichi as ti
+
+
+@ti.func
+def load3(w: ti.template(), at):
+    return ti.Vector([w[at], w[at + 1], w[at + 2]])
+
+
+@ti.func
+def store3(w: ti.template(), at, v):
+    for a in ti.static(range(3)):
+        w[at + a] = v[a]
+
+
+@ti.func
+def add3(w: ti.template(), at, v):
+    for a in ti.static(range(3)):
+        w[at + a] += v[a]
+
+
+@ti.func
+def load4(w: ti.template(), at):
+    return ti.Vector([w[at], w[at + 1], w[at + 2], w[at + 3]])
+
+
+@ti.func
+def store4(w: ti.template(), at, v):
+    for a in ti.static(range(4)):
+        w[at + a] = v[a]
+
+
+@ti.func
+def load33(w: ti.template(), at):
+    return ti.Matrix(
+        [
+            [w[at], w[at + 1], w[at + 2]],
+            [w[at + 3], w[at + 4], w[at + 5]],
+            [w[at + 6], w[at + 7], w[at + 8]],
+        ]
+    )
+
+
+@ti.func
+def store33(w: ti.template(), at, m):
+    for a in ti.static(range(3)):
+        for b in ti.static(range(3)):
+            w[at + 3 * a + b] = m[a, b]
+
+
+@ti.func
+def add33(w: ti.template(), at, m):
+    for a in ti.static(range(3)):
+        for b in ti.static(range(3)):
+            w[at + 3 * a + b] += m[a, b]
+
+
+@ti.func
+def cross_matrix(v):
+    """[v]x, so that [v]x a = v x a."""
+    return ti.Matrix([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+
+
+@ti.func
+def quaternion_product(a, b):
+    return ti.Vector(
+        [
+            a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+            a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+            a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+            a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+        ]
+    )
+
+
+@ti.func
+def relative(a, b):
+    """conj(a) b on the short way round."""
+    u = quaternion_product(ti.Vector([a[0], -a[1], -a[2], -a[3]]), b)
+    return ti.select(u[0] < 0.0, -1.0, 1.0) * u
+
+
+@ti.func
+def rotation_matrix(q):
+    w, x, y, z = q[0], q[1], q[2], q[3]
+    return ti.Matrix(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+@ti.func
+def turned(q, phi):
+    """q after a small rotation `phi` in its own frame; exp(phi) to second order, and cheaper."""
+    p = quaternion_product(q, ti.Vector([1.0, 0.5 * phi[0], 0.5 * phi[1], 0.5 * phi[2]]))
+    return p / ti.sqrt(p.dot(p))
+
+
+@ti.real_func
+def exponential_coefficients(t2: ti.f64) -> tuple[ti.f64, ti.f64]:
+    """sin(t/2) / t and cos(t/2)."""
+    half_sinc = 0.5 - t2 / 48.0 + t2 * t2 / 3840.0
+    cosine = 1.0 - t2 / 8.0 + t2 * t2 / 384.0
+    if t2 > 1e-4:
+        t = ti.sqrt(t2)
+        half_sinc = ti.sin(0.5 * t) / t
+        cosine = ti.cos(0.5 * t)
+    return half_sinc, cosine
+
+
+@ti.func
+def exponential(y):
+    """Unit quaternion of a rotation vector."""
+    s, c = exponential_coefficients(y.dot(y))
+    return ti.Vector([c, s * y[0], s * y[1], s * y[2]])
+
+
+@ti.real_func
+def logarithm_scale(cosine: ti.f64, s2: ti.f64) -> ti.f64:
+    """Angle over sine of half the angle."""
+    scale = 2.0 * (
+        1.0 + s2 * (1 / 6 + s2 * (3 / 40 + s2 * (5 / 112 + s2 * (35 / 1152 + s2 * 63 / 2816))))
+    )
+    if s2 > 0.01:
+        s = ti.sqrt(s2)
+        scale = 2.0 * ti.atan2(s, cosine) / s
+    return scale
+
+
+@ti.func
+def logarithm(u):
+    """Rotation vector of a unit quaternion with u[0] >= 0."""
+    v = ti.Vector([u[1], u[2], u[3]])
+    return logarithm_scale(u[0], v.dot(v)) * v
+
+
+@ti.real_func
+def log_coefficients(t2: ti.f64) -> tuple[ti.f64, ti.f64]:
+    """c and c'/t of J_l^-1(y) = I - [y]x / 2 + c [y]x^2, with t = |y|.
+
+    c = (1 - (t/2) cot(t/2)) / t^2.
+    """
+    c = 1 / 12 + t2 * (1 / 720 + t2 * (1 / 30240 + t2 * (1 / 1209600 + t2 / 47900160)))
+    d = 1 / 360 + t2 * (
+        1 / 7560 + t2 * (1 / 201600 + t2 * (1 / 5987520 + t2 * 5.284190138687493e-9))
+    )
+    if t2 > 0.04:
+        t = ti.sqrt(t2)
+        s = ti.sin(0.5 * t)
+        cot = ti.cos(0.5 * t) / s
+        c = (1.0 - 0.5 * t * cot) / t2
+        d = (-2.0 / (t2 * t) + 0.5 * cot / t2 + 0.25 / (t * s * s)) / t
+    return c, d
+
+
+@ti.func
+def left_jacobian_inverse(y):
+    """J_l^-1(y); its transpose is the right one."""
+    c, _d = log_coefficients(y.dot(y))
+    k = cross_matrix(y)
+    return ti.Matrix.identity(ti.f64, 3) - 0.5 * k + c * (k @ k)
+
+
+@ti.real_func
+def jacobian_coefficients(t2: ti.f64) -> tuple[ti.f64, ti.f64]:
+    """(1 - cos t) / t^2 and (t - sin t) / t^3."""
+    a = 0.5 + t2 * (-1 / 24 + t2 / 720)
+    b = 1 / 6 + t2 * (-1 / 120 + t2 / 5040)
+    if t2 > 1e-4:
+        t = ti.sqrt(t2)
+        a = (1.0 - ti.cos(t)) / t2
+        b = (t - ti.sin(t)) / (t2 * t)
+    return a, b
+
+
+@ti.func
+def left_jacobian(y):
+    """J_l(y): exp(y + dy) = exp(J_l(y) dy) exp(y); its transpose is the right one."""
+    a, b = jacobian_coefficients(y.dot(y))
+    k = cross_matrix(y)
+    return ti.Matrix.identity(ti.f64, 3) + a * k + b * (k @ k)

@@ -1,0 +1,85 @@
+"""Arrays of one launch: fills them, launches, and shows the answers as views."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from jaxtyping import Float64, Int32, Int64
+
+from shared.rod import layout, runtime
+from shared.rod.layout import Sizes
+
+
+@lru_cache(maxsize=256)
+def _plan(
+    sizes: Sizes,
+) -> tuple[dict[int, tuple[int, int]], int, Int32[np.ndarray, "k"]]:
+    offsets, stride = layout.sections(sizes)
+    integers = np.zeros(layout.INTEGERS + sizes.horizon + sizes.parameters, dtype=np.int32)
+    integers[layout.BATCH] = sizes.batch
+    integers[layout.NODES] = sizes.nodes
+    integers[layout.STEPS] = sizes.steps
+    integers[layout.HORIZON] = sizes.horizon
+    integers[layout.SUBSTEPS] = sizes.steps // sizes.horizon
+    integers[layout.BLOCKS] = sizes.blocks
+    integers[layout.OBSTACLES] = sizes.obstacles
+    integers[layout.PARAMETERS] = sizes.parameters
+    integers[layout.WANT] = sizes.want
+    integers[layout.STRIDE] = stride
+    for name, (start, _) in offsets.items():
+        integers[name] = start
+    integers[layout.AT_OBSTACLES] = stride * sizes.batch
+    return offsets, stride, integers
+
+
+class Launch:
+    """Holds the two arrays; grown when a launch needs more, never shrunk."""
+
+    def __init__(self) -> None:
+        self._doubles = np.zeros(0)
+
+    def open(
+        self, sizes: Sizes, block_of_step: Int64[np.ndarray, "H"], parameters: tuple[int, ...]
+    ) -> Sheet:
+        """Sections for these sizes, to be filled."""
+        offsets, stride, integers = _plan(sizes)
+        needed = stride * sizes.batch + layout.OBSTACLE_WIDTH * sizes.obstacles
+        if len(self._doubles) < needed:
+            self._doubles = np.zeros(int(1.5 * needed))
+        integers = integers.copy()
+        integers[layout.INTEGERS : layout.INTEGERS + sizes.horizon] = block_of_step
+        integers[layout.INTEGERS + sizes.horizon :] = parameters
+        return Sheet(sizes, offsets, stride, integers, self._doubles)
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """The arrays of one launch, cut into sections."""
+
+    sizes: Sizes
+    offsets: dict[int, tuple[int, int]]
+    stride: int
+    integers: Int32[np.ndarray, "k"]
+    doubles: Float64[np.ndarray, "m"]
+
+    def section(self, name: int) -> Float64[np.ndarray, "B k"]:
+        """A section of every rod of the batch, as a view."""
+        start, length = self.offsets[name]
+        rods = self.doubles[: self.stride * self.sizes.batch].reshape(self.sizes.batch, -1)
+        return rods[:, start : start + length]
+
+    def obstacles(self) -> Float64[np.ndarray, "m 17"]:
+        """The rows of the scene, as a view."""
+        start = self.stride * self.sizes.batch
+        end = start + layout.OBSTACLE_WIDTH * self.sizes.obstacles
+        return self.doubles[start:end].reshape(-1, layout.OBSTACLE_WIDTH)
+
+    def run(self) -> None:
+        """Launch the kernel on what has been filled in."""
+        runtime.start()
+        # Kernels compile against the runtime, which must therefore stand first.
+        from shared.rod.kernels import roll
+
+        roll(self.integers, self.doubles, self.sizes.batch)

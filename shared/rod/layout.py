@@ -1,0 +1,138 @@
+"""Where everything lies in the two arrays that the kernel works on.
+
+One launch takes an integer array (sizes, offsets, indices) and one array of doubles, in which
+each rod of a batch owns a stretch of `stride` numbers. Launches cost by the argument, and numpy
+views into the doubles make inputs and outputs free of copies.
+
+Unknowns come in blocks of three: block 2 i is the position of node i, block 2 i + 1 the rotation
+of edge i, as a tangent vector in the edge's own frame. The Hessian couples a block with the next
+two, so that a block row is three 3x3 matrices: diagonal, H(j+1, j) and H(j+2, j).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+# Sizes, in the integer array.
+BATCH, NODES, STEPS, FIRST_FREE, END_FREE, BLOCKS, OBSTACLES, PARAMETERS = range(8)
+WANT, MAX_ITERATIONS, SAMPLES, SUBSTEPS, LEFT, RIGHT, STRIDE, HORIZON = range(8, 16)
+# Offsets of a rod's sections from its start, in the integer array.
+(
+    AT_SCALARS,
+    AT_MASSES,
+    AT_BENDS,
+    AT_TIMES,
+    AT_ACTIONS,
+    AT_POSITIONS,
+    AT_ORIENTATIONS,
+    AT_TARGETS,
+    AT_TARGET_ORIENTATIONS,
+    AT_TENSIONS,
+    AT_ACCEPTED,
+    AT_ACCEPTED_ORIENTATIONS,
+    AT_HESSIAN,
+    AT_GRADIENT,
+    AT_STEP,
+    AT_INERTIA_COUPLINGS,
+    AT_REPORT,
+    AT_SENSITIVITIES,
+    AT_SENSITIVITIES_OUT,
+    AT_PARAMETER_FORCES,
+    AT_ADJOINT,
+    AT_COST,
+    AT_ACTIONS_OUT,
+    AT_PARAMETERS_OUT,
+) = range(16, 40)
+AT_OBSTACLES = 40
+"""Absolute: obstacles are shared by the batch."""
+INTEGERS = 48
+"""Here the block of every step begins, followed by the parameters' codes."""
+
+# Scalars of a rod, in its section of that name.
+STRETCH, DAMPING, EDGE_LENGTH, GRAVITY_X, GRAVITY_Y, GRAVITY_Z = range(6)
+CONTACT_STIFFNESS, CONTACT_REACH, CONTACT_MARGIN, TOLERANCE = range(6, 10)
+BENDING, TWISTING, DENSITY, INERTIA_BEND, INERTIA_TWIST = range(10, 15)
+SCALAR_COUNT = 16
+
+HESSIAN_WIDTH = 27
+REPORT_WIDTH = 4
+"""Of a step: iterations, converged, last step [m], definite (the Hessian's pivots positive)."""
+OBSTACLE_WIDTH = 17
+"""Shape index, position (3), rotation matrix (9), sizes (3), bounding radius."""
+
+WANT_SENSITIVITIES = 1
+WANT_ADJOINT = 2
+
+FREE, PINNED, CLAMPED = range(3)
+
+(
+    BENDING_PARAMETER,
+    TWISTING_PARAMETER,
+    STRETCH_PARAMETER,
+    DAMPING_PARAMETER,
+    DENSITY_PARAMETER,
+    CURVATURE_PARAMETER,
+) = range(6)
+"""Codes of parameters; the last is followed by the other two components of rest curvature."""
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """What one launch is about."""
+
+    batch: int
+    nodes: int
+    steps: int
+    """Implicit steps: horizon times substeps."""
+    horizon: int
+    blocks: int
+    """Blocks of actions."""
+    obstacles: int
+    parameters: int
+    want: int
+
+    @property
+    def columns(self) -> int:
+        """Groups of six columns of the forward sensitivities."""
+        return 2 * self.blocks + -(-self.parameters // 6)
+
+
+def sections(sizes: Sizes) -> tuple[dict[int, tuple[int, int]], int]:
+    """Offset and length of each section of a rod, and the length of all together."""
+    n, steps = sizes.nodes, sizes.steps
+    unknowns = 2 * n - 1
+    kept = steps if sizes.want else 1
+    forward = 1 if sizes.want & WANT_SENSITIVITIES else 0
+    backward = 1 if sizes.want & WANT_ADJOINT else 0
+    lengths = {
+        AT_SCALARS: SCALAR_COUNT,
+        AT_MASSES: n,
+        AT_BENDS: 6 * (n - 2),
+        AT_TIMES: 2 * steps,
+        AT_ACTIONS: 12 * sizes.blocks,
+        AT_POSITIONS: 3 * n * (steps + 2),
+        AT_ORIENTATIONS: 4 * (n - 1) * (steps + 2),
+        AT_TARGETS: 3 * n,
+        AT_TARGET_ORIENTATIONS: 4 * (n - 1),
+        AT_TENSIONS: 3 * (n - 1),
+        AT_ACCEPTED: 3 * n,
+        AT_ACCEPTED_ORIENTATIONS: 4 * (n - 1),
+        AT_HESSIAN: HESSIAN_WIDTH * unknowns * kept,
+        AT_GRADIENT: 3 * unknowns,
+        AT_STEP: 3 * unknowns,
+        AT_INERTIA_COUPLINGS: 18 * (n - 1) * kept,
+        AT_REPORT: REPORT_WIDTH * steps,
+        AT_SENSITIVITIES: forward * 3 * 18 * unknowns * sizes.columns,
+        AT_SENSITIVITIES_OUT: forward * sizes.horizon * n * 18 * sizes.columns,
+        AT_PARAMETER_FORCES: kept * 18 * unknowns * -(-sizes.parameters // 6),
+        AT_ADJOINT: backward * 3 * unknowns * (steps + 2),
+        AT_COST: backward * 3 * n * sizes.horizon,
+        AT_ACTIONS_OUT: backward * 12 * sizes.blocks,
+        AT_PARAMETERS_OUT: backward * sizes.parameters,
+    }
+    offsets = {}
+    at = 0
+    for name, length in lengths.items():
+        offsets[name] = (at, length)
+        at += length
+    return offsets, at

@@ -1,0 +1,100 @@
+"""What a rod is made of, in units that a data sheet gives."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float64
+
+_POSITIVE = ("length", "diameter", "linear_density", "youngs_modulus", "stretch_stiffness")
+
+
+@dataclass(frozen=True)
+class RodProperties:
+    """A round rod of one material."""
+
+    length: float
+    """At rest [m]."""
+    diameter: float
+    """[m]."""
+    linear_density: float
+    """Mass per length [kg/m]."""
+    youngs_modulus: float
+    """Effective one, of the whole cross-section [Pa]."""
+    poisson_ratio: float = 0.3
+    """[-]; sets the twisting stiffness EI / (1 + poisson_ratio)."""
+    stretch_stiffness: float = 2000.0
+    """EA, of stretch and of shear [N]. Ropes hardly stretch: any large value does."""
+    damping: float = 1.0
+    """Velocity lost to the surroundings [1/s]."""
+    stiffness_profile: tuple[float, ...] = (1.0,)
+    """Factors on both stiffnesses, evenly spaced from left to right [-]."""
+    rest_curvature: tuple[tuple[float, float, float], ...] = ((0.0, 0.0, 0.0),)
+    """Curvature about d1 and d2 and twist at rest, evenly spaced from left to right [1/m]."""
+    contact_stiffness: float = 1e6
+    """Force per length of rod and depth of overlap [N/m^2]."""
+    contact_margin: float = 5e-4
+    """Gap to an obstacle at which contact begins to push [m]."""
+
+    def __post_init__(self) -> None:
+        for name in (*_POSITIVE, "contact_stiffness", "contact_margin"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise ValueError(f"{name} must be a positive number, got {value}; SI units")
+        if not (math.isfinite(self.damping) and self.damping >= 0.0):
+            raise ValueError(f"damping must be zero or more, got {self.damping} 1/s; try 1.0")
+        if not (math.isfinite(self.poisson_ratio) and self.poisson_ratio > -1.0):
+            raise ValueError(
+                f"poisson_ratio must be above -1, got {self.poisson_ratio}; try 0.3 for a solid"
+            )
+        if self.diameter >= self.length:
+            raise ValueError(
+                f"diameter must be less than length, got diameter={self.diameter} m and "
+                f"length={self.length} m; are both in metres?"
+            )
+        profile = np.asarray(self.stiffness_profile, dtype=float)
+        if profile.ndim != 1 or not len(profile) or not np.all(profile > 0.0):
+            raise ValueError(
+                f"stiffness_profile must be positive numbers, got {self.stiffness_profile}; "
+                "(1.0,) is a uniform rod"
+            )
+        rest = np.asarray(self.rest_curvature, dtype=float)
+        if rest.ndim != 2 or rest.shape[1] != 3 or not np.all(np.isfinite(rest)):
+            raise ValueError(
+                f"rest_curvature must be rows of three finite numbers, got "
+                f"{self.rest_curvature}; ((0, 0, 0),) is straight"
+            )
+
+    @property
+    def bending_stiffness(self) -> float:
+        """EI = E pi d^4 / 64 [N m^2]."""
+        return self.youngs_modulus * math.pi * self.diameter**4 / 64.0
+
+    @property
+    def twisting_stiffness(self) -> float:
+        """GJ = EI / (1 + poisson_ratio) [N m^2]."""
+        return self.bending_stiffness / (1.0 + self.poisson_ratio)
+
+    def with_stiffness(self, bending: float, twisting: float | None = None) -> RodProperties:
+        """The same rod with EI and, where given, GJ set [N m^2]; else their ratio stays."""
+        changed = replace(self, youngs_modulus=64.0 * bending / (math.pi * self.diameter**4))
+        if twisting is None:
+            return changed
+        return replace(changed, poisson_ratio=bending / twisting - 1.0)
+
+    def profile_at(self, count: int) -> Float64[np.ndarray, "m"]:
+        """Stiffness factors at inner nodes, `count` of them [-]."""
+        return _spread(np.asarray(self.stiffness_profile, float)[:, None], count)[:, 0]
+
+    def rest_curvature_at(self, count: int) -> Float64[np.ndarray, "m 3"]:
+        """Rest curvature at inner nodes, `count` of them [1/m]."""
+        return _spread(np.asarray(self.rest_curvature, float), count)
+
+
+def _spread(values: Float64[np.ndarray, "k c"], count: int) -> Float64[np.ndarray, "m c"]:
+    """Values that are evenly spaced over the rod's length, at its inner nodes."""
+    have = np.linspace(0.0, 1.0, len(values)) if len(values) > 1 else np.array([0.5])
+    want = np.arange(1, count + 1) / (count + 1)
+    return np.stack([np.interp(want, have, column) for column in values.T], axis=1)

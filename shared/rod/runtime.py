@@ -1,0 +1,24 @@
+"""The one owner of the Taichi runtime of a process.
+
+A second `ti.init` destroys every compiled kernel, so nobody else may call it.
+"""
+
+from __future__ import annotations
+
+import taichi as ti
+
+_started = False
+
+
+def start() -> None:
+    """Start Taichi on the CPU in double precision, once; further calls do nothing."""
+    global _started
+    if not _started:
+        ti.init(
+            arch=ti.cpu,
+            default_fp=ti.f64,
+            cpu_max_num_threads=1,
+            offline_cache=True,
+            log_level=ti.WARN,
+        )
+        _started = True

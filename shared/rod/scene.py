@@ -1,0 +1,37 @@
+"""Obstacles as the kernels read them."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float64
+
+from shared.geometry import poses
+from shared.geometry.obstacles import PACKED_WIDTH, SHAPES
+from shared.rod.layout import OBSTACLE_WIDTH
+
+
+def unpacked(packed: Float64[np.ndarray, "m 12"]) -> Float64[np.ndarray, "m 17"]:
+    """Rows of `shared.geometry.obstacles.pack` with rotation matrix and bounding radius."""
+    packed = np.asarray(packed, float)
+    if packed.ndim != 2 or packed.shape[1] != PACKED_WIDTH or not np.all(np.isfinite(packed)):
+        raise ValueError(
+            f"obstacles must be finite rows of {PACKED_WIDTH} numbers, got shape {packed.shape}; "
+            "make them with shared.geometry.obstacles.pack"
+        )
+    rows = np.zeros((len(packed), OBSTACLE_WIDTH))
+    rows[:, :4] = packed[:, :4]
+    for row, source in zip(rows, packed, strict=True):
+        row[4:13] = poses.matrix(source[4:8]).ravel()
+        row[13:16] = source[8:11]
+        match SHAPES[int(source[0])]:
+            case "half_space":
+                row[16] = 1e12
+            case "sphere":
+                row[16] = source[8]
+            case "capsule":
+                row[16] = source[8] + source[9]
+            case "cylinder":
+                row[16] = np.hypot(source[8], source[9])
+            case "box":
+                row[16] = np.linalg.norm(source[8:11])
+    return rows

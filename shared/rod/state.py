@@ -1,0 +1,97 @@
+"""Where a rod is, and what a roll-out of it answers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float64, Int64
+
+
+@dataclass(frozen=True)
+class RodState:
+    """Positions of n nodes and orientations of the n - 1 edges between them."""
+
+    positions: Float64[np.ndarray, "n 3"]
+    """[m]."""
+    orientations: Float64[np.ndarray, "n-1 4"]
+    """Of the edges, wxyz; the third axis lies along the edge, from left to right."""
+    velocities: Float64[np.ndarray, "n 3"]
+    """[m/s]."""
+    angular_velocities: Float64[np.ndarray, "n-1 3"]
+    """Of the edges, world frame [rad/s]."""
+
+    def at_rest(self) -> RodState:
+        """The same shape without motion."""
+        return RodState(
+            self.positions,
+            self.orientations,
+            np.zeros_like(self.velocities),
+            np.zeros_like(self.angular_velocities),
+        )
+
+
+@dataclass(frozen=True)
+class Rollout:
+    """A rod over H steps."""
+
+    positions: Float64[np.ndarray, "H n 3"]
+    """After every step [m]."""
+    orientations: Float64[np.ndarray, "H n-1 4"]
+    """After every step, wxyz."""
+    final: RodState
+    """After the last step."""
+    iterations: Int64[np.ndarray, "H"]
+    """Factorisations spent on every step."""
+    converged: Bool[np.ndarray, "H"]
+    """Whether every step met the tolerance."""
+
+
+@dataclass(frozen=True)
+class Linearization:
+    """A roll-out with its forward sensitivities."""
+
+    rollout: Rollout
+    d_positions_d_actions: Float64[np.ndarray, "H n 3 K 2 6"]
+    """Per block and end: linear [s], then angular velocity [m s]."""
+    d_positions_d_parameters: Float64[np.ndarray, "H n 3 P"]
+    """In the order in which the parameters were asked for; [m] per unit of each."""
+
+
+@dataclass(frozen=True)
+class StateGradient:
+    """Slope of a cost with respect to a `RodState`."""
+
+    positions: Float64[np.ndarray, "n 3"]
+    """Per metre; zero at nodes that a clamp places."""
+    rotations: Float64[np.ndarray, "n-1 3"]
+    """Per radian turned about the world axes."""
+    velocities: Float64[np.ndarray, "n 3"]
+    """Per m/s."""
+    angular_velocities: Float64[np.ndarray, "n-1 3"]
+    """Per rad/s."""
+
+
+@dataclass(frozen=True)
+class Gradient:
+    """A roll-out with the gradient of a cost of its positions."""
+
+    rollout: Rollout
+    actions: Float64[np.ndarray, "K 2 6"]
+    """Per m/s, then per rad/s."""
+    state: StateGradient
+    parameters: dict[str, float]
+    """Per SI unit of each parameter."""
+
+
+@dataclass(frozen=True)
+class Rest:
+    """A shape of equilibrium."""
+
+    state: RodState
+    converged: bool
+    """Whether the search met the tolerance."""
+    stable: bool
+    """Whether the shape is a minimum of the energy: it returns when disturbed a little."""
+    residual: float
+    """How far the shape still moved when it was let go once more [m]."""

@@ -1,0 +1,158 @@
+"""Equilibria: a start of the right length between two grips, then steps of growing duration.
+
+A long implicit step without inertia is a proximal descent of the energy: robust from far away
+when short, Newton's method on the statics when long.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float64
+
+from shared.geometry import polylines, poses
+from shared.geometry.poses import Pose
+from shared.rod.state import Rest, RodState
+
+if TYPE_CHECKING:
+    from shared.rod.rod import Rod
+
+DURATIONS = 0.02 * 1.7 ** np.arange(36)
+"""Of the steps that let go [s]: from a viscous crawl to pure statics."""
+APPROACH = 12
+"""Steps over which the grips of a guess walk to where they should be."""
+SETTLED = 1e-6
+"""Movement in the last step, relative to length, below which a shape counts as at rest [-]."""
+
+
+def rest(
+    rod: Rod,
+    left: Pose,
+    right: Pose,
+    guess: RodState | None,
+    obstacles: Float64[np.ndarray, "m 12"] | None,
+) -> Rest:
+    """See `Rod.rest`."""
+    _check_reach(rod, left, right)
+    start = guess.at_rest() if guess is not None else between_grips(rod, left, right)
+    found = _let_go(rod, start, left, right, obstacles)
+    if not found.stable or not found.converged:
+        # A symmetric start can end on a saddle: a nudge shows the way down.
+        found = _let_go(rod, _nudged(rod, found.state), left, right, obstacles)
+    return found
+
+
+def between_grips(rod: Rod, left: Pose, right: Pose) -> RodState:
+    """A smooth curve of the rod's length that leaves both grips straight, bulging downwards."""
+    n, length = rod.node_count, rod.properties.length
+    z = np.array([0.0, 0.0, 1.0])
+    a, b = left.position, right.position
+    t_a, t_b = poses.rotate(left.orientation, z), poses.rotate(right.orientation, z)
+    s = np.linspace(0.0, 1.0, 16 * n)[:, None]
+    h00, h10 = 2 * s**3 - 3 * s**2 + 1, s**3 - 2 * s**2 + s
+    down = np.asarray(rod.gravity, float)
+    down = poses.normalized(down) if np.linalg.norm(down) > 0.0 else np.array([0.0, 0.0, -1.0])
+    chord = b - a
+    if np.linalg.norm(np.cross(chord, down)) < 0.05 * np.linalg.norm(chord) + 1e-9:
+        # A chord along gravity leaves no room to sag: bulge sideways.
+        down = poses.rotate(left.orientation, np.array([1.0, 0.0, 0.0]))
+
+    def curve(slope: float, bulge: float) -> Float64[np.ndarray, "k 3"]:
+        h01, h11 = 1.0 - h00, s**3 - s**2
+        return h00 * a + h01 * b + slope * (h10 * t_a + h11 * t_b) + bulge * (s - s**2) ** 2 * down
+
+    slope = length
+    if polylines.length(curve(slope, 0.0)) > length:
+        slope = _bisected(lambda k: polylines.length(curve(k, 0.0)) - length, 0.0, slope)
+    bulge = _bisected(lambda k: polylines.length(curve(slope, k)) - length, 0.0, 40.0 * length)
+    nodes = polylines.resampled(curve(slope, bulge), n)
+    return framed(nodes, left.orientation, right.orientation)
+
+
+def framed(
+    nodes: Float64[np.ndarray, "n 3"],
+    first: Float64[np.ndarray, "4"],
+    last: Float64[np.ndarray, "4"],
+) -> RodState:
+    """Nodes with orientations along them, twist spread evenly between those of the two ends."""
+    tangents = poses.normalized(np.diff(nodes, axis=0))
+    z = np.array([0.0, 0.0, 1.0])
+    q = poses.multiply(poses.between(poses.rotate(first, z), tangents[0]), first)
+    frames = [q]
+    for old, new in pairwise(tangents):
+        q = poses.multiply(poses.between(old, new), q)
+        frames.append(q)
+    end = poses.multiply(poses.between(poses.rotate(last, z), tangents[-1]), last)
+    twist = poses.logarithm(poses.multiply(poses.conjugate(q), end))[2]
+    angles = twist * np.linspace(0.0, 1.0, len(frames))
+    spins = poses.exponential(angles[:, None] * z)
+    n = len(nodes)
+    return RodState(
+        nodes, poses.multiply(np.array(frames), spins), np.zeros((n, 3)), np.zeros((n - 1, 3))
+    )
+
+
+def _let_go(
+    rod: Rod,
+    start: RodState,
+    left: Pose,
+    right: Pose,
+    obstacles: Float64[np.ndarray, "m 12"] | None,
+) -> Rest:
+    durations = np.concatenate([np.full(APPROACH, DURATIONS[0]), DURATIONS])
+    actions = np.zeros((len(durations), 2, 6))
+    for end, pose in enumerate((left, right)):
+        q, p = start.orientations[-end], start.positions[-end]
+        turn = poses.logarithm(poses.multiply(pose.orientation, poses.conjugate(q)))
+        actions[:APPROACH, end, :3] = (pose.position - p) / (APPROACH * DURATIONS[0])
+        actions[:APPROACH, end, 3:] = turn / (APPROACH * DURATIONS[0])
+    rollout, stable = rod.settle(start, actions, durations, obstacles)
+    residual = float(np.max(np.abs(rollout.positions[-1] - rollout.positions[-2])))
+    converged = bool(rollout.converged[-1]) and residual < SETTLED * rod.properties.length
+    return Rest(rollout.final.at_rest(), converged, stable, residual)
+
+
+def _nudged(rod: Rod, state: RodState) -> RodState:
+    """The state with a small smooth bump off its plane and off its line."""
+    bump = np.sin(np.linspace(0.0, np.pi, rod.node_count)) ** 2
+    ripple = np.sin(np.linspace(0.0, 2.0 * np.pi, rod.node_count)) * bump
+    offset = bump[:, None] * np.array([0.5, 0.7, -0.3]) + ripple[:, None] * np.array(
+        [0.4, -0.6, 0.5]
+    )
+    moved = state.positions + 0.02 * rod.properties.length * offset
+    return RodState(moved, state.orientations, state.velocities, state.angular_velocities)
+
+
+def _check_reach(rod: Rod, left: Pose, right: Pose) -> None:
+    z = np.array([0.0, 0.0, 1.0])
+    edge = rod.edge_length
+    a, b = left.position, right.position
+    free = rod.properties.length
+    if rod.left == "clamped":
+        a = a + edge * poses.rotate(left.orientation, z)
+        free -= edge
+    if rod.right == "clamped":
+        b = b - edge * poses.rotate(right.orientation, z)
+        free -= edge
+    apart = float(np.linalg.norm(b - a))
+    if not np.isfinite(apart):
+        raise ValueError(f"grips must be finite, got {left} and {right}")
+    if apart > free:
+        raise ValueError(
+            f"the ends are {apart:.4f} m apart but the rod between them is {free:.4f} m long; "
+            "bring the grips together or turn them towards each other"
+        )
+
+
+def _bisected(function: Callable[[float], float], low: float, high: float) -> float:
+    """Root of an increasing function, or the nearer limit."""
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if function(middle) > 0.0:
+            high = middle
+        else:
+            low = middle
+    return 0.5 * (low + high)

@@ -130,8 +130,8 @@ class CenterlineEstimator:
         if seen < LEAST_LENGTH * self.rope.length:
             return _lost(f"only {1e3 * seen:.0f} mm of rope in view")
         best: Estimate | None = None
-        for order in self._orders(points, left, right, expected):
-            found = self._fitted(ridges, points, order, depth, left, right, expected, width)
+        for order, prior in self._candidates(points, left, right, expected):
+            found = self._fitted(ridges, points, order, depth, left, right, prior, width)
             if best is None or found.misfit < best.misfit:
                 best = found
             if best.misfit < 2.0:
@@ -161,20 +161,20 @@ class CenterlineEstimator:
         ray = poses.normalized(self.camera.rays(found.pixels))
         return surface + self.rope.radius * ray
 
-    def _orders(
+    def _candidates(
         self,
         points: list[Float64[np.ndarray, "k 3"]],
         left: Pose | None,
         right: Pose | None,
         expected: Expected | None,
-    ) -> list[Order]:
-        """Candidate orders, the most likely first."""
-        orders = []
+    ) -> list[tuple[Order, Expected | None]]:
+        """Orders of the pieces, the most likely first, and what each rests on."""
+        found: list[tuple[Order, Expected | None]] = []
         if expected is not None:
             reach = 0.03 + 2.0 * float(np.max(expected.sigma))
-            orders.append(order_along(expected.positions, points, reach))
-        orders.append(order_between(points, left, right, self.rope.length))
-        return [o for o in orders if o.indices]
+            found.append((order_along(expected.positions, points, reach), expected))
+        found.append((order_between(points, left, right, self.rope.length), None))
+        return [(order, prior) for order, prior in found if order.indices]
 
     def _fitted(
         self,
@@ -207,7 +207,7 @@ class CenterlineEstimator:
             self._anchors(left, right, expected),
             None if expected is None else expected.positions,
         )
-        return self._judged(fit, expected)
+        return self._judged(fit)
 
     def _samples(
         self, found: Ridge, depth: UInt16[np.ndarray, "h w"], width: float
@@ -265,7 +265,7 @@ class CenterlineEstimator:
             anchors[-2] = *right.apply(-z), 1.5 * sigma
         return anchors
 
-    def _judged(self, fit: Fit, expected: Expected | None) -> Estimate:
+    def _judged(self, fit: Fit) -> Estimate:
         # A misfit means that the noise is larger than assumed, or that the order is wrong.
         sigma = fit.sigma * max(1.0, fit.misfit)
         return Estimate(fit.nodes, sigma, fit.support > 1.0, misfit=fit.misfit)

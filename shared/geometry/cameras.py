@@ -114,16 +114,20 @@ class Camera:
 def looking_at(
     eye: tuple[float, float, float],
     target: tuple[float, float, float],
-    up: tuple[float, float, float] = (0.0, 0.0, 1.0),
+    up: tuple[float, float, float] | None = None,
 ) -> Pose:
     """T_world_camera of a camera at `eye` with `target` on its optical axis.
 
     Args:
         eye: Centre of projection [m].
         target: A point in front of it [m].
-        up: Direction that points upwards in the image; must not be along the optical axis.
+        up: Direction that points upwards in the image; must not be along the optical axis. By
+            default the world's z, or its y for a camera that looks straight up or down.
     """
     forward = np.subtract(target, eye)
+    if up is None:
+        upright = np.hypot(forward[0], forward[1]) > 1e-6 * np.linalg.norm(forward)
+        up = (0.0, 0.0, 1.0) if upright else (0.0, 1.0, 0.0)
     right = np.cross(forward, up)
     if np.linalg.norm(right) < 1e-9 * np.linalg.norm(forward) * np.linalg.norm(up):
         raise ValueError(

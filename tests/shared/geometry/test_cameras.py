@@ -58,4 +58,11 @@ def test_impossible_focal_lengths_are_refused_by_name(fx: float) -> None:
 
 def test_looking_along_up_is_refused() -> None:
     with pytest.raises(ValueError, match="which way is up"):
-        looking_at((0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
+        looking_at((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+
+
+def test_a_camera_that_looks_straight_down_has_y_upwards() -> None:
+    view = Camera(CAMERA.intrinsics, looking_at((0.0, 0.0, 1.0), (0.0, 0.0, 0.0)))
+    (middle, far), _ = view.project(np.array([[0.0, 0.0, 0.0], [0.0, 0.1, 0.0]]))
+    assert far[1] < middle[1]
+    assert far[0] == pytest.approx(middle[0])

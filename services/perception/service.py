@@ -1,0 +1,335 @@
+"""Sees the rope in the camera's frames, and owns the scene."""
+
+from __future__ import annotations
+
+import logging
+import math
+from bisect import bisect_left
+from collections import deque
+from collections.abc import Iterator
+
+import cv2
+import numpy as np
+from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+from jaxtyping import UInt8, UInt16
+
+from services.perception.centerline import (
+    CenterlineEstimator,
+    CenterlineSettings,
+    Estimate,
+    RopeModel,
+)
+from services.perception.scene import Refused, Surroundings
+from services.perception.tracking import Tracker
+from shared import topics
+from shared.geometry import polylines, poses
+from shared.geometry.cameras import Camera, Intrinsics, looking_at
+from shared.geometry.poses import Pose
+from shared.messages import (
+    ArmStates,
+    NodeChain,
+    Scene,
+    SceneRequest,
+    TaskState,
+    arm_pose,
+    chain,
+    obstacle_message,
+    scene_obstacles,
+    stamp_of,
+)
+from shared.scenario import Scenario
+from shared.service import SECOND, Inbox, Publication
+
+log = logging.getLogger(__name__)
+
+COLOR = topics.CAMERA_COLOR.at(topics.CAMERA)
+DEPTH = topics.CAMERA_DEPTH.at(topics.CAMERA)
+CALIBRATION = topics.CAMERA_CALIBRATION.at(topics.CAMERA)
+
+TRUTH_SIGMA = 1e-5
+"""Of nodes that are copied from the truth [m]; never zero, since weights divide by it."""
+PATIENCE = 3 * SECOND // 10
+"""Without a frame for this long the camera is called silent [ns]."""
+REMINDER = SECOND // 4
+"""How often silence is repeated [ns]."""
+FROZEN = 8
+"""Identical frames in a row: no sensor is that quiet."""
+ARM_HISTORY = 200
+"""Arm states kept for interpolation to an image's stamp."""
+
+
+class PerceptionService:
+    """From images to `rope/nodes`; from requests to `scene/state`."""
+
+    name = "perception"
+    reads = (
+        COLOR,
+        DEPTH,
+        CALIBRATION,
+        topics.ARM_STATE,
+        topics.ROPE_TRUTH,
+        topics.SCENE_REQUEST,
+        topics.TASK_STATE,
+    )
+    writes = (topics.ROPE_NODES, topics.SCENE_STATE)
+    rate = 120.0
+    latency = 0.010
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._scenario = scenario
+        rope = scenario.rope
+        self._rope = RopeModel(rope.length, rope.diameter / 2.0, rope.node_count)
+        self._surroundings = Surroundings(scenario.bodies, scenario.events, self._rope.radius)
+        self._tracker: Tracker | None = None
+        self._arms: deque[tuple[int, Pose, Pose]] = deque(maxlen=ARM_HISTORY)
+        self._nodes: np.ndarray | None = None
+        self._reset_count = 0
+        self._request = ("", "")
+        self._published = -SECOND
+        self._published_revision = 0
+        self._last_frame: int | None = None
+        self._reminded = 0
+        self._digest: tuple[bytes, bytes] = (b"", b"")
+        self._repeats = 0
+        self.note = ""
+
+    def warm_up(self) -> None:
+        """Compiles the fit on an empty image."""
+        if self._scenario.sensing.source == "camera":
+            s = self._scenario.sensing
+            i = Intrinsics.symmetric(*s.resolution, math.radians(s.field_of_view))
+            estimator = self._estimator(i)
+            image = np.zeros((i.height, i.width, 3), np.uint8)
+            depth = np.full((i.height, i.width), 900, np.uint16)
+            middle = i.height // 2
+            image[middle - 4 : middle + 4, i.width // 4 : -i.width // 4] = 255
+            estimator.estimate(image, depth)
+
+    def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
+        """Looks at the newest frame and answers every request."""
+        for received in inbox.every(topics.ARM_STATE):
+            self._remember(received.message)
+        task = inbox.latest(topics.TASK_STATE)
+        if task is not None:
+            self._follow(task.message, now)
+        if self._scenario.sensing.source == "truth":
+            truth = inbox.fresh(topics.ROPE_TRUTH)
+            if truth is not None:
+                yield Publication(topics.ROPE_NODES, self._copied(truth.message))
+        else:
+            yield from self._seen(inbox, now)
+        for received in inbox.every(topics.SCENE_REQUEST):
+            self._handle(received.message)
+            yield self._scene(now)
+        stale = now - self._published >= SECOND
+        if stale or self._surroundings.revision != self._published_revision:
+            yield self._scene(now)
+
+    def _seen(self, inbox: Inbox, now: int) -> Iterator[Publication]:
+        frame = inbox.joined(COLOR, DEPTH)
+        if frame is None:
+            if self._last_frame is None:
+                self._last_frame = now
+            silence = now - self._last_frame
+            if silence > PATIENCE and now - self._reminded >= REMINDER:
+                self._reminded = now
+                reason = f"no frame of camera {topics.CAMERA!r} for {silence / 1e9:.1f} s"
+                yield self._lost(reason, now)
+            return
+        self._last_frame = now
+        color, depth = frame[0].message, frame[1].message
+        stamp = stamp_of(color)
+        calibration = inbox.latest(CALIBRATION)
+        reason = self._frozen(color, depth)
+        if reason or calibration is None:
+            yield self._lost(reason or f"no calibration of camera {topics.CAMERA!r}", stamp)
+            return
+        images = decoded(color, depth)
+        if isinstance(images, str):
+            yield self._lost(images, stamp)
+            return
+        tracker = self._tracked(calibration.message)
+        if isinstance(tracker, str):
+            yield self._lost(tracker, stamp)
+            return
+        left, right = self._grips(stamp)
+        estimate = tracker.follow(*images, left, right, stamp)
+        yield self._chain(estimate, stamp)
+
+    def _tracked(self, message: CameraCalibration) -> Tracker | str:
+        """The tracker of the calibrated camera, kept while the calibration stays the same."""
+        try:
+            intrinsics = Intrinsics(
+                message.width,
+                message.height,
+                message.K[0],
+                message.K[4],
+                message.K[2],
+                message.K[5],
+            )
+        except (IndexError, ValueError) as error:
+            return f"calibration of camera {topics.CAMERA!r}: {error}"
+        if self._tracker is None or self._tracker.estimator.camera.intrinsics != intrinsics:
+            self._tracker = Tracker(self._estimator(intrinsics))
+        return self._tracker
+
+    def _estimator(self, intrinsics: Intrinsics) -> CenterlineEstimator:
+        s = self._scenario.sensing
+        return CenterlineEstimator(
+            Camera(intrinsics, looking_at(s.position, s.look_at)),
+            self._rope,
+            CenterlineSettings(
+                threshold=s.threshold,
+                depth_sigma=s.depth_noise,
+                depth_quantum=s.depth_quantum,
+            ),
+        )
+
+    def _frozen(self, color: CompressedImage, depth: CompressedImage) -> str:
+        digest = (color.data, depth.data)
+        self._repeats = self._repeats + 1 if digest == self._digest else 0
+        self._digest = digest
+        if self._repeats >= FROZEN:
+            return f"camera {topics.CAMERA!r} is frozen: {self._repeats + 1} identical frames"
+        return ""
+
+    def _chain(self, estimate: Estimate, stamp: int) -> Publication:
+        if estimate.lost:
+            return self._lost(estimate.lost, stamp)
+        self._say("")
+        self._nodes = estimate.positions
+        return Publication(
+            topics.ROPE_NODES,
+            NodeChain(
+                stamp=stamp,
+                positions=estimate.positions.ravel(),
+                sigma=estimate.sigma,
+                observed=estimate.observed.tolist(),
+            ),
+        )
+
+    def _lost(self, reason: str, stamp: int) -> Publication:
+        self._say(reason)
+        return Publication(topics.ROPE_NODES, NodeChain(stamp=stamp, lost=reason))
+
+    def _say(self, reason: str) -> None:
+        if bool(reason) != bool(self.note):
+            if reason:
+                log.warning("rope lost: %s", reason)
+            else:
+                log.info("rope in sight again")
+        self.note = reason
+
+    def _copied(self, truth: NodeChain) -> NodeChain:
+        nodes = chain(truth.positions)
+        if len(nodes) != self._rope.node_count:
+            nodes = polylines.resampled(nodes, self._rope.node_count)
+        self._nodes = nodes
+        return NodeChain(
+            stamp=truth.stamp,
+            positions=nodes.ravel(),
+            sigma=np.full(len(nodes), TRUTH_SIGMA),
+            observed=[True] * len(nodes),
+        )
+
+    def _remember(self, states: ArmStates) -> None:
+        if not self._arms or states.stamp > self._arms[-1][0]:
+            self._arms.append((states.stamp, arm_pose(states, "left"), arm_pose(states, "right")))
+        elif states.stamp < self._arms[-1][0] - SECOND:
+            # Another gateway with another clock.
+            self._arms.clear()
+
+    def _grips(self, stamp: int) -> tuple[Pose | None, Pose | None]:
+        """Where the grips were when an image was taken."""
+        if not self._arms:
+            return None, None
+        index = bisect_left(self._arms, stamp, key=lambda row: row[0])
+        if index == 0 or index == len(self._arms):
+            _, left, right = self._arms[min(index, len(self._arms) - 1)]
+            return left, right
+        (t0, *before), (t1, *after) = self._arms[index - 1], self._arms[index]
+        part = (stamp - t0) / (t1 - t0)
+        left, right = (
+            Pose(
+                (1.0 - part) * a.position + part * b.position,
+                poses.slerp(a.orientation, b.orientation, part),
+            )
+            for a, b in zip(before, after, strict=True)
+        )
+        return left, right
+
+    def _follow(self, task: TaskState, now: int) -> None:
+        if task.reset_count != self._reset_count:
+            self._reset_count = task.reset_count
+            self._surroundings.reset()
+            if self._tracker is not None:
+                self._tracker.forget()
+            self._nodes = None
+        for refusal in self._surroundings.follow_run(task.run_started, now):
+            log.warning(refusal)
+
+    def _handle(self, request: SceneRequest) -> None:
+        refusal = ""
+        try:
+            match request.action:
+                case SceneRequest.ADD:
+                    (obstacle,) = scene_obstacles(Scene(obstacles=[request.obstacle]))
+                    self._surroundings.add(obstacle, self._nodes)
+                case SceneRequest.MOVE:
+                    o = request.obstacle
+                    if len(o.position) != 3 or len(o.orientation) not in (0, 4):
+                        raise Refused(
+                            f"moving {o.name!r} takes a position of 3 numbers and an orientation "
+                            f"of 4 or none, got {list(o.position)} and {list(o.orientation)}"
+                        )
+                    self._surroundings.move(o.name, o.position, o.orientation, self._nodes)
+                case SceneRequest.REMOVE:
+                    self._surroundings.remove(request.obstacle.name)
+                case unknown:
+                    raise Refused(f"there is no action {unknown}; use ADD, MOVE or REMOVE")
+        except ValueError as error:
+            refusal = str(error)
+            log.warning("scene request %s refused: %s", request.id, refusal)
+        self._request = (request.id, refusal)
+
+    def _scene(self, now: int) -> Publication:
+        self._published = now
+        self._published_revision = self._surroundings.revision
+        return Publication(
+            topics.SCENE_STATE,
+            Scene(
+                stamp=now,
+                revision=self._surroundings.revision,
+                obstacles=[obstacle_message(o) for o in self._surroundings.obstacles],
+                last_request=self._request[0],
+                refusal=self._request[1],
+            ),
+        )
+
+
+def build(scenario: Scenario, session: str) -> PerceptionService:
+    """The service of a scenario."""
+    return PerceptionService(scenario)
+
+
+def decoded(
+    color: CompressedImage, depth: CompressedImage
+) -> tuple[UInt8[np.ndarray, "h w 3"], UInt16[np.ndarray, "h w"]] | str:
+    """Both images, or why they cannot be read."""
+    bgr = _image(color, cv2.IMREAD_COLOR)
+    if bgr is None:
+        return f"the colour image ({color.format}, {len(color.data)} bytes) cannot be decoded"
+    z = _image(depth, cv2.IMREAD_UNCHANGED)
+    if z is None or z.dtype != np.uint16 or z.ndim != 2:
+        return (
+            f"the depth image ({depth.format}, {len(depth.data)} bytes) is no 16-bit image; "
+            "publish a png of millimetres"
+        )
+    return np.ascontiguousarray(bgr[..., ::-1]), z
+
+
+def _image(message: CompressedImage, how: int) -> np.ndarray | None:
+    if not message.data:
+        return None
+    return cv2.imdecode(np.frombuffer(message.data, np.uint8), how)

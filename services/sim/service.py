@@ -1,0 +1,204 @@
+"""The stand-in for the lab: moves the true rope with the arms and takes pictures of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+import cv2
+import numpy as np
+from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+
+from services.sim.camera import BLACK, DARK, RgbdCamera, SensorNoise
+from services.sim.plant import EndMotion
+from services.sim.world import World
+from shared import topics
+from shared.geometry import poses
+from shared.geometry.cameras import Camera, Intrinsics, looking_at
+from shared.geometry.obstacles import Obstacle
+from shared.geometry.poses import Pose
+from shared.messages import ArmStates, NodeChain, scene_obstacles, timestamp
+from shared.scenario import Scenario
+from shared.service import SECOND, Inbox, Publication
+
+COLOR = topics.CAMERA_COLOR.at(topics.CAMERA)
+DEPTH = topics.CAMERA_DEPTH.at(topics.CAMERA)
+CALIBRATION = topics.CAMERA_CALIBRATION.at(topics.CAMERA)
+
+SILENCE = SECOND // 10
+"""Without arm states for this long the grips are taken to stand still [ns]."""
+JPEG_QUALITY = 95
+# Half the time and a tenth more bytes than with filters: noise does not predict its neighbour.
+PNG = [
+    *(cv2.IMWRITE_PNG_COMPRESSION, 1),
+    *(cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_HUFFMAN_ONLY),
+    *(cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_NONE),
+]
+
+
+class SimService:
+    """The rope, its surroundings and a camera."""
+
+    name = "sim"
+    reads = (topics.ARM_STATE, topics.SCENE_STATE)
+    writes = (topics.ROPE_TRUTH, COLOR, DEPTH, CALIBRATION)
+    rate = 120.0
+
+    def __init__(self, scenario: Scenario) -> None:
+        sensing = scenario.sensing
+        self.latency = sensing.latency
+        self._scenario = scenario
+        self._period = round(SECOND / sensing.rate)
+        self._world = World(scenario)
+        self._radius = scenario.plant_rope.diameter / 2.0
+        self._takes_pictures = sensing.source == "camera" and not sensing.outside
+        self._camera = RgbdCamera(
+            scenario_camera(scenario),
+            SensorNoise(
+                depth_sigma=sensing.depth_noise,
+                depth_bias=sensing.depth_bias,
+                depth_quantum=sensing.depth_quantum,
+                edge_dropout=sensing.edge_dropout,
+                edge_mixing=sensing.edge_dropout,
+            ),
+            seed=scenario.seed,
+        )
+        self._due: int | None = None
+        self._frame = 0
+        self._calibrated = -SECOND
+        self._scene_revision: int | None = None
+        self._reset_count: int | None = None
+
+    def warm_up(self) -> None:
+        """Takes a picture that nobody sees."""
+        if self._takes_pictures:
+            list(self._picture(0))
+
+    def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
+        """Follows the arms; publishes truth and images at the camera's rate."""
+        scene = inbox.fresh(topics.SCENE_STATE)
+        if scene is not None and scene.message.revision != self._scene_revision:
+            self._scene_revision = scene.message.revision
+            self._world.set_obstacles(scene_obstacles(scene.message))
+        for received in inbox.every(topics.ARM_STATE):
+            self._follow(received.message)
+            yield from self._published(self._world.instant or now)
+        if self._world.instant is None:
+            yield from self._published(now)
+        elif now - self._world.instant > SILENCE:
+            self._world.stand(now)
+            yield from self._published(now)
+
+    def _follow(self, states: ArmStates) -> None:
+        left, right = (_motion(states, arm) for arm in ("left", "right"))
+        if self._reset_count is not None and states.reset_count != self._reset_count:
+            self._world.reset()
+        self._reset_count = states.reset_count
+        self._world.advance(left, right, states.stamp)
+
+    def _published(self, instant: int) -> Iterator[Publication]:
+        if self._due is not None and instant < self._due:
+            return
+        # The grid stays where it is unless time has jumped past it.
+        late = self._due is None or instant >= self._due + self._period
+        self._due = (instant if late or self._due is None else self._due) + self._period
+        nodes = self._world.nodes
+        yield Publication(
+            topics.ROPE_TRUTH,
+            NodeChain(
+                stamp=instant,
+                positions=nodes.ravel(),
+                sigma=np.zeros(len(nodes)),
+                observed=[True] * len(nodes),
+            ),
+        )
+        if self._takes_pictures:
+            if instant - self._calibrated >= SECOND:
+                self._calibrated = instant
+                yield Publication(CALIBRATION, calibration(self._camera.camera, instant))
+            self._frame += 1
+            yield from self._picture(instant)
+
+    def _picture(self, instant: int) -> Iterator[Publication]:
+        world, limits = self._world, self._scenario.limits
+        left, right = world.grips
+        bodies = [
+            *world.obstacles,
+            gripper(left, -1.0, limits.gripper_radius, limits.gripper_height),
+            gripper(right, 1.0, limits.gripper_radius, limits.gripper_height),
+        ]
+        colors = [BLACK if o.shape == "half_space" else DARK for o in bodies]
+        frame = self._camera.take(world.nodes, self._radius, bodies, colors, self._frame)
+        bgr = np.ascontiguousarray(frame.color[..., ::-1])
+        jpeg = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1]
+        png = cv2.imencode(".png", frame.depth, PNG)[1]
+        for topic, kind, image in ((COLOR, "jpeg", jpeg), (DEPTH, "png", png)):
+            yield Publication(
+                topic,
+                CompressedImage(
+                    timestamp=timestamp(instant),
+                    frame_id=topics.CAMERA,
+                    data=image.tobytes(),
+                    format=kind,
+                ),
+            )
+
+
+def build(scenario: Scenario, session: str) -> SimService:
+    """The service of a scenario."""
+    return SimService(scenario)
+
+
+def scenario_camera(scenario: Scenario) -> Camera:
+    """The camera where the scenario has it."""
+    s = scenario.sensing
+    intrinsics = Intrinsics.symmetric(*s.resolution, math.radians(s.field_of_view))
+    return Camera(intrinsics, looking_at(s.position, s.look_at))
+
+
+def calibration(camera: Camera, instant: int) -> CameraCalibration:
+    """The message of a pinhole without distortion."""
+    i = camera.intrinsics
+    return CameraCalibration(
+        timestamp=timestamp(instant),
+        frame_id=topics.CAMERA,
+        width=i.width,
+        height=i.height,
+        distortion_model="plumb_bob",
+        D=[0.0] * 5,
+        K=[i.fx, 0.0, i.cx, 0.0, i.fy, i.cy, 0.0, 0.0, 1.0],
+        R=np.eye(3).ravel(),
+        P=[i.fx, 0.0, i.cx, 0.0, 0.0, i.fy, i.cy, 0.0, 0.0, 0.0, 1.0, 0.0],
+    )
+
+
+def gripper(grip: Pose, side: float, radius: float, height: float) -> Obstacle:
+    """The body that holds an end: a capsule from the grip away from the rope.
+
+    Args:
+        grip: Where it holds the rope.
+        side: +1 at the right end, -1 at the left one: the way from the rope along the grip's z.
+        radius: Of the capsule [m].
+        height: From the grip to its far end [m].
+    """
+    span = max(height - radius, 0.0)
+    away = poses.rotate(grip.orientation, np.array([0.0, 0.0, side]))
+    body = Obstacle("capsule", (0.0, 0.0, 0.0), radius=radius, height=span)
+    return replace(
+        body,
+        position=tuple(grip.position + 0.5 * span * away),
+        orientation=tuple(grip.orientation),
+    )
+
+
+def _motion(states: ArmStates, arm: str) -> EndMotion:
+    for state in states.arms:
+        if state.arm == arm:
+            return EndMotion(
+                Pose(np.array(state.position), np.array(state.orientation)),
+                np.array(state.linear_velocity),
+                np.array(state.angular_velocity),
+            )
+    raise KeyError(f"no arm {arm!r} in {[s.arm for s in states.arms]}")

@@ -1,0 +1,115 @@
+"""A cell of simulated lab and perception whose arms are played from a script."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from lariat.simulated_time import START, SimulatedStack
+from services.perception.service import PerceptionService
+from services.sim.service import SimService
+from shared import topics
+from shared.messages import ArmState, ArmStates, NodeChain
+from shared.scenario import Scenario, parse
+from shared.service import SECOND, Inbox, Publication
+
+TEXT = """
+name = "seen"
+seed = 4
+[rope]
+length = 0.45
+diameter = 0.008
+node_count = 30
+[plant]
+model = "mujoco"
+[start]
+line = [[-0.18, 0.0, 0.30], [0.18, 0.0, 0.30]]
+[goal]
+line = [[-0.17, 0.15, 0.22], [0.17, 0.15, 0.24]]
+[[obstacles]]
+name = "post"
+shape = "cylinder"
+position = [0.0, 0.2, 0.08]
+radius = 0.03
+height = 0.16
+[sensing]
+source = "camera"
+"""
+
+Motion = Callable[[float], tuple[np.ndarray, np.ndarray]]
+
+
+def scenario(extra: str = "", source: str = "camera", model: str = "mujoco") -> Scenario:
+    """The cell's scenario, with more at its end."""
+    text = TEXT.replace('source = "camera"', f'source = "{source}"')
+    return parse(text.replace('model = "mujoco"', f'model = "{model}"') + extra, Path())
+
+
+def still(time: float) -> tuple[np.ndarray, np.ndarray]:
+    """Grips that stay."""
+    return np.zeros(3), np.zeros(3)
+
+
+class ScriptedArms:
+    """Plays `arm/state`: both grips move alike."""
+
+    name = "robot_gateway"
+    reads = ()
+    writes = (topics.ARM_STATE,)
+    rate = 125.0
+    latency = 0.002
+
+    def __init__(self, scenario: Scenario, motion: Motion = still) -> None:
+        self._start = scenario.grips(scenario.start)
+        self._motion = motion
+        self.reset_count = 0
+
+    def warm_up(self) -> None:
+        """Has nothing to warm."""
+
+    def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
+        """One state of both arms."""
+        shift, speed = self._motion((now - START) / SECOND)
+        yield Publication(
+            topics.ARM_STATE,
+            ArmStates(
+                stamp=now,
+                boot="scripted",
+                reset_count=self.reset_count,
+                arms=[
+                    ArmState(
+                        arm=arm,
+                        driver="ideal",
+                        position=pose.position + shift,
+                        orientation=pose.orientation,
+                        linear_velocity=speed,
+                        angular_velocity=np.zeros(3),
+                    )
+                    for arm, pose in zip(("left", "right"), self._start, strict=True)
+                ],
+            ),
+        )
+
+
+class Cell:
+    """The stack, and what became visible on it."""
+
+    def __init__(self, of: Scenario, motion: Motion = still) -> None:
+        self.arms = ScriptedArms(of, motion)
+        self.heard: dict[str, list] = {}
+        self.stack = SimulatedStack(
+            [self.arms, SimService(of), PerceptionService(of)],
+            taps=[lambda d: self.heard.setdefault(d.key, []).append(d.parse())],
+        )
+        self.stack.warm_up()
+
+    def run(self, seconds: float) -> None:
+        """Lets time pass."""
+        self.time = getattr(self, "time", START) + round(seconds * SECOND)
+        self.stack.advance_to(self.time)
+
+    def chains(self, topic: topics.Topic) -> dict[int, NodeChain]:
+        """Everything heard on a topic of chains, by stamp."""
+        return {m.stamp: m for m in self.heard.get(topic.key, [])}

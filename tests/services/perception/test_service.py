@@ -1,0 +1,189 @@
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+import pytest
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+
+from services.perception.service import COLOR, DEPTH, decoded
+from shared import topics
+from shared.messages import (
+    NodeChain,
+    Obstacle,
+    Scene,
+    SceneRequest,
+    TaskState,
+    chain,
+    timestamp,
+)
+from tests.services.perception.cell import Cell, scenario
+
+
+def swing(time: float) -> tuple[np.ndarray, np.ndarray]:
+    """0.1 m to and fro, up to 0.3 m/s, from rest."""
+    t = max(0.0, time - 0.2)
+    y = 0.05 * (1.0 - math.cos(6.0 * t))
+    return np.array([0.0, y, 0.0]), np.array([0.0, 0.3 * math.sin(6.0 * t), 0.0])
+
+
+def requested(cell: Cell, **request) -> Scene:
+    cell.stack.send(topics.SCENE_REQUEST, SceneRequest(**request))
+    cell.run(0.1)
+    return cell.heard[topics.SCENE_STATE.key][-1]
+
+
+def test_a_swung_rope_is_seen_to_a_millimetre_at_the_stamp_of_its_image() -> None:
+    cell = Cell(scenario(), swing)
+    cell.run(2.0)
+    truth, seen = cell.chains(topics.ROPE_TRUTH), cell.chains(topics.ROPE_NODES)
+    assert len(seen) > 50
+    errors = [
+        np.linalg.norm(chain(m.positions) - chain(truth[stamp].positions), axis=1)
+        for stamp, m in seen.items()
+        if not m.lost
+    ]
+    assert len(errors) == len(seen)
+    assert np.mean(errors) < 0.6e-3
+    assert np.max(np.mean(errors, axis=1)) < 1.5e-3
+
+
+def test_truth_as_a_source_is_copied_without_images() -> None:
+    cell = Cell(scenario(source="truth"))
+    cell.run(0.5)
+    truth, seen = cell.chains(topics.ROPE_TRUTH), cell.chains(topics.ROPE_NODES)
+    assert len(seen) > 10
+    assert COLOR.key not in cell.heard
+    for stamp, m in seen.items():
+        np.testing.assert_array_equal(m.positions, truth[stamp].positions)
+        assert min(m.sigma) > 0.0
+
+
+def test_the_same_run_gives_the_same_bytes() -> None:
+    def run() -> list[bytes]:
+        cell = Cell(scenario(), swing)
+        cell.run(0.5)
+        return [m.SerializeToString(deterministic=True) for m in cell.heard[topics.ROPE_NODES.key]]
+
+    assert run() == run()
+
+
+def test_the_scene_is_told_once_a_second_and_on_change() -> None:
+    cell = Cell(scenario())
+    cell.run(2.5)
+    scenes = cell.heard[topics.SCENE_STATE.key]
+    assert 2 <= len(scenes) <= 4
+    assert {s.revision for s in scenes} == {1}
+    assert [o.name for o in scenes[0].obstacles] == ["table", "post"]
+    scene = requested(
+        cell,
+        id="a",
+        action=SceneRequest.ADD,
+        obstacle=Obstacle(name="ball", shape="sphere", position=[0.3, 0.3, 0.1], radius=0.04),
+    )
+    assert (scene.revision, scene.last_request, scene.refusal) == (2, "a", "")
+    scene = requested(
+        cell,
+        id="b",
+        action=SceneRequest.MOVE,
+        obstacle=Obstacle(name="ball", position=[0.3, 0.2, 0.1]),
+    )
+    assert tuple(scene.obstacles[-1].position) == (0.3, 0.2, 0.1)
+    scene = requested(cell, id="c", action=SceneRequest.REMOVE, obstacle=Obstacle(name="ball"))
+    assert [o.name for o in scene.obstacles] == ["table", "post"]
+
+
+@pytest.mark.parametrize(
+    ("action", "obstacle", "reason"),
+    [
+        (SceneRequest.ADD, {"name": "x", "shape": "cone", "position": [0, 0, 0]}, "cone"),
+        (SceneRequest.ADD, {"name": "x", "shape": "sphere", "radius": 0.1}, "position"),
+        (
+            SceneRequest.ADD,
+            {"name": "x", "shape": "sphere", "position": [0.3, 0.3, 0.1]},
+            "0 < radius",
+        ),
+        (
+            SceneRequest.ADD,
+            {"name": "x", "shape": "sphere", "position": [math.nan, 0, 0], "radius": 0.1},
+            "not finite",
+        ),
+        (
+            SceneRequest.ADD,
+            {"name": "post", "shape": "sphere", "position": [0.3, 0.3, 0.1], "radius": 0.02},
+            "already",
+        ),
+        (
+            SceneRequest.ADD,
+            {"name": "x", "shape": "sphere", "position": [0.0, 0.0, 0.24], "radius": 0.1},
+            "overlap the rope",
+        ),
+        (SceneRequest.MOVE, {"name": "nobody", "position": [0, 0, 0]}, "nobody"),
+        (SceneRequest.MOVE, {"name": "post", "position": [0, 0]}, "3 numbers"),
+        (SceneRequest.REMOVE, {"name": "nobody"}, "there are: post, table"),
+    ],
+)
+def test_impossible_changes_are_refused_by_name(action: int, obstacle: dict, reason: str) -> None:
+    cell = Cell(scenario(source="truth"))
+    cell.run(0.2)
+    scene = requested(cell, id="r", action=action, obstacle=Obstacle(**obstacle))
+    assert scene.last_request == "r"
+    assert reason in scene.refusal
+    assert scene.revision == 1
+
+
+def test_an_event_moves_an_obstacle_at_its_time_and_a_reset_undoes_it() -> None:
+    event = '[[events]]\ntime = 0.5\nmove_obstacle = "post"\nposition = [0.1, 0.3, 0.08]\n'
+    cell = Cell(scenario(event, source="truth"))
+    cell.run(0.2)
+    started = cell.time
+    cell.stack.send(topics.TASK_STATE, TaskState(stamp=started, run_started=started))
+    cell.run(0.45)
+    assert cell.heard[topics.SCENE_STATE.key][-1].revision == 1
+    cell.run(0.1)
+    moved = cell.heard[topics.SCENE_STATE.key][-1]
+    assert tuple(moved.obstacles[1].position) == (0.1, 0.3, 0.08)
+    cell.stack.send(topics.TASK_STATE, TaskState(stamp=cell.time, reset_count=1))
+    cell.run(0.1)
+    back = cell.heard[topics.SCENE_STATE.key][-1]
+    assert tuple(back.obstacles[1].position) == (0.0, 0.2, 0.08)
+    assert back.revision == 3
+
+
+def test_a_silent_camera_is_said_to_be_silent() -> None:
+    cell = Cell(scenario("outside = true\n"))
+    cell.run(1.0)
+    seen: list[NodeChain] = cell.heard[topics.ROPE_NODES.key]
+    assert all("no frame of camera 'overhead'" in m.lost for m in seen)
+    assert len(seen) >= 2
+
+
+def test_a_frozen_camera_is_said_to_be_frozen() -> None:
+    cell = Cell(scenario())
+    cell.run(0.2)
+    color, depth = cell.heard[COLOR.key][-1], cell.heard[DEPTH.key][-1]
+    frozen = Cell(scenario("outside = true\n"))
+    frozen.run(0.1)
+    frozen.stack.send(
+        topics.CAMERA_CALIBRATION.at(topics.CAMERA),
+        cell.heard[topics.CAMERA_CALIBRATION.at(topics.CAMERA).key][0],
+    )
+    for _ in range(12):
+        for topic, message in ((COLOR, color), (DEPTH, depth)):
+            message.timestamp.CopyFrom(timestamp(frozen.time))
+            frozen.stack.send(topic, message)
+        frozen.run(0.033)
+    seen: list[NodeChain] = frozen.heard[topics.ROPE_NODES.key]
+    assert seen[1].lost == ""
+    assert "frozen" in seen[-1].lost
+
+
+def test_images_that_cannot_be_read_are_named() -> None:
+    png = cv2.imencode(".png", np.zeros((4, 4), np.uint16))[1].tobytes()
+    jpeg = cv2.imencode(".jpg", np.zeros((4, 4, 3), np.uint8))[1].tobytes()
+    good = CompressedImage(data=jpeg, format="jpeg")
+    assert "colour image" in str(decoded(CompressedImage(data=b"x"), CompressedImage(data=png)))
+    assert "16-bit" in str(decoded(good, good))
+    images = decoded(good, CompressedImage(data=png, format="png"))
+    assert not isinstance(images, str)

@@ -1,0 +1,139 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from services.perception.service import COLOR, DEPTH, decoded
+from services.sim.plant import EndMotion
+from services.sim.service import gripper
+from services.sim.world import World, true_properties
+from shared import topics
+from shared.geometry import polylines
+from shared.geometry.obstacles import Obstacle, chain_clearance, signed_distance
+from shared.geometry.poses import Pose
+from shared.messages import chain, stamp_of
+from shared.service import SECOND
+from tests.services.perception.cell import Cell, scenario
+
+
+def glide(time: float) -> tuple[np.ndarray, np.ndarray]:
+    """0.1 m along y in about a second, from rest to rest."""
+    t = min(max(0.0, time - 0.1), 1.0)
+    return (
+        np.array([0.0, 0.1 * t * t * (3.0 - 2.0 * t), 0.0]),
+        np.array([0.0, 0.6 * t * (1.0 - t), 0.0]),
+    )
+
+
+def test_truth_and_images_come_at_thirty_hertz_with_one_stamp() -> None:
+    cell = Cell(scenario())
+    cell.run(1.02)
+    truth = list(cell.chains(topics.ROPE_TRUTH))
+    colors = [stamp_of(m) for m in cell.heard[COLOR.key]]
+    depths = [stamp_of(m) for m in cell.heard[DEPTH.key]]
+    assert colors == depths == truth[: len(colors)]
+    assert len(colors) == pytest.approx(30, abs=1)
+    calibrations = cell.heard[topics.CAMERA_CALIBRATION.at(topics.CAMERA).key]
+    assert calibrations[0].K[2] == pytest.approx(319.5)
+
+
+def test_images_survive_the_wire() -> None:
+    cell = Cell(scenario())
+    cell.run(0.2)
+    images = decoded(cell.heard[COLOR.key][-1], cell.heard[DEPTH.key][-1])
+    assert not isinstance(images, str)
+    color, depth = images
+    assert color.shape == (480, 640, 3)
+    # A rope of 8 mm and 0.45 m, 0.7 m away, at 502 pixels a metre of depth.
+    assert np.count_nonzero(color[..., 0] > 128) == pytest.approx(0.45 * 0.008 * 640**2, rel=0.35)
+    assert 0.5 < np.median(depth[color[..., 0] > 200]) / 1000.0 < 0.9
+
+
+def test_the_ends_of_the_rope_are_where_the_arms_are() -> None:
+    cell = Cell(scenario(), glide)
+    cell.run(1.5)
+    states = {m.stamp: m for m in cell.heard[topics.ARM_STATE.key]}
+    compared = 0
+    for stamp, truth in cell.chains(topics.ROPE_TRUTH).items():
+        if stamp in states:
+            nodes = chain(truth.positions)
+            np.testing.assert_allclose(nodes[0], states[stamp].arms[0].position, atol=1e-6)
+            np.testing.assert_allclose(nodes[-1], states[stamp].arms[1].position, atol=1e-6)
+            compared += 1
+    assert compared > 30
+
+
+@pytest.mark.parametrize("model", ["mujoco", "rod"])
+def test_a_reset_brings_the_rope_back(model: str) -> None:
+    cell = Cell(scenario(source="truth", model=model), glide)
+    cell.run(0.1)
+    first = chain(cell.heard[topics.ROPE_TRUTH.key][0].positions)
+    cell.run(1.2)
+    assert np.max(np.abs(chain(cell.heard[topics.ROPE_TRUTH.key][-1].positions) - first)) > 0.05
+    cell.arms.reset_count = 1
+    cell.arms._motion = lambda _: (np.zeros(3), np.zeros(3))
+    cell.run(0.3)
+    last = chain(cell.heard[topics.ROPE_TRUTH.key][-1].positions)
+    assert np.max(np.abs(last - first)) < 2e-3
+
+
+@pytest.mark.parametrize("model", ["mujoco", "rod"])
+def test_an_obstacle_that_appears_holds_the_rope_up(model: str) -> None:
+    world = World(scenario(source="truth", model=model))
+    world.stand(SECOND)
+    lowest = world.nodes[:, 2].min()
+    ball = Obstacle("sphere", (0.0, 0.0, lowest - 0.04), radius=0.03, name="ball")
+    world.set_obstacles([ball])
+    for k in range(1, 101):
+        ends = [
+            EndMotion(
+                Pose(pose.position - np.array([0.0, 0.0, 5e-4]), pose.orientation),
+                np.array([0.0, 0.0, -0.05]),
+            )
+            for pose in world.grips
+        ]
+        world.advance(*ends, SECOND + k * SECOND // 100)
+    # The grips went down 50 mm, 44 mm further than where the rope met the ball.
+    assert -2e-3 < chain_clearance(world.nodes, 0.004, [ball]) < 2e-3
+    assert polylines.length(world.nodes) == pytest.approx(0.45, rel=5e-3)
+
+
+def test_without_arms_the_rope_is_shown_at_its_start() -> None:
+    of = scenario()
+    world = World(of)
+    left, right = of.grips(of.start)
+    np.testing.assert_allclose(world.nodes[0], left.position, atol=1e-9)
+    np.testing.assert_allclose(world.nodes[-1], right.position, atol=1e-9)
+    assert world.instant is None
+
+
+def test_time_without_arm_states_lets_the_rope_settle() -> None:
+    world = World(scenario())
+    world.stand(SECOND)
+    before = world.nodes
+    world.stand(2 * SECOND)
+    assert world.instant == 2 * SECOND
+    assert np.max(np.abs(world.nodes - before)) < 1e-3
+
+
+def test_both_plants_agree_on_a_hanging_rope() -> None:
+    shapes = [World(scenario(model=model)).nodes for model in ("mujoco", "rod")]
+    assert np.max(np.linalg.norm(shapes[0] - shapes[1], axis=1)) < 1.5e-3
+
+
+def test_the_truth_may_differ_from_what_is_believed() -> None:
+    of = scenario("[plant.rope]\nyoungs_modulus = 4.0e6\nstiffness_profile = [1.0, 2.0]\n")
+    assert true_properties(of).youngs_modulus == 4.0e6
+    assert true_properties(of).stiffness_profile == (1.0, 2.0)
+    assert of.rope.youngs_modulus == 1.0e6
+
+
+def test_a_gripper_reaches_away_from_the_rope() -> None:
+    along_x = Pose(np.array([0.2, 0.0, 0.3]), np.array([0.5, 0.5, 0.5, 0.5]))
+    body = gripper(along_x, 1.0, 0.012, 0.06)
+    points = np.array([[0.2 + 0.0599, 0.0, 0.3], [0.2 + 0.0601, 0.0, 0.3], [0.185, 0.0, 0.3]])
+    inside = signed_distance(points, body) < 0.0
+    assert inside.tolist() == [True, False, False]
+    assert math.isclose(body.height, 0.048)

@@ -15,7 +15,7 @@ from dashboard.obstacle_editor import ObstacleEditor
 from dashboard.outbox import Complaint, Outbox
 from dashboard.plots import ParameterTable, RunPlots
 from dashboard.scene_view import HIDDEN_AT_FIRST, LAYERS, SceneView, camera_pose
-from dashboard.server import notify
+from dashboard.server import notify, stop
 from shared import topics
 from shared.messages import ArmStates, Scene, TaskState, scene_obstacles
 from shared.scenario import SIDES, Scenario
@@ -85,7 +85,7 @@ class Page:
         with gui.add_folder("View", expand_by_default=False):
             self._add_layers(gui)
         gui.main_panel.dock_left()
-        gui.main_panel.set_width(310)
+        gui.main_panel.set_width(300)
         panel = gui.add_panel()
         with panel.add_tab("Run", viser.Icon.CHART_LINE):
             self._camera = CameraView(server, camera_pose(scenario))
@@ -96,7 +96,7 @@ class Page:
             self._health = gui.add_html("")
             self._recorder = gui.add_html("")
         panel.dock_right()
-        panel.set_width(420)
+        panel.set_width(400)
         self._drawn = 0
         self._health_drawn = 0
         self._pending: dict[str, object] = {}
@@ -225,7 +225,7 @@ class Page:
     def close(self) -> None:
         """Ends the page's threads and its server."""
         self._camera.close()
-        self._server.stop()
+        stop(self._server)
 
 
 def legend() -> str:

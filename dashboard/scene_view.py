@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import viser
@@ -32,6 +33,17 @@ LAYERS = {
     "Camera": "camera",
 }
 HIDDEN_AT_FIRST = ("truth",)
+
+
+class Look(NamedTuple):
+    """Where a browser's camera stands at first."""
+
+    position: Float64[np.ndarray, "3"]
+    """[m]"""
+    target: Float64[np.ndarray, "3"]
+    """A point in the middle of the picture [m]."""
+    field_of_view: float
+    """Vertical [rad]."""
 
 
 class SceneView:
@@ -231,14 +243,24 @@ def _furnish(server: viser.ViserServer, scenario: Scenario) -> None:
     scene.add_light_directional(
         "/light/lamp", intensity=2.0, position=(0.8, -1.0, 2.2), cast_shadow=True
     )
+    look = first_look(scenario)
+    server.initial_camera.position = look.position
+    server.initial_camera.look_at = look.target
+    server.initial_camera.fov = look.field_of_view
+
+
+def first_look(scenario: Scenario) -> Look:
+    """From in front and above, with start, goal and obstacles in view."""
     grips = [g.position for s in (scenario.start, scenario.goal) for g in scenario.grips(s)]
     bodies = [b.position for b in scenario.bodies if b.shape != "half_space"]
     points = np.array(grips + bodies)
     middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
     size = max(float(np.linalg.norm(np.ptp(points, axis=0))), 0.5 * scenario.rope.length)
-    server.initial_camera.look_at = middle - (0.0, 0.0, 0.08 * size)
-    server.initial_camera.position = middle + size * np.array([0.75, -1.1, 0.7])
-    server.initial_camera.fov = np.deg2rad(42.0)
+    return Look(
+        position=middle + size * np.array([0.88, -1.3, 0.8]),
+        target=middle - np.array([0.0, 0.0, 0.08 * size]),
+        field_of_view=float(np.deg2rad(42.0)),
+    )
 
 
 def camera_pose(scenario: Scenario) -> Pose:

@@ -7,7 +7,14 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+import numpy as np
+import pytest
+from jaxtyping import Float64
 from playwright.sync_api import Page, sync_playwright
+
+from dashboard.scene_view import first_look
+from shared.geometry.cameras import Camera, Intrinsics, looking_at
+from shared.scenario import Scenario
 
 EXECUTABLE = shutil.which("chromium")
 FLAGS = (
@@ -24,8 +31,11 @@ FLAGS = (
 )
 
 
+NO_CHROMIUM = pytest.mark.skipif(EXECUTABLE is None, reason="chromium is not installed")
+
+
 @contextmanager
-def opened(url: str, width: int = 1280, height: int = 720) -> Iterator[Page]:
+def opened(url: str, width: int = 1440, height: int = 810) -> Iterator[Page]:
     """A page in a browser of its own, closed when the block ends."""
     with sync_playwright() as playwright, tempfile.TemporaryDirectory() as profile:
         context = playwright.chromium.launch_persistent_context(
@@ -35,11 +45,44 @@ def opened(url: str, width: int = 1280, height: int = 720) -> Iterator[Page]:
             args=list(FLAGS),
             viewport={"width": width, "height": height},
         )
-        # Shaders compile on one core: the first frame may take long.
-        context.set_default_timeout(60_000)
+        context.set_default_timeout(20_000)
         page = context.pages[0]
         try:
             page.goto(url)
+            # Only without a graphics card, and it covers what tests want to touch.
+            notice = page.get_by_role("alert").filter(has_text="Software WebGL")
+            notice.get_by_role("button").click(timeout=60_000)
+            notice.wait_for(state="detached")
             yield page
         finally:
             context.close()
+
+
+def on_screen(
+    page: Page, scenario: Scenario, point: Float64[np.ndarray, "3"]
+) -> Float64[np.ndarray, "2"]:
+    """Where a point in space [m] is in the window [pixels], as long as nobody turned the view."""
+    canvas = page.locator("canvas").first.bounding_box()
+    assert canvas is not None
+    width, height = canvas["width"], canvas["height"]
+    look = first_look(scenario)
+    f = height / 2.0 / np.tan(look.field_of_view / 2.0)
+    camera = Camera(
+        Intrinsics(round(width), round(height), f, f, width / 2.0, height / 2.0),
+        looking_at(tuple(look.position), tuple(look.target)),
+    )
+    return camera.project(point)[0] + np.array([canvas["x"], canvas["y"]])
+
+
+def drag(page: Page, start: Float64[np.ndarray, "2"], end: Float64[np.ndarray, "2"]) -> None:
+    """Moves something from one place of the window to another [pixels], as a hand would."""
+    page.mouse.move(*(start - 3.0))
+    page.mouse.move(*start)
+    page.wait_for_timeout(400)
+    page.mouse.down()
+    page.wait_for_timeout(300)
+    for t in np.linspace(0.0, 1.0, 9)[1:]:
+        page.mouse.move(*((1.0 - t) * start + t * end))
+        page.wait_for_timeout(60)
+    page.wait_for_timeout(300)
+    page.mouse.up()

@@ -54,6 +54,10 @@ class BusError(ValueError):
     """The bus cannot be joined; one line that says why, and the way out."""
 
 
+class Unreachable(BusError):
+    """Nobody answers where the bus should be."""
+
+
 @dataclass(frozen=True)
 class Raw:
     """A message as it crossed the bus, not yet decoded."""
@@ -80,12 +84,13 @@ def open(
             comes, whenever they come.
 
     Raises:
-        BusError: An endpoint is taken, or nobody answered in time.
+        Unreachable: Nobody answered in time.
+        BusError: An endpoint is taken or a setting is wrong.
     """
     try:
         session = zenoh.open(_config(options, timeout))
     except zenoh.ZError as error:
-        raise BusError(_reason(options, str(error))) from None
+        raise _reason(options, str(error)) from None
     # An open session with subscribers keeps the interpreter from exiting.
     try:
         yield Bus(session, publisher, clock or SystemClock())
@@ -318,14 +323,14 @@ def _further(path: Path) -> dict[str, Any]:
     return table
 
 
-def _reason(options: BusOptions, error: str) -> str:
+def _reason(options: BusOptions, error: str) -> BusError:
     connect = ", ".join(options.connect)
     if "already in use" in error:
-        return f"{', '.join(options.listen)} is taken; is another stack running there?"
-    if "connect" in error:
+        return BusError(f"{', '.join(options.listen)} is taken; is another stack running there?")
+    if "nable to connect" in error:
         hint = " (a wrong password looks the same)" if options.settings else ""
-        return f"no stack answers at {connect}{hint}; is `lariat up` running?"
-    return f"cannot join the bus at {connect}: {error.splitlines()[0]}"
+        return Unreachable(f"no stack answers at {connect}{hint}; is `lariat up` running?")
+    return BusError(f"cannot join the bus at {connect}: {error.splitlines()[0]}")
 
 
 __all__ = [
@@ -337,5 +342,6 @@ __all__ = [
     "Publisher",
     "Raw",
     "Subscription",
+    "Unreachable",
     "open",
 ]

@@ -1,0 +1,83 @@
+"""`lariat arm`, `disarm` and `ack`: the arms of a live stack."""
+
+from __future__ import annotations
+
+import json as jsons
+
+from lariat import conversation
+from lariat.conversation import Cell
+from lariat.task import HERE, ToCell
+from shared.messages import ArmCommand, ArmStates
+
+
+def arm(json: bool = False, cell: ToCell = HERE) -> int:
+    """Allow the arms to move. Look at the cell first.
+
+    Examples:
+      lariat arm
+
+    Args:
+        json: Answer with one JSON object on standard output.
+        cell: Which stack.
+    """
+    return _command(ArmCommand.ARM, json, cell)
+
+
+def disarm(json: bool = False, cell: ToCell = HERE) -> int:
+    """Stop the arms and let nothing move them until they are armed again.
+
+    Examples:
+      lariat disarm
+
+    Args:
+        json: Answer with one JSON object on standard output.
+        cell: Which stack.
+    """
+    return _command(ArmCommand.DISARM, json, cell)
+
+
+def ack(json: bool = False, cell: ToCell = HERE) -> int:
+    """Acknowledge why the arms hold, so that they may go on. Look at the cell first.
+
+    Examples:
+      lariat ack
+
+    Args:
+        json: Answer with one JSON object on standard output.
+        cell: Which stack.
+    """
+    return _command(ArmCommand.ACKNOWLEDGE, json, cell)
+
+
+def _command(action: ArmCommand.Action, json: bool, cell: Cell) -> int:
+    with conversation.open(cell) as talk:
+        state = talk.arm(action)
+    if json:
+        print(jsons.dumps(as_json(state)))
+    else:
+        print(in_words(state))
+    return 0
+
+
+def in_words(state: ArmStates) -> str:
+    """The state of the arms in one line."""
+    words = ArmStates.Mode.Name(state.mode).lower()
+    if state.reason:
+        words += f": {state.reason}"
+    if state.needs_acknowledgement:
+        words += " (acknowledge with `lariat ack`)"
+    return words
+
+
+def as_json(state: ArmStates) -> dict[str, object]:
+    """The state of the arms as `--json` says it."""
+    return {
+        "mode": ArmStates.Mode.Name(state.mode).lower(),
+        "reason": state.reason,
+        "rule": state.rule,
+        "needs_acknowledgement": state.needs_acknowledgement,
+        "arms": {
+            a.arm: {"driver": a.driver, "position": list(a.position), "alarms": list(a.alarms)}
+            for a in state.arms
+        },
+    }

@@ -6,6 +6,7 @@ A verb is imported when it is asked for: `lariat --help` must not wait for compi
 from __future__ import annotations
 
 import importlib
+import os
 import sys
 from collections.abc import Callable, Sequence
 
@@ -35,6 +36,8 @@ TALKING = ("status", "goal", "start", "pause", "stop", "reset", "arm", "disarm",
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one verb; its exit code."""
+    # Taichi greets on standard output, where --json promises one object and nothing else.
+    os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
     argv = list(sys.argv[1:] if arguments is None else arguments)
     if not argv or argv[0] in ("-h", "--help"):
         print(_help())

@@ -20,7 +20,7 @@ from shared.messages import FAILED, REACHED, ArmCommand, ArmStates, TaskRequest,
 from shared.scenario import SIDES, Scenario
 from shared.service import SECOND, Service
 
-READY_LIMIT = 30 * SECOND
+READY_LIMIT = 20 * SECOND
 """A cell that is not ready after so long will not become so [ns]."""
 TICK = SECOND // 10
 """Time between two looks at how the run goes [ns]."""
@@ -159,7 +159,9 @@ def _missing(stack: SimulatedStack) -> str:
     task = stack.latest(topics.TASK_STATE)
     if arms is None:
         return "no arm/state"
-    if arms.mode not in (ArmStates.ARMED, ArmStates.MOVING):
+    # An idle controller holds explicitly: arms that hold without asking for a person are ready.
+    ready = (ArmStates.ARMED, ArmStates.MOVING, ArmStates.HOLDING)
+    if arms.mode not in ready or arms.needs_acknowledgement:
         return f"the arms are {ArmStates.Mode.Name(arms.mode).lower()}: {arms.reason}"
     if rope is None:
         return "no rope/nodes"

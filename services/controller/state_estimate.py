@@ -16,9 +16,10 @@ from jaxtyping import Bool, Float64
 
 from services.controller.motion import Motion, twist_between
 from shared.rod import Rod, RodState
+from shared.rod.statics import framed
 
-LONGEST_STEP = 0.021
-"""Of the model [s]."""
+LONGEST_STEP = 0.0051
+"""Of the model [s]; longer implicit steps damp the rope's swinging."""
 HISTORY = 0.5
 """How far back an image may lie [s]."""
 DRIFT = 2e-3
@@ -43,9 +44,12 @@ class StateEstimate:
         self, motion: Motion, time: int, seen: Float64[np.ndarray, "n 3"] | None = None
     ) -> None:
         """Begins again at rest, from the shape that is seen when there is one."""
-        guess = None if seen is None else self._shaped(seen)
+        guess = None
+        if seen is not None:
+            guess = framed(seen, *motion.orientations)
         self.state: RodState = self.rod.rest(*motion.grips, guess=guess).state
         self.motion, self.time = motion, time
+        self.begun = time
         count = len(self.state.positions)
         self.offset: Float64[np.ndarray, "n 3"] = np.zeros((count, 3))
         self._variance = np.full(count, UNKNOWN**2)
@@ -76,7 +80,7 @@ class StateEstimate:
         dt = (time - self.time) * 1e-9
         if dt <= 0.0:
             return self.state
-        steps = max(1, int(np.ceil(dt / 0.05)))
+        steps = max(1, int(np.ceil(dt / 0.021)))
         return self.rolled(self.state, twist_between(self.motion, motion, dt), dt, steps)
 
     def rolled(
@@ -144,10 +148,3 @@ class StateEstimate:
         (at,) = np.nonzero(known)
         index = np.arange(len(known))
         return np.stack([np.interp(index, at, values[at, k]) for k in range(3)], axis=1)
-
-    def _shaped(self, nodes: Float64[np.ndarray, "n 3"]) -> RodState:
-        """A guess for the rest shape with these nodes: frames carried along without twist."""
-        straight = self.rod.straight(nodes[0], nodes[-1])
-        return RodState(
-            nodes, straight.orientations, np.zeros_like(nodes), straight.angular_velocities
-        )

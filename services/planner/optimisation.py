@@ -55,9 +55,9 @@ class Trial:
 class PathOptimisation:
     """One problem with its weights."""
 
-    def __init__(self, problem: Problem) -> None:
-        self.problem = problem
-        self.margin = problem.clearance + RESERVE
+    def __init__(self, problem: Problem, reserve: float = RESERVE) -> None:
+        self.problem, self.reserve = problem, reserve
+        self.margin = problem.clearance + reserve
         self.block_of_step = np.concatenate(
             [np.repeat(np.arange(BLOCKS), STEPS), np.full(SETTLE, BLOCKS)]
         )
@@ -72,6 +72,10 @@ class PathOptimisation:
     def trials(self, starts: Sequence[Float64[np.ndarray, "k 2 3"]]) -> list[Trial]:
         """All starts, rolled out in one launch."""
         return self._evaluated([np.concatenate([start, self.turn], axis=2) for start in starts])
+
+    def again(self, trial: Trial) -> Trial:
+        """A trial of another optimisation, weighed by this one."""
+        return self._trial(trial.displacements, trial.nodes, trial.final)
 
     def refined(self, trial: Trial, iterations: int) -> Trial:
         """The way after some iterations of Gauss-Newton."""
@@ -140,7 +144,7 @@ class PathOptimisation:
         rope = near(points, problem.obstacles, reach)
         rope_lack = self.margin + problem.radius - rope.distances
         bodies = self._bodies(way)
-        wanted = max(problem.clearance, problem.limits.keep_out) + RESERVE
+        wanted = max(problem.clearance, problem.limits.keep_out) + self.reserve
         wanted += problem.limits.gripper_radius
         body = near(bodies, problem.obstacles, np.full(len(bodies), wanted))
         body_lack = wanted - body.distances
@@ -154,7 +158,7 @@ class PathOptimisation:
             final,
             float(np.mean(np.linalg.norm(miss, axis=1))),
             max(float(np.max(rope_lack, initial=0.0)), float(np.max(body_lack, initial=0.0)))
-            - RESERVE,
+            - self.reserve,
             rope,
             body,
         )
@@ -207,7 +211,7 @@ class PathOptimisation:
                 self.share[step][:, :, None] * hit.normals[:, None, :]
             )
             rows.append(-MILLIMETRE * NEARNESS * along[..., moves].reshape(len(step), -1))
-            wanted = max(problem.clearance, problem.limits.keep_out) + RESERVE
+            wanted = max(problem.clearance, problem.limits.keep_out) + self.reserve
             lack = wanted + problem.limits.gripper_radius - hit.distances
             residuals.append(MILLIMETRE * NEARNESS * lack)
         for residual, row in self._grip_residuals(trial.displacements):

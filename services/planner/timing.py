@@ -8,6 +8,8 @@ and the last point stay where they are because the path waits there.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from jaxtyping import Float64
 
@@ -16,8 +18,17 @@ from shared.scenario.sections import Limits
 
 SHARE = 0.7
 """Of each limit that a path uses; the rest is left to the control of the rope."""
-MEANS = (0.24, 0.10)
-"""Widths of the two running means at full speed [s]."""
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How hurried a path is."""
+
+    slowdown: float = 1.0
+    """How much slower than the limits allow; at least 1."""
+    means: tuple[float, float] = (0.24, 0.10)
+    """Widths of the two running means before slowing down [s]. A mean as wide as the period in
+    which the rope swings leaves it still."""
 
 
 def timed(
@@ -25,36 +36,37 @@ def timed(
     orientations: Float64[np.ndarray, "w 2 4"],
     limits: Limits,
     dt: float,
-    slowdown: float = 1.0,
+    pace: Pace,
 ) -> tuple[Float64[np.ndarray, "t 2 3"], Float64[np.ndarray, "t 2 4"]]:
-    """Positions [m] and orientations of both grips every `dt` [s].
-
-    Args:
-        slowdown: At least 1; how much slower than the limits allow.
-    """
+    """Positions [m] and orientations of both grips every `dt` [s], no faster than `pace`."""
     vectors = _rotation_vectors(orientations)
     ways = np.concatenate([positions, vectors], axis=2)
-    stretch = slowdown
-    for _ in range(4):
-        points = _passed(ways, limits, dt, stretch)
+    stretch = pace.slowdown
+    points = _passed(ways, limits, dt, stretch, pace.means)
+    for _ in range(3):
         excess = _excess(points, limits, dt)
         if excess <= 1.0:
             break
         stretch *= 1.02 * excess
+        points = _passed(ways, limits, dt, stretch, pace.means)
     turned = poses.multiply(poses.exponential(points[..., 3:]), orientations[:1])
     return points[..., :3], poses.normalized(turned)
 
 
 def _passed(
-    ways: Float64[np.ndarray, "w 2 6"], limits: Limits, dt: float, stretch: float
+    ways: Float64[np.ndarray, "w 2 6"],
+    limits: Limits,
+    dt: float,
+    stretch: float,
+    means: tuple[float, float],
 ) -> Float64[np.ndarray, "t 2 6"]:
     steps = np.diff(ways, axis=0)
-    pace = np.maximum(
+    least = np.maximum(
         np.linalg.norm(steps[..., :3], axis=2).max(axis=1) / limits.speed,
         np.linalg.norm(steps[..., 3:], axis=2).max(axis=1) / limits.angular_speed,
     )
-    times = np.concatenate([[0.0], np.cumsum(pace * stretch / SHARE)])
-    widths = [max(1, round(mean * stretch / dt)) for mean in MEANS]
+    times = np.concatenate([[0.0], np.cumsum(least * stretch / SHARE)])
+    widths = [max(1, round(mean * stretch / dt)) for mean in means]
     wait = sum(widths)
     count = int(np.ceil(times[-1] / dt)) + 1
     at = dt * np.arange(-wait, count + wait)

@@ -243,11 +243,13 @@ class Control:
     """Wanted between the rope's surface and every obstacle that is no support."""
     horizon: Annotated[int, Within(1, 100)] = 5
     time_step: Annotated[float, Within(1e-3, 0.2, "s")] = 0.05
-    iterations: Annotated[int, Within(1, 50)] = 3
-    speed_weight: Annotated[float, Within(0.0, 100.0)] = 0.005
-    """omega_3 of eq. (12) for `gauss_newton`."""
-    obstacle_weight: Annotated[float, Within(0.0, 100.0)] = 0.01
-    """omega_2 of eq. (12) for `gauss_newton`."""
+    iterations: Annotated[int, Within(1, 50)] = 1
+    """Linearisations a horizon; each goes on from the horizon before."""
+    speed_weight: Annotated[float, Within(0.0, 100.0, "s^2")] = 0.02
+    """On the squared velocity that `gauss_newton` adds to the path's, against the mean squared
+    node distance."""
+    acceleration_weight: Annotated[float, Within(0.0, 100.0, "s^4")] = 2e-4
+    """On the squared change of that velocity."""
     paper: PaperControl = PaperControl()
 
 

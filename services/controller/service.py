@@ -1,0 +1,410 @@
+"""Owns the task, and turns what is seen and planned into setpoints for the arms."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from services.controller.control_loop import SETPOINT, Command, ControlLoop
+from services.controller.goals import GoalMaker
+from services.controller.motion import Motion
+from services.controller.objective import Surroundings
+from services.controller.path_track import PathTrack
+from services.controller.publications import (
+    STATES,
+    chunk_message,
+    goal_message,
+    goal_of,
+    motion_of,
+    plan_message,
+    track_of,
+)
+from services.controller.run_monitor import RunMonitor
+from services.controller.state_estimate import StateEstimate
+from services.controller.task import Refused, Task
+from shared import topics
+from shared.geometry.obstacles import Obstacle
+from shared.messages import (
+    ArmStates,
+    GoalPreview,
+    NodeChain,
+    Parameter,
+    Parameters,
+    RunResult,
+    Setpoints,
+    TaskRequest,
+    TaskState,
+    chain,
+    grip_pose,
+    scene_obstacles,
+)
+from shared.rod import Rod, RodProperties
+from shared.scenario import SIDES, Scenario
+from shared.service import SECOND, Inbox, Publication
+
+BLIND = SECOND // 2
+"""Control goes on without a fresh look at the rope for this long [ns]."""
+STRAYED = 0.02
+"""Distance between command and arm at which the command is given up [m]."""
+START_APART = 0.003
+"""Most distance of a path's start from the grips [m]."""
+LEAST_CLEARANCE = 0.005
+"""What is left of a path must keep this, or another one is asked for [m]."""
+
+
+class ControllerService:
+    """The controller on the bus."""
+
+    name = "controller"
+    reads = (
+        topics.ROPE_NODES,
+        topics.ARM_STATE,
+        topics.SCENE_STATE,
+        topics.CONTROLLER_PATH,
+        topics.TASK_REQUEST,
+        topics.TASK_GOAL_DRAFT,
+    )
+    writes = (
+        topics.ARM_SETPOINTS,
+        topics.CONTROLLER_PLAN,
+        topics.CONTROLLER_PARAMETERS,
+        topics.TASK_STATE,
+        topics.TASK_GOAL_PREVIEW,
+        topics.RUN_RESULT,
+    )
+    rate = 50.0
+    latency = 0.010
+
+    def __init__(self, scenario: Scenario, session: str) -> None:
+        self._scenario, self._session = scenario, session
+        rope = {k: v for k, v in vars(scenario.rope).items() if k != "node_count"}
+        self._rod = Rod(RodProperties(**rope), scenario.rope.node_count)
+        moves = np.zeros((2, 6), dtype=bool)
+        for row, side in zip(moves, SIDES, strict=True):
+            row[:3] = scenario.end(side).driver != "fixed"
+            row[3:] = scenario.end(side).rotates
+        start = scenario.grips(scenario.start)
+        self._goals = GoalMaker(scenario, self._rod, start)
+        resettable = not any(scenario.end(side).address for side in SIDES)
+        self.task = Task(self._goals.of_shape(scenario.goal), resettable=resettable)
+        self.estimate = StateEstimate(self._rod, Motion.at_rest(*start), 0)
+        self.loop = ControlLoop(self.estimate, moves, scenario.control, scenario.limits)
+        self.monitor = RunMonitor(scenario.run.tolerance, scenario.rope.diameter / 2.0)
+        self._obstacles: tuple[Obstacle, ...] = scenario.bodies
+        self._scene_revision = 0
+        self._arms: ArmStates | None = None
+        self._resets: int | None = None
+        self._seen = 0
+        self._followed: tuple[int, int] | None = None
+        self._sequence = 0
+        self._image_stamp = 0
+        self._events = sorted(
+            (e for e in scenario.events if e.goal is not None), key=lambda e: e.time
+        )
+        self._events_done = 0
+        self._sent: dict[str, int] = {}
+        self._revision_sent = 0
+
+    def warm_up(self) -> None:
+        """Compiles by controlling a rope that already is where it shall be."""
+        rod, start = self._rod, self._goals.start
+        estimate = StateEstimate(rod, Motion.at_rest(*start), 0)
+        loop = ControlLoop(estimate, self.loop.moves, self._scenario.control, self._scenario.limits)
+        nodes = estimate.nodes
+        loop.follow(PathTrack.standing(estimate.motion, nodes, SETPOINT * 1e-9), SETPOINT)
+        for k in (1, 2, 3):
+            estimate.advance(estimate.motion, k * SETPOINT)
+            loop.step(k * SETPOINT, nodes, self._surroundings())
+
+    def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
+        """One step of control."""
+        self._take_arms(inbox)
+        self._take_rope(inbox, now)
+        for request in inbox.every(topics.TASK_REQUEST):
+            self._handle(request.message, now)
+        self._take_events(now)
+        self._take_scene(inbox)
+        yield from self._preview(inbox, now)
+        if self._arms is not None:
+            yield from self._control(inbox, now)
+        yield from self._states(now)
+
+    def _take_arms(self, inbox: Inbox) -> None:
+        arrived = inbox.every(topics.ARM_STATE)
+        if not arrived:
+            return
+        arms: ArmStates = arrived[-1].message
+        self._arms = arms
+        motion = motion_of(arms)
+        if self._resets != arms.reset_count or self.estimate.time == 0:
+            self._resets = arms.reset_count
+            self.estimate.restart(motion, arms.stamp)
+            self.loop.disengage()
+            self._seen = 0
+        else:
+            self.estimate.advance(motion, arms.stamp)
+
+    def _take_rope(self, inbox: Inbox, now: int) -> None:
+        item = inbox.fresh(topics.ROPE_NODES)
+        if item is None or self._arms is None:
+            return
+        rope: NodeChain = item.message
+        if not rope.positions or rope.stamp < self.estimate.begun:
+            return
+        nodes = chain(rope.positions)
+        count = len(nodes)
+        sigma = np.array(rope.sigma) if rope.sigma else np.zeros(count)
+        observed = np.array(rope.observed) if rope.observed else np.ones(count, dtype=bool)
+        self.estimate.observe(rope.stamp, nodes, sigma, observed)
+        if self.estimate.astray and self.loop.resting:
+            self.estimate.restart(self.estimate.motion, self.estimate.time, seen=nodes)
+        self._seen, self._image_stamp = now, rope.stamp
+        self.monitor.look(rope.stamp, nodes, self.task.goal.nodes, self._obstacles)
+
+    def _take_events(self, now: int) -> None:
+        if self.task.state not in ("running", "reached"):
+            return
+        while self._events_done < len(self._events):
+            event = self._events[self._events_done]
+            if now < self.task.run_started + round(event.time * SECOND):
+                return
+            self._events_done += 1
+            assert event.goal is not None
+            self.task.set_goal(self._goals.of_shape(event.goal))
+            self.task.enter("running", f"the goal changed {event.time:g} s into the run")
+
+    def _take_scene(self, inbox: Inbox) -> None:
+        item = inbox.latest(topics.SCENE_STATE)
+        if item is None or item.message.revision == self._scene_revision:
+            return
+        self._scene_revision = item.message.revision
+        self._obstacles = scene_obstacles(item.message)
+        if self.loop.path is None or self.task.state != "running":
+            return
+        ahead = self.loop.remaining[::5]
+        avoid = [o for o in self._obstacles if not o.support]
+        if self.monitor.clearance_of(ahead, avoid) < LEAST_CLEARANCE:
+            self.task.ask_for_path()
+
+    def _handle(self, request: TaskRequest, now: int) -> None:
+        task = self.task
+        refusal = ""
+        try:
+            match request.action:
+                case TaskRequest.SET_GOAL:
+                    goal = goal_of(request.goal, self._goals)
+                    self._goals.check(goal, self._obstacles)
+                    task.set_goal(goal)
+                case TaskRequest.START:
+                    resumed = task.state == "paused"
+                    task.start(now)
+                    if not resumed:
+                        self._events_done = 0
+                        self.monitor.begin(now, task.replan_count)
+                case TaskRequest.PAUSE:
+                    task.pause()
+                case TaskRequest.STOP:
+                    task.stop()
+                case TaskRequest.RESET:
+                    task.reset()
+                case TaskRequest.SET:
+                    task.set(request.key, request.value)
+        except Refused as error:
+            refusal = str(error)
+        task.answered(request.id, refusal)
+
+    def _preview(self, inbox: Inbox, now: int) -> Iterator[Publication]:
+        item = inbox.fresh(topics.TASK_GOAL_DRAFT)
+        if item is None:
+            return
+        draft = item.message
+        answer = GoalPreview(draft=draft.id, stamp=now)
+        try:
+            grips = self._goals.held(grip_pose(draft.left), grip_pose(draft.right))
+            goal = self._goals.between(*grips)
+            answer.goal.CopyFrom(goal_message(goal))
+            self._goals.check(goal, self._obstacles)
+            answer.reachable = True
+        except ValueError as error:
+            answer.reason = str(error)
+        yield Publication(topics.TASK_GOAL_PREVIEW, answer)
+
+    def _control(self, inbox: Inbox, now: int) -> Iterator[Publication]:
+        halted = self._halted(now)
+        if halted:
+            self.loop.disengage()
+            yield self._hold(now, halted)
+            return
+        waiting = self._waiting(inbox, now)
+        if waiting:
+            chunk = None if self.loop.resting else self.loop.brake(now)
+            if chunk is None:
+                self.loop.disengage()
+                yield self._hold(now, waiting)
+            else:
+                yield self._setpoints(now, chunk)
+            return
+        command = self.loop.step(now, self.task.goal.nodes, self._surroundings())
+        yield self._setpoints(now, command.chunk)
+        yield Publication(topics.CONTROLLER_PLAN, self._plan(command))
+        self._judge(now)
+
+    def _halted(self, now: int) -> str:
+        """Why nothing may be sent but a hold; empty when there is no such reason."""
+        arms, task = self._arms, self.task
+        assert arms is not None
+        if task.state not in ("running", "reached"):
+            return task.reason
+        if arms.needs_acknowledgement or arms.mode in (ArmStates.DISARMED, ArmStates.FAULT):
+            return f"the arms do not follow: {arms.reason}"
+        if task.reset_count != arms.reset_count:
+            return "waiting for the arms to reset"
+        if self.loop.strayed() > STRAYED:
+            task.ask_for_path()
+            return f"an arm is {1e3 * self.loop.strayed():.0f} mm from where it should be"
+        return ""
+
+    def _waiting(self, inbox: Inbox, now: int) -> str:
+        """Why there is nothing to follow, after taking a path that is new; empty when there is."""
+        task = self.task
+        if now - self._seen > BLIND or self._seen == 0:
+            if self.loop.path is not None:
+                task.ask_for_path()
+            return "the rope has not been seen for 0.5 s"
+        wanted = (task.goal_revision, task.replan_count)
+        if self._followed == wanted and self.loop.path is not None:
+            return ""
+        if not self.loop.resting:
+            return "coming to rest before another path"
+        item = inbox.latest(topics.CONTROLLER_PATH)
+        if item is None:
+            return "waiting for a path"
+        path = item.message
+        if (path.goal_revision, path.replan_count) != wanted:
+            return "waiting for a path"
+        if not path.left_positions:
+            task.enter("failed", path.reason)
+            return path.reason
+        track = track_of(path)
+        apart = np.linalg.norm(track.positions[0] - self.estimate.motion.positions, axis=1)
+        if np.max(apart) > START_APART:
+            task.ask_for_path()
+            return "the path begins elsewhere; waiting for another"
+        if not path.reached and path.clearance < min(
+            LEAST_CLEARANCE, self._scenario.control.clearance
+        ):
+            task.enter("failed", path.reason)
+            return path.reason
+        self.loop.follow(track, now)
+        self._followed = wanted
+        return ""
+
+    def _judge(self, now: int) -> None:
+        """Whether the goal is reached, or given up."""
+        task, path = self.task, self.loop.path
+        if path is None or not self.loop.arrived:
+            return
+        if self.monitor.settled(now):
+            if task.state == "running":
+                task.enter("reached", "within tolerance and at rest")
+        elif task.state == "running" and not path.reached and self.monitor.resting(now):
+            task.enter("failed", path.reason)
+
+    def _surroundings(self) -> Surroundings:
+        scenario = self._scenario
+        return Surroundings(
+            tuple(o for o in self._obstacles if not o.support),
+            scenario.control.clearance,
+            scenario.rope.diameter / 2.0,
+            0.99 * scenario.limits.overstretch * scenario.rope.length,
+        )
+
+    def _setpoints(self, now: int, chunk) -> Publication:
+        self._sequence += 1
+        message = chunk_message(chunk, now, self._session, self._sequence, self._image_stamp)
+        return Publication(topics.ARM_SETPOINTS, message)
+
+    def _hold(self, now: int, reason: str) -> Publication:
+        self._sequence += 1
+        return Publication(
+            topics.ARM_SETPOINTS,
+            Setpoints(
+                stamp=now, session=self._session, sequence=self._sequence, hold=True, reason=reason
+            ),
+        )
+
+    def _plan(self, command: Command):
+        return plan_message(command, round(self._scenario.control.time_step * SECOND))
+
+    def _states(self, now: int) -> Iterator[Publication]:
+        task = self.task
+        busy = task.state in ("running", "reached")
+        if task.revision != self._revision_sent or self._due(
+            "task", now, SECOND // 5 if busy else SECOND
+        ):
+            self._revision_sent = task.revision
+            self._sent["task"] = now
+            yield Publication(topics.TASK_STATE, self._task_state(now))
+        if self._arms is not None and self._due("parameters", now, SECOND // 10):
+            yield Publication(topics.CONTROLLER_PARAMETERS, self._parameters(now))
+        if task.run and self._due("result", now, SECOND):
+            yield Publication(topics.RUN_RESULT, self._result(now))
+
+    def _due(self, what: str, now: int, period: int) -> bool:
+        if what in self._sent and now - self._sent[what] < period:
+            return False
+        self._sent[what] = now
+        return True
+
+    def _task_state(self, now: int) -> TaskState:
+        task, monitor = self.task, self.monitor
+        return TaskState(
+            stamp=now,
+            revision=task.revision,
+            state=STATES[task.state],
+            reason=task.reason,
+            goal=goal_message(task.goal),
+            goal_revision=task.goal_revision,
+            reset_count=task.reset_count,
+            replan_count=task.replan_count,
+            run=task.run,
+            run_started=task.run_started,
+            settings=task.settings,
+            last_request=task.last_request,
+            refusal=task.refusal,
+            error=monitor.error,
+            clearance=monitor.clearance,
+        )
+
+    def _parameters(self, now: int) -> Parameters:
+        properties = self._rod.properties
+        return Parameters(
+            stamp=now,
+            parameters=[
+                Parameter(
+                    name="bending_stiffness", value=properties.bending_stiffness, unit="N m^2"
+                ),
+                Parameter(name="damping", value=properties.damping, unit="1/s"),
+            ],
+            prediction_error=self.estimate.innovation,
+        )
+
+    def _result(self, now: int) -> RunResult:
+        task, monitor = self.task, self.monitor
+        return RunResult(
+            stamp=now,
+            run=task.run,
+            reached=task.state == "reached",
+            duration=(now - task.run_started) / SECOND,
+            error=monitor.error,
+            max_node_error=monitor.max_node_error,
+            min_clearance=monitor.min_clearance,
+            replans=max(task.replan_count - monitor.replans_before, 0),
+            reason=task.reason,
+        )
+
+
+def build(scenario: Scenario, session: str) -> ControllerService:
+    """The controller of a scenario."""
+    return ControllerService(scenario, session)

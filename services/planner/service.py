@@ -1,0 +1,180 @@
+"""Plans a path whenever a goal was set or the controller asks for one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from services.planner import whole_path
+from services.planner.problem import Problem, WholePath
+from shared import topics
+from shared.geometry import polylines
+from shared.geometry.poses import Pose
+from shared.messages import (
+    ArmStates,
+    NodeChain,
+    Path,
+    Scene,
+    TaskState,
+    arm_pose,
+    chain,
+    grip_pose,
+    scene_obstacles,
+)
+from shared.rod import Rod, RodProperties, RodState
+from shared.rod.statics import framed
+from shared.scenario import SIDES, Scenario
+from shared.service import SECOND, Inbox, Publication
+
+STILL = 2e-3
+"""Speed of the grips below which they stand [m/s]."""
+OTHER_SHAPE = 0.02
+"""Mean node distance of the rope from the rest shape expected of it that makes it another [m]."""
+
+
+class PlannerService:
+    """A whole path for each (goal, scene, request)."""
+
+    name = "planner"
+    reads = (topics.TASK_STATE, topics.SCENE_STATE, topics.ARM_STATE, topics.ROPE_NODES)
+    writes = (topics.CONTROLLER_PATH,)
+    rate = 10.0
+    latency = 0.200
+
+    def __init__(self, scenario: Scenario) -> None:
+        rope = {k: v for k, v in vars(scenario.rope).items() if k != "node_count"}
+        self._scenario = scenario
+        self._rod = Rod(RodProperties(**rope), scenario.rope.node_count)
+        self._moves = np.zeros((2, 6), dtype=bool)
+        for row, side in zip(self._moves, SIDES, strict=True):
+            row[:3] = scenario.end(side).driver != "fixed"
+            row[3:] = scenario.end(side).rotates
+        self._planned: tuple[int, int, int] | None = None
+        self._path: Path | None = None
+        self._published = 0
+
+    def warm_up(self) -> None:
+        """Compiles by planning once, from the scenario's start to a place beside it."""
+        grips = self._scenario.grips(self._scenario.start)
+        state = self._rod.rest(*grips).state
+        shift = np.array([0.0, 0.0, 0.01]) * self._moves.any(axis=1).all()
+        goal = tuple(Pose(g.position + shift, g.orientation) for g in grips)
+        whole_path.plan(
+            self._problem(
+                state, grips, state.positions + shift, (goal[0], goal[1]), self._scenario.bodies
+            )
+        )
+
+    def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
+        """A path when one is due, else the last one once a second."""
+        task = inbox.latest(topics.TASK_STATE)
+        scene = inbox.latest(topics.SCENE_STATE)
+        arms = inbox.latest(topics.ARM_STATE)
+        if task is None or arms is None or scene is None or not task.message.goal.positions:
+            return
+        wanted = (
+            task.message.goal_revision,
+            scene.message.revision,
+            task.message.replan_count,
+        )
+        if wanted != self._planned and _standing(arms.message):
+            rope = inbox.latest(topics.ROPE_NODES)
+            nodes = rope.message if rope is not None else None
+            self._planned = wanted
+            self._path = self._answer(task.message, scene.message, arms.message, nodes)
+            self._published = 0
+        if self._path is not None and now - self._published >= SECOND:
+            self._published = now
+            yield Publication(topics.CONTROLLER_PATH, self._path)
+
+    def _answer(
+        self, task: TaskState, scene: Scene, arms: ArmStates, rope: NodeChain | None
+    ) -> Path:
+        grips = (arm_pose(arms, "left"), arm_pose(arms, "right"))
+        message = Path(
+            stamp=arms.stamp,
+            goal_revision=task.goal_revision,
+            scene_revision=scene.revision,
+            replan_count=task.replan_count,
+        )
+        try:
+            state = self._state(grips, rope)
+        except ValueError as error:
+            message.reason = f"the rope does not rest between the grips: {error}"
+            return message
+        goal_grips = (grip_pose(task.goal.left), grip_pose(task.goal.right))
+        problem = self._problem(
+            state,
+            grips,
+            chain(task.goal.positions),
+            goal_grips,
+            scene_obstacles(scene),
+            task.goal.turns,
+        )
+        _fill(message, whole_path.plan(problem))
+        return message
+
+    def _state(self, grips: tuple[Pose, Pose], rope: NodeChain | None) -> RodState:
+        """The rope at rest between the grips, in the shape in which it is seen."""
+        state = self._rod.rest(*grips).state
+        if rope is None or not rope.positions:
+            return state
+        seen = chain(rope.positions)
+        if polylines.mean_node_distance(state.positions, seen) < OTHER_SHAPE:
+            return state
+        guess = framed(seen, grips[0].orientation, grips[1].orientation)
+        other = self._rod.rest(*grips, guess=guess).state
+        return min((state, other), key=lambda s: polylines.mean_node_distance(s.positions, seen))
+
+    def _problem(
+        self,
+        state: RodState,
+        grips: tuple[Pose, Pose],
+        goal: np.ndarray,
+        goal_grips: tuple[Pose, Pose],
+        obstacles: tuple,
+        turns: float = 0.0,
+    ) -> Problem:
+        scenario = self._scenario
+        return Problem(
+            rod=self._rod,
+            state=state,
+            grips=grips,
+            goal=goal,
+            goal_grips=goal_grips,
+            moves=self._moves,
+            obstacles=tuple(o for o in obstacles if not o.support),
+            supports=tuple(o for o in obstacles if o.support),
+            limits=scenario.limits,
+            clearance=scenario.control.clearance,
+            tolerance=scenario.run.tolerance,
+            turns=turns,
+            seed=scenario.seed,
+        )
+
+
+def build(scenario: Scenario, session: str) -> PlannerService:
+    """The planner of a scenario."""
+    return PlannerService(scenario)
+
+
+def _standing(arms: ArmStates) -> bool:
+    """Whether no grip moves: a path begins at rest."""
+    return all(
+        np.linalg.norm(arm.linear_velocity) < STILL
+        and np.linalg.norm(arm.angular_velocity) < 5.0 * STILL
+        for arm in arms.arms
+    )
+
+
+def _fill(message: Path, path: WholePath) -> None:
+    message.reached, message.reason = path.reached, path.reason
+    message.dt = round(path.dt * SECOND)
+    message.left_positions.extend(path.positions[:, 0].ravel())
+    message.left_orientations.extend(path.orientations[:, 0].ravel())
+    message.right_positions.extend(path.positions[:, 1].ravel())
+    message.right_orientations.extend(path.orientations[:, 1].ravel())
+    message.nodes.extend(path.nodes.ravel())
+    message.node_count = path.nodes.shape[1]
+    message.final_error, message.clearance = path.final_error, path.clearance

@@ -28,14 +28,17 @@ def verdict(health: Health | None, age: float, process: str = "") -> Verdict:
     Args:
         health: Its own last word, None before the first.
         age: How long ago that came [s].
-        process: What the launcher says: starting, ready, restarting, dead, stopped; or nothing.
+        process: What the launcher says: starting, ready, frozen, restarting, dead, stopped; or "".
     """
     if process in ("dead", "stopped"):
         return Verdict(process, palette.BAD)
     if process in ("starting", "restarting"):
         return Verdict(process, palette.WARNING)
+    if process == "frozen":
+        return Verdict("frozen", palette.BAD)
     if health is None:
-        return Verdict("no sign", palette.QUIET)
+        # Not every process of the stack is a service: an emulator has no step to speak of.
+        return Verdict("ready", palette.GOOD) if process else Verdict("no sign", palette.QUIET)
     if age > SILENT:
         return Verdict("silent" if not process else "frozen", palette.BAD)
     if health.step_p99_ms > health.period_ms > 0.0:
@@ -86,7 +89,7 @@ def table(
                 f"<tr><td colspan='7' style='opacity:.65;padding-bottom:.4em'>"
                 f"{html.escape(message.note)}</td></tr>"
             )
-    heads = ("", "state", "step p50 / p99 [ms]", "period [ms]", "late", "lost", "age [s]")
+    heads = ("", "state", "step p50 / p99 [ms]", "period [ms]", "late", "unread", "age [s]")
     head = "".join(
         f"<th style='font-weight:500;opacity:.6;text-align:left'>{h}</th>" for h in heads
     )

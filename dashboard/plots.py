@@ -31,13 +31,10 @@ class RunPlots:
         self._run = ""
         self._started = 0
         self._drawn = -math.inf
-        self._stale = False
-        self._error = _chart(
-            gui, "Mean distance to the goal [mm]", ("error", palette.BUSY), "tolerance"
-        )
-        self._clearance = _chart(
-            gui, "Clearance of the rope [mm]", ("clearance", palette.GOAL), "wanted"
-        )
+        self._stale = True
+        titles = ("Mean distance to the goal [mm]", "Clearance of the rope [mm]")
+        self._error = _chart(gui, titles[0], ("error", palette.BUSY), "tolerance")
+        self._clearance = _chart(gui, titles[1], ("clearance", palette.GOAL), "wanted")
         self._result = gui.add_html("")
 
     def clear(self) -> None:
@@ -68,7 +65,7 @@ class RunPlots:
         for chart, values, limit in zip(
             (self._error, self._clearance), (error, clearance), self._limits, strict=True
         ):
-            chart.data = (time, values, np.full(len(time), limit))
+            chart.data = (time, values, np.full(len(time), limit)) if len(time) else _blank(limit)
 
 
 class ParameterTable:
@@ -130,6 +127,11 @@ def result_html(message: RunResult) -> str:
 
 def _note(text: str) -> str:
     return f"<div style='margin:.4em 1em;font-size:.85em;opacity:.8'>{html.escape(text)}</div>"
+
+
+def _blank(limit: float) -> tuple[np.ndarray, ...]:
+    """Axes and limit before there is a run to draw."""
+    return np.array([0.0, 10.0]), np.array([0.0, np.nan]), np.full(2, limit)
 
 
 def _chart(

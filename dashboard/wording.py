@@ -18,7 +18,7 @@ MODES = {
     ArmStates.DISARMED: ("Disarmed", palette.QUIET),
     ArmStates.ARMED: ("Armed, standing still", palette.GOOD),
     ArmStates.MOVING: ("Moving", palette.BUSY),
-    ArmStates.HOLDING: ("Holding", palette.WARNING),
+    ArmStates.HOLDING: ("Holding still", palette.QUIET),
     ArmStates.FAULT: ("Fault", palette.BAD),
 }
 

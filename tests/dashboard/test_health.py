@@ -13,6 +13,8 @@ WELL = Health(service="sim", period_ms=8.3, step_p50_ms=2.0, step_p99_ms=4.0)
     [
         (WELL, 0.5, "ready", "ok"),
         (WELL, 4.0, "ready", "frozen"),
+        (WELL, 0.5, "frozen", "frozen"),
+        (None, 0.0, "ready", "ready"),
         (WELL, 4.0, "", "silent"),
         (WELL, 0.5, "dead", "dead"),
         (WELL, 4.0, "restarting", "restarting"),

@@ -64,7 +64,7 @@ def test_arms_line_names_rule_reason_and_alarms() -> None:
         arms=[ArmState(arm="right", alarms=["joint 3 over temperature"])],
     )
     line = wording.arms_line(arms, 0.0)
-    assert line.text == "Holding"
+    assert line.text == "Holding still"
     for words in ("no setpoints for 100 ms", "fresh", "right: joint 3 over temperature"):
         assert words in line.detail
 

@@ -1,0 +1,58 @@
+"""The dashboard of the real stack in a real browser."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from playwright.sync_api import Page, expect
+
+from shared.scenario import load
+from tests.browser.chromium import NO_CHROMIUM, drag, on_screen, opened
+from tests.browser.stack import running
+
+pytestmark = NO_CHROMIUM
+
+PATH = "scenarios/three-cylinders.toml"
+SCENARIO = load(PATH)
+
+
+@pytest.fixture(scope="module")
+def page() -> Iterator[Page]:
+    with running(PATH) as address, opened(address) as page:
+        yield page
+
+
+def togo(page: Page) -> float:
+    """What the headline says is left of the way [mm]."""
+    text = page.get_by_text(re.compile(r"^(Ready|Running|Reached|Paused): ")).first.inner_text()
+    found = re.search(r"([\d.]+) mm", text)
+    assert found is not None, text
+    return float(found[1])
+
+
+def test_start_moves_the_rope_to_the_goal(page: Page) -> None:
+    expect(page.get_by_text(re.compile(r"^Ready: [\d.]+ mm to go"))).to_be_visible(timeout=30_000)
+    before = togo(page)
+    assert before > 100.0
+    page.get_by_role("button", name="Start").click()
+    expect(page.get_by_text(re.compile(r"^Running: "))).to_be_visible()
+    expect(page.get_by_text(re.compile(r"^Reached: "))).to_be_visible(timeout=40_000)
+    assert togo(page) < 0.05 * before
+
+
+def test_dragged_goal_shows_how_the_rope_would_rest(page: Page) -> None:
+    grip = SCENARIO.grips(SCENARIO.goal)[1].position
+    page.get_by_role("button", name="Edit goal").click()
+    expect(page.get_by_text("Reachable", exact=True)).to_be_visible()
+    arrow = grip + np.array([0.0, 0.0, 0.75 * 0.25 * SCENARIO.rope.length])
+    up = np.array([0.0, 0.0, 0.06])
+    drag(page, on_screen(page, SCENARIO, arrow), on_screen(page, SCENARIO, arrow + up))
+    height = page.get_by_role("textbox").nth(5)
+    assert float(height.input_value()) > 1e3 * grip[2] + 30.0
+    expect(page.get_by_text("Reachable", exact=True)).to_be_visible()
+    page.get_by_role("button", name="Set goal").click()
+    page.wait_for_timeout(1500)
+    assert togo(page) > 10.0

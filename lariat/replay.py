@@ -7,6 +7,7 @@ import os
 import sys
 import tempfile
 from collections import Counter
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -61,7 +62,9 @@ def main(
             scenario = recording.scenario(Path(folder))
         except ValueError as error:
             raise ConfigurationError(str(error)) from error
-        results = replay(recording, scenario, service or DEFAULT, console)
+        # Compilers announce themselves on standard output, where only the answer belongs.
+        with redirect_stdout(sys.stderr):
+            results = replay(recording, scenario, service or DEFAULT, console)
         if update:
             _update(recording, scenario, results)
     start = next(recording.messages()).log_time
@@ -95,7 +98,9 @@ def replay(
             )
         for session in evidence.traces:
             service = services.build(name, scenario, session)
-            with Progress(console=console, transient=True) as progress:
+            with Progress(
+                console=console, transient=True, redirect_stdout=False, redirect_stderr=False
+            ) as progress:
                 bar = progress.add_task(f"{session}: warming up", total=1.0)
                 service.warm_up()
                 progress.update(bar, description=session)

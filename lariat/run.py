@@ -6,7 +6,7 @@ import json as jsons
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 from typing import Annotated
 
@@ -63,11 +63,12 @@ def main(
         loaded = load_with(scenario, [*set, *(f'ends.{s}.address=""' for s in real)], seed)
     if record and record.exists():
         raise ConfigurationError(f"--record {record}: the file exists; name another or remove it")
-    preflight.check(loaded)
     messages = Console(stderr=True, highlight=False)
     for side, address in real.items():
         messages.print(f"{side} arm: the emulator plays the one at {address}")
-    with _progress(loaded, messages) as watch:
+    # Compilers announce themselves on standard output, where nothing but the answer belongs.
+    with redirect_stdout(sys.stderr), _progress(loaded, messages) as watch:
+        preflight.check(loaded)
         try:
             outcome = run(loaded, record, stop_when_reached, watch)
         except OSError as error:
@@ -90,7 +91,9 @@ def _progress(scenario: Scenario, console: Console) -> Iterator[Watch]:
         TimeElapsedColumn(),
     )
     shown = 0.0
-    with Progress(*columns, console=console, transient=True) as progress:
+    with Progress(
+        *columns, console=console, transient=True, redirect_stdout=False, redirect_stderr=False
+    ) as progress:
         bar = progress.add_task("Warming up", total=scenario.run.time_limit, seen="")
 
         def watch(stack: SimulatedStack, scorer: Scorer) -> None:

@@ -2,12 +2,10 @@ from __future__ import annotations
 
 import json
 import logging
-import secrets
-import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -16,36 +14,9 @@ import zenoh
 
 from shared import bus as buses
 from shared import topics
-from shared.bus import Bus, BusError, BusOptions
+from shared.bus import BusError, BusOptions
 from shared.messages import Health, NodeChain, TaskRequest
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
-
-
-def until(condition: Callable[[], object], seconds: float = 5.0) -> None:
-    deadline = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < deadline, "it never came"
-        time.sleep(0.005)
-
-
-class Cell:
-    """Joins processes of one cell, all of them in this one."""
-
-    def __init__(self, stack: ExitStack) -> None:
-        self.hub = f"tcp/127.0.0.1:{free_port()}"
-        self.namespace = f"test-{secrets.token_hex(4)}"
-        self._stack = stack
-        options = BusOptions(self.namespace, connect=(), listen=(self.hub,))
-        stack.enter_context(buses.open(options, "hub"))
-
-    def __call__(self, publisher: str) -> Bus:
-        options = BusOptions(self.namespace, (self.hub,))
-        return self._stack.enter_context(buses.open(options, publisher))
+from tests.shared.cell import Cell, free_port, until
 
 
 @pytest.fixture

@@ -1,0 +1,50 @@
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+
+from shared import topics
+from shared.configuration import ConfigurationError
+from shared.messages import TaskState
+from shared.scenario import Scenario
+from shared.service import Inbox, Publication
+from tests.shared.beacon.options import BeaconOptions
+
+
+class BeaconService:
+    reads = (topics.TASK_REQUEST,)
+    writes = (topics.TASK_STATE,)
+    rate = 100.0
+    latency = 0.0
+
+    def __init__(self, scenario: Scenario, session: str, options: BeaconOptions) -> None:
+        self.name = options.name
+        self.note = f"arms by itself: {scenario.end('left').arm_automatically}"
+        self._session = session
+
+    def warm_up(self) -> None: ...
+
+    def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
+        for item in inbox.every(topics.TASK_REQUEST):
+            request = item.message
+            if request.key == "crash":
+                raise RuntimeError(f"asked to by {request.id}")
+            if request.key == "linger":
+                time.sleep(float(request.value))
+            state = TaskState(stamp=now, last_request=request.id, run=self._session)
+            if request.key == "refuse":
+                state.refusal = "as asked"
+            yield Publication(topics.TASK_STATE, state)
+
+    def close(self) -> None:
+        print("closed in order", flush=True)
+
+
+def build(scenario: Scenario, session: str, options: BeaconOptions) -> BeaconService:
+    if options.build == "refuse":
+        raise ConfigurationError("rope.colour = 'mauve' is not one of 'red'")
+    if options.build == "library":
+        raise ModuleNotFoundError("no mujoco", name="mujoco.mjx")
+    if options.build == "crash":
+        raise RuntimeError("unexpected")
+    return BeaconService(scenario, session, options)

@@ -1,0 +1,49 @@
+"""A cell of its own for every test that needs the bus."""
+
+from __future__ import annotations
+
+import secrets
+import socket
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+
+from shared import bus as buses
+from shared.bus import Bus, BusOptions
+
+
+def free_port() -> int:
+    """A port of 127.0.0.1 that nobody listens on."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def until(condition: Callable[[], object], seconds: float = 10.0) -> None:
+    """Waits for a condition."""
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, "it never came"
+        time.sleep(0.005)
+
+
+class Cell:
+    """Joins processes of one cell, all of them in this one."""
+
+    def __init__(self, stack: ExitStack, hub: bool = True) -> None:
+        self.port = free_port()
+        self.hub = f"tcp/127.0.0.1:{self.port}"
+        self.namespace = f"test-{secrets.token_hex(4)}"
+        self._stack = stack
+        if hub:
+            options = BusOptions(self.namespace, connect=(), listen=(self.hub,))
+            stack.enter_context(buses.open(options, "hub"))
+
+    def __call__(self, publisher: str) -> Bus:
+        options = BusOptions(self.namespace, (self.hub,))
+        return self._stack.enter_context(buses.open(options, publisher))
+
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        """Of a process that shall join."""
+        return "--connect", self.hub, "--namespace", self.namespace

@@ -1,0 +1,201 @@
+"""A real process on a real bus."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+
+from shared import live, topics
+from shared.bus import Bus
+from shared.health import HealthMeter
+from shared.messages import Health, TaskRequest
+from tests.shared.cell import Cell, until
+
+MODULE = "tests.shared.beacon"
+
+
+class Beacon:
+    """The test's service in a process of its own, and the test's ear on it."""
+
+    def __init__(self, cell: Cell, *more: str) -> None:
+        self.bus: Bus = cell("test")
+        self.health = self.bus.subscribe(topics.HEALTH)
+        self.traces = self.bus.subscribe(topics.TRACE.at("beacon"))
+        self.states = self.bus.subscribe(topics.TASK_STATE)
+        self.log = self.bus.subscribe(topics.LOG)
+        self._requests = self.bus.publisher(topics.TASK_REQUEST)
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", MODULE, *cell.arguments, *more],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        until(lambda: self._requests.heard, 30.0)
+
+    def ask(self, key: str, value: str = "") -> None:
+        self._requests.put(TaskRequest(id=f"please-{key}", key=key, value=value))
+
+    def reports(self, count: int) -> list[Health]:
+        items: list[Health] = []
+        until(lambda: items.extend(i.message for _, i in self.health.take()) or len(items) >= count)
+        return items
+
+    def end(self, number: signal.Signals = signal.SIGTERM) -> tuple[int, float, str]:
+        """Exit code, seconds that it took, and everything that was printed."""
+        start = time.monotonic()
+        self.process.send_signal(number)
+        output, _ = self.process.communicate(timeout=20.0)
+        return self.process.returncode, time.monotonic() - start, output
+
+
+@pytest.fixture
+def cell() -> Iterator[Cell]:
+    with ExitStack() as stack:
+        yield Cell(stack)
+
+
+def test_a_service_keeps_its_rate_traces_every_step_and_ends_in_order(cell: Cell) -> None:
+    beacon = Beacon(cell)
+    first = beacon.reports(1)[0]
+    assert first.process == beacon.process.pid
+    assert first.note == "arms by itself: True"
+    beacon.ask("hello")
+    answers = []
+    until(lambda: answers.extend(i.message for _, i in beacon.states.take()) or answers)
+    assert answers[0].last_request == "please-hello"
+    assert answers[0].run == first.boot
+    reports = beacon.reports(3)
+    seconds = 1e-9 * (reports[-1].stamp - reports[0].stamp)
+    # No rate above what was asked for, whatever was late; half of it on the busiest machine.
+    rate = (reports[-1].steps - reports[0].steps) / seconds
+    assert 50.0 < rate < 102.0
+    assert "task/request" in reports[-1].input_age_ms
+    code, took, output = beacon.end()
+    assert code == 0
+    assert took < 1.0
+    assert "ready" in output
+    assert output.endswith("closed in order\nstopped\n")
+
+
+def test_a_trace_names_what_a_step_consumed(cell: Cell) -> None:
+    beacon = Beacon(cell)
+    beacon.reports(1)
+    beacon.ask("hello")
+    found = []
+
+    def traced() -> bool:
+        found.extend(i.message for _, i in beacon.traces.take() if i.message.inputs)
+        return bool(found)
+
+    until(traced)
+    (given,) = found[0].inputs
+    assert (given.topic, given.publisher, given.sequence) == ("task/request", "test", 0)
+    assert found[0].service == "beacon"
+    assert 0 <= found[0].now - given.received < 1e9
+    beacon.end()
+
+
+def test_a_late_step_is_an_overrun_and_is_not_made_up_for(cell: Cell) -> None:
+    beacon = Beacon(cell)
+    before = beacon.reports(1)[0]
+    beacon.ask("linger", "0.7")
+    late: list[Health] = []
+    until(lambda: late.extend(r for r in beacon.reports(1) if r.overruns > before.overruns) or late)
+    assert late[0].step_max_ms > 700.0
+    seconds = 1e-9 * (late[0].stamp - before.stamp)
+    assert late[0].steps - before.steps < 100.0 * (seconds - 0.65)
+    beacon.end()
+
+
+def test_a_signal_ends_even_a_long_step_at_once(cell: Cell) -> None:
+    beacon = Beacon(cell)
+    beacon.reports(1)
+    beacon.ask("linger", "30")
+    time.sleep(0.5)
+    code, took, _ = beacon.end(signal.SIGINT)
+    assert code == 0
+    assert took < 1.0
+
+
+def test_an_error_in_a_step_is_logged_and_ends_the_process_with_70(cell: Cell) -> None:
+    beacon = Beacon(cell)
+    beacon.reports(1)
+    beacon.ask("crash")
+    output, _ = beacon.process.communicate(timeout=10.0)
+    assert beacon.process.returncode == 70
+    assert "RuntimeError: asked to by please-crash" in output
+    words = [i.message.message for _, i in beacon.log.take()]
+    assert any("RuntimeError: asked to by please-crash" in w for w in words)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "said"),
+    [
+        (("--build", "refuse"), 2, "beacon: rope.colour = 'mauve' is not one of 'red'\n"),
+        (
+            ("--build", "library"),
+            2,
+            "beacon: mujoco is not installed; install it with: pip install 'lariat[beacon]'\n",
+        ),
+        (
+            ("--scenario", "none.toml"),
+            2,
+            "beacon: cannot read scenario none.toml: [Errno 2] No such file or directory: "
+            "'none.toml'\n",
+        ),
+    ],
+)
+def test_what_a_person_can_cure_is_one_line(
+    arguments: tuple[str, ...], code: int, said: str
+) -> None:
+    answer = subprocess.run(
+        [sys.executable, "-m", MODULE, *arguments], capture_output=True, text=True, timeout=30.0
+    )
+    assert answer.stderr == said
+    assert answer.returncode == code
+
+
+def test_what_nobody_foresaw_has_its_traceback() -> None:
+    answer = subprocess.run(
+        [sys.executable, "-m", MODULE, "--build", "crash"],
+        capture_output=True,
+        text=True,
+        timeout=30.0,
+    )
+    assert answer.returncode == 70
+    assert "RuntimeError: unexpected" in answer.stderr
+
+
+def test_a_restarted_service_arms_nothing_by_itself(cell: Cell) -> None:
+    beacon = Beacon(cell, "--restarted")
+    assert beacon.reports(1)[0].note == "arms by itself: False"
+    beacon.end()
+
+
+def test_quantiles_of_step_times_are_steps_that_happened() -> None:
+    meter = HealthMeter(0.010)
+    for duration in range(1, 101):
+        meter.add(duration * 1_000_000)
+    report = meter.report({"arm/state": 4_000_000})
+    assert report.step_p50_ms == pytest.approx(50.0)
+    assert report.step_p99_ms == pytest.approx(99.0)
+    assert report.step_max_ms == pytest.approx(100.0)
+    assert report.overruns == 90
+    assert report.input_age_ms["arm/state"] == pytest.approx(4.0)
+    later = meter.report({})
+    assert (later.steps, later.step_max_ms) == (100, 0.0)
+
+
+def test_services_are_imported_by_the_modules_that_run_them() -> None:
+    """Every service has its `python -m`, and it names its own package."""
+    root = Path(live.__file__).parents[1]
+    for file in sorted((root / "services").glob("*/service.py")):
+        text = (file.parent / "__main__.py").read_text()
+        assert f'main("services.{file.parent.name}"' in text

@@ -111,6 +111,7 @@ class Mailbox:
         self._newest: dict[str, Received] = {}
         self._arrived: dict[str, list[Received]] = defaultdict(list)
         self._partial: dict[int, dict[str, Received]] = {}
+        self._last_joined = ("", 0)
         self.drops = 0
         """Messages of `latest` and `joined` topics that a newer one replaced unread."""
 
@@ -134,6 +135,11 @@ class Mailbox:
 
     def _join(self, key: str, item: Received) -> None:
         stamp = stamp_of(item.message)
+        publisher, last = self._last_joined
+        if item.publisher == publisher and stamp <= last:
+            # A set that becomes whole after a newer one would take its reader back in time.
+            self.drops += 1
+            return
         parts = self._partial.setdefault(stamp, {})
         parts[key] = item
         if len(parts) == len(self._joined):
@@ -141,7 +147,7 @@ class Mailbox:
                 self.drops += len(self._arrived[name])
                 self._arrived[name] = [parts[name]]
                 self._newest[name] = parts[name]
-            # Older stamps can no longer become the newest set.
+            self._last_joined = (item.publisher, stamp)
             self._partial = {s: p for s, p in self._partial.items() if s > stamp}
         while len(self._partial) > 8:
             self.drops += 1

@@ -1,0 +1,141 @@
+"""A scenario is read whole or refused in one line, before anything moves."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from shared.configuration import ConfigurationError
+from shared.geometry import poses
+from shared.scenario import load, parse
+
+FOLDER = Path(__file__).parents[2] / "scenarios"
+SMALLEST = """
+name = "smallest"
+[rope]
+length = 0.45
+diameter = 0.008
+[start]
+line = [[-0.2, 0.0, 0.3], [0.2, 0.0, 0.3]]
+[goal]
+line = [[-0.1, 0.1, 0.3], [0.25, 0.1, 0.3]]
+"""
+
+
+def changed(old: str, new: str, folder: Path = FOLDER) -> object:
+    assert old in SMALLEST
+    return parse(SMALLEST.replace(old, new), folder)
+
+
+@pytest.mark.parametrize("path", sorted(FOLDER.glob("*.toml")), ids=lambda p: p.stem)
+def test_every_scenario_of_the_repository_is_in_order(path: Path) -> None:
+    scenario = load(path)
+    assert scenario.name == path.stem
+    assert scenario.text == path.read_text()
+
+
+def test_what_a_scenario_need_not_say() -> None:
+    scenario = parse(SMALLEST, FOLDER)
+    assert scenario.plant.model == "rod"
+    assert scenario.plant_rope == scenario.rope
+    assert [scenario.end(s).driver for s in ("left", "right")] == ["ideal", "ideal"]
+    assert not scenario.end("left").rotates
+    assert [b.name for b in scenario.bodies] == ["table"]
+    assert scenario.sensing.source == "truth"
+    assert scenario.control.method == "gauss_newton"
+    assert scenario.control.planner
+    assert not scenario.control.adapt
+    assert (scenario.run.time_limit, scenario.run.tolerance) == (10.0, 0.003)
+
+
+def test_grips_point_along_the_rope_from_left_to_right() -> None:
+    scenario = parse(SMALLEST, FOLDER)
+    z = np.array([0.0, 0.0, 1.0])
+    for shape in (scenario.start, scenario.goal):
+        left, right = scenario.grips(shape)
+        along = poses.normalized(right.position - left.position)
+        for grip in (left, right):
+            np.testing.assert_allclose(poses.rotate(grip.orientation, z), along, atol=1e-12)
+        # Parallel frames: no twist.
+        np.testing.assert_allclose(left.orientation, right.orientation, atol=1e-12)
+
+
+def test_nodes_of_another_count_are_resampled_by_arc_length(tmp_path: Path) -> None:
+    angle = np.linspace(0.0, 1.0, 101)
+    radius = 0.45
+    chain = np.stack([radius * np.sin(angle), 0 * angle, 0.2 + radius * np.cos(angle)], axis=1)
+    np.savetxt(tmp_path / "goal.csv", chain, delimiter=",", header="x, y, z")
+    scenario = changed(
+        "line = [[-0.1, 0.1, 0.3], [0.25, 0.1, 0.3]]", "nodes = 'goal.csv'", tmp_path
+    )
+    nodes = scenario.nodes(scenario.goal)  # pyright: ignore[reportAttributeAccessIssue]
+    assert nodes.shape == (40, 3)
+    np.testing.assert_allclose(nodes[[0, -1]], chain[[0, -1]], atol=1e-12)
+    edges = np.linalg.norm(np.diff(nodes, axis=0), axis=1)
+    assert np.ptp(edges) < 1e-4 * edges.mean()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line"),
+    [
+        (
+            "length = 0.45",
+            "lenght = 0.45",
+            "unknown key 'lenght' in [rope]; did you mean 'length'?",
+        ),
+        ("length = 0.45", "", "rope.length is missing; it has no default"),
+        (
+            "length = 0.45",
+            "length = -0.45",
+            "rope.length = -0.45 m is out of bounds; give a value between 0.02 and 20 m",
+        ),
+        (
+            "diameter = 0.008",
+            "diameter = 0.008\nyoungs_modulus = 3.0",
+            "rope.youngs_modulus = 3.0 Pa is out of bounds; give a value between 1000 and 3e+11 Pa",
+        ),
+        (
+            "[0.25, 0.1, 0.3]",
+            "[0.45, 0.1, 0.3]",
+            "goal: its ends are 0.5500 m apart, out of reach of a rope of 0.45 m "
+            "(limit 0.99 of it); bring them closer",
+        ),
+        (
+            "[goal]",
+            "[[obstacles]]\nname = 'ball'\nshape = 'sphere'\nradius = 0.05\n"
+            "position = [-0.2, 0.03, 0.3]\n[goal]",
+            "start lies inside obstacle 'ball' (24.0 mm deep with the rope's radius); "
+            "move the one or the other",
+        ),
+        (
+            "[goal]",
+            "[[obstacles]]\nshape = 'sphere'\nposition = [0.0, 0.0, 0.1]\n[goal]",
+            "[obstacles[0]] a sphere needs radius",
+        ),
+        (
+            "[0.25, 0.1, 0.3]",
+            "[0.25, 0.1, 1.3]",
+            "goal: its ends are",
+        ),
+        (
+            "[goal]",
+            "[ends.left]\ndriver = 'fixed'\n[goal]",
+            "ends.left is fixed, but the goal has that end 141.4 mm away from the start; "
+            "give both the same end or choose another driver",
+        ),
+        (
+            "[goal]",
+            "[limits]\nworkspace = [[-0.1, -1.0, 0.0], [1.0, 1.0, 1.0]]\n[goal]",
+            "start: the left grip at [-0.2, 0.0, 0.3] m is outside limits.workspace",
+        ),
+        ("line = [[-0.1, 0.1, 0.3], [0.25, 0.1, 0.3]]", "nodes = 'none.csv'", "cannot read nodes"),
+        ('name = "smallest"', "name = ", "scenario is no valid TOML"),
+    ],
+)
+def test_what_cannot_be_is_refused_by_name(old: str, new: str, line: str) -> None:
+    with pytest.raises(ConfigurationError, match=f"^{re.escape(line)}") as refusal:
+        changed(old, new)
+    assert "\n" not in str(refusal.value)

@@ -5,4 +5,6 @@ from __future__ import annotations
 from shared.live import main
 
 if __name__ == "__main__":
-    main("services.robot_gateway")
+    from services.robot_gateway.service import GatewayOptions
+
+    main("services.robot_gateway", GatewayOptions)

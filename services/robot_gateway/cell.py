@@ -82,6 +82,7 @@ class Cell:
         self._last_fresh = 0
         self._numbers: tuple[str, int, int] = ("", -1, 0)
         self._waits_since: int | None = None
+        self._powered = False
         self._rule: Rule | None = None
         self._refusal = self._command = self._rejection = ""
         self._sequence = self._refused_sequence = 0
@@ -102,8 +103,7 @@ class Cell:
                 case "arm":
                     self._arm(now)
                 case "disarm":
-                    self.safety = self.safety.disarmed()
-                    self.guidance.halt()
+                    self.disarm()
                 case "hold":
                     self.safety = self.safety.stopped("person", "held by a person")
                     self.guidance.halt()
@@ -113,6 +113,11 @@ class Cell:
                     self._grip(command)
         except Rejected as rejection:
             self._rejection = str(rejection)
+
+    def disarm(self) -> None:
+        """Brakes and, once at rest, takes the arms' power away."""
+        self.safety = self.safety.disarmed()
+        self.guidance.halt()
 
     def take_hold(self, session: str, sequence: int, now: int, reason: str) -> None:
         """A writer stands still on purpose."""
@@ -166,7 +171,7 @@ class Cell:
             self._rule = rule or self._rule
         if not self.guidance.following and self.guidance.resting:
             self.safety = self.safety.moving(False)
-            self._reset_when_asked()
+            self._reset_when_asked(now)
         self._exchange(now)
         self._judge_arms(now)
         return CellReport(
@@ -206,7 +211,7 @@ class Cell:
         self._rule = CAUSES[cause].rule or self._rule
         self.guidance.halt()
 
-    def _reset_when_asked(self) -> None:
+    def _reset_when_asked(self, now: int) -> None:
         if self._reset_wanted == self._reset_done:
             return
         self._reset_done = self._reset_wanted
@@ -214,6 +219,8 @@ class Cell:
             if driver.place(self.starts[k]):
                 self._grips[k] = self.starts[k]
         self.guidance.place(self._grips)
+        if self.safety.mode != "disarmed":
+            self._waits_since = now
 
     # Writers
 
@@ -255,8 +262,21 @@ class Cell:
         for driver in self.drivers:
             driver.recover()
 
+    def _disable(self) -> None:
+        """Takes the power off arms that rest, once after each time they had it."""
+        if self._powered:
+            self._powered = False
+            for driver in self.drivers:
+                driver.disable()
+
+    def close(self) -> None:
+        """Ends the connections to the arms."""
+        for driver in self.drivers:
+            driver.close()
+
     def _wait_for_arms(self, now: int) -> None:
         self._waits_since = now
+        self._powered = True
         self._rule, self._refusal = None, ""
 
     def _grip(self, command: Command) -> None:
@@ -285,7 +305,8 @@ class Cell:
         """Commands to the arms, feedback from them."""
         rows = []
         driven = iter(self.guidance.grips())
-        live = self.safety.mode != "disarmed" and self._waits_since is None
+        # After a fault the command brakes for the others, but the arm that failed gets no points.
+        live = self.safety.mode not in ("disarmed", "fault") and self._waits_since is None
         for driver in self.drivers:
             pose, velocity = next(driven) if driver.moves else (None, np.zeros((2, 3)))
             rows.append(driver.step(now, pose if live else None, velocity))
@@ -298,14 +319,13 @@ class Cell:
         for name, feedback in zip(("left", "right"), self._feedback, strict=False):
             if feedback.fault not in DEVICE_CAUSES or self.safety.mode in ("disarmed", "fault"):
                 continue
-            # An arm that is being enabled or recovered still shows its old alarm.
-            if self._waits_since is None or feedback.fault == "lost_link":
-                words = "; ".join(feedback.alarms)
-                self._halt(feedback.fault, f"{name}: {words or feedback.fault}")
-                self._waits_since = None
+            words = "; ".join(feedback.alarms)
+            self._halt(feedback.fault, f"{name}: {words or feedback.fault}")
+            self._waits_since = None
         if self.safety.mode == "disarmed":
             if self.guidance.resting:
                 self._waits_since = None
+                self._disable()
                 self._take_measured()
                 if self.arm_automatically and self.safety.cause == "boot" and not self._trouble():
                     self._arm(now)
@@ -333,6 +353,9 @@ class Cell:
         for k, feedback in enumerate(self._feedback):
             if feedback.pose is not None:
                 self._grips[k] = feedback.pose
+            posture = self.drivers[k].posture
+            if posture is not None and feedback.joints:
+                posture.begin(feedback.joints)
         self.guidance.place(self._grips)
         self._trail.clear()
 

@@ -12,6 +12,7 @@ from jaxtyping import Float64
 
 from services.robot_gateway import admission
 from services.robot_gateway.admission import Refused, Tolerances
+from services.robot_gateway.joint_rules import Posture
 from services.robot_gateway.limits import LimitTable, MotionLimits, Rule
 from services.robot_gateway.motion import Braking, Follower, Kinematics
 from services.robot_gateway.rules import Boundaries, Rules, broken
@@ -21,6 +22,7 @@ from shared.geometry.poses import Pose
 
 MARGIN = 0.0015
 """Slack that a chunk keeps from every boundary [m], so that following it never touches one."""
+UNITS: dict[Rule, str] = {"joint_limits": "rad", "joint_speed": "rad/s", "singularity": "m/rad"}
 STOP_SAMPLES = 8
 """Poses of every stop that are checked against the rules."""
 BLEND = (0.06, 0.3)
@@ -36,9 +38,11 @@ class Guidance:
         boundaries: Boundaries,
         starts: Sequence[Pose],
         driven: Sequence[int],
+        postures: Sequence[Posture | None] = (),
         tolerances: Tolerances | None = None,
     ) -> None:
-        """Args: starts: Poses of all ends. driven: Indices of those that move."""
+        """Args: starts: Of all ends. driven: Those that move. postures: Of the driven ends."""
+        self.postures = [(k, p) for k, p in enumerate(postures) if p is not None]
         self.tolerances = tolerances or Tolerances()
         self.driven = list(driven)
         self.limits = LimitTable.of([limits] * len(self.driven))
@@ -98,10 +102,11 @@ class Guidance:
         admission.check_limits(spline, now, self.limits, self.tolerances)
         past = int((now - spline.start) * NANOSECONDS / spline.dt)
         first = min(max(past, 0), spline.count - 1)
-        found = self._broken(chunk.positions[first:], chunk.orientations[first:], MARGIN)
+        ahead = chunk.positions[first:], chunk.orientations[first:]
+        found = self._broken(*ahead, MARGIN) or self._broken_joints(*ahead, MARGIN, spline.dt)
         if found:
             rule, excess = found
-            raise Refused(rule, f"broken by {1e3 * excess:.1f} mm")
+            raise Refused(rule, f"broken by {excess:.4f} {UNITS.get(rule, 'm')}")
         admission.check_step(spline, self._time or now, self.state, self.tolerances)
         return spline
 
@@ -133,10 +138,16 @@ class Guidance:
             rule = self._forbidden(wanted, braking)
             if rule is None:
                 self.state, self._braking = wanted, braking
+                self._track()
                 return None
         if not self.state.resting:
             self.state, self._braking = self._braking.step(self.state, h)
+            self._track()
         return rule
+
+    def _track(self) -> None:
+        for k, posture in self.postures:
+            posture.track(Pose(self.state.position[k], self.state.orientation[k]))
 
     def grips(self) -> list[tuple[Pose, Float64[np.ndarray, "2 3"]]]:
         """Commanded pose and velocity of every driven end."""
@@ -151,11 +162,30 @@ class Guidance:
             return "speed"
         times = np.linspace(0.0, braking.stop.duration, STOP_SAMPLES)[:, None, None, None]
         moved = braking.stop.at(times)[0]
-        found = self._broken(
+        path = (
             state.position + moved[:, :, 0],
             poses.multiply(poses.exponential(moved[:, :, 1]), state.orientation[None]),
         )
+        for k, posture in self.postures:
+            grip = Pose(state.position[k], state.orientation[k])
+            if posture.too_fast(grip, state.velocity[k]):
+                return "joint_speed"
+        found = self._broken(*path) or self._broken_joints(path[0][[0, -1]], path[1][[0, -1]])
         return found[0] if found else None
+
+    def _broken_joints(
+        self,
+        positions: Float64[np.ndarray, "m driven 3"],
+        orientations: Float64[np.ndarray, "m driven 4"],
+        margin: float = 0.0,
+        dt: float | None = None,
+    ) -> tuple[Rule, float] | None:
+        for k, posture in self.postures:
+            way = positions[:, k], orientations[:, k]
+            found = posture.broken(*way, self.rules, margin, dt)
+            if found:
+                return found
+        return None
 
     def _broken(
         self,

@@ -7,9 +7,8 @@ freeze the arm: motion is then permitted that nowhere makes it worse.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from jaxtyping import Float64
@@ -65,14 +64,6 @@ class Boundaries:
     """Longest way between the grips as a fraction of the rope's length."""
 
 
-class Posture(Protocol):
-    """What a jointed arm adds to the rules."""
-
-    def slacks(self, pose: poses.Pose) -> Mapping[Rule, float]:
-        """Slack of every rule of the joints at one grip pose [rad]."""
-        ...
-
-
 class Rules:
     """The rules of one cell for its present obstacles."""
 
@@ -120,15 +111,21 @@ class Rules:
         positions: Float64[np.ndarray, "m ends 3"],
         orientations: Float64[np.ndarray, "m ends 4"],
     ) -> Slacks:
-        count = len(positions)
-        result: Slacks = {"keep_out": np.full(count, np.inf), "table": np.full(count, np.inf)}
-        if not self.driven:
-            return result
         points = positions[:, self._owner] + poses.rotate(
             orientations[:, self._owner], self._centres
         )
+        return self.clearances(points, self._radii)
+
+    def clearances(
+        self, centres: Float64[np.ndarray, "m k 3"], radii: Float64[np.ndarray, "k"]
+    ) -> Slacks:
+        """Slack of the rules on obstacles for spheres [m]."""
+        result: Slacks = {
+            "keep_out": np.full(len(centres), np.inf),
+            "table": np.full(len(centres), np.inf),
+        }
         for obstacle in self.obstacles:
-            nearest = np.min(signed_distance(points, obstacle) - self._radii, axis=1)
+            nearest = np.min(signed_distance(centres, obstacle) - radii, axis=1, initial=np.inf)
             if obstacle.shape == "half_space":
                 result["table"] = np.minimum(result["table"], nearest)
             else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,10 +14,12 @@ from services.robot_gateway.guidance import Guidance
 from services.robot_gateway.limits import MotionLimits
 from services.robot_gateway.rules import Boundaries
 from services.robot_gateway.safety import Action, Command
+from services.robot_gateway.shutdown import bring_to_rest
 from services.robot_gateway.trajectory import NANOSECONDS, Chunk
 from shared import topics
+from shared.clock import SystemClock
 from shared.messages import ArmCommand, ArmState, ArmStates, Setpoints, scene_obstacles
-from shared.scenario import SIDES, Scenario
+from shared.scenario import SIDES, Scenario, Side
 from shared.service import Inbox, Publication
 
 ACTIONS: dict[int, Action] = {
@@ -33,6 +36,16 @@ MODES = {
     "holding": ArmStates.HOLDING,
     "fault": ArmStates.FAULT,
 }
+
+
+@dataclass(frozen=True)
+class GatewayOptions:
+    """What the gateway takes on its command line beside what every service does."""
+
+    left_emulator: str = ""
+    """Host of the emulator that plays a left CR5 without an address; empty: it runs inside."""
+    right_emulator: str = ""
+    """The same for the right one."""
 
 
 class RobotGatewayService:
@@ -68,6 +81,12 @@ class RobotGatewayService:
         if task is not None and self.simulated:
             self.cell.take_reset(task.message.reset_count)
         yield Publication(topics.ARM_STATE, self._state(self.cell.step(now), now))
+
+    def close(self) -> None:
+        """Brings arms on a wire to rest before the process ends."""
+        if any(driver.live for driver in self.cell.drivers):
+            bring_to_rest(self.cell, SystemClock())
+        self.cell.close()
 
     def _take_setpoints(self, message: Setpoints, received: int) -> None:
         if message.hold:
@@ -117,10 +136,14 @@ class RobotGatewayService:
             yield state
 
 
-def build(scenario: Scenario, session: str) -> RobotGatewayService:
+def build(
+    scenario: Scenario, session: str, options: GatewayOptions | None = None
+) -> RobotGatewayService:
     """The gateway of a scenario's cell; `session` is its boot id."""
+    options = options or GatewayOptions()
     starts = scenario.grips(scenario.start)
-    drivers = drivers_of(scenario, starts)
+    emulators: dict[Side, str] = {"left": options.left_emulator, "right": options.right_emulator}
+    drivers = drivers_of(scenario, starts, emulators)
     limits = scenario.limits
     boundaries = Boundaries(
         rope_length=scenario.rope.length,
@@ -139,7 +162,8 @@ def build(scenario: Scenario, session: str) -> RobotGatewayService:
         limits.angular_jerk,
     )
     driven = [k for k, driver in enumerate(drivers) if driver.moves]
-    guidance = Guidance(motion, boundaries, starts, driven)
+    postures = [drivers[k].posture for k in driven]
+    guidance = Guidance(motion, boundaries, starts, driven, postures)
     guidance.rules.replace_obstacles(scenario.bodies)
     ends = [scenario.end(side) for side in SIDES]
     real = any(end.address for end in ends)

@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from services.robot_gateway.drivers.driver import Driver
 from services.robot_gateway.drivers.ideal import FixedDriver, IdealDriver
 from services.robot_gateway.rules import Body
 from shared.geometry.poses import Pose
-from shared.scenario import Scenario, Side
+from shared.scenario import SIDES, Scenario, Side
 
 
-def drivers_of(scenario: Scenario, starts: tuple[Pose, Pose]) -> tuple[Driver, Driver]:
-    """Left and right."""
-    left, right = (_driver(scenario, side, start) for side, start in _ends(starts))
+def drivers_of(
+    scenario: Scenario, starts: tuple[Pose, Pose], emulators: Mapping[Side, str]
+) -> tuple[Driver, Driver]:
+    """Left and right.
+
+    Args:
+        emulators: Hosts of emulated arms; one that is not listed runs in this process.
+    """
+    left, right = (
+        _driver(scenario, s, p, emulators.get(s, "")) for s, p in zip(SIDES, starts, strict=True)
+    )
     return left, right
 
 
@@ -26,15 +36,31 @@ def bodies_of(scenario: Scenario) -> tuple[Body, Body]:
     )
 
 
-def _ends(starts: tuple[Pose, Pose]) -> tuple[tuple[Side, Pose], tuple[Side, Pose]]:
-    return ("left", starts[0]), ("right", starts[1])
-
-
-def _driver(scenario: Scenario, side: Side, start: Pose) -> Driver:
+def _driver(scenario: Scenario, side: Side, start: Pose, emulator: str) -> Driver:
     match scenario.end(side).driver:
         case "fixed":
             return FixedDriver(start)
         case "ideal":
             return IdealDriver(start)
-        case other:
-            raise ValueError(f"ends.{side}.driver = {other!r} has no driver")
+        case "cr5":
+            return _cr5(scenario, side, start, emulator)
+
+
+def _cr5(scenario: Scenario, side: Side, start: Pose, emulator: str) -> Driver:
+    # Only a cell with such an arm needs Pinocchio.
+    from services.robot_gateway.cr5.placing import kinematics_of, start_joints
+    from services.robot_gateway.drivers.cr5 import Cr5Driver
+    from services.robot_gateway.emulator.core import Emulator
+    from services.robot_gateway.emulator.options import Options
+    from services.robot_gateway.link import MemoryNetwork, TcpNetwork
+
+    end = scenario.end(side)
+    kinematics = kinematics_of(end)
+    joints = start_joints(kinematics, start, side)
+    if end.address or emulator:
+        network = TcpNetwork(end.address or emulator)
+    else:
+        options = Options(firmware=end.firmware, calibrated=end.calibrated, joints=joints)
+        network = MemoryNetwork(Emulator(options))
+    speed = scenario.limits.joint_speed
+    return Cr5Driver(network, kinematics, speed, emulated=not end.address)

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from jaxtyping import Float64
 
-from services.robot_gateway.rules import Posture
+from services.robot_gateway.joint_rules import Posture
 from shared.geometry.poses import Pose
 
 
@@ -42,6 +42,8 @@ class Driver(Protocol):
     """False for an end that is fixed to the world."""
     posture: Posture | None
     """Rules of its joints, when it has any."""
+    live: bool
+    """Whether a device is at the other end of a wire, which time alone does not advance."""
     tracking_limit: float
     """Distance between command and feedback that is a fault [m]."""
 
@@ -62,7 +64,14 @@ class Driver(Protocol):
         ...
 
     def place(self, pose: Pose) -> bool:
-        """Puts the grip somewhere at once; simulation only. False when it cannot."""
+        """Begins to put the grip somewhere; simulation only. False when it cannot.
+
+        Until it is there the feedback says that it is not ready.
+        """
+        ...
+
+    def close(self) -> None:
+        """Ends the connection in an orderly way; the arm is disabled."""
         ...
 
     def step(self, now: int, target: Pose | None, velocity: Float64[np.ndarray, "2 3"]) -> Feedback:

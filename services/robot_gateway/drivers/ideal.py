@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from services.robot_gateway.drivers.driver import Feedback
-from services.robot_gateway.rules import Posture
+from services.robot_gateway.joint_rules import Posture
 from shared.geometry.poses import Pose
 
 
@@ -15,6 +15,7 @@ class IdealDriver:
 
     name = "ideal"
     moves = True
+    live = False
     posture: Posture | None = None
     tracking_limit = np.inf
 
@@ -38,6 +39,9 @@ class IdealDriver:
     def place(self, pose: Pose) -> bool:
         self._pose, self._velocity = pose, np.zeros((2, 3))
         return True
+
+    def close(self) -> None:
+        pass
 
     def step(self, now: int, target: Pose | None, velocity: Float64[np.ndarray, "2 3"]) -> Feedback:
         del now

@@ -1,0 +1,176 @@
+"""A CR5 that follows with ServoP: real, or emulated."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float64
+
+from services.robot_gateway.cr5 import units
+from services.robot_gateway.cr5.alarms import FOLLOWING
+from services.robot_gateway.cr5.client import Client
+from services.robot_gateway.cr5.kinematics import Kinematics
+from services.robot_gateway.drivers.driver import Feedback
+from services.robot_gateway.joint_rules import Posture
+from services.robot_gateway.link import MemoryNetwork, Network
+from shared.geometry import poses
+from shared.geometry.poses import Pose
+
+POINT_TICKS = 4
+"""Ticks between servo points: 32 ms, just above the 30 ms that the maker recommends."""
+POINT_TIME = 0.04
+"""In which V4 reaches a point [s]: a little longer than it takes for the next one to come."""
+KEEP_ALIVE_TICKS = 125
+"""Between points while the arm rests: the motion port may close when idle."""
+PLACED = 0.004
+"""Distance at which an emulated arm is where it was put [m]: its geometry may be calibrated."""
+FIRST_STEP = 0.005
+"""Farthest that the first point may be from where the arm is [m]."""
+
+
+class Cr5Driver:
+    """One CR5 with a gripper at its flange."""
+
+    name = "cr5"
+    moves = True
+    tracking_limit = 0.02
+
+    def __init__(
+        self,
+        network: Network,
+        kinematics: Kinematics,
+        joint_speed: float,
+        emulated: bool,
+        tool_output: int = 1,
+    ) -> None:
+        """Args: emulated: Whether it may be put somewhere. tool_output: Closes the gripper."""
+        self._emulated = emulated
+        self.posture: Posture | None = Posture(kinematics, joint_speed)
+        self._kinematics = kinematics
+        self._network = network
+        self._client = Client(network)
+        self._output = tool_output
+        self._closed = True
+        self._wanted = False
+        self._ticks = 0
+        self._sent: Pose | None = None
+        self._placing: Pose | None = None
+        self.live = not isinstance(network, MemoryNetwork)
+
+    def enable(self) -> None:
+        self._wanted, self._sent = True, None
+        self._client.enable()
+
+    def disable(self) -> None:
+        self._wanted, self._sent = False, None
+        self._client.disable()
+
+    def recover(self) -> None:
+        self._sent = None
+        if self._client.enabled and not self._client.lost:
+            return
+        self.enable()
+
+    def grip(self, close: bool) -> None:
+        name = "ToolDOExecute" if self._client.firmware == "v3" else "ToolDOInstant"
+        self._client.request(f"{name}({self._output},{int(close)})")
+        self._closed = close
+
+    def place(self, pose: Pose) -> bool:
+        if not self._emulated:
+            return False
+        vector = units.to_vector(self._kinematics.flange_of_grip(pose))
+        # The emulator alone knows this command; a real arm would answer that there is none.
+        self._client.request(f"EmulatorPlace({','.join(f'{v:.6f}' for v in vector)})")
+        self._placing, self._sent = pose, None
+        return True
+
+    def close(self) -> None:
+        self._client.shut_down()
+
+    def step(self, now: int, target: Pose | None, velocity: Float64[np.ndarray, "2 3"]) -> Feedback:
+        del velocity
+        self._client.step(now)
+        feedback = self._feedback()
+        self._check_placed(feedback.pose)
+        if target is not None and feedback.ready and feedback.pose is not None:
+            self._follow(target, feedback.pose)
+        else:
+            self._sent = None
+        return feedback
+
+    def _follow(self, target: Pose, measured: Pose) -> None:
+        """Sends a point when one is due; never a second one in flight within one period."""
+        self._ticks += 1
+        same = self._sent is not None and _same(self._sent, target)
+        if self._ticks < (KEEP_ALIVE_TICKS if same else POINT_TICKS):
+            return
+        if self._sent is None and np.linalg.norm(target.position - measured.position) > FIRST_STEP:
+            return
+        self._ticks, self._sent = 0, target
+        flange = self._kinematics.flange_of_grip(target)
+        self._client.servo(units.to_vector(flange), POINT_TIME)
+
+    def _feedback(self) -> Feedback:
+        client = self._client
+        still = np.zeros((2, 3))
+        packet = client.feedback
+        if packet is None:
+            words = (client.trouble,) if client.trouble else ()
+            return Feedback(
+                None, still, False, self._fault(), words, gripper_closed=self._closed, age=np.inf
+            )
+        flange = units.from_vector(packet["tool_vector_actual"])
+        pose = self._kinematics.grip_of_flange(flange)
+        return Feedback(
+            pose=pose,
+            velocity=self._velocity(packet["tcp_speed_actual"], flange),
+            ready=self._ready,
+            fault=self._fault(),
+            alarms=self._words(),
+            joints=tuple(np.radians(packet["q_actual"]).tolist()),
+            gripper_closed=self._closed,
+            age=client.age,
+        )
+
+    def _check_placed(self, measured: Pose | None) -> None:
+        if self._placing is not None and measured is not None:
+            gap = np.linalg.norm(measured.position - self._placing.position)
+            self._placing = None if gap < PLACED else self._placing
+
+    def _velocity(self, speed: Float64[np.ndarray, "6"], flange: Pose) -> np.ndarray:
+        """Of the grip, which turns with the flange."""
+        return self._kinematics.grip_velocity(
+            np.array([speed[:3] / 1e3, np.radians(speed[3:])]), flange
+        )
+
+    @property
+    def _ready(self) -> bool:
+        client = self._client
+        well = client.enabled and not client.lost and client.mode in FOLLOWING
+        return well and self._placing is None
+
+    def _fault(self) -> str:
+        client = self._client
+        if client.lost and (self._wanted or client.trouble):
+            return "lost_link"
+        if self._wanted and not client.enabled and not client.busy:
+            return "alarm"
+        return ""
+
+    def _words(self) -> tuple[str, ...]:
+        client = self._client
+        if client.lost:
+            return (client.trouble or f"no feedback for {client.age:.2f} s",)
+        words = list(client.alarms)
+        if client.failure and client.failure not in words and not words:
+            words.append(client.failure)
+        if self._wanted and not client.enabled and not client.busy and not words:
+            words.append(f"the arm is {client.mode_words}")
+        if client.refusal:
+            words.append(client.refusal)
+        return tuple(words)
+
+
+def _same(a: Pose, b: Pose) -> bool:
+    turn = poses.logarithm(poses.multiply(a.orientation, poses.conjugate(b.orientation)))
+    return bool(np.max(np.abs(a.position - b.position)) < 1e-6 and np.max(np.abs(turn)) < 1e-6)

@@ -1,0 +1,289 @@
+"""The emulated arm's controller: power, modes, alarms, queue and drives; no text, no socket."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from services.robot_gateway.emulator.geometry import CALIBRATED, NOMINAL, Joints, Transform
+from services.robot_gateway.emulator.motions import (
+    JOINT_SPEED,
+    Alarm,
+    Braking,
+    JogMotion,
+    Motion,
+    ServoMotion,
+)
+from services.robot_gateway.emulator.options import Options
+
+Start = Callable[[Joints], Motion | None]
+"""What a queue entry does when its turn comes; a motion if it takes time."""
+
+EMERGENCY = 116
+COLLISION = 117
+
+
+@dataclass
+class Entry:
+    """One entry of the queue."""
+
+    number: int
+    start: Start
+
+
+class Controller:
+    """State of the emulated arm, stepped in time."""
+
+    def __init__(self, options: Options) -> None:
+        self.options = options
+        self.v4 = options.firmware == "v4"
+        self.geometry = CALIBRATED if options.calibrated else NOMINAL
+        self.target: Joints = np.radians(options.joints)
+        """What the drives follow [rad]."""
+        self.target_speed = np.zeros(6)
+        self.joints = self.target.copy()
+        self.joint_speed = np.zeros(6)
+        self.time = 0.0
+        """Since the start [s]."""
+        self.powered = options.powered
+        self.power_left = 0.0
+        self.enabled = False
+        self.dragging = False
+        self.pressed = False
+        """The emergency stop."""
+        self.alarms: list[int] = []
+        self.brakes = [False] * 6
+        self.paused = False
+        self.queue_running = True
+        self.queue: deque[Entry] = deque()
+        self.current: tuple[int, Motion] | None = None
+        self.number = 0
+        """Of the entry queued last."""
+        self.finished = 0
+        """Of the entry begun last."""
+        self.servo = ServoMotion(limits_speed=self.v4)
+        self._jitter = np.random.default_rng(options.seed)
+        self._delayed: deque[tuple[float, Joints, float]] = deque()
+        self._silence_acted = True
+        self._braking: Braking | None = None
+        self._lag = options.servo_lag
+        self.speed_factor = 100
+        self.outputs = 0
+        self.inputs = 0
+        self.tool_outputs = [0, 0]
+        self.analog = [0.0, 0.0]
+        self.user = self.tool = 0
+        self.users: dict[int, np.ndarray] = {0: np.zeros(6)}
+        self.tools: dict[int, np.ndarray] = {0: np.zeros(6)}
+        self.load = 0.0
+        self.load_center = np.zeros(3)
+        self.ratios = dict.fromkeys(("accj", "accl", "speedj", "speedl"), 100 if self.v4 else 50)
+        self.collision_level = 3
+
+    # What people and commands do to it
+
+    @property
+    def mode(self) -> int:
+        """RobotMode, whose 8 and 11 differ between V3 and V4."""
+        if self.alarms:
+            return 11 if self.v4 and COLLISION in self.alarms else 9
+        if self.power_left > 0.0:
+            return 1
+        if not self.powered:
+            return 3
+        if any(self.brakes):
+            return 2
+        if not self.enabled:
+            return 4
+        if self.dragging:
+            return 6
+        if self.paused:
+            return 10
+        if self.jogging:
+            return 8 if self.v4 else 11
+        return 7 if self.busy else 5
+
+    @property
+    def jogging(self) -> bool:
+        """Whether a jog runs."""
+        return self.current is not None and isinstance(self.current[1], JogMotion)
+
+    @property
+    def busy(self) -> bool:
+        """Whether something moves or waits to."""
+        moving = bool(self.current or self.queue or self._braking or self._delayed)
+        return moving or not self.servo.done
+
+    def power_on(self) -> bool:
+        if self.pressed and self.v4:
+            return False
+        self.pressed = False
+        # On V3 this alone resets a software emergency stop.
+        self.alarms = [a for a in self.alarms if a != EMERGENCY]
+        if not self.powered:
+            self.powered, self.power_left = True, self.options.power_on_time
+        return True
+
+    def enable(self) -> bool:
+        if not self.powered or self.power_left > 0.0 or self.alarms or any(self.brakes):
+            return False
+        self.stop()
+        self.enabled, self.dragging, self.paused = True, False, False
+        self.queue_running = True
+        self.speed_factor = 100
+        return True
+
+    def disable(self) -> None:
+        self.stop()
+        self.enabled = self.dragging = False
+
+    def clear_alarms(self) -> None:
+        if not self.pressed:
+            self.alarms = []
+
+    def stop(self) -> None:
+        """Drops the queue and brakes."""
+        self.queue.clear()
+        self._delayed.clear()
+        self.current = None
+        self.servo = ServoMotion(limits_speed=self.v4)
+        self._silence_acted = True
+        if np.any(self.target_speed):
+            self._braking = Braking(self.target_speed.copy())
+
+    def alarm(self, *numbers: int) -> None:
+        """Raises alarms: the arm stops by itself and drops what it had to do."""
+        self.alarms += [n for n in numbers if n not in self.alarms]
+        self.stop()
+        self.dragging = False
+        overspeed = any(48 <= n <= 53 for n in numbers)
+        if EMERGENCY in numbers or (overspeed and not self.v4):
+            self.enabled = False
+        if (EMERGENCY in numbers and not self.v4) or (overspeed and not self.v4):
+            self.powered = False
+
+    def press(self) -> None:
+        """The emergency stop."""
+        self.pressed = True
+        self.alarm(EMERGENCY)
+        self.enabled = False
+
+    def lose_power(self) -> None:
+        """The arm's power goes away; its brakes fall."""
+        self.stop()
+        self.powered = self.enabled = self.dragging = False
+
+    def place(self, flange: Transform, near: Joints) -> bool:
+        """Puts the arm somewhere at once; nothing that a real one could do."""
+        joints = self.geometry.solve(flange, near)
+        if joints is None:
+            return False
+        self.stop()
+        self._braking = None
+        self.target, self.joints = joints, joints.copy()
+        self.target_speed, self.joint_speed = np.zeros(6), np.zeros(6)
+        return True
+
+    def enqueue(self, start: Start) -> int | None:
+        """Puts an entry behind the others; its number, or None when the queue is full."""
+        if len(self.queue) >= self.options.queue_depth:
+            return None
+        self.number += 1
+        self.queue.append(Entry(self.number, start))
+        return self.number
+
+    def jog(self, motion: Motion) -> None:
+        """Begins to jog at once."""
+        self.number += 1
+        self.current = (self.number, motion)
+
+    def stop_jog(self) -> None:
+        if self.jogging:
+            self.stop()
+
+    def aim(self, target: Joints, t: float, lookahead: float, gain: float) -> None:
+        """A servo point; may raise Alarm."""
+        self._lag = self.options.servo_lag * (lookahead / 50.0) * (500.0 / gain)
+        delay = self.options.servo_jitter * float(self._jitter.random())
+        self._delayed.append((self.time + delay, target, t))
+        if delay == 0.0:
+            self._aim_due()
+
+    # Time
+
+    def advance(self, h: float) -> None:
+        """One step of `h` [s]."""
+        self.time += h
+        if self.power_left > 0.0:
+            self.power_left = max(self.power_left - h, 0.0)
+        before = self.target
+        try:
+            self._aim_due()
+            self.target = self._next_target(h)
+        except Alarm as alarm:
+            self.target = before
+            self.alarm(*alarm.numbers)
+        self.target_speed = (self.target - before) / h
+        share = 1.0 - np.exp(-h / self._lag) if self._lag > 0.0 else 1.0
+        joints = self.joints + share * (self.target - self.joints)
+        self.joint_speed, self.joints = (joints - self.joints) / h, joints
+
+    def _aim_due(self) -> None:
+        while self._delayed and self._delayed[0][0] <= self.time:
+            _, target, t = self._delayed.popleft()
+            self.servo.aim(self.target, target, t)
+            self._silence_acted = False
+
+    def _next_target(self, h: float) -> Joints:
+        if self._braking is not None:
+            target = self._braking.advance(self.target, h)
+            if self._braking.done:
+                self._braking = None
+            return target
+        if not self.enabled or self.alarms or self.dragging or self.paused:
+            return self.target
+        if not self.servo.done or not self._silence_acted:
+            return self._servo(h)
+        return self._queue(h)
+
+    def _servo(self, h: float) -> Joints:
+        target = self.servo.advance(self.target, h)
+        if not self.servo.done:
+            return target
+        match self.options.silence:
+            case "hold":
+                self._silence_acted = True
+            case "coast":
+                speed = np.clip(self.target_speed, -JOINT_SPEED, JOINT_SPEED)
+                if self.servo.arrived_ago > self.options.silence_time:
+                    self._silence_acted = True
+                    self._braking = Braking(speed)
+                return self.target + speed * h
+            case "alarm":
+                if self.servo.arrived_ago > self.options.silence_time:
+                    self._silence_acted = True
+                    raise Alarm(194)
+        return target
+
+    def _queue(self, h: float) -> Joints:
+        while self.current is None and self.queue and self.queue_running:
+            entry = self.queue.popleft()
+            self.finished = entry.number
+            motion = entry.start(self.target)
+            if motion is not None:
+                self.current = (entry.number, motion)
+        if self.current is None:
+            return self.target
+        target = self.current[1].advance(self.target, h)
+        if self.current[1].done:
+            self.current = None
+        return target
+
+    # Where it is
+
+    def flange(self, joints: Joints) -> Transform:
+        """Pose of the flange in the base [m]."""
+        return self.geometry.flange(joints)

@@ -1,0 +1,159 @@
+"""Geometry of the emulated arm, in standard Denavit-Hartenberg parameters.
+
+Written apart from the gateway's own model, so that the two check each other. The `calibrated` set
+differs from the nominal one as one arm's does from another: about a millimetre at the flange.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+
+Joints = Float64[np.ndarray, "6"]
+Transform = Float64[np.ndarray, "4 4"]
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Rz(theta + offset) Tz(d) Tx(a) Rx(alpha) for each joint."""
+
+    d: tuple[float, ...] = (0.147, 0.0, 0.0, 0.141, 0.116, 0.105)
+    """[m]"""
+    a: tuple[float, ...] = (0.0, -0.427, -0.357, 0.0, 0.0, 0.0)
+    """[m]"""
+    alpha: tuple[float, ...] = (90.0, 0.0, 0.0, 90.0, -90.0, 0.0)
+    """[deg]"""
+    offset: tuple[float, ...] = (0.0, -90.0, 0.0, -90.0, 0.0, 0.0)
+    """[deg]"""
+
+    def frames(self, joints: Joints) -> Float64[np.ndarray, "7 4 4"]:
+        """Base, and the frame behind every joint; the last one is the flange."""
+        angle = joints + np.radians(self.offset)
+        ct, st = np.cos(angle), np.sin(angle)
+        ca, sa = np.cos(np.radians(self.alpha)), np.sin(np.radians(self.alpha))
+        links = np.zeros((6, 4, 4))
+        links[:, 0] = np.stack([ct, -st * ca, st * sa, np.array(self.a) * ct], axis=-1)
+        links[:, 1] = np.stack([st, ct * ca, -ct * sa, np.array(self.a) * st], axis=-1)
+        links[:, 2] = np.stack([np.zeros(6), sa, ca, np.array(self.d)], axis=-1)
+        links[:, 3, 3] = 1.0
+        frames = np.empty((7, 4, 4))
+        frames[0] = np.eye(4)
+        for k, link in enumerate(links):
+            frames[k + 1] = frames[k] @ link
+        return frames
+
+    def flange(self, joints: Joints) -> Transform:
+        """Pose of the flange in the base."""
+        return self.frames(joints)[-1]
+
+    def jacobian(self, frames: Float64[np.ndarray, "7 4 4"]) -> Float64[np.ndarray, "6 6"]:
+        """Linear over angular velocity of the flange per joint speed, in the base."""
+        axes, origins = frames[:6, :3, 2], frames[:6, :3, 3]
+        return np.concatenate([np.cross(axes, frames[6, :3, 3] - origins), axes], axis=1).T
+
+    def solve(self, goal: Transform, near: Joints) -> Joints | None:
+        """Joints that put the flange at `goal`, on the branch of `near`; None when none do.
+
+        Newton steps of bounded length, damped where the arm is nearly singular.
+        """
+        joints = np.array(near, dtype=float)
+        for _ in range(60):
+            frames = self.frames(joints)
+            error = _difference(frames[-1], goal)
+            if np.max(np.abs(error)) < 1e-9:
+                return joints
+            J = self.jacobian(frames)
+            step = np.linalg.solve(J.T @ J + 1e-9 * np.eye(6), J.T @ error)
+            joints = joints + step * min(1.0, 0.5 / max(float(np.max(np.abs(step))), 1e-12))
+        return None
+
+    def all_solutions(self, goal: Transform) -> list[Joints]:
+        """Up to eight joint vectors in (-pi, pi] that put the flange at `goal`.
+
+        In closed form for parallel and crossing axes, then refined for this geometry.
+        """
+        found: list[Joints] = []
+        for seed in _closed_form(goal, self):
+            joints = self.solve(goal, seed)
+            if joints is None:
+                continue
+            joints = (joints + np.pi) % (2.0 * np.pi) - np.pi
+            if all(np.max(np.abs(joints - other)) > 1e-4 for other in found):
+                found.append(joints)
+        return found
+
+
+NOMINAL = Geometry()
+CALIBRATED = Geometry(
+    d=(0.147, 0.0, 0.0, 0.14121, 0.11618, 0.105),
+    a=(0.0, -0.42755, -0.35682, 0.0002, 0.00035, 0.0),
+    alpha=(90.05, 0.03, -0.04, 90.12, -89.88, 0.0),
+)
+
+
+def _difference(at: Transform, goal: Transform) -> Float64[np.ndarray, "6"]:
+    R = goal[:3, :3] @ at[:3, :3].T
+    twist = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2.0
+    sine, cosine = float(np.linalg.norm(twist)), (float(np.trace(R)) - 1.0) / 2.0
+    if sine > 1e-12:
+        twist = twist * (np.arctan2(sine, cosine) / sine)
+    elif cosine < 0.0:
+        # Half a turn: any axis of it will do to get away from here.
+        twist = np.pi * np.sqrt(np.maximum(np.diag(R) + 1.0, 0.0) / 2.0)
+    return np.concatenate([goal[:3, 3] - at[:3, 3], twist])
+
+
+def _closed_form(goal: Transform, geometry: Geometry) -> list[Joints]:
+    d1, _, _, d4, d5, d6 = geometry.d
+    _, a2, a3, _, _, _ = geometry.a
+    offset = np.radians(geometry.offset)
+    wrist = goal[:3, 3] - d6 * goal[:3, 2]
+    reach = float(np.hypot(wrist[0], wrist[1]))
+    if reach < abs(d4):
+        return []
+    seeds = []
+    for shoulder in (1.0, -1.0):
+        swing = shoulder * np.arccos(np.clip(d4 / reach, -1.0, 1.0))
+        t1 = np.arctan2(wrist[1], wrist[0]) + swing + np.pi / 2.0
+        s1, c1 = np.sin(t1), np.cos(t1)
+        cosine = (goal[0, 3] * s1 - goal[1, 3] * c1 - d4) / d6
+        for flip in (1.0, -1.0):
+            t5 = flip * np.arccos(np.clip(cosine, -1.0, 1.0))
+            s5 = np.sin(t5) if abs(np.sin(t5)) > 1e-9 else 1e-9
+            t6 = np.arctan2(
+                (-goal[0, 1] * s1 + goal[1, 1] * c1) / s5, (goal[0, 0] * s1 - goal[1, 0] * c1) / s5
+            )
+            middle = (
+                np.linalg.inv(_link(t1, d1, 0.0, np.pi / 2.0))
+                @ goal
+                @ np.linalg.inv(_link(t5, d5, 0.0, -np.pi / 2.0) @ _link(t6, d6, 0.0, 0.0))
+            )
+            elbow_point = middle @ np.array([0.0, -d4, 0.0, 1.0])
+            x, y = elbow_point[0], elbow_point[1]
+            square = x * x + y * y
+            bend = (square - a2 * a2 - a3 * a3) / (2.0 * a2 * a3)
+            if abs(bend) > 1.0 + 1e-6:
+                continue
+            for elbow in (1.0, -1.0):
+                t3 = elbow * np.arccos(np.clip(bend, -1.0, 1.0))
+                lean = a3 * np.sin(t3) / np.sqrt(square)
+                t2 = np.arctan2(-y, -x) - np.arcsin(np.clip(lean, -1.0, 1.0))
+                upper = _link(t2, 0.0, a2, 0.0) @ _link(t3, 0.0, a3, 0.0)
+                last = np.linalg.inv(upper) @ middle
+                t4 = np.arctan2(last[1, 0], last[0, 0])
+                seeds.append(np.array([t1, t2, t3, t4, t5, t6]) - offset)
+    return seeds
+
+
+def _link(theta: float, d: float, a: float, alpha: float) -> Transform:
+    ct, st, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
+    return np.array(
+        [
+            [ct, -st * ca, st * sa, a * ct],
+            [st, ct * ca, -ct * sa, a * st],
+            [0.0, sa, ca, d],
+            [0.0, 0.0, 0.0, 1.0],
+        ]
+    )

@@ -1,0 +1,117 @@
+"""What the joints of an arm forbid: their ends, their speed, singular poses, and its links' way.
+
+The command is followed in joint space on the branch that the arm is on; a way is tried from there.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from jaxtyping import Float64
+
+from services.robot_gateway.limits import Rule
+from services.robot_gateway.rules import Rules, Slacks, broken
+from shared.geometry.poses import Pose
+
+LEAST_SINGULAR_VALUE = 0.03
+"""Of the Jacobian in metres and radians; 0.21 at a CR5's usual pose, 0 where it is singular."""
+TRIED = 8
+"""Poses of a way that are solved for."""
+
+Joints = Float64[np.ndarray, "j"]
+
+
+class ArmKinematics(Protocol):
+    """What the rules ask of an arm's geometry."""
+
+    most: Joints
+    """Largest angle of each joint, either way [rad]."""
+
+    def solve(self, grip: Pose, near: Joints) -> Joints | None:
+        """Joints for a grip pose in the world on the branch of `near`."""
+        ...
+
+    def least_singular_value(self, joints: Joints) -> float:
+        """Of the Jacobian in metres and radians."""
+        ...
+
+    def joint_speed(self, joints: Joints, velocity: Float64[np.ndarray, "2 3"]) -> Joints:
+        """Joint speeds for a velocity of the grip in the world [rad/s]."""
+        ...
+
+    def link_spheres(self, joints: Joints) -> tuple[Float64[np.ndarray, "k 3"], np.ndarray]:
+        """Centres in the world and radii of spheres that cover the moving links [m]."""
+        ...
+
+
+class Posture:
+    """The joints of one arm while its grip follows a command."""
+
+    def __init__(self, kinematics: ArmKinematics, joint_speed: float) -> None:
+        """Args: joint_speed: Limit of every joint [rad/s]."""
+        self.kinematics = kinematics
+        self.joint_speed = joint_speed
+        self.joints: Joints | None = None
+        """Of the commanded pose; None until the arm has been heard."""
+
+    def begin(self, joints: tuple[float, ...]) -> None:
+        """Takes the branch that the arm is on, from its feedback."""
+        self.joints = np.array(joints, dtype=float)
+
+    def track(self, grip: Pose) -> None:
+        """Follows the command."""
+        if self.joints is not None:
+            found = self.kinematics.solve(grip, self.joints)
+            self.joints = self.joints if found is None else found
+
+    def too_fast(self, grip: Pose, velocity: Float64[np.ndarray, "2 3"]) -> bool:
+        """Whether a motion of the grip is too fast for a joint."""
+        joints = None if self.joints is None else self.kinematics.solve(grip, self.joints)
+        if joints is None:
+            return True
+        return bool(
+            np.max(np.abs(self.kinematics.joint_speed(joints, velocity))) > self.joint_speed
+        )
+
+    def broken(
+        self,
+        positions: Float64[np.ndarray, "m 3"],
+        orientations: Float64[np.ndarray, "m 4"],
+        rules: Rules,
+        margin: float,
+        dt: float | None = None,
+    ) -> tuple[Rule, float] | None:
+        """The first rule that a way from the command on breaks, and by how much [rad, m].
+
+        Args:
+            margin: Slack that the links keep from obstacles [m].
+            dt: Between the poses, for the joints' speed; None when they are not even in time.
+        """
+        if self.joints is None:
+            return "lost_link", 0.0
+        stride = max(1, int(np.ceil(len(positions) / TRIED)))
+        chosen = list(range(0, len(positions), stride))
+        chosen += [len(positions) - 1] if chosen[-1] != len(positions) - 1 else []
+        row = [self.joints]
+        for k in chosen:
+            found = self.kinematics.solve(Pose(positions[k], orientations[k]), row[-1])
+            if found is None:
+                # Out of reach begins where the arm is stretched out.
+                return "singularity", 0.0
+            row.append(found)
+        joints = np.array(row)
+        if dt is not None:
+            steps = np.diff(np.array(chosen)) * dt
+            rates = np.abs(np.diff(joints[1:], axis=0)) / steps[:, None]
+            excess = float(np.max(rates, initial=0.0)) - self.joint_speed
+            if excess > 0.0:
+                return "joint_speed", excess
+        values = [self.kinematics.least_singular_value(q) for q in row]
+        slacks: Slacks = {
+            "joint_limits": np.min(self.kinematics.most - np.abs(joints), axis=1),
+            "singularity": np.array(values) - LEAST_SINGULAR_VALUE,
+        }
+        spheres = [self.kinematics.link_spheres(q) for q in row]
+        links = rules.clearances(np.array([c for c, _ in spheres]), spheres[0][1])
+        return broken(slacks) or broken(links, margin)

@@ -1,0 +1,181 @@
+"""Byte streams to a device, which never block: over TCP, or in memory to an emulated arm."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import socket
+from typing import Literal, Protocol
+
+from services.robot_gateway.emulator.core import Connection, Emulator
+
+State = Literal["opening", "open", "closed"]
+
+
+class Link(Protocol):
+    """One connection."""
+
+    @property
+    def state(self) -> State:
+        """Whether it is there yet, still or no more."""
+        ...
+
+    @property
+    def reason(self) -> str:
+        """Why it is closed, in words."""
+        ...
+
+    def send(self, data: bytes) -> None:
+        """Hands bytes over; on a link that is not open they are lost."""
+        ...
+
+    def receive(self) -> bytes:
+        """What has come in since the last call."""
+        ...
+
+    def close(self) -> None:
+        """Ends it in an orderly way."""
+        ...
+
+
+class Network(Protocol):
+    """Where a device is."""
+
+    def open(self, port: int) -> Link:
+        """Begins to connect to one of its ports."""
+        ...
+
+    def advance(self, now: int) -> None:
+        """Lets what is simulated catch up with the present [ns]."""
+        ...
+
+
+class TcpNetwork:
+    """A device at an address."""
+
+    def __init__(self, host: str) -> None:
+        self._host = host
+
+    def open(self, port: int) -> Link:
+        return TcpLink(self._host, port)
+
+    def advance(self, now: int) -> None:
+        pass
+
+
+class TcpLink:
+    """One non-blocking socket."""
+
+    def __init__(self, host: str, port: int) -> None:
+        self._place = f"{host}:{port}"
+        self._state: State = "opening"
+        self._reason = ""
+        self._unsent = b""
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        self._socket.setblocking(False)
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        code = self._socket.connect_ex((host, port))
+        if code not in (0, errno.EINPROGRESS):
+            self._fail(errno.errorcode.get(code, str(code)))
+
+    @property
+    def state(self) -> State:
+        if self._state == "opening":
+            self._check()
+        return self._state
+
+    @property
+    def reason(self) -> str:
+        return self._reason
+
+    def send(self, data: bytes) -> None:
+        if self.state != "open":
+            return
+        self._unsent += data
+        try:
+            sent = self._socket.send(self._unsent)
+            self._unsent = self._unsent[sent:]
+        except BlockingIOError:
+            if len(self._unsent) > 65536:
+                self._fail("it takes no more bytes")
+        except OSError as error:
+            self._fail(str(error))
+
+    def receive(self) -> bytes:
+        if self.state != "open":
+            return b""
+        parts = []
+        try:
+            while len(parts) < 64:
+                data = self._socket.recv(65536)
+                if not data:
+                    self._fail("closed by the other side")
+                    break
+                parts.append(data)
+        except BlockingIOError:
+            pass
+        except OSError as error:
+            self._fail(str(error))
+        return b"".join(parts)
+
+    def close(self) -> None:
+        with contextlib.suppress(OSError):
+            self._socket.shutdown(socket.SHUT_RDWR)
+        self._socket.close()
+        self._state = "closed"
+
+    def _check(self) -> None:
+        try:
+            self._socket.getpeername()
+            self._state = "open"
+        except OSError:
+            code = self._socket.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
+            if code:
+                self._fail(errno.errorcode.get(code, str(code)))
+
+    def _fail(self, reason: str) -> None:
+        self._reason = f"{self._place}: {reason}"
+        self._state = "closed"
+        self._socket.close()
+
+
+class MemoryNetwork:
+    """An emulated arm in this process, on the caller's clock."""
+
+    def __init__(self, emulator: Emulator) -> None:
+        self.emulator = emulator
+
+    def open(self, port: int) -> Link:
+        return MemoryLink(self.emulator.connect(port), port)
+
+    def advance(self, now: int) -> None:
+        self.emulator.advance_to(now * 1e-9)
+
+
+class MemoryLink:
+    """One connection to an emulated arm."""
+
+    def __init__(self, connection: Connection | None, port: int) -> None:
+        self._connection, self._port = connection, port
+
+    @property
+    def state(self) -> State:
+        return "closed" if self._connection is None or self._connection.closed else "open"
+
+    @property
+    def reason(self) -> str:
+        return f"emulator:{self._port}: refused or closed"
+
+    def send(self, data: bytes) -> None:
+        if self._connection is not None:
+            self._connection.feed(data)
+
+    def receive(self) -> bytes:
+        parts = []
+        while self._connection is not None and (segment := self._connection.take()) is not None:
+            parts.append(segment)
+        return b"".join(parts)
+
+    def close(self) -> None:
+        if self._connection is not None:
+            self._connection.close()

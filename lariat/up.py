@@ -60,7 +60,7 @@ def main(
     _preflight(scenario)
     common = ("--scenario", str(scenario.resolve()), "--namespace", namespace)
     common += ("--connect", f"tcp/127.0.0.1:{port}")
-    programs = [_emulator(side, end) for side, end in emulated.items()]
+    programs = [_emulator(side, scenario) for side in emulated]
     programs += [_service(name, common, emulated, dashboard_port) for name in parts]
     lines = Lines()
     logging.basicConfig(level=logging.INFO, handlers=[LineHandler(lines)], force=True)
@@ -97,7 +97,7 @@ def _service(
     )
 
 
-def _emulator(side: str, end: End) -> Program:
+def _emulator(side: str, scenario: Path) -> Program:
     return Program(
         f"cr5-{side}",
         (
@@ -105,8 +105,10 @@ def _emulator(side: str, end: End) -> Program:
             "services.robot_gateway.emulator",
             "--host",
             EMULATOR_HOSTS[side],
-            "--firmware",
-            end.firmware,
+            "--scenario",
+            str(scenario.resolve()),
+            "--side",
+            side,
         ),
         stage=2,
         ready_line="ready",

@@ -10,6 +10,8 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 
+from lariat.library_settings import LIBRARY_SETTINGS
+
 SUCCESS, FAILURE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 VERBS = {
@@ -36,8 +38,8 @@ TALKING = ("status", "goal", "start", "pause", "stop", "reset", "arm", "disarm",
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one verb; its exit code."""
-    # Taichi greets on standard output, where --json promises one object and nothing else.
-    os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
+    for name, value in LIBRARY_SETTINGS.items():
+        os.environ.setdefault(name, value)
     argv = list(sys.argv[1:] if arguments is None else arguments)
     if not argv or argv[0] in ("-h", "--help"):
         print(_help())

@@ -10,15 +10,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO
 
+from lariat.library_settings import LIBRARY_SETTINGS
+
 CHILD = Path(__file__).with_name("child.py")
-# Two cores carry the whole stack: a library that starts a thread a core only makes others late.
-ENVIRONMENT = {
-    "PYTHONUNBUFFERED": "1",
-    "OMP_NUM_THREADS": "1",
-    "OPENBLAS_NUM_THREADS": "1",
-    "MKL_NUM_THREADS": "1",
-    "ENABLE_TAICHI_HEADER_PRINT": "0",
-}
+ENVIRONMENT = {**LIBRARY_SETTINGS, "PYTHONUNBUFFERED": "1"}
 
 
 @dataclass(frozen=True)

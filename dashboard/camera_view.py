@@ -29,11 +29,10 @@ class CameraView:
     def __init__(self, server: viser.ViserServer, T_world_camera: Pose) -> None:
         self._server = server
         self._pose = T_world_camera
-        self._empty = np.full((WIDTH * 3 // 4, WIDTH, 3), palette.TABLE, np.uint8)
-        cv2.putText(
-            self._empty, "no picture yet", (150, 185), cv2.FONT_HERSHEY_SIMPLEX, 0.8, palette.QUIET
+        # Not every cell has a camera: without pictures there is nothing to see here.
+        self._handle = server.gui.add_image(
+            np.zeros((8, 8, 3), np.uint8), format="jpeg", jpeg_quality=80, visible=False
         )
-        self._handle = server.gui.add_image(self._empty, format="jpeg", jpeg_quality=80)
         self._newest: tuple[bytes, NodeChain | None, CameraCalibration | None] | None = None
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._work, name="camera view", daemon=True)
@@ -63,6 +62,8 @@ class CameraView:
                 draw_rope(picture, rope, Camera(intrinsics(calibration), self._pose))
             height = round(WIDTH * picture.shape[0] / picture.shape[1])
             self._handle.image = cv2.resize(picture, (WIDTH, height), interpolation=cv2.INTER_AREA)
+            if not self._handle.visible:
+                self._handle.visible = True
 
 
 def decoded(data: bytes) -> UInt8[np.ndarray, "h w 3"] | None:

@@ -66,10 +66,13 @@ def headline(
         if seen and math.isfinite(task.clearance)
         else ""
     )
-    detail = task.reason or _arms_need(arms)
+    need = _arms_need(arms)
+    detail = need or task.reason
     match task.state:
         case messages.RUNNING:
-            return Line(f"Running: {togo}{clearance}", palette.BUSY, detail)
+            text = "Running, but held" if need else "Running"
+            color = palette.WARNING if need else palette.BUSY
+            return Line(f"{text}: {togo}{clearance}", color, detail)
         case messages.PAUSED:
             return Line(f"Paused: {togo}{clearance}", palette.WARNING, detail)
         case messages.REACHED:
@@ -78,7 +81,6 @@ def headline(
         case messages.FAILED:
             return Line(f"Failed: {task.reason or 'no reason given'}", palette.BAD, togo)
         case messages.IDLE:
-            need = _arms_need(arms)
             text = f"Not ready: {togo}" if need else f"Ready: {togo}"
             color = palette.WARNING if need else palette.QUIET
             return Line(text, color, need or task.reason or "Press Start.")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import signal
 import socket
 import subprocess
@@ -19,8 +18,12 @@ def free_port() -> int:
         return probe.getsockname()[1]
 
 
+READY = "dashboard at http"
+"""What `lariat up` says when all is ready."""
+
+
 @contextmanager
-def running(scenario: str, patience: float = 120.0) -> Iterator[str]:
+def running(scenario: str, patience: float = 300.0) -> Iterator[str]:
     """`lariat up` on free ports, ended with Ctrl-C.
 
     Args:
@@ -35,21 +38,21 @@ def running(scenario: str, patience: float = 120.0) -> Iterator[str]:
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, bufsize=1
     )
-    ready = threading.Event()
+    spoken = threading.Event()
     lines: list[str] = []
 
     def read() -> None:
         assert process.stdout is not None
         for line in process.stdout:
             lines.append(line)
-            if re.search(r"dashboard at http", line):
-                ready.set()
-        ready.set()
+            if READY in line:
+                spoken.set()
+        spoken.set()
 
     reader = threading.Thread(target=read, daemon=True)
     reader.start()
     try:
-        if not ready.wait(patience) or process.poll() is not None:
+        if not spoken.wait(patience) or not any(READY in line for line in lines):
             raise AssertionError(f"the stack did not come up:\n{''.join(lines[-30:])}")
         yield f"http://127.0.0.1:{page}"
     finally:

@@ -56,6 +56,13 @@ def test_cell_is_not_ready_while_the_arms_are_not() -> None:
         assert line.detail
 
 
+def test_run_that_the_gateway_holds_does_not_look_as_if_it_went_on() -> None:
+    held = ArmStates(mode=ArmStates.HOLDING, needs_acknowledgement=True)
+    line = wording.headline(task(RUNNING, reason="started"), 0.1, held)
+    assert line.text.startswith("Running, but held: ")
+    assert "acknowledges" in line.detail
+
+
 def test_arms_line_names_rule_reason_and_alarms() -> None:
     arms = ArmStates(
         mode=ArmStates.HOLDING,

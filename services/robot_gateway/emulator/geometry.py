@@ -111,7 +111,8 @@ def _closed_form(goal: Transform, geometry: Geometry) -> list[Joints]:
     offset = np.radians(geometry.offset)
     wrist = goal[:3, 3] - d6 * goal[:3, 2]
     reach = float(np.hypot(wrist[0], wrist[1]))
-    if reach < abs(d4):
+    # Seeds are refined, so a pose a little out of the nominal reach may still be in this arm's.
+    if reach < 0.98 * abs(d4):
         return []
     seeds = []
     for shoulder in (1.0, -1.0):
@@ -134,7 +135,7 @@ def _closed_form(goal: Transform, geometry: Geometry) -> list[Joints]:
             x, y = elbow_point[0], elbow_point[1]
             square = x * x + y * y
             bend = (square - a2 * a2 - a3 * a3) / (2.0 * a2 * a3)
-            if abs(bend) > 1.0 + 1e-6:
+            if abs(bend) > 1.01:
                 continue
             for elbow in (1.0, -1.0):
                 t3 = elbow * np.arccos(np.clip(bend, -1.0, 1.0))

@@ -22,7 +22,9 @@ LINEAR_SPEED = 2.0
 LINEAR_ACCELERATION = 4.0
 """At 100 % [m/s^2]."""
 NEAR_SINGULAR = 0.02
-"""Sine, or metres for the shoulder, below which a line is refused."""
+"""Sine, or metres for the shoulder, below which a line stops."""
+NEAR_PLANNED = 0.05
+"""The same for the points of a line that are tried before it begins."""
 
 
 class Alarm(Exception):  # it is one, with the maker's number
@@ -43,17 +45,19 @@ class Motion(Protocol):
         ...
 
 
-def singularity(geometry: Geometry, joints: Joints) -> int | None:
+def singularity(
+    geometry: Geometry, joints: Joints, near: float = NEAR_SINGULAR
+) -> int | None:
     """0 at the shoulder, 1 at the wrist, 2 at the elbow, None elsewhere."""
-    if abs(np.sin(joints[4])) < NEAR_SINGULAR:
+    if abs(np.sin(joints[4])) < near:
         return 1
-    if abs(np.sin(joints[2])) < NEAR_SINGULAR:
+    if abs(np.sin(joints[2])) < near:
         return 2
     frames = geometry.frames(joints)
     # Axes 5 and 6 cross in the plane of axes 1 and 2 when the crossing is d4 from axis 1.
     crossing = frames[5, :3, 3]
     in_plane = np.hypot(crossing[0], crossing[1]) ** 2 - geometry.d[3] ** 2
-    return 0 if in_plane < NEAR_SINGULAR**2 else None
+    return 0 if in_plane < near**2 else None
 
 
 def check_range(joints: Joints) -> None:
@@ -137,7 +141,7 @@ class LineMotion:
                 raise Alarm((16, 26, 27)[singularity(geometry, solved) or 0])
             joints = solved
             check_range(joints)
-            kind = singularity(geometry, joints)
+            kind = singularity(geometry, joints, NEAR_PLANNED)
             if kind is not None:
                 raise Alarm((16, 26, 27)[kind])
 

@@ -77,6 +77,8 @@ class Command:
         """The values of a call; Failure with the code of the first thing wrong from the left."""
         texts = call.arguments
         most = len(self.required) + len(self.optional)
+        # Where a point is named, everything behind it is named too.
+        most = len(self.required) if self.points else most
         allowed = self.counts or tuple(range(len(self.required), most + 1))
         if len(texts) not in allowed:
             raise Failure(WRONG_COUNT)

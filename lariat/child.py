@@ -9,6 +9,7 @@ imports next to nothing.
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import os
 import sys
@@ -25,7 +26,9 @@ def main() -> None:
     # The parent may have died before the kernel knew whom to tell.
     if os.getppid() != int(parent):
         sys.exit(f"{program[0]}: the launcher {parent} is gone")
-    os.nice(int(niceness))
+    # Only root may go before others; the stack must run without that.
+    with contextlib.suppress(PermissionError):
+        os.nice(int(niceness))
     os.execv(program[0], program)
 
 

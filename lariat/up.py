@@ -25,6 +25,16 @@ from shared.scenario.sections import End
 EMULATOR_HOSTS = {"left": "127.0.0.31", "right": "127.0.0.32"}
 """Loopback addresses of the emulated arms: the protocol's ports are fixed."""
 EMULATOR_PORTS = (29999, 30003, 30004)
+NICENESS = {
+    "robot_gateway": -15,
+    "controller": -10,
+    "sim": -5,
+    "perception": -5,
+    "planner": 5,
+    "dashboard": 5,
+    "recorder": 5,
+}
+"""Who waits for whom when cores are short. Below 0 only where the system allows it."""
 
 
 def main(
@@ -91,7 +101,7 @@ def _service(
         restart_arguments=("--restarted",),
         # The gateway goes after all that talk to it, the recorder after all that it records.
         stage={"robot_gateway": 1, "recorder": 2}.get(name, 0),
-        niceness=5 if name in ("planner", "dashboard", "recorder") else 0,
+        niceness=NICENESS.get(name, 0),
         # These two put things in order even when the launcher was killed.
         death_signal=signal.SIGTERM if name in ("robot_gateway", "recorder") else signal.SIGKILL,
     )

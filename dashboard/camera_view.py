@@ -11,7 +11,6 @@ from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from jaxtyping import Float64, UInt8
 
-from dashboard import palette
 from dashboard.scene_view import certainty_colors
 from shared.geometry.cameras import Camera, Intrinsics
 from shared.geometry.poses import Pose

@@ -42,13 +42,13 @@ class Player:
         self._bar.on_update(
             lambda event: (
                 event.client is not None
-                and self._actions.put(lambda value=event.target.value: self._seek(value))
+                and self._actions.put(lambda value=event.target.value: self.seek(value))
             )
         )
         self._button.on_click(lambda _: self._actions.put(self._toggle))
         speed.on_click(
             lambda event: self._actions.put(
-                lambda value=event.target.value: self._set_speed(SPEEDS[value])
+                lambda value=event.target.value: self.set_speed(SPEEDS[value])
             )
         )
 
@@ -70,10 +70,27 @@ class Player:
             now = int(self._now)
             self._page.show(self._timeline.advance(now), now)
             if self._now >= self._timeline.end:
-                self._play(False)
+                self.play(False)
         if self._playing and self._elapsed - self._bar_moved >= BAR_PERIOD:
             self._bar_moved = self._elapsed
             self._bar.value = round(self.seconds, 2)
+
+    def seek(self, seconds: float) -> None:
+        """Stands still at a time from the start [s], with the next step."""
+        self._sought = seconds
+        self.play(False)
+
+    def play(self, on: bool) -> None:
+        """Goes on or stands still."""
+        self._playing = on
+        self._button.label = "Pause" if on else "Play"
+        self._button.icon = viser.Icon.PLAYER_PAUSE if on else viser.Icon.PLAYER_PLAY
+        if not on:
+            self._bar.value = round(self.seconds, 2)
+
+    def set_speed(self, factor: float) -> None:
+        """Seconds of the recording in a second of the viewer's."""
+        self._speed = factor
 
     def _jump(self, seconds: float) -> None:
         self._sought = None
@@ -85,21 +102,7 @@ class Player:
             self._page.remember(task)
         self._page.show(self._timeline.jump(now), now)
 
-    def _seek(self, seconds: float) -> None:
-        self._sought = seconds
-        self._play(False)
-
     def _toggle(self) -> None:
         if not self._playing and self._now >= self._timeline.end:
             self._sought = 0.0
-        self._play(not self._playing)
-
-    def _play(self, on: bool) -> None:
-        self._playing = on
-        self._button.label = "Pause" if on else "Play"
-        self._button.icon = viser.Icon.PLAYER_PAUSE if on else viser.Icon.PLAYER_PLAY
-        if not on:
-            self._bar.value = round(self.seconds, 2)
-
-    def _set_speed(self, factor: float) -> None:
-        self._speed = factor
+        self.play(not self._playing)

@@ -3,6 +3,7 @@ from __future__ import annotations
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 
@@ -47,3 +48,15 @@ def test_service_asks_for_nothing_that_no_person_asked_for() -> None:
             stage.play(k / 29.0)
             stage.picture()
             assert stage.step() == []
+
+
+@pytest.mark.parametrize("path", sorted(Path("scenarios").glob("*.toml")), ids=lambda p: p.stem)
+def test_every_scenario_can_be_shown(path: Path) -> None:
+    scenario = load(path)
+    service = build(scenario, "dashboard-ab", DashboardOptions(port=free_port()))
+    try:
+        stage = Stage(service, scenario)
+        stage.play(0.5)
+        assert stage.step() == []
+    finally:
+        service.close()

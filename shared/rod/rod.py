@@ -283,7 +283,10 @@ class Rod:
         guess: RodState | None = None,
         obstacles: Float64[np.ndarray, "m 12"] | None = None,
     ) -> Rest:
-        """A shape at which the rod stays, between two grips.
+        """A shape at which the rod stays, between two grips; that of a free end counts for nothing.
+
+        Without a guess it starts from a smooth curve that sags along gravity. A guess keeps its
+        own branch: its turns of twist stay in while its grips walk to the wanted ones.
 
         Raises:
             ValueError: The grips are further apart than the rod between them is long.

@@ -37,12 +37,31 @@ def rest(
 ) -> Rest:
     """See `Rod.rest`."""
     _check_reach(rod, left, right)
-    start = guess.at_rest() if guess is not None else between_grips(rod, left, right)
+    if guess is not None:
+        start = guess.at_rest()
+    elif "free" in (rod.left, rod.right):
+        start = straight_from(rod, left, right)
+    else:
+        start = between_grips(rod, left, right)
     found = _let_go(rod, start, left, right, obstacles)
     if not found.stable or not found.converged:
         # A symmetric start can end on a saddle: a nudge shows the way down.
         found = _let_go(rod, _nudged(rod, found.state), left, right, obstacles)
     return found
+
+
+def straight_from(rod: Rod, left: Pose, right: Pose) -> RodState:
+    """Straight on from the grip that holds, where the other end is free."""
+    held, reach = (left, 1.0) if rod.right == "free" else (right, -1.0)
+    z = np.array([0.0, 0.0, reach])
+    s = rod.edge_length * np.arange(rod.node_count)[:, None]
+    nodes = held.position + s * poses.rotate(held.orientation, z)
+    if rod.right != "free":
+        nodes = nodes[::-1]
+    n = rod.node_count
+    return RodState(
+        nodes.copy(), np.tile(held.orientation, (n - 1, 1)), np.zeros((n, 3)), np.zeros((n - 1, 3))
+    )
 
 
 def between_grips(rod: Rod, left: Pose, right: Pose) -> RodState:
@@ -104,7 +123,9 @@ def _let_go(
 ) -> Rest:
     durations = np.concatenate([np.full(APPROACH, DURATIONS[0]), DURATIONS])
     actions = np.zeros((len(durations), 2, 6))
-    for end, pose in enumerate((left, right)):
+    for end, (pose, kind) in enumerate(((left, rod.left), (right, rod.right))):
+        if kind == "free":
+            continue
         q, p = start.orientations[-end], start.positions[-end]
         turn = poses.logarithm(poses.multiply(pose.orientation, poses.conjugate(q)))
         actions[:APPROACH, end, :3] = (pose.position - p) / (APPROACH * DURATIONS[0])
@@ -127,6 +148,8 @@ def _nudged(rod: Rod, state: RodState) -> RodState:
 
 
 def _check_reach(rod: Rod, left: Pose, right: Pose) -> None:
+    if "free" in (rod.left, rod.right):
+        return
     z = np.array([0.0, 0.0, 1.0])
     edge = rod.edge_length
     a, b = left.position, right.position

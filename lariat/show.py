@@ -26,7 +26,8 @@ STEP = 1.0 / 30.0
 def main(file: Path, /, port: int = 8080, host: str = "127.0.0.1") -> int:
     """Shows a recording in the browser, with a time bar.
 
-    Example: lariat show recordings/run.mcap --port 8081
+    Examples:
+      lariat show recordings/run.mcap --port 8081
 
     Args:
         file: The MCAP file of a run, whole or cut.

@@ -15,6 +15,9 @@ from shared.geometry.poses import Pose
 MOST_PERMUTED = 4
 """Pieces whose orders are all tried; more of them are joined from the left, nearest next."""
 
+RIVALS = 3
+"""Orders that are worth a fit."""
+
 Points = Float64[np.ndarray, "k 3"]
 
 
@@ -53,10 +56,10 @@ def order_along(prior: Float64[np.ndarray, "n 3"], pieces: Sequence[Points], rea
     return Order(tuple(i for _, i, _ in found), tuple(f for _, _, f in found))
 
 
-def order_between(
+def orders_between(
     pieces: Sequence[Points], left: Pose | None, right: Pose | None, length: float
-) -> Order:
-    """The order that joins the pieces with the shortest and straightest gaps.
+) -> list[Order]:
+    """Orders that join the pieces with short and straight gaps, the best first.
 
     Args:
         pieces: Points along each piece [m]; longest first.
@@ -68,7 +71,7 @@ def order_between(
     spans = [polylines.length(p) for p in pieces]
     heads = [_heading(p) for p in pieces]
     up = np.array([0.0, 0.0, 1.0])
-    best, best_cost = Order((), ()), np.inf
+    found: list[tuple[float, tuple[int, ...], tuple[bool, ...]]] = []
     for count in range(1, len(few) + 1):
         for indices in itertools.permutations(few, count):
             for flips in itertools.product((False, True), repeat=count):
@@ -100,9 +103,11 @@ def order_between(
                         pieces[last][0 if flips[-1] else -1][0],
                     )
                     cost += 1e-3 * (xs[0] > xs[1])
-                if cost < best_cost:
-                    best, best_cost = Order(indices, flips), cost
-    return best
+                found.append((cost, indices, flips))
+    found.sort()
+    # A runner-up that is much dearer is no rival.
+    rivals = [f for f in found[:RIVALS] if f[0] < 1.5 * found[0][0] + 0.03]
+    return [Order(indices, flips) for _, indices, flips in rivals]
 
 
 def _heading(points: Points) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:

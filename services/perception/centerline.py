@@ -8,20 +8,32 @@ is bridged and marked as not observed.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float64, UInt8, UInt16
 
-from services.perception.assembly import Order, joined, order_along, order_between
-from services.perception.fit import ChainFit, Fit, FitSettings
+from services.perception.agreement import agreement
+from services.perception.assembly import Order, joined, order_along, orders_between
+from services.perception.fit import ChainFit, FitSettings
 from services.perception.ridge import Ridge, ridge, sampled
-from services.perception.segmentation import bright_region
+from services.perception.segmentation import Region, bright_region
 from services.perception.skeleton import strands
 from shared.geometry import polylines, poses
 from shared.geometry.cameras import Camera
 from shared.geometry.poses import Pose
 
+CERTAIN = 0.15
+"""A hypothesis with less doubt ends the search."""
+DOUBTFUL = 0.3
+"""With more doubt nothing counts as observed, and every sigma is wide."""
+RIVALRY = 0.3
+"""Hypotheses that differ by less doubt cannot be told apart."""
+BRIDGED = 1.6
+"""Factor on the deviation of what was not seen: its stiffness and its motion are not known."""
+WRONG = 0.12
+"""Standard deviation of a node in a wrong topology, as a part of the rope's length."""
 LEAST_LENGTH = 0.1
 """Less than this part of the rope in view is no view of it."""
 
@@ -36,6 +48,8 @@ class RopeModel:
     """[m]."""
     node_count: int
     """Nodes at equal distance along it."""
+    heaviness: float = 0.0
+    """Weight per length over bending stiffness [1/m^3]: how what is hidden hangs."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +91,8 @@ class Estimate:
     """Why there are no positions; empty otherwise."""
     misfit: float = 1.0
     """Residuals over their expected size."""
+    doubt: float = 0.0
+    """0 where image and chain agree; more than `DOUBTFUL` where they contradict each other."""
 
 
 def _lost(reason: str) -> Estimate:
@@ -92,7 +108,7 @@ class CenterlineEstimator:
         self.camera = camera
         self.rope = rope
         self.settings = settings or CenterlineSettings()
-        self._fit = ChainFit(rope.node_count, rope.length, self.settings.fit)
+        self._fit = ChainFit(rope.node_count, rope.length, rope.heaviness, self.settings.fit)
 
     def estimate(
         self,
@@ -101,6 +117,7 @@ class CenterlineEstimator:
         left: Pose | None = None,
         right: Pose | None = None,
         expected: Expected | None = None,
+        model: Callable[[], Expected | None] | None = None,
     ) -> Estimate:
         """The rope in one frame.
 
@@ -110,6 +127,7 @@ class CenterlineEstimator:
             left: Grip that holds the left end; None when it is free or unknown.
             right: Grip that holds the right end.
             expected: The last estimate or a prediction.
+            model: Asked for a shape only where the image alone leaves doubt.
         """
         i = self.camera.intrinsics
         if color.shape[:2] != (i.height, i.width) or depth.shape != (i.height, i.width):
@@ -129,14 +147,49 @@ class CenterlineEstimator:
         seen = sum(polylines.length(p) for p in points)
         if seen < LEAST_LENGTH * self.rope.length:
             return _lost(f"only {1e3 * seen:.0f} mm of rope in view")
-        best: Estimate | None = None
-        for order, prior in self._candidates(points, left, right, expected):
-            found = self._fitted(ridges, points, order, depth, left, right, prior, width)
-            if best is None or found.misfit < best.misfit:
-                best = found
-            if best.misfit < 2.0:
+        view = _View(region, depth, width, ridges, points)
+        return self._best(view, left, right, expected, model)
+
+    def _best(
+        self,
+        view: _View,
+        left: Pose | None,
+        right: Pose | None,
+        expected: Expected | None,
+        model: Callable[[], Expected | None] | None,
+    ) -> Estimate:
+        """Tries hypotheses until one leaves no doubt; what rivals it widens its sigma."""
+        tried: list[tuple[float, Estimate]] = []
+        for start in self._starts(view, left, right, expected, model):
+            found = self._fitted(view, start, left, right)
+            fits = agreement(found.positions, self.camera, view.region, view.depth, view.width)
+            doubt = fits.doubt(1.0 - float(np.mean(found.observed)))
+            tried.append((doubt + max(0.0, found.misfit - 1.0), found))
+            if tried[-1][0] < CERTAIN:
                 break
-        return best or _lost("nothing bright lies where the rope can be")
+        if not tried:
+            return _lost("nothing bright lies where the rope can be")
+        tried.sort(key=lambda t: t[0])
+        doubt, best = tried[0]
+        sigma = best.sigma
+        for other, rival in tried[1:]:
+            if other < doubt + RIVALRY:
+                sigma = np.hypot(sigma, np.linalg.norm(rival.positions - best.positions, axis=1))
+        wrong = min(1.0, (doubt / DOUBTFUL) ** 2)
+        return replace(
+            best,
+            sigma=np.hypot(sigma, wrong * self._reach(left, right)),
+            observed=best.observed & (doubt < DOUBTFUL),
+            doubt=doubt,
+        )
+
+    def _reach(self, left: Pose | None, right: Pose | None) -> Float64[np.ndarray, "n"]:
+        """How far a node may be from where a wrong topology puts it [m]."""
+        along = np.linspace(0.0, self.rope.length, self.rope.node_count)
+        reach = np.full(len(along), WRONG * self.rope.length)
+        if left is not None:
+            reach = np.minimum(reach, along)
+        return reach if right is None else np.minimum(reach, along[::-1])
 
     def _width(
         self, depth: UInt16[np.ndarray, "h w"], mask: UInt8[np.ndarray, "h w"], x: int, y: int
@@ -161,53 +214,83 @@ class CenterlineEstimator:
         ray = poses.normalized(self.camera.rays(found.pixels))
         return surface + self.rope.radius * ray
 
-    def _candidates(
+    def _starts(
         self,
-        points: list[Float64[np.ndarray, "k 3"]],
+        view: _View,
         left: Pose | None,
         right: Pose | None,
         expected: Expected | None,
-    ) -> list[tuple[Order, Expected | None]]:
-        """Orders of the pieces, the most likely first, and what each rests on."""
-        found: list[tuple[Order, Expected | None]] = []
+        model: Callable[[], Expected | None] | None,
+    ) -> Iterator[_Start]:
+        """Where fits may begin, the most likely first."""
         if expected is not None:
-            reach = 0.03 + 2.0 * float(np.max(expected.sigma))
-            found.append((order_along(expected.positions, points, reach), expected))
-        found.append((order_between(points, left, right, self.rope.length), None))
-        return [(order, prior) for order, prior in found if order.indices]
+            yield from self._along(view, expected, left, right)
+        for order in orders_between(view.points, left, right, self.rope.length):
+            yield self._through(view, order, left, right, None)
+        if model is not None:
+            shape = model()
+            if shape is not None:
+                yield from self._along(view, shape, left, right)
 
-    def _fitted(
+    def _along(
+        self, view: _View, expected: Expected, left: Pose | None, right: Pose | None
+    ) -> Iterator[_Start]:
+        """Starts that an expected shape suggests: by whole strands, and by single points."""
+        reach = 0.03 + 2.0 * float(np.max(expected.sigma))
+        order = order_along(expected.positions, view.points, reach)
+        if order.indices:
+            yield self._through(view, order, left, right, expected)
+        # Where strands merge in the image only the single points can tell them apart.
+        dense = polylines.resampled(expected.positions, 4 * self.rope.node_count)
+        segments = []
+        for points in view.points:
+            gaps = np.linalg.norm(points[:, None] - dense[None], axis=2)
+            nearest = np.argmin(gaps, axis=1)
+            far = gaps[np.arange(len(points)), nearest] > reach
+            segments.append(np.where(far, -1, nearest * (self.rope.node_count - 1) // len(dense)))
+        yield _Start(expected.positions, tuple(enumerate(segments)), expected)
+
+    def _through(
         self,
-        ridges: list[Ridge],
-        points: list[Float64[np.ndarray, "k 3"]],
+        view: _View,
         order: Order,
-        depth: UInt16[np.ndarray, "h w"],
         left: Pose | None,
         right: Pose | None,
         expected: Expected | None,
-        width: float,
-    ) -> Estimate:
+    ) -> _Start:
+        """The start that joins ordered strands."""
         n = self.rope.node_count
-        chosen = [
-            _flipped(ridges[i], points[i]) if flip else (ridges[i], points[i])
+        pieces = [
+            view.points[i][::-1] if flip else view.points[i]
             for i, flip in zip(order.indices, order.flipped, strict=True)
         ]
-        curve, places = joined([p for _, p in chosen], left, right, self.rope.length)
-        start = polylines.resampled(curve, n)
-        rows, segments = [], []
-        for (found, _), place in zip(chosen, places, strict=True):
-            samples, index = self._samples(found, depth, width)
-            rows.append(samples)
-            segments.append((place[index] * (n - 1)).astype(np.int32))
-        fit = self._fit.solve(
-            start,
-            np.concatenate(rows),
-            np.minimum(np.concatenate(segments), n - 2),
-            self.camera.T_world_camera.position,
-            self._anchors(left, right, expected),
-            None if expected is None else expected.positions,
+        curve, places = joined(pieces, left, right, self.rope.length)
+        segments = tuple(
+            (i, np.minimum((place[::-1] if flip else place) * (n - 1), n - 2).astype(int))
+            for i, flip, place in zip(order.indices, order.flipped, places, strict=True)
         )
-        return self._judged(fit)
+        return _Start(polylines.resampled(curve, n), segments, expected)
+
+    def _fitted(
+        self, view: _View, start: _Start, left: Pose | None, right: Pose | None
+    ) -> Estimate:
+        rows, segments = [np.zeros((0, 7))], [np.zeros(0, int)]
+        for strand, places in start.segments:
+            samples, index = view.samples(strand, self._samples)
+            known = places[index] >= 0
+            rows.append(samples[known])
+            segments.append(places[index][known])
+        fit = self._fit.solve(
+            start.nodes,
+            np.concatenate(rows),
+            np.concatenate(segments),
+            self.camera.T_world_camera.position,
+            self._anchors(left, right, start.expected),
+        )
+        # A misfit means that the noise is larger than assumed.
+        sigma = fit.sigma * max(1.0, fit.misfit)
+        seen = fit.support > 1.0
+        return Estimate(fit.nodes, np.where(seen, 1.0, BRIDGED) * sigma, seen, misfit=fit.misfit)
 
     def _samples(
         self, found: Ridge, depth: UInt16[np.ndarray, "h w"], width: float
@@ -265,20 +348,46 @@ class CenterlineEstimator:
             anchors[-2] = *right.apply(-z), 1.5 * sigma
         return anchors
 
-    def _judged(self, fit: Fit) -> Estimate:
-        # A misfit means that the noise is larger than assumed, or that the order is wrong.
-        sigma = fit.sigma * max(1.0, fit.misfit)
-        return Estimate(fit.nodes, sigma, fit.support > 1.0, misfit=fit.misfit)
+
+@dataclass
+class _View:
+    """One frame, read as far as it can be without knowing which strand is which."""
+
+    region: Region
+    depth: UInt16[np.ndarray, "h w"]
+    width: float
+    """Of the rope [pixels]."""
+    ridges: list[Ridge]
+    points: list[Float64[np.ndarray, "k 3"]]
+    """Along the axis of each strand [m]."""
+
+    def __post_init__(self) -> None:
+        self._samples: dict[int, tuple[Float64[np.ndarray, "m 7"], np.ndarray]] = {}
+
+    def samples(
+        self,
+        strand: int,
+        read: Callable[..., tuple[Float64[np.ndarray, "m 7"], np.ndarray]],
+    ) -> tuple[Float64[np.ndarray, "m 7"], np.ndarray]:
+        """Rows of one strand for the fit, read once."""
+        if strand not in self._samples:
+            self._samples[strand] = read(self.ridges[strand], self.depth, self.width)
+        return self._samples[strand]
+
+
+@dataclass(frozen=True)
+class _Start:
+    """Where a fit begins."""
+
+    nodes: Float64[np.ndarray, "n 3"]
+    """[m]."""
+    segments: tuple[tuple[int, np.ndarray], ...]
+    """Strands, and for each of their points the segment that it lies on; -1: on none."""
+    expected: Expected | None
+    """What it rests on."""
 
 
 def _offsets(width: float) -> list[float]:
     """Across the ridge: pixels that are surely rope."""
     count = int(max(0.0, width / 2.0 - 1.5))
     return [0.0, *(float(s * k) for k in range(1, count + 1) for s in (-1, 1))]
-
-
-def _flipped(
-    found: Ridge, points: Float64[np.ndarray, "k 3"]
-) -> tuple[Ridge, Float64[np.ndarray, "k 3"]]:
-    back = Ridge(found.pixels[::-1], -found.normals[::-1], found.clear[::-1], found.depth[::-1])
-    return back, points[::-1]

@@ -19,12 +19,14 @@ class FitSettings:
     """Deviation of one ridge point across the rope [pixels]; neighbours share their pixels."""
     edge_sigma: float = 3e-5
     """Deviation of the length of an edge [m]."""
-    curvature_sigma: float = 30.0
-    """Deviation of the curvature from the expected one [1/m]."""
-    change_sigma: float = 400.0
+    curvature_sigma: float = 7.0
+    """Deviation of the curvature of a rope that nothing is known of [1/m]."""
+    change_sigma: float = 700.0
     """Deviation of the change of curvature along the rope [1/m^2]."""
-    iterations: int = 10
-    """Of Gauss-Newton."""
+    tolerance: float = 1e-5
+    """The fit is done when no node moves further [m]."""
+    iterations: int = 30
+    """Of Gauss-Newton, at most."""
 
 
 @dataclass(frozen=True)
@@ -46,22 +48,30 @@ class Fit:
 class ChainFit:
     """Owns the fit's memory for one number of nodes."""
 
-    def __init__(self, node_count: int, length: float, settings: FitSettings | None = None) -> None:
+    def __init__(
+        self,
+        node_count: int,
+        length: float,
+        heaviness: float = 0.0,
+        settings: FitSettings | None = None,
+    ) -> None:
         """A fit of equal edges.
 
         Args:
             node_count: n.
             length: Of the rope [m].
+            heaviness: Weight per length over bending stiffness [1/m^3]; 0 in no gravity.
             settings: What it believes.
         """
         runtime.start()
         self.settings = settings or FitSettings()
         self._edge = length / (node_count - 1)
+        self._heaviness = heaviness
         self._matrix = np.zeros((3 * node_count, kernels.BAND))
         self._right = np.zeros(3 * node_count)
         self._support = np.zeros(node_count)
         self._variance = np.zeros(node_count)
-        self._report = np.zeros(3)
+        self._report = np.zeros(4)
 
     def solve(
         self,
@@ -70,7 +80,6 @@ class ChainFit:
         segments: Int32[np.ndarray, "m"],
         eye: Float64[np.ndarray, "3"],
         anchors: Float64[np.ndarray, "n 4"],
-        reference: Float64[np.ndarray, "n 3"] | None = None,
     ) -> Fit:
         """The most likely chain.
 
@@ -80,11 +89,8 @@ class ChainFit:
             segments: The segment that each sample is thought to lie on.
             eye: Centre of projection [m].
             anchors: A place for each node and its deviation [m], 0 where there is none.
-            reference: Shape whose bending is expected; straight without one [m].
         """
         nodes = np.ascontiguousarray(start, dtype=np.float64).copy()
-        if reference is None:
-            reference = np.zeros_like(nodes)
         s, edge = self.settings, self._edge
         kernels.fit(
             nodes,
@@ -92,7 +98,6 @@ class ChainFit:
             np.ascontiguousarray(segments, dtype=np.int32).copy(),
             np.ascontiguousarray(eye, dtype=np.float64),
             np.ascontiguousarray(anchors),
-            np.ascontiguousarray(reference),
             self._matrix,
             self._right,
             self._support,
@@ -101,10 +106,12 @@ class ChainFit:
             edge,
             s.edge_sigma,
             s.curvature_sigma * edge**2,
+            self._heaviness / s.curvature_sigma**2,
             s.change_sigma * edge**3,
+            s.tolerance,
             s.iterations,
         )
-        cost, count, outliers = self._report
+        cost, count, outliers, _ = self._report
         ranges = max(1, int(np.count_nonzero(samples[:, 3] > 0.0)))
         return Fit(
             nodes,

@@ -61,7 +61,6 @@ def fit(
     segments: vector_i32,
     eye: vector_f64,
     anchors: rows_f64,
-    reference: rows_f64,
     matrix: rows_f64,
     right: vector_f64,
     support: vector_f64,
@@ -70,10 +69,14 @@ def fit(
     edge: ti.f64,
     sigma_edge: ti.f64,
     sigma_curve: ti.f64,
+    weight_down: ti.f64,
     sigma_change: ti.f64,
+    tolerance: ti.f64,
     iterations: ti.i32,
 ):
-    """Gauss-Newton on data, anchors, length and smoothness.
+    """Gauss-Newton on data, anchors, length and the energy of bending and weight.
+
+    With both energies a part that nothing is known of hangs as a rope at rest would.
 
     Args:
         nodes: (n, 3) start, overwritten by the fit [m].
@@ -82,24 +85,26 @@ def fit(
         segments: (m,) segment that every sample is thought to lie on, updated.
         eye: Centre of projection [m].
         anchors: (n, 4) point that a node is pulled to and its deviation [m]; 0: none.
-        reference: (n, 3) shape whose second differences are expected [m].
         matrix, right: Scratch (3n, BAND), (3n,).
         support: (n,) samples with a range around every node, written.
         variance: (n,) trace of every node's covariance [m^2], written.
-        report: Sum of squared normalised residuals, their count, outliers, written.
+        report: Sum of squared normalised residuals, their count, outliers, iterations; written.
         edge: Length of every edge [m].
         sigma_edge: Deviation of the edges' lengths [m].
-        sigma_curve: Deviation of second differences from the reference [m].
+        sigma_curve: Deviation of second differences [m].
+        weight_down: What the rope's weight adds to the cost per height of a node [1/m].
         sigma_change: Deviation of third differences [m].
-        iterations: Of Gauss-Newton.
+        tolerance: Done when no node moves further [m].
+        iterations: At most.
     """
     n = nodes.shape[0]
     o = ti.Vector([eye[0], eye[1], eye[2]], dt=ti.f64)
     for _ in range(1):
-        for iteration in range(iterations):
-            last = iteration == iterations - 1
+        done = False
+        iteration = 0
+        while not done:
             # Lengths and outliers are taken ever more seriously.
-            ease = ti.max(0.0, 1.0 - 1.5 * iteration / iterations)
+            ease = ti.max(0.0, 1.0 - iteration / 6.0)
             stiff = sigma_edge + ease * ease * 1e-3
             scale = 1.0 + 6.0 * ease
             for i in range(3 * n):
@@ -190,10 +195,9 @@ def fit(
                 if anchors[i, 3] > 0.0:
                     gap = node(nodes, i) - node(anchors, i)
                     add_difference(matrix, right, i, 0, gap, 1.0 / (anchors[i, 3] * anchors[i, 3]))
+                right[3 * i + 2] -= weight_down
                 if i + 2 < n:
                     bend = node(nodes, i) - 2.0 * node(nodes, i + 1) + node(nodes, i + 2)
-                    bend -= node(reference, i) - 2.0 * node(reference, i + 1)
-                    bend -= node(reference, i + 2)
                     add_difference(matrix, right, i, 2, bend, 1.0 / (sigma_curve * sigma_curve))
                 if i + 3 < n:
                     change = node(nodes, i + 3) - 3.0 * node(nodes, i + 2)
@@ -202,9 +206,19 @@ def fit(
                 if i + 1 < n:
                     e = node(nodes, i + 1) - node(nodes, i)
                     length = e.norm()
-                    add_direction(
-                        matrix, right, i, -1.0, 1.0, e / length, length - edge, 1.0 / stiff**2
-                    )
+                    t = e / length
+                    add_direction(matrix, right, i, -1.0, 1.0, t, length - edge, 1.0 / stiff**2)
+                    # A taut edge resists being turned; without it a hanging part settles slowly.
+                    pull = ti.max(0.0, (length - edge) / (length * stiff**2))
+                    for k in ti.static(range(3)):
+                        for m in ti.static(range(3)):
+                            side = -pull * t[k] * t[m]
+                            if ti.static(m == k):
+                                side += pull
+                            if ti.static(m <= k):
+                                matrix[3 * i + k, k - m] += side
+                                matrix[3 * i + 3 + k, k - m] += side
+                            matrix[3 * i + 3 + k, 3 + k - m] -= side
 
             # Banded Cholesky in place: row i keeps L[i, i - k] in column k.
             for i in range(3 * n):
@@ -234,14 +248,19 @@ def fit(
                     if i + k < 3 * n:
                         total -= matrix[i + k, k] * right[i + k]
                 right[i] = total / matrix[i, 0]
+            largest = 0.0
             for i in range(n):
                 step = ti.Vector([right[3 * i], right[3 * i + 1], right[3 * i + 2]], dt=ti.f64)
                 # Far from the solution the linearised lengths mislead.
                 step *= ti.min(1.0, edge / ti.max(step.norm(), 1e-12))
+                largest = ti.max(largest, step.norm())
                 for k in ti.static(range(3)):
                     nodes[i, k] += step[k]
 
-            if last:
+            iteration += 1
+            done = iteration == iterations or (iteration > 7 and largest < tolerance)
+            if done:
+                report[3] = iteration
                 # Diagonal of the inverse: one solve a coordinate.
                 for i in range(n):
                     variance[i] = 0.0

@@ -20,6 +20,7 @@ from services.perception.centerline import (
     Estimate,
     RopeModel,
 )
+from services.perception.paper import paper_estimate
 from services.perception.scene import Refused, Surroundings
 from services.perception.tracking import Tracker
 from shared import topics
@@ -38,6 +39,7 @@ from shared.messages import (
     scene_obstacles,
     stamp_of,
 )
+from shared.rod import RodProperties
 from shared.scenario import Scenario
 from shared.service import SECOND, Inbox, Publication
 
@@ -47,6 +49,8 @@ COLOR = topics.CAMERA_COLOR.at(topics.CAMERA)
 DEPTH = topics.CAMERA_DEPTH.at(topics.CAMERA)
 CALIBRATION = topics.CAMERA_CALIBRATION.at(topics.CAMERA)
 
+GRAVITY = 9.81
+"""[m/s^2]."""
 TRUTH_SIGMA = 1e-5
 """Of nodes that are copied from the truth [m]; never zero, since weights divide by it."""
 PATIENCE = 3 * SECOND // 10
@@ -78,8 +82,14 @@ class PerceptionService:
 
     def __init__(self, scenario: Scenario) -> None:
         self._scenario = scenario
-        rope = scenario.rope
-        self._rope = RopeModel(rope.length, rope.diameter / 2.0, rope.node_count)
+        believed = {k: v for k, v in vars(scenario.rope).items() if k != "node_count"}
+        self._believed = RodProperties(**believed)
+        self._rope = RopeModel(
+            scenario.rope.length,
+            scenario.rope.diameter / 2.0,
+            scenario.rope.node_count,
+            GRAVITY * scenario.rope.linear_density / self._believed.bending_stiffness,
+        )
         self._surroundings = Surroundings(scenario.bodies, scenario.events, self._rope.radius)
         self._tracker: Tracker | None = None
         self._arms: deque[tuple[int, Pose, Pose]] = deque(maxlen=ARM_HISTORY)
@@ -95,16 +105,18 @@ class PerceptionService:
         self.note = ""
 
     def warm_up(self) -> None:
-        """Compiles the fit on an empty image."""
+        """Compiles the fit on a stripe, and the rod that is asked in doubt."""
         if self._scenario.sensing.source == "camera":
             s = self._scenario.sensing
             i = Intrinsics.symmetric(*s.resolution, math.radians(s.field_of_view))
-            estimator = self._estimator(i)
+            tracker = Tracker(self._estimator(i), self._believed)
             image = np.zeros((i.height, i.width, 3), np.uint8)
             depth = np.full((i.height, i.width), 900, np.uint16)
             middle = i.height // 2
             image[middle - 4 : middle + 4, i.width // 4 : -i.width // 4] = 255
-            estimator.estimate(image, depth)
+            grips = self._scenario.grips(self._scenario.start)
+            tracker.estimator.estimate(image, depth, *grips)
+            tracker.at_rest(*grips)
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Looks at the newest frame and answers every request."""
@@ -154,8 +166,21 @@ class PerceptionService:
             yield self._lost(tracker, stamp)
             return
         left, right = self._grips(stamp)
-        estimate = tracker.follow(*images, left, right, stamp)
+        if self._scenario.sensing.method == "paper":
+            estimate = self._as_in_the_paper(images, tracker.estimator.camera, left)
+        else:
+            estimate = tracker.follow(*images, left, right, stamp)
         yield self._chain(estimate, stamp)
+
+    def _as_in_the_paper(
+        self,
+        images: tuple[UInt8[np.ndarray, "h w 3"], UInt16[np.ndarray, "h w"]],
+        camera: Camera,
+        left: Pose | None,
+    ) -> Estimate:
+        start = left or self._scenario.grips(self._scenario.start)[0]
+        threshold = self._scenario.sensing.threshold
+        return paper_estimate(*images, camera, start.position, self._rope, threshold)
 
     def _tracked(self, message: CameraCalibration) -> Tracker | str:
         """The tracker of the calibrated camera, kept while the calibration stays the same."""
@@ -171,7 +196,7 @@ class PerceptionService:
         except (IndexError, ValueError) as error:
             return f"calibration of camera {topics.CAMERA!r}: {error}"
         if self._tracker is None or self._tracker.estimator.camera.intrinsics != intrinsics:
-            self._tracker = Tracker(self._estimator(intrinsics))
+            self._tracker = Tracker(self._estimator(intrinsics), self._believed)
         return self._tracker
 
     def _estimator(self, intrinsics: Intrinsics) -> CenterlineEstimator:

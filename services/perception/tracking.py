@@ -1,12 +1,21 @@
-"""From frame to frame: the last estimate, carried along with the grips, is expected next."""
+"""From frame to frame: the last estimate, carried along with the grips, is expected next.
+
+Where the image leaves doubt, and at the start, the rod at rest between the grips is asked for the
+shape that it would have.
+"""
 
 from __future__ import annotations
+
+import logging
 
 import numpy as np
 from jaxtyping import Float64, UInt8, UInt16
 
-from services.perception.centerline import CenterlineEstimator, Estimate, Expected
+from services.perception.centerline import DOUBTFUL, CenterlineEstimator, Estimate, Expected
 from shared.geometry.poses import Pose
+from shared.rod import Rod, RodProperties
+
+log = logging.getLogger(__name__)
 
 FORGETTING = 500_000_000
 """An estimate older than this is no help [ns]."""
@@ -14,13 +23,21 @@ DRIFT = 0.03
 """How fast the rope's middle may leave the place that its ends suggest [m/s]."""
 SLIP = 0.3
 """Part of the grips' motion that the rope between them need not follow."""
+MODEL_SIGMA = 0.02
+"""Of the rod at rest: stiffness and swing are not known [m]."""
 
 
 class Tracker:
     """Remembers where the rope was."""
 
-    def __init__(self, estimator: CenterlineEstimator) -> None:
+    def __init__(self, estimator: CenterlineEstimator, believed: RodProperties) -> None:
+        """
+        Args:
+            estimator: Reads single frames.
+            believed: The rope as far as it is known.
+        """
         self.estimator = estimator
+        self._rod = Rod(believed, estimator.rope.node_count)
         self._last: Estimate | None = None
         self._stamp = 0
         self._grips: tuple[Pose | None, Pose | None] = (None, None)
@@ -43,10 +60,25 @@ class Tracker:
             stamp: Of the frame [ns].
         """
         expected = self._expected(left, right, stamp)
-        estimate = self.estimator.estimate(color, depth, left, right, expected)
-        if not estimate.lost:
+        estimate = self.estimator.estimate(
+            color, depth, left, right, expected, lambda: self.at_rest(left, right)
+        )
+        # What is doubtful must not become tomorrow's certainty.
+        if not estimate.lost and estimate.doubt < DOUBTFUL:
             self._last, self._stamp, self._grips = estimate, stamp, (left, right)
         return estimate
+
+    def at_rest(self, left: Pose | None, right: Pose | None) -> Expected | None:
+        """How the believed rope would hang between the grips."""
+        if left is None or right is None:
+            return None
+        try:
+            rest = self._rod.rest(left, right)
+        except ValueError as error:
+            log.warning("no shape to expect: %s", error)
+            return None
+        count = self.estimator.rope.node_count
+        return Expected(rest.state.positions, np.full(count, MODEL_SIGMA))
 
     def _expected(self, left: Pose | None, right: Pose | None, stamp: int) -> Expected | None:
         if self._last is None or not 0 <= stamp - self._stamp <= FORGETTING:

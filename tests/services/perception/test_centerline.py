@@ -129,3 +129,55 @@ def test_the_same_frame_gives_the_same_bits() -> None:
         for _ in range(2)
     ]
     assert runs[0].positions.tobytes() == runs[1].positions.tobytes()
+
+
+def alpha() -> np.ndarray:
+    """A loop whose strands cross at a right angle, 15 mm above each other."""
+    t = np.linspace(-2.2, 2.2, 3000)
+    path = np.stack([t**3 - 3.0 * t, t**2, 0.08 * t], axis=1)
+    path *= ROPE.length / polylines.length(path)
+    nodes = polylines.resampled(path, ROPE.node_count)
+    nodes *= ROPE.length / polylines.length(nodes)
+    return nodes - nodes.mean(axis=0) + np.array([0.0, 0.0, 0.25])
+
+
+def fold(depth: float) -> np.ndarray:
+    """Down towards the table and back up, seen from above: both strands nearly cover each other."""
+    t = np.linspace(-1.0, 1.0, 3000)
+    path = np.stack([0.12 * t, 0.01 * t, depth * (np.abs(t) ** 1.5 - 1.0)], axis=1)
+    path *= ROPE.length / polylines.length(path)
+    nodes = polylines.resampled(path, ROPE.node_count)
+    nodes *= ROPE.length / polylines.length(nodes)
+    return nodes - nodes.mean(axis=0) + np.array([0.0, 0.0, 0.3])
+
+
+def test_a_loop_is_followed_through_its_crossing() -> None:
+    nodes = alpha()
+    frame = taken(nodes)
+    estimate = CenterlineEstimator(CAMERA, ROPE).estimate(frame.color, frame.depth, *grips(nodes))
+    assert np.max(errors(estimate, nodes)) < 3e-3
+    assert estimate.doubt < 0.1
+
+
+@pytest.mark.parametrize("nodes", [alpha(), *(fold(d) for d in (0.1, 0.2, 0.4))])
+def test_nothing_is_surely_wrong_whatever_is_expected(nodes: np.ndarray) -> None:
+    estimator = CenterlineEstimator(CAMERA, ROPE)
+    frame = taken(nodes)
+    straight = np.linspace(nodes[0], nodes[-1], len(nodes))
+    for expected in (None, Expected(straight, np.full(len(nodes), 0.05))):
+        estimate = estimator.estimate(frame.color, frame.depth, *grips(nodes), expected)
+        error = errors(estimate, nodes)
+        assert not np.any((error > 0.010) & (error > 3.0 * estimate.sigma))
+
+
+def test_a_second_rope_in_view_is_not_followed() -> None:
+    nodes = curve(2, bend=0.6)
+    other = nodes + np.array([0.02, 0.12, 0.0])
+    first, second = taken(nodes), taken(other)
+    color = np.maximum(first.color, second.color)
+    depth = np.where(second.color[..., 0] > 128, second.depth, first.depth)
+    estimator = CenterlineEstimator(CAMERA, ROPE)
+    expected = Expected(nodes + 0.002, np.full(len(nodes), 0.005))
+    estimate = estimator.estimate(color, depth, *grips(nodes), expected)
+    assert np.mean(errors(estimate, nodes)) < 1e-3
+    assert np.mean(estimate.observed) > 0.95

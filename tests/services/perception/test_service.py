@@ -49,6 +49,19 @@ def test_a_swung_rope_is_seen_to_a_millimetre_at_the_stamp_of_its_image() -> Non
     assert np.max(np.mean(errors, axis=1)) < 1.5e-3
 
 
+def test_the_paper_s_method_sees_the_rope_centimetre_wise() -> None:
+    cell = Cell(scenario('method = "paper"\n'))
+    cell.run(0.6)
+    truth, seen = cell.chains(topics.ROPE_TRUTH), cell.chains(topics.ROPE_NODES)
+    errors = [
+        np.linalg.norm(chain(m.positions) - chain(truth[stamp].positions), axis=1).mean()
+        for stamp, m in seen.items()
+        if not m.lost
+    ]
+    assert errors
+    assert 2e-3 < np.median(errors) < 0.1
+
+
 def test_truth_as_a_source_is_copied_without_images() -> None:
     cell = Cell(scenario(source="truth"))
     cell.run(0.5)

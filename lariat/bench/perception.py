@@ -1,0 +1,251 @@
+"""How well the rope is seen: `lariat bench perception`.
+
+MuJoCo's elastic rod hangs between random grips, the simulated camera takes one frame of it, and
+both methods say where its nodes are, without any frame before. Three kinds of views: `easy` ones
+from above, as a cell has them; `hidden` ones with a ball in front of a third of the rope; `hard`
+ones from anywhere of a slack rope between turned grips, with folds, loops and crossings.
+"""
+
+from __future__ import annotations
+
+import json as encoder
+import math
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float64
+
+from services.perception.centerline import (
+    CenterlineEstimator,
+    CenterlineSettings,
+    Estimate,
+    Expected,
+    RopeModel,
+)
+from services.perception.paper import paper_nodes
+from services.sim.camera import RgbdCamera, SensorNoise
+from services.sim.mujoco_model import RopeTruth
+from services.sim.mujoco_plant import MujocoPlant
+from services.sim.service import gripper
+from shared.geometry import polylines, poses
+from shared.geometry.cameras import Camera, Intrinsics, looking_at
+from shared.geometry.obstacles import Obstacle
+from shared.geometry.poses import Pose
+from shared.rod import Rod, RodProperties
+
+Kind = Literal["easy", "hidden", "hard"]
+
+LEVEL = np.array([0.5, 0.5, 0.5, 0.5])
+ROPES = {
+    "rope": RopeTruth(0.45, 0.008, 30, 0.044, 1.0e6, damping=2.0),
+    "cable": RopeTruth(0.55, 0.005, 40, 0.040, 6.0e7, damping=2.0),
+}
+"""The paper's rope and cable, their stiffness estimated."""
+MISTAKEN = 2.0
+"""Factor on the stiffness that perception believes: nobody knows the true one."""
+VIEW = math.radians(65.0)
+GRIPPER = (0.012, 0.06)
+"""Radius and height of a gripper [m]."""
+CASES: tuple[tuple[str, Kind, tuple[int, int], float], ...] = (
+    *((r, "easy", (640, 480), s) for r in ROPES for s in (0.0, 0.0015, 0.003)),
+    *((r, "easy", (1280, 720), s) for r in ROPES for s in (0.0015, 0.003)),
+    *((r, "hidden", (640, 480), 0.0015) for r in ROPES),
+    *((r, "hard", (640, 480), 0.0015) for r in ROPES),
+)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the table."""
+
+    rope: str
+    views: str
+    resolution: str
+    depth_sigma_mm: float
+    mean_mm: float
+    """Of all node errors."""
+    median_mm: float
+    worst_mm: float
+    solved: float
+    """Part of the views with a mean node error below 3 mm."""
+    surely_wrong: float
+    """Part of the views with a node that is off by more than 10 mm and 3 sigma."""
+    within_two_sigma: float
+    """Part of the nodes."""
+    observed: float
+    """Part of the nodes."""
+    lost: float
+    """Part of the views that perception gave up."""
+    paper_mean_mm: float
+    """Of the nodes that the paper's algorithm found."""
+    paper_found: float
+    """Part of the nodes that it found."""
+    ms_p50: float
+    """CPU time of a frame."""
+    ms_p99: float
+
+
+def run(views: int = 40, seed: int = 0, json: bool = False) -> int:
+    """Prints the table.
+
+    Args:
+        views: Random views a row.
+        seed: Of the views.
+        json: One JSON object on standard output instead of a table.
+    """
+    rows = []
+    for case in CASES:
+        print(f"{case[0]} {case[1]} {case[2]} {1e3 * case[3]} mm ...", file=sys.stderr)
+        rows.append(measured(*case, views=views, seed=seed))
+    if json:
+        print(encoder.dumps({"views": views, "seed": seed, "rows": [vars(r) for r in rows]}))
+        return 0
+    names = list(vars(rows[0]))
+    print("| " + " | ".join(n.replace("_", " ") for n in names) + " |")
+    print("|" + "---|" * len(names))
+    for row in rows:
+        cells = [f"{v:.2f}" if isinstance(v, float) else str(v) for v in vars(row).values()]
+        print("| " + " | ".join(cells) + " |")
+    return 0
+
+
+def measured(
+    rope: str, kind: Kind, resolution: tuple[int, int], sigma: float, views: int, seed: int
+) -> Row:
+    """One line of the table."""
+    truth = ROPES[rope]
+    believed = RodProperties(
+        truth.length, truth.diameter, truth.linear_density, MISTAKEN * truth.youngs_modulus
+    )
+    rod = Rod(believed, truth.node_count)
+    heaviness = 9.81 * truth.linear_density / believed.bending_stiffness
+    model = RopeModel(truth.length, truth.diameter / 2.0, truth.node_count, heaviness)
+    settings = CenterlineSettings(depth_sigma=sigma)
+    noise = SensorNoise(depth_sigma=sigma)
+    estimates: list[tuple[Estimate, np.ndarray]] = []
+    times, theirs, found = [], [], []
+    for frame, (camera, left, right, nodes, bodies) in enumerate(
+        _views(truth, kind, resolution, views, seed)
+    ):
+        picture = RgbdCamera(camera, noise, seed=seed).take(
+            nodes, model.radius, bodies, frame=frame
+        )
+        estimator = CenterlineEstimator(camera, model, settings)
+
+        def at_rest(left: Pose = left, right: Pose = right) -> Expected:
+            rest = rod.rest(left, right)
+            return Expected(rest.state.positions, np.full(truth.node_count, 0.02))
+
+        began = time.process_time()
+        estimate = estimator.estimate(picture.color, picture.depth, left, right, model=at_rest)
+        times.append(1e3 * (time.process_time() - began))
+        estimates.append((estimate, nodes))
+        paper = paper_nodes(
+            picture.color, picture.depth, camera, nodes[0], truth.length, truth.node_count
+        )
+        theirs.extend(np.linalg.norm(paper - nodes[: len(paper)], axis=1))
+        found.append(len(paper) / truth.node_count)
+    return _row(rope, kind, resolution, sigma, estimates, times, theirs, found)
+
+
+def _row(
+    rope: str,
+    kind: Kind,
+    resolution: tuple[int, int],
+    sigma: float,
+    estimates: list[tuple[Estimate, np.ndarray]],
+    times: list[float],
+    theirs: list[float],
+    found: list[float],
+) -> Row:
+    seen = [(e, nodes) for e, nodes in estimates if not e.lost]
+    errors = np.array([np.linalg.norm(e.positions - nodes, axis=1) for e, nodes in seen])
+    sigmas = np.array([e.sigma for e, _ in seen])
+    wrong = np.any((errors > 0.010) & (errors > 3.0 * sigmas), axis=1)
+    return Row(
+        rope=rope,
+        views=kind,
+        resolution=f"{resolution[0]}x{resolution[1]}",
+        depth_sigma_mm=1e3 * sigma,
+        mean_mm=1e3 * float(np.mean(errors)),
+        median_mm=1e3 * float(np.median(errors)),
+        worst_mm=1e3 * float(np.max(errors)),
+        solved=float(np.sum(np.mean(errors, axis=1) < 0.003)) / len(estimates),
+        surely_wrong=float(np.sum(wrong)) / len(estimates),
+        within_two_sigma=float(np.mean(errors < 2.0 * sigmas)),
+        observed=float(np.mean([e.observed for e, _ in seen])),
+        lost=1.0 - len(seen) / len(estimates),
+        paper_mean_mm=1e3 * float(np.mean(theirs)) if theirs else math.nan,
+        paper_found=float(np.mean(found)),
+        # The first frames compile.
+        ms_p50=float(np.median(times[2:])),
+        ms_p99=float(np.percentile(times[2:], 99)),
+    )
+
+
+def _views(
+    truth: RopeTruth, kind: Kind, resolution: tuple[int, int], count: int, seed: int
+) -> Iterator[tuple[Camera, Pose, Pose, Float64[np.ndarray, "n 3"], list[Obstacle]]]:
+    """Camera, grips, true nodes and everything else in view."""
+    random = np.random.default_rng(seed)
+    plant = MujocoPlant(truth)
+    intrinsics = Intrinsics.symmetric(*resolution, VIEW)
+    made = 0
+    while made < count:
+        left, right = _grips(random, truth.length, kind)
+        plant.reset(left, right)
+        nodes = plant.nodes
+        if abs(polylines.length(nodes) - truth.length) > 0.003:
+            # Jammed into itself: no rest that a rope would have.
+            continue
+        made += 1
+        bodies = [
+            Obstacle("half_space", (0.0, 0.0, -0.2)),
+            gripper(left, -1.0, *GRIPPER),
+            gripper(right, 1.0, *GRIPPER),
+        ]
+        middle = nodes.mean(axis=0)
+        azimuth, elevation = random.uniform(-math.pi, math.pi), random.uniform(0.6, 1.5)
+        toward = np.array([math.cos(azimuth), math.sin(azimuth), math.tan(elevation)])
+        eye = middle + 0.75 * poses.normalized(toward)
+        if kind != "hard":
+            eye, middle = np.array([0.0, -0.05, 1.0]), np.array([0.0, 0.0, 0.2])
+        camera = Camera(intrinsics, looking_at(tuple(eye), tuple(middle)))
+        if kind == "hidden":
+            bodies.append(_ball(random, camera, nodes))
+        yield camera, left, right, nodes, bodies
+
+
+def _grips(random: np.random.Generator, length: float, kind: Kind) -> tuple[Pose, Pose]:
+    hard = kind == "hard"
+    gap = random.uniform(0.1, 0.7) if hard else random.uniform(0.45, 0.93)
+    yaw = random.uniform(-math.pi, math.pi) if hard else random.uniform(-0.8, 0.8)
+    slope = random.uniform(-0.5, 0.5) if hard else random.uniform(-0.3, 0.3)
+    half = gap * length / 2.0 * np.array([math.cos(yaw), math.sin(yaw), slope])
+    place = np.array([*random.uniform(-0.05, 0.05, 2), random.uniform(0.22, 0.35)])
+    turns = []
+    for _ in range(2):
+        extra = random.choice([0.0, 0.0, 1.5, -1.5, 3.0]) if hard else 0.0
+        tilt = poses.exponential(random.normal(0.0, 0.9 if hard else 0.35, 3))
+        about_z = poses.exponential(np.array([0.0, 0.0, yaw + extra]))
+        turns.append(poses.multiply(tilt, poses.multiply(about_z, LEVEL)))
+    return Pose(place - half, turns[0]), Pose(place + half, turns[1])
+
+
+def _ball(
+    random: np.random.Generator, camera: Camera, nodes: Float64[np.ndarray, "n 3"]
+) -> Obstacle:
+    """A ball between the camera and a third of the rope."""
+    n = len(nodes)
+    first = int(random.integers(n // 8, n - n // 8 - n // 3))
+    part = nodes[first : first + n // 3]
+    eye = camera.T_world_camera.position
+    near = 0.65
+    middle = part[len(part) // 2]
+    # Scaled towards the camera it covers what it covered.
+    radius = near * float(np.max(np.linalg.norm(part - middle, axis=1)))
+    return Obstacle("sphere", tuple(eye + near * (middle - eye)), radius=max(radius, 0.01))

@@ -76,6 +76,8 @@ class Client:
         """The last error of a servo point, in words."""
         self.enabled = False
         """Whether a sequence has made it ready and nothing has stopped it since."""
+        self.control_lost = ""
+        """Why the arm listens to somebody else, in words."""
         self.failure = ""
         """Why the last sequence failed."""
         self._links: dict[int, Link] = {}
@@ -91,6 +93,7 @@ class Client:
         self._step: Request | Until | None = None
         self._step_since = 0
         self._spoke = 0
+        self._pointed = -1
         self._knows_alarms = False
 
     @property
@@ -137,7 +140,9 @@ class Client:
             self._queue.append(text)
 
     def servo(self, vector: np.ndarray, t: float) -> None:
-        """A point for the flange.
+        """A point for the flange, unless the arm has not been heard since the last one.
+
+        So that no more than one is ever under way to an arm that has stopped listening.
 
         Args:
             vector: X, Y, Z [mm], Rx, Ry, Rz [deg].
@@ -145,6 +150,9 @@ class Client:
         """
         if not np.all(np.isfinite(vector)):
             raise ValueError(f"a servo point must be finite, got {vector}")
+        if self.heard is None or self.heard <= self._pointed:
+            return
+        self._pointed = self._now
         numbers = ",".join(f"{v:.6f}" for v in vector)
         if self.firmware == "v3":
             self._send(MOTION, f"ServoP({numbers})")
@@ -236,8 +244,7 @@ class Client:
                 self._take(reply)
             if reader.not_tcp:
                 reader.not_tcp = False
-                self.alarms = ("the control mode is not TCP; choose it in the maker's program",)
-                self._knows_alarms = True
+                self.control_lost = "the control mode is not TCP; choose it in the maker's program"
                 self.enabled = False
                 if self._asked is not None:
                     self._answer = Reply(-1, "", self._asked[0])
@@ -348,7 +355,7 @@ class Client:
                 return f"{text}: {reply.words}"
         if not (yield Until(lambda: self.mode == 5, 3.0)):
             return f"not idle after it was enabled: {self.mode_words}"
-        self.enabled, self.refusal = True, ""
+        self.enabled, self.refusal, self.control_lost = True, "", ""
         self.alarms, self._knows_alarms = (), False
         return ""
 

@@ -22,6 +22,8 @@ FEEDBACK_TICKS = {"v3": {30004: 1, 30005: 25, 30006: 6}, "v4": {30004: 1, 30005:
 """Packets every so many ticks."""
 IDLE = 10.0
 LATE = 1.5
+JOINED = 0.05
+"""Longest time for which an answer waits for another one to go with [s]."""
 ONCE = {
     "alarm_singular": (26,),
     "alarm_overspeed": (49,),
@@ -81,7 +83,7 @@ class Emulator:
         self._connections: list[Connection] = []
         self._syncs: list[tuple[Connection, Call, int]] = []
         self._late: deque[tuple[float, Connection, bytes]] = deque()
-        self._joined: dict[Connection, bytes] = {}
+        self._joined: dict[Connection, tuple[float, bytes]] = {}
         self._pending = dict(options.fault_times)
         self._active: dict[str, float] = {}
         self._begin_faults()
@@ -149,6 +151,10 @@ class Emulator:
         while self._late and self._late[0][0] <= self.now:
             _, connection, segment = self._late.popleft()
             connection.write(segment)
+        for connection, (since, data) in list(self._joined.items()):
+            if self.now - since > JOINED:
+                del self._joined[connection]
+                connection.write(data)
         if "idle_close" in self._active:
             for connection in self._connections:
                 idle = self.now - connection.heard
@@ -180,10 +186,9 @@ class Emulator:
             self._late.append((self.now + LATE, connection, data))
         elif "joined_replies" in self._active:
             if connection in self._joined:
-                data = self._joined.pop(connection) + data
-                connection.write(data)
+                connection.write(self._joined.pop(connection)[1] + data)
             else:
-                self._joined[connection] = data
+                self._joined[connection] = (self.now, data)
         elif "torn_replies" in self._active:
             middle = len(data) // 2
             connection.write(data[:middle])

@@ -1,0 +1,146 @@
+"""A cell with a fixed left end and an emulated CR5 at the right one, on simulated time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from services.robot_gateway.cell import Cell, CellReport
+from services.robot_gateway.cr5.kinematics import Kinematics
+from services.robot_gateway.drivers.cr5 import Cr5Driver
+from services.robot_gateway.drivers.ideal import FixedDriver
+from services.robot_gateway.emulator.core import Emulator
+from services.robot_gateway.emulator.options import Options
+from services.robot_gateway.guidance import Guidance
+from services.robot_gateway.link import MemoryNetwork
+from services.robot_gateway.rules import Body, Boundaries
+from services.robot_gateway.safety import Command
+from services.robot_gateway.trajectory import Chunk
+from shared.geometry import poses
+from shared.geometry.obstacles import TABLE
+from shared.geometry.poses import Pose
+from tests.services.robot_gateway.cells import ALONG_X, BOOT, LIMITS, START, TICK, stopping
+
+BASE = Pose(np.array([0.72, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 1.0]))
+TOOL = Pose(np.array([0.0, 0.0, 0.12]), np.array([0.0, 1.0, 0.0, 0.0]))
+GRIPS = (
+    Pose(np.array([-0.2, 0.0, 0.3]), ALONG_X),
+    Pose(np.array([0.12, -0.10, 0.28]), ALONG_X),
+)
+
+
+class ArmWorld:
+    """A cell, its clock, and the emulator's own log of joint motion."""
+
+    def __init__(self, firmware: str = "v3", automatic: bool = True, **options: object) -> None:
+        kinematics = Kinematics(BASE, TOOL)
+        joints = kinematics.solve_anywhere(GRIPS[1])
+        assert joints is not None
+        values = {"firmware": firmware, "joints": tuple(np.degrees(joints)), "power_on_time": 0.5}
+        self.emulator = Emulator(Options(**{**values, **options}), start=START * 1e-9)
+        network = MemoryNetwork(self.emulator)
+        driver = Cr5Driver(network, kinematics, joint_speed=1.6, emulated=True)
+        self.driver = driver
+        bodies = (Body(end=(0.0, 0.0, -0.048)), Body(end=(0.0, 0.0, 0.048)))
+        boundaries = Boundaries(3.0, ((-2.0, -2.0, 0.01), (2.0, 2.0, 2.0)), bodies)
+        guidance = Guidance(LIMITS, boundaries, GRIPS, [1], [driver.posture])
+        self.cell = Cell(guidance, (FixedDriver(GRIPS[0]), driver), GRIPS, BOOT, automatic)
+        self.cell.take_scene([TABLE])
+        self.now = START
+        self.report: CellReport = self.cell.step(self.now)
+        self.commanded: list[np.ndarray] = []
+        self.measured: list[np.ndarray] = []
+        self.joint_speeds: list[tuple[float, float]] = []
+        self._sequence = self._command = 0
+
+    @property
+    def seconds(self) -> float:
+        return (self.now - START) * 1e-9
+
+    @property
+    def mode(self) -> str:
+        return self.report.safety.mode
+
+    def step(self) -> CellReport:
+        self.now += TICK
+        self.report = self.cell.step(self.now)
+        pose = self.report.arms[1].pose
+        self.commanded.append(self.cell.guidance.state.position[0])
+        self.measured.append(GRIPS[1].position if pose is None else pose.position)
+        speed = float(np.max(np.abs(self.emulator.controller.joint_speed)))
+        self.joint_speeds.append((self.seconds, speed))
+        return self.report
+
+    def run(self, seconds: float) -> CellReport:
+        for _ in range(round(seconds / 0.008)):
+            self.step()
+        return self.report
+
+    def until_ready(self) -> None:
+        """Until the arm is armed, enabled and may move."""
+        for _ in range(500):
+            self.step()
+            if self.mode == "armed" and self.report.arms[1].ready:
+                self.run(0.05)
+                return
+        raise AssertionError(f"not ready: {self.report}")
+
+    def follow(
+        self,
+        path: Callable[[float], np.ndarray],
+        seconds: float,
+        since: int | None = None,
+        session: str = "writer",
+    ) -> CellReport:
+        """Chunks along `path`(s since `since`), 20 ms apart."""
+        since = since or self.now
+        end, due = self.now + round(seconds * 1e9), self.now
+        while self.now < end:
+            if self.now >= due:
+                times = (self.now - since) * 1e-9 + 0.02 * np.arange(16)
+                points = stopping(np.array([[path(t)] for t in times]))
+                turns = np.tile(ALONG_X, (len(points), 1, 1))
+                chunk = Chunk(session, self._sequence, self.now, 0.02, points, turns)
+                self.cell.take_chunk(chunk, self.now)
+                self._sequence += 1
+                due += 20_000_000
+            self.step()
+        return self.report
+
+    def command(self, action: str, **changes: object) -> str:
+        self._command += 1
+        values = {
+            "id": f"command-{self._command}",
+            "boot": BOOT,
+            "expires": self.now + 1_000_000_000,
+            "action": action,
+        }
+        self.cell.take_command(Command(**{**values, **changes}), self.now)
+        return self.step().rejection
+
+
+def circle(centre: np.ndarray, radius: float, speed: float) -> Callable[[float], np.ndarray]:
+    """Round a circle in a plane that is level with nothing, from rest over a second on."""
+    y, z = np.array([0.0, 1.0, 0.0]), np.array([-0.5, 0.0, 0.87])
+
+    def path(t: float) -> np.ndarray:
+        t = max(t, 0.0)
+        eased = t - 0.5 if t > 1.0 else t**3 - 0.5 * t**4
+        angle = speed / radius * eased
+        return centre + radius * (np.sin(angle) * y + (1.0 - np.cos(angle)) * z)
+
+    return path
+
+
+def off_path(measured: np.ndarray, path: np.ndarray) -> float:
+    """Distance of a point to a chain of points [m]."""
+    start, way = path[:-1], np.diff(path, axis=0)
+    along = np.sum((measured - start) * way, axis=1) / np.maximum(np.sum(way**2, axis=1), 1e-18)
+    nearest = start + np.clip(along, 0.0, 1.0)[:, None] * way
+    return float(np.min(np.linalg.norm(nearest - measured, axis=1)))
+
+
+def turned(a: np.ndarray, b: np.ndarray) -> float:
+    """Angle between two orientations [rad]."""
+    return float(np.linalg.norm(poses.logarithm(poses.multiply(a, poses.conjugate(b)))))

@@ -1,0 +1,112 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.services.robot_gateway.arm_cell import GRIPS, ArmWorld, circle, off_path
+
+
+def streamed(firmware: str, seconds: float, **options: object) -> tuple[ArmWorld, float]:
+    """A world that went round a circle at 0.1 m/s, and its greatest cross-track error [m]."""
+    world = ArmWorld(firmware, **options)
+    world.until_ready()
+    begun = len(world.commanded)
+    centre = world.cell.guidance.state.position[0]
+    world.follow(circle(centre, 0.06, 0.1), seconds)
+    assert world.mode == "moving", world.report
+    errors = []
+    for k in range(begun + 10, len(world.measured), 5):
+        path = np.array(world.commanded[max(k - 40, 0) : k + 1])
+        errors.append(off_path(world.measured[k], path) if np.ptp(path) > 1e-9 else 0.0)
+    return world, max(errors)
+
+
+@pytest.mark.parametrize("firmware", ["v3", "v4"])
+def test_arm_keeps_to_its_path_within_a_millimetre(firmware: str) -> None:
+    world, error = streamed(firmware, 4.0)
+    assert error < 1e-3
+    # It really went there: round the circle's far side.
+    assert np.ptp(np.array(world.measured)[:, 1]) > 0.1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("firmware", ["v3", "v4"])
+def test_arm_keeps_to_its_path_for_a_minute(firmware: str) -> None:
+    assert streamed(firmware, 60.0)[1] < 1e-3
+
+
+def test_calibrated_arm_is_no_fault_and_shows_in_no_error() -> None:
+    world, error = streamed("v4", 2.0, calibrated=True)
+    assert error < 1e-3
+    start = world.measured[20]
+    assert 1e-4 < np.linalg.norm(start - GRIPS[1].position) < 2e-3
+
+
+def test_servo_points_come_at_an_even_pace_and_never_two_at_once() -> None:
+    world = ArmWorld("v4")
+    sent: list[float] = []
+    aim = world.emulator.controller.aim
+
+    def logged(*arguments: object) -> None:
+        sent.append(world.emulator.now)
+        aim(*arguments)
+
+    world.emulator.controller.aim = logged
+    world.until_ready()
+    world.follow(circle(world.cell.guidance.state.position[0], 0.05, 0.1), 2.0)
+    gaps = np.diff(sent[10:])
+    assert np.all(np.abs(gaps - 0.032) < 1e-6)
+
+
+def test_answers_to_servo_points_are_not_needed() -> None:
+    assert streamed("v3", 2.0, servo_reply=False)[1] < 1e-3
+
+
+@pytest.mark.parametrize("firmware", ["v3", "v4"])
+def test_gripper_opens_and_closes_at_rest(firmware: str) -> None:
+    world = ArmWorld(firmware)
+    world.until_ready()
+    assert world.command("gripper", arm="right", close=True) == ""
+    world.run(0.05)
+    assert world.emulator.controller.tool_outputs == [1, 0]
+    assert world.command("gripper", arm="right", close=False) == ""
+    world.run(0.05)
+    assert world.emulator.controller.tool_outputs == [0, 0]
+    assert not world.report.arms[1].gripper_closed
+    assert "fixed" in world.command("gripper", arm="left", close=True)
+    world.follow(circle(world.cell.guidance.state.position[0], 0.05, 0.1), 0.6)
+    assert "rest" in world.command("gripper", arm="right", close=True)
+
+
+def test_arm_has_power_only_while_it_is_armed() -> None:
+    world = ArmWorld(automatic=False)
+    world.run(0.5)
+    assert world.mode == "disarmed"
+    assert world.emulator.controller.mode == 4
+    assert world.command("arm") == ""
+    world.until_ready()
+    assert world.emulator.controller.enabled
+    assert world.command("disarm") == ""
+    world.run(0.3)
+    assert (world.mode, world.emulator.controller.mode) == ("disarmed", 4)
+
+
+def test_way_through_a_singularity_or_past_a_joint_is_refused() -> None:
+    world = ArmWorld()
+    world.until_ready()
+    here = world.cell.guidance.state.position[0]
+    world.follow(lambda t: here + np.array([-0.1 * t, 0.0, 0.15 * t]), 6.0)
+    assert world.report.rule in ("singularity", "joint_limits", "joint_speed")
+    assert world.report.arms[1].alarms == ()
+    assert world.emulator.controller.alarms == []
+
+
+def test_reset_puts_the_emulated_arm_back() -> None:
+    world = ArmWorld("v4")
+    world.until_ready()
+    world.follow(circle(world.cell.guidance.state.position[0], 0.05, 0.1), 1.5)
+    world.cell.take_reset(1)
+    world.run(0.8)
+    assert world.report.reset_count == 1
+    np.testing.assert_allclose(world.measured[-1], GRIPS[1].position, atol=1e-6)
+    assert world.mode == "armed"

@@ -1,0 +1,145 @@
+"""Every fault of the arm in the middle of a motion: what stops, by which name, and what follows."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.services.robot_gateway.arm_cell import ArmWorld, circle
+
+# What the table says of each: the cause that is named, and words that a person reads.
+STOPPING = {
+    "alarm_singular": ("alarm", "wrist singularity"),
+    "alarm_overspeed": ("alarm", "joint 2 is too fast"),
+    "collision": ("alarm", "collision"),
+    "emergency_stop": ("alarm", "emergency stop"),
+    "power_off": ("alarm", "no power"),
+    "drag": ("alarm", "guided by hand"),
+    "taken_over": ("alarm", "not TCP"),
+    "stale_feedback": ("lost_link", "no feedback"),
+    "wrong_test_value": ("lost_link", "no feedback"),
+    "wrong_size": ("lost_link", "no feedback"),
+    "links_closed": ("lost_link", "closed"),
+    "frozen": ("lost_link", "no feedback"),
+}
+HARMLESS = ["no_servo_reply", "torn_replies", "joined_replies", "torn_feedback", "idle_close"]
+
+
+def moving(firmware: str, **options: object) -> tuple[ArmWorld, int]:
+    """A world in the middle of a circle, and since when."""
+    world = ArmWorld(firmware, **options)
+    world.until_ready()
+    since = world.now
+    world.path = circle(world.cell.guidance.state.position[0], 0.06, 0.12)
+    world.follow(world.path, 1.2, since)
+    assert world.mode == "moving", world.report
+    return world, since
+
+
+def slowed_after(world: ArmWorld, begun: float) -> float:
+    """Time from `begun` until the joints are slower than they were, and stay so [s]."""
+    t, speed = np.array(world.joint_speeds).T
+    level = speed[t <= begun][-1]
+    later = t > begun
+    fast = later & (speed > 0.98 * level)
+    return float(t[fast][-1] - begun) if np.any(fast) else 0.0
+
+
+@pytest.mark.parametrize("firmware", ["v3", "v4"])
+@pytest.mark.parametrize("fault", STOPPING)
+def test_fault_brakes_within_150_ms_is_named_and_waits_for_a_person(
+    fault: str, firmware: str
+) -> None:
+    cause, words = STOPPING[fault]
+    world, since = moving(firmware)
+    begun = world.seconds
+    world.emulator.inject(fault)
+    world.follow(world.path, 0.5, since)
+    assert (world.mode, world.report.safety.cause) == ("fault", cause), world.report
+    assert world.report.safety.needs_acknowledgement
+    said = f"{world.report.safety.detail} {world.report.arms[1].alarms}"
+    assert words in said
+    # An arm that heard the last point finishes it, within the servo's own time.
+    assert slowed_after(world, begun) <= 0.15 + (0.1 if cause == "lost_link" else 0.0)
+    assert world.joint_speeds[-1][1] < 0.02, "at rest half a second later"
+    # Nothing moves before a person acknowledges, whatever the writer says.
+    world.emulator.heal(fault)
+    world.emulator.controller.dragging = False
+    world.emulator.controller.pressed = False
+    rest = world.emulator.controller.joints.copy()
+    world.follow(world.path, 1.5, since)
+    assert world.mode == "fault"
+    # One point may have been under way to an arm that did not listen for a while.
+    under_way = 0.02 if fault == "frozen" else 1e-3
+    np.testing.assert_allclose(world.emulator.controller.joints, rest, atol=under_way)
+    # And then work goes on, from where the arm is.
+    assert world.command("acknowledge") == ""
+    world.until_ready()
+    here = world.cell.guidance.state.position[0]
+    np.testing.assert_allclose(here, world.measured[-1], atol=1e-4)
+    world.follow(circle(here, 0.05, 0.1), 1.5)
+    assert world.mode == "moving", world.report
+    assert np.linalg.norm(world.measured[-1] - here) > 0.02
+
+
+@pytest.mark.parametrize("fault", HARMLESS)
+def test_oddity_of_the_line_stops_nothing(fault: str) -> None:
+    world, since = moving("v3", faults=(fault,))
+    world.follow(world.path, 1.0, since)
+    assert world.mode == "moving", world.report
+    assert world.report.arms[1].alarms == ()
+
+
+def test_clock_of_the_arm_may_jump() -> None:
+    world, since = moving("v3")
+    world.emulator.inject("time_back")
+    world.run(0.0)
+    world.follow(world.path, 0.06, since)
+    world.emulator.heal("time_back")
+    world.follow(world.path, 0.5, since)
+    assert world.mode == "moving", world.report
+
+
+@pytest.mark.parametrize("silence", ["hold", "coast", "alarm"])
+def test_writer_that_dies_leaves_the_arm_at_rest_whatever_it_does_in_silence(silence: str) -> None:
+    world, _ = moving("v4", silence=silence)
+    begun = world.seconds
+    world.run(1.0)
+    assert world.report.safety.cause in ("silence", "alarm")
+    assert world.report.safety.needs_acknowledgement
+    t, speed = np.array(world.joint_speeds).T
+    # 150 ms, v / a + a / j of the command, and the lag of the drives.
+    bound = begun + 0.15 + 0.12 / 2.0 + 2.0 / 40.0 + 0.25
+    assert np.max(speed[t > bound]) < 0.02
+
+
+def test_arm_that_is_not_in_tcp_mode_is_said_to_be_so() -> None:
+    world = ArmWorld("v3", automatic=False, faults=("not_tcp",))
+    world.run(0.3)
+    world.command("arm")
+    world.run(1.0)
+    assert world.mode == "fault"
+    assert "not TCP" in " ".join(world.report.arms[1].alarms)
+
+
+def test_port_that_another_program_holds_is_said_to_be_so() -> None:
+    world = ArmWorld("v3", automatic=False, faults=("port_taken",))
+    world.run(1.0)
+    assert "no other program" in " ".join(world.report.arms[1].alarms)
+    assert "no other program" in world.command("arm")
+    assert world.mode == "disarmed"
+
+
+def test_late_answers_never_count_for_another_question() -> None:
+    world = ArmWorld("v3", automatic=False, faults=("late_reply",))
+    world.run(0.5)
+    world.command("arm")
+    world.run(16.0)
+    assert world.emulator.controller.enabled
+    assert world.mode == "armed"
+
+
+def test_blocked_queue_does_not_stop_servo_points_and_arming_frees_it() -> None:
+    world = ArmWorld("v3", faults=("queue_blocked",))
+    world.until_ready()
+    assert world.emulator.controller.queue_running

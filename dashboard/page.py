@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import viser
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 
 from dashboard import health, palette, wording
 from dashboard.actions import Actions
@@ -17,7 +18,14 @@ from dashboard.plots import ParameterTable, RunPlots
 from dashboard.scene_view import HIDDEN_AT_FIRST, LAYERS, SceneView, camera_pose
 from dashboard.server import notify, stop
 from shared import topics
-from shared.messages import ArmStates, Scene, TaskState, scene_obstacles
+from shared.messages import (
+    ArmStates,
+    Parameters,
+    Scene,
+    TaskState,
+    scene_obstacles,
+    stamp_of,
+)
 from shared.scenario import SIDES, Scenario
 from shared.service import SECOND, Inbox
 from shared.topics import Topic
@@ -35,6 +43,8 @@ SERVICES = (
 IDLE_PERIOD = SECOND
 """Between two drawings while nobody looks [ns]."""
 HEALTH_PERIOD = SECOND // 2
+IMAGES = 8
+"""Images that wait for the rope that is seen in them."""
 
 CAMERA_COLOR = topics.CAMERA_COLOR.at(topics.CAMERA)
 CAMERA_CALIBRATION = topics.CAMERA_CALIBRATION.at(topics.CAMERA)
@@ -100,6 +110,7 @@ class Page:
         self._drawn = 0
         self._health_drawn = 0
         self._pending: dict[str, object] = {}
+        self._images: dict[int, CompressedImage] = {}
         self._refused_setpoints = 0
         self._obstacles.update(scenario.bodies)
 
@@ -137,7 +148,7 @@ class Page:
         if fresh := inbox.fresh(topics.TASK_STATE):
             self._plots.add(fresh.message)
         if fresh := inbox.fresh(topics.CONTROLLER_PARAMETERS):
-            self._parameters.add(fresh.message, now / SECOND)
+            self._parameters.add(fresh.message)
         for topic in (topics.SCENE_STATE, topics.CONTROLLER_PATH, topics.RUN_RESULT):
             if fresh := inbox.fresh(topic):
                 self._pending[topic.key] = fresh.message
@@ -160,9 +171,8 @@ class Page:
         if (result := self._pending.pop(topics.RUN_RESULT.key, None)) is not None:
             self._plots.result(result)
         self._plots.draw(now / SECOND)
-        if image := inbox.fresh(CAMERA_COLOR):
-            calibration, _ = _latest(inbox, CAMERA_CALIBRATION, now)
-            self._camera.show(image.message, rope, calibration)
+        self._parameters.draw(now / SECOND)
+        self._draw_picture(inbox, now)
         if now - self._health_drawn >= HEALTH_PERIOD:
             self._health_drawn = now
             self._draw_health(inbox, now)
@@ -178,6 +188,20 @@ class Page:
             self._view.path(path)
         if arms is not None:
             self._view.arms(arms)
+
+    def _draw_picture(self, inbox: Inbox, now: int) -> None:
+        """Shows an image when the rope that was seen in it is known."""
+        if image := inbox.fresh(CAMERA_COLOR):
+            self._images[stamp_of(image.message)] = image.message
+            while len(self._images) > IMAGES:
+                oldest = min(self._images)
+                # Nobody finds a rope in them: they are shown all the same.
+                self._camera.show(self._images.pop(oldest), None, None)
+        if rope := inbox.fresh(topics.ROPE_NODES):
+            image = self._images.get(rope.message.stamp)
+            if image is not None:
+                self._camera.show(image, rope.message, _latest(inbox, CAMERA_CALIBRATION, now)[0])
+                self._images = {s: i for s, i in self._images.items() if s > rope.message.stamp}
 
     def _take_scene(self, scene: Scene) -> None:
         try:
@@ -215,12 +239,17 @@ class Page:
 
     def forget(self) -> None:
         """Clears what was drawn over time, for a jump in a recording."""
+        self._images.clear()
+        self._health_drawn = self._drawn = 0
         self._plots.clear()
         self._parameters.clear()
 
-    def remember(self, task: TaskState) -> None:
+    def remember(self, message: TaskState | Parameters) -> None:
         """Takes what was said before the moment that a recording jumped to."""
-        self._plots.add(task)
+        if isinstance(message, TaskState):
+            self._plots.add(message)
+        else:
+            self._parameters.add(message)
 
     def close(self) -> None:
         """Ends the page's threads and its server."""

@@ -42,3 +42,9 @@ QUIET: Color = (138, 147, 160)
 def css(color: Color, opacity: float = 1.0) -> str:
     """The colour for HTML."""
     return f"rgba({color[0]},{color[1]},{color[2]},{opacity:g})"
+
+
+def unlit(color: Color) -> Color:
+    """What lines must be given to look like the colour: they take it for linear light."""
+    red, green, blue = (round(255.0 * (c / 255.0) ** 2.2) for c in color)
+    return red, green, blue

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import ceil
+
 import viser
 
 from dashboard import palette
@@ -32,7 +34,7 @@ class Player:
         gui = server.gui
         panel = gui.add_panel()
         with panel.add_tab("Recording", viser.Icon.MOVIE):
-            length = max((timeline.end - timeline.start) / SECOND, 0.01)
+            length = ceil(100.0 * max(timeline.end - timeline.start, 1) / SECOND) / 100.0
             self._bar = gui.add_slider("Time [s]", 0.0, length, 0.01, 0.0)
             self._button = gui.add_button(
                 "Pause", icon=viser.Icon.PLAYER_PAUSE, color=palette.BRAND
@@ -78,15 +80,12 @@ class Player:
     def seek(self, seconds: float) -> None:
         """Stands still at a time from the start [s], with the next step."""
         self._sought = seconds
-        self.play(False)
+        self._show_state(False)
 
     def play(self, on: bool) -> None:
         """Goes on or stands still."""
-        self._playing = on
-        self._button.label = "Pause" if on else "Play"
-        self._button.icon = viser.Icon.PLAYER_PAUSE if on else viser.Icon.PLAYER_PLAY
-        if not on:
-            self._bar.value = round(self.seconds, 2)
+        self._show_state(on)
+        self._bar.value = round(self.seconds, 2)
 
     def set_speed(self, factor: float) -> None:
         """Seconds of the recording in a second of the viewer's."""
@@ -100,9 +99,16 @@ class Player:
         self._page.forget()
         for task in self._timeline.past(topics.TASK_STATE, now):
             self._page.remember(task)
+        for parameters in self._timeline.past(topics.CONTROLLER_PARAMETERS, now):
+            self._page.remember(parameters)
         self._page.show(self._timeline.jump(now), now)
 
     def _toggle(self) -> None:
         if not self._playing and self._now >= self._timeline.end:
             self._sought = 0.0
         self.play(not self._playing)
+
+    def _show_state(self, playing: bool) -> None:
+        self._playing = playing
+        self._button.label = "Pause" if playing else "Play"
+        self._button.icon = viser.Icon.PLAYER_PAUSE if playing else viser.Icon.PLAYER_PLAY

@@ -41,6 +41,7 @@ class RunPlots:
         """Forgets the run, for a jump in a recording."""
         self._history.clear()
         self._stale = True
+        self._drawn = -math.inf
 
     def add(self, task: TaskState) -> None:
         """Takes the errors of a running task."""
@@ -79,22 +80,29 @@ class ParameterTable:
         )
         self._first = 0
         self._drawn = -math.inf
+        self._newest: Parameters | None = None
 
     def clear(self) -> None:
         """Forgets what was."""
         self._history.clear()
         self._first = 0
+        self._drawn = -math.inf
 
-    def add(self, message: Parameters, now: float) -> None:
-        """Takes one estimate; `now` [s] only limits how often it is drawn."""
+    def add(self, message: Parameters) -> None:
+        """Takes one estimate."""
         self._first = self._first or message.stamp
         seconds = (message.stamp - self._first) / SECOND
         self._history.add(seconds, 1e3 * message.prediction_error)
-        if now - self._drawn < REFRESH:
+        self._newest = message
+
+    def draw(self, now: float) -> None:
+        """Brings table and chart up to date, at most every `REFRESH` seconds."""
+        if self._newest is None or now - self._drawn < REFRESH:
             return
         self._drawn = now
         self._chart.data = self._history.columns
-        self._table.content = parameter_html(message)
+        self._table.content = parameter_html(self._newest)
+        self._newest = None
 
 
 def parameter_html(message: Parameters) -> str:

@@ -61,8 +61,9 @@ class SceneView:
         _furnish(server, scenario)
         self._rope = TubeView(self._scene, "/rope", radius)
         self._truth = TubeView(self._scene, "/truth", 0.6 * radius)
-        self._goal = TubeView(self._scene, "/goal", radius, opacity=0.7)
-        self._preview = TubeView(self._scene, "/preview", 0.8 * radius, opacity=0.8)
+        # Thinner than the rope, which hides it where it has reached it.
+        self._goal = TubeView(self._scene, "/goal", 0.8 * radius, opacity=0.7)
+        self._preview = TubeView(self._scene, "/preview", 0.9 * radius, opacity=0.8)
         self._obstacles = ObstacleView(self._scene, on_click)
         self._obstacles.show(scenario.bodies)
         self._prediction: viser.LineSegmentsHandle | None = None
@@ -139,7 +140,7 @@ class SceneView:
         """Where the planner leads both grips, with a few ropes along the way."""
         grips = [chain(message.left_positions), chain(message.right_positions)]
         segments = [np.stack([g[:-1], g[1:]], axis=1) for g in grips if len(g) > 1]
-        colors = [np.broadcast_to(np.uint8(palette.PATH), s.shape) for s in segments]
+        colors = [np.broadcast_to(np.uint8(palette.unlit(palette.PATH)), s.shape) for s in segments]
         if message.nodes and message.node_count:
             ropes = chain(message.nodes).reshape(-1, message.node_count, 3)
             chosen = np.unique(np.linspace(0, len(ropes) - 1, GHOSTS + 2).astype(int))[1:-1]
@@ -297,7 +298,8 @@ def _strands(
     """Ropes as line segments whose colour fades into the background with a small weight."""
     segments = np.stack([ropes[:, :-1], ropes[:, 1:]], axis=2)
     w = weights[:, None]
-    faded = w * np.array(color) + (1.0 - w) * np.array(palette.TABLE)
+    near, far = palette.unlit(color), palette.unlit(palette.TABLE)
+    faded = w * np.array(near) + (1.0 - w) * np.array(far)
     colors = np.broadcast_to(faded[:, None, None], segments.shape)
     return segments.reshape(-1, 2, 3), colors.reshape(-1, 2, 3).round().astype(np.uint8)
 

@@ -20,6 +20,7 @@ from shared.messages import (
     arm_pose,
     chain,
     grip_pose,
+    poses_known,
     scene_obstacles,
 )
 from shared.rod import Rod, RodProperties, RodState
@@ -78,7 +79,7 @@ class PlannerService:
             scene.message.revision,
             task.message.replan_count,
         )
-        if wanted != self._planned and _standing(arms.message):
+        if wanted != self._planned and poses_known(arms.message) and _standing(arms.message):
             rope = inbox.latest(topics.ROPE_NODES)
             nodes = rope.message if rope is not None else None
             self._planned = wanted

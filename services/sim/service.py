@@ -19,7 +19,7 @@ from shared.geometry import poses
 from shared.geometry.cameras import Camera, Intrinsics, looking_at
 from shared.geometry.obstacles import Obstacle
 from shared.geometry.poses import Pose
-from shared.messages import ArmStates, NodeChain, scene_obstacles, timestamp
+from shared.messages import ArmStates, NodeChain, poses_known, scene_obstacles, timestamp
 from shared.scenario import Scenario
 from shared.service import SECOND, Inbox, Publication
 
@@ -83,6 +83,8 @@ class SimService:
             self._scene_revision = scene.message.revision
             self._world.set_obstacles(scene_obstacles(scene.message))
         for received in inbox.every(topics.ARM_STATE):
+            if not poses_known(received.message):
+                continue
             self._follow(received.message)
             yield from self._published(self._world.instant or now)
         if self._world.instant is None:

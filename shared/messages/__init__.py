@@ -79,6 +79,7 @@ __all__ = [
     "grip",
     "grip_pose",
     "obstacle_message",
+    "poses_known",
     "scene_obstacles",
     "stamp_of",
     "timestamp",
@@ -110,6 +111,13 @@ def arm_pose(states: ArmStates, arm: str) -> Pose:
         if state.arm == arm:
             return Pose(np.array(state.position), np.array(state.orientation))
     raise KeyError(f"no arm {arm!r} in {[s.arm for s in states.arms]}")
+
+
+def poses_known(states: ArmStates) -> bool:
+    """Whether every arm says where its grip is; one that has not answered yet does not."""
+    return bool(states.arms) and all(
+        len(s.position) == 3 and len(s.orientation) == 4 for s in states.arms
+    )
 
 
 def obstacle_message(obstacle: geometry.Obstacle) -> Obstacle:

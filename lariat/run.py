@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json as jsons
 import sys
+import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
@@ -63,6 +64,8 @@ def main(
         loaded = load_with(scenario, [*set, *(f'ends.{s}.address=""' for s in real)], seed)
     if record and record.exists():
         raise ConfigurationError(f"--record {record}: the file exists; name another or remove it")
+    if record:
+        _check_folder(record)
     messages = Console(stderr=True, highlight=False)
     for side, address in real.items():
         messages.print(f"{side} arm: the emulator plays the one at {address}")
@@ -80,6 +83,16 @@ def main(
     if not outcome.score.reached:
         messages.print(f"[bold]Not reached[/]: {outcome.reason}.{_worry(outcome.stack)}")
     return 0 if outcome.score.reached else 1
+
+
+def _check_folder(record: Path) -> None:
+    """Says before the work what would otherwise be known after it."""
+    try:
+        record.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=record.parent):
+            pass
+    except OSError as error:
+        raise ConfigurationError(f"--record {record}: {error}") from error
 
 
 @contextmanager

@@ -111,6 +111,7 @@ class Page:
         self._health_drawn = 0
         self._pending: dict[str, object] = {}
         self._images: dict[int, CompressedImage] = {}
+        self._eager = True
         self._refused_setpoints = 0
         self._obstacles.update(scenario.bodies)
 
@@ -193,6 +194,9 @@ class Page:
         """Shows an image when the rope that was seen in it is known."""
         if image := inbox.fresh(CAMERA_COLOR):
             self._images[stamp_of(image.message)] = image.message
+            if self._eager:
+                self._eager = False
+                self._camera.show(image.message, None, None)
             while len(self._images) > IMAGES:
                 oldest = min(self._images)
                 # Nobody finds a rope in them: they are shown all the same.
@@ -240,6 +244,7 @@ class Page:
     def forget(self) -> None:
         """Clears what was drawn over time, for a jump in a recording."""
         self._images.clear()
+        self._eager = True
         self._health_drawn = self._drawn = 0
         self._plots.clear()
         self._parameters.clear()

@@ -144,7 +144,7 @@ class SceneView:
         if message.nodes and message.node_count:
             ropes = chain(message.nodes).reshape(-1, message.node_count, 3)
             chosen = np.unique(np.linspace(0, len(ropes) - 1, GHOSTS + 2).astype(int))[1:-1]
-            ghosts, dim = _strands(ropes[chosen], np.full(len(chosen), 0.35), palette.PATH)
+            ghosts, dim = _strands(ropes[chosen], np.full(len(chosen), 0.55), palette.PATH)
             segments.append(ghosts)
             colors.append(dim)
         if not segments:

@@ -36,6 +36,7 @@ from shared.messages import (
     arm_pose,
     chain,
     obstacle_message,
+    poses_known,
     scene_obstacles,
     stamp_of,
 )
@@ -121,7 +122,8 @@ class PerceptionService:
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Looks at the newest frame and answers every request."""
         for received in inbox.every(topics.ARM_STATE):
-            self._remember(received.message)
+            if poses_known(received.message):
+                self._remember(received.message)
         task = inbox.latest(topics.TASK_STATE)
         if task is not None:
             self._follow(task.message, now)

@@ -24,6 +24,7 @@ from services.controller.run_monitor import RunMonitor
 from services.controller.state_estimate import StateEstimate
 from services.controller.task import Refused, Task
 from shared import topics
+from shared.geometry import obstacles as geometry
 from shared.geometry.obstacles import Obstacle
 from shared.messages import (
     ArmStates,
@@ -37,6 +38,7 @@ from shared.messages import (
     TaskState,
     chain,
     grip_pose,
+    poses_known,
     scene_obstacles,
 )
 from shared.rod import Rod, RodProperties
@@ -49,6 +51,8 @@ STRAYED = 0.02
 """Distance between command and arm at which the command is given up [m]."""
 START_APART = 0.003
 """Most distance of a path's start from the grips [m]."""
+NEAR_GOAL = 0.03
+"""Mean node distance to the goal from which its own clearance is enough [m]."""
 LEAST_CLEARANCE = 0.005
 """What is left of a path must keep this, or another one is asked for [m]."""
 
@@ -103,6 +107,7 @@ class ControllerService:
             (e for e in scenario.events if e.goal is not None), key=lambda e: e.time
         )
         self._events_done = 0
+        self._goal_clearance: tuple[tuple[int, int], float] = (-1, -1), np.inf
         self._sent: dict[str, int] = {}
         self._revision_sent = 0
 
@@ -132,7 +137,7 @@ class ControllerService:
 
     def _take_arms(self, inbox: Inbox) -> None:
         arrived = inbox.every(topics.ARM_STATE)
-        if not arrived:
+        if not arrived or not poses_known(arrived[-1].message):
             return
         arms: ArmStates = arrived[-1].message
         self._arms = arms
@@ -291,9 +296,7 @@ class ControllerService:
         if np.max(apart) > START_APART:
             task.ask_for_path()
             return "the path begins elsewhere; waiting for another"
-        if not path.reached and path.clearance < min(
-            LEAST_CLEARANCE, self._scenario.control.clearance
-        ):
+        if path.reason.startswith("blocked"):
             task.enter("failed", path.reason)
             return path.reason
         self.loop.follow(track, now)
@@ -315,10 +318,22 @@ class ControllerService:
         scenario = self._scenario
         return Surroundings(
             tuple(o for o in self._obstacles if not o.support),
-            scenario.control.clearance,
+            self._clearance(),
             scenario.rope.diameter / 2.0,
             0.99 * scenario.limits.overstretch * scenario.rope.length,
         )
+
+    def _clearance(self) -> float:
+        """What to keep: all that is wanted on the way, no more than the goal has at its end [m]."""
+        wanted = self._scenario.control.clearance
+        revision = (self.task.goal_revision, self._scene_revision)
+        if self._goal_clearance[0] != revision:
+            avoid = [o for o in self._obstacles if not o.support]
+            radius = self._scenario.rope.diameter / 2.0
+            own = geometry.chain_clearance(self.task.goal.nodes, radius, avoid)
+            self._goal_clearance = revision, own
+        near_goal = self.monitor.error < NEAR_GOAL
+        return min(wanted, self._goal_clearance[1] - 5e-4) if near_goal else wanted
 
     def _setpoints(self, now: int, chunk) -> Publication:
         self._sequence += 1

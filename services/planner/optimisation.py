@@ -31,6 +31,12 @@ MILLIMETRE = 1e3
 SMOOTHNESS = 0.02
 EFFORT = 0.01
 NEARNESS = 0.5
+LEAVING = 5e-4
+"""Below its own clearance a start or goal may be passed by so much [m]."""
+NEAR_BLOCKS = 4
+"""Blocks at the start and at the end in which the clearance of start or goal is enough."""
+PARTING = 0.008
+"""Clearance gained with each block beyond those [m]."""
 RESERVE = 0.004
 """Kept on top of the wanted clearance, for what motion adds to the quasi-static way [m]."""
 
@@ -57,7 +63,7 @@ class PathOptimisation:
 
     def __init__(self, problem: Problem, reserve: float = RESERVE) -> None:
         self.problem, self.reserve = problem, reserve
-        self.margin = problem.clearance + reserve
+        self.margins = self._margins()
         self.block_of_step = np.concatenate(
             [np.repeat(np.arange(BLOCKS), STEPS), np.full(SETTLE, BLOCKS)]
         )
@@ -68,6 +74,11 @@ class PathOptimisation:
         share[np.arange(len(block)), block] = (step + 1.0) / STEPS
         self.share = share
         self.turn = self._turns()
+
+    @property
+    def wanted(self) -> float:
+        """Clearance of the whole way: what is asked for, or what start and goal leave [m]."""
+        return min(self.problem.clearance, float(np.min(self.margins)))
 
     def trials(self, starts: Sequence[Float64[np.ndarray, "k 2 3"]]) -> list[Trial]:
         """All starts, rolled out in one launch."""
@@ -140,9 +151,9 @@ class PathOptimisation:
         miss = nodes[-1] - problem.goal
         cost = MILLIMETRE**2 * float(np.mean(np.sum(miss**2, axis=1)))
         points = with_midpoints(nodes[: BLOCKS * STEPS]).reshape(-1, 3)
-        reach = np.full(len(points), self.margin + problem.radius)
+        reach = np.repeat(self.margins + problem.radius, 2 * problem.rod.node_count - 1)
         rope = near(points, problem.obstacles, reach)
-        rope_lack = self.margin + problem.radius - rope.distances
+        rope_lack = reach[rope.points] - rope.distances
         bodies = self._bodies(way)
         wanted = max(problem.clearance, problem.limits.keep_out) + self.reserve
         wanted += problem.limits.gripper_radius
@@ -200,7 +211,7 @@ class PathOptimisation:
             here = 0.5 * (slopes[step, first] + slopes[step, second])
             along = np.einsum("ac,ackem->akem", hit.normals, here)
             rows.append(-MILLIMETRE * NEARNESS * along[..., moves].reshape(len(step), -1))
-            lack = self.margin + problem.radius - hit.distances
+            lack = self.margins[step] + problem.radius - hit.distances
             residuals.append(MILLIMETRE * NEARNESS * lack)
         hit = trial.body_near
         if len(hit.points):
@@ -262,6 +273,17 @@ class PathOptimisation:
             row[np.arange(len(step)), :, end, axis] = self.share[step]
             found.append((MILLIMETRE * outside[step, end, axis], MILLIMETRE * row))
         return found
+
+    def _margins(self) -> Float64[np.ndarray, "s"]:
+        """Clearance to keep at each step [m]: the rope may begin and end nearer to things."""
+        problem = self.problem
+        steps = np.arange(BLOCKS * STEPS)
+        wanted = np.full(len(steps), problem.clearance + self.reserve)
+        for nodes, away in ((problem.state.positions, steps), (problem.goal, steps[::-1])):
+            own = geometry.chain_clearance(nodes, problem.radius, problem.obstacles)
+            beyond = np.maximum(away / STEPS - NEAR_BLOCKS, 0.0)
+            wanted = np.minimum(wanted, own - LEAVING + PARTING * beyond)
+        return wanted
 
     def _turns(self) -> Float64[np.ndarray, "k 2 3"]:
         """Rotation of each grip in each block: evenly from here to the goal's orientations."""

@@ -56,7 +56,7 @@ def plan(problem: Problem) -> WholePath:
             break
     assert best is not None
     path = _on_the_clock(problem, optimisation, best)
-    wanted = min(problem.clearance, problem.clearance - best.shortfall)
+    wanted = optimisation.wanted - max(best.shortfall, 0.0)
     if path.clearance < wanted - 5e-4:
         # Rounding the corners and swinging took from the clearance: ask for more of it.
         optimisation = PathOptimisation(problem, RESERVE + 1.3 * (wanted - path.clearance))
@@ -71,7 +71,7 @@ def _worth(path: WholePath) -> tuple[bool, float]:
 
 def _rank(trial: Trial, problem: Problem) -> tuple[bool, bool, float]:
     """Smaller is better: clear and there, then the cost."""
-    blocked = problem.clearance - trial.shortfall < min(LEAST_CLEARANCE, problem.clearance)
+    blocked = trial.shortfall > max(problem.clearance - LEAST_CLEARANCE, 0.0)
     return blocked, trial.error > problem.tolerance, trial.cost
 
 
@@ -96,21 +96,21 @@ def _on_the_clock(problem: Problem, optimisation: PathOptimisation, trial: Trial
         positions, orientations = timed(*ways, problem.limits, DT, pace)
         nodes, swing = _moved(problem, positions, orientations)
         clearance = _clearance(problem, positions, orientations, nodes)
-        close = clearance < 0.8 * min(problem.clearance, problem.clearance - trial.shortfall)
+        close = clearance < 0.8 * (optimisation.wanted - max(trial.shortfall, 0.0))
         cost = len(positions) * DT + CALMING * np.log1p(swing / CALM)
         if best is None or (close, cost) < least:
             best, least = (positions, orientations, nodes, clearance), (close, cost)
     assert best is not None
     positions, orientations, nodes, clearance = best
-    reason = _reason(problem, trial, clearance)
+    reason = _reason(problem, trial, clearance, min(LEAST_CLEARANCE, optimisation.wanted))
     return WholePath(DT, positions, orientations, nodes, not reason, reason, trial.error, clearance)
 
 
-def _reason(problem: Problem, trial: Trial, clearance: float) -> str:
-    if clearance < min(LEAST_CLEARANCE, problem.clearance):
+def _reason(problem: Problem, trial: Trial, clearance: float, least: float) -> str:
+    if clearance < least - 5e-4:
         return (
             f"blocked: every way found comes within {1e3 * clearance:.1f} mm of an obstacle "
-            f"({1e3 * min(LEAST_CLEARANCE, problem.clearance):.0f} mm needed)"
+            f"({1e3 * least:.1f} mm needed)"
         )
     if trial.error > problem.tolerance:
         return (

@@ -1,0 +1,83 @@
+"""Whole paths reach their goals over things, keep the limits, and say when there is no way."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from services.planner.problem import Problem, WholePath
+from services.planner.whole_path import plan
+from shared.geometry.obstacles import TABLE, Obstacle, chain_clearance
+from shared.geometry.poses import Pose
+from shared.rod import Rod, RodProperties
+from shared.scenario.sections import Limits
+
+LEVEL = np.array([0.5, 0.5, 0.5, 0.5])
+WALL = tuple(
+    Obstacle("cylinder", (x, 0.0, h / 2.0), radius=0.03, height=h, name=f"post-{h}")
+    for x, h in ((-0.12, 0.13), (0.0, 0.16), (0.12, 0.19))
+)
+
+
+@pytest.fixture(scope="module")
+def behind_the_wall() -> Problem:
+    rod = Rod(RodProperties(0.45, 0.008, 0.044, 1e6), 24)
+    start = tuple(Pose(np.array([x, -0.12, 0.30]), LEVEL) for x in (-0.21, 0.21))
+    goal = tuple(Pose(np.array([x, 0.14, 0.16]), LEVEL) for x in (-0.18, 0.17))
+    moves = np.zeros((2, 6), dtype=bool)
+    moves[:, :3] = True
+    return Problem(
+        rod=rod,
+        state=rod.rest(*start).state,
+        grips=(start[0], start[1]),
+        goal=rod.rest(*goal).state.positions,
+        goal_grips=(goal[0], goal[1]),
+        moves=moves,
+        obstacles=(TABLE, *WALL),
+        supports=(),
+        limits=Limits(),
+        clearance=0.012,
+        tolerance=0.003,
+    )
+
+
+@pytest.fixture(scope="module")
+def path(behind_the_wall: Problem) -> WholePath:
+    return plan(behind_the_wall)
+
+
+def test_path_reaches_a_goal_behind_and_below_a_wall(
+    behind_the_wall: Problem, path: WholePath
+) -> None:
+    assert path.reached, path.reason
+    assert path.final_error < 2e-4
+    swept = [chain_clearance(n, 0.004, behind_the_wall.obstacles) for n in path.nodes]
+    assert min(swept) > 0.007
+    assert path.clearance <= min(swept) + 1e-6
+    # The true rod in motion, not the quasi-static one, ends there and does not swing.
+    assert np.abs(path.nodes[-1] - behind_the_wall.goal).max() < 5e-3
+
+
+def test_path_keeps_the_limits_of_the_grippers(path: WholePath) -> None:
+    limits = Limits()
+    for order, bound in enumerate((limits.speed, limits.acceleration, limits.jerk), start=1):
+        change = np.diff(path.positions, n=order, axis=0) / path.dt**order
+        assert np.linalg.norm(change, axis=2).max() <= 0.71 * bound
+    apart = np.linalg.norm(path.positions[:, 1] - path.positions[:, 0], axis=1)
+    assert apart.max() < limits.overstretch * 0.45
+
+
+def test_goal_behind_a_closed_wall_is_blocked(behind_the_wall: Problem) -> None:
+    closed = Obstacle("box", (0.0, 0.0, 1.0), size=(3.0, 0.02, 2.0), name="wall")
+    path = plan(replace(behind_the_wall, obstacles=(TABLE, closed)))
+    assert not path.reached
+    assert path.reason.startswith(("blocked", "unreachable"))
+
+
+def test_goal_out_of_the_workspace_is_unreachable(behind_the_wall: Problem) -> None:
+    narrow = replace(Limits(), workspace=((-0.8, -0.8, 0.01), (0.8, 0.05, 1.2)))
+    path = plan(replace(behind_the_wall, limits=narrow))
+    assert not path.reached
+    assert path.reason.startswith("unreachable")

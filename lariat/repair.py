@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json as jsons
 import os
-import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -79,7 +78,3 @@ def main(file: tyro.conf.Positional[Path], /, json: bool = False) -> int:
     else:
         print(f"{file} is whole: {result.messages} messages, nothing to repair")
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(tyro.cli(main))

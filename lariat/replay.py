@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import json as jsons
 import os
-import sys
 import tempfile
 from collections import Counter
-from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -62,9 +60,7 @@ def main(
             scenario = recording.scenario(Path(folder))
         except ValueError as error:
             raise ConfigurationError(str(error)) from error
-        # Compilers announce themselves on standard output, where only the answer belongs.
-        with redirect_stdout(sys.stderr):
-            results = replay(recording, scenario, service or DEFAULT, console)
+        results = replay(recording, scenario, service or DEFAULT, console)
         if update:
             _update(recording, scenario, results)
     start = next(recording.messages()).log_time
@@ -188,7 +184,3 @@ def _as_json(recording: Recording, results: list[Retraced], start: int) -> dict[
         ],
         "damage": recording.damage,
     }
-
-
-if __name__ == "__main__":
-    sys.exit(tyro.cli(main))

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import json as jsons
-import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, redirect_stdout
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -69,8 +68,7 @@ def main(
     messages = Console(stderr=True, highlight=False)
     for side, address in real.items():
         messages.print(f"{side} arm: the emulator plays the one at {address}")
-    # Compilers announce themselves on standard output, where nothing but the answer belongs.
-    with redirect_stdout(sys.stderr), _progress(loaded, messages) as watch:
+    with _progress(loaded, messages) as watch:
         preflight.check(loaded)
         try:
             outcome = run(loaded, record, stop_when_reached, watch)
@@ -163,7 +161,3 @@ def _worry(stack: SimulatedStack) -> str:
     if arms and arms.needs_acknowledgement:
         return f" The arms hold: {arms.reason}."
     return ""
-
-
-if __name__ == "__main__":
-    sys.exit(tyro.cli(main))

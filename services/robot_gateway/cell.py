@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from services.robot_gateway import approach
 from services.robot_gateway.admission import Refused
 from services.robot_gateway.causes import CAUSES
 from services.robot_gateway.drivers.driver import Driver, Feedback
@@ -22,6 +23,8 @@ from services.robot_gateway.trajectory import NANOSECONDS, Chunk
 from shared.geometry.obstacles import Obstacle
 from shared.geometry.poses import Pose
 
+SIDES = ("left", "right")
+
 TICK = 0.008
 """Period of the gateway [s]."""
 SILENCE = 0.1
@@ -30,6 +33,8 @@ CLOCK_ERROR = 0.25
 """A first chunk further from the present than this comes from another clock [s]."""
 PATIENCE = 30.0
 """Time that an arm has to become ready [s]."""
+AGREEMENT = 30.0
+"""In which a person may arm again to agree to an approach [s]."""
 LAG = 0.5
 """How far back the command is searched for where an arm is now [s]."""
 
@@ -83,6 +88,8 @@ class Cell:
         self._numbers: tuple[str, int, int] = ("", -1, 0)
         self._waits_since: int | None = None
         self._powered = False
+        self._approaches = self._approaching = False
+        self._agreement_ends = 0
         self._rule: Rule | None = None
         self._refusal = self._command = self._rejection = ""
         self._sequence = self._refused_sequence = 0
@@ -137,7 +144,7 @@ class Cell:
             offset = self._take_writer(chunk.session, chunk.sequence, now, chunk.start)
             if not self.safety.may_move or self._waits_since is not None:
                 return
-            if self._reset_wanted != self._reset_done:
+            if self._reset_wanted != self._reset_done or self._approaching:
                 return
             spline = self.guidance.check(chunk, now, offset)
         except Refused as refused:
@@ -191,7 +198,11 @@ class Cell:
     def _watch(self, now: int, h: float) -> None:
         """Stops what may not go on."""
         if not self.guidance.following:
+            self._approaching = False
             return
+        if self._approaching:
+            # Nobody else keeps this way fresh; a person's hold ends it.
+            self._last_fresh = now
         if self.guidance.finished(now):
             self.guidance.halt()
             return
@@ -251,7 +262,18 @@ class Cell:
     # Persons
 
     def _arm(self, now: int) -> None:
-        self.safety = self.safety.armed(self._trouble())
+        self.safety = self.safety.armed(self._trouble() or self._refusal_to_approach(now))
+        self._enable(now)
+
+    def _arm_by_itself(self, now: int) -> None:
+        """A simulated cell needs no person; its arms are put where the scenario begins."""
+        away = [k for k in self.guidance.driven if approach.is_away(self._grips[k], self.starts[k])]
+        for k in away:
+            self.drivers[k].place(self.starts[k])
+        self.safety = replace(self.safety.armed(), detail="armed by the scenario")
+        self._enable(now)
+
+    def _enable(self, now: int) -> None:
         self._wait_for_arms(now)
         for driver in self.drivers:
             driver.enable()
@@ -280,19 +302,51 @@ class Cell:
         self._rule, self._refusal = None, ""
 
     def _grip(self, command: Command) -> None:
-        names = ("left", "right")
-        if command.arm not in names[: len(self.drivers)]:
-            raise Rejected(f"there is no arm {command.arm!r}; there are {', '.join(names)}")
-        driver = self.drivers[names.index(command.arm)]
+        if command.arm not in SIDES:
+            raise Rejected(f"there is no arm {command.arm!r}; there are {', '.join(SIDES)}")
+        driver = self.drivers[SIDES.index(command.arm)]
         if not driver.moves:
             raise Rejected(f"{command.arm} is fixed and has no gripper")
         if not self.guidance.resting:
             raise Rejected("a gripper opens and closes only while the arms rest; hold first")
         driver.grip(command.close)
 
+    def _refusal_to_approach(self, now: int) -> str:
+        """Arming an arm that is not at the start takes a second word from the person."""
+        away = [k for k in self.guidance.driven if approach.is_away(self._grips[k], self.starts[k])]
+        agreed = now <= self._agreement_ends
+        self._agreement_ends = 0
+        self._approaches = bool(away)
+        if not away or agreed:
+            return ""
+        self._agreement_ends = now + round(AGREEMENT / NANOSECONDS)
+        words = []
+        for k in away:
+            far, turn = approach.distance(self._grips[k], self.starts[k])
+            words.append(f"{SIDES[k]} is {1e3 * far:.0f} mm and {turn:.2f} rad from the start")
+        return (
+            f"{', '.join(words)}; arm again within {AGREEMENT:.0f} s to let it go there straight "
+            f"at {1e3 * approach.SPEED:.0f} mm/s, or jog it there first"
+        )
+
+    def _begin_approach(self, now: int) -> None:
+        self._approaches = False
+        driven = self.guidance.driven
+        chunk = approach.slow_chunk(
+            [self._grips[k] for k in driven], [self.starts[k] for k in driven], now
+        )
+        try:
+            self.guidance.follow(self.guidance.check(chunk, now), now)
+        except Refused as refused:
+            self._refuse(refused, 0)
+            self.safety = self.safety.disarmed(f"the way to the start is barred: {refused}")
+            return
+        self._approaching = True
+        self.safety = self.safety.moving(True)
+
     def _trouble(self) -> str:
         """What keeps the cell from being armed."""
-        for name, feedback in zip(("left", "right"), self._feedback, strict=False):
+        for name, feedback in zip(SIDES, self._feedback, strict=False):
             if feedback.fault:
                 return f"{name}: {'; '.join(feedback.alarms) or feedback.fault}"
             if feedback.pose is None:
@@ -316,7 +370,7 @@ class Cell:
             self._trail.popleft()
 
     def _judge_arms(self, now: int) -> None:
-        for name, feedback in zip(("left", "right"), self._feedback, strict=False):
+        for name, feedback in zip(SIDES, self._feedback, strict=False):
             if feedback.fault not in DEVICE_CAUSES or self.safety.mode in ("disarmed", "fault"):
                 continue
             words = "; ".join(feedback.alarms)
@@ -328,8 +382,7 @@ class Cell:
                 self._disable()
                 self._take_measured()
                 if self.arm_automatically and self.safety.cause == "boot" and not self._trouble():
-                    self._arm(now)
-                    self.safety = replace(self.safety, detail="armed by the scenario")
+                    self._arm_by_itself(now)
         elif self._waits_since is not None:
             self._finish_waiting(now)
         elif self.safety.mode != "fault":
@@ -339,10 +392,12 @@ class Cell:
         if all(f.ready and f.pose is not None for f in self._feedback) and self.guidance.resting:
             self._take_measured()
             self._waits_since = None
+            if self._approaches:
+                self._begin_approach(now)
         elif (now - (self._waits_since or now)) * NANOSECONDS > PATIENCE:
             slow = [
                 f"{n}: {'; '.join(f.alarms) or 'not ready'}"
-                for n, f in zip(("left", "right"), self._feedback, strict=False)
+                for n, f in zip(SIDES, self._feedback, strict=False)
                 if not f.ready
             ]
             self._waits_since = None
@@ -360,7 +415,7 @@ class Cell:
         self._trail.clear()
 
     def _judge_tracking(self) -> None:
-        for driver, name, lag in zip(self.drivers, ("left", "right"), self._lags(), strict=False):
+        for driver, name, lag in zip(self.drivers, SIDES, self._lags(), strict=False):
             if lag > driver.tracking_limit:
                 self._halt("tracking", f"{name}: {1e3 * lag:.0f} mm off its command")
 

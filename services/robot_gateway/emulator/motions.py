@@ -45,9 +45,7 @@ class Motion(Protocol):
         ...
 
 
-def singularity(
-    geometry: Geometry, joints: Joints, near: float = NEAR_SINGULAR
-) -> int | None:
+def singularity(geometry: Geometry, joints: Joints, near: float = NEAR_SINGULAR) -> int | None:
     """0 at the shoulder, 1 at the wrist, 2 at the elbow, None elsewhere."""
     if abs(np.sin(joints[4])) < near:
         return 1

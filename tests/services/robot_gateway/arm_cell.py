@@ -33,9 +33,15 @@ GRIPS = (
 class ArmWorld:
     """A cell, its clock, and the emulator's own log of joint motion."""
 
-    def __init__(self, firmware: str = "v3", automatic: bool = True, **options: object) -> None:
+    def __init__(
+        self,
+        firmware: str = "v3",
+        automatic: bool = True,
+        begin: Pose = GRIPS[1],
+        **options: object,
+    ) -> None:
         kinematics = Kinematics(BASE, TOOL)
-        joints = kinematics.solve_anywhere(GRIPS[1])
+        joints = kinematics.solve_anywhere(begin)
         assert joints is not None
         values = {"firmware": firmware, "joints": tuple(np.degrees(joints)), "power_on_time": 0.5}
         self.emulator = Emulator(Options(**{**values, **options}), start=START * 1e-9)

@@ -143,3 +143,30 @@ def test_blocked_queue_does_not_stop_servo_points_and_arming_frees_it() -> None:
     world = ArmWorld("v3", faults=("queue_blocked",))
     world.until_ready()
     assert world.emulator.controller.queue_running
+
+
+def test_gateway_that_was_stopped_for_a_while_waits_for_a_person() -> None:
+    world, since = moving("v3")
+    for _ in range(60):
+        # SIGSTOP: the arm's time goes on, the gateway's does not.
+        world.now += 8_000_000
+        world.emulator.advance_to(world.now * 1e-9)
+    world.follow(world.path, 0.3, since)
+    assert world.report.safety.needs_acknowledgement
+    assert world.report.safety.cause in ("stalled", "lost_link"), world.report
+    assert np.max(np.abs(world.emulator.controller.joint_speed)) < 0.02
+
+
+@pytest.mark.parametrize("firmware", ["v3", "v4"])
+def test_gateway_that_dies_leaves_no_more_than_one_point_to_the_arm(firmware: str) -> None:
+    world, _ = moving(firmware)
+    before = world.emulator.controller.joints.copy()
+    speed = np.max(np.abs(world.emulator.controller.joint_speed))
+    speeds = []
+    for _ in range(125):
+        world.now += 8_000_000
+        world.emulator.advance_to(world.now * 1e-9)
+        speeds.append(np.max(np.abs(world.emulator.controller.joint_speed)))
+    # The servo time of V3's point is 0.1 s, and the drives lag.
+    assert max(speeds[40:]) < 0.01
+    assert np.max(np.abs(world.emulator.controller.joints - before)) < 0.25 * speed + 0.01

@@ -3,6 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from shared.geometry.poses import Pose
 from tests.services.robot_gateway.arm_cell import GRIPS, ArmWorld, circle, off_path
 
 
@@ -110,3 +111,22 @@ def test_reset_puts_the_emulated_arm_back() -> None:
     assert world.report.reset_count == 1
     np.testing.assert_allclose(world.measured[-1], GRIPS[1].position, atol=1e-6)
     assert world.mode == "armed"
+
+
+def test_arm_away_from_the_start_is_refused_until_a_person_agrees_to_a_slow_approach() -> None:
+    away = Pose(GRIPS[1].position + np.array([0.02, 0.06, 0.04]), GRIPS[1].orientation)
+    world = ArmWorld("v4", automatic=False, begin=away)
+    world.run(0.3)
+    answer = world.command("arm")
+    assert "75 mm" in answer
+    assert "arm again" in answer
+    assert world.mode == "disarmed"
+    assert world.command("arm") == ""
+    world.run(1.0)
+    assert world.mode == "moving"
+    # A writer that is already there waits.
+    world.follow(lambda t: GRIPS[1].position, 3.0)
+    np.testing.assert_allclose(world.measured[-1], GRIPS[1].position, atol=1e-3)
+    speeds = np.linalg.norm(np.diff(np.array(world.commanded)[60:], axis=0), axis=1) / 0.008
+    assert 0.04 < np.max(speeds) <= 0.0505
+    assert world.mode in ("armed", "moving")

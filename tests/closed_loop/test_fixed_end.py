@@ -15,7 +15,7 @@ NAME = "fixed-end"
 
 @pytest.fixture(scope="module")
 def outcome() -> Outcome:
-    return run(NAME)
+    return run(NAME, "run.time_limit=6.0")
 
 
 def test_the_arm_brings_the_rope_to_its_goal(outcome: Outcome):

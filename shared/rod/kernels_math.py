@@ -1,10 +1,7 @@
 # type: ignore
 """Rotations inside kernels; conventions as in `shared.geometry.poses`.
 
-Taichi inlines a `ti.func` and compiles a `ti.real_func` once; compile time grows faster than the
-size of what it compiles, so that all large functions of the rod are real. Inside of these, an
-inlined function must not branch or loop (Taichi 1.7 then loses the statement), hence `ti.select`
-here and real functions wherever a branch saves time.
+Without branches, as everything that is inlined here must be: see `kernels`.
 """
 
 import taichi as ti
@@ -107,86 +104,61 @@ def turned(q, phi):
     return p / ti.sqrt(p.dot(p))
 
 
-@ti.real_func
-def exponential_coefficients(t2: ti.f64) -> tuple[ti.f64, ti.f64]:
-    """sin(t/2) / t and cos(t/2)."""
-    half_sinc = 0.5 - t2 / 48.0 + t2 * t2 / 3840.0
-    cosine = 1.0 - t2 / 8.0 + t2 * t2 / 384.0
-    if t2 > 1e-4:
-        t = ti.sqrt(t2)
-        half_sinc = ti.sin(0.5 * t) / t
-        cosine = ti.cos(0.5 * t)
-    return half_sinc, cosine
-
-
 @ti.func
 def exponential(y):
     """Unit quaternion of a rotation vector."""
-    s, c = exponential_coefficients(y.dot(y))
+    t2 = y.dot(y)
+    t = ti.sqrt(ti.max(t2, 1e-6))
+    small = t2 < 1e-6
+    s = ti.select(small, 0.5 - t2 / 48.0, ti.sin(0.5 * t) / t)
+    c = ti.select(small, 1.0 - t2 / 8.0, ti.cos(0.5 * t))
     return ti.Vector([c, s * y[0], s * y[1], s * y[2]])
-
-
-@ti.real_func
-def logarithm_scale(cosine: ti.f64, s2: ti.f64) -> ti.f64:
-    """Angle over sine of half the angle."""
-    scale = 2.0 * (
-        1.0 + s2 * (1 / 6 + s2 * (3 / 40 + s2 * (5 / 112 + s2 * (35 / 1152 + s2 * 63 / 2816))))
-    )
-    if s2 > 0.01:
-        s = ti.sqrt(s2)
-        scale = 2.0 * ti.atan2(s, cosine) / s
-    return scale
 
 
 @ti.func
 def logarithm(u):
     """Rotation vector of a unit quaternion with u[0] >= 0."""
     v = ti.Vector([u[1], u[2], u[3]])
-    return logarithm_scale(u[0], v.dot(v)) * v
+    s2 = v.dot(v)
+    s = ti.sqrt(ti.max(s2, 1e-6))
+    return ti.select(s2 < 1e-6, 2.0 + s2 * (1 / 3 + s2 * 0.15), 2.0 * ti.atan2(s, u[0]) / s) * v
 
 
-@ti.real_func
-def log_coefficients(t2: ti.f64) -> tuple[ti.f64, ti.f64]:
-    """c and c'/t of J_l^-1(y) = I - [y]x / 2 + c [y]x^2, with t = |y|.
+@ti.func
+def log_coefficients(t2, u):
+    """c and c'/t of J_l^-1(y) = I - [y]x / 2 + c [y]x^2, where y = log(u) and t = |y|.
 
-    c = (1 - (t/2) cot(t/2)) / t^2.
+    c = (1 - (t/2) cot(t/2)) / t^2. Series where the closed form cancels.
     """
     c = 1 / 12 + t2 * (1 / 720 + t2 * (1 / 30240 + t2 * (1 / 1209600 + t2 / 47900160)))
     d = 1 / 360 + t2 * (
         1 / 7560 + t2 * (1 / 201600 + t2 * (1 / 5987520 + t2 * 5.284190138687493e-9))
     )
-    if t2 > 0.04:
-        t = ti.sqrt(t2)
-        s = ti.sin(0.5 * t)
-        cot = ti.cos(0.5 * t) / s
-        c = (1.0 - 0.5 * t * cot) / t2
-        d = (-2.0 / (t2 * t) + 0.5 * cot / t2 + 0.25 / (t * s * s)) / t
-    return c, d
+    large = t2 > 0.04
+    far = ti.max(t2, 0.04)
+    t = ti.sqrt(far)
+    s2 = ti.max(1.0 - u[0] * u[0], 1e-4)
+    s = ti.sqrt(s2)
+    cot = u[0] / s
+    closed_c = (1.0 - 0.5 * t * cot) / far
+    closed_d = (-2.0 / (far * t) + 0.5 * cot / far + 0.25 / (t * s2)) / t
+    return ti.select(large, closed_c, c), ti.select(large, closed_d, d)
 
 
 @ti.func
-def left_jacobian_inverse(y):
-    """J_l^-1(y); its transpose is the right one."""
-    c, _d = log_coefficients(y.dot(y))
+def left_jacobian_inverse(y, c):
+    """J_l^-1(y), with c of `log_coefficients`; its transpose is the right one."""
     k = cross_matrix(y)
     return ti.Matrix.identity(ti.f64, 3) - 0.5 * k + c * (k @ k)
-
-
-@ti.real_func
-def jacobian_coefficients(t2: ti.f64) -> tuple[ti.f64, ti.f64]:
-    """(1 - cos t) / t^2 and (t - sin t) / t^3."""
-    a = 0.5 + t2 * (-1 / 24 + t2 / 720)
-    b = 1 / 6 + t2 * (-1 / 120 + t2 / 5040)
-    if t2 > 1e-4:
-        t = ti.sqrt(t2)
-        a = (1.0 - ti.cos(t)) / t2
-        b = (t - ti.sin(t)) / (t2 * t)
-    return a, b
 
 
 @ti.func
 def left_jacobian(y):
     """J_l(y): exp(y + dy) = exp(J_l(y) dy) exp(y); its transpose is the right one."""
-    a, b = jacobian_coefficients(y.dot(y))
+    t2 = y.dot(y)
+    t = ti.sqrt(ti.max(t2, 1e-4))
+    small = t2 < 1e-4
+    a = ti.select(small, 0.5 + t2 * (-1 / 24 + t2 / 720), (1.0 - ti.cos(t)) / (t * t))
+    b = ti.select(small, 1 / 6 + t2 * (-1 / 120 + t2 / 5040), (t - ti.sin(t)) / (t * t * t))
     k = cross_matrix(y)
     return ti.Matrix.identity(ti.f64, 3) + a * k + b * (k @ k)

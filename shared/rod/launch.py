@@ -80,6 +80,11 @@ class Sheet:
         """Launch the kernel on what has been filled in."""
         runtime.start()
         # Kernels compile against the runtime, which must therefore stand first.
-        from shared.rod.kernels import roll
+        from shared.rod import kernels
 
-        roll(self.integers, self.doubles, self.sizes.batch)
+        arguments = self.integers, self.doubles, self.sizes.batch
+        kernels.roll(*arguments)
+        if self.sizes.want & layout.WANT_SENSITIVITIES:
+            kernels.carry_forward(*arguments)
+        if self.sizes.want & layout.WANT_ADJOINT:
+            kernels.carry_back(*arguments)

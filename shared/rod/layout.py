@@ -66,6 +66,26 @@ WANT_ADJOINT = 2
 FREE, PINNED, CLAMPED = range(3)
 
 (
+    EDGES,
+    BENDS,
+    CONTACTS,
+    FACTOR,
+    SOLVE,
+    COUPLE,
+    ACCEPT,
+    APPLY,
+    PREDICT,
+    GRIPS,
+    INERTIA,
+    PARAMETER_FORCES,
+    GRIP_SENSITIVITIES,
+    SENSITIVITIES,
+    GRIP_ADJOINT,
+    ADJOINT,
+) = range(16)
+"""Tasks of the compiled parts."""
+
+(
     BENDING_PARAMETER,
     TWISTING_PARAMETER,
     STRETCH_PARAMETER,

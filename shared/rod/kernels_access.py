@@ -1,0 +1,131 @@
+# type: ignore
+"""Where things lie, and short expressions of them; inlined, hence without branches."""
+
+import taichi as ti
+
+from shared.rod import layout as at
+from shared.rod.kernels_math import (
+    cross_matrix,
+    exponential,
+    left_jacobian_inverse,
+    load3,
+    load4,
+    log_coefficients,
+    logarithm,
+    quaternion_product,
+    relative,
+    rotation_matrix,
+)
+
+
+@ti.func
+def position_at(ni: ti.template(), rod, slot, i):
+    return rod + ni[at.AT_POSITIONS] + 3 * (slot * ni[at.NODES] + i)
+
+
+@ti.func
+def orientation_at(ni: ti.template(), rod, slot, i):
+    return rod + ni[at.AT_ORIENTATIONS] + 4 * (slot * (ni[at.NODES] - 1) + i)
+
+
+@ti.func
+def hessian_at(ni: ti.template(), rod, step, block):
+    kept = ti.select(ni[at.WANT] > 0, step, 0)
+    return rod + ni[at.AT_HESSIAN] + 27 * (kept * (2 * ni[at.NODES] - 1) + block)
+
+
+@ti.func
+def scalar(ni: ti.template(), w: ti.template(), rod, k):
+    return w[rod + ni[at.AT_SCALARS] + k]
+
+
+@ti.func
+def step_times(ni: ti.template(), w: ti.template(), rod, step):
+    """Duration, inertia weight (1 + c h) / h^2 and carried share of velocity."""
+    h = w[rod + ni[at.AT_TIMES] + 2 * step]
+    damped = 1.0 + scalar(ni, w, rod, at.DAMPING) * h
+    return h, damped / (h * h), w[rod + ni[at.AT_TIMES] + 2 * step + 1] / damped
+
+
+@ti.func
+def grip(ni: ti.template(), w: ti.template(), rod, step, end):
+    """Where a driven end stands after a step: outermost node, next node, edge orientation."""
+    n = ni[at.NODES]
+    h, _weight, _carry = step_times(ni, w, rod, step)
+    block = ni[at.INTEGERS + step // ni[at.SUBSTEPS]]
+    action = rod + ni[at.AT_ACTIONS] + 12 * block + 6 * end
+    node = end * (n - 1)
+    edge = end * (n - 2)
+    outer = load3(w, position_at(ni, rod, step + 1, node)) + h * load3(w, action)
+    q1 = load4(w, orientation_at(ni, rod, step + 1, edge))
+    q = quaternion_product(exponential(h * load3(w, action + 3)), q1)
+    q = q / ti.sqrt(q.dot(q))
+    reach = scalar(ni, w, rod, at.EDGE_LENGTH) * (1.0 - 2.0 * end)
+    inner = outer + reach * (rotation_matrix(q) @ ti.Vector([0.0, 0.0, 1.0]))
+    return outer, inner, q
+
+
+@ti.func
+def bend_terms(ni: ti.template(), w: ti.template(), rod, slot, j):
+    """Rotation between edges j and j + 1, moment, J_l^-1, stiffnesses, and c, c'/t of J_l^-1."""
+    u = relative(
+        load4(w, orientation_at(ni, rod, slot, j)),
+        load4(w, orientation_at(ni, rod, slot, j + 1)),
+    )
+    y = logarithm(u)
+    c, d = log_coefficients(y.dot(y), u)
+    bend = rod + ni[at.AT_BENDS] + 6 * j
+    stiffness = load3(w, bend)
+    moment = stiffness * (y - load3(w, bend + 3))
+    return y, moment, left_jacobian_inverse(y, c), stiffness, c, d
+
+
+@ti.func
+def inertia_terms(ni: ti.template(), w: ti.template(), rod, weight, q, target):
+    """Im and Re of conj(target) q, the momentum p, and W with gradient W^T p (body frame)."""
+    u = relative(target, q)
+    v = ti.Vector([u[1], u[2], u[3]])
+    bend = weight * scalar(ni, w, rod, at.INERTIA_BEND)
+    twist = weight * scalar(ni, w, rod, at.INERTIA_TWIST)
+    inertia = ti.Vector([bend, bend, twist])
+    turn = cross_matrix(v)
+    for a in ti.static(range(3)):
+        turn[a, a] += u[0]
+    return u[0], v, inertia, turn
+
+
+@ti.func
+def last_turn(ni: ti.template(), w: ti.template(), rod, step, i):
+    """Turn of edge i in the step before, in its own frame, as a unit quaternion."""
+    return relative(
+        load4(w, orientation_at(ni, rod, step, i)),
+        load4(w, orientation_at(ni, rod, step + 1, i)),
+    )
+
+
+@ti.func
+def target_orientation(ni: ti.template(), w: ti.template(), rod, step, i):
+    """Where inertia alone would turn edge i."""
+    _h, _weight, carry = step_times(ni, w, rod, step)
+    turn = exponential(carry * logarithm(last_turn(ni, w, rod, step, i)))
+    return quaternion_product(load4(w, orientation_at(ni, rod, step + 1, i)), turn)
+
+
+@ti.func
+def inertia_coupling(ni: ti.template(), w: ti.template(), rod, step, i):
+    """How the gradient at edge i answers turns of its orientation target."""
+    _h, weight, _carry = step_times(ni, w, rod, step)
+    _re, im, inertia, turn = inertia_terms(
+        ni,
+        w,
+        rod,
+        weight,
+        load4(w, orientation_at(ni, rod, step + 2, i)),
+        target_orientation(ni, w, rod, step, i),
+    )
+    momentum = 2.0 * inertia * im
+    answer = cross_matrix(momentum)
+    for a in ti.static(range(3)):
+        for b in ti.static(range(3)):
+            answer[a, b] += 2.0 * turn[b, a] * inertia[b]
+    return 0.5 * (momentum.outer_product(im) - answer @ turn.transpose())

@@ -1,0 +1,109 @@
+# type: ignore
+"""The adjoint."""
+
+import taichi as ti
+
+from shared.rod import layout as at
+from shared.rod.kernels_access import (
+    hessian_at,
+    orientation_at,
+    scalar,
+    step_times,
+)
+from shared.rod.kernels_couplings import parameter_forces, parameter_forces_at
+from shared.rod.kernels_math import (
+    add3,
+    left_jacobian,
+    load3,
+    load4,
+    load33,
+    rotation_matrix,
+)
+from shared.rod.kernels_types import Doubles, Integers
+
+
+@ti.real_func
+def grip_adjoint(
+    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+) -> ti.f64:
+    """Fold the slopes at driven blocks into the actions and the step before."""
+    result = 0.0
+    if task == at.GRIP_ADJOINT:
+        n = ni[at.NODES]
+        new = rod + ni[at.AT_ADJOINT] + 3 * (2 * n - 1) * (step + 2)
+        old = new - 3 * (2 * n - 1)
+        h, _weight, _carry = step_times(ni, w, rod, step)
+        block = ni[at.INTEGERS + step // ni[at.SUBSTEPS]]
+        for end in range(2):
+            kind = ni[at.LEFT + end]
+            action = rod + ni[at.AT_ACTIONS] + 12 * block + 6 * end
+            out = rod + ni[at.AT_ACTIONS_OUT] + 12 * block + 6 * end
+            if kind != at.FREE:
+                outer = 6 * end * (n - 1)
+                pull = load3(w, new + outer)
+                if kind == at.CLAMPED:
+                    edge = end * (n - 2)
+                    inner = load3(w, new + 6 * (1 + end * (n - 3)))
+                    pull += inner
+                    r = rotation_matrix(load4(w, orientation_at(ni, rod, step + 2, edge)))
+                    reach = scalar(ni, w, rod, at.EDGE_LENGTH) * (1.0 - 2.0 * end)
+                    local = reach * (r.transpose() @ inner)
+                    moment = load3(w, new + 6 * edge + 3) + ti.Vector([-local[1], local[0], 0.0])
+                    turn = left_jacobian(h * load3(w, action + 3))
+                    add3(w, out + 3, h * (turn.transpose() @ (r @ moment)))
+                    add3(w, old + 6 * edge + 3, moment)
+                add3(w, out, h * pull)
+                add3(w, old + outer, pull)
+    else:
+        result = parameter_forces(ni, w, task, rod, step, arg, real)
+    return result
+
+
+@ti.real_func
+def adjoint(
+    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+) -> ti.f64:
+    """From the cost's slope at the end of a step to its slope one and two steps before."""
+    result = 0.0
+    if task == at.ADJOINT:
+        n = ni[at.NODES]
+        count = 2 * n - 1
+        first = ni[at.FIRST_FREE]
+        end = ni[at.END_FREE]
+        _h, weight, carry = step_times(ni, w, rod, step)
+        new = rod + ni[at.AT_ADJOINT] + 3 * count * (step + 2)
+        old = new - 3 * count
+        older = old - 3 * count
+        for j in range(ti.max(first - 2, 0), first):
+            for k in range(2):
+                to = j + 1 + k
+                if to >= first and to < end:
+                    m = hessian_at(ni, rod, step, j) + 9 + 9 * k
+                    add3(w, new + 3 * j, -(load33(w, m).transpose() @ load3(w, new + 3 * to)))
+        for j in range(ti.max(end - 2, first), end):
+            for k in range(2):
+                to = j + 1 + k
+                if to >= end and to < count:
+                    m = hessian_at(ni, rod, step, j) + 9 + 9 * k
+                    add3(w, new + 3 * to, -(load33(w, m) @ load3(w, new + 3 * j)))
+        for j in range(first, end):
+            i = j // 2
+            v = load3(w, new + 3 * j)
+            if j % 2 == 0:
+                mass = weight * w[rod + ni[at.AT_MASSES] + i]
+                add3(w, old + 3 * j, (mass * (1.0 + carry)) * v)
+                add3(w, older + 3 * j, -(mass * carry) * v)
+            else:
+                c = rod + ni[at.AT_INERTIA_COUPLINGS] + 18 * (step * (n - 1) + i)
+                add3(w, old + 3 * j, -(load33(w, c).transpose() @ v))
+                add3(w, older + 3 * j, -(load33(w, c + 9).transpose() @ v))
+        for p in range(ni[at.PARAMETERS]):
+            force = parameter_forces_at(ni, rod, step, p // 6, 0) + p % 6
+            total = 0.0
+            for j in range(first, end):
+                for a in ti.static(range(3)):
+                    total -= w[new + 3 * j + a] * w[force + 18 * j + 6 * a]
+            w[rod + ni[at.AT_PARAMETERS_OUT] + p] += total
+    else:
+        result = grip_adjoint(ni, w, task, rod, step, arg, real)
+    return result

@@ -1,0 +1,176 @@
+# type: ignore
+"""How iterates move."""
+
+import taichi as ti
+
+from shared.rod import layout as at
+from shared.rod.kernels_access import (
+    grip,
+    hessian_at,
+    orientation_at,
+    position_at,
+    scalar,
+    step_times,
+)
+from shared.rod.kernels_energy import edges
+from shared.rod.kernels_math import (
+    add3,
+    exponential,
+    load3,
+    load4,
+    load33,
+    logarithm,
+    quaternion_product,
+    relative,
+    rotation_matrix,
+    store3,
+    store4,
+    turned,
+)
+from shared.rod.kernels_types import Doubles, Integers
+
+
+@ti.real_func
+def accept(
+    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+) -> ti.f64:
+    """Keep the iterate as the point to step from."""
+    result = 0.0
+    if task == at.ACCEPT:
+        n = ni[at.NODES]
+        for k in range(3 * n):
+            w[rod + ni[at.AT_ACCEPTED] + k] = w[position_at(ni, rod, step + 2, 0) + k]
+        for k in range(4 * (n - 1)):
+            w[rod + ni[at.AT_ACCEPTED_ORIENTATIONS] + k] = w[
+                orientation_at(ni, rod, step + 2, 0) + k
+            ]
+    else:
+        result = edges(ni, w, task, rod, step, arg, real)
+    return result
+
+
+@ti.real_func
+def apply_step(
+    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+) -> ti.f64:
+    """Move the iterate to accepted + share * step; the tensions follow linearly."""
+    result = 0.0
+    if task == at.APPLY:
+        share = real
+        n = ni[at.NODES]
+        d = rod + ni[at.AT_STEP]
+        stretch = scalar(ni, w, rod, at.STRETCH)
+        length = scalar(ni, w, rod, at.EDGE_LENGTH)
+        for i in range(n - 1):
+            x = load3(w, rod + ni[at.AT_ACCEPTED] + 3 * i)
+            nearby = load3(w, rod + ni[at.AT_ACCEPTED] + 3 * i + 3)
+            q = load4(w, rod + ni[at.AT_ACCEPTED_ORIENTATIONS] + 4 * i)
+            r = rotation_matrix(q)
+            phi = share * load3(w, d + 6 * i + 3)
+            edge = nearby - x + share * (load3(w, d + 6 * i + 6) - load3(w, d + 6 * i))
+            d3 = r @ ti.Vector([phi[1], -phi[0], 1.0])
+            store3(w, rod + ni[at.AT_TENSIONS] + 3 * i, stretch * (edge / length - d3))
+            store3(w, position_at(ni, rod, step + 2, i), x + share * load3(w, d + 6 * i))
+            store4(w, orientation_at(ni, rod, step + 2, i), turned(q, phi))
+        x = load3(w, rod + ni[at.AT_ACCEPTED] + 3 * n - 3)
+        store3(w, position_at(ni, rod, step + 2, n - 1), x + share * load3(w, d + 6 * n - 6))
+    else:
+        result = accept(ni, w, task, rod, step, arg, real)
+    return result
+
+
+@ti.real_func
+def predict(
+    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+) -> ti.f64:
+    """Inertial targets, and the start of the iteration: everything where it was."""
+    result = 0.0
+    if task == at.PREDICT:
+        n = ni[at.NODES]
+        _h, _weight, carry = step_times(ni, w, rod, step)
+        stretch = scalar(ni, w, rod, at.STRETCH)
+        length = scalar(ni, w, rod, at.EDGE_LENGTH)
+        for i in range(n):
+            x0 = load3(w, position_at(ni, rod, step, i))
+            x1 = load3(w, position_at(ni, rod, step + 1, i))
+            store3(w, rod + ni[at.AT_TARGETS] + 3 * i, x1 + carry * (x1 - x0))
+            store3(w, position_at(ni, rod, step + 2, i), x1)
+        for i in range(n - 1):
+            q0 = load4(w, orientation_at(ni, rod, step, i))
+            q1 = load4(w, orientation_at(ni, rod, step + 1, i))
+            turn = exponential(carry * logarithm(relative(q0, q1)))
+            store4(w, rod + ni[at.AT_TARGET_ORIENTATIONS] + 4 * i, quaternion_product(q1, turn))
+            store4(w, orientation_at(ni, rod, step + 2, i), q1)
+            edge = load3(w, position_at(ni, rod, step + 1, i + 1)) - load3(
+                w, position_at(ni, rod, step + 1, i)
+            )
+            d3 = rotation_matrix(q1) @ ti.Vector([0.0, 0.0, 1.0])
+            store3(w, rod + ni[at.AT_TENSIONS] + 3 * i, stretch * (edge / length - d3))
+    else:
+        result = apply_step(ni, w, task, rod, step, arg, real)
+    return result
+
+
+@ti.real_func
+def move_grips(
+    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+) -> ti.f64:
+    """Put driven ends where they belong (`exactly`), or write their way there as a step."""
+    result = 0.0
+    if task == at.GRIPS:
+        exactly = arg
+        n = ni[at.NODES]
+        d = rod + ni[at.AT_STEP]
+        for end in range(2):
+            kind = ni[at.LEFT + end]
+            if kind != at.FREE:
+                outer, inner, q = grip(ni, w, rod, step, end)
+                node = end * (n - 1)
+                if exactly:
+                    store3(w, position_at(ni, rod, step + 2, node), outer)
+                else:
+                    x1 = load3(w, position_at(ni, rod, step + 1, node))
+                    store3(w, d + 6 * node, outer - x1)
+                if kind == at.CLAMPED:
+                    node = 1 + end * (n - 3)
+                    edge = end * (n - 2)
+                    if exactly:
+                        store3(w, position_at(ni, rod, step + 2, node), inner)
+                        store4(w, orientation_at(ni, rod, step + 2, edge), q)
+                    else:
+                        x1 = load3(w, position_at(ni, rod, step + 1, node))
+                        q1 = load4(w, orientation_at(ni, rod, step + 1, edge))
+                        store3(w, d + 6 * node, inner - x1)
+                        store3(w, d + 6 * edge + 3, logarithm(relative(q1, q)))
+    else:
+        result = predict(ni, w, task, rod, step, arg, real)
+    return result
+
+
+@ti.real_func
+def subtract_couplings(
+    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+) -> ti.f64:
+    """Take from the free blocks of `d` what the steps of the fixed blocks cause there."""
+    result = 0.0
+    if task == at.COUPLE:
+        d = arg
+        first = ni[at.FIRST_FREE]
+        end = ni[at.END_FREE]
+        count = 2 * ni[at.NODES] - 1
+        for j in range(ti.max(first - 2, 0), first):
+            v = load3(w, d + 3 * j)
+            for k in range(2):
+                to = j + 1 + k
+                if to >= first and to < end:
+                    m = hessian_at(ni, rod, step, j) + 9 + 9 * k
+                    add3(w, d + 3 * to, -(load33(w, m) @ v))
+        for j in range(ti.max(end - 2, first), end):
+            for k in range(2):
+                to = j + 1 + k
+                if to >= end and to < count:
+                    m = hessian_at(ni, rod, step, j) + 9 + 9 * k
+                    add3(w, d + 3 * j, -(load33(w, m).transpose() @ load3(w, d + 3 * to)))
+    else:
+        result = move_grips(ni, w, task, rod, step, arg, real)
+    return result

@@ -305,30 +305,24 @@ class CenterlineEstimator:
         lateral = np.zeros((len(pixels), 7))
         lateral[:, :3] = poses.normalized(rays)
         lateral[:, 6] = s.fit.ray_sigma / i.fx
-        blocks, indices = [lateral], [index]
-        taken = np.zeros(0, int)
-        for offset in _offsets(width):
-            at = np.rint(pixels + offset * found.normals[index])
-            measured = sampled(depth, at)
-            flat = (at[:, 1] * i.width + at[:, 0]).astype(int)
-            # Every pixel is one measurement, however many ridge points lie beside it.
-            _, first = np.unique(flat, return_index=True)
-            keep = np.zeros(len(at), bool)
-            keep[first] = True
-            keep &= ~np.isin(flat, taken) & (measured > 0.0)
-            taken = np.concatenate([taken, flat[keep]])
-            away = np.sum((at - pixels) * found.normals[index], axis=1) * measured / i.fx
-            rays = self.camera.rays(at[keep])
-            stretch = np.linalg.norm(rays, axis=1)
-            block = np.zeros((int(np.count_nonzero(keep)), 7))
-            block[:, :3] = rays / stretch[:, None]
-            block[:, 3] = measured[keep] * stretch
-            r = self.rope.radius
-            block[:, 4] = np.sqrt(np.maximum(r**2 - away[keep] ** 2, 0.0))
-            block[:, 5] = sigma
-            blocks.append(block)
-            indices.append(index[keep])
-        return np.concatenate(blocks), np.concatenate(indices)
+        normals = found.normals[index]
+        offsets = np.array(_offsets(width))
+        at = np.rint(pixels + offsets[:, None, None] * normals).reshape(-1, 2)
+        # Every pixel is one measurement, however many ridge points lie beside it.
+        flat = (at[:, 1] * i.width + at[:, 0]).astype(np.int64)
+        _, once = np.unique(flat, return_index=True)
+        measured = sampled(depth, at[once])
+        once, measured = once[measured > 0.0], measured[measured > 0.0]
+        beside = once % len(pixels)
+        away = np.sum((at[once] - pixels[beside]) * normals[beside], axis=1) * measured / i.fx
+        rays = self.camera.rays(at[once])
+        stretch = np.linalg.norm(rays, axis=1)
+        ranged = np.zeros((len(once), 7))
+        ranged[:, :3] = rays / stretch[:, None]
+        ranged[:, 3] = measured * stretch
+        ranged[:, 4] = np.sqrt(np.maximum(self.rope.radius**2 - away**2, 0.0))
+        ranged[:, 5] = sigma
+        return np.concatenate([lateral, ranged]), np.concatenate([index, index[beside]])
 
     def _anchors(
         self, left: Pose | None, right: Pose | None, expected: Expected | None
@@ -388,6 +382,6 @@ class _Start:
 
 
 def _offsets(width: float) -> list[float]:
-    """Across the ridge: pixels that are surely rope."""
-    count = int(max(0.0, width / 2.0 - 1.5))
+    """Across the ridge, from its middle outwards: pixels that are surely rope."""
+    count = int(np.clip(width / 2.0 - 1.5, 0.0, 3.0))
     return [0.0, *(float(s * k) for k in range(1, count + 1) for s in (-1, 1))]

@@ -164,6 +164,11 @@ def _paired(branches: list[_Branch], width: float) -> list[list[_Branch]]:
     for arms in meeting.values():
         for a, b in _straightest(arms, solid, width):
             partner[a], partner[b] = b, a
+        if len(arms) < 3:
+            # Only a spur met them: no crossing, and nothing to distrust.
+            for k, side in arms:
+                first, last = solid[k].ends
+                solid[k].ends = (-1, last) if side == 0 else (first, -1)
     return _chained(solid, partner)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import time
 from collections.abc import Iterator
 
 import numpy as np
@@ -31,10 +32,22 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
 
 def togo(page: Page) -> float:
     """What the headline says is left of the way [mm]."""
-    text = page.get_by_text(re.compile(r"^(Ready|Running|Reached|Paused): ")).first.inner_text()
+    text = page.get_by_text(re.compile(r"^(Ready|Running|Reached|Paused).*: ")).first.inner_text()
     found = re.search(r"([\d.]+) mm", text)
     assert found is not None, text
     return float(found[1])
+
+
+def follow_to_the_goal(page: Page, patience: float = 60.0) -> None:
+    """Watches a run as a person would: where a busy machine made the arms hold, it may go on."""
+    reached = page.get_by_text(re.compile(r"^Reached: "))
+    acknowledge = page.get_by_role("button", name="Acknowledge")
+    started = time.monotonic()
+    while not reached.is_visible():
+        assert time.monotonic() - started < patience, page.get_by_text(" to go").first.inner_text()
+        if acknowledge.is_visible():
+            acknowledge.click()
+        page.wait_for_timeout(300)
 
 
 def test_start_moves_the_rope_to_the_goal(page: Page) -> None:
@@ -42,8 +55,8 @@ def test_start_moves_the_rope_to_the_goal(page: Page) -> None:
     before = togo(page)
     assert before > 100.0
     page.get_by_role("button", name="Start").click()
-    expect(page.get_by_text(re.compile(r"^Running: "))).to_be_visible()
-    expect(page.get_by_text(re.compile(r"^Reached: "))).to_be_visible(timeout=40_000)
+    expect(page.get_by_text(re.compile("^(Running|Reached)"))).to_be_visible()
+    follow_to_the_goal(page)
     assert togo(page) < 0.05 * before
 
 
@@ -58,5 +71,6 @@ def test_dragged_goal_shows_how_the_rope_would_rest(page: Page) -> None:
     assert float(height.input_value()) > 1e3 * grip[2] + 30.0
     expect(page.get_by_text("Reachable", exact=True)).to_be_visible()
     page.get_by_role("button", name="Set goal").click()
-    page.wait_for_timeout(1500)
-    assert togo(page) > 10.0
+    # At least 10 mm of way to the new goal.
+    further = page.get_by_text(re.compile(r": [1-9]\d+\.\d mm to go"))
+    expect(further).to_be_visible(timeout=20_000)

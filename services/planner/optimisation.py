@@ -33,7 +33,7 @@ EFFORT = 0.01
 NEARNESS = 0.5
 LEAVING = 5e-4
 """Below its own clearance a start or goal may be passed by so much [m]."""
-NEAR_BLOCKS = 4
+NEAR_BLOCKS = 2
 """Blocks at the start and at the end in which the clearance of start or goal is enough."""
 PARTING = 0.008
 """Clearance gained with each block beyond those [m]."""

@@ -29,8 +29,15 @@ PACES = (
     Pace(1.3, (0.48, 0.4)),
     Pace(1.6, (0.4, 0.4)),
     Pace(2.5, (0.4, 0.4)),
+    Pace(2.5, (0.16, 0.1)),
+    Pace(4.0, (0.1, 0.05)),
 )
-"""All are tried; the soonest after which the rope is still wins."""
+"""The soonest after which the rope is still wins. Narrow means cut the corners of the way less;
+the last ones are only tried when the others pass too near to something."""
+HURRIED = 5
+"""So many are always tried."""
+ENOUGH = 0.7
+"""Of the wanted clearance, with which a path is taken without looking for a better one."""
 CALM = 2e-4
 """Swinging that does not matter [m]."""
 CALMING = 1.0
@@ -47,32 +54,26 @@ def plan(problem: Problem) -> WholePath:
     candidates = sorted(
         optimisation.trials(starts(problem, len(optimisation.turn))), key=lambda t: t.cost
     )
-    best: Trial | None = None
+    best: WholePath | None = None
     for candidate in _different(candidates)[:TRIES]:
         trial = optimisation.refined(candidate, ITERATIONS)
-        if best is None or _rank(trial, problem) < _rank(best, problem):
-            best = trial
-        if trial.error < 0.2 * problem.tolerance and trial.shortfall < 1e-3:
+        path = _on_the_clock(problem, optimisation, trial)
+        wanted = optimisation.wanted - max(trial.shortfall, 0.0)
+        if path.clearance < wanted - 5e-4:
+            # Rounding the corners and swinging took from the clearance: ask for more of it.
+            wider = PathOptimisation(problem, RESERVE + 1.3 * (wanted - path.clearance))
+            again = wider.refined(wider.again(trial), MORE_ITERATIONS)
+            path = max(path, _on_the_clock(problem, wider, again), key=_worth)
+        if best is None or _worth(path) > _worth(best):
+            best = path
+        if path.reached and path.clearance > ENOUGH * optimisation.wanted:
             break
     assert best is not None
-    path = _on_the_clock(problem, optimisation, best)
-    wanted = optimisation.wanted - max(best.shortfall, 0.0)
-    if path.clearance < wanted - 5e-4:
-        # Rounding the corners and swinging took from the clearance: ask for more of it.
-        optimisation = PathOptimisation(problem, RESERVE + 1.3 * (wanted - path.clearance))
-        again = optimisation.refined(optimisation.again(best), MORE_ITERATIONS)
-        path = max(path, _on_the_clock(problem, optimisation, again), key=_worth)
-    return path
+    return best
 
 
 def _worth(path: WholePath) -> tuple[bool, float]:
     return path.reached, path.clearance
-
-
-def _rank(trial: Trial, problem: Problem) -> tuple[bool, bool, float]:
-    """Smaller is better: clear and there, then the cost."""
-    blocked = trial.shortfall > max(problem.clearance - LEAST_CLEARANCE, 0.0)
-    return blocked, trial.error > problem.tolerance, trial.cost
 
 
 def _different(trials: list[Trial]) -> list[Trial]:
@@ -92,11 +93,13 @@ def _halfway(trial: Trial) -> Float64[np.ndarray, "2 3"]:
 def _on_the_clock(problem: Problem, optimisation: PathOptimisation, trial: Trial) -> WholePath:
     ways = optimisation.grips(trial.displacements)
     best, least = None, (True, np.inf)
-    for pace in PACES:
+    for k, pace in enumerate(PACES):
+        if k >= HURRIED and not least[0]:
+            break
         positions, orientations = timed(*ways, problem.limits, DT, pace)
         nodes, swing = _moved(problem, positions, orientations)
         clearance = _clearance(problem, positions, orientations, nodes)
-        close = clearance < 0.8 * (optimisation.wanted - max(trial.shortfall, 0.0))
+        close = clearance < ENOUGH * (optimisation.wanted - max(trial.shortfall, 0.0))
         cost = len(positions) * DT + CALMING * np.log1p(swing / CALM)
         if best is None or (close, cost) < least:
             best, least = (positions, orientations, nodes, clearance), (close, cost)

@@ -121,6 +121,7 @@ def _emulator(side: str, scenario: Path) -> Program:
             side,
         ),
         stage=2,
+        niceness=NICENESS["robot_gateway"],
         ready_line="ready",
     )
 

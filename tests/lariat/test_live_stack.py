@@ -77,12 +77,13 @@ class Live:
     def until_reached(self, seconds: float) -> None:
         """A machine that is too busy makes the arms hold; a person looks, and goes on."""
         deadline = time.monotonic() + seconds
+        status = self.say("status")
         while time.monotonic() < deadline:
-            status = self.say("status")
             if status["task"]["state"] == "reached":
                 return
             if status["arms"]["needs_acknowledgement"]:
                 self.say("ack")
+            status = self.say("status")
         raise AssertionError(f"not reached: {status}\n{self.log}")
 
 

@@ -76,6 +76,8 @@ class Client:
         """The last error of a servo point, in words."""
         self.enabled = False
         """Whether a sequence has made it ready and nothing has stopped it since."""
+        self.times_joints = True
+        """Whether ServoJ takes the time in which a point is to be reached."""
         self.control_lost = ""
         """Why the arm listens to somebody else, in words."""
         self.failure = ""
@@ -139,25 +141,32 @@ class Client:
         if self.phase == "online":
             self._queue.append(text)
 
-    def servo(self, vector: np.ndarray, t: float) -> None:
-        """A point for the flange, unless the arm has not been heard since the last one.
-
-        So that no more than one is ever under way to an arm that has stopped listening.
+    def servo_pose(self, vector: np.ndarray, t: float) -> None:
+        """A point for the flange.
 
         Args:
             vector: X, Y, Z [mm], Rx, Ry, Rz [deg].
-            t: In which it is to be reached [s]; V3 takes none.
+            t: In which it is to be reached [s]; V3 takes none and needs 0.1 s or so.
         """
-        if not np.all(np.isfinite(vector)):
-            raise ValueError(f"a servo point must be finite, got {vector}")
+        self._point("ServoP", vector, f",t={t:.3f}" if self.firmware == "v4" else "")
+
+    def servo_joints(self, joints: np.ndarray, t: float) -> None:
+        """A point for the joints [deg], to be reached in `t` [s]; V3 from 3.5.5 on, and V4."""
+        self._point("ServoJ", joints, f",t={t:.3f}")
+
+    def _point(self, name: str, values: np.ndarray, rest: str) -> None:
+        """Sends a point unless the arm has not been heard since the last one.
+
+        So that no more than one is ever under way to an arm that has stopped listening.
+        """
+        if not np.all(np.isfinite(values)):
+            raise ValueError(f"a servo point must be finite, got {values}")
         if self.heard is None or self.heard <= self._pointed:
             return
         self._pointed = self._now
-        numbers = ",".join(f"{v:.6f}" for v in vector)
-        if self.firmware == "v3":
-            self._send(MOTION, f"ServoP({numbers})")
-        elif self.firmware == "v4":
-            self._send(COMMANDS, f"ServoP({numbers},t={t:.3f})")
+        numbers = ",".join(f"{v:.6f}" for v in values)
+        port = MOTION if self.firmware == "v3" else COMMANDS
+        self._send(port, f"{name}({numbers}{rest})")
 
     def shut_down(self) -> None:
         """Closes every connection."""
@@ -255,6 +264,9 @@ class Client:
             self._answer, self._asked = reply, None
             if reply.error and self._sequence is None:
                 self.refusal = f"{reply.echo}: {reply.words}"
+        elif reply.echo.lower().startswith("servoj") and reply.error in (-10000, -20000):
+            # Firmware before 3.5.5 knows no time for it.
+            self.times_joints = False
         elif reply.echo.lower().startswith("servo") and reply.error:
             self.refusal = f"servo point: {reply.words}"
 

@@ -1,4 +1,10 @@
-"""A CR5 that follows with ServoP: real, or emulated."""
+"""A CR5 that follows servo points: real, or emulated.
+
+V4 is sent poses. V3's ServoP takes no time and lags by a tenth of a second, so V3 is sent joints
+where its firmware takes a time for them. They are solved for with the nominal geometry, which is
+first laid over the arm's own: its feedback says for the same instant where its joints are and where
+its flange is, and what lies between that and the nominal flange changes slowly along a path.
+"""
 
 from __future__ import annotations
 
@@ -23,6 +29,8 @@ KEEP_ALIVE_TICKS = 125
 """Between points while the arm rests: the motion port may close when idle."""
 PLACED = 0.004
 """Distance at which an emulated arm is where it was put [m]: its geometry may be calibrated."""
+LONGEST_STEP = 0.12
+"""Most that a joint turns from one point to the next [rad]: a keen one trips V3's drives."""
 FIRST_STEP = 0.005
 """Farthest that the first point may be from where the arm is [m]."""
 
@@ -53,6 +61,7 @@ class Cr5Driver:
         self._wanted = False
         self._ticks = 0
         self._sent: Pose | None = None
+        self._joints: np.ndarray | None = None
         self._placing: Pose | None = None
         self.live = not isinstance(network, MemoryNetwork)
 
@@ -95,7 +104,7 @@ class Cr5Driver:
         if target is not None and feedback.ready and feedback.pose is not None:
             self._follow(target, feedback.pose)
         else:
-            self._sent = None
+            self._sent = self._joints = None
         return feedback
 
     def _follow(self, target: Pose, measured: Pose) -> None:
@@ -108,7 +117,25 @@ class Cr5Driver:
             return
         self._ticks, self._sent = 0, target
         flange = self._kinematics.flange_of_grip(target)
-        self._client.servo(units.to_vector(flange), POINT_TIME)
+        if self._client.firmware == "v3" and self._client.times_joints:
+            self._send_joints(flange)
+        else:
+            self._client.servo_pose(units.to_vector(flange), POINT_TIME)
+
+    def _send_joints(self, flange: Pose) -> None:
+        packet = self._client.feedback
+        assert packet is not None
+        actual = np.radians(packet["q_actual"])
+        measured = units.from_vector(packet["tool_vector_actual"])
+        nominal = self._kinematics.flange(actual)
+        goal = nominal @ measured.inverse() @ flange
+        near = actual if self._joints is None else self._joints
+        joints = self._kinematics.solve(self._kinematics.grip_of_flange(goal), near)
+        if joints is None or np.max(np.abs(joints - near)) > LONGEST_STEP:
+            # The rules keep the command from here; an arm that is elsewhere is a tracking fault.
+            return
+        self._joints = joints
+        self._client.servo_joints(np.degrees(joints), POINT_TIME)
 
     def _feedback(self) -> Feedback:
         client = self._client

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -36,8 +38,9 @@ def test_arm_keeps_to_its_path_for_a_minute(firmware: str) -> None:
     assert streamed(firmware, 60.0)[1] < 1e-3
 
 
-def test_calibrated_arm_is_no_fault_and_shows_in_no_error() -> None:
-    world, error = streamed("v4", 2.0, calibrated=True)
+@pytest.mark.parametrize("firmware", ["v3", "v4"])
+def test_calibrated_arm_is_no_fault_and_keeps_to_its_path(firmware: str) -> None:
+    world, error = streamed(firmware, 2.0, calibrated=True)
     assert error < 1e-3
     start = world.measured[20]
     assert 1e-4 < np.linalg.norm(start - GRIPS[1].position) < 2e-3
@@ -57,6 +60,18 @@ def test_servo_points_come_at_an_even_pace_and_never_two_at_once() -> None:
     world.follow(circle(world.cell.guidance.state.position[0], 0.05, 0.1), 2.0)
     gaps = np.diff(sent[10:])
     assert np.all(np.abs(gaps - 0.032) < 1e-6)
+
+
+def test_firmware_that_takes_no_time_for_joints_is_sent_poses() -> None:
+    world = ArmWorld("v3")
+    table = world.emulator.commands.table
+    table["servoj"] = replace(table["servoj"], optional=())
+    world.until_ready()
+    here = world.cell.guidance.state.position[0]
+    world.follow(circle(here, 0.06, 0.1), 2.0)
+    assert not world.driver._client.times_joints
+    assert world.mode == "moving"
+    assert np.linalg.norm(world.measured[-1] - here) > 0.05
 
 
 def test_answers_to_servo_points_are_not_needed() -> None:

@@ -78,17 +78,40 @@ CAMERA_CALIBRATION = Topic("camera/{name}/calibration", CameraCalibration, "sim"
 ROPE_NODES = Topic(
     "rope/nodes", NodeChain, "perception", "latest", tolerance={"positions": 1e-6, "sigma": 1e-6}
 )
-ROPE_TRUTH = Topic("rope/truth", NodeChain, "sim", "latest")
+ROPE_TRUTH = Topic("rope/truth", NodeChain, "sim", "latest", tolerance={"positions": 1e-6})
 SCENE_STATE = Topic("scene/state", Scene, "perception", "latest")
 SCENE_REQUEST = Topic("scene/request", SceneRequest, "dashboard, lariat", "every")
 TASK_STATE = Topic(
-    "task/state", TaskState, "controller", "latest", tolerance={"error": 1e-5, "clearance": 1e-5}
+    "task/state",
+    TaskState,
+    "controller",
+    "latest",
+    tolerance={"goal": 1e-6, "error": 1e-5, "clearance": 1e-5},
 )
 TASK_REQUEST = Topic("task/request", TaskRequest, "dashboard, lariat", "every")
 TASK_GOAL_DRAFT = Topic("task/goal_draft", GoalDraft, "dashboard", "latest")
-TASK_GOAL_PREVIEW = Topic("task/goal_preview", GoalPreview, "controller", "latest")
-CONTROLLER_PATH = Topic("controller/path", Path, "planner", "latest")
+TASK_GOAL_PREVIEW = Topic(
+    "task/goal_preview", GoalPreview, "controller", "latest", tolerance={"goal": 1e-6}
+)
 # Optimisers amplify last bits: 1e-5 m on what they predict and command.
+CONTROLLER_PATH = Topic(
+    "controller/path",
+    Path,
+    "planner",
+    "latest",
+    tolerance=dict.fromkeys(
+        (
+            "left_positions",
+            "left_orientations",
+            "right_positions",
+            "right_orientations",
+            "nodes",
+            "final_error",
+            "clearance",
+        ),
+        1e-5,
+    ),
+)
 CONTROLLER_PLAN = Topic(
     "controller/plan", Plan, "controller", "latest", tolerance={"nodes": 1e-5, "cost": 1e-3}
 )
@@ -102,7 +125,10 @@ CONTROLLER_PARAMETERS = Topic(
 ARM_SETPOINTS = Topic(
     "arm/setpoints", Setpoints, "controller", "every", urgent=True, tolerance={"arms": 1e-5}
 )
-ARM_STATE = Topic("arm/state", ArmStates, "robot_gateway", "every", urgent=True)
+# Linear algebra differs between machines in its last bits.
+ARM_STATE = Topic(
+    "arm/state", ArmStates, "robot_gateway", "every", urgent=True, tolerance={"arms": 1e-6}
+)
 ARM_COMMAND = Topic("arm/command", ArmCommand, "dashboard, lariat", "every", urgent=True)
 RUN_RESULT = Topic(
     "run/result",

@@ -83,6 +83,8 @@ class Conversation:
         """
         states = self.bus.subscribe(topics.TASK_STATE)
         requests = self._heard(topics.TASK_REQUEST)
+        # Somebody listens, but perhaps only the recorder so far: who speaks to us is connected.
+        self.wait(states, lambda _: True, "the controller says nothing")
         request = TaskRequest(id=self.next_id(), stamp=self._clock.now(), action=action, **fields)
         requests.put(request)
         return self._answer(states, request.id, "controller")

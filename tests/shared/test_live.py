@@ -68,7 +68,12 @@ def test_a_service_keeps_its_rate_traces_every_step_and_ends_in_order(cell: Cell
     assert first.note == "arms by itself: True"
     beacon.ask("hello")
     answers = []
-    until(lambda: answers.extend(i.message for _, i in beacon.states.take()) or answers)
+    until(
+        lambda: (
+            answers.extend(i.message for _, i in beacon.states.take() if i.message.last_request)
+            or answers
+        )
+    )
     assert answers[0].last_request == "please-hello"
     assert answers[0].run == first.boot
     reports = beacon.reports(3)

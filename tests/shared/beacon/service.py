@@ -21,10 +21,14 @@ class BeaconService:
         self.name = options.name
         self.note = f"arms by itself: {scenario.end('left').arm_automatically}"
         self._session = session
+        self._steps = 0
 
     def warm_up(self) -> None: ...
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
+        self._steps += 1
+        if self._steps % 20 == 0:
+            yield Publication(topics.TASK_STATE, TaskState(stamp=now, run=self._session))
         for item in inbox.every(topics.TASK_REQUEST):
             request = item.message
             if request.key == "crash":

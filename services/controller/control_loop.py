@@ -28,14 +28,10 @@ SETPOINT = 20_000_000
 DELAY = 30_000_000
 """From inputs to the first point that may still be changed [ns]: the step itself, and one point
 because the gateway's curve looks ahead by one."""
-PATH_SHARE = 0.7
-"""Of each limit that paths may use (`services.planner.timing`)."""
 OFFSET_SHARE = 0.28
-"""Of each limit for the offset."""
+"""Of each limit for the offset; paths use 0.7 (`services.planner.timing`)."""
 STOP_SHARE = 0.9
 """Of each limit for the stop at the end of a chunk."""
-ASTRAY = 0.02
-"""Distance between command and arm at which the row is given up [m]."""
 
 
 @dataclass(frozen=True)
@@ -83,9 +79,9 @@ class ControlLoop:
         return self.estimate.rod
 
     @property
-    def engaged(self) -> bool:
-        """Whether a row of setpoints is running."""
-        return self._row is not None
+    def row(self) -> SetpointRow | None:
+        """The row of setpoints, while one is running."""
+        return self._row
 
     @property
     def resting(self) -> bool:

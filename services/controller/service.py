@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from services.controller.adaptation import Adaptation
 from services.controller.control_loop import SETPOINT, Command, ControlLoop
 from services.controller.goals import GoalMaker
 from services.controller.motion import Motion
@@ -91,8 +92,13 @@ class ControllerService:
         start = scenario.grips(scenario.start)
         self._goals = GoalMaker(scenario, self._rod, start)
         resettable = not any(scenario.end(side).address for side in SIDES)
-        self.task = Task(self._goals.of_shape(scenario.goal), resettable=resettable)
+        self.task = Task(
+            self._goals.of_shape(scenario.goal),
+            settings={"adapt": "true" if scenario.control.adapt else "false"},
+            resettable=resettable,
+        )
         self.estimate = StateEstimate(self._rod, Motion.at_rest(*start), 0)
+        self.adaptation = Adaptation(self._rod.properties)
         self.loop = ControlLoop(self.estimate, moves, scenario.control, scenario.limits)
         self.monitor = RunMonitor(scenario.run.tolerance, scenario.rope.diameter / 2.0)
         self._obstacles: tuple[Obstacle, ...] = scenario.bodies
@@ -165,6 +171,11 @@ class ControllerService:
         if self.estimate.astray and self.loop.resting:
             self.estimate.restart(self.estimate.motion, self.estimate.time, seen=nodes)
         self._seen, self._image_stamp = now, rope.stamp
+        if self.task.settings["adapt"] == "true":
+            change = self.adaptation.look(self.estimate, rope.stamp, nodes, sigma, observed)
+            if change is not None:
+                rod = self._rod.with_properties(self.adaptation.properties)
+                self.estimate.becomes(rod, change)
         self.monitor.look(rope.stamp, nodes, self.task.goal.nodes, self._obstacles)
 
     def _take_events(self, now: int) -> None:
@@ -393,14 +404,18 @@ class ControllerService:
         )
 
     def _parameters(self, now: int) -> Parameters:
-        properties = self._rod.properties
+        adaptation = self.adaptation
+        adapts = self.task.settings["adapt"] == "true"
         return Parameters(
             stamp=now,
             parameters=[
                 Parameter(
-                    name="bending_stiffness", value=properties.bending_stiffness, unit="N m^2"
+                    name="bending_stiffness",
+                    value=adaptation.bending_stiffness,
+                    standard_deviation=adaptation.standard_deviation if adapts else 0.0,
+                    unit="N m^2",
                 ),
-                Parameter(name="damping", value=properties.damping, unit="1/s"),
+                Parameter(name="damping", value=adaptation.properties.damping, unit="1/s"),
             ],
             prediction_error=self.estimate.innovation,
         )

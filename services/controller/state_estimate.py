@@ -83,6 +83,14 @@ class StateEstimate:
         steps = max(1, int(np.ceil(dt / 0.021)))
         return self.rolled(self.state, twist_between(self.motion, motion, dt), dt, steps)
 
+    def becomes(self, rod: Rod, change: Float64[np.ndarray, "n 3"]) -> None:
+        """Goes on with another material, which will change the model's shape so much [m].
+
+        The offset must learn as much anew, and no more: noise would come in with it.
+        """
+        self.rod = rod
+        self._variance = self._variance + np.mean(change**2, axis=1)
+
     def rolled(
         self, state: RodState, twist: Float64[np.ndarray, "2 2 3"], dt: float, steps: int
     ) -> RodState:
@@ -99,7 +107,7 @@ class StateEstimate:
         observed: Bool[np.ndarray, "n"],
     ) -> None:
         """Takes in what was seen at `stamp` [ns]; nodes that were bridged do not count."""
-        error = nodes - self._modelled_at(stamp)
+        error = nodes - self.modelled_at(stamp)
         if np.any(observed):
             self.innovation = float(np.mean(np.linalg.norm(error - self.offset, axis=1)[observed]))
         elapsed = 1.0 if self._observed_at is None else (stamp - self._observed_at) * 1e-9
@@ -125,7 +133,7 @@ class StateEstimate:
         """Whether the model has become another shape than the rope."""
         return float(np.mean(np.linalg.norm(self.offset, axis=1))) > FAR
 
-    def _modelled_at(self, stamp: int) -> Float64[np.ndarray, "n 3"]:
+    def modelled_at(self, stamp: int) -> Float64[np.ndarray, "n 3"]:
         """The model's nodes at an earlier time, between what is remembered."""
         before = after = self._history[0]
         for entry in self._history:

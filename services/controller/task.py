@@ -109,5 +109,7 @@ class Task:
         """Changes one setting."""
         if key not in self.settings:
             raise Refused(f"no setting {key!r}; there are {', '.join(sorted(self.settings))}")
+        if value not in ("true", "false"):
+            raise Refused(f"{key} = {value!r}; use true or false")
         self.settings[key] = value
         self.revision += 1

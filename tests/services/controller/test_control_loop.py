@@ -1,0 +1,46 @@
+"""The loop brings a rope to its goal, whatever its stiffness, and moves the grips within limits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from shared.scenario.sections import Limits
+from tests.services.controller.cell import Cell, grips
+
+BESIDE = grips((-0.16, 0.03, 0.28), (0.18, 0.02, 0.30))
+
+
+@pytest.mark.parametrize("factor", [1.0, 6.0])
+def test_rope_of_another_stiffness_reaches_its_own_rest_shape(factor: float) -> None:
+    cell = Cell(stiffness_factor=factor)
+    goal = cell.plant.rest(*BESIDE).state.positions
+    cell.follow()
+    cell.run(4.0, goal)
+    assert cell.error(goal) < 3e-4
+
+
+def test_grips_keep_their_limits_while_the_goal_jumps() -> None:
+    cell = Cell()
+    cell.follow()
+    near, far = (
+        cell.plant.rest(*g).state.positions
+        for g in (BESIDE, grips((-0.2, -0.05, 0.33), (0.16, -0.04, 0.31)))
+    )
+    for goal in (near, far, near):
+        cell.run(0.4, goal)
+    limits = Limits()
+    for order, bound in enumerate((limits.speed, limits.acceleration, limits.jerk), start=1):
+        change = np.diff(cell.points, n=order, axis=0) / 0.02**order
+        assert np.linalg.norm(change, axis=2).max() <= bound
+
+
+@pytest.mark.parametrize("delay", [0.1])
+def test_late_noisy_pictures_do_not_unsettle_the_rope(delay: float) -> None:
+    cell = Cell(stiffness_factor=2.0, noise=2e-3, camera_delay=delay)
+    goal = cell.plant.rest(*BESIDE).state.positions
+    cell.follow()
+    cell.run(4.0, goal)
+    assert cell.error(goal) < 1.5e-3
+    tail = np.array(cell.points[-50:])
+    assert np.linalg.norm(tail - tail.mean(axis=0), axis=2).max() < 1.5e-3

@@ -113,13 +113,18 @@ def _sharpened(
 
 def _line(points: Float64[np.ndarray, "k 2"]) -> Float64[np.ndarray, "3"]:
     """Normal (a, b) and offset c of the line a u + b v = c through points, outliers left out."""
-    kept = points
-    for _ in range(3):
-        centre = kept.mean(axis=0)
-        normal = np.linalg.svd(kept - centre)[2][1]
-        away = np.abs((points - centre) @ normal)
-        kept = points[away <= max(0.15, 2.0 * float(np.median(away)))]
-    return np.array([*normal, normal @ centre])
+    normal, offset = _straight(points)
+    for _ in range(2):
+        away = np.abs(points @ normal - offset)
+        normal, offset = _straight(points[away <= max(0.15, 2.0 * float(np.median(away)))])
+    return np.array([*normal, offset])
+
+
+def _straight(points: Float64[np.ndarray, "k 2"]) -> tuple[Float64[np.ndarray, "2"], float]:
+    """Normal and offset of the line nearest to all points."""
+    centre = points.mean(axis=0)
+    normal = np.linalg.svd(points - centre)[2][1]
+    return normal, float(normal @ centre)
 
 
 def placed(sighting: Sighting, camera: Camera, height: float) -> Placement | None:

@@ -20,6 +20,7 @@ from services.perception.centerline import (
     Estimate,
     RopeModel,
 )
+from services.perception.marked import MarkedObstacles
 from services.perception.paper import paper_estimate
 from services.perception.scene import Refused, Surroundings
 from services.perception.tracking import Tracker
@@ -92,6 +93,10 @@ class PerceptionService:
             GRAVITY * scenario.rope.linear_density / self._believed.bending_stiffness,
         )
         self._surroundings = Surroundings(scenario.bodies, scenario.events, self._rope.radius)
+        marked = {
+            o.marker: o.body(k) for k, o in enumerate(scenario.obstacles) if o.marker is not None
+        }
+        self._marked = MarkedObstacles(marked) if marked else None
         self._tracker: Tracker | None = None
         self._arms: deque[tuple[int, Pose, Pose]] = deque(maxlen=ARM_HISTORY)
         self._nodes: np.ndarray | None = None
@@ -167,12 +172,28 @@ class PerceptionService:
         if isinstance(tracker, str):
             yield self._lost(tracker, stamp)
             return
+        if self._marked is not None:
+            images = (self._followed(images[0], tracker.estimator.camera), images[1])
         left, right = self._grips(stamp)
         if self._scenario.sensing.method == "paper":
             estimate = self._as_in_the_paper(images, tracker.estimator.camera, left)
         else:
             estimate = tracker.follow(*images, left, right, stamp)
         yield self._chain(estimate, stamp)
+
+    def _followed(
+        self, color: UInt8[np.ndarray, "h w 3"], camera: Camera
+    ) -> UInt8[np.ndarray, "h w 3"]:
+        """Moves marked obstacles to where they are seen; the image comes back without markers."""
+        assert self._marked is not None
+        dark, moves = self._marked.look(color, camera, self._surroundings.obstacles)
+        for move in moves:
+            try:
+                # What is seen is true, whether or not it lies on the rope.
+                self._surroundings.move(move.name, move.position, move.orientation)
+            except Refused as refusal:
+                log.warning("marker of %s: %s", move.name, refusal)
+        return dark
 
     def _as_in_the_paper(
         self,

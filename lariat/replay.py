@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 import tyro
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import Progress
 from rich.table import Table
 
@@ -148,7 +149,9 @@ def _report(results: list[Retraced], start: int) -> None:
         for d in result.differences[:SHOWN]:
             size = f"{d.size:.3g}" if d.size < float("inf") else ""
             at = f"{(d.time - start) / SECOND:.3f}"
-            table.add_row(at, f"{d.topic} #{d.sequence}", d.field, d.recorded, d.replayed, size)
+            cells = (f"{d.topic} #{d.sequence}", d.field, d.recorded, d.replayed)
+            # Indices stand in brackets, which rich takes for markup.
+            table.add_row(at, *map(escape, cells), size)
         console.print(table)
         if len(result.differences) > SHOWN:
             console.print(f"  … and {len(result.differences) - SHOWN} more")

@@ -78,7 +78,9 @@ def test_update_puts_what_is_said_now_in_the_place_of_what_was_recorded(path: Pa
     assert replay.main(path, service=("controller",)) == 1
     after = [(e.key, e.publisher, e.sequence, e.log_time) for e in Recording(path).messages()]
     assert sorted(before) == sorted(after)
-    assert "fields differ" in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert "fields differ" in shown
+    assert "arms[0]" in shown
 
 
 def test_a_cut_recording_is_replayed_up_to_the_cut(path: Path, small, capsys):

@@ -107,11 +107,33 @@ class Posture:
             excess = float(np.max(rates, initial=0.0)) - self.joint_speed
             if excess > 0.0:
                 return "joint_speed", excess
-        values = [self.kinematics.least_singular_value(q) for q in row]
+        found = self._first_broken(joints[1:], None, rules, margin)
+        if found is None:
+            return None
+        # What is broken where the arm stands is judged only when it matters.
+        return self._first_broken(joints[1:], joints[:1], rules, margin)
+
+    def _first_broken(
+        self,
+        way: Float64[np.ndarray, "m j"],
+        present: Float64[np.ndarray, "1 j"] | None,
+        rules: Rules,
+        margin: float,
+    ) -> tuple[Rule, float] | None:
+        """The first rule that a way in joint space breaks.
+
+        Args:
+            present: Joints of now; None stands for ones that keep every rule well.
+        """
+        rows = way if present is None else np.concatenate([present, way])
+        values = [self.kinematics.least_singular_value(q) for q in rows]
+        spheres = [self.kinematics.link_spheres(q) for q in rows]
+        links = rules.clearances(np.array([c for c, _ in spheres]), spheres[0][1])
         slacks: Slacks = {
-            "joint_limits": np.min(self.kinematics.most - np.abs(joints), axis=1),
+            "joint_limits": np.min(self.kinematics.most - np.abs(rows), axis=1),
             "singularity": np.array(values) - LEAST_SINGULAR_VALUE,
         }
-        spheres = [self.kinematics.link_spheres(q) for q in row]
-        links = rules.clearances(np.array([c for c, _ in spheres]), spheres[0][1])
+        if present is None:
+            slacks = {rule: np.concatenate([[np.inf], row]) for rule, row in slacks.items()}
+            links = {rule: np.concatenate([[np.inf], row]) for rule, row in links.items()}
         return broken(slacks) or broken(links, margin)

@@ -8,9 +8,6 @@ from services.robot_gateway.cr5 import packet
 from services.robot_gateway.emulator import frames
 from services.robot_gateway.emulator.controller import COLLISION, Controller
 
-SPEED_STEP = 1e-3
-"""Over which the flange's speed is taken as a difference [s]."""
-
 
 class Feedback:
     """Writes packets of one controller."""
@@ -45,19 +42,20 @@ class Feedback:
         user, tool = c.users[c.user], c.tools[c.tool]
         r["q_target"], r["qd_target"] = np.degrees(c.target), np.degrees(c.target_speed)
         r["q_actual"], r["qd_actual"] = np.degrees(c.joints), np.degrees(c.joint_speed)
+        from_user = np.linalg.inv(frames.transform(user))[:3, :3]
         for name, joints, speed in (
             ("actual", c.joints, c.joint_speed),
             ("target", c.target, c.target_speed),
         ):
-            pose = frames.in_frames(c.flange(joints), user, tool)
-            before = frames.in_frames(c.flange(joints - SPEED_STEP * speed), user, tool)
-            vector = frames.vector(pose)
-            r[f"tool_vector_{name}"] = vector
+            links = c.geometry.frames(joints)
+            pose = frames.in_frames(links[-1], user, tool)
+            r[f"tool_vector_{name}"] = frames.vector(pose)
             r[f"{name}_quaternion"] = frames.quaternion(pose)
-            turn = frames.quaternion(pose @ np.linalg.inv(before))[1:]
-            r[f"tcp_speed_{name}"] = (
-                np.concatenate([(vector[:3] - frames.vector(before)[:3]), np.degrees(2.0 * turn)])
-                / SPEED_STEP
+            linear, angular = (c.geometry.jacobian(links) @ speed).reshape(2, 3)
+            # The tool's tip is carried round the flange.
+            linear = linear + np.cross(angular, links[-1][:3, :3] @ tool[:3] / 1e3)
+            r[f"tcp_speed_{name}"] = np.concatenate(
+                [1e3 * from_user @ linear, np.degrees(from_user @ angular)]
             )
 
     def _state(self, r: np.ndarray) -> None:

@@ -31,7 +31,7 @@ def moving(firmware: str, **options: object) -> tuple[ArmWorld, int]:
     world.until_ready()
     since = world.now
     world.path = circle(world.cell.guidance.state.position[0], 0.06, 0.12)
-    world.follow(world.path, 1.2, since)
+    world.follow(world.path, 0.9, since)
     assert world.mode == "moving", world.report
     return world, since
 
@@ -67,7 +67,7 @@ def test_fault_brakes_within_150_ms_is_named_and_waits_for_a_person(
     world.emulator.controller.dragging = False
     world.emulator.controller.pressed = False
     rest = world.emulator.controller.joints.copy()
-    world.follow(world.path, 1.5, since)
+    world.follow(world.path, 0.7, since)
     assert world.mode == "fault"
     # One point may have been under way to an arm that did not listen for a while.
     under_way = 0.02 if fault == "frozen" else 1e-3
@@ -77,9 +77,9 @@ def test_fault_brakes_within_150_ms_is_named_and_waits_for_a_person(
     world.until_ready()
     here = world.cell.guidance.state.position[0]
     np.testing.assert_allclose(here, world.measured[-1], atol=1e-4)
-    world.follow(circle(here, 0.05, 0.1), 1.5)
+    world.follow(circle(here, 0.05, 0.1), 0.9)
     assert world.mode == "moving", world.report
-    assert np.linalg.norm(world.measured[-1] - here) > 0.02
+    assert np.linalg.norm(world.measured[-1] - here) > 0.01
 
 
 @pytest.mark.parametrize("fault", HARMLESS)

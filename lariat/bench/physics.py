@@ -39,8 +39,17 @@ class Case:
 
 
 def heavy_cantilever(node_count: int) -> float:
-    """Largest node error of a clamped rod under its own weight, against the elastica [L]."""
-    properties = RodProperties(0.5, 0.006, 0.05, 1e8, stretch_stiffness=STIFF)
+    """Clamped rod whose tip sinks by 0.27 L; largest node error, against the elastica [L]."""
+    return _cantilever(node_count, 4e8)
+
+
+def limp_cantilever(node_count: int) -> float:
+    """The same, four times softer: its tip sinks by 0.67 L [L]."""
+    return _cantilever(node_count, 1e8)
+
+
+def _cantilever(node_count: int, youngs_modulus: float) -> float:
+    properties = RodProperties(0.5, 0.006, 0.05, youngs_modulus, stretch_stiffness=STIFF)
     rod = Rod(properties, node_count, right="free", tolerance=1e-10)
     grip = Pose(np.zeros(3), ALONG_X)
     found = rod.rest(grip, grip)
@@ -49,7 +58,8 @@ def heavy_cantilever(node_count: int) -> float:
     load = properties.linear_density * 9.81 / properties.bending_stiffness
     s = half * (2.0 * np.arange(1, node_count) - 1.0)
     exact = _heavy_elastica(load, length, s)
-    errors = found.state.positions[1:, [0, 2]] - (exact + [half, 0.0])
+    errors = found.state.positions[1:, [0, 2]] - exact
+    errors[:, 0] -= half
     return float(np.max(np.linalg.norm(errors, axis=1))) / properties.length
 
 
@@ -108,17 +118,18 @@ def michell_ring(node_count: int) -> float:
 
     Michell 1889: 2 pi sqrt(3) EI / GJ. The first and last edges are one and the same.
     """
-    properties = RodProperties(0.5, 0.004, 0.05, 2e6, stretch_stiffness=STIFF)
+    properties = RodProperties(0.5, 0.004, 0.05, 2e6)
     rod = Rod(properties, node_count, gravity=(0.0, 0.0, 0.0), tolerance=1e-9)
     ratio = properties.bending_stiffness / properties.twisting_stiffness
     exact = 2.0 * math.pi * math.sqrt(3.0) * ratio
     low, high = 0.5 * exact, 1.5 * exact
+    # The ring turns freely about the edge that is held: inertia keeps that motion definite.
+    durations = np.full(3, 20.0)
     for _ in range(12):
         twist = 0.5 * (low + high)
-        durations = 0.05 * 3.0 ** np.arange(16)
-        rollout, stable = rod.settle(_ring(rod, twist), np.zeros((16, 2, 6)), durations)
+        rollout, stable = rod.settle(_ring(rod, twist), np.zeros((3, 2, 6)), durations)
         flat = np.ptp(rollout.positions[-1][:, 1]) < 1e-3 * properties.length
-        if stable and flat:
+        if stable and flat and rollout.converged.all():
             low = twist
         else:
             high = twist
@@ -178,6 +189,7 @@ def natural_helix(node_count: int) -> float:
 
 CASES: dict[str, Case] = {
     "heavy cantilever": Case(heavy_cantilever, "L", (10, 20, 40, 80), (1, 1, 1.5e-4, 1)),
+    "limp cantilever": Case(limp_cantilever, "L", (10, 20, 40, 80), (1, 1, 1, 1)),
     "catenary": Case(catenary, "L", (10, 20, 40, 80), (1, 1, 2e-4, 1)),
     "pinned elastica": Case(pinned_elastica, "L", (10, 20, 40, 80), (1, 1, 2e-4, 1)),
     "twist torque": Case(twist_torque, "-", (10, 40), (5e-3, 5e-3)),

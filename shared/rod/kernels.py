@@ -149,7 +149,13 @@ def descend(ni: ti.template(), w: ti.template(), rod, step):
     d = rod + ni[at.AT_STEP]
     g = rod + ni[at.AT_GRADIENT]
     work(ni, w, at.PREDICT, rod, step, 0, 0.0)
+    # Longer strides than this could jump over an obstacle.
+    reach = 2.0 * length
+    if ni[at.OBSTACLES] > 0:
+        thickness = scalar(ni, w, rod, at.CONTACT_REACH) - scalar(ni, w, rod, at.CONTACT_MARGIN)
+        reach = ti.min(reach, 4.0 * thickness)
     iterations = 0
+    strides = 0
     attempts = 0
     exact = 1
     shift = 0.0
@@ -166,12 +172,16 @@ def descend(ni: ti.template(), w: ti.template(), rod, step):
         energy += work(ni, w, at.BENDS, rod, step, exact, 0.0)
         energy += work(ni, w, at.CONTACTS, rod, step, exact, 0.0)
         attempts += 1
-        if careful == 1 and finishing == 0 and not (energy <= lowest):
+        if careful == 1 and finishing == 0 and not (energy <= lowest + 1e-13 * ti.abs(lowest)):
             share *= 0.5
             if share < 1e-6:
                 # No descent left above rounding: this is as far as it goes.
-                running = 0
                 work(ni, w, at.APPLY, rod, step, 0, 0.0)
+                if largest < 100.0 * tolerance:
+                    converged = 1
+                finishing = 1
+                exact = 1
+                shift = 0.0
             else:
                 work(ni, w, at.APPLY, rod, step, 0, share)
         else:
@@ -198,16 +208,19 @@ def descend(ni: ti.template(), w: ti.template(), rod, step):
                 work(ni, w, at.SOLVE, rod, step, d, 0.0)
                 moved = 0.0
                 rotated = 0.0
+                driven = 0.0
                 for i in range(n):
                     moved = ti.max(moved, load3(w, d + 6 * i).norm())
+                    if 2 * i < first or 2 * i >= end:
+                        driven = ti.max(driven, load3(w, d + 6 * i).norm())
                     if i < n - 1:
                         rotated = ti.max(rotated, load3(w, d + 6 * i + 3).norm())
                 largest = ti.max(moved, length * rotated)
                 share = 1.0
-                if iterations > 0:
-                    share = ti.min(
-                        1.0, ti.min(2.0 * length / (moved + 1e-30), 0.8 / (rotated + 1e-30))
-                    )
+                if iterations > 0 or (ni[at.OBSTACLES] > 0 and moved > 4.0 * reach + 2.0 * driven):
+                    share = ti.min(1.0, ti.min(reach / (moved + 1e-30), 0.8 / (rotated + 1e-30)))
+                if iterations == 0 or share == 1.0:
+                    strides += 1
                 work(ni, w, at.APPLY, rod, step, 0, share)
                 if iterations == 0:
                     work(ni, w, at.GRIPS, rod, step, 1, 0.0)
@@ -222,7 +235,7 @@ def descend(ni: ti.template(), w: ti.template(), rod, step):
                 exact = 1
                 shift = 0.0
         if running == 1 and finishing == 0:
-            astray = careful == 0 and (iterations >= 14 or not (largest < 1e6))
+            astray = careful == 0 and (strides >= 14 or attempts >= 100 or not (largest < 1e6))
             if astray:
                 careful = 1
                 work(ni, w, at.PREDICT, rod, step, 0, 0.0)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from jaxtyping import Float64
 
 from shared.geometry import poses
-from shared.geometry.obstacles import PACKED_WIDTH, SHAPES
+from shared.geometry.obstacles import PACKED_WIDTH, SHAPES, Obstacle
 from shared.rod.layout import OBSTACLE_WIDTH
 
 
@@ -35,3 +37,20 @@ def unpacked(packed: Float64[np.ndarray, "m 12"]) -> Float64[np.ndarray, "m 17"]
             case "box":
                 row[16] = np.linalg.norm(source[8:11])
     return rows
+
+
+def bodies(packed: Float64[np.ndarray, "m 12"]) -> list[Obstacle]:
+    """The obstacles that `shared.geometry.obstacles.pack` packed, but for their names."""
+    found = []
+    for row in np.asarray(packed, float):
+        shape = SHAPES[int(row[0])]
+        body = Obstacle(shape, tuple(row[1:4]), tuple(row[4:8]), support=bool(row[11]))
+        match shape:
+            case "box":
+                body = replace(body, size=tuple(2.0 * row[8:11]))
+            case "half_space":
+                body = replace(body, normal=tuple(row[8:11]))
+            case _:
+                body = replace(body, radius=float(row[8]), height=float(2.0 * row[9]))
+        found.append(body)
+    return found

@@ -7,6 +7,7 @@ when short, Newton's method on the statics when long.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -14,7 +15,9 @@ import numpy as np
 from jaxtyping import Float64
 
 from shared.geometry import polylines, poses
+from shared.geometry.obstacles import chain_clearance
 from shared.geometry.poses import Pose
+from shared.rod.scene import bodies
 from shared.rod.state import Rest, RodState
 
 if TYPE_CHECKING:
@@ -24,6 +27,8 @@ DURATIONS = 0.02 * 1.7 ** np.arange(36)
 """Of the steps that let go [s]: from a viscous crawl to pure statics."""
 APPROACH = 12
 """Steps over which the grips of a guess walk to where they should be."""
+TRAPPED = 0.25
+"""Overlap with an obstacle beyond which a shape counts as caught inside, in diameters [-]."""
 SETTLED = 1e-6
 """Movement in the last step, relative to length, below which a shape counts as at rest [-]."""
 
@@ -42,12 +47,42 @@ def rest(
     elif "free" in (rod.left, rod.right):
         start = straight_from(rod, left, right)
     else:
-        start = between_grips(rod, left, right)
+        start = _clear_start(rod, left, right, obstacles)
     found = _let_go(rod, start, left, right, obstacles)
     if not found.stable or not found.converged:
         # A symmetric start can end on a saddle: a nudge shows the way down.
         found = _let_go(rod, _nudged(rod, found.state), left, right, obstacles)
+    if _clearance(rod, found.state, obstacles) < -TRAPPED * rod.properties.diameter:
+        # Pushed out of the nearest face, a rod can end up pulled tight inside an obstacle.
+        found = replace(found, converged=False)
     return found
+
+
+def _clearance(rod: Rod, state: RodState, obstacles: Float64[np.ndarray, "m 12"] | None) -> float:
+    if obstacles is None:
+        return np.inf
+    return chain_clearance(state.positions, rod.properties.diameter / 2.0, bodies(obstacles))
+
+
+def _clear_start(
+    rod: Rod, left: Pose, right: Pose, obstacles: Float64[np.ndarray, "m 12"] | None
+) -> RodState:
+    """The curve that sags, or where that runs into an obstacle, the clearest of its kind."""
+    start = between_grips(rod, left, right)
+    if _clearance(rod, start, obstacles) > 0.0:
+        return start
+    chord = poses.normalized(right.position - left.position + np.array([1e-12, 0.0, 0.0]))
+    side = np.cross(chord, _down(rod))
+    others = [start]
+    for direction in (-_down(rod), side, -side):
+        if np.linalg.norm(direction) > 1e-3:
+            others.append(between_grips(rod, left, right, poses.normalized(direction)))
+    return max(others, key=lambda state: _clearance(rod, state, obstacles))
+
+
+def _down(rod: Rod) -> Float64[np.ndarray, "3"]:
+    gravity = np.asarray(rod.gravity, float)
+    return poses.normalized(gravity) if np.any(gravity) else np.array([0.0, 0.0, -1.0])
 
 
 def straight_from(rod: Rod, left: Pose, right: Pose) -> RodState:
@@ -64,16 +99,20 @@ def straight_from(rod: Rod, left: Pose, right: Pose) -> RodState:
     )
 
 
-def between_grips(rod: Rod, left: Pose, right: Pose) -> RodState:
-    """A smooth curve of the rod's length that leaves both grips straight, bulging downwards."""
+def between_grips(
+    rod: Rod, left: Pose, right: Pose, bulging: Float64[np.ndarray, "3"] | None = None
+) -> RodState:
+    """A smooth curve of the rod's length that leaves both grips straight.
+
+    It bulges along gravity, or in the direction given.
+    """
     n, length = rod.node_count, rod.properties.length
     z = np.array([0.0, 0.0, 1.0])
     a, b = left.position, right.position
     t_a, t_b = poses.rotate(left.orientation, z), poses.rotate(right.orientation, z)
     s = np.linspace(0.0, 1.0, 16 * n)[:, None]
     h00, h10 = 2 * s**3 - 3 * s**2 + 1, s**3 - 2 * s**2 + s
-    down = np.asarray(rod.gravity, float)
-    down = poses.normalized(down) if np.linalg.norm(down) > 0.0 else np.array([0.0, 0.0, -1.0])
+    down = _down(rod) if bulging is None else bulging
     chord = b - a
     if np.linalg.norm(np.cross(chord, down)) < 0.05 * np.linalg.norm(chord) + 1e-9:
         # A chord along gravity leaves no room to sag: bulge sideways.

@@ -24,28 +24,34 @@ FROM base AS router
 USER lariat
 ENTRYPOINT ["python", "-m", "shared.router"]
 
-FROM base AS sim
+# Taichi's core links against X11, though nothing here opens a window.
+FROM base AS compiled
+RUN apt-get update -qq \
+ && apt-get install -y -qq --no-install-recommends libx11-6 \
+ && rm -rf /var/lib/apt/lists/*
+
+FROM compiled AS sim
 RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
     pip install --quiet --find-links=/wheels --editable '.[sim]'
 COPY services/sim services/sim
 USER lariat
 ENTRYPOINT ["python", "-m", "services.sim"]
 
-FROM base AS perception
+FROM compiled AS perception
 RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
     pip install --quiet --find-links=/wheels --editable '.[perception]'
 COPY services/perception services/perception
 USER lariat
 ENTRYPOINT ["python", "-m", "services.perception"]
 
-FROM base AS planner
+FROM compiled AS planner
 RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
     pip install --quiet --find-links=/wheels --editable '.[planner]'
 COPY services/planner services/planner
 USER lariat
 ENTRYPOINT ["python", "-m", "services.planner"]
 
-FROM base AS controller
+FROM compiled AS controller
 RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
     pip install --quiet --find-links=/wheels --editable '.[controller]'
 COPY services/controller services/controller

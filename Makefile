@@ -3,6 +3,12 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 SCENARIO ?= scenarios/three-cylinders.toml
 
+# Installs a Debian package where what it gives is missing and this user may; else says which it is.
+system = $(PYTHON) -c $(1) 2>/dev/null || { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && \
+  echo "Installing the system package $(2)" && apt-get update -qq && \
+  apt-get install -y -qq --no-install-recommends $(2) >/dev/null; } || \
+  { echo "the system package $(2) is missing; install it (Debian: apt-get install $(2)), then make again" >&2; exit 2; }
+
 .PHONY: up test check format bench clean
 
 up: .venv/installed  ## the whole stack, live; dashboard at http://127.0.0.1:8080
@@ -27,8 +33,9 @@ clean:
 .venv/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] < (3, 14))' || \
 	  { echo "Lariat needs Python 3.11 to 3.13, $(PYTHON) is another one; set PYTHON=/path/to/python3.11" >&2; exit 2; }
-	$(PYTHON) -m venv .venv || \
-	  { echo "cannot create .venv; on Debian: apt-get install python3-venv, then make again" >&2; rm -rf .venv; exit 2; }
+	@$(call system,'import ensurepip',python3-venv)
+	@$(call system,'import ctypes; ctypes.CDLL("libX11.so.6")',libx11-6)
+	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --upgrade pip
 
 .venv/installed: pyproject.toml | .venv/bin/python

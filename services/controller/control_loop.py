@@ -16,6 +16,7 @@ from jaxtyping import Bool, Float64
 from services.controller.gauss_newton import GaussNewton, Horizon, HorizonPlan
 from services.controller.motion import Bounds, Motion, jerk_towards, twist_between
 from services.controller.objective import Surroundings, Weights
+from services.controller.paper import Actions, Network, PaperMethod
 from services.controller.path_track import PathTrack
 from services.controller.setpoint_row import Chunk, SetpointRow
 from services.controller.state_estimate import StateEstimate
@@ -30,6 +31,8 @@ DELAY = 30_000_000
 because the gateway's curve looks ahead by one."""
 OFFSET_SHARE = 0.28
 """Of each limit for the offset; paths use 0.7 (`services.planner.timing`)."""
+LONE_SHARE = 0.85
+"""The same when there is no path."""
 STOP_SHARE = 0.9
 """Of each limit for the stop at the end of a chunk."""
 
@@ -58,16 +61,15 @@ class ControlLoop:
         self.control, self.limits = control, limits
         self.moves = moves
         self._rotates = bool(moves[:, 3:].any())
-        self.optimiser = GaussNewton(
-            moves,
-            control.horizon,
-            control.time_step,
-            control.iterations,
-            Weights(control.speed_weight, control.acceleration_weight),
-            Bounds.share(limits, OFFSET_SHARE),
+        # Without a path all of the limits is for what the optimiser asks.
+        share = OFFSET_SHARE if control.planner else LONE_SHARE
+        self.offset_bounds = Bounds.share(limits, share)
+        self.optimiser, self.horizon, self.time_step = _optimiser(
+            control, moves, self.offset_bounds, estimate.rod.node_count
         )
-        self.offset_bounds = Bounds.share(limits, OFFSET_SHARE)
         self.path: PathTrack | None = None
+        self.oriented = (False, False)
+        """Whether the orientation of each grip is part of the goal."""
         self._row: SetpointRow | None = None
         self._anchor = 0
         self._commit = 0
@@ -145,12 +147,16 @@ class ControlLoop:
         on_path = path.motion(at)
         expected = self._expected(row, begins)
         state = self.estimate.ahead(expected, begins)
-        dt, count = self.control.time_step, self.control.horizon
+        dt, count = self.time_step, self.horizon
         stride = dt / path.dt
         if self._stepped is not None:
             self.optimiser.moved_on((now - self._stepped) * 1e-9)
         self._stepped = now
         velocity = base.velocity - on_path.velocity
+        turned = np.zeros((2, 6))
+        turned[:, 3:] = twist_between(on_path, base, 1.0)[:, 1]
+        oriented = np.zeros((2, 6), dtype=bool)
+        oriented[:, 3:] = np.array(self.oriented)[:, None]
         plan = self.optimiser.plan(
             self.rod,
             Horizon(
@@ -159,6 +165,8 @@ class ControlLoop:
                 path.twists(at, stride, count),
                 path.shapes(at, stride, count, goal),
                 velocity,
+                turned,
+                oriented,
             ),
             surroundings,
         )
@@ -174,7 +182,7 @@ class ControlLoop:
         """The path plus an offset whose velocity is led along the plan."""
         path = self.path
         assert path is not None
-        dt, step = path.dt, self.control.time_step
+        dt, step = path.dt, self.time_step
         at = self._commit - self._anchor
         on_path = path.motion(at)
         offset = twist_between(on_path, base, 1.0)
@@ -209,3 +217,23 @@ class ControlLoop:
                 )
             )
         return motions
+
+
+def _optimiser(
+    control: Control, moves: Bool[np.ndarray, "2 6"], bounds: Bounds, nodes: int
+) -> tuple[GaussNewton | PaperMethod, int, float]:
+    """The way to use the horizon, its steps and their duration [s]."""
+    paper = control.paper
+    count = int(moves.sum())
+    match control.method:
+        case "gauss_newton":
+            weights = Weights(control.speed_weight, control.acceleration_weight)
+            method = GaussNewton(
+                moves, control.horizon, control.time_step, control.iterations, weights, bounds
+            )
+            return method, control.horizon, control.time_step
+        case "actions":
+            policy = Actions(paper.horizon, count)
+        case "network":
+            policy = Network(nodes, count, paper.learning_rate, seed=0)
+    return PaperMethod(policy, paper, moves, bounds), paper.horizon, paper.time_step

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from services.controller.motion import Bounds, Vectors, clipped
-from services.controller.objective import Surroundings, Weights, effort, least_squares
+from services.controller.objective import Surroundings, Weights, effort, least_squares, orientation
 from shared.rod import Rod, RodState
 
 DAMPING = 1e-4
@@ -34,6 +34,10 @@ class Horizon:
     """Nodes at the end of each step [m]."""
     velocity: Vectors
     """Of the grips on top of the path's, now."""
+    turned: Float64[np.ndarray, "2 6"]
+    """Rotation of the grips from their path [rad], in the places of the angular velocities."""
+    oriented: Bool[np.ndarray, "2 6"]
+    """Those of its components that the goal asks to vanish."""
 
 
 @dataclass(frozen=True)
@@ -106,15 +110,23 @@ class GaussNewton:
             own = effort(
                 velocities[:, self.moves], before[self.moves], units, self.weights, self.dt
             )
-            hessian = rope.hessian + own.hessian
+            turn = orientation(
+                velocities[:, self.moves],
+                means,
+                horizon.turned[self.moves] + 0.5 * self.dt * before[self.moves],
+                horizon.oriented[self.moves],
+                units,
+                self.dt,
+            )
+            hessian = rope.hessian + own.hessian + turn.hessian
             hessian[np.diag_indices_from(hessian)] *= 1.0 + DAMPING
-            step = -np.linalg.solve(hessian, rope.slope + own.slope)
+            step = -np.linalg.solve(hessian, rope.slope + own.slope + turn.slope)
             changed = velocities.copy()
             changed[:, self.moves] += step.reshape(self.horizon, count)
             changed = self._bounded(changed, before)
             moved = (changed - velocities)[:, self.moves].ravel()
             nodes = nodes + slopes @ moved
-            velocities, cost = changed, {**rope.cost, **own.cost}
+            velocities, cost = changed, {**rope.cost, **own.cost, **turn.cost}
         self._velocities = velocities
         return HorizonPlan(velocities.reshape(self.horizon, 2, 2, 3), nodes, cost, self.iterations)
 

@@ -4,6 +4,7 @@
                             + speed_weight |w|² + acceleration_weight |w'|²    effort
                             + (lack of clearance)²                             obstacles, cf. (13)
                             + (overstretch)²                                   reach
+                            + (rotation from a wanted orientation)²            orientation
 
 w is the velocity of the grips on top of the path's. The paper's (12) takes the distance itself and
 a potential; squares converge quadratically, and a hinge leaves a goal near an obstacle unbiased.
@@ -15,7 +16,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Bool, Float64
 
 from shared.geometry.clearance import near, with_midpoints
 from shared.geometry.obstacles import Obstacle
@@ -158,4 +159,31 @@ def effort(
         np.diag(still**2) + change.T @ change,
         still * slow + change.T @ residual,
         {"speed": float(slow @ slow), "acceleration": float(residual @ residual)},
+    )
+
+
+def orientation(
+    velocities: Float64[np.ndarray, "h m"],
+    means: Float64[np.ndarray, "h h"],
+    turned: Float64[np.ndarray, "m"],
+    wanted: Bool[np.ndarray, "m"],
+    unit: Float64[np.ndarray, "m"],
+    dt: float,
+) -> LeastSquares:
+    """Rotation of the grips away from the orientations that the goal asks for.
+
+    Args:
+        velocities: At the ends of the horizon's steps [m/s, rad/s].
+        means: From those to the mean velocities in the steps.
+        turned: Rotation from the wanted orientation at the beginning [rad], by component.
+        wanted: Which components count.
+        unit: Metres for which one unit of each component counts [m].
+    """
+    horizon = len(velocities)
+    weight = np.diag(MILLIMETRE * unit * wanted)
+    travel = dt * np.cumsum(means, axis=0)
+    jacobian = np.kron(travel, weight)
+    residual = jacobian @ velocities.ravel() + np.tile(weight @ turned, horizon)
+    return LeastSquares(
+        jacobian.T @ jacobian, jacobian.T @ residual, {"orientation": float(residual @ residual)}
     )

@@ -43,13 +43,17 @@ from shared.messages import (
     scene_obstacles,
 )
 from shared.rod import Rod, RodProperties
-from shared.scenario import SIDES, Scenario
+from shared.scenario import SIDES, ConfigurationError, Scenario
 from shared.service import SECOND, Inbox, Publication
 
 BLIND = SECOND // 2
 """Control goes on without a fresh look at the rope for this long [ns]."""
 STRAYED = 0.02
 """Distance between command and arm at which the command is given up [m]."""
+STALLED = 5 * SECOND
+"""At the end of a path for so long without being within tolerance, control has stalled [ns]."""
+PATIENCE = 2
+"""New paths that are asked for after stalling, in one run."""
 START_APART = 0.003
 """Most distance of a path's start from the grips [m]."""
 NEAR_GOAL = 0.03
@@ -107,6 +111,7 @@ class ControllerService:
         self._resets: int | None = None
         self._seen = 0
         self._followed: tuple[int, int] | None = None
+        self._arrived = self._stalls = 0
         self._sequence = 0
         self._image_stamp = 0
         self._events = sorted(
@@ -216,7 +221,7 @@ class ControllerService:
                     resumed = task.state == "paused"
                     task.start(now)
                     if not resumed:
-                        self._events_done = 0
+                        self._events_done = self._stalls = 0
                         self.monitor.begin(now, task.replan_count)
                 case TaskRequest.PAUSE:
                     task.pause()
@@ -261,6 +266,8 @@ class ControllerService:
             else:
                 yield self._setpoints(now, chunk)
             return
+        goal = self.task.goal
+        self.loop.oriented = goal.left_oriented, goal.right_oriented
         command = self.loop.step(now, self.task.goal.nodes, self._surroundings())
         yield self._setpoints(now, command.chunk)
         yield Publication(topics.CONTROLLER_PLAN, self._plan(command))
@@ -293,6 +300,11 @@ class ControllerService:
             return ""
         if not self.loop.resting:
             return "coming to rest before another path"
+        if not self._scenario.control.planner:
+            here = self.estimate.motion
+            self.loop.follow(PathTrack.standing(here, self.estimate.nodes, SETPOINT * 1e-9), now)
+            self._followed = wanted
+            return ""
         item = inbox.latest(topics.CONTROLLER_PATH)
         if item is None:
             return "waiting for a path"
@@ -311,6 +323,7 @@ class ControllerService:
             task.enter("failed", path.reason)
             return path.reason
         self.loop.follow(track, now)
+        self._arrived = 0
         self._followed = wanted
         return ""
 
@@ -320,8 +333,19 @@ class ControllerService:
         if path is None or not self.loop.arrived:
             return
         if self.monitor.settled(now):
+            self._arrived = 0
             if task.state == "running":
                 task.enter("reached", "within tolerance and at rest")
+            return
+        self._arrived = self._arrived or now
+        if task.state == "running" and path.reached and now - self._arrived > STALLED:
+            self._arrived = 0
+            error = f"{1e3 * self.monitor.error:.1f} mm from the goal on average"
+            if self._stalls < PATIENCE:
+                self._stalls += 1
+                task.ask_for_path()
+            else:
+                task.enter("failed", f"stalled {error}, {PATIENCE} new paths did not help")
         elif task.state == "running" and not path.reached and self.monitor.resting(now):
             task.enter("failed", path.reason)
 
@@ -361,7 +385,7 @@ class ControllerService:
         )
 
     def _plan(self, command: Command):
-        return plan_message(command, round(self._scenario.control.time_step * SECOND))
+        return plan_message(command, round(self.loop.time_step * SECOND))
 
     def _states(self, now: int) -> Iterator[Publication]:
         task = self.task
@@ -437,4 +461,8 @@ class ControllerService:
 
 def build(scenario: Scenario, session: str) -> ControllerService:
     """The controller of a scenario."""
+    if scenario.control.solver != "direct":
+        raise ConfigurationError(
+            f"control.solver = {scenario.control.solver!r} cannot control yet; use 'direct'"
+        )
     return ControllerService(scenario, session)

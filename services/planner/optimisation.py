@@ -252,6 +252,11 @@ class PathOptimisation:
                 SMOOTHNESS * np.diff(bend, axis=0).reshape(size),
             ),
         ]
+        for end, oriented in enumerate(problem.oriented):
+            if oriented:
+                row = scaled[:, end, 3:].sum(axis=0)
+                miss = (way - np.pad(self.turn, ((0, 0), (0, 0), (3, 0))))[:, end, 3:]
+                found.append((unit[3:] * miss.sum(axis=0), row))
         positions = self.grips(way)[0][1:]
         chord = positions[:, 1] - positions[:, 0]
         distance = np.linalg.norm(chord, axis=1)

@@ -37,8 +37,8 @@ class Problem:
     """Wanted between all surfaces [m]."""
     tolerance: float
     """Mean node distance that counts as reached [m]."""
-    turns: float = 0.0
-    """Twist that the right end makes against the left one on the way [turns]."""
+    oriented: tuple[bool, bool] = (False, False)
+    """Whether the orientation of each goal grip must be met."""
     seed: int = 0
 
     @property

@@ -25,7 +25,7 @@ from shared.messages import (
 )
 from shared.rod import Rod, RodProperties, RodState
 from shared.rod.statics import framed
-from shared.scenario import SIDES, Scenario
+from shared.scenario import SIDES, ConfigurationError, Scenario
 from shared.service import SECOND, Inbox, Publication
 
 STILL = 2e-3
@@ -111,7 +111,7 @@ class PlannerService:
             chain(task.goal.positions),
             goal_grips,
             scene_obstacles(scene),
-            task.goal.turns,
+            (task.goal.left_oriented, task.goal.right_oriented),
         )
         _fill(message, whole_path.plan(problem))
         return message
@@ -135,7 +135,7 @@ class PlannerService:
         goal: np.ndarray,
         goal_grips: tuple[Pose, Pose],
         obstacles: tuple,
-        turns: float = 0.0,
+        oriented: tuple[bool, bool] = (False, False),
     ) -> Problem:
         scenario = self._scenario
         return Problem(
@@ -150,13 +150,19 @@ class PlannerService:
             limits=scenario.limits,
             clearance=scenario.control.clearance,
             tolerance=scenario.run.tolerance,
-            turns=turns,
+            oriented=oriented,
             seed=scenario.seed,
         )
 
 
 def build(scenario: Scenario, session: str) -> PlannerService:
     """The planner of a scenario."""
+    for shape in (scenario.goal, *(e.goal for e in scenario.events if e.goal)):
+        if shape.turns:
+            raise ConfigurationError(
+                f"goal.turns = {shape.turns} cannot be planned yet; remove it, or give "
+                "orientations instead"
+            )
     return PlannerService(scenario)
 
 

@@ -39,7 +39,7 @@ PARAMETERS = (
 )
 """What derivatives can be taken of; the last three shift the whole rod's rest shape [1/m]."""
 
-MAX_ITERATIONS = 300
+MAX_ITERATIONS = 1000
 MAX_SAMPLES = 64
 
 

@@ -83,7 +83,7 @@ def test_the_same_run_gives_the_same_bytes() -> None:
 
 
 def test_the_scene_is_told_once_a_second_and_on_change() -> None:
-    cell = Cell(scenario())
+    cell = Cell(scenario(source="truth"))
     cell.run(2.5)
     scenes = cell.heard[topics.SCENE_STATE.key]
     assert 2 <= len(scenes) <= 4

@@ -55,8 +55,18 @@ class RunMonitor:
         if stamp - self._looked >= LOOK_AGAIN:
             self._looked = stamp
             avoid = [o for o in obstacles if not o.support]
-            self.clearance = chain_clearance(nodes, self.radius, avoid)
+            self.clearance = self._exact_clearance(nodes, avoid)
             self.min_clearance = min(self.min_clearance, self.clearance)
+
+    def _exact_clearance(
+        self, nodes: Float64[np.ndarray, "n 3"], obstacles: Sequence[Obstacle]
+    ) -> float:
+        """Between the surfaces of the rope's segments and obstacles [m]."""
+        rough = [float(np.min(signed_distance(nodes, o))) for o in obstacles]
+        # A segment is nearer than its nodes by half an edge at most.
+        reach = min(rough, default=0.0) + float(np.linalg.norm(nodes[1] - nodes[0]))
+        candidates = [o for o, d in zip(obstacles, rough, strict=True) if d <= reach]
+        return chain_clearance(nodes, self.radius, candidates)
 
     def settled(self, now: int) -> bool:
         """Within tolerance and nearly at rest for a while."""

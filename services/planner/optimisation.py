@@ -16,8 +16,7 @@ from jaxtyping import Float64
 from services.planner.problem import Problem
 from shared.geometry import obstacles as geometry
 from shared.geometry import poses
-from shared.geometry.clearance import Near, gripper_points, near, with_midpoints
-from shared.geometry.poses import Pose
+from shared.geometry.clearance import Near, near, swept_gripper_points, with_midpoints
 from shared.rod import RodState
 
 BLOCKS = 12
@@ -117,6 +116,9 @@ class PathOptimisation:
         begin = np.stack([g.position for g in self.problem.grips])
         q = np.stack([g.orientation for g in self.problem.grips])
         positions = begin + np.einsum("sk,kec->sec", self.share, displacements[..., :3])
+        if not displacements[..., 3:].any():
+            still = np.repeat(q[None], len(positions) + 1, axis=0)
+            return np.concatenate([begin[None], positions]), still
         turns = np.repeat(displacements[..., 3:] / STEPS, STEPS, axis=0)
         orientations = [q]
         for turn in turns:
@@ -177,12 +179,7 @@ class PathOptimisation:
     def _bodies(self, way: Float64[np.ndarray, "k 2 6"]) -> Float64[np.ndarray, "p 3"]:
         positions, orientations = self.grips(way)
         height = self.problem.limits.gripper_height
-        return np.concatenate(
-            [
-                gripper_points(Pose(p[0], q[0]), Pose(p[1], q[1]), height)
-                for p, q in zip(positions[1:], orientations[1:], strict=True)
-            ]
-        )
+        return swept_gripper_points(positions[1:], orientations[1:], height)
 
     def _normal_equations(
         self, trial: Trial

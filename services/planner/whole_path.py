@@ -11,9 +11,8 @@ from services.planner.starts import starts
 from services.planner.timing import Pace, timed
 from shared.geometry import obstacles as geometry
 from shared.geometry import polylines, poses
-from shared.geometry.clearance import gripper_points
+from shared.geometry.clearance import swept_gripper_points
 from shared.geometry.obstacles import segment_distance, signed_distance
-from shared.geometry.poses import Pose
 
 DT = 0.02
 """Between points of a path [s]."""
@@ -149,12 +148,7 @@ def _clearance(
 ) -> float:
     """Least distance of rope and gripper bodies from all obstacles [m]."""
     limits = problem.limits
-    bodies = np.concatenate(
-        [
-            gripper_points(Pose(p[0], q[0]), Pose(p[1], q[1]), limits.gripper_height)
-            for p, q in zip(positions, orientations, strict=True)
-        ]
-    )
+    bodies = swept_gripper_points(positions, orientations, limits.gripper_height)
     edge = polylines.length(nodes[0]) / (nodes.shape[1] - 1)
     least = np.inf
     for obstacle in problem.obstacles:

@@ -13,6 +13,7 @@ from typing import Literal
 from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.Log_pb2 import Log
+from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from shared.messages import (
@@ -72,7 +73,7 @@ class Topic:
 
 
 CAMERA_COLOR = Topic("camera/{name}/color", CompressedImage, "sim", "joined", large=True)
-CAMERA_DEPTH = Topic("camera/{name}/depth", CompressedImage, "sim", "joined", large=True)
+CAMERA_DEPTH = Topic("camera/{name}/depth", RawImage, "sim", "joined", large=True)
 CAMERA_CALIBRATION = Topic("camera/{name}/calibration", CameraCalibration, "sim", "latest")
 # Positions 1e-6 m: images decode alike everywhere, but sums may differ in their last bits.
 ROPE_NODES = Topic(

@@ -8,10 +8,10 @@ from bisect import bisect_left
 from collections import deque
 from collections.abc import Iterator
 
-import cv2
 import numpy as np
 from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from jaxtyping import UInt8, UInt16
 
 from services.perception.centerline import (
@@ -20,6 +20,7 @@ from services.perception.centerline import (
     Estimate,
     RopeModel,
 )
+from services.perception.images import decoded
 from services.perception.marked import MarkedObstacles
 from services.perception.paper import paper_estimate
 from services.perception.scene import Refused, Surroundings
@@ -234,7 +235,7 @@ class PerceptionService:
             ),
         )
 
-    def _frozen(self, color: CompressedImage, depth: CompressedImage) -> str:
+    def _frozen(self, color: CompressedImage, depth: RawImage) -> str:
         digest = (color.data, depth.data)
         self._repeats = self._repeats + 1 if digest == self._digest else 0
         self._digest = digest
@@ -359,25 +360,3 @@ class PerceptionService:
 def build(scenario: Scenario, session: str) -> PerceptionService:
     """The service of a scenario."""
     return PerceptionService(scenario)
-
-
-def decoded(
-    color: CompressedImage, depth: CompressedImage
-) -> tuple[UInt8[np.ndarray, "h w 3"], UInt16[np.ndarray, "h w"]] | str:
-    """Both images, or why they cannot be read."""
-    bgr = _image(color, cv2.IMREAD_COLOR)
-    if bgr is None:
-        return f"the colour image ({color.format}, {len(color.data)} bytes) cannot be decoded"
-    z = _image(depth, cv2.IMREAD_UNCHANGED)
-    if z is None or z.dtype != np.uint16 or z.ndim != 2:
-        return (
-            f"the depth image ({depth.format}, {len(depth.data)} bytes) is no 16-bit image; "
-            "publish a png of millimetres"
-        )
-    return np.ascontiguousarray(bgr[..., ::-1]), z
-
-
-def _image(message: CompressedImage, how: int) -> np.ndarray | None:
-    if not message.data:
-        return None
-    return cv2.imdecode(np.frombuffer(message.data, np.uint8), how)

@@ -6,8 +6,10 @@ import cv2
 import numpy as np
 import pytest
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
-from services.perception.service import COLOR, DEPTH, decoded
+from services.perception.images import decoded
+from services.perception.service import COLOR, DEPTH
 from shared import topics
 from shared.messages import (
     NodeChain,
@@ -193,10 +195,15 @@ def test_a_frozen_camera_is_said_to_be_frozen() -> None:
 
 
 def test_images_that_cannot_be_read_are_named() -> None:
-    png = cv2.imencode(".png", np.zeros((4, 4), np.uint16))[1].tobytes()
     jpeg = cv2.imencode(".jpg", np.zeros((4, 4, 3), np.uint8))[1].tobytes()
     good = CompressedImage(data=jpeg, format="jpeg")
-    assert "colour image" in str(decoded(CompressedImage(data=b"x"), CompressedImage(data=png)))
-    assert "16-bit" in str(decoded(good, good))
-    images = decoded(good, CompressedImage(data=png, format="png"))
+    pixels = np.arange(16, dtype="<u2")
+    deep = RawImage(width=4, height=4, encoding="16UC1", step=8, data=pixels.tobytes())
+    cut = RawImage(width=4, height=4, encoding="16UC1", step=8, data=b"xy")
+    floats = RawImage(width=4, height=4, encoding="32FC1", step=16, data=bytes(64))
+    assert "colour image" in str(decoded(CompressedImage(data=b"x"), deep))
+    assert "2 bytes, too few" in str(decoded(good, cut))
+    assert "'32FC1'" in str(decoded(good, floats))
+    images = decoded(good, deep)
     assert not isinstance(images, str)
+    assert images[1].tolist() == pixels.reshape(4, 4).tolist()

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from services.perception.service import COLOR, DEPTH, decoded
+from services.perception.images import decoded
+from services.perception.service import COLOR, DEPTH
 from services.sim.plant import EndMotion
 from services.sim.service import gripper
 from services.sim.world import World, true_properties

@@ -64,10 +64,8 @@ def carry_forward(ni: Integers, w: Doubles, batch: ti.i32):
     for b in range(batch):
         rod = b * ni[at.STRIDE]
         for step in range(ni[at.STEPS]):
-            sensitivities(ni, w, at.INERTIA, rod, step, 0, 0.0)
-            sensitivities(ni, w, at.PARAMETER_FORCES, rod, step, 0, 0.0)
-            sensitivities(ni, w, at.GRIP_SENSITIVITIES, rod, step, 0, 0.0)
-            sensitivities(ni, w, at.SENSITIVITIES, rod, step, 0, 0.0)
+            for task in range(at.INERTIA, at.SENSITIVITIES + 1):
+                sensitivities(ni, w, task, rod, step, 0, 0.0)
 
 
 @ti.kernel
@@ -139,16 +137,16 @@ def descend(ni: ti.template(), w: ti.template(), rod, step):
 
     First plain Newton steps: the fastest, and nearly always enough. Where these run astray, it
     starts again from the last step's end, with line search on the energy and definite Hessians.
+
+    It is written as what to do next after each task, with one call for all of them: every call
+    that names the parts makes Taichi look through all of these, for each of its own statements.
     """
     n = ni[at.NODES]
-    count = 2 * n - 1
     first = ni[at.FIRST_FREE]
     end = ni[at.END_FREE]
     length = scalar(ni, w, rod, at.EDGE_LENGTH)
     tolerance = scalar(ni, w, rod, at.TOLERANCE)
     d = rod + ni[at.AT_STEP]
-    g = rod + ni[at.AT_GRADIENT]
-    work(ni, w, at.PREDICT, rod, step, 0, 0.0)
     # Longer strides than this could jump over an obstacle.
     reach = 2.0 * length
     if ni[at.OBSTACLES] > 0:
@@ -160,91 +158,128 @@ def descend(ni: ti.template(), w: ti.template(), rod, step):
     exact = 1
     shift = 0.0
     share = 1.0
+    energy = 0.0
     lowest = 1e300
     careful = 0
     finishing = 0
     converged = 0
     definite = 1
     largest = 0.0
-    running = 1
-    while running == 1:
-        energy = work(ni, w, at.EDGES, rod, step, exact, shift)
-        energy += work(ni, w, at.BENDS, rod, step, exact, 0.0)
-        energy += work(ni, w, at.CONTACTS, rod, step, exact, 0.0)
-        attempts += 1
-        if careful == 1 and finishing == 0 and not (energy <= lowest + 1e-13 * ti.abs(lowest)):
-            share *= 0.5
-            if share < 1e-6:
-                # No descent left above rounding: this is as far as it goes.
-                work(ni, w, at.APPLY, rod, step, 0, 0.0)
-                if largest < 100.0 * tolerance:
-                    converged = 1
-                finishing = 1
-                exact = 1
-                shift = 0.0
-            else:
-                work(ni, w, at.APPLY, rod, step, 0, share)
-        else:
-            definite = ti.cast(work(ni, w, at.FACTOR, rod, step, 0, 0.0), ti.i32)
+    moved_grips = 0
+    stepped = 0
+    task = at.PREDICT
+    while task != at.DONE:
+        arg = exact
+        real = shift
+        if task == at.APPLY:
+            real = share
+        elif task == at.GRIPS:
+            arg = moved_grips
+        elif task == at.COUPLE or task == at.SOLVE:
+            arg = d
+        value = work(ni, w, task, rod, step, arg, real)
+        judge = 0
+        if task == at.PREDICT:
+            task = at.EDGES
+            if careful == 1:
+                moved_grips = 1
+                task = at.GRIPS
+            stepped = 0
+        elif task == at.EDGES:
+            energy = value
+            task = at.BENDS
+        elif task == at.BENDS:
+            energy += value
+            task = at.CONTACTS
+        elif task == at.CONTACTS:
+            energy += value
+            attempts += 1
+            task = at.FACTOR
+            if careful == 1 and finishing == 0 and not (energy <= lowest + 1e-13 * ti.abs(lowest)):
+                share *= 0.5
+                stepped = 0
+                task = at.APPLY
+                if share < 1e-6:
+                    # No descent left above rounding: this is as far as it goes.
+                    share = 0.0
+                    converged = ti.cast(largest < 100.0 * tolerance, ti.i32)
+                    finishing = 1
+                    exact = 1
+                    shift = 0.0
+        elif task == at.FACTOR:
+            definite = ti.cast(value, ti.i32)
+            task = at.ACCEPT
+            if careful == 1:
+                lowest = ti.min(lowest, energy)
             if finishing == 1:
-                running = 0
-            elif definite == 0 and exact == 1:
-                exact = 0
-                if careful == 1:
-                    lowest = energy
+                task = at.DONE
             elif definite == 0:
-                shift = ti.max(10.0 * shift, 1e-9)
-            else:
-                if careful == 1:
-                    lowest = energy
-                work(ni, w, at.ACCEPT, rod, step, 0, 0.0)
-                for j in range(count):
-                    fixed = j < first or j >= end
-                    for a in ti.static(range(3)):
-                        w[d + 3 * j + a] = 0.0 if fixed else -w[g + 3 * j + a]
-                if iterations == 0:
-                    work(ni, w, at.GRIPS, rod, step, 0, 0.0)
-                    work(ni, w, at.COUPLE, rod, step, d, 0.0)
-                work(ni, w, at.SOLVE, rod, step, d, 0.0)
-                moved = 0.0
-                rotated = 0.0
-                driven = 0.0
-                for i in range(n):
-                    moved = ti.max(moved, load3(w, d + 6 * i).norm())
-                    if 2 * i < first or 2 * i >= end:
-                        driven = ti.max(driven, load3(w, d + 6 * i).norm())
-                    if i < n - 1:
-                        rotated = ti.max(rotated, load3(w, d + 6 * i + 3).norm())
-                largest = ti.max(moved, length * rotated)
-                share = 1.0
-                if iterations > 0 or (ni[at.OBSTACLES] > 0 and moved > 4.0 * reach + 2.0 * driven):
-                    share = ti.min(1.0, ti.min(reach / (moved + 1e-30), 0.8 / (rotated + 1e-30)))
-                if iterations == 0 or share == 1.0:
-                    strides += 1
-                work(ni, w, at.APPLY, rod, step, 0, share)
-                if iterations == 0:
-                    work(ni, w, at.GRIPS, rod, step, 1, 0.0)
+                if exact == 0:
+                    shift = ti.max(10.0 * shift, 1e-9)
+                exact = 0
+                judge = 1
+                task = at.EDGES
+        elif task == at.ACCEPT:
+            task = at.SOLVE
+            if iterations == 0:
+                moved_grips = 0
+                task = at.GRIPS
+        elif task == at.GRIPS and moved_grips == 0:
+            task = at.COUPLE
+        elif task == at.COUPLE:
+            task = at.SOLVE
+        elif task == at.SOLVE:
+            moved = 0.0
+            rotated = 0.0
+            driven = 0.0
+            for j in range(2 * n - 1):
+                size = load3(w, d + 3 * j).norm()
+                if j % 2 == 1:
+                    rotated = ti.max(rotated, size)
+                else:
+                    moved = ti.max(moved, size)
+                    if j < first or j >= end:
+                        driven = ti.max(driven, size)
+            largest = ti.max(moved, length * rotated)
+            share = 1.0
+            if iterations > 0 or (ni[at.OBSTACLES] > 0 and moved > 4.0 * reach + 2.0 * driven):
+                share = ti.min(share, ti.min(reach / (moved + 1e-30), 0.8 / (rotated + 1e-30)))
+            if iterations == 0 or share == 1.0:
+                strides += 1
+            stepped = 1
+            task = at.APPLY
+        elif task == at.APPLY:
+            task = at.EDGES
+            if stepped == 1 and iterations == 0:
+                moved_grips = 1
+                task = at.GRIPS
+            elif stepped == 1:
+                judge = 1
+        else:
+            # Grips are where they belong.
+            task = at.EDGES
+            judge = stepped
+        if judge == 1:
+            if stepped == 1:
+                stepped = 0
                 if iterations > 0 and largest < tolerance:
                     converged = 1
-                    running = 0
-                    if exact == 0 or shift > 0.0:
-                        # Derivatives want the true Hessian.
-                        running = 1
-                        finishing = 1
+                    # Derivatives want the true Hessian.
+                    finishing = ti.cast(exact == 0 or shift > 0.0, ti.i32)
+                    if finishing == 0:
+                        task = at.DONE
                 iterations += 1
                 exact = 1
                 shift = 0.0
-        if running == 1 and finishing == 0:
-            astray = careful == 0 and (strides >= 14 or attempts >= 100 or not (largest < 1e6))
-            if astray:
-                careful = 1
-                work(ni, w, at.PREDICT, rod, step, 0, 0.0)
-                work(ni, w, at.GRIPS, rod, step, 1, 0.0)
-                iterations = 1
-                exact = 1
-                shift = 0.0
-            elif attempts >= ni[at.MAX_ITERATIONS]:
-                running = 0
+            if task != at.DONE and finishing == 0:
+                if careful == 0 and (strides >= 14 or attempts >= 100 or not (largest < 1e6)):
+                    careful = 1
+                    iterations = 1
+                    exact = 1
+                    shift = 0.0
+                    task = at.PREDICT
+                elif attempts >= ni[at.MAX_ITERATIONS]:
+                    task = at.DONE
     report = rod + ni[at.AT_REPORT] + at.REPORT_WIDTH * step
     w[report] = attempts
     w[report + 1] = converged

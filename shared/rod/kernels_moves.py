@@ -34,7 +34,7 @@ from shared.rod.kernels_types import Doubles, Integers
 def accept(
     ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
 ) -> ti.f64:
-    """Keep the iterate as the point to step from."""
+    """Keep the iterate as the point to step from, and the way downhill as right-hand side."""
     result = 0.0
     if task == at.ACCEPT:
         n = ni[at.NODES]
@@ -44,6 +44,12 @@ def accept(
             w[rod + ni[at.AT_ACCEPTED_ORIENTATIONS] + k] = w[
                 orientation_at(ni, rod, step + 2, 0) + k
             ]
+        for j in range(2 * n - 1):
+            downhill = 0.0
+            if j >= ni[at.FIRST_FREE] and j < ni[at.END_FREE]:
+                downhill = -1.0
+            gradient = load3(w, rod + ni[at.AT_GRADIENT] + 3 * j)
+            store3(w, rod + ni[at.AT_STEP] + 3 * j, downhill * gradient)
     else:
         result = edges(ni, w, task, rod, step, arg, real)
     return result

@@ -82,7 +82,8 @@ FREE, PINNED, CLAMPED = range(3)
     SENSITIVITIES,
     GRIP_ADJOINT,
     ADJOINT,
-) = range(16)
+    DONE,
+) = range(17)
 """Tasks of the compiled parts."""
 
 (

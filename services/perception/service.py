@@ -80,7 +80,7 @@ class PerceptionService:
         topics.TASK_STATE,
     )
     writes = (topics.ROPE_NODES, topics.SCENE_STATE)
-    rate = 120.0
+    rate = 60.0
     latency = 0.010
 
     def __init__(self, scenario: Scenario) -> None:

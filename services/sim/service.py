@@ -40,7 +40,7 @@ class SimService:
     name = "sim"
     reads = (topics.ARM_STATE, topics.SCENE_STATE)
     writes = (topics.ROPE_TRUTH, COLOR, DEPTH, CALIBRATION)
-    rate = 120.0
+    rate = 60.0
 
     def __init__(self, scenario: Scenario) -> None:
         sensing = scenario.sensing

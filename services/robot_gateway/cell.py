@@ -211,7 +211,8 @@ class Cell:
             if self.guidance.resting:
                 self.guidance.halt()
             else:
-                self._halt("silence", f"no fresh setpoints for {1e3 * SILENCE:.0f} ms")
+                silent = f"no fresh setpoints for {1e3 * SILENCE:.0f} ms"
+                self._halt("silence", f"{silent}: controller, bus or network dead or stopped")
             return
         behind = self.guidance.behind(now)
         if behind > 2.0 * self.guidance.tolerances.step:

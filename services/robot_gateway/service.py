@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from services.robot_gateway.causes import CAUSES
 from services.robot_gateway.cell import Cell, CellReport
 from services.robot_gateway.drivers.choose import bodies_of, drivers_of
 from services.robot_gateway.guidance import Guidance
@@ -97,12 +96,11 @@ class RobotGatewayService:
 
     def _state(self, report: CellReport, now: int) -> ArmStates:
         safety = report.safety
-        why = CAUSES[safety.cause].what if safety.cause else ""
         return ArmStates(
             stamp=now,
             boot=safety.boot,
             mode=MODES[safety.mode],
-            reason=f"{safety.detail}: {why}" if why and safety.cause != "boot" else safety.detail,
+            reason=safety.detail,
             rule=report.rule or "",
             needs_acknowledgement=safety.needs_acknowledgement,
             session=safety.session,

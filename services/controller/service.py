@@ -219,6 +219,7 @@ class ControllerService:
                     task.set_goal(goal)
                 case TaskRequest.START:
                     resumed = task.state == "paused"
+                    self._check_arms()
                     task.start(now)
                     if not resumed:
                         self._events_done = self._stalls = 0
@@ -234,6 +235,16 @@ class ControllerService:
         except Refused as error:
             refusal = str(error)
         task.answered(request.id, refusal)
+
+    def _check_arms(self) -> None:
+        """Refuses a run that could not begin."""
+        arms = self._arms
+        if arms is None:
+            raise Refused("the arms have not said yet where they are; is the gateway running?")
+        if arms.mode == ArmStates.DISARMED:
+            raise Refused(f"the arms are disarmed ({arms.reason}); arm them first")
+        if arms.mode == ArmStates.FAULT or arms.needs_acknowledgement:
+            raise Refused(f"the arms hold ({arms.reason}); acknowledge first")
 
     def _preview(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         item = inbox.fresh(topics.TASK_GOAL_DRAFT)

@@ -54,6 +54,10 @@ def test_start_moves_the_rope_to_the_goal(page: Page) -> None:
     expect(page.get_by_text(re.compile(r"^Ready: [\d.]+ mm to go"))).to_be_visible(timeout=30_000)
     before = togo(page)
     assert before > 100.0
+    acknowledge = page.get_by_role("button", name="Acknowledge")
+    if acknowledge.is_visible():
+        acknowledge.click()
+        expect(acknowledge).not_to_be_visible()
     page.get_by_role("button", name="Start").click()
     expect(page.get_by_text(re.compile("^(Running|Reached)"))).to_be_visible()
     follow_to_the_goal(page)

@@ -49,14 +49,23 @@ class Live:
 
     def say(self, *words: str) -> dict:
         """One verb, and its JSON answer."""
-        answer = subprocess.run(
+        answer = self._said(*words)
+        assert answer.stdout, answer.stderr
+        return json.loads(answer.stdout)
+
+    def refused(self, *words: str) -> str:
+        """Why a verb was refused."""
+        answer = self._said(*words)
+        assert answer.returncode == 1, answer.stdout
+        return answer.stderr
+
+    def _said(self, *words: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
             [sys.executable, "-m", "lariat", *words, "--json", *self._cell.arguments],
             capture_output=True,
             text=True,
             timeout=60.0,
         )
-        assert answer.stdout, answer.stderr
-        return json.loads(answer.stdout)
 
     def pid(self, service: str) -> int:
         pids: dict[str, int] = {}
@@ -119,7 +128,7 @@ def test_the_stack_reaches_its_goal_survives_a_death_and_records_it(
     # Another one takes its place, and nothing moves until a person has looked.
     until(lambda: live.log.count("controller | ready") == 2, 120.0)
     rest = live.arms()[-1]
-    live.say("start")
+    assert "acknowledge first" in live.refused("start")
     time.sleep(1.0)
     later = live.arms()[-1]
     assert later.needs_acknowledgement

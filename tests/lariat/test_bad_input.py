@@ -67,7 +67,7 @@ def refused(capfd: pytest.CaptureFixture[str], *arguments: str) -> str:
         ("length", "lenght", "unknown key 'lenght' in [rope]; did you mean 'length'?"),
         ("0.45", "-0.45", "rope.length = -0.45 m is out of bounds"),
         ("[0.25, 0.1, 0.3]", "[0.75, 0.1, 0.3]", "goal: its ends are 0.8500 m apart, out of reach"),
-        ("0.0, 0.3], [0.2", "0.0, 0.002], [0.2", "start lies inside obstacle 'table'"),
+        ("[-0.2, 0.0, 0.3]", "[0.0, 0.0, 0.002]", "start lies inside obstacle 'table'"),
     ],
 )
 def test_a_wrong_scenario(

@@ -15,6 +15,7 @@ import os
 import sys
 
 PR_SET_PDEATHSIG = 1
+AUTOGROUP = "/proc/self/autogroup"
 
 
 def main() -> None:
@@ -29,6 +30,10 @@ def main() -> None:
     # Only root may go before others; the stack must run without that.
     with contextlib.suppress(PermissionError):
         os.nice(int(niceness))
+    # Linux may share its cores out between sessions first, and this process leads one of its own:
+    # its niceness then counts only against itself, and that of the session counts instead.
+    with contextlib.suppress(OSError), open(AUTOGROUP, "w") as session:
+        session.write(niceness)
     os.execv(program[0], program)
 
 

@@ -14,6 +14,7 @@ from typing import Any, Literal
 import tyro
 
 from services.robot_gateway.emulator.core import Connection, Emulator
+from services.robot_gateway.emulator.motion_log import MotionLog
 from services.robot_gateway.emulator.options import FAULTS, Options
 from shared.clock import SystemClock
 from shared.scenario import load
@@ -39,6 +40,8 @@ class Arguments:
     """Which end."""
     fault: tuple[str, ...] = ()
     """Names of faults, see --list-faults."""
+    log: Path | None = None
+    """File for the arm's own log of its joints, a CSV row every 8 ms; continued when it exists."""
     list_faults: bool = False
     """Says what faults there are, and ends."""
     arm: Options = field(default_factory=Options)
@@ -106,10 +109,11 @@ def main() -> None:
         if arguments.firmware not in ("v3", "v4"):
             raise ValueError(f"--firmware {arguments.firmware!r}; there are v3 and v4")
         options = Options(**{**vars(arguments.arm), **_chosen(arguments)})
-    except ValueError as error:
+        log = MotionLog(arguments.log) if arguments.log else None
+    except (ValueError, OSError) as error:
         print(error, file=sys.stderr)
         raise SystemExit(2) from error
-    raise SystemExit(asyncio.run(_until_signal(options, arguments.host)))
+    raise SystemExit(asyncio.run(_until_signal(options, arguments.host, log)))
 
 
 def _chosen(arguments: Arguments) -> dict[str, Any]:
@@ -133,9 +137,9 @@ def _chosen(arguments: Arguments) -> dict[str, Any]:
     return values
 
 
-async def _until_signal(options: Options, host: str) -> int:
+async def _until_signal(options: Options, host: str, log: MotionLog | None) -> int:
     clock = SystemClock()
-    shell = Shell(Emulator(options, start=clock.now() * 1e-9), clock)
+    shell = Shell(Emulator(options, start=clock.now() * 1e-9, watch=log), clock)
     task = asyncio.ensure_future(shell.run(host))
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):

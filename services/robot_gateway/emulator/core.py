@@ -8,6 +8,7 @@ sends what is due.
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 
 from services.robot_gateway.emulator.commands import Commands
 from services.robot_gateway.emulator.controller import COLLISION, Controller
@@ -71,9 +72,15 @@ class Connection:
 class Emulator:
     """A CR5 with its ports."""
 
-    def __init__(self, options: Options, start: float = 0.0) -> None:
-        """Args: start: Present time on the caller's clock [s]."""
+    def __init__(
+        self,
+        options: Options,
+        start: float = 0.0,
+        watch: Callable[[float, Controller], None] | None = None,
+    ) -> None:
+        """Args: start: Present time on the caller's clock [s]. watch: Called after every tick."""
         self.options = options
+        self._watch = watch
         self.controller = Controller(options)
         self.commands = Commands(self.controller)
         self.feedback = Feedback(self.controller)
@@ -161,6 +168,8 @@ class Emulator:
                 if connection.port in COMMAND_PORTS[self.options.firmware] and idle > IDLE:
                     connection.close()
         self._send_feedback()
+        if self._watch is not None:
+            self._watch(self.now, self.controller)
         self._connections = [c for c in self._connections if not c.closed or c._segments]
 
     # Commands

@@ -1,4 +1,4 @@
-"""The slow way of an arm from where it is to the scenario's start."""
+"""The slow way of arms from where they are to the scenario's start, to which a person agrees."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from services.robot_gateway.trajectory import Chunk
+from services.robot_gateway.trajectory import NANOSECONDS, Chunk
 from shared.geometry import poses
 from shared.geometry.poses import Pose
 
@@ -19,6 +19,44 @@ AT_START = 0.02
 """Distance from the start up to which an arm counts as there [m]."""
 TURNED = 0.1
 """The same for its orientation [rad]."""
+AGREEMENT = 30.0
+"""In which a person may arm again to agree [s]."""
+
+
+class Approach:
+    """Arming an arm that is not at the start takes a second word from the person."""
+
+    def __init__(self) -> None:
+        self.wanted = False
+        """Whether the arms go to the start as soon as they are ready."""
+        self.running = False
+        """Whether they are on their way."""
+        self._agreement_ends = 0
+
+    def refusal(
+        self, away: Sequence[str], grips: Sequence[Pose], starts: Sequence[Pose], now: int
+    ) -> str:
+        """Why the arms are not armed yet, in words; empty when nothing is in the way.
+
+        Args:
+            away: Names of the arms that are not at the start.
+            grips: Where these are.
+            starts: Where they shall be.
+        """
+        agreed = now <= self._agreement_ends
+        self._agreement_ends = 0
+        self.wanted = bool(away)
+        if not away or agreed:
+            return ""
+        self._agreement_ends = now + round(AGREEMENT / NANOSECONDS)
+        words = []
+        for name, grip, start in zip(away, grips, starts, strict=True):
+            far, turn = distance(grip, start)
+            words.append(f"{name} is {1e3 * far:.0f} mm and {turn:.2f} rad from the start")
+        return (
+            f"{', '.join(words)}; arm again within {AGREEMENT:.0f} s to let it go there straight "
+            f"at {1e3 * SPEED:.0f} mm/s, or jog it there first"
+        )
 
 
 def distance(a: Pose, b: Pose) -> tuple[float, float]:

@@ -6,61 +6,29 @@ they say of themselves. All arms stop together, because rules between the ends t
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-import numpy as np
-
-from services.robot_gateway import approach
 from services.robot_gateway.admission import Refused
+from services.robot_gateway.approach import Approach, slow_chunk
+from services.robot_gateway.arms import SIDES, Arms
 from services.robot_gateway.causes import CAUSES
-from services.robot_gateway.drivers.driver import Driver, Feedback
+from services.robot_gateway.drivers.driver import Driver
 from services.robot_gateway.guidance import Guidance
 from services.robot_gateway.limits import Rule
+from services.robot_gateway.report import CellReport
 from services.robot_gateway.safety import DEVICE_CAUSES, Command, Rejected, Safety
 from services.robot_gateway.trajectory import NANOSECONDS, Chunk
+from services.robot_gateway.writers import Writers
 from shared.geometry.obstacles import Obstacle
 from shared.geometry.poses import Pose
-
-SIDES = ("left", "right")
 
 TICK = 0.008
 """Period of the gateway [s]."""
 SILENCE = 0.1
 """Age of the last fresh chunk at which braking has begun [s]."""
-CLOCK_ERROR = 0.25
-"""A first chunk further from the present than this comes from another clock [s]."""
 PATIENCE = 30.0
 """Time that an arm has to become ready [s]."""
-AGREEMENT = 30.0
-"""In which a person may arm again to agree to an approach [s]."""
-LAG = 0.5
-"""How far back the command is searched for where an arm is now [s]."""
-
-
-@dataclass(frozen=True)
-class CellReport:
-    """The cell after a tick."""
-
-    safety: Safety
-    braking: bool
-    rule: Rule | None
-    """Hit last."""
-    refusal: str
-    """Why the chunk refused last was refused."""
-    sequence: int
-    """Of the chunk accepted last."""
-    refused_sequence: int
-    command: str
-    """Id of the command handled last."""
-    rejection: str
-    """Why that command was not carried out."""
-    arms: tuple[Feedback, ...]
-    tracking: tuple[float, ...]
-    """Distance between command and feedback [m]."""
-    reset_count: int
-    """Of the reset carried out last."""
 
 
 class Cell:
@@ -76,20 +44,14 @@ class Cell:
     ) -> None:
         """Args: starts: Grips of all ends at the scenario's start. boot: Id of this start."""
         self.guidance = guidance
-        self.drivers = tuple(drivers)
-        self.starts = tuple(starts)
+        self.arms = Arms(drivers, starts)
         self.arm_automatically = arm_automatically
         self.safety = Safety(boot)
-        self._grips = list(starts)
-        self._feedback: tuple[Feedback, ...] = ()
-        self._trail: deque[tuple[int, np.ndarray]] = deque()
+        self._writers = Writers()
+        self._approach = Approach()
         self._last_tick: int | None = None
         self._last_fresh = 0
-        self._numbers: tuple[str, int, int] = ("", -1, 0)
         self._waits_since: int | None = None
-        self._powered = False
-        self._approaches = self._approaching = False
-        self._agreement_ends = 0
         self._rule: Rule | None = None
         self._refusal = self._command = self._rejection = ""
         self._sequence = self._refused_sequence = 0
@@ -115,7 +77,9 @@ class Cell:
                     self.safety = self.safety.stopped("person", "held by a person")
                     self.guidance.halt()
                 case "acknowledge":
-                    self._acknowledge(now)
+                    self.safety = self.safety.acknowledged()
+                    self._wait_for_arms(now)
+                    self.arms.recover()
                 case "gripper":
                     self._grip(command)
         except Rejected as rejection:
@@ -144,7 +108,7 @@ class Cell:
             offset = self._take_writer(chunk.session, chunk.sequence, now, chunk.start)
             if not self.safety.may_move or self._waits_since is not None:
                 return
-            if self._reset_wanted != self._reset_done or self._approaching:
+            if self._reset_wanted != self._reset_done or self._approach.running:
                 return
             spline = self.guidance.check(chunk, now, offset)
         except Refused as refused:
@@ -179,28 +143,18 @@ class Cell:
         if not self.guidance.following and self.guidance.resting:
             self.safety = self.safety.moving(False)
             self._reset_when_asked(now)
-        self._exchange(now)
+        # After a fault the command brakes for the others, but the arm that failed gets no points.
+        live = self.safety.mode not in ("disarmed", "fault") and self._waits_since is None
+        self.arms.exchange(now, self.guidance, live)
         self._judge_arms(now)
-        return CellReport(
-            self.safety,
-            not self.guidance.following and not self.guidance.resting,
-            self._rule,
-            self._refusal,
-            self._sequence,
-            self._refused_sequence,
-            self._command,
-            self._rejection,
-            self._feedback,
-            tuple(self._lags()),
-            self._reset_done,
-        )
+        return self._report()
 
     def _watch(self, now: int, h: float) -> None:
         """Stops what may not go on."""
         if not self.guidance.following:
-            self._approaching = False
+            self._approach.running = False
             return
-        if self._approaching:
+        if self._approach.running:
             # Nobody else keeps this way fresh; a person's hold ends it.
             self._last_fresh = now
         if self.guidance.finished(now):
@@ -227,34 +181,37 @@ class Cell:
         if self._reset_wanted == self._reset_done:
             return
         self._reset_done = self._reset_wanted
-        for k, driver in enumerate(self.drivers):
-            if driver.place(self.starts[k]):
-                self._grips[k] = self.starts[k]
-        self.guidance.place(self._grips)
+        self.arms.place(range(len(self.arms.drivers)))
+        self.guidance.place(self.arms.grips)
         if self.safety.mode != "disarmed":
             self._waits_since = now
+
+    def _report(self) -> CellReport:
+        return CellReport(
+            self.safety,
+            not self.guidance.following and not self.guidance.resting,
+            self._rule,
+            self._refusal,
+            self._sequence,
+            self._refused_sequence,
+            self._command,
+            self._rejection,
+            self.arms.feedback,
+            tuple(self.arms.lags()),
+            self._reset_done,
+        )
 
     # Writers
 
     def _take_writer(self, session: str, sequence: int, now: int, start: int) -> int:
         """Lets a writer in; the offset from its clock to ours [ns]."""
-        if not session:
-            raise Refused("ordered", "the writer gives no session")
-        before = self.safety
-        self.safety = before.written(session)
-        if self.safety.cause == "new_writer" and before.cause != "new_writer":
+        before = self.safety.cause
+        self.safety, answer = self._writers.take(self.safety, session, sequence, now, start)
+        if self.safety.cause == "new_writer" and before != "new_writer":
             self.guidance.halt()
-        if self.safety.session not in ("", session):
-            raise Refused("ordered", f"writer {session!r} is not the one that is followed")
-        known, last, offset = self._numbers
-        if known != session:
-            # Another machine's clock: its first message says how far it is off.
-            apart = now - start
-            offset = apart if abs(apart) * NANOSECONDS > CLOCK_ERROR else 0
-        elif sequence <= last:
-            raise Refused("ordered", f"sequence {sequence} after {last}")
-        self._numbers = (session, sequence, offset)
-        return offset
+        if isinstance(answer, Refused):
+            raise answer
+        return answer
 
     def _refuse(self, refused: Refused, sequence: int) -> None:
         self._rule, self._refusal = refused.rule, str(refused)
@@ -263,78 +220,44 @@ class Cell:
     # Persons
 
     def _arm(self, now: int) -> None:
-        self.safety = self.safety.armed(self._trouble() or self._refusal_to_approach(now))
+        away = self.arms.away
+        refusal = self.arms.trouble or self._approach.refusal(
+            [SIDES[k] for k in away],
+            [self.arms.grips[k] for k in away],
+            [self.arms.starts[k] for k in away],
+            now,
+        )
+        self.safety = self.safety.armed(refusal)
         self._enable(now)
 
     def _arm_by_itself(self, now: int) -> None:
         """A simulated cell needs no person; its arms are put where the scenario begins."""
-        away = [k for k in self.guidance.driven if approach.is_away(self._grips[k], self.starts[k])]
-        for k in away:
-            self.drivers[k].place(self.starts[k])
+        self.arms.place(self.arms.away)
         self.safety = replace(self.safety.armed(), detail="armed by the scenario")
         self._enable(now)
 
     def _enable(self, now: int) -> None:
         self._wait_for_arms(now)
-        for driver in self.drivers:
-            driver.enable()
-
-    def _acknowledge(self, now: int) -> None:
-        self.safety = self.safety.acknowledged()
-        self._wait_for_arms(now)
-        for driver in self.drivers:
-            driver.recover()
-
-    def _disable(self) -> None:
-        """Takes the power off arms that rest, once after each time they had it."""
-        if self._powered:
-            self._powered = False
-            for driver in self.drivers:
-                driver.disable()
+        self.arms.enable()
 
     def close(self) -> None:
         """Ends the connections to the arms."""
-        for driver in self.drivers:
-            driver.close()
+        self.arms.close()
 
     def _wait_for_arms(self, now: int) -> None:
         self._waits_since = now
-        self._powered = True
         self._rule, self._refusal = None, ""
 
     def _grip(self, command: Command) -> None:
-        if command.arm not in SIDES:
-            raise Rejected(f"there is no arm {command.arm!r}; there are {', '.join(SIDES)}")
-        driver = self.drivers[SIDES.index(command.arm)]
-        if not driver.moves:
-            raise Rejected(f"{command.arm} is fixed and has no gripper")
         if not self.guidance.resting:
             raise Rejected("a gripper opens and closes only while the arms rest; hold first")
-        driver.grip(command.close)
-
-    def _refusal_to_approach(self, now: int) -> str:
-        """Arming an arm that is not at the start takes a second word from the person."""
-        away = [k for k in self.guidance.driven if approach.is_away(self._grips[k], self.starts[k])]
-        agreed = now <= self._agreement_ends
-        self._agreement_ends = 0
-        self._approaches = bool(away)
-        if not away or agreed:
-            return ""
-        self._agreement_ends = now + round(AGREEMENT / NANOSECONDS)
-        words = []
-        for k in away:
-            far, turn = approach.distance(self._grips[k], self.starts[k])
-            words.append(f"{SIDES[k]} is {1e3 * far:.0f} mm and {turn:.2f} rad from the start")
-        return (
-            f"{', '.join(words)}; arm again within {AGREEMENT:.0f} s to let it go there straight "
-            f"at {1e3 * approach.SPEED:.0f} mm/s, or jog it there first"
-        )
+        self.arms.grip(command)
 
     def _begin_approach(self, now: int) -> None:
-        self._approaches = False
+        self._approach.wanted = False
         driven = self.guidance.driven
-        chunk = approach.slow_chunk(
-            [self._grips[k] for k in driven], [self.starts[k] for k in driven], now
+        chunk = slow_chunk(
+            [self.arms.grips[k] for k in driven], [self.arms.starts[k] for k in driven], now
         )
         try:
             self.guidance.follow(self.guidance.check(chunk, now), now)
@@ -342,36 +265,13 @@ class Cell:
             self._refuse(refused, 0)
             self.safety = self.safety.disarmed(f"the way to the start is barred: {refused}")
             return
-        self._approaching = True
+        self._approach.running = True
         self.safety = self.safety.moving(True)
-
-    def _trouble(self) -> str:
-        """What keeps the cell from being armed."""
-        for name, feedback in zip(SIDES, self._feedback, strict=False):
-            if feedback.fault:
-                return f"{name}: {'; '.join(feedback.alarms) or feedback.fault}"
-            if feedback.pose is None:
-                return f"{name}: its pose is not known yet"
-        return "" if self._feedback else "the arms have not been heard yet"
 
     # Arms
 
-    def _exchange(self, now: int) -> None:
-        """Commands to the arms, feedback from them."""
-        rows = []
-        driven = iter(self.guidance.grips())
-        # After a fault the command brakes for the others, but the arm that failed gets no points.
-        live = self.safety.mode not in ("disarmed", "fault") and self._waits_since is None
-        for driver in self.drivers:
-            pose, velocity = next(driven) if driver.moves else (None, np.zeros((2, 3)))
-            rows.append(driver.step(now, pose if live else None, velocity))
-        self._feedback = tuple(rows)
-        self._trail.append((now, self.guidance.state.position))
-        while (now - self._trail[0][0]) * NANOSECONDS > LAG:
-            self._trail.popleft()
-
     def _judge_arms(self, now: int) -> None:
-        for name, feedback in zip(SIDES, self._feedback, strict=False):
+        for name, feedback in zip(SIDES, self.arms.feedback, strict=False):
             if feedback.fault not in DEVICE_CAUSES or self.safety.mode in ("disarmed", "fault"):
                 continue
             words = "; ".join(feedback.alarms)
@@ -380,9 +280,10 @@ class Cell:
         if self.safety.mode == "disarmed":
             if self.guidance.resting:
                 self._waits_since = None
-                self._disable()
-                self._take_measured()
-                if self.arm_automatically and self.safety.cause == "boot" and not self._trouble():
+                self.arms.disable()
+                self.arms.measure(self.guidance)
+                alone = self.arm_automatically and self.safety.cause == "boot"
+                if alone and not self.arms.trouble:
                     self._arm_by_itself(now)
         elif self._waits_since is not None:
             self._finish_waiting(now)
@@ -390,56 +291,16 @@ class Cell:
             self._judge_tracking()
 
     def _finish_waiting(self, now: int) -> None:
-        if all(f.ready and f.pose is not None for f in self._feedback) and self.guidance.resting:
-            self._take_measured()
+        if self.arms.ready and self.guidance.resting:
+            self.arms.measure(self.guidance)
             self._waits_since = None
-            if self._approaches:
+            if self._approach.wanted:
                 self._begin_approach(now)
         elif (now - (self._waits_since or now)) * NANOSECONDS > PATIENCE:
-            slow = [
-                f"{n}: {'; '.join(f.alarms) or 'not ready'}"
-                for n, f in zip(SIDES, self._feedback, strict=False)
-                if not f.ready
-            ]
             self._waits_since = None
-            self._halt("alarm", f"not ready after {PATIENCE:.0f} s: {', '.join(slow)}")
-
-    def _take_measured(self) -> None:
-        """Starts the command from where the arms are."""
-        for k, feedback in enumerate(self._feedback):
-            if feedback.pose is not None:
-                self._grips[k] = feedback.pose
-            posture = self.drivers[k].posture
-            if posture is not None and feedback.joints:
-                posture.begin(feedback.joints)
-        self.guidance.place(self._grips)
-        self._trail.clear()
+            self._halt("alarm", f"not ready after {PATIENCE:.0f} s: {self.arms.unready}")
 
     def _judge_tracking(self) -> None:
-        for driver, name, lag in zip(self.drivers, SIDES, self._lags(), strict=False):
+        for driver, name, lag in zip(self.arms.drivers, SIDES, self.arms.lags(), strict=False):
             if lag > driver.tracking_limit:
                 self._halt("tracking", f"{name}: {1e3 * lag:.0f} mm off its command")
-
-    def _lags(self) -> list[float]:
-        """Distance of every arm to the nearest place it was commanded to be lately [m].
-
-        An arm follows some time behind; what counts is how far it is off its path.
-        """
-        driven = 0
-        lags = []
-        for driver, feedback in zip(self.drivers, self._feedback, strict=True):
-            if not driver.moves:
-                lags.append(0.0)
-                continue
-            if np.isinf(driver.tracking_limit):
-                driven += 1
-                lags.append(0.0)
-                continue
-            trail = [p[driven] for _, p in self._trail]
-            driven += 1
-            if feedback.pose is None or not trail:
-                lags.append(0.0)
-            else:
-                gaps = np.linalg.norm(np.array(trail) - feedback.pose.position, axis=1)
-                lags.append(float(np.min(gaps)))
-        return lags

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from services.robot_gateway.cell import Cell, CellReport
+from services.robot_gateway.cell import Cell
 from services.robot_gateway.drivers.choose import bodies_of, drivers_of
 from services.robot_gateway.guidance import Guidance
 from services.robot_gateway.limits import MotionLimits
+from services.robot_gateway.report import CellReport
 from services.robot_gateway.rules import Boundaries
 from services.robot_gateway.safety import Action, Command
 from services.robot_gateway.shutdown import bring_to_rest
@@ -83,7 +84,7 @@ class RobotGatewayService:
 
     def close(self) -> None:
         """Brings arms on a wire to rest before the process ends."""
-        if any(driver.live for driver in self.cell.drivers):
+        if any(driver.live for driver in self.cell.arms.drivers):
             bring_to_rest(self.cell, SystemClock())
         self.cell.close()
 
@@ -115,7 +116,7 @@ class RobotGatewayService:
 
     def _arms(self, report: CellReport) -> Iterator[ArmState]:
         for side, driver, feedback, error in zip(
-            SIDES, self.cell.drivers, report.arms, report.tracking, strict=True
+            SIDES, self.cell.arms.drivers, report.arms, report.tracking, strict=True
         ):
             state = ArmState(
                 arm=side,

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from services.robot_gateway.cell import Cell, CellReport
+from services.robot_gateway.cell import Cell
 from services.robot_gateway.cr5.kinematics import Kinematics
 from services.robot_gateway.drivers.cr5 import Cr5Driver
 from services.robot_gateway.drivers.ideal import FixedDriver
@@ -14,6 +14,7 @@ from services.robot_gateway.emulator.core import Emulator
 from services.robot_gateway.emulator.options import Options
 from services.robot_gateway.guidance import Guidance
 from services.robot_gateway.link import MemoryNetwork
+from services.robot_gateway.report import CellReport
 from services.robot_gateway.rules import Body, Boundaries
 from services.robot_gateway.safety import Command
 from services.robot_gateway.trajectory import Chunk

@@ -6,11 +6,12 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from services.robot_gateway.cell import Cell, CellReport
+from services.robot_gateway.cell import Cell
 from services.robot_gateway.drivers.ideal import FixedDriver, IdealDriver
 from services.robot_gateway.guidance import Guidance
 from services.robot_gateway.limits import MotionLimits
 from services.robot_gateway.motion import Kinematics
+from services.robot_gateway.report import CellReport
 from services.robot_gateway.rules import Body, Boundaries
 from services.robot_gateway.safety import Command
 from services.robot_gateway.trajectory import Chunk

@@ -82,7 +82,7 @@ def in_simulation(scenario: Scenario) -> Scenario:
 def run(
     scenario: Scenario,
     record: Path | None = None,
-    stop_when_reached: bool = False,
+    stop_after: float | None = None,
     watch: Watch | None = None,
     taps: tuple[Tap, ...] = (),
     members: tuple[Service, ...] | None = None,
@@ -92,7 +92,8 @@ def run(
     Args:
         scenario: What to run; a real arm's address is left out.
         record: File for the recording, which must not exist.
-        stop_when_reached: End as soon as the controller says that the goal is reached.
+        stop_after: End so long after the controller has said that the goal is reached [s]; the
+            scenario's time limit holds besides.
         watch: Called ten times a simulated second.
         taps: See every message.
         members: Services in the place of the scenario's own.
@@ -117,7 +118,7 @@ def run(
         steps_before = len(stack.step_ms("controller"))
         began = time.perf_counter()
         if not reason:
-            reason = _drive(stack, scenario, stop_when_reached, watch, scorer)
+            reason = _drive(stack, scenario, stop_after, watch, scorer)
         wall = time.perf_counter() - began
     score = _score(scenario, scorer, wall, stack.step_ms("controller")[steps_before:], record)
     return Outcome(score, reason, stack, scorer)
@@ -177,7 +178,7 @@ def _missing(stack: SimulatedStack) -> str:
 def _drive(
     stack: SimulatedStack,
     scenario: Scenario,
-    stop_when_reached: bool,
+    stop_after: float | None,
     watch: Watch | None,
     scorer: Scorer,
 ) -> str:
@@ -186,6 +187,7 @@ def _drive(
         topics.TASK_REQUEST, TaskRequest(id="run-start", stamp=stack.now, action=TaskRequest.START)
     )
     asked = stack.now
+    reached: int | None = None
     while True:
         stack.advance_to(stack.now + TICK)
         if watch:
@@ -199,7 +201,15 @@ def _drive(
             continue
         if task.state == FAILED:
             return f"the controller gave up: {task.reason}"
-        if stop_when_reached and task.state == REACHED:
+        if task.state != REACHED:
+            reached = None
+        elif reached is None:
+            reached = stack.now
+        if (
+            stop_after is not None
+            and reached is not None
+            and stack.now >= reached + round(stop_after * SECOND)
+        ):
             return "reached"
         if stack.now >= scorer.started + round(scenario.run.time_limit * SECOND):
             return "the time limit of the run"

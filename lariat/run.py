@@ -71,7 +71,7 @@ def main(
     with _progress(loaded, messages) as watch:
         preflight.check(loaded)
         try:
-            outcome = run(loaded, record, stop_when_reached, watch)
+            outcome = run(loaded, record, 0.0 if stop_when_reached else None, watch)
         except OSError as error:
             raise ConfigurationError(f"--record {record}: {error}") from error
     if json:

@@ -18,6 +18,12 @@ LOOK_AGAIN = 180_000_000
 """Between two looks at the clearance [ns]."""
 
 
+PROGRESS = 0.03
+"""Part of the error by which it must shrink to count as progress."""
+STUCK_AFTER = 1_500_000_000
+"""Without progress [ns]."""
+
+
 class RunMonitor:
     """Measures of the run, from observations."""
 
@@ -38,6 +44,7 @@ class RunMonitor:
         self.replans_before = replan_count
         self._recent: deque[tuple[int, float, Float64[np.ndarray, "n 3"]]] = deque()
         self._looked = 0
+        self._best = (np.inf, now)
 
     def look(
         self,
@@ -52,6 +59,8 @@ class RunMonitor:
         self._recent.append((stamp, self.error, nodes))
         while stamp - self._recent[0][0] > SETTLED_FOR + 50_000_000:
             self._recent.popleft()
+        if self.error < (1.0 - PROGRESS) * self._best[0]:
+            self._best = self.error, stamp
         if stamp - self._looked >= LOOK_AGAIN:
             self._looked = stamp
             avoid = [o for o in obstacles if not o.support]
@@ -84,6 +93,10 @@ class RunMonitor:
         elapsed = (entries[-1][0] - entries[0][0]) * 1e-9 * 2.0 / 3.0
         moved = float(np.mean(np.linalg.norm(last - first, axis=1)))
         return moved < AT_REST * max(elapsed, 1e-3)
+
+    def stuck(self, now: int) -> bool:
+        """Whether the error has not shrunk for a while."""
+        return now - self._best[1] > STUCK_AFTER
 
     def clearance_of(
         self, shapes: Float64[np.ndarray, "t n 3"], obstacles: Sequence[Obstacle]

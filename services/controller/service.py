@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -54,6 +55,8 @@ STALLED = 5 * SECOND
 """At the end of a path for so long without being within tolerance, control has stalled [ns]."""
 PATIENCE = 2
 """New paths that are asked for after stalling, in one run."""
+LEARNT = 0.2
+"""Change of the stiffness's logarithm that makes a path worth planning again."""
 START_APART = 0.003
 """Most distance of a path's start from the grips [m]."""
 NEAR_GOAL = 0.03
@@ -112,6 +115,7 @@ class ControllerService:
         self._seen = 0
         self._followed: tuple[int, int] | None = None
         self._arrived = self._stalls = 0
+        self._planned_stiffness = self.adaptation.bending_stiffness
         self._sequence = 0
         self._image_stamp = 0
         self._events = sorted(
@@ -335,6 +339,7 @@ class ControllerService:
             return path.reason
         self.loop.follow(track, now)
         self._arrived = 0
+        self._planned_stiffness = self.adaptation.bending_stiffness
         self._followed = wanted
         return ""
 
@@ -358,7 +363,18 @@ class ControllerService:
             else:
                 task.enter("failed", f"stalled {error}, {PATIENCE} new paths did not help")
         elif task.state == "running" and not path.reached and self.monitor.resting(now):
-            task.enter("failed", path.reason)
+            # "Unreachable" was said of the rope as it was believed to be.
+            if self._learnt() and self._stalls < PATIENCE:
+                self._arrived = 0
+                self._stalls += 1
+                task.ask_for_path()
+            elif self.monitor.stuck(now):
+                task.enter("failed", path.reason)
+
+    def _learnt(self) -> bool:
+        """Whether the rope has turned out to be another one than the path was planned for."""
+        change = self.adaptation.bending_stiffness / self._planned_stiffness
+        return abs(math.log(change)) > LEARNT
 
     def _surroundings(self) -> Surroundings:
         scenario = self._scenario

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -14,6 +15,7 @@ from shared.geometry.poses import Pose
 from shared.messages import (
     ArmStates,
     NodeChain,
+    Parameters,
     Path,
     Scene,
     TaskState,
@@ -30,6 +32,8 @@ from shared.service import SECOND, Inbox, Publication
 
 STILL = 2e-3
 """Speed of the grips below which they stand [m/s]."""
+LEARNT = 0.02
+"""Change of the stiffness's logarithm that is worth another model."""
 OTHER_SHAPE = 0.02
 """Mean node distance of the rope from the rest shape expected of it that makes it another [m]."""
 
@@ -38,7 +42,13 @@ class PlannerService:
     """A whole path for each (goal, scene, request)."""
 
     name = "planner"
-    reads = (topics.TASK_STATE, topics.SCENE_STATE, topics.ARM_STATE, topics.ROPE_NODES)
+    reads = (
+        topics.TASK_STATE,
+        topics.SCENE_STATE,
+        topics.ARM_STATE,
+        topics.ROPE_NODES,
+        topics.CONTROLLER_PARAMETERS,
+    )
     writes = (topics.CONTROLLER_PATH,)
     rate = 10.0
     latency = 0.200
@@ -82,12 +92,24 @@ class PlannerService:
         if wanted != self._planned and poses_known(arms.message) and _standing(arms.message):
             rope = inbox.latest(topics.ROPE_NODES)
             nodes = rope.message if rope is not None else None
+            learned = inbox.latest(topics.CONTROLLER_PARAMETERS)
+            if learned is not None:
+                self._believe(learned.message)
             self._planned = wanted
             self._path = self._answer(task.message, scene.message, arms.message, nodes)
             self._published = 0
         if self._path is not None and now - self._published >= SECOND:
             self._published = now
             yield Publication(topics.CONTROLLER_PATH, self._path)
+
+    def _believe(self, parameters: Parameters) -> None:
+        """Plans with the stiffness that the controller has learnt."""
+        values = {p.name: p.value for p in parameters.parameters}
+        known = self._rod.properties
+        stiffness = values.get("bending_stiffness", known.bending_stiffness)
+        if stiffness > 0.0 and abs(math.log(stiffness / known.bending_stiffness)) > LEARNT:
+            twisting = known.twisting_stiffness * stiffness / known.bending_stiffness
+            self._rod = self._rod.with_properties(known.with_stiffness(stiffness, twisting))
 
     def _answer(
         self, task: TaskState, scene: Scene, arms: ArmStates, rope: NodeChain | None

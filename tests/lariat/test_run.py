@@ -54,7 +54,7 @@ def test_the_time_in_contact_is_how_long_the_rope_touches(tmp_path: Path):
 
 def test_a_run_ends_when_it_is_reached_if_asked(scenario):
     outcome = closed_loop.run(
-        scenario, stop_when_reached=True, members=small_cell.members(scenario, speed=1.0)
+        scenario, stop_after=0.0, members=small_cell.members(scenario, speed=1.0)
     )
     assert outcome.score.reached
     assert outcome.score.sim_s < 1.0

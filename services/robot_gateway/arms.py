@@ -103,6 +103,11 @@ class Arms:
         return all(f.ready and f.pose is not None for f in self.feedback)
 
     @property
+    def pulls(self) -> list[float]:
+        """Change of the force at every gripper since it was armed [N]."""
+        return [feedback.pull for feedback in self.feedback]
+
+    @property
     def away(self) -> list[int]:
         """Driven ends that are not at the scenario's start."""
         return [

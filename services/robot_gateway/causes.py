@@ -103,6 +103,14 @@ CAUSES: dict[str, Cause] = {
         "a new chunk from where the arm is",
         "step",
     ),
+    "pulled": Cause(
+        "an arm feels a pull that it did not feel at rest: the rope is taut or caught",
+        "from the force in its feedback, its mean over 0.1 s",
+        "jerk-limited",
+        "after acknowledgement",
+        "a new chunk; until it is under the limit the pull may not grow",
+        "overstretch",
+    ),
     "alarm": Cause(
         "the arm reports an alarm, a collision, an emergency stop, power off or another operator",
         "from its feedback, 8 ms",

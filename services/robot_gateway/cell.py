@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from services.robot_gateway.admission import Refused
 from services.robot_gateway.approach import Approach, slow_chunk
 from services.robot_gateway.arms import SIDES, Arms
@@ -16,6 +18,7 @@ from services.robot_gateway.causes import CAUSES
 from services.robot_gateway.drivers.driver import Driver
 from services.robot_gateway.guidance import Guidance
 from services.robot_gateway.limits import Rule
+from services.robot_gateway.pulls import Pulls
 from services.robot_gateway.report import CellReport
 from services.robot_gateway.safety import DEVICE_CAUSES, Command, Rejected, Safety
 from services.robot_gateway.trajectory import NANOSECONDS, Chunk
@@ -41,6 +44,7 @@ class Cell:
         starts: Sequence[Pose],
         boot: str,
         arm_automatically: bool = False,
+        pulls: Pulls | None = None,
     ) -> None:
         """Args: starts: Grips of all ends at the scenario's start. boot: Id of this start."""
         self.guidance = guidance
@@ -49,6 +53,7 @@ class Cell:
         self.safety = Safety(boot)
         self._writers = Writers()
         self._approach = Approach()
+        self._pulls = pulls or Pulls(np.inf)
         self._last_tick: int | None = None
         self._last_fresh = 0
         self._waits_since: int | None = None
@@ -78,6 +83,7 @@ class Cell:
                     self.guidance.halt()
                 case "acknowledge":
                     self.safety = self.safety.acknowledged()
+                    self._pulls.acknowledge(self.arms.pulls)
                     self._wait_for_arms(now)
                     self.arms.recover()
                 case "gripper":
@@ -289,6 +295,7 @@ class Cell:
             self._finish_waiting(now)
         elif self.safety.mode != "fault":
             self._judge_tracking()
+            self._judge_pulls()
 
     def _finish_waiting(self, now: int) -> None:
         if self.arms.ready and self.guidance.resting:
@@ -304,3 +311,10 @@ class Cell:
         for driver, name, lag in zip(self.arms.drivers, SIDES, self.arms.lags(), strict=False):
             if lag > driver.tracking_limit:
                 self._halt("tracking", f"{name}: {1e3 * lag:.0f} mm off its command")
+
+    def _judge_pulls(self) -> None:
+        pulls = self.arms.pulls
+        end = self._pulls.broken(pulls)
+        if end is not None:
+            felt = f"{SIDES[end]} feels {pulls[end]:.0f} N more than at rest"
+            self._halt("pulled", f"{felt}; limits.pull is {self._pulls.limit:.0f} N")

@@ -11,6 +11,7 @@ from services.robot_gateway.cell import Cell
 from services.robot_gateway.drivers.choose import bodies_of, drivers_of
 from services.robot_gateway.guidance import Guidance
 from services.robot_gateway.limits import MotionLimits
+from services.robot_gateway.pulls import Pulls
 from services.robot_gateway.report import CellReport
 from services.robot_gateway.rules import Boundaries
 from services.robot_gateway.safety import Action, Command
@@ -112,6 +113,7 @@ class RobotGatewayService:
             arms=list(self._arms(report)),
             braking=report.braking,
             reset_count=report.reset_count,
+            cause=safety.cause,
         )
 
     def _arms(self, report: CellReport) -> Iterator[ArmState]:
@@ -128,6 +130,10 @@ class RobotGatewayService:
                 alarms=feedback.alarms,
                 tracking_error=error,
                 link_age=feedback.age,
+                mode=feedback.mode,
+                link_rate=feedback.link_rate,
+                link_gap=feedback.link_gap,
+                pull=feedback.pull,
             )
             if feedback.pose is not None:
                 state.position.extend(feedback.pose.position)
@@ -164,10 +170,11 @@ def build(
     postures = [drivers[k].posture for k in driven]
     guidance = Guidance(motion, boundaries, starts, driven, postures)
     guidance.rules.replace_obstacles(scenario.bodies)
+    pulls = Pulls(limits.pull)
     ends = [scenario.end(side) for side in SIDES]
     real = any(end.address for end in ends)
     alone = not real and all(end.arm_automatically for end in ends if end.driver != "fixed")
-    cell = Cell(guidance, drivers, starts, boot=session, arm_automatically=alone)
+    cell = Cell(guidance, drivers, starts, session, alone, pulls)
     return RobotGatewayService(cell, simulated=not real)
 
 

@@ -40,7 +40,7 @@ class Setpoints(_message.Message):
     def __init__(self, stamp: _Optional[int] = ..., session: _Optional[str] = ..., sequence: _Optional[int] = ..., t0: _Optional[int] = ..., dt: _Optional[int] = ..., arms: _Optional[_Iterable[_Union[ArmSetpoints, _Mapping]]] = ..., image_stamp: _Optional[int] = ..., hold: _Optional[bool] = ..., reason: _Optional[str] = ...) -> None: ...
 
 class ArmState(_message.Message):
-    __slots__ = ("arm", "driver", "position", "orientation", "linear_velocity", "angular_velocity", "joints", "gripper_closed", "alarms", "tracking_error", "link_age")
+    __slots__ = ("arm", "driver", "position", "orientation", "linear_velocity", "angular_velocity", "joints", "gripper_closed", "alarms", "tracking_error", "link_age", "mode", "link_rate", "link_gap", "pull")
     ARM_FIELD_NUMBER: _ClassVar[int]
     DRIVER_FIELD_NUMBER: _ClassVar[int]
     POSITION_FIELD_NUMBER: _ClassVar[int]
@@ -52,6 +52,10 @@ class ArmState(_message.Message):
     ALARMS_FIELD_NUMBER: _ClassVar[int]
     TRACKING_ERROR_FIELD_NUMBER: _ClassVar[int]
     LINK_AGE_FIELD_NUMBER: _ClassVar[int]
+    MODE_FIELD_NUMBER: _ClassVar[int]
+    LINK_RATE_FIELD_NUMBER: _ClassVar[int]
+    LINK_GAP_FIELD_NUMBER: _ClassVar[int]
+    PULL_FIELD_NUMBER: _ClassVar[int]
     arm: str
     driver: str
     position: _containers.RepeatedScalarFieldContainer[float]
@@ -63,10 +67,14 @@ class ArmState(_message.Message):
     alarms: _containers.RepeatedScalarFieldContainer[str]
     tracking_error: float
     link_age: float
-    def __init__(self, arm: _Optional[str] = ..., driver: _Optional[str] = ..., position: _Optional[_Iterable[float]] = ..., orientation: _Optional[_Iterable[float]] = ..., linear_velocity: _Optional[_Iterable[float]] = ..., angular_velocity: _Optional[_Iterable[float]] = ..., joints: _Optional[_Iterable[float]] = ..., gripper_closed: _Optional[bool] = ..., alarms: _Optional[_Iterable[str]] = ..., tracking_error: _Optional[float] = ..., link_age: _Optional[float] = ...) -> None: ...
+    mode: str
+    link_rate: float
+    link_gap: float
+    pull: float
+    def __init__(self, arm: _Optional[str] = ..., driver: _Optional[str] = ..., position: _Optional[_Iterable[float]] = ..., orientation: _Optional[_Iterable[float]] = ..., linear_velocity: _Optional[_Iterable[float]] = ..., angular_velocity: _Optional[_Iterable[float]] = ..., joints: _Optional[_Iterable[float]] = ..., gripper_closed: _Optional[bool] = ..., alarms: _Optional[_Iterable[str]] = ..., tracking_error: _Optional[float] = ..., link_age: _Optional[float] = ..., mode: _Optional[str] = ..., link_rate: _Optional[float] = ..., link_gap: _Optional[float] = ..., pull: _Optional[float] = ...) -> None: ...
 
 class ArmStates(_message.Message):
-    __slots__ = ("stamp", "boot", "mode", "reason", "rule", "needs_acknowledgement", "session", "sequence", "refused_sequence", "last_command", "refusal", "arms", "braking", "reset_count")
+    __slots__ = ("stamp", "boot", "mode", "reason", "rule", "needs_acknowledgement", "session", "sequence", "refused_sequence", "last_command", "refusal", "arms", "braking", "reset_count", "cause")
     class Mode(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
         __slots__ = ()
         DISARMED: _ClassVar[ArmStates.Mode]
@@ -93,6 +101,7 @@ class ArmStates(_message.Message):
     ARMS_FIELD_NUMBER: _ClassVar[int]
     BRAKING_FIELD_NUMBER: _ClassVar[int]
     RESET_COUNT_FIELD_NUMBER: _ClassVar[int]
+    CAUSE_FIELD_NUMBER: _ClassVar[int]
     stamp: int
     boot: str
     mode: ArmStates.Mode
@@ -107,7 +116,8 @@ class ArmStates(_message.Message):
     arms: _containers.RepeatedCompositeFieldContainer[ArmState]
     braking: bool
     reset_count: int
-    def __init__(self, stamp: _Optional[int] = ..., boot: _Optional[str] = ..., mode: _Optional[_Union[ArmStates.Mode, str]] = ..., reason: _Optional[str] = ..., rule: _Optional[str] = ..., needs_acknowledgement: _Optional[bool] = ..., session: _Optional[str] = ..., sequence: _Optional[int] = ..., refused_sequence: _Optional[int] = ..., last_command: _Optional[str] = ..., refusal: _Optional[str] = ..., arms: _Optional[_Iterable[_Union[ArmState, _Mapping]]] = ..., braking: _Optional[bool] = ..., reset_count: _Optional[int] = ...) -> None: ...
+    cause: str
+    def __init__(self, stamp: _Optional[int] = ..., boot: _Optional[str] = ..., mode: _Optional[_Union[ArmStates.Mode, str]] = ..., reason: _Optional[str] = ..., rule: _Optional[str] = ..., needs_acknowledgement: _Optional[bool] = ..., session: _Optional[str] = ..., sequence: _Optional[int] = ..., refused_sequence: _Optional[int] = ..., last_command: _Optional[str] = ..., refusal: _Optional[str] = ..., arms: _Optional[_Iterable[_Union[ArmState, _Mapping]]] = ..., braking: _Optional[bool] = ..., reset_count: _Optional[int] = ..., cause: _Optional[str] = ...) -> None: ...
 
 class ArmCommand(_message.Message):
     __slots__ = ("id", "stamp", "boot", "expires", "action", "arm", "close")

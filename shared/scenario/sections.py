@@ -277,6 +277,8 @@ class Limits:
     """Least distance between the two grips."""
     overstretch: Annotated[float, Within(0.1, 1.0)] = 0.99
     """Most distance between the grips, round obstacles, as a fraction of the rope's length."""
+    pull: Annotated[float, Within(0.1, 200.0, "N")] = 20.0
+    """Most change of the force at a gripper since it was armed, where its arm feels forces."""
 
     def __post_init__(self) -> None:
         low, high = np.array(self.workspace)

@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 
 from services.robot_gateway.cr5.alarms import FOLLOWING, MODES, alarm_words
-from services.robot_gateway.cr5.packet import PacketReader
+from services.robot_gateway.cr5.packet import PacketReader, all_finite
 from services.robot_gateway.cr5.replies import Reply, ReplyReader, integers
 from services.robot_gateway.link import Link, Network
 
@@ -240,7 +240,8 @@ class Client:
 
     def _read(self) -> None:
         packet = self._packets.feed(self._links[FEEDBACK].receive())
-        if packet is not None:
+        # Numbers that are none would pass every comparison: such a packet was not heard.
+        if packet is not None and all_finite(packet):
             # A packet that repeats its time is an arm that has stopped thinking.
             before = None if self.feedback is None else int(self.feedback["time_stamp"])
             if before != int(packet["time_stamp"]):

@@ -81,6 +81,12 @@ def blank() -> np.ndarray:
     return record
 
 
+def all_finite(record: np.ndarray) -> bool:
+    """Whether what a gateway moves by are numbers: joints, pose, speed and force."""
+    names = ("q_actual", "tool_vector_actual", "tcp_speed_actual", "tcp_force")
+    return all(bool(np.all(np.isfinite(record[name]))) for name in names)
+
+
 class PacketReader:
     """Finds packets in a stream of bytes that may begin, tear or repeat anywhere."""
 

@@ -8,7 +8,7 @@ from services.robot_gateway.cr5.kinematics import Kinematics
 from shared.configuration import ConfigurationError
 from shared.geometry import poses
 from shared.geometry.poses import Pose
-from shared.scenario import Scenario, Side
+from shared.scenario import SIDES, Scenario, Side
 from shared.scenario.sections import End
 
 JointDegrees = tuple[float, float, float, float, float, float]
@@ -38,7 +38,21 @@ def start_joints(kinematics: Kinematics, start: Pose, side: Side) -> JointDegree
     return first, second, third, fourth, fifth, sixth
 
 
+def tether_of(scenario: Scenario, side: Side) -> tuple[float, ...]:
+    """The true rope, straight, as the emulator takes it; nothing when its far end moves."""
+    other = "right" if side == "left" else "left"
+    if scenario.end(other).driver != "fixed":
+        return ()
+    grips = dict(zip(SIDES, scenario.grips(scenario.start), strict=True))
+    end, rope = scenario.end(side), scenario.plant_rope
+    base = Pose(np.array(end.base_position), poses.normalized(np.array(end.base_orientation)))
+    anchor = base.inverse() @ grips[other]
+    tool = Pose(np.array(end.tool_position), poses.normalized(np.array(end.tool_orientation)))
+    stiffness = rope.stretch_stiffness / rope.length
+    return (*anchor.position.tolist(), rope.length, stiffness, *tool.position.tolist())
+
+
 def scenario_joints(scenario: Scenario, side: Side) -> JointDegrees:
     """Joints of an end's arm at the scenario's start [deg]."""
-    start = dict(zip(("left", "right"), scenario.grips(scenario.start), strict=True))[side]
+    start = dict(zip(SIDES, scenario.grips(scenario.start), strict=True))[side]
     return start_joints(kinematics_of(scenario.end(side)), start, side)

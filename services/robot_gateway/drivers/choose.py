@@ -48,7 +48,7 @@ def _driver(scenario: Scenario, side: Side, start: Pose, emulator: str) -> Drive
 
 def _cr5(scenario: Scenario, side: Side, start: Pose, emulator: str) -> Driver:
     # Only a cell with such an arm needs Pinocchio.
-    from services.robot_gateway.cr5.placing import kinematics_of, start_joints
+    from services.robot_gateway.cr5.placing import kinematics_of, start_joints, tether_of
     from services.robot_gateway.drivers.cr5 import Cr5Driver
     from services.robot_gateway.emulator.core import Emulator
     from services.robot_gateway.emulator.options import Options
@@ -60,7 +60,12 @@ def _cr5(scenario: Scenario, side: Side, start: Pose, emulator: str) -> Driver:
     if end.address or emulator:
         network = TcpNetwork(end.address or emulator)
     else:
-        options = Options(firmware=end.firmware, calibrated=end.calibrated, joints=joints)
+        options = Options(
+            firmware=end.firmware,
+            calibrated=end.calibrated,
+            joints=joints,
+            tether=tether_of(scenario, side),
+        )
         network = MemoryNetwork(Emulator(options))
     speed = scenario.limits.joint_speed
     return Cr5Driver(network, kinematics, speed, emulated=not end.address)

@@ -16,6 +16,8 @@ from services.robot_gateway.cr5.alarms import FOLLOWING
 from services.robot_gateway.cr5.client import Client
 from services.robot_gateway.cr5.kinematics import Kinematics
 from services.robot_gateway.drivers.driver import Feedback
+from services.robot_gateway.drivers.link_quality import LinkQuality
+from services.robot_gateway.drivers.pull import Pull
 from services.robot_gateway.joint_rules import Posture
 from services.robot_gateway.link import MemoryNetwork, Network
 from shared.geometry import poses
@@ -63,11 +65,14 @@ class Cr5Driver:
         self._sent: Pose | None = None
         self._joints: np.ndarray | None = None
         self._placing: Pose | None = None
+        self._quality = LinkQuality()
+        self._pull = Pull()
         self.live = not isinstance(network, MemoryNetwork)
 
     def enable(self) -> None:
-        self._wanted, self._sent = True, None
-        self._client.enable()
+        # A person who arms has seen that nothing pulls.
+        self._pull.begin()
+        self._make_ready()
 
     def disable(self) -> None:
         self._wanted, self._sent = False, None
@@ -77,7 +82,11 @@ class Cr5Driver:
         self._sent = None
         if self._client.enabled and not self._client.lost:
             return
-        self.enable()
+        self._make_ready()
+
+    def _make_ready(self) -> None:
+        self._wanted, self._sent = True, None
+        self._client.enable()
 
     def grip(self, close: bool) -> None:
         name = "ToolDOExecute" if self._client.firmware == "v3" else "ToolDOInstant"
@@ -99,7 +108,10 @@ class Cr5Driver:
     def step(self, now: int, target: Pose | None, velocity: Float64[np.ndarray, "2 3"]) -> Feedback:
         del velocity
         self._client.step(now)
-        feedback = self._feedback()
+        self._quality.take(self._client.heard, now)
+        if self._client.enabled and self._client.feedback is not None:
+            self._pull.take(self._client.feedback["tcp_force"][:3], now)
+        feedback = self._feedback(now)
         self._check_placed(feedback.pose)
         if target is not None and feedback.ready and feedback.pose is not None:
             self._follow(target, feedback.pose)
@@ -137,7 +149,7 @@ class Cr5Driver:
         self._joints = joints
         self._client.servo_joints(np.degrees(joints), POINT_TIME)
 
-    def _feedback(self) -> Feedback:
+    def _feedback(self, now: int) -> Feedback:
         client = self._client
         still = np.zeros((2, 3))
         packet = client.feedback
@@ -157,6 +169,10 @@ class Cr5Driver:
             joints=tuple(np.radians(packet["q_actual"]).tolist()),
             gripper_closed=self._closed,
             age=client.age,
+            mode=client.mode_words,
+            link_rate=self._quality.rate(now),
+            link_gap=self._quality.gap(now),
+            pull=self._pull.size,
         )
 
     def _check_placed(self, measured: Pose | None) -> None:
@@ -174,7 +190,7 @@ class Cr5Driver:
     def _ready(self) -> bool:
         client = self._client
         well = client.enabled and not client.lost and client.mode in FOLLOWING
-        return well and self._placing is None
+        return well and self._placing is None and self._pull.calibrated
 
     def _fault(self) -> str:
         client = self._client

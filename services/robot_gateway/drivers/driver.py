@@ -31,6 +31,14 @@ class Feedback:
     gripper_closed: bool = True
     age: float = 0.0
     """Since the device last spoke [s]."""
+    mode: str = ""
+    """What the device says that it does, in words."""
+    link_rate: float = 0.0
+    """Times that it was heard within the last second [Hz]."""
+    link_gap: float = 0.0
+    """Longest time between two of these [s]."""
+    pull: float = 0.0
+    """Change of the force at the gripper since it was armed at rest [N]; 0 when it feels none."""
 
 
 class Driver(Protocol):

@@ -125,7 +125,7 @@ def _chosen(arguments: Arguments) -> dict[str, Any]:
     }
     if arguments.scenario is not None:
         # Only a scenario's arm needs Pinocchio.
-        from services.robot_gateway.cr5.placing import scenario_joints
+        from services.robot_gateway.cr5.placing import scenario_joints, tether_of
 
         scenario = load(arguments.scenario)
         end = scenario.end(arguments.side)
@@ -133,6 +133,7 @@ def _chosen(arguments: Arguments) -> dict[str, Any]:
             "firmware": end.firmware,
             "calibrated": end.calibrated,
             "joints": scenario_joints(scenario, arguments.side),
+            "tether": arguments.arm.tether or tether_of(scenario, arguments.side),
         }
     return values
 

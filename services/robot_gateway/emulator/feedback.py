@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+from jaxtyping import Float64
 
 from services.robot_gateway.cr5 import packet
 from services.robot_gateway.emulator import frames
 from services.robot_gateway.emulator.controller import COLLISION, Controller
+from services.robot_gateway.emulator.load import Tether
 
 
 class Feedback:
@@ -14,6 +16,8 @@ class Feedback:
 
     def __init__(self, controller: Controller) -> None:
         self._controller = controller
+        self._tether = Tether.of(controller.options.tether)
+        self._noise = np.random.default_rng(controller.options.seed)
 
     def packet(self, now: float) -> bytes:
         """The packet at a time [s since 1970]."""
@@ -43,6 +47,7 @@ class Feedback:
         r["q_target"], r["qd_target"] = np.degrees(c.target), np.degrees(c.target_speed)
         r["q_actual"], r["qd_actual"] = np.degrees(c.joints), np.degrees(c.joint_speed)
         from_user = np.linalg.inv(frames.transform(user))[:3, :3]
+        r["tcp_force"][:3] = from_user @ self._force()
         for name, joints, speed in (
             ("actual", c.joints, c.joint_speed),
             ("target", c.target, c.target_speed),
@@ -57,6 +62,12 @@ class Feedback:
             r[f"tcp_speed_{name}"] = np.concatenate(
                 [1e3 * from_user @ linear, np.degrees(from_user @ angular)]
             )
+
+    def _force(self) -> Float64[np.ndarray, "3"]:
+        """On the gripper, in the base [N]."""
+        c = self._controller
+        force = c.options.force_noise * self._noise.normal(size=3)
+        return force if self._tether is None else force + self._tether.force(c.flange(c.joints))
 
     def _state(self, r: np.ndarray) -> None:
         c = self._controller

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from services.robot_gateway.emulator.load import Tether
+
 Firmware = Literal["v3", "v4"]
 
 FAULTS: dict[str, str] = {
@@ -70,12 +72,18 @@ class Options:
     """Of numbers in answers."""
     result_id: bool = True
     """Whether V4 answers queued commands with their number."""
+    tether: tuple[float, ...] = ()
+    """An elastic line that pulls at the gripper: x y z of its far end in the base [m], its length
+    [m] and stiffness [N/m], and x y z of the grip in the flange [m]; empty: nothing pulls."""
+    force_noise: float = 0.0
+    """Standard deviation of the force that the arm tells [N]."""
     seed: int = 0
-    """Of the jitter."""
+    """Of jitter and noise."""
     faults: tuple[str, ...] = ()
     """NAME or NAME@SECONDS."""
 
     def __post_init__(self) -> None:
+        Tether.of(self.tether)
         for fault in self.faults:
             name, _, at = fault.partition("@")
             if name not in FAULTS:

@@ -14,6 +14,7 @@ from services.robot_gateway.emulator.core import Emulator
 from services.robot_gateway.emulator.options import Options
 from services.robot_gateway.guidance import Guidance
 from services.robot_gateway.link import MemoryNetwork
+from services.robot_gateway.pulls import Pulls
 from services.robot_gateway.report import CellReport
 from services.robot_gateway.rules import Body, Boundaries
 from services.robot_gateway.safety import Command
@@ -52,7 +53,8 @@ class ArmWorld:
         bodies = (Body(end=(0.0, 0.0, -0.048)), Body(end=(0.0, 0.0, 0.048)))
         boundaries = Boundaries(3.0, ((-2.0, -2.0, 0.01), (2.0, 2.0, 2.0)), bodies)
         guidance = Guidance(LIMITS, boundaries, GRIPS, [1], [driver.posture])
-        self.cell = Cell(guidance, (FixedDriver(GRIPS[0]), driver), GRIPS, BOOT, automatic)
+        drivers = (FixedDriver(GRIPS[0]), driver)
+        self.cell = Cell(guidance, drivers, GRIPS, BOOT, automatic, Pulls(20.0))
         self.cell.take_scene([TABLE])
         self.now = START
         self.report: CellReport = self.cell.step(self.now)

@@ -1,148 +1,188 @@
-"""Random goals low behind the paper's three cylinders, each a whole run: `lariat bench goals`.
+"""Random scenes and goals, each a whole run in simulated time: `lariat bench goals`.
 
-Every goal is a rest shape of the true rope. Starts, cylinders and limits are those of
-`scenarios/three-cylinders.toml`; the services run as in `lariat run`.
+Every goal is a rest shape of the true rope. Rope, cylinders and limits are those of
+`scenarios/three-cylinders.toml` unless the kind of scene says otherwise (`lariat.trials.scenes`);
+the services run as in `lariat run`.
 """
 
 from __future__ import annotations
 
 import json as encoder
-import sys
-import tempfile
-from collections.abc import Iterator
-from dataclasses import asdict, replace
+from dataclasses import replace
+from itertools import groupby, product
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
-from jaxtyping import Float64
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
 
-from lariat import closed_loop
-from lariat.closed_loop import Score
-from shared.geometry.clearance import gripper_points
-from shared.geometry.obstacles import chain_clearance, signed_distance
-from shared.geometry.poses import Pose
-from shared.rod import Rod, RodProperties
-from shared.scenario import Scenario, Shape, load
+from lariat.trials import campaign
+from lariat.trials.campaign import Order, Trial
+from lariat.trials.scenes import Kind
+from shared.scenario import Scenario, load
 
 BASE = Path(__file__).parents[2] / "scenarios" / "three-cylinders.toml"
-SPARE = 0.015
-"""Clearance of a goal itself [m]."""
+Method = Literal["gauss_newton", "network", "actions"]
 
 
 def run(
-    goals: int = 20,
+    scene: tuple[Kind, ...] = ("hard",),
+    count: int = 10,
+    first: int = 0,
     seed: int = 0,
-    plant: Literal["rod", "mujoco"] = "rod",
-    stiffness_factor: float = 1.0,
+    method: tuple[Method, ...] = ("gauss_newton",),
+    plant: tuple[Literal["rod", "mujoco"], ...] = ("rod",),
+    stiffness_error: tuple[float, ...] = (1.0,),
     youngs_modulus: float = 1.0e6,
+    noise: float = 0.0,
+    latency: tuple[float, ...] = (20.0,),
     sensing: Literal["truth", "camera"] = "truth",
-    adapt: bool = False,
+    adapt: tuple[bool, ...] = (False,),
     planner: bool = True,
-    method: Literal["gauss_newton", "network", "actions"] = "gauss_newton",
     time_limit: float = 8.0,
+    workers: int = 1,
     json: bool = False,
+    plots: Path | None = None,
 ) -> int:
-    """Runs random goals behind the wall and prints error, clearance and time of each.
+    """Runs random scenes and prints error, clearance, length, time and success together.
+
+    Options that take several values compare them on the same scenes: a row each.
+
+    Examples:
+      lariat bench goals --count 100 --workers 2
+      lariat bench goals --scene boxes slot --plots pictures
+      lariat bench goals --stiffness-error 0.5 1.5 6 --noise 2 --adapt True False
+      lariat bench goals --latency 20 30 60 100
 
     Args:
-        goals: How many.
-        seed: Of the goals.
-        plant: What plays the true rope.
-        stiffness_factor: Of the true rope against what the controller believes.
-        youngs_modulus: That the controller believes [Pa].
-        sensing: How the rope is seen.
-        adapt: Whether the controller learns the stiffness.
-        planner: Whether whole paths are planned.
+        scene: Kinds of scenes.
+        count: Trials of each kind and setting.
+        first: Number of the first one.
+        seed: Of the scenes.
         method: Of control.
+        plant: What plays the true rope.
+        stiffness_error: True stiffness over the one that the controller believes.
+        youngs_modulus: That the controller believes [Pa].
+        noise: Standard deviation of every seen node, where the truth is sensed [mm].
+        latency: From exposure to image [ms].
+        sensing: How the rope is seen.
+        adapt: Whether the controller learns the rope.
+        planner: Whether whole paths are planned.
         time_limit: Of each run [s].
+        workers: Processes.
         json: One JSON object instead of a table.
+        plots: Folder for a summary and a picture of every failure.
     """
+    common = _common(youngs_modulus, noise, sensing, planner, time_limit)
+    orders = []
+    settings = product(scene, method, plant, stiffness_error, latency, adapt)
+    several = {
+        "scene": scene,
+        "method": method,
+        "plant": plant,
+        "stiffness x": stiffness_error,
+        "latency": latency,
+        "adapt": adapt,
+    }
+    for values in settings:
+        kind, how, who, factor, late, learns = values
+        true_rope = replace(common.plant.rope, youngs_modulus=youngs_modulus * factor)
+        base = replace(
+            common,
+            plant=replace(common.plant, model=who, rope=true_rope),
+            sensing=replace(common.sensing, latency=1e-3 * late),
+            control=replace(common.control, method=how, adapt=learns),
+        )
+        named = zip(several.items(), values, strict=True)
+        variant = ", ".join(
+            f"{v}" if k in ("scene", "method", "plant") else f"{k} {v}"
+            for (k, choices), v in named
+            if len(choices) > 1
+        )
+        variant = variant or kind
+        orders += [Order(kind, k, seed, base, variant) for k in range(first, first + count)]
+    trials = _run(orders, workers)
+    groups = {name: list(group) for name, group in groupby(trials, key=lambda t: t.variant)}
+    if plots:
+        _draw(groups, plots)
+    summaries = {name: campaign.summary(group) for name, group in groups.items()}
+    if json:
+        print(encoder.dumps({"summary": summaries, "trials": [t.plain() for t in trials]}))
+    else:
+        _print(summaries)
+    return 0 if all(t.as_wanted for t in trials) else 1
+
+
+def _common(
+    youngs_modulus: float,
+    noise: float,
+    sensing: Literal["truth", "camera"],
+    planner: bool,
+    time_limit: float,
+) -> Scenario:
+    """What all trials share."""
     base = load(BASE)
-    base = replace(
+    return replace(
         base,
         rope=replace(base.rope, youngs_modulus=youngs_modulus),
-        plant=replace(
-            base.plant,
-            model=plant,
-            rope=replace(base.plant.rope, youngs_modulus=youngs_modulus * stiffness_factor),
-        ),
-        sensing=replace(base.sensing, source=sensing),
-        control=replace(base.control, method=method, adapt=adapt, planner=planner),
+        sensing=replace(base.sensing, source=sensing, node_noise=1e-3 * noise),
+        control=replace(base.control, planner=planner),
         run=replace(base.run, time_limit=time_limit),
     )
-    scores: list[Score] = []
-    with tempfile.TemporaryDirectory() as folder:
-        for k, nodes in enumerate(goal_shapes(base, goals, seed)):
-            np.savetxt(Path(folder) / f"goal-{k}.csv", nodes, delimiter=",")
-            scenario = replace(base, folder=Path(folder), goal=Shape(nodes=f"goal-{k}.csv"))
-            score = replace(closed_loop.run(scenario).score, scenario=f"goal-{k}")
-            scores.append(score)
-            print(_row(score), file=sys.stderr, flush=True)
-    summary = _summary(scores)
-    if json:
-        print(encoder.dumps({"summary": summary, "runs": [asdict(s) for s in scores]}))
-    else:
-        print("\n".join(f"{name:24s} {value}" for name, value in summary.items()))
-    return 0 if summary["reached within 1 mm"] == len(scores) else 1
 
 
-def goal_shapes(scenario: Scenario, count: int, seed: int) -> Iterator[Float64[np.ndarray, "n 3"]]:
-    """Rest shapes of the true rope, low behind the cylinders, turned and tilted by chance [m]."""
-    random = np.random.default_rng(seed)
-    true = {k: v for k, v in vars(scenario.plant_rope).items() if k != "node_count"}
-    rod = Rod(RodProperties(**true), scenario.rope.node_count)
-    start = scenario.grips(scenario.start)
-    limits, radius = scenario.limits, scenario.rope.diameter / 2.0
-    found = 0
-    while found < count:
-        half, yaw, tilt = random.uniform((0.08, -0.7, -0.3), (0.2, 0.7, 0.3))
-        centre = random.uniform((-0.08, 0.07, 0.08), (0.08, 0.25, 0.20))
-        chord = half * np.array([np.cos(yaw), np.sin(yaw), tilt])
-        left = Pose(centre - chord, start[0].orientation)
-        right = Pose(centre + chord, start[1].orientation)
-        try:
-            rest = rod.rest(left, right)
-        except ValueError:
-            continue
-        nodes = rest.state.positions
-        bodies = gripper_points(left, right, limits.gripper_height)
-        body = min(float(np.min(signed_distance(bodies, o))) for o in scenario.bodies)
-        if (
-            rest.converged
-            and rest.stable
-            and chain_clearance(nodes, radius, scenario.bodies) > SPARE
-            and body > limits.gripper_radius + SPARE
-            and min(left.position[2], right.position[2]) > 0.03
-        ):
-            found += 1
-            yield nodes
+def _run(orders: list[Order], workers: int) -> list[Trial]:
+    console = Console(stderr=True, highlight=False)
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[found]}"),
+        TimeElapsedColumn(),
+    )
+    good = 0
+    with Progress(*columns, console=console, redirect_stdout=False) as progress:
+        bar = progress.add_task("Trials", total=len(orders), found="")
+
+        def done(trial: Trial) -> None:
+            nonlocal good
+            good += trial.as_wanted
+            seen = progress.tasks[0].completed + 1
+            progress.update(bar, advance=1, found=f"{good} of {seen:g} as wanted")
+            if not trial.as_wanted:
+                progress.console.print(_line(trial))
+
+        return campaign.run(orders, workers, done)
 
 
-def _row(score: Score) -> str:
+def _line(trial: Trial) -> str:
+    score = trial.score
     return (
-        f"{score.scenario:8s} error {score.final_error_mm} mm (worst node "
-        f"{score.max_node_error_mm} mm), clearance {score.min_clearance_mm} mm, length "
-        f"{score.length_error_mm} mm, within {score.reached_s} s, step p50 "
-        f"{score.plan_ms['p50']} ms"
+        f"{trial.kind}-{trial.number} ({trial.variant}): error {score.final_error_mm} mm, "
+        f"clearance {score.min_clearance_mm} mm, contact {score.contact_time_s} s, "
+        f"replans {score.replans}; {trial.reason}"
     )
 
 
-def _summary(scores: list[Score]) -> dict[str, float]:
-    """What the runs together show; a run without an error never moved and counts as missed."""
-    errors = np.array([np.nan if s.final_error_mm is None else s.final_error_mm for s in scores])
-    clearances = [s.min_clearance_mm for s in scores if s.min_clearance_mm is not None]
-    reached = [s.reached_s for s in scores if s.reached_s is not None]
-    return {
-        "goals": len(scores),
-        "reached within 1 mm": int(np.sum(errors < 1.0)),
-        "reached within 3 mm": int(np.sum(errors < 3.0)),
-        "mean error [mm]": round(float(np.nanmean(errors)), 4),
-        "worst error [mm]": round(float(np.nanmax(errors)), 4),
-        "least clearance [mm]": round(min(clearances, default=float("nan")), 2),
-        "touched": sum(s.contact_time_s > 0.0 for s in scores),
-        "worst length error [mm]": max((s.length_error_mm for s in scores), default=0.0),
-        "median time to 5 mm [s]": round(float(np.median(reached)), 2) if reached else np.nan,
-        "step p50 [ms]": round(float(np.median([s.plan_ms["p50"] for s in scores])), 2),
-        "step p99 [ms]": round(float(np.median([s.plan_ms["p99"] for s in scores])), 2),
-    }
+def _print(summaries: dict[str, dict[str, float]]) -> None:
+    table = Table()
+    table.add_column("")
+    for name in summaries:
+        table.add_column(escape(name), justify="right")
+    for row in next(iter(summaries.values())):
+        table.add_row(escape(row), *(f"{summary[row]:g}" for summary in summaries.values()))
+    Console().print(table)
+
+
+def _draw(groups: dict[str, list[Trial]], folder: Path) -> None:
+    from lariat.trials import pictures
+
+    folder.mkdir(parents=True, exist_ok=True)
+    pictures.draw_summary(dict(groups), folder / "summary.png")
+    for group in groups.values():
+        for trial in group:
+            if not trial.as_wanted:
+                setting = trial.variant.replace(" ", "-").replace(",", "")
+                pictures.draw_trial(trial, folder / f"{trial.kind}-{trial.number}-{setting}.png")

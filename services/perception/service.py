@@ -101,6 +101,7 @@ class PerceptionService:
         self._tracker: Tracker | None = None
         self._arms: deque[tuple[int, Pose, Pose]] = deque(maxlen=ARM_HISTORY)
         self._nodes: np.ndarray | None = None
+        self._random = np.random.default_rng(scenario.seed)
         self._reset_count = 0
         self._request = ("", "")
         self._published = -SECOND
@@ -274,11 +275,14 @@ class PerceptionService:
         nodes = chain(truth.positions)
         if len(nodes) != self._rope.node_count:
             nodes = polylines.resampled(nodes, self._rope.node_count)
+        noise = self._scenario.sensing.node_noise
+        if noise:
+            nodes = nodes + noise * self._random.normal(size=nodes.shape)
         self._nodes = nodes
         return NodeChain(
             stamp=truth.stamp,
             positions=nodes.ravel(),
-            sigma=np.full(len(nodes), TRUTH_SIGMA),
+            sigma=np.full(len(nodes), max(noise, TRUTH_SIGMA)),
             observed=[True] * len(nodes),
         )
 

@@ -185,6 +185,8 @@ class Sensing:
     rate: Annotated[float, Within(1.0, 120.0, "Hz")] = 30.0
     latency: Annotated[float, Within(0.0, 1.0, "s")] = 0.02
     """From exposure to image."""
+    node_noise: Annotated[float, Within(0.0, 0.1, "m")] = 0.0
+    """Standard deviation of every coordinate of a seen node, where the truth is sensed."""
     depth_noise: Annotated[float, Within(0.0, 0.05, "m")] = 0.0015
     """Standard deviation of a pixel."""
     depth_bias: Annotated[float, Within(-0.05, 0.05, "m")] = 0.0

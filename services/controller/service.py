@@ -334,9 +334,6 @@ class ControllerService:
         if np.max(apart) > START_APART:
             task.ask_for_path()
             return "the path begins elsewhere; waiting for another"
-        if path.reason.startswith("blocked"):
-            task.enter("failed", path.reason)
-            return path.reason
         self.loop.follow(track, now)
         self._arrived = 0
         self._planned_stiffness = self.adaptation.bending_stiffness

@@ -79,6 +79,12 @@ class PathOptimisation:
         """Clearance of the whole way: what is asked for, or what start and goal leave [m]."""
         return min(self.problem.clearance, float(np.min(self.margins)))
 
+    @property
+    def goal_clearance(self) -> float:
+        """What the goal itself leaves [m]."""
+        problem = self.problem
+        return geometry.chain_clearance(problem.goal, problem.radius, problem.obstacles)
+
     def trials(self, starts: Sequence[Float64[np.ndarray, "k 2 3"]]) -> list[Trial]:
         """All starts, rolled out in one launch."""
         return self._evaluated([np.concatenate([start, self.turn], axis=2) for start in starts])

@@ -2,73 +2,125 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from jaxtyping import Float64
 
+from services.planner.corridor import Corridor, corridor, displacements
+from services.planner.in_motion import (
+    DT,
+    ENOUGH,
+    SLACK,
+    least_clearance,
+    on_the_clock,
+)
 from services.planner.optimisation import RESERVE, PathOptimisation, Trial
 from services.planner.problem import Problem, WholePath
 from services.planner.starts import starts
-from services.planner.timing import Pace, timed
 from shared.geometry import obstacles as geometry
-from shared.geometry import polylines, poses
-from shared.geometry.clearance import swept_gripper_points
-from shared.geometry.obstacles import segment_distance, signed_distance
+from shared.geometry import polylines
 
-DT = 0.02
-"""Between points of a path [s]."""
-SUBSTEPS = 2
-"""Of the rod between two points, so that it swings as it should."""
 ITERATIONS = 12
 MORE_ITERATIONS = 5
 TRIES = 3
 """Ways that are refined, at most."""
-PACES = (
-    Pace(1.0, (0.56, 0.4)),
-    Pace(1.3, (0.4, 0.4)),
-    Pace(1.3, (0.48, 0.4)),
-    Pace(1.6, (0.4, 0.4)),
-    Pace(2.5, (0.4, 0.4)),
-    Pace(2.5, (0.16, 0.1)),
-    Pace(4.0, (0.1, 0.05)),
-)
-"""The soonest after which the rope is still wins. Narrow means cut the corners of the way less;
-the last ones are only tried when the others pass too near to something."""
-HURRIED = 5
-"""So many are always tried."""
-ENOUGH = 0.7
-"""Of the wanted clearance, with which a path is taken without looking for a better one."""
-CALM = 2e-4
-"""Swinging that does not matter [m]."""
-CALMING = 1.0
-"""What swinging e times as far costs [s]."""
-AFTER = 40
-"""Points after the end for which swinging is watched."""
-LEAST_CLEARANCE = 0.005
-"""Below this a path does not count [m]."""
+
+
+LOST = 0.01
+"""When even the best first guess lacks so much clearance, a way is sought on a grid [m]."""
+NARROWER = (1.0, 0.4)
+"""Shares of the wanted clearance with which it is sought."""
 
 
 def plan(problem: Problem) -> WholePath:
     """The best path found; its `reason` says what is wrong when it does not reach the goal."""
     optimisation = PathOptimisation(problem)
-    candidates = sorted(
-        optimisation.trials(starts(problem, len(optimisation.turn))), key=lambda t: t.cost
-    )
+    blocks = len(optimisation.turn)
+    if optimisation.goal_clearance < 0.0:
+        return _standing(problem, f"blocked: the goal itself lies in {_culprit(problem)}")
+    candidates = sorted(optimisation.trials(starts(problem, blocks)), key=lambda t: t.cost)
+    candidates, sought = _different(candidates)[:TRIES], None
+    if candidates[0].shortfall > LOST:
+        sought = _sought(problem, optimisation)
+    if sought is not None and sought.open:
+        candidates = optimisation.trials([displacements(sought.grips, blocks)]) + candidates
+    elif sought is not None:
+        candidates = candidates[:1]
     best: WholePath | None = None
-    for candidate in _different(candidates)[:TRIES]:
-        trial = optimisation.refined(candidate, ITERATIONS)
-        path = _on_the_clock(problem, optimisation, trial)
-        wanted = optimisation.wanted - max(trial.shortfall, 0.0)
-        if path.clearance < wanted - 5e-4:
-            # Rounding the corners and swinging took from the clearance: ask for more of it.
-            wider = PathOptimisation(problem, RESERVE + 1.3 * (wanted - path.clearance))
-            again = wider.refined(wider.again(trial), MORE_ITERATIONS)
-            path = max(path, _on_the_clock(problem, wider, again), key=_worth)
+    for candidate in candidates:
+        path = _refined(problem, optimisation, candidate)
         if best is None or _worth(path) > _worth(best):
             best = path
         if path.reached and path.clearance > ENOUGH * optimisation.wanted:
             break
     assert best is not None
+    if best.clearance < least_clearance(optimisation) - SLACK:
+        return _as_near_as_can_be(problem, sought or _sought(problem, optimisation), best.reason)
     return best
+
+
+def _sought(problem: Problem, optimisation: PathOptimisation) -> Corridor | None:
+    """A way on the grid, where both ends move; its nearest end where there is none."""
+    if not problem.moves[:, :3].all():
+        return None
+    found = None
+    for share in NARROWER:
+        found = corridor(problem, share * optimisation.wanted)
+        if found.open:
+            break
+    return found
+
+
+def _refined(problem: Problem, optimisation: PathOptimisation, start: Trial) -> WholePath:
+    """The path that a first guess leads to."""
+    trial = optimisation.refined(start, ITERATIONS)
+    path = on_the_clock(problem, optimisation, trial)
+    wanted = optimisation.wanted - max(trial.shortfall, 0.0)
+    if path.clearance < wanted - SLACK:
+        # Rounding the corners and swinging took from the clearance: ask for more of it.
+        wider = PathOptimisation(problem, RESERVE + 1.3 * (wanted - path.clearance))
+        again = wider.refined(wider.again(trial), MORE_ITERATIONS)
+        path = max(path, on_the_clock(problem, wider, again), key=_worth)
+    return path
+
+
+def _as_near_as_can_be(problem: Problem, sought: Corridor | None, reason: str) -> WholePath:
+    """The path to the shape nearest to the goal that can be reached without touching anything."""
+    if sought is None or sought.open or len(sought.grips) < 2:
+        return _standing(problem, reason)
+    near = replace(problem, goal=sought.nodes, goal_grips=sought.ends, oriented=(False, False))
+    optimisation = PathOptimisation(near)
+    way = displacements(sought.grips, len(optimisation.turn))
+    path = _refined(near, optimisation, optimisation.trials([way])[0])
+    if path.clearance < least_clearance(optimisation) - SLACK:
+        return _standing(problem, reason)
+    left = polylines.mean_node_distance(path.nodes[-1], problem.goal)
+    reason = (
+        "blocked: no way to the goal was found; the nearest shape that can be reached is "
+        f"{1e3 * left:.0f} mm from it on average"
+    )
+    return replace(path, reached=False, reason=reason, final_error=left)
+
+
+def _standing(problem: Problem, reason: str) -> WholePath:
+    """Stays here."""
+    positions = np.stack([[g.position for g in problem.grips]] * 2)
+    orientations = np.stack([[g.orientation for g in problem.grips]] * 2)
+    here = problem.state.positions
+    left = polylines.mean_node_distance(here, problem.goal)
+    own = geometry.chain_clearance(here, problem.radius, problem.obstacles)
+    nodes = np.repeat(here[None], 2, axis=0)
+    return WholePath(DT, positions, orientations, nodes, False, reason, left, own)
+
+
+def _culprit(problem: Problem) -> str:
+    """The obstacle that the goal lies in."""
+    worst = min(
+        problem.obstacles,
+        key=lambda o: geometry.chain_clearance(problem.goal, problem.radius, [o]),
+    )
+    return f"obstacle {worst.name!r}"
 
 
 def _worth(path: WholePath) -> tuple[bool, float]:
@@ -87,75 +139,3 @@ def _different(trials: list[Trial]) -> list[Trial]:
 def _halfway(trial: Trial) -> Float64[np.ndarray, "2 3"]:
     half = len(trial.displacements) // 2
     return np.sum(trial.displacements[:half, :, :3], axis=0)
-
-
-def _on_the_clock(problem: Problem, optimisation: PathOptimisation, trial: Trial) -> WholePath:
-    ways = optimisation.grips(trial.displacements)
-    best, least = None, (True, np.inf)
-    for k, pace in enumerate(PACES):
-        if k >= HURRIED and not least[0]:
-            break
-        positions, orientations = timed(*ways, problem.limits, DT, pace)
-        nodes, swing = _moved(problem, positions, orientations)
-        clearance = _clearance(problem, positions, orientations, nodes)
-        close = clearance < ENOUGH * (optimisation.wanted - max(trial.shortfall, 0.0))
-        cost = len(positions) * DT + CALMING * np.log1p(swing / CALM)
-        if best is None or (close, cost) < least:
-            best, least = (positions, orientations, nodes, clearance), (close, cost)
-    assert best is not None
-    positions, orientations, nodes, clearance = best
-    reason = _reason(problem, trial, clearance, min(LEAST_CLEARANCE, optimisation.wanted))
-    return WholePath(DT, positions, orientations, nodes, not reason, reason, trial.error, clearance)
-
-
-def _reason(problem: Problem, trial: Trial, clearance: float, least: float) -> str:
-    if clearance < least - 5e-4:
-        return (
-            f"blocked: every way found comes within {1e3 * clearance:.1f} mm of an obstacle "
-            f"({1e3 * least:.1f} mm needed)"
-        )
-    if trial.error > problem.tolerance:
-        return (
-            f"unreachable: the nearest shape found is {1e3 * trial.error:.1f} mm from the goal "
-            f"on average (tolerance {1e3 * problem.tolerance:.1f} mm)"
-        )
-    return ""
-
-
-def _moved(
-    problem: Problem,
-    positions: Float64[np.ndarray, "t 2 3"],
-    orientations: Float64[np.ndarray, "t 2 4"],
-) -> tuple[Float64[np.ndarray, "t n 3"], float]:
-    """The rope's nodes along a timed path, dynamics included, and its swinging after it [m]."""
-    turns = poses.logarithm(poses.multiply(orientations[1:], poses.conjugate(orientations[:-1])))
-    moving = np.concatenate([np.diff(positions, axis=0), turns], axis=2) / DT
-    actions = np.concatenate([moving, np.zeros((AFTER, 2, 6))])
-    packed = geometry.pack(problem.supports) if problem.supports else None
-    nodes = problem.rod.rollout(
-        problem.state, actions, DT, substeps=SUBSTEPS, obstacles=packed
-    ).positions
-    after = nodes[-AFTER:]
-    swing = float(np.max(np.linalg.norm(after - np.mean(after, axis=0), axis=2)))
-    return np.concatenate([problem.state.positions[None], nodes[:-AFTER]]), swing
-
-
-def _clearance(
-    problem: Problem,
-    positions: Float64[np.ndarray, "t 2 3"],
-    orientations: Float64[np.ndarray, "t 2 4"],
-    nodes: Float64[np.ndarray, "t n 3"],
-) -> float:
-    """Least distance of rope and gripper bodies from all obstacles [m]."""
-    limits = problem.limits
-    bodies = swept_gripper_points(positions, orientations, limits.gripper_height)
-    edge = polylines.length(nodes[0]) / (nodes.shape[1] - 1)
-    least = np.inf
-    for obstacle in problem.obstacles:
-        least = min(least, np.min(signed_distance(bodies, obstacle)) - limits.gripper_radius)
-        rough = signed_distance(nodes, obstacle)
-        close = rough[:, :-1] < np.min(rough) + edge
-        at, index = np.nonzero(close)
-        exact = segment_distance(nodes[at, index], nodes[at, index + 1], obstacle)
-        least = min(least, np.min(exact) - problem.radius)
-    return float(least)

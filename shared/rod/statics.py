@@ -41,7 +41,7 @@ def rest(
     obstacles: Float64[np.ndarray, "m 12"] | None,
 ) -> Rest:
     """See `Rod.rest`."""
-    _check_reach(rod, left, right)
+    check_reach(rod, left, right)
     if guess is not None:
         start = guess.at_rest()
     elif "free" in (rod.left, rod.right):
@@ -186,7 +186,7 @@ def _nudged(rod: Rod, state: RodState) -> RodState:
     return RodState(moved, state.orientations, state.velocities, state.angular_velocities)
 
 
-def _check_reach(rod: Rod, left: Pose, right: Pose) -> None:
+def check_reach(rod: Rod, left: Pose, right: Pose) -> None:
     if "free" in (rod.left, rod.right):
         return
     z = np.array([0.0, 0.0, 1.0])

@@ -1,0 +1,8 @@
+"""The paper's rod: position-based Cosserat dynamics, Algorithm 1 with eqs. (2) to (11)."""
+
+from __future__ import annotations
+
+from shared.rod.xpbd.properties import XpbdProperties
+from shared.rod.xpbd.rod import PARAMETERS, XpbdRod
+
+__all__ = ["PARAMETERS", "XpbdProperties", "XpbdRod"]

@@ -1,0 +1,95 @@
+"""Fills the arrays of a launch with what one or several rods are about to do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float64, Int64
+
+from shared.rod.rod import ENDS
+from shared.rod.scene import unpacked
+from shared.rod.state import RodState
+from shared.rod.xpbd import layout
+from shared.rod.xpbd.checks import check_launch, check_state
+from shared.rod.xpbd.layout import Sizes
+from shared.rod.xpbd.sheet import Sheet
+
+if TYPE_CHECKING:
+    from shared.rod.xpbd.rod import XpbdRod
+
+HELD_NODES = {"free": 0, "pinned": 1, "clamped": 2}
+
+
+def opened(
+    rod: XpbdRod,
+    states: Sequence[RodState],
+    actions: Float64[np.ndarray, "B K 2 6"],
+    dt: float,
+    steps: int | None,
+    block_of_step: Int64[np.ndarray, "H"] | None,
+    substeps: int,
+    obstacles: Float64[np.ndarray, "m 12"] | None,
+    *,
+    taped: bool,
+) -> Sheet:
+    """All but a cost; arguments as of `XpbdRod.rollouts`.
+
+    Args:
+        taped: Whether derivatives will be asked for.
+    """
+    n = rod.node_count
+    actions = np.asarray(actions, float)
+    block_of_step = check_launch(len(states), actions, dt, steps, block_of_step, substeps)
+    rows = np.zeros((0, layout.OBSTACLE_WIDTH)) if obstacles is None else unpacked(obstacles)
+    sizes = Sizes(
+        len(states),
+        n,
+        len(block_of_step) * substeps,
+        substeps,
+        actions.shape[1],
+        len(rows),
+        rod.iterations,
+        taped,
+    )
+    sheet = rod.launch.open(sizes, block_of_step)
+    integers = sheet.integers
+    integers[layout.FIRST_NODE] = HELD_NODES[rod.left]
+    integers[layout.END_NODE] = n - HELD_NODES[rod.right]
+    integers[layout.FIRST_EDGE] = rod.left == "clamped"
+    integers[layout.END_EDGE] = n - 1 - (rod.right == "clamped")
+    integers[layout.LEFT], integers[layout.RIGHT] = ENDS.index(rod.left), ENDS.index(rod.right)
+    sheet.section(layout.AT_SCALARS)[:] = _scalars(rod, dt / substeps)
+    sheet.section(layout.AT_DARBOUX)[:] = rod.properties.rest_darboux(n).ravel()
+    sheet.section(layout.AT_ACTIONS)[:] = actions.reshape(len(states), -1)
+    for b, state in enumerate(states):
+        check_state(state, n)
+        for section, value in (
+            (layout.AT_POSITIONS, state.positions),
+            (layout.AT_ORIENTATIONS, state.orientations),
+            (layout.AT_VELOCITIES, state.velocities),
+            (layout.AT_ANGULAR_VELOCITIES, state.angular_velocities),
+        ):
+            sheet.section(section)[b, : value.size] = value.ravel()
+    if taped:
+        rods = sheet.doubles[: sheet.stride * len(states)].reshape(len(states), -1)
+        rods[:, sheet.offsets[layout.AT_D_POSITIONS][0] :] = 0.0
+    sheet.obstacles()[:] = rows
+    return sheet
+
+
+def _scalars(rod: XpbdRod, h: float) -> Float64[np.ndarray, "k"]:
+    p = rod.properties
+    scalars = np.zeros(layout.SCALAR_COUNT)
+    scalars[layout.EDGE_LENGTH] = rod.edge_length
+    scalars[layout.STEP] = h
+    scalars[layout.GRAVITY_X : layout.GRAVITY_Z + 1] = rod.gravity
+    scalars[layout.RADIUS] = p.diameter / 2.0
+    scalars[layout.NODE_WEIGHT] = 1.0 / p.mass
+    scalars[layout.EDGE_WEIGHT] = 1.0 / p.inertia
+    scalars[layout.LINEAR_DAMPING] = p.linear_damping
+    scalars[layout.ANGULAR_DAMPING] = p.angular_damping
+    scalars[layout.COMPLIANCE] = p.bending_compliance
+    scalars[layout.CONTACT_COMPLIANCE] = p.contact_compliance
+    return scalars

@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
+from shared.rod.parameters import PARAMETERS
 from shared.rod.properties import RodProperties
-from shared.rod.rod import PARAMETERS, Rod
-from shared.rod.state import Gradient, Linearization, Rest, RodState, Rollout, StateGradient
+from shared.rod.rod import Rod
+from shared.rod.state import (
+    Gradient,
+    Linearization,
+    Rest,
+    RodState,
+    Rollout,
+    StateDirections,
+    StateGradient,
+)
 
 __all__ = [
     "PARAMETERS",
@@ -15,5 +24,6 @@ __all__ = [
     "RodProperties",
     "RodState",
     "Rollout",
+    "StateDirections",
     "StateGradient",
 ]

@@ -7,12 +7,14 @@ of a step of length h from (x1, q1) with the step before that at (x0, q0) is
     sum over nodes    m wt |x - y|^2 / 2 - m g x
     sum over edges    l K |e / l - d3|^2 / 2                                    (eq. 4)
                       + wt J |2 Im(conj(q^) q)|^2 / 2
-    sum over bends    (k1, k2, k3) |log(conj(q_i) q_i+1) - rest|^2 / 2           (eq. 7)
+    sum over bends    (k1, k2, k3) |y - rest|^2 / 2, y = log(conj(q_i) q_i+1)     (eq. 7)
+                      + tau / h (k1, k2, k3) |y - y1|^2 / 2
     contact           l p(distance - radius), at evenly spaced samples of every edge
 
 with wt = (1 + c h) / h^2, y = x1 + carry (x1 - x0) and q^ likewise, carry = 1 / (1 + c h): the
-damping c only rescales inertia. Shear is as stiff as stretch, as in the paper, whose curvature
-2 Im(conj(q) q) is replaced by the logarithm, so that torque stays proportional to twist.
+damping c only rescales inertia. tau is the internal damping, y1 the last step's y. Shear is as
+stiff as stretch, as in the paper, whose curvature 2 Im(conj(q) q) is replaced by the logarithm,
+so that torque stays proportional to twist.
 
 Stretch is far stiffer than all else and makes plain Newton crawl. Its force is therefore a
 variable of its own (mixed Newton): the geometric part of the Hessian takes the force that the

@@ -66,18 +66,22 @@ def grip(ni: ti.template(), w: ti.template(), rod, step, end):
 
 
 @ti.func
-def bend_terms(ni: ti.template(), w: ti.template(), rod, slot, j):
-    """Rotation between edges j and j + 1, moment, J_l^-1, stiffnesses, and c, c'/t of J_l^-1."""
+def bend_turn(ni: ti.template(), w: ti.template(), rod, slot, j):
+    """Rotation vector between edges j and j + 1, its J_l^-1, and c, c'/t of that."""
     u = relative(
         load4(w, orientation_at(ni, rod, slot, j)),
         load4(w, orientation_at(ni, rod, slot, j + 1)),
     )
     y = logarithm(u)
     c, d = log_coefficients(y.dot(y), u)
-    bend = rod + ni[at.AT_BENDS] + 6 * j
-    stiffness = load3(w, bend)
-    moment = stiffness * (y - load3(w, bend + 3))
-    return y, moment, left_jacobian_inverse(y, c), stiffness, c, d
+    return y, left_jacobian_inverse(y, c), c, d
+
+
+@ti.func
+def internal_rate(ni: ti.template(), w: ti.template(), rod, step):
+    """Internal damping over the duration of a step [-]; none where velocity is forgotten."""
+    start = rod + ni[at.AT_TIMES] + 2 * step
+    return scalar(ni, w, rod, at.INTERNAL_DAMPING) * w[start + 1] / w[start]
 
 
 @ti.func

@@ -6,11 +6,16 @@ import taichi as ti
 from shared.rod import layout as at
 from shared.rod.kernels_access import (
     hessian_at,
+    internal_rate,
     orientation_at,
     scalar,
     step_times,
 )
-from shared.rod.kernels_couplings import parameter_forces, parameter_forces_at
+from shared.rod.kernels_couplings import (
+    parameter_code_at,
+    parameter_forces,
+    parameter_forces_at,
+)
 from shared.rod.kernels_math import (
     add3,
     left_jacobian,
@@ -52,6 +57,10 @@ def grip_adjoint(
                     turn = left_jacobian(h * load3(w, action + 3))
                     add3(w, out + 3, h * (turn.transpose() @ (r @ moment)))
                     add3(w, old + 6 * edge + 3, moment)
+                    longer = (1.0 - 2.0 * end) / (n - 1) * (r.transpose() @ inner)
+                    for p in range(ni[at.PARAMETERS]):
+                        if ni[parameter_code_at(ni, p)] == at.LENGTH_PARAMETER:
+                            w[rod + ni[at.AT_PARAMETERS_OUT] + p] += longer[2]
                 add3(w, out, h * pull)
                 add3(w, old + outer, pull)
     else:
@@ -97,6 +106,21 @@ def adjoint(
                 c = rod + ni[at.AT_INERTIA_COUPLINGS] + 18 * (step * (n - 1) + i)
                 add3(w, old + 3 * j, -(load33(w, c).transpose() @ v))
                 add3(w, older + 3 * j, -(load33(w, c + 9).transpose() @ v))
+        rate = internal_rate(ni, w, rod, step)
+        if rate > 0.0:
+            for i in range(n - 2):
+                j = 2 * i + 1
+                after = rod + ni[at.AT_BEND_JACOBIANS] + 18 * (step * (n - 2) + i)
+                jacobian = load33(w, after)
+                moment = ti.Vector([0.0, 0.0, 0.0])
+                if j >= first:
+                    moment -= jacobian @ load3(w, new + 3 * j)
+                if j + 2 < end:
+                    moment += jacobian.transpose() @ load3(w, new + 3 * j + 6)
+                moment *= rate * load3(w, rod + ni[at.AT_BENDS] + 6 * i)
+                jacobian = load33(w, after + 9)
+                add3(w, old + 3 * j, -(jacobian.transpose() @ moment))
+                add3(w, old + 3 * j + 6, jacobian @ moment)
         for p in range(ni[at.PARAMETERS]):
             force = parameter_forces_at(ni, rod, step, p // 6, 0) + p % 6
             total = 0.0

@@ -5,7 +5,7 @@ import taichi as ti
 
 from shared.rod import layout as at
 from shared.rod.kernels_access import (
-    bend_terms,
+    bend_turn,
     hessian_at,
     inertia_terms,
     orientation_at,
@@ -39,8 +39,10 @@ def bends(
         g = rod + ni[at.AT_GRADIENT]
         energy = 0.0
         for j in range(n - 2):
-            y, moment, jacobian, stiffness, c, d = bend_terms(ni, w, rod, step + 2, j)
-            rest = load3(w, rod + ni[at.AT_BENDS] + 6 * j + 3)
+            y, jacobian, c, d = bend_turn(ni, w, rod, step + 2, j)
+            stiffness = load3(w, rod + ni[at.AT_EFFECTIVE_BENDS] + 6 * j)
+            rest = load3(w, rod + ni[at.AT_EFFECTIVE_BENDS] + 6 * j + 3)
+            moment = stiffness * (y - rest)
             energy += 0.5 * moment.dot(y - rest)
             back = jacobian.transpose()
             add3(w, g + 6 * j + 3, -(back @ moment))

@@ -5,8 +5,10 @@ import taichi as ti
 
 from shared.rod import layout as at
 from shared.rod.kernels_access import (
+    bend_turn,
     grip,
     hessian_at,
+    internal_rate,
     orientation_at,
     position_at,
     scalar,
@@ -112,6 +114,14 @@ def predict(
             )
             d3 = rotation_matrix(q1) @ ti.Vector([0.0, 0.0, 1.0])
             store3(w, rod + ni[at.AT_TENSIONS] + 3 * i, stretch * (edge / length - d3))
+        # k |y - rest|^2 + rate k |y - y1|^2 is, but for a constant, one square as well.
+        rate = internal_rate(ni, w, rod, step)
+        for j in range(n - 2):
+            bend = rod + ni[at.AT_BENDS] + 6 * j
+            to = rod + ni[at.AT_EFFECTIVE_BENDS] + 6 * j
+            y1, _jacobian, _c, _d = bend_turn(ni, w, rod, step + 1, j)
+            store3(w, to, (1.0 + rate) * load3(w, bend))
+            store3(w, to + 3, (load3(w, bend + 3) + rate * y1) / (1.0 + rate))
     else:
         result = apply_step(ni, w, task, rod, step, arg, real)
     return result

@@ -6,11 +6,16 @@ import taichi as ti
 from shared.rod import layout as at
 from shared.rod.kernels_access import (
     hessian_at,
+    internal_rate,
     orientation_at,
     scalar,
     step_times,
 )
-from shared.rod.kernels_couplings import parameter_forces, parameter_forces_at
+from shared.rod.kernels_couplings import (
+    parameter_code_at,
+    parameter_forces,
+    parameter_forces_at,
+)
 from shared.rod.kernels_math import (
     left_jacobian,
     load3,
@@ -55,14 +60,16 @@ def grip_sensitivities(
         count = 2 * n - 1
         h, _weight, _carry = step_times(ni, w, rod, step)
         block = ni[at.INTEGERS + step // ni[at.SUBSTEPS]]
-        for group in range(2 * ni[at.BLOCKS] + (ni[at.PARAMETERS] + 5) // 6):
+        actions = ni[at.DRIVEN]
+        groups = actions + (ni[at.PARAMETERS] + 5) // 6 + (ni[at.DIRECTIONS] + 5) // 6
+        for group in range(groups):
             start = rod + ni[at.AT_SENSITIVITIES] + 54 * count * group
             new = start + 18 * count * ((step + 2) % 3)
             old = start + 18 * count * ((step + 1) % 3)
             for end in range(2):
                 kind = ni[at.LEFT + end]
                 driven = 0.0
-                if group == 2 * block + end:
+                if group < actions and group == 2 * block + end:
                     driven = h
                 if kind != at.FREE:
                     outer = 18 * 2 * end * (n - 1)
@@ -89,6 +96,12 @@ def grip_sensitivities(
                                     r[a, 0] * turned[1, b] - r[a, 1] * turned[0, b]
                                 )
                         store36(w, new + inner, moved)
+                        for p in range(ni[at.PARAMETERS]):
+                            code = ni[parameter_code_at(ni, p)]
+                            if code == at.LENGTH_PARAMETER and group == actions + p // 6:
+                                for a in ti.static(range(3)):
+                                    to = new + inner + 6 * a + p % 6
+                                    w[to] += (1.0 - 2.0 * end) / (n - 1) * r[a, 2]
     else:
         result = parameter_forces(ni, w, task, rod, step, arg, real)
     return result
@@ -105,13 +118,15 @@ def sensitivities(
         count = 2 * n - 1
         first = ni[at.FIRST_FREE]
         end = ni[at.END_FREE]
-        groups = 2 * ni[at.BLOCKS] + (ni[at.PARAMETERS] + 5) // 6
+        driven = ni[at.DRIVEN]
+        steady = driven + (ni[at.PARAMETERS] + 5) // 6
+        groups = steady + (ni[at.DIRECTIONS] + 5) // 6
+        rate = internal_rate(ni, w, rod, step)
         block = ni[at.INTEGERS + step // ni[at.SUBSTEPS]]
         _h, weight, carry = step_times(ni, w, rod, step)
         for group in range(groups):
-            is_parameter = group >= 2 * ni[at.BLOCKS]
-            alive = is_parameter
-            if not is_parameter:
+            alive = group >= driven
+            if not alive:
                 alive = group // 2 <= block and ni[at.LEFT + group % 2] != at.FREE
             if alive:
                 start = rod + ni[at.AT_SENSITIVITIES] + 54 * count * group
@@ -128,9 +143,24 @@ def sensitivities(
                     else:
                         c = rod + ni[at.AT_INERTIA_COUPLINGS] + 18 * (step * (n - 1) + i)
                         store36(w, new + 18 * j, -(load33(w, c) @ s1) - load33(w, c + 9) @ s0)
-                    if is_parameter:
-                        force = parameter_forces_at(ni, rod, step, group - 2 * ni[at.BLOCKS], j)
+                    if group >= driven and group < steady:
+                        force = parameter_forces_at(ni, rod, step, group - driven, j)
                         add36(w, new + 18 * j, -load36(w, force))
+                if rate > 0.0:
+                    for i in range(n - 2):
+                        j = 2 * i + 1
+                        after = rod + ni[at.AT_BEND_JACOBIANS] + 18 * (step * (n - 2) + i)
+                        jacobian = load33(w, after + 9)
+                        moment = jacobian.transpose() @ load36(w, old + 18 * j + 36)
+                        moment -= jacobian @ load36(w, old + 18 * j)
+                        for a in ti.static(range(3)):
+                            for b in ti.static(range(6)):
+                                moment[a, b] *= rate * w[rod + ni[at.AT_BENDS] + 6 * i + a]
+                        jacobian = load33(w, after)
+                        if j >= first:
+                            add36(w, new + 18 * j, -(jacobian.transpose() @ moment))
+                        if j + 2 < end:
+                            add36(w, new + 18 * j + 36, jacobian @ moment)
                 for j in range(ti.max(first - 2, 0), first):
                     v = load36(w, new + 18 * j)
                     for k in range(2):

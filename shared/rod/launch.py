@@ -17,7 +17,8 @@ def _plan(
     sizes: Sizes,
 ) -> tuple[dict[int, tuple[int, int]], int, Int32[np.ndarray, "k"]]:
     offsets, stride = layout.sections(sizes)
-    integers = np.zeros(layout.INTEGERS + sizes.horizon + sizes.parameters, dtype=np.int32)
+    count = layout.INTEGERS + sizes.horizon + layout.PARAMETER_WIDTH * sizes.parameters
+    integers = np.zeros(count, dtype=np.int32)
     integers[layout.BATCH] = sizes.batch
     integers[layout.NODES] = sizes.nodes
     integers[layout.STEPS] = sizes.steps
@@ -26,6 +27,8 @@ def _plan(
     integers[layout.BLOCKS] = sizes.blocks
     integers[layout.OBSTACLES] = sizes.obstacles
     integers[layout.PARAMETERS] = sizes.parameters
+    integers[layout.DIRECTIONS] = sizes.directions
+    integers[layout.DRIVEN] = sizes.driven
     integers[layout.WANT] = sizes.want
     integers[layout.STRIDE] = stride
     for name, (start, _) in offsets.items():
@@ -41,7 +44,10 @@ class Launch:
         self._doubles = np.zeros(0)
 
     def open(
-        self, sizes: Sizes, block_of_step: Int64[np.ndarray, "H"], parameters: tuple[int, ...]
+        self,
+        sizes: Sizes,
+        block_of_step: Int64[np.ndarray, "H"],
+        parameters: Int64[np.ndarray, "P 3"],
     ) -> Sheet:
         """Sections for these sizes, to be filled."""
         offsets, stride, integers = _plan(sizes)
@@ -50,7 +56,7 @@ class Launch:
             self._doubles = np.zeros(int(1.5 * needed))
         integers = integers.copy()
         integers[layout.INTEGERS : layout.INTEGERS + sizes.horizon] = block_of_step
-        integers[layout.INTEGERS + sizes.horizon :] = parameters
+        integers[layout.INTEGERS + sizes.horizon :] = parameters.ravel()
         return Sheet(sizes, offsets, stride, integers, self._doubles)
 
 

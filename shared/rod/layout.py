@@ -34,6 +34,8 @@ WANT, MAX_ITERATIONS, SAMPLES, SUBSTEPS, LEFT, RIGHT, STRIDE, HORIZON = range(8,
     AT_GRADIENT,
     AT_STEP,
     AT_INERTIA_COUPLINGS,
+    AT_EFFECTIVE_BENDS,
+    AT_BEND_JACOBIANS,
     AT_REPORT,
     AT_SENSITIVITIES,
     AT_SENSITIVITIES_OUT,
@@ -42,16 +44,21 @@ WANT, MAX_ITERATIONS, SAMPLES, SUBSTEPS, LEFT, RIGHT, STRIDE, HORIZON = range(8,
     AT_COST,
     AT_ACTIONS_OUT,
     AT_PARAMETERS_OUT,
-) = range(16, 40)
-AT_OBSTACLES = 40
+) = range(16, 42)
+AT_OBSTACLES = 42
 """Absolute: obstacles are shared by the batch."""
+DIRECTIONS = 43
+"""Count of directions of the initial state that sensitivities are carried along."""
+DRIVEN = 44
+"""Count of groups of six sensitivities to actions: two a block, or none at all."""
 INTEGERS = 48
-"""Here the block of every step begins, followed by the parameters' codes."""
+"""Here the block of every step begins, followed by code, knot and knot count of each parameter."""
+PARAMETER_WIDTH = 3
 
 # Scalars of a rod, in its section of that name.
 STRETCH, DAMPING, EDGE_LENGTH, GRAVITY_X, GRAVITY_Y, GRAVITY_Z = range(6)
 CONTACT_STIFFNESS, CONTACT_REACH, CONTACT_MARGIN, TOLERANCE = range(6, 10)
-BENDING, TWISTING, DENSITY, INERTIA_BEND, INERTIA_TWIST = range(10, 15)
+BENDING, TWISTING, DENSITY, INERTIA_BEND, INERTIA_TWIST, INTERNAL_DAMPING = range(10, 16)
 SCALAR_COUNT = 16
 
 HESSIAN_WIDTH = 27
@@ -91,9 +98,13 @@ FREE, PINNED, CLAMPED = range(3)
     TWISTING_PARAMETER,
     STRETCH_PARAMETER,
     DAMPING_PARAMETER,
+    INTERNAL_DAMPING_PARAMETER,
     DENSITY_PARAMETER,
+    LENGTH_PARAMETER,
+    PROFILE_PARAMETER,
     CURVATURE_PARAMETER,
-) = range(6)
+) = range(9)
+DENSITY_PROFILE_PARAMETER = 11
 """Codes of parameters; the last is followed by the other two components of rest curvature."""
 
 
@@ -110,12 +121,15 @@ class Sizes:
     """Blocks of actions."""
     obstacles: int
     parameters: int
+    directions: int
+    driven: int
+    """Groups of six sensitivities to actions."""
     want: int
 
     @property
     def columns(self) -> int:
         """Groups of six columns of the forward sensitivities."""
-        return 2 * self.blocks + -(-self.parameters // 6)
+        return self.driven + -(-self.parameters // 6) + -(-self.directions // 6)
 
 
 def sections(sizes: Sizes) -> tuple[dict[int, tuple[int, int]], int]:
@@ -142,6 +156,8 @@ def sections(sizes: Sizes) -> tuple[dict[int, tuple[int, int]], int]:
         AT_GRADIENT: 3 * unknowns,
         AT_STEP: 3 * unknowns,
         AT_INERTIA_COUPLINGS: 18 * (n - 1) * kept,
+        AT_EFFECTIVE_BENDS: 6 * (n - 2),
+        AT_BEND_JACOBIANS: 18 * (n - 2) * kept,
         AT_REPORT: REPORT_WIDTH * steps,
         AT_SENSITIVITIES: forward * 3 * 18 * unknowns * sizes.columns,
         AT_SENSITIVITIES_OUT: forward * sizes.horizon * n * 18 * sizes.columns,

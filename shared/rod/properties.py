@@ -29,8 +29,15 @@ class RodProperties:
     """EA, of stretch and of shear [N]. Ropes hardly stretch: any large value does."""
     damping: float = 1.0
     """Velocity lost to the surroundings [1/s]."""
+    internal_damping: float = 0.0
+    """Time over which the material resists bending and twisting [s] (Kelvin-Voigt).
+
+    A rate of curvature r makes a moment of internal_damping times EI r, and of GJ r in twist.
+    """
     stiffness_profile: tuple[float, ...] = (1.0,)
     """Factors on both stiffnesses, evenly spaced from left to right [-]."""
+    density_profile: tuple[float, ...] = (1.0,)
+    """Factors on the linear density, evenly spaced from left to right [-]."""
     rest_curvature: tuple[tuple[float, float, float], ...] = ((0.0, 0.0, 0.0),)
     """Curvature about d1 and d2 and twist at rest, evenly spaced from left to right [1/m]."""
     contact_stiffness: float = 1e6
@@ -43,8 +50,10 @@ class RodProperties:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise ValueError(f"{name} must be a positive number, got {value}; SI units")
-        if not (math.isfinite(self.damping) and self.damping >= 0.0):
-            raise ValueError(f"damping must be zero or more, got {self.damping} 1/s; try 1.0")
+        for name, unit, usual in (("damping", "1/s", 1.0), ("internal_damping", "s", 0.01)):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0.0):
+                raise ValueError(f"{name} must be zero or more, got {value} {unit}; try {usual}")
         if not (math.isfinite(self.poisson_ratio) and self.poisson_ratio > -1.0):
             raise ValueError(
                 f"poisson_ratio must be above -1, got {self.poisson_ratio}; try 0.3 for a solid"
@@ -54,12 +63,14 @@ class RodProperties:
                 f"diameter must be less than length, got diameter={self.diameter} m and "
                 f"length={self.length} m; are both in metres?"
             )
-        profile = np.asarray(self.stiffness_profile, dtype=float)
-        if profile.ndim != 1 or not len(profile) or not np.all(profile > 0.0):
-            raise ValueError(
-                f"stiffness_profile must be positive numbers, got {self.stiffness_profile}; "
-                "(1.0,) is a uniform rod"
-            )
+        for name in ("stiffness_profile", "density_profile"):
+            profile = np.asarray(getattr(self, name), dtype=float)
+            positive = np.all(np.isfinite(profile)) and np.all(profile > 0.0)
+            if profile.ndim != 1 or not len(profile) or not positive:
+                raise ValueError(
+                    f"{name} must be positive numbers, got {getattr(self, name)}; "
+                    "(1.0,) is a uniform rod"
+                )
         rest = np.asarray(self.rest_curvature, dtype=float)
         if rest.ndim != 2 or rest.shape[1] != 3 or not np.all(np.isfinite(rest)):
             raise ValueError(
@@ -87,6 +98,13 @@ class RodProperties:
     def profile_at(self, count: int) -> Float64[np.ndarray, "m"]:
         """Stiffness factors at inner nodes, `count` of them [-]."""
         return _spread(np.asarray(self.stiffness_profile, float)[:, None], count)[:, 0]
+
+    def density_at(self, node_count: int) -> Float64[np.ndarray, "n"]:
+        """Density factors at the nodes [-]."""
+        values = np.asarray(self.density_profile, float)
+        return np.interp(
+            np.linspace(0.0, 1.0, node_count), np.linspace(0.0, 1.0, len(values)), values
+        )
 
     def rest_curvature_at(self, count: int) -> Float64[np.ndarray, "m 3"]:
         """Rest curvature at inner nodes, `count` of them [1/m]."""

@@ -19,25 +19,22 @@ from shared.geometry.poses import Pose
 from shared.rod import layout, statics
 from shared.rod.launch import Launch, Sheet
 from shared.rod.layout import Sizes
+from shared.rod.parameters import PARAMETERS, numbered
 from shared.rod.properties import RodProperties
 from shared.rod.scene import unpacked
-from shared.rod.state import Gradient, Linearization, Rest, RodState, Rollout, StateGradient
+from shared.rod.state import (
+    Gradient,
+    Linearization,
+    Rest,
+    RodState,
+    Rollout,
+    StateDirections,
+    StateGradient,
+)
 
 End = Literal["free", "pinned", "clamped"]
 ENDS: tuple[End, ...] = get_args(End)
 _HELD = {"free": 0, "pinned": 1, "clamped": 3}
-
-PARAMETERS = (
-    "bending_stiffness",
-    "twisting_stiffness",
-    "stretch_stiffness",
-    "damping",
-    "linear_density",
-    "rest_curvature_1",
-    "rest_curvature_2",
-    "rest_twist",
-)
-"""What derivatives can be taken of; the last three shift the whole rod's rest shape [1/m]."""
 
 MAX_ITERATIONS = 1000
 MAX_SAMPLES = 64
@@ -164,10 +161,27 @@ class Rod:
         substeps: int = 1,
         obstacles: Float64[np.ndarray, "m 12"] | None = None,
         parameters: tuple[str, ...] = (),
+        state_directions: StateDirections | None = None,
+        with_actions: bool = True,
     ) -> Linearization:
-        """The roll-out and how its positions answer actions and parameters."""
+        """The roll-out and how its positions answer actions, parameters and the start.
+
+        Args:
+            parameters: Names as in `PARAMETERS`.
+            state_directions: Changes of the start whose effect is wanted.
+            with_actions: Whether the effect of actions is wanted; long roll-outs have many.
+        """
         return self.linearizations(
-            [state], actions[None], dt, steps, block_of_step, substeps, obstacles, parameters
+            [state],
+            actions[None],
+            dt,
+            steps,
+            block_of_step,
+            substeps,
+            obstacles,
+            parameters,
+            None if state_directions is None else [state_directions],
+            with_actions,
         )[0]
 
     def linearizations(
@@ -180,6 +194,8 @@ class Rod:
         substeps: int = 1,
         obstacles: Float64[np.ndarray, "m 12"] | None = None,
         parameters: tuple[str, ...] = (),
+        state_directions: Sequence[StateDirections] | None = None,
+        with_actions: bool = True,
     ) -> list[Linearization]:
         """`linearize` of several rods in one launch."""
         sheet = self._run(
@@ -192,17 +208,21 @@ class Rod:
             obstacles,
             parameters,
             layout.WANT_SENSITIVITIES,
+            directions=state_directions,
+            with_actions=with_actions,
         )
         n, sizes = self.node_count, sheet.sizes
-        driven = 12 * sizes.blocks
+        driven, blocks = 6 * sizes.driven, sizes.driven // 2
+        steady = driven + 6 * -(-sizes.parameters // 6)
         answers = []
         for b in range(len(states)):
             out = sheet.section(layout.AT_SENSITIVITIES_OUT)[b].reshape(sizes.horizon, n, 3, -1)
             answers.append(
                 Linearization(
                     self._rollout(sheet, b),
-                    out[..., :driven].reshape(sizes.horizon, n, 3, sizes.blocks, 2, 6).copy(),
+                    out[..., :driven].reshape(sizes.horizon, n, 3, blocks, 2, 6).copy(),
                     out[..., driven : driven + len(parameters)].copy(),
+                    out[..., steady : steady + sizes.directions].copy(),
                 )
             )
         return answers
@@ -316,6 +336,7 @@ class Rod:
         scalars = np.zeros(layout.SCALAR_COUNT)
         scalars[layout.STRETCH] = p.stretch_stiffness
         scalars[layout.DAMPING] = p.damping
+        scalars[layout.INTERNAL_DAMPING] = p.internal_damping
         scalars[layout.EDGE_LENGTH] = length
         scalars[layout.GRAVITY_X : layout.GRAVITY_Z + 1] = self.gravity
         scalars[layout.CONTACT_STIFFNESS] = p.contact_stiffness
@@ -328,7 +349,7 @@ class Rod:
         # Of a solid cylinder: rho I = linear density times r^2 / 4, twice that about its axis.
         scalars[layout.INERTIA_BEND] = p.linear_density * length * p.diameter**2 / 16.0
         scalars[layout.INERTIA_TWIST] = 2.0 * scalars[layout.INERTIA_BEND]
-        masses = np.full(n, p.linear_density * length)
+        masses = p.linear_density * length * p.density_at(n)
         masses[[0, -1]] *= 0.5
         bends = np.empty((n - 2, 6))
         bends[:, :2] = p.bending_stiffness / length
@@ -351,6 +372,8 @@ class Rod:
         cost: Float64[np.ndarray, "B H n 3"] | None = None,
         *,
         carries: bool = True,
+        directions: Sequence[StateDirections] | None = None,
+        with_actions: bool = True,
     ) -> Sheet:
         n = self.node_count
         actions = np.asarray(actions, float)
@@ -366,16 +389,24 @@ class Rod:
         block_of_step = np.asarray(block_of_step, dtype=np.int64)
         horizon = len(block_of_step)
         _check(states, actions, dt, steps, block_of_step, substeps, n)
-        unknown = [name for name in parameters if name not in PARAMETERS]
-        if unknown:
-            raise ValueError(f"no parameter {unknown[0]!r}; there are {', '.join(PARAMETERS)}")
+        numbers = numbered(parameters, self.properties)
+        columns = [] if directions is None else [d.checked(n) for d in directions]
+        if columns and len({len(d.positions) for d in columns} | {len(columns), len(states)}) > 2:
+            raise ValueError("state_directions must be as many for each state")
         rows = np.zeros((0, layout.OBSTACLE_WIDTH)) if obstacles is None else unpacked(obstacles)
         sizes = Sizes(
-            len(states), n, horizon * substeps, horizon, blocks, len(rows), len(parameters), want
+            len(states),
+            n,
+            horizon * substeps,
+            horizon,
+            blocks,
+            len(rows),
+            len(parameters),
+            len(columns[0].positions) if columns else 0,
+            2 * blocks if with_actions else 0,
+            want,
         )
-        sheet = self._launch.open(
-            sizes, block_of_step, tuple(PARAMETERS.index(name) for name in parameters)
-        )
+        sheet = self._launch.open(sizes, block_of_step, numbers)
         integers = sheet.integers
         integers[layout.FIRST_FREE] = _HELD[self.left]
         integers[layout.END_FREE] = 2 * n - 1 - _HELD[self.right]
@@ -403,6 +434,9 @@ class Rod:
         if want & layout.WANT_SENSITIVITIES:
             sheet.section(layout.AT_SENSITIVITIES)[:] = 0.0
             sheet.section(layout.AT_SENSITIVITIES_OUT)[:] = 0.0
+            h = float(times[0, 0])
+            for b, (state, along) in enumerate(zip(states, columns, strict=False)):
+                self._start_columns(sheet, b, state, along, h)
         if want & layout.WANT_ADJOINT:
             cost = np.asarray(cost, float)
             if cost.shape != (sizes.batch, horizon, n, 3):
@@ -416,6 +450,24 @@ class Rod:
         sheet.obstacles()[:] = rows
         sheet.run()
         return sheet
+
+    def _start_columns(
+        self, sheet: Sheet, b: int, state: RodState, along: StateDirections, h: float
+    ) -> None:
+        """Write the directions into the sensitivities of the start and of a step before it."""
+        n, sizes = self.node_count, sheet.sizes
+        groups = -(-sizes.directions // 6)
+        tail = np.zeros((6 * groups, 2, 2 * n, 3))
+        new, old = tail[: sizes.directions, 1], tail[: sizes.directions, 0]
+        new[:, ::2], old[:, ::2] = along.positions, along.positions - h * along.velocities
+        # Slot 0 is exp(-h omega) q.
+        turned_by = _jacobian(h * state.angular_velocities, along.angular_velocities)
+        back = poses.conjugate(state.orientations)
+        new[:, 1:-1:2] = poses.rotate(back, along.rotations)
+        old[:, 1:-1:2] = poses.rotate(back, along.rotations - h * turned_by)
+        rows = tail[:, :, :-1].reshape(groups, 6, 2, 2 * n - 1, 3).transpose(0, 2, 3, 4, 1)
+        sections = sheet.section(layout.AT_SENSITIVITIES)[b].reshape(sizes.columns, 3, -1)
+        sections[-groups:, :2] = rows.reshape(groups, 2, -1)
 
     def _rollout(self, sheet: Sheet, b: int) -> Rollout:
         n, sizes = self.node_count, sheet.sizes
@@ -451,14 +503,14 @@ class Rod:
             old[:, 0] + older[:, 0],
             poses.rotate(q1, turns),
             -h * older[:, 0],
-            -h * _right_jacobian_transposed(-h * omega, pull),
+            -h * _jacobian(-h * omega, pull),
         )
 
 
-def _right_jacobian_transposed(
-    y: Float64[np.ndarray, "m 3"], v: Float64[np.ndarray, "m 3"]
-) -> Float64[np.ndarray, "m 3"]:
-    """J_r(y)^T v = J_l(y) v, where exp(y + dy) = exp(y) exp(J_r(y) dy)."""
+def _jacobian(
+    y: Float64[np.ndarray, "m 3"], v: Float64[np.ndarray, "*b m 3"]
+) -> Float64[np.ndarray, "*b m 3"]:
+    """J_l(y) v, where exp(y + dy) = exp(J_l(y) dy) exp(y); it is also J_r(y)^T v."""
     t = np.linalg.norm(y, axis=1, keepdims=True)
     small = t < 1e-4
     safe = np.where(small, 1.0, t)

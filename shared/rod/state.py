@@ -48,14 +48,44 @@ class Rollout:
 
 
 @dataclass(frozen=True)
+class StateDirections:
+    """D changes of a `RodState`, each in units that its user chooses."""
+
+    positions: Float64[np.ndarray, "D n 3"]
+    """Those of nodes that a clamp places are without effect."""
+    rotations: Float64[np.ndarray, "D n-1 3"]
+    """Turns about the world axes."""
+    velocities: Float64[np.ndarray, "D n 3"]
+    angular_velocities: Float64[np.ndarray, "D n-1 3"]
+
+    def checked(self, node_count: int) -> StateDirections:
+        """Itself.
+
+        Raises:
+            ValueError: A field does not fit the rod or is not finite.
+        """
+        for name in ("positions", "rotations", "velocities", "angular_velocities"):
+            value = np.asarray(getattr(self, name))
+            rows = node_count - (name in ("rotations", "angular_velocities"))
+            if value.shape != (len(self.positions), rows, 3) or not np.all(np.isfinite(value)):
+                raise ValueError(
+                    f"state_directions.{name} must be finite and ({len(self.positions)}, {rows}, "
+                    f"3), got shape {value.shape}; this rod has {node_count} nodes"
+                )
+        return self
+
+
+@dataclass(frozen=True)
 class Linearization:
     """A roll-out with its forward sensitivities."""
 
     rollout: Rollout
     d_positions_d_actions: Float64[np.ndarray, "H n 3 K 2 6"]
-    """Per block and end: linear [s], then angular velocity [m s]."""
+    """Per block and end: linear [s], then angular velocity [m s]; no blocks where not asked for."""
     d_positions_d_parameters: Float64[np.ndarray, "H n 3 P"]
     """In the order in which the parameters were asked for; [m] per unit of each."""
+    d_positions_d_state: Float64[np.ndarray, "H n 3 D"]
+    """Along the state directions that were asked for."""
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from services.perception.markers import (
 )
 from shared.geometry import poses
 from shared.geometry.cameras import Camera
+from shared.geometry.markers import rise
 from shared.geometry.obstacles import Obstacle
 
 MOVED = 0.002
@@ -88,18 +89,3 @@ class MarkedObstacles:
                 x, y = steady.position[:2].tolist()
                 moves.append(Move(start.name, (x, y, start.position[2]), tuple(turn.tolist())))
         return without_markers(color, sightings), moves
-
-
-def rise(obstacle: Obstacle) -> float:
-    """How far an upright obstacle's upper face lies above its centre [m]."""
-    match obstacle.shape:
-        case "cylinder":
-            return obstacle.height / 2.0
-        case "capsule":
-            return obstacle.height / 2.0 + obstacle.radius
-        case "sphere":
-            return obstacle.radius
-        case "box":
-            return obstacle.size[2] / 2.0
-        case "half_space":
-            return 0.0

@@ -2,7 +2,7 @@
 
 A tag's distance is poorly known from its size alone (PnP is some 8 mm off at 0.9 m). Its height is
 known when its obstacle stands on the table, and then the rays through its corners meet that plane.
-Dictionary 4x4_50. A tag's x axis runs along its upper edge, its z axis out of its face.
+Frames and patterns as in `shared.geometry.markers`.
 """
 
 from __future__ import annotations
@@ -17,9 +17,10 @@ from jaxtyping import Float64, UInt8
 
 from shared.geometry import poses
 from shared.geometry.cameras import Camera
+from shared.geometry.markers import DICTIONARY
 from shared.geometry.poses import Pose
 
-DICTIONARY = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
+PATTERNS = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, DICTIONARY))
 EDGE_POINTS = 24
 """Places along a side at which its edge is sought."""
 EDGE_REACH = 3.0
@@ -63,7 +64,7 @@ class MarkerDetector:
     """Finds tags in colour images."""
 
     def __init__(self) -> None:
-        self._detector = cv2.aruco.ArucoDetector(DICTIONARY, cv2.aruco.DetectorParameters())
+        self._detector = cv2.aruco.ArucoDetector(PATTERNS, cv2.aruco.DetectorParameters())
 
     def find(self, color: UInt8[np.ndarray, "h w 3"]) -> list[Sighting]:
         """All tags, by identity."""

@@ -1,4 +1,4 @@
-"""The simulated RGB-D camera: exact rays, then honest noise, one compiled launch a frame.
+"""The simulated RGB-D camera: exact rays, then honest noise, all of it compiled.
 
 Colour is what a headlight would show, with the rope's edge blended into partly covered pixels;
 depth is the z coordinate at each pixel's centre in millimetres, 0 where nothing was measured.
@@ -13,7 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64, UInt8, UInt16
 
-from services.sim import kernels
+from services.sim.kernels_bodies import draw_bodies
+from services.sim.kernels_noise import measure
+from services.sim.kernels_plates import draw_plates
+from services.sim.kernels_rope import draw_chains
+from services.sim.plates import Plate
 from shared.geometry import poses
 from shared.geometry.cameras import Camera
 from shared.geometry.obstacles import Obstacle, pack
@@ -134,6 +138,7 @@ class RgbdCamera:
         obstacles: Sequence[Obstacle] = (),
         colors: Sequence[RGB] | None = None,
         frame: int = 0,
+        plates: Sequence[Plate] = (),
     ) -> Frame:
         """The image of a chain of capsules among obstacles.
 
@@ -143,6 +148,7 @@ class RgbdCamera:
             obstacles: Everything else that can be seen, grippers included.
             colors: One for each obstacle; dark, and the half spaces nearly black, by default.
             frame: Number of the frame, which selects its noise.
+            plates: Printed on or above the obstacles.
         """
         n, i = self.noise, self.camera.intrinsics
         if colors is None:
@@ -153,18 +159,27 @@ class RgbdCamera:
         capsules[:, 7:10] = np.minimum(np.array(self._rope_color) * n.exposure, 255.0)
         color = np.empty((i.height, i.width, 3), np.uint8)
         depth = np.empty((i.height, i.width), np.uint16)
-        kernels.render(
-            color.reshape(i.height, 3 * i.width),
-            depth,
-            *self._scratch,
-            self._gaussian,
+        flat = color.reshape(i.height, 3 * i.width)
+        z_buffer, cover, shade = self._scratch
+        draw_bodies(
+            flat,
+            z_buffer,
             self._packed_camera,
             pack(obstacles).reshape(-1, 12),
             np.minimum(np.array(colors, float).reshape(-1, 3) * n.exposure, 255.0),
-            capsules,
+            min(round(self._background * n.exposure), 255),
+        )
+        if plates:
+            packed = np.array([plate.packed for plate in plates])
+            patterns = np.stack([plate.pattern for plate in plates])
+            draw_plates(flat, z_buffer, self._packed_camera, packed, patterns)
+        draw_chains(flat, z_buffer, cover, shade, self._packed_camera, capsules)
+        measure(
+            depth,
+            z_buffer,
+            self._gaussian,
             np.array(
                 [
-                    self._background * n.exposure,
                     n.depth_sigma,
                     n.depth_bias,
                     n.depth_quantum,

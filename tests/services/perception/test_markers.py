@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from services.perception.markers import (
-    DICTIONARY,
+    PATTERNS,
     MarkerDetector,
     Placement,
     SteadyPlacement,
@@ -29,7 +29,7 @@ def picture(position: tuple[float, float, float], yaw: float, identity: int) -> 
     """A tag with its white border on a grey table, with a little sensor noise."""
     cells = 60
     tag = np.full((8 * cells, 8 * cells), 255, np.uint8)
-    tag[cells:-cells, cells:-cells] = cv2.aruco.generateImageMarker(DICTIONARY, identity, 6 * cells)
+    tag[cells:-cells, cells:-cells] = cv2.aruco.generateImageMarker(PATTERNS, identity, 6 * cells)
     half = SIDE / 2.0 * 8.0 / 6.0
     square = half * np.array([[-1.0, 1.0], [1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]])
     c, s = math.cos(yaw), math.sin(yaw)

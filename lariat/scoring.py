@@ -8,9 +8,10 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.simulated_time import Delivery
+from services.sim.standing import StandingObstacles
 from shared import topics
 from shared.geometry import polylines
-from shared.geometry.obstacles import Obstacle, chain_clearance, signed_distance
+from shared.geometry.obstacles import chain_clearance, signed_distance
 from shared.messages import IDLE, chain, scene_obstacles
 from shared.scenario import Scenario
 from shared.service import SECOND
@@ -48,7 +49,9 @@ class Scorer:
     replans: int = 0
 
     def __post_init__(self) -> None:
-        self._obstacles = _solid(self.scenario.bodies)
+        self._standing = StandingObstacles(self.scenario)
+        self._believed = self.scenario.bodies
+        self._surround()
         self._radius = self.scenario.plant_rope.diameter / 2.0
         self._goal: Float64[np.ndarray, "n 3"] | None = None
         self._first_replans = 0
@@ -58,8 +61,15 @@ class Scorer:
         match delivery.key:
             case topics.TASK_STATE.key:
                 self._take_task(delivery.parse())
+                self._standing.follow(delivery.parse(), delivery.received)
+                self._surround()
+            case topics.SCENE_REQUEST.key:
+                self._standing.ask(delivery.parse())
             case topics.SCENE_STATE.key:
-                self._obstacles = _solid(scene_obstacles(delivery.parse()))
+                scene = delivery.parse()
+                self._standing.answer(scene)
+                self._believed = scene_obstacles(scene)
+                self._surround()
             case topics.ROPE_TRUTH.key:
                 message = delivery.parse()
                 if self.started and message.stamp >= self.started:
@@ -71,6 +81,11 @@ class Scorer:
                 }
                 if self.started:
                     self.prediction_errors.append(message.prediction_error)
+
+    def _surround(self) -> None:
+        """Obstacles as they truly are."""
+        bodies = self._standing.among(self._believed)
+        self._obstacles = tuple(o for o in bodies if not o.support)
 
     def _take_task(self, task) -> None:
         if task.goal.positions:
@@ -127,7 +142,3 @@ class Scorer:
         after = outside[-1] if outside else -1
         within = next((e[0] for e in self.errors if e[0] > after), self.ended)
         return (within - self.started) / SECOND
-
-
-def _solid(obstacles: tuple[Obstacle, ...]) -> tuple[Obstacle, ...]:
-    return tuple(o for o in obstacles if not o.support)

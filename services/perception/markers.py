@@ -150,8 +150,6 @@ def without_markers(
     color: UInt8[np.ndarray, "h w 3"], sightings: list[Sighting]
 ) -> UInt8[np.ndarray, "h w 3"]:
     """The image with every tag and its white border blackened: they are bright as rope is."""
-    if not sightings:
-        return color
     dark = color.copy()
     for sighting in sightings:
         centre = sighting.corners.mean(axis=0)

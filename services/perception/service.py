@@ -93,11 +93,19 @@ class PerceptionService:
             scenario.rope.node_count,
             GRAVITY * scenario.rope.linear_density / self._believed.bending_stiffness,
         )
-        self._surroundings = Surroundings(scenario.bodies, scenario.events, self._rope.radius)
-        marked = {
-            o.marker: o.body(k) for k, o in enumerate(scenario.obstacles) if o.marker is not None
-        }
-        self._marked = MarkedObstacles(marked) if marked else None
+        marked = scenario.marked
+        # What happens to a marked obstacle is seen, not told.
+        told = [e for e in scenario.events if e.move_obstacle not in marked]
+        self._surroundings = Surroundings(scenario.bodies, told, self._rope.radius)
+        bodies = {o.name: o for o in scenario.bodies}
+        self._marked = (
+            MarkedObstacles(
+                {o.marker: bodies[name] for name, o in marked.items()},
+                {o.marker: o.marker_size for o in marked.values()},
+            )
+            if marked
+            else None
+        )
         self._tracker: Tracker | None = None
         self._arms: deque[tuple[int, Pose, Pose]] = deque(maxlen=ARM_HISTORY)
         self._nodes: np.ndarray | None = None
@@ -175,7 +183,7 @@ class PerceptionService:
             yield self._lost(tracker, stamp)
             return
         if self._marked is not None:
-            images = (self._followed(images[0], tracker.estimator.camera), images[1])
+            images = (self._followed(*images, tracker.estimator.camera), images[1])
         left, right = self._grips(stamp)
         if self._scenario.sensing.method == "paper":
             estimate = self._as_in_the_paper(images, tracker.estimator.camera, left)
@@ -184,11 +192,14 @@ class PerceptionService:
         yield self._chain(estimate, stamp)
 
     def _followed(
-        self, color: UInt8[np.ndarray, "h w 3"], camera: Camera
+        self,
+        color: UInt8[np.ndarray, "h w 3"],
+        depth: UInt16[np.ndarray, "h w"],
+        camera: Camera,
     ) -> UInt8[np.ndarray, "h w 3"]:
         """Moves marked obstacles to where they are seen; the image comes back without markers."""
         assert self._marked is not None
-        dark, moves = self._marked.look(color, camera, self._surroundings.obstacles)
+        dark, moves = self._marked.look(color, depth, camera, self._surroundings.obstacles)
         for move in moves:
             try:
                 # What is seen is true, whether or not it lies on the rope.

@@ -17,6 +17,10 @@ def check(scenario: Scenario) -> None:
     for name in names:
         if names.count(name) > 1:
             raise ConfigurationError(f"two obstacles are called {name!r}; names must differ")
+    markers = [o.marker for o in scenario.obstacles if o.marker is not None]
+    for marker in markers:
+        if markers.count(marker) > 1:
+            raise ConfigurationError(f"two obstacles carry marker {marker}; give each its own")
     for key in ("start", "goal"):
         _check_shape(scenario, key, getattr(scenario, key))
     for index, event in enumerate(scenario.events):

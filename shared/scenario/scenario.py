@@ -64,6 +64,14 @@ class Scenario:
         return (geometry.TABLE, *listed) if self.table else listed
 
     @property
+    def marked(self) -> dict[str, Obstacle]:
+        """Obstacles, by name, whose place a camera sees by their markers."""
+        if self.sensing.source != "camera":
+            return {}
+        named = ((o.body(k).name, o) for k, o in enumerate(self.obstacles))
+        return {name: o for name, o in named if o.marker is not None}
+
+    @property
     def plant_rope(self) -> Rope:
         """The true rope."""
         given = {k: v for k, v in vars(self.plant.rope).items() if v is not None}

@@ -135,10 +135,18 @@ class Obstacle:
     normal: Vector = (0.0, 0.0, 1.0)
     support: bool = False
     name: str = ""
-    marker: int | None = None
-    """Id of the ArUco marker on it, when it carries one."""
+    marker: Annotated[int, Within(0, 49)] | None = None
+    """Id of the ArUco marker (4x4_50) on its upper face, when it carries one."""
+    marker_size: Annotated[float, Within(0.005, 1.0, "m")] = 0.04
+    """Side of the marker's black square."""
+    stands_at: Place | None = None
+    """Where it really stands, which only its marker tells; in the simulated lab."""
+    stands_turned: Annotated[float, Within(-180.0, 180.0, "deg")] = 0.0
+    """How far it is really turned about the world's z, as `stands_at`."""
 
     def __post_init__(self) -> None:
+        if self.marker is None and (self.stands_at is not None or self.stands_turned != 0.0):
+            raise ValueError("stands_at and stands_turned need a marker, which tells them")
         needed = {
             "cylinder": ("radius", "height"),
             "capsule": ("radius", "height"),

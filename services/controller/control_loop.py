@@ -167,6 +167,7 @@ class ControlLoop:
                 velocity,
                 turned,
                 oriented,
+                self.estimate.supports,
             ),
             surroundings,
         )

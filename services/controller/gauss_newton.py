@@ -38,6 +38,8 @@ class Horizon:
     """Rotation of the grips from their path [rad], in the places of the angular velocities."""
     oriented: Bool[np.ndarray, "2 6"]
     """Those of its components that the goal asks to vanish."""
+    supports: Float64[np.ndarray, "m 12"] | None = None
+    """What the rope leans on, packed for the rod."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +103,7 @@ class GaussNewton:
         for _ in range(self.iterations):
             actions = horizon.path + np.einsum("hk,kec->hec", means, velocities)
             actions[0] += 0.5 * before
-            linear = rod.linearize(horizon.state, actions, self.dt)
+            linear = rod.linearize(horizon.state, actions, self.dt, obstacles=horizon.supports)
             slopes = linear.d_positions_d_actions[..., self.moves]
             slopes = np.einsum("hnckm,kj->hncjm", slopes, means, optimize=True)
             slopes = slopes.reshape(*slopes.shape[:3], self.horizon * count)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from shared.geometry import obstacles as geometry
 from shared.geometry import polylines
 from shared.geometry.obstacles import Obstacle
 from shared.geometry.poses import Pose
-from shared.rod import Rod, RodState
+from shared.rod import Rod
 from shared.scenario import SIDES, Scenario, Shape
 
 
@@ -29,7 +30,7 @@ class GoalMaker:
         grips = self.held(*self.scenario.grips(shape))
         nodes = self.scenario.nodes(shape)
         if nodes is None:
-            return replace(self.between(*grips), turns=shape.turns)
+            return replace(self.between(*grips, self.scenario.bodies), turns=shape.turns)
         rotates = [self.scenario.end(side).rotates for side in SIDES]
         return Goal(
             nodes,
@@ -49,14 +50,16 @@ class GoalMaker:
             grips.append(Pose(position, turned))
         return grips[0], grips[1]
 
-    def between(self, left: Pose, right: Pose, guess: RodState | None = None) -> Goal:
-        """The rod at rest between two grips.
+    def between(self, left: Pose, right: Pose, obstacles: Sequence[Obstacle]) -> Goal:
+        """The rod at rest between two grips, leaning on what it may lean on.
 
         Raises:
             Refused: It does not come to rest there, or the grips are too far apart.
         """
         try:
-            rest = self.rod.rest(left, right, guess=guess)
+            supports = [o for o in obstacles if o.support]
+            packed = geometry.pack(supports) if supports else None
+            rest = self.rod.rest(left, right, obstacles=packed)
         except ValueError as error:
             raise Refused(str(error)) from error
         if not rest.converged:

@@ -12,6 +12,7 @@ from services.controller.setpoint_row import Chunk
 from services.controller.task import Goal
 from shared import messages
 from shared.geometry import polylines
+from shared.geometry.obstacles import Obstacle
 from shared.messages import ArmSetpoints, ArmStates, Path, Plan, Setpoints, arm_pose, chain
 from shared.scenario import SIDES
 
@@ -49,11 +50,11 @@ def goal_message(goal: Goal) -> messages.Goal:
     )
 
 
-def goal_of(message: messages.Goal, maker: GoalMaker) -> Goal:
+def goal_of(message: messages.Goal, maker: GoalMaker, obstacles: tuple[Obstacle, ...]) -> Goal:
     """The goal of a request: by its nodes, or the rod at rest between its grips."""
     if not message.positions:
         left, right = messages.grip_pose(message.left), messages.grip_pose(message.right)
-        return maker.between(*maker.held(left, right))
+        return maker.between(*maker.held(left, right), obstacles)
     nodes = chain(message.positions)
     count = maker.scenario.rope.node_count
     if len(nodes) != count and len(nodes) >= 3:

@@ -108,7 +108,7 @@ class ControllerService:
         self.adaptation = Adaptation(self._rod.properties)
         self.loop = ControlLoop(self.estimate, moves, scenario.control, scenario.limits)
         self.monitor = RunMonitor(scenario.run.tolerance, scenario.rope.diameter / 2.0)
-        self._obstacles: tuple[Obstacle, ...] = scenario.bodies
+        self._lay(scenario.bodies)
         self._scene_revision = 0
         self._arms: ArmStates | None = None
         self._resets: int | None = None
@@ -204,7 +204,7 @@ class ControllerService:
         if item is None or item.message.revision == self._scene_revision:
             return
         self._scene_revision = item.message.revision
-        self._obstacles = scene_obstacles(item.message)
+        self._lay(scene_obstacles(item.message))
         if self.loop.path is None or self.task.state != "running":
             return
         ahead = self.loop.remaining[::5]
@@ -212,13 +212,19 @@ class ControllerService:
         if self.monitor.clearance_of(ahead, avoid) < LEAST_CLEARANCE:
             self.task.ask_for_path()
 
+    def _lay(self, obstacles: tuple[Obstacle, ...]) -> None:
+        """Takes what surrounds the rope; the model leans on the part that it may lean on."""
+        self._obstacles = obstacles
+        supports = [o for o in obstacles if o.support]
+        self.estimate.supports = geometry.pack(supports) if supports else None
+
     def _handle(self, request: TaskRequest, now: int) -> None:
         task = self.task
         refusal = ""
         try:
             match request.action:
                 case TaskRequest.SET_GOAL:
-                    goal = goal_of(request.goal, self._goals)
+                    goal = goal_of(request.goal, self._goals, self._obstacles)
                     self._goals.check(goal, self._obstacles)
                     task.set_goal(goal)
                 case TaskRequest.START:
@@ -258,7 +264,7 @@ class ControllerService:
         answer = GoalPreview(draft=draft.id, stamp=now)
         try:
             grips = self._goals.held(grip_pose(draft.left), grip_pose(draft.right))
-            goal = self._goals.between(*grips)
+            goal = self._goals.between(*grips, self._obstacles)
             answer.goal.CopyFrom(goal_message(goal))
             self._goals.check(goal, self._obstacles)
             answer.reachable = True

@@ -38,6 +38,8 @@ class StateEstimate:
     def __init__(self, rod: Rod, motion: Motion, time: int) -> None:
         """A rope at rest between the grips at `time` [ns]."""
         self.rod = rod
+        self.supports: Float64[np.ndarray, "m 12"] | None = None
+        """What the rope leans on, packed for the rod."""
         self.restart(motion, time)
 
     def restart(
@@ -47,7 +49,9 @@ class StateEstimate:
         guess = None
         if seen is not None:
             guess = framed(seen, *motion.orientations)
-        self.state: RodState = self.rod.rest(*motion.grips, guess=guess).state
+        self.state: RodState = self.rod.rest(
+            *motion.grips, guess=guess, obstacles=self.supports
+        ).state
         self.motion, self.time = motion, time
         self.begun = time
         count = len(self.state.positions)
@@ -97,7 +101,9 @@ class StateEstimate:
         """A state after `dt` [s] with constant velocities of the grips."""
         action = twist.reshape(1, 2, 6)
         blocks = np.zeros(steps, dtype=np.int64)
-        return self.rod.rollout(state, action, dt / steps, steps=steps, block_of_step=blocks).final
+        return self.rod.rollout(
+            state, action, dt / steps, None, blocks, obstacles=self.supports
+        ).final
 
     def observe(
         self,

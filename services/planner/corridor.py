@@ -128,7 +128,7 @@ class _Grid:
         spacing = SPACING * scale
         ends = np.stack([_middle(problem.grips), _middle(problem.goal_grips)])
         low, high = ends.min(axis=0) - AROUND * scale, ends.max(axis=0) + AROUND * scale
-        tops = [_top(o) for o in problem.obstacles if o.shape != "half_space"]
+        tops = [_top(o) for o in problem.solid if o.shape != "half_space"]
         sag = max(float(-s.nodes[:, 2].min()) for s in shapes[2:])
         ceiling = max([*tops, float(ends[:, 2].max())]) + sag + 0.05
         space = np.array(problem.limits.workspace)
@@ -142,7 +142,7 @@ class _Grid:
         axes = [o + spacing * np.arange(-pad, n + pad) for o, n in zip(origin, size, strict=True)]
         points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
         field = np.full(points.shape[:-1], np.inf)
-        for obstacle in problem.obstacles:
+        for obstacle in problem.solid:
             field = np.minimum(field, signed_distance(points, obstacle))
         nx, ny, nz = size.tolist()
         return cls(origin, (nx, ny, nz), spacing, pad, field)

@@ -8,7 +8,6 @@ from jaxtyping import Float64
 from services.planner.optimisation import PathOptimisation, Trial
 from services.planner.problem import Problem, WholePath
 from services.planner.timing import Pace, timed
-from shared.geometry import obstacles as geometry
 from shared.geometry import polylines, poses
 from shared.geometry.clearance import swept_gripper_points
 from shared.geometry.obstacles import segment_distance, signed_distance
@@ -92,9 +91,8 @@ def _moved(
     turns = poses.logarithm(poses.multiply(orientations[1:], poses.conjugate(orientations[:-1])))
     moving = np.concatenate([np.diff(positions, axis=0), turns], axis=2) / DT
     actions = np.concatenate([moving, np.zeros((AFTER, 2, 6))])
-    packed = geometry.pack(problem.supports) if problem.supports else None
     nodes = problem.rod.rollout(
-        problem.state, actions, DT, substeps=SUBSTEPS, obstacles=packed
+        problem.state, actions, DT, substeps=SUBSTEPS, obstacles=problem.packed_supports
     ).positions
     after = nodes[-AFTER:]
     swing = float(np.max(np.linalg.norm(after - np.mean(after, axis=0), axis=2)))
@@ -112,8 +110,9 @@ def _clearance(
     bodies = swept_gripper_points(positions, orientations, limits.gripper_height)
     edge = polylines.length(nodes[0]) / (nodes.shape[1] - 1)
     least = np.inf
-    for obstacle in problem.obstacles:
+    for obstacle in problem.solid:
         least = min(least, np.min(signed_distance(bodies, obstacle)) - limits.gripper_radius)
+    for obstacle in problem.obstacles:
         rough = signed_distance(nodes, obstacle)
         close = rough[:, :-1] < np.min(rough) + edge
         at, index = np.nonzero(close)

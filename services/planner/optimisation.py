@@ -17,6 +17,7 @@ from services.planner.problem import Problem
 from shared.geometry import obstacles as geometry
 from shared.geometry import poses
 from shared.geometry.clearance import Near, near, swept_gripper_points, with_midpoints
+from shared.geometry.obstacles import Obstacle
 from shared.rod import RodState
 
 BLOCKS = 12
@@ -30,6 +31,9 @@ MILLIMETRE = 1e3
 SMOOTHNESS = 0.02
 EFFORT = 0.01
 NEARNESS = 0.5
+LIFTING = 0.2
+"""Weight of staying off what the rope may lean on, except where start and goal lean: laid down
+from above a rope is not dragged along its support, where friction would hold it."""
 LEAVING = 5e-4
 """Below its own clearance a start or goal may be passed by so much [m]."""
 NEAR_BLOCKS = 2
@@ -54,6 +58,7 @@ class Trial:
     shortfall: float
     """Most that any point lacks of the wanted clearance [m]."""
     rope_near: Near = field(repr=False)
+    support_near: Near = field(repr=False)
     body_near: Near = field(repr=False)
 
 
@@ -62,11 +67,12 @@ class PathOptimisation:
 
     def __init__(self, problem: Problem, reserve: float = RESERVE) -> None:
         self.problem, self.reserve = problem, reserve
-        self.margins = self._margins()
+        self.margins = self._margins(problem.obstacles)
+        self.lift = self._margins(problem.supports)
         self.block_of_step = np.concatenate(
             [np.repeat(np.arange(BLOCKS), STEPS), np.full(SETTLE, BLOCKS)]
         )
-        self.packed = geometry.pack(problem.supports) if problem.supports else None
+        self.packed = problem.packed_supports
         # What each block's displacement has contributed to a grip by the end of each step.
         block, step = np.divmod(np.arange(BLOCKS * STEPS), STEPS)
         share = np.clip(block[:, None] - np.arange(BLOCKS), 0, 1).astype(float)
@@ -158,14 +164,13 @@ class PathOptimisation:
         problem = self.problem
         miss = nodes[-1] - problem.goal
         cost = MILLIMETRE**2 * float(np.mean(np.sum(miss**2, axis=1)))
-        points = with_midpoints(nodes[: BLOCKS * STEPS]).reshape(-1, 3)
-        reach = np.repeat(self.margins + problem.radius, 2 * problem.rod.node_count - 1)
-        rope = near(points, problem.obstacles, reach)
-        rope_lack = reach[rope.points] - rope.distances
+        rope, rope_lack = self._rope_near(nodes, problem.obstacles, self.margins)
+        support, support_lack = self._rope_near(nodes, problem.supports, self.lift)
+        cost += (MILLIMETRE * LIFTING) ** 2 * float(support_lack @ support_lack)
         bodies = self._bodies(way)
         wanted = max(problem.clearance, problem.limits.keep_out) + self.reserve
         wanted += problem.limits.gripper_radius
-        body = near(bodies, problem.obstacles, np.full(len(bodies), wanted))
+        body = near(bodies, problem.solid, np.full(len(bodies), wanted))
         body_lack = wanted - body.distances
         cost += (MILLIMETRE * NEARNESS) ** 2 * float(rope_lack @ rope_lack + body_lack @ body_lack)
         for residual, _ in self._grip_residuals(way):
@@ -179,8 +184,21 @@ class PathOptimisation:
             max(float(np.max(rope_lack, initial=0.0)), float(np.max(body_lack, initial=0.0)))
             - self.reserve,
             rope,
+            support,
             body,
         )
+
+    def _rope_near(
+        self,
+        nodes: Float64[np.ndarray, "h n 3"],
+        obstacles: Sequence[Obstacle],
+        margins: Float64[np.ndarray, "s"],
+    ) -> tuple[Near, Float64[np.ndarray, "a"]]:
+        """Where the rope is nearer to obstacles than its margin at each step, and by how much."""
+        points = with_midpoints(nodes[: BLOCKS * STEPS]).reshape(-1, 3)
+        reach = np.repeat(margins + self.problem.radius, 2 * self.problem.rod.node_count - 1)
+        found = near(points, obstacles, reach)
+        return found, reach[found.points] - found.distances
 
     def _bodies(self, way: Float64[np.ndarray, "k 2 6"]) -> Float64[np.ndarray, "p 3"]:
         positions, orientations = self.grips(way)
@@ -206,16 +224,20 @@ class PathOptimisation:
         scale = MILLIMETRE / np.sqrt(count)
         rows.append(scale * slopes[-1][..., moves].reshape(3 * count, -1))
         residuals.append(scale * (trial.nodes[-1] - problem.goal).ravel())
-        hit = trial.rope_near
-        if len(hit.points):
+        for hit, margins, weight in (
+            (trial.rope_near, self.margins, NEARNESS),
+            (trial.support_near, self.lift, LIFTING),
+        ):
+            if not len(hit.points):
+                continue
             step, at = np.divmod(hit.points, 2 * count - 1)
             first = np.where(at < count, at, at - count)
             second = np.where(at < count, at, at - count + 1)
             here = 0.5 * (slopes[step, first] + slopes[step, second])
             along = np.einsum("ac,ackem->akem", hit.normals, here)
-            rows.append(-MILLIMETRE * NEARNESS * along[..., moves].reshape(len(step), -1))
-            lack = self.margins[step] + problem.radius - hit.distances
-            residuals.append(MILLIMETRE * NEARNESS * lack)
+            rows.append(-MILLIMETRE * weight * along[..., moves].reshape(len(step), -1))
+            lack = margins[step] + problem.radius - hit.distances
+            residuals.append(MILLIMETRE * weight * lack)
         hit = trial.body_near
         if len(hit.points):
             step, at = np.divmod(hit.points, 6)
@@ -282,13 +304,13 @@ class PathOptimisation:
             found.append((MILLIMETRE * outside[step, end, axis], MILLIMETRE * row))
         return found
 
-    def _margins(self) -> Float64[np.ndarray, "s"]:
+    def _margins(self, obstacles: Sequence[Obstacle]) -> Float64[np.ndarray, "s"]:
         """Clearance to keep at each step [m]: the rope may begin and end nearer to things."""
         problem = self.problem
         steps = np.arange(BLOCKS * STEPS)
         wanted = np.full(len(steps), problem.clearance + self.reserve)
         for nodes, away in ((problem.state.positions, steps), (problem.goal, steps[::-1])):
-            own = geometry.chain_clearance(nodes, problem.radius, problem.obstacles)
+            own = geometry.chain_clearance(nodes, problem.radius, obstacles)
             beyond = np.maximum(away / STEPS - NEAR_BLOCKS, 0.0)
             wanted = np.minimum(wanted, own - LEAVING + PARTING * beyond)
         return wanted

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from shared.geometry.obstacles import Obstacle
+from shared.geometry.obstacles import Obstacle, pack
 from shared.geometry.poses import Pose
 from shared.rod import Rod, RodState
 from shared.scenario.sections import Limits
@@ -40,6 +40,16 @@ class Problem:
     oriented: tuple[bool, bool] = (False, False)
     """Whether the orientation of each goal grip must be met."""
     seed: int = 0
+
+    @property
+    def solid(self) -> tuple[Obstacle, ...]:
+        """All that the grippers must not touch: what the rope may lean on as well."""
+        return self.obstacles + self.supports
+
+    @property
+    def packed_supports(self) -> Float64[np.ndarray, "m 12"] | None:
+        """What the rope leans on, for the rod."""
+        return pack(self.supports) if self.supports else None
 
     @property
     def radius(self) -> float:

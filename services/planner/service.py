@@ -11,6 +11,7 @@ from services.planner import whole_path
 from services.planner.problem import Problem, WholePath
 from shared import topics
 from shared.geometry import polylines
+from shared.geometry.obstacles import Obstacle, pack
 from shared.geometry.poses import Pose
 from shared.messages import (
     ArmStates,
@@ -122,7 +123,7 @@ class PlannerService:
             replan_count=task.replan_count,
         )
         try:
-            state = self._state(grips, rope)
+            state = self._state(grips, rope, scene_obstacles(scene))
         except ValueError as error:
             message.reason = f"the rope does not rest between the grips: {error}"
             return message
@@ -138,16 +139,20 @@ class PlannerService:
         _fill(message, whole_path.plan(problem))
         return message
 
-    def _state(self, grips: tuple[Pose, Pose], rope: NodeChain | None) -> RodState:
+    def _state(
+        self, grips: tuple[Pose, Pose], rope: NodeChain | None, obstacles: tuple[Obstacle, ...]
+    ) -> RodState:
         """The rope at rest between the grips, in the shape in which it is seen."""
-        state = self._rod.rest(*grips).state
+        supports = [o for o in obstacles if o.support]
+        packed = pack(supports) if supports else None
+        state = self._rod.rest(*grips, obstacles=packed).state
         if rope is None or not rope.positions:
             return state
         seen = chain(rope.positions)
         if polylines.mean_node_distance(state.positions, seen) < OTHER_SHAPE:
             return state
         guess = framed(seen, grips[0].orientation, grips[1].orientation)
-        other = self._rod.rest(*grips, guess=guess).state
+        other = self._rod.rest(*grips, guess=guess, obstacles=packed).state
         return min((state, other), key=lambda s: polylines.mean_node_distance(s.positions, seen))
 
     def _problem(

@@ -96,7 +96,7 @@ def _in_the_way(problem: Problem) -> list[Obstacle]:
     reach = 0.12 + problem.clearance
     return [
         o
-        for o in problem.obstacles
+        for o in problem.solid
         if o.shape != "half_space" and np.min(signed_distance(swept.reshape(-1, 3), o)) < reach
     ]
 

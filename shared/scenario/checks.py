@@ -10,6 +10,9 @@ from shared.geometry import polylines
 from shared.scenario.scenario import Scenario
 from shared.scenario.sections import SIDES, Shape, Side
 
+LEANING = 0.002
+"""A shape may lie so deep in what the rope leans on [m]."""
+
 
 def check(scenario: Scenario) -> None:
     """Raises ConfigurationError for the first thing that cannot be."""
@@ -49,7 +52,7 @@ def _check_shape(scenario: Scenario, key: str, shape: Shape) -> None:
     points = np.array([left.position, right.position]) if nodes is None else nodes
     for body in scenario.bodies:
         depth = scenario.rope.diameter / 2.0 - float(np.min(geometry.signed_distance(points, body)))
-        if depth > 0.0:
+        if depth > (LEANING if body.support else 0.0):
             raise ConfigurationError(
                 f"{key} lies inside obstacle {body.name!r} ({1e3 * depth:.1f} mm deep with the "
                 "rope's radius); move the one or the other"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 from collections.abc import Callable
 
 import viser
@@ -11,8 +12,13 @@ from dashboard.actions import Actions
 from dashboard.outbox import Complaint, Outbox
 from dashboard.wording import Line
 from shared.messages import PAUSED, RUNNING, ArmCommand, ArmStates, TaskRequest, TaskState
+from shared.scenario import SIDES, Side
+from shared.service import SECOND
 
 RESET = "Reset"
+GRIPPER = ("Open", "Close")
+ARMS_PERIOD = SECOND // 2
+"""Between two looks at the numbers of the arms [ns]."""
 
 
 class RunControls:
@@ -101,6 +107,20 @@ class ArmControls:
         self._disarm = gui.add_button(
             "Disarm", icon=viser.Icon.POWER, color=palette.NEUTRAL, visible=False
         )
+        self._arms = gui.add_html("")
+        self._told = 0
+        self._grippers = {}
+        for side in SIDES:
+            group = gui.add_button_group(
+                f"Gripper {side}",
+                GRIPPER,
+                visible=False,
+                hint="Opens and closes only while the arms rest",
+            )
+            group.on_click(
+                lambda event, s=side: actions.put(lambda w=event.target.value: self._grip(s, w))
+            )
+            self._grippers[side] = group
         for button, action, words in (
             (self._acknowledge, ArmCommand.ACKNOWLEDGE, "Acknowledge"),
             (self._arm, ArmCommand.ARM, "Arm"),
@@ -109,11 +129,15 @@ class ArmControls:
         ):
             button.on_click(lambda _, a=action, w=words: actions.put(lambda: self._command(a, w)))
 
-    def _command(self, action: ArmCommand.Action, words: str) -> None:
+    def _grip(self, side: Side, wanted: str) -> None:
+        close = wanted == GRIPPER[1]
+        self._command(ArmCommand.GRIPPER, f"{wanted} gripper {side}", arm=side, close=close)
+
+    def _command(self, action: ArmCommand.Action, words: str, **fields: object) -> None:
         if not self._boot:
             self._complain(Complaint(f"{words}: not sent", "The robot gateway has not spoken yet."))
             return
-        self._outbox.arm(action, self._boot, words)
+        self._outbox.arm(action, self._boot, words, **fields)
 
     def update(self, arms: ArmStates | None, age: float) -> None:
         """Shows the gateway's state and offers what makes sense in it."""
@@ -121,9 +145,21 @@ class ArmControls:
         if line != self._shown:
             self._shown = line
             self._state.content = wording.as_html(line)
-        if arms is None or not self._live:
+        if arms is None:
+            return
+        if abs(arms.stamp - self._told) >= ARMS_PERIOD:
+            self._told = arms.stamp
+            words = "<br>".join(html.escape(wording.arm_words(a)) for a in arms.arms)
+            self._arms.content = (
+                f'<div style="margin:.3em 1em;font-size:.8em;opacity:.75">{words}</div>'
+            )
+        if not self._live:
             return
         self._boot = arms.boot
+        for arm in arms.arms:
+            group = self._grippers.get(arm.arm)
+            if group is not None and group.visible != (arm.driver != "fixed"):
+                group.visible = arm.driver != "fixed"
         disarmed = arms.mode == ArmStates.DISARMED
         for button, wanted in (
             (self._acknowledge, arms.needs_acknowledgement),

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from dashboard import palette
 from dashboard.palette import Color
 from shared import messages
-from shared.messages import ArmStates, NodeChain, TaskState
+from shared.messages import ArmState, ArmStates, NodeChain, TaskState
 
 SILENT = 2.5
 """Age from which an owner that should speak each second counts as silent [s]."""
@@ -113,6 +113,21 @@ def arms_line(arms: ArmStates | None, age: float) -> Line:
         parts.append(f"rule “{arms.rule}”")
     parts += [f"{a.arm}: {alarm}" for a in arms.arms for alarm in a.alarms]
     return Line(text, color, "; ".join(parts))
+
+
+def arm_words(arm: ArmState) -> str:
+    """One arm in a line: what it does, how it is heard, how well it follows."""
+    parts = [arm.mode or arm.driver]
+    if arm.link_rate:
+        gap = 1e3 * arm.link_gap
+        parts.append(f"heard {arm.link_rate:.0f} times a second, longest gap {gap:.0f} ms")
+    if arm.tracking_error:
+        parts.append(f"{millimeters(arm.tracking_error)} off its path")
+    if arm.pull >= 1.0:
+        parts.append(f"feels a pull of {arm.pull:.0f} N")
+    if arm.driver != "fixed":
+        parts.append("gripper closed" if arm.gripper_closed else "gripper open")
+    return f"{arm.arm}: {', '.join(parts)}"
 
 
 def as_html(line: Line, size: str = "1.05em", margin: str = "0.6em 1em") -> str:

@@ -27,12 +27,13 @@ VERBS = {
     "arm": ("lariat.arm:arm", "allow the arms to move"),
     "disarm": ("lariat.arm:disarm", "stop the arms and keep them still"),
     "ack": ("lariat.arm:ack", "acknowledge why the arms hold"),
+    "grip": ("lariat.arm:grip", "open or close a gripper"),
     "show": ("lariat.show:main", "a recording in the dashboard, with a time bar"),
     "replay": ("lariat.replay:main", "feed services their recorded inputs, compare outputs"),
     "repair": ("lariat.repair:main", "make a cut recording whole"),
     "bench": ("", "a table of the paper, or a speed"),
 }
-TALKING = ("status", "goal", "start", "pause", "stop", "reset", "arm", "disarm", "ack")
+TALKING = ("status", "goal", "start", "pause", "stop", "reset", "arm", "disarm", "ack", "grip")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -1,13 +1,17 @@
-"""`lariat arm`, `disarm` and `ack`: the arms of a live stack."""
+"""`lariat arm`, `disarm`, `ack` and `grip`: the arms of a live stack."""
 
 from __future__ import annotations
 
 import json as jsons
+from typing import Annotated, Any, Literal
+
+import tyro
 
 from lariat import conversation
 from lariat.conversation import Cell
 from lariat.task import HERE, ToCell
 from shared.messages import ArmCommand, ArmStates
+from shared.scenario import Side
 
 
 def arm(json: bool = False, cell: ToCell = HERE) -> int:
@@ -49,9 +53,31 @@ def ack(json: bool = False, cell: ToCell = HERE) -> int:
     return _command(ArmCommand.ACKNOWLEDGE, json, cell)
 
 
-def _command(action: ArmCommand.Action, json: bool, cell: Cell) -> int:
+def grip(
+    wanted: Annotated[Literal["open", "close"], tyro.conf.Positional],
+    /,
+    side: Side = "right",
+    json: bool = False,
+    cell: ToCell = HERE,
+) -> int:
+    """Open or close a gripper, while the arms rest.
+
+    Examples:
+      lariat grip open
+      lariat grip close --side left
+
+    Args:
+        wanted: open or close.
+        side: Whose gripper.
+        json: Answer with one JSON object on standard output.
+        cell: Which stack.
+    """
+    return _command(ArmCommand.GRIPPER, json, cell, arm=side, close=wanted == "close")
+
+
+def _command(action: ArmCommand.Action, json: bool, cell: Cell, **fields: Any) -> int:
     with conversation.open(cell) as talk:
-        state = talk.arm(action)
+        state = talk.arm(action, **fields)
     if json:
         print(jsons.dumps(as_json(state)))
     else:
@@ -73,11 +99,22 @@ def as_json(state: ArmStates) -> dict[str, object]:
     """The state of the arms as `--json` says it."""
     return {
         "mode": ArmStates.Mode.Name(state.mode).lower(),
+        "cause": state.cause,
         "reason": state.reason,
         "rule": state.rule,
         "needs_acknowledgement": state.needs_acknowledgement,
         "arms": {
-            a.arm: {"driver": a.driver, "position": list(a.position), "alarms": list(a.alarms)}
+            a.arm: {
+                "driver": a.driver,
+                "mode": a.mode,
+                "position": list(a.position),
+                "alarms": list(a.alarms),
+                "gripper_closed": a.gripper_closed,
+                "tracking_error_mm": round(1e3 * a.tracking_error, 3),
+                "pull_n": round(a.pull, 2),
+                "link_hz": a.link_rate,
+                "link_gap_ms": round(1e3 * a.link_gap, 1),
+            }
             for a in state.arms
         },
     }

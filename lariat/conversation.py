@@ -89,7 +89,7 @@ class Conversation:
         requests.put(request)
         return self._answer(states, request.id, "controller")
 
-    def arm(self, action: ArmCommand.Action) -> ArmStates:
+    def arm(self, action: ArmCommand.Action, **fields: Any) -> ArmStates:
         """Commands the gateway; its state after that.
 
         Raises:
@@ -105,6 +105,7 @@ class Conversation:
             # By the gateway's own clock, which need not be this machine's.
             expires=before.stamp + EXPIRY,
             action=action,
+            **fields,
         )
         commands.put(command)
         return self._answer(states, command.id, "robot gateway")

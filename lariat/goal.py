@@ -44,7 +44,7 @@ def main(
     scenario = _scenario(file, line)
     scenario.grips(scenario.goal)  # reads its file, before the bus is troubled
     with conversation.open(cell) as talk:
-        state = talk.task(TaskRequest.SET_GOAL, goal=_goal(scenario, talk))
+        state = talk.task(TaskRequest.SET_GOAL, goal=goal_of(scenario, scenario.goal, talk))
     say(state, json)
     return 0
 
@@ -62,8 +62,8 @@ def _scenario(file: Path | None, line: Coordinates | None) -> Scenario:
     return Scenario("goal", Rope(length=1.0, diameter=0.01), start=shape, goal=shape, folder=folder)
 
 
-def _goal(scenario: Scenario, talk: Conversation) -> Goal:
-    shape = scenario.goal
+def goal_of(scenario: Scenario, shape: Shape, talk: Conversation) -> Goal:
+    """A shape as the controller takes it; one between two grips is asked of the controller."""
     left, right = scenario.grips(shape)
     nodes = scenario.nodes(shape)
     if nodes is None:

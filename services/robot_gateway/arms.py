@@ -98,6 +98,11 @@ class Arms:
     # How they are
 
     @property
+    def on_their_own(self) -> bool:
+        """Whether any of them is a device, which may be elsewhere than it is commanded to be."""
+        return any(d.moves and np.isfinite(d.tracking_limit) for d in self.drivers)
+
+    @property
     def ready(self) -> bool:
         """Whether all can follow and it is known where they are."""
         return all(f.ready and f.pose is not None for f in self.feedback)

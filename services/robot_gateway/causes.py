@@ -51,7 +51,7 @@ CAUSES: dict[str, Cause] = {
     ),
     "silence": Cause(
         "no fresh setpoints: controller, bus or network dead or stopped",
-        "100 ms after the last fresh chunk, by local receipt",
+        "braking after 50 ms without a fresh chunk, by local receipt; held after 100 ms",
         "jerk-limited",
         "after acknowledgement",
         "the next chunk of the same writer",
@@ -90,9 +90,9 @@ CAUSES: dict[str, Cause] = {
     "stalled": Cause(
         "the gateway itself was stopped for more than 100 ms",
         "at the first tick after",
-        "jerk-limited",
+        "by the arm",
         "after acknowledgement",
-        "a new chunk",
+        "the pose is read; the rest of the old motion is never sent",
         "fresh",
     ),
     "tracking": Cause(

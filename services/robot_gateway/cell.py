@@ -29,7 +29,10 @@ from shared.geometry.poses import Pose
 TICK = 0.008
 """Period of the gateway [s]."""
 SILENCE = 0.1
-"""Age of the last fresh chunk at which braking has begun [s]."""
+"""Age of the last fresh chunk at which the cell holds for a person [s]."""
+LATE = 0.05
+"""Age at which it begins to brake, without holding yet [s]: an arm follows its command some 80 ms
+later, and it must have begun to brake within 150 ms."""
 PATIENCE = 30.0
 """Time that an arm has to become ready [s]."""
 
@@ -56,6 +59,7 @@ class Cell:
         self._pulls = pulls or Pulls(np.inf)
         self._last_tick: int | None = None
         self._last_fresh = 0
+        self._late = False
         self._waits_since: int | None = None
         self._rule: Rule | None = None
         self._refusal = self._command = self._rejection = ""
@@ -141,10 +145,14 @@ class Cell:
         self._last_tick = now
         if elapsed > SILENCE and self.safety.mode == "moving":
             self._halt("stalled", f"the gateway stood still for {elapsed:.3f} s")
+            if self.arms.on_their_own:
+                # They have stopped by themselves; what the command still had to go is not sent.
+                self._waits_since = now
         h = min(elapsed, 3.0 * TICK)
         self._watch(now, h)
         if h > 0.0:
-            rule = self.guidance.step(now - round(h / NANOSECONDS), now)
+            self._late = (now - self._last_fresh) * NANOSECONDS + h > LATE
+            rule = self.guidance.step(now - round(h / NANOSECONDS), now, self._late)
             self._rule = rule or self._rule
         if not self.guidance.following and self.guidance.resting:
             self.safety = self.safety.moving(False)
@@ -195,7 +203,7 @@ class Cell:
     def _report(self) -> CellReport:
         return CellReport(
             self.safety,
-            not self.guidance.following and not self.guidance.resting,
+            (self._late or not self.guidance.following) and not self.guidance.resting,
             self._rule,
             self._refusal,
             self._sequence,

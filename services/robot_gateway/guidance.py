@@ -12,7 +12,8 @@ from jaxtyping import Float64
 
 from services.robot_gateway import admission
 from services.robot_gateway.admission import Refused, Tolerances
-from services.robot_gateway.joint_rules import Posture
+from services.robot_gateway.between import Spheres, distances
+from services.robot_gateway.joint_rules import STRIDE, Posture, tried
 from services.robot_gateway.limits import LimitTable, MotionLimits, Rule
 from services.robot_gateway.motion import Braking, Follower, Kinematics
 from services.robot_gateway.rules import Boundaries, Rules, broken
@@ -103,7 +104,7 @@ class Guidance:
         past = int((now - spline.start) * NANOSECONDS / spline.dt)
         first = min(max(past, 0), spline.count - 1)
         ahead = chunk.positions[first:], chunk.orientations[first:]
-        found = self._broken(*ahead, MARGIN) or self._broken_joints(*ahead, MARGIN, spline.dt)
+        found = self._broken(*ahead, MARGIN) or self._broken_bodies(*ahead, MARGIN, spline.dt)
         if found:
             rule, excess = found
             raise Refused(rule, f"broken by {excess:.4f} {UNITS.get(rule, 'm')}")
@@ -126,12 +127,16 @@ class Guidance:
         """Begins the stop that has been checked."""
         self._reference = None
 
-    def step(self, before: int, now: int) -> Rule | None:
-        """Moves the command from one time to another [ns]; the rule that slowed it, if any."""
+    def step(self, before: int, now: int, ease: bool = False) -> Rule | None:
+        """Moves the command from one time to another [ns]; the rule that slowed it, if any.
+
+        Args:
+            ease: Brake, but keep the chunk: the next one takes over from wherever that leads.
+        """
         h = (now - before) * NANOSECONDS
         self._time = now
         rule = None
-        if self._reference is not None:
+        if self._reference is not None and not ease:
             present = self._reference(before)
             wanted = self.follower.step(self.state, present, self._reference(now), h)
             braking = Braking(self.follower.stop(wanted))
@@ -170,22 +175,46 @@ class Guidance:
             grip = Pose(state.position[k], state.orientation[k])
             if posture.too_fast(grip, state.velocity[k]):
                 return "joint_speed"
-        found = self._broken(*path) or self._broken_joints(path[0][[0, -1]], path[1][[0, -1]])
+        found = self._broken(*path) or self._broken_bodies(*path)
         return found[0] if found else None
 
-    def _broken_joints(
+    def _broken_bodies(
         self,
         positions: Float64[np.ndarray, "m driven 3"],
         orientations: Float64[np.ndarray, "m driven 4"],
         margin: float = 0.0,
         dt: float | None = None,
     ) -> tuple[Rule, float] | None:
+        """The rule that the joints and bodies of the arms break on a way from here."""
+        if not self.driven:
+            return None
+        chosen = tried(positions) if dt is not None else stops(positions)
         for k, posture in self.postures:
             way = positions[:, k], orientations[:, k]
-            found = posture.broken(*way, self.rules, margin, dt)
+            found = posture.broken(*way, chosen, self.rules, margin, dt)
             if found:
                 return found
-        return None
+        if len(self._positions) != 2:
+            return None
+        rows = np.concatenate([self.state.position[None], positions[chosen]])
+        turns = np.concatenate([self.state.orientation[None], orientations[chosen]])
+        left, right = self._bodies(*self._all_ends(rows, turns))
+        slack = distances(left, right) - self.rules.boundaries.keep_out
+        return broken({"spacing": slack}, margin)
+
+    def _bodies(
+        self,
+        positions: Float64[np.ndarray, "m ends 3"],
+        orientations: Float64[np.ndarray, "m ends 4"],
+    ) -> list[Spheres]:
+        """All that belongs to each end along a way whose joints have just been judged."""
+        postures = {self.driven[k]: posture for k, posture in self.postures}
+        rows = []
+        for end in range(positions.shape[1]):
+            parts = [self.rules.body(end, positions[:, end], orientations[:, end])]
+            parts += [postures[end].spheres()] if end in postures else []
+            rows.append(Spheres.joined(parts))
+        return rows
 
     def _broken(
         self,
@@ -212,3 +241,13 @@ class Guidance:
         all_positions[:, self.driven] = positions
         all_orientations[:, self.driven] = orientations
         return all_positions, all_orientations
+
+
+def stops(positions: Float64[np.ndarray, "m driven 3"]) -> list[int]:
+    """Which poses of a stop the joints are solved for: its ends, and between them where it is long.
+
+    A stop is planned anew at every tick, so that a few of its poses are enough.
+    """
+    longest = float(np.max(np.linalg.norm(positions[-1] - positions[0], axis=-1)))
+    count = 2 + int(longest / STRIDE)
+    return np.unique(np.linspace(0, len(positions) - 1, count).round().astype(int)).tolist()

@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 from jaxtyping import Float64
 
+from services.robot_gateway.between import Spheres
 from services.robot_gateway.limits import Rule
 from services.robot_gateway.rules import Rules, Slacks, broken
 from shared.geometry.poses import Pose
@@ -17,7 +18,9 @@ from shared.geometry.poses import Pose
 LEAST_SINGULAR_VALUE = 0.03
 """Of the Jacobian in metres and radians; 0.21 at a CR5's usual pose, 0 where it is singular."""
 TRIED = 8
-"""Poses of a way that are solved for."""
+"""Least number of poses of a way that are solved for, if it has so many."""
+STRIDE = 0.025
+"""Farthest that the grip moves between two of them [m]."""
 
 Joints = Float64[np.ndarray, "j"]
 
@@ -40,9 +43,29 @@ class ArmKinematics(Protocol):
         """Joint speeds for a velocity of the grip in the world [rad/s]."""
         ...
 
+    base_spheres: tuple[Float64[np.ndarray, "k 3"], np.ndarray]
+    """Centres in the world and radii of spheres that cover what does not move [m]."""
+
     def link_spheres(self, joints: Joints) -> tuple[Float64[np.ndarray, "k 3"], np.ndarray]:
         """Centres in the world and radii of spheres that cover the moving links [m]."""
         ...
+
+
+def tried(positions: Float64[np.ndarray, "m ends 3"]) -> list[int]:
+    """Which poses of a way are solved for: evenly, densely enough, the last one among them."""
+    steps = np.linalg.norm(np.diff(positions, axis=0), axis=-1)
+    longest = float(np.max(np.sum(steps, axis=0), initial=0.0))
+    count = min(len(positions), max(TRIED, 1 + int(np.ceil(longest / STRIDE))))
+    # Where the way is fast its poses are far apart: none of them is left out there.
+    chosen, gone = [0], np.zeros(positions.shape[1])
+    stride = max(1, (len(positions) - 1) // max(count - 1, 1))
+    for k in range(1, len(positions)):
+        gone = gone + steps[k - 1]
+        far = k + 1 < len(positions) and np.max(gone + steps[k]) > STRIDE
+        if far or k - chosen[-1] >= stride or k == len(positions) - 1:
+            chosen.append(k)
+            gone = np.zeros_like(gone)
+    return chosen
 
 
 class Posture:
@@ -54,6 +77,8 @@ class Posture:
         self.joint_speed = joint_speed
         self.joints: Joints | None = None
         """Of the commanded pose; None until the arm has been heard."""
+        self.way: Float64[np.ndarray, "m j"] = np.zeros((0, 0))
+        """Joints of the way that was judged last, those of now first."""
 
     def begin(self, joints: tuple[float, ...]) -> None:
         """Takes the branch that the arm is on, from its feedback."""
@@ -78,6 +103,7 @@ class Posture:
         self,
         positions: Float64[np.ndarray, "m 3"],
         orientations: Float64[np.ndarray, "m 4"],
+        chosen: list[int],
         rules: Rules,
         margin: float,
         dt: float | None = None,
@@ -85,14 +111,12 @@ class Posture:
         """The first rule that a way from the command on breaks, and by how much [rad, m].
 
         Args:
+            chosen: Poses of the way that are looked at.
             margin: Slack that the links keep from obstacles [m].
             dt: Between the poses, for the joints' speed; None when they are not even in time.
         """
         if self.joints is None:
             return "lost_link", 0.0
-        stride = max(1, int(np.ceil(len(positions) / TRIED)))
-        chosen = list(range(0, len(positions), stride))
-        chosen += [len(positions) - 1] if chosen[-1] != len(positions) - 1 else []
         row = [self.joints]
         for k in chosen:
             found = self.kinematics.solve(Pose(positions[k], orientations[k]), row[-1])
@@ -100,7 +124,7 @@ class Posture:
                 # Out of reach begins where the arm is stretched out.
                 return "singularity", 0.0
             row.append(found)
-        joints = np.array(row)
+        joints = self.way = np.array(row)
         if dt is not None:
             steps = np.diff(np.array(chosen)) * dt
             rates = np.abs(np.diff(joints[1:], axis=0)) / steps[:, None]
@@ -112,6 +136,15 @@ class Posture:
             return None
         # What is broken where the arm stands is judged only when it matters.
         return self._first_broken(joints[1:], joints[:1], rules, margin)
+
+    def spheres(self) -> Spheres:
+        """What covers the arm along the way that was judged last."""
+        links = [self.kinematics.link_spheres(q) for q in self.way]
+        centres, radii = self.kinematics.base_spheres
+        base = np.broadcast_to(centres, (len(links), *centres.shape))
+        return Spheres.joined(
+            [Spheres(np.array([c for c, _ in links]), links[0][1]), Spheres(base, radii)]
+        )
 
     def _first_broken(
         self,

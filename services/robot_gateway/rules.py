@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
+from services.robot_gateway.between import Spheres
 from services.robot_gateway.detour import taut_length
 from services.robot_gateway.limits import Rule
 from shared.geometry import poses
@@ -75,6 +76,7 @@ class Rules:
         self._owner = np.repeat(self.driven, [len(centres) for centres, _ in spheres])
         self._centres = np.concatenate([np.zeros((0, 3)), *(centres for centres, _ in spheres)])
         self._radii = np.array([r for centres, r in spheres for _ in centres])
+        self._bodies_of_ends = [body.spheres for body in boundaries.bodies]
         self.replace_obstacles(())
 
     def replace_obstacles(self, obstacles: Sequence[Obstacle]) -> None:
@@ -115,6 +117,17 @@ class Rules:
             orientations[:, self._owner], self._centres
         )
         return self.clearances(points, self._radii)
+
+    def body(
+        self,
+        end: int,
+        positions: Float64[np.ndarray, "m 3"],
+        orientations: Float64[np.ndarray, "m 4"],
+    ) -> Spheres:
+        """The body of one end's gripper along a row of its poses."""
+        centres, radius = self._bodies_of_ends[end]
+        points = positions[:, None] + poses.rotate(orientations[:, None], centres[None])
+        return Spheres(points, np.full(len(centres), radius))
 
     def clearances(
         self, centres: Float64[np.ndarray, "m k 3"], radii: Float64[np.ndarray, "k"]

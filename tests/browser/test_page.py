@@ -138,6 +138,15 @@ def test_hold_is_meant_for_this_start_of_the_gateway_only(cell: tuple[Cell, Page
     assert command.expires > command.stamp
 
 
+def test_each_gripper_opens_and_closes_by_its_own_buttons(cell: tuple[Cell, Page]) -> None:
+    stage, page = cell
+    expect(page.get_by_text("Gripper left")).to_be_visible()
+    page.get_by_role("button", name="Open", exact=True).nth(1).click()
+    command = stage.asked(topics.ARM_COMMAND)
+    assert (command.action, command.arm, command.close) == (ArmCommand.GRIPPER, "right", False)
+    assert command.boot == "boot-1"
+
+
 def test_dragged_end_is_drafted_previewed_and_set(cell: tuple[Cell, Page]) -> None:
     stage, page = cell
     before = SCENARIO.grips(SCENARIO.goal)[0].position

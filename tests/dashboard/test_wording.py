@@ -76,6 +76,23 @@ def test_arms_line_names_rule_reason_and_alarms() -> None:
         assert words in line.detail
 
 
+def test_arm_says_what_it_does_how_it_is_heard_and_what_it_feels() -> None:
+    arm = ArmState(
+        arm="right",
+        driver="cr5",
+        mode="running",
+        link_rate=124.0,
+        link_gap=0.017,
+        tracking_error=0.0004,
+        pull=7.2,
+    )
+    assert wording.arm_words(arm) == (
+        "right: running, heard 124 times a second, longest gap 17 ms, 0.40 mm off its path, "
+        "feels a pull of 7 N, gripper open"
+    )
+    assert wording.arm_words(ArmState(arm="left", driver="fixed")) == "left: fixed"
+
+
 def test_words_from_the_bus_cannot_become_markup() -> None:
     assert "<script>" not in wording.as_html(
         wording.Line("<script>", palette.BAD, detail="<script>")

@@ -39,7 +39,9 @@ class Kinematics:
         self._base, self._tool = _placement(self._to_base), _placement(self._to_flange)
         self.most = np.array(self._model.upperPositionLimit) - LIMIT_MARGIN
         """Largest angle of each joint, either way [rad]."""
-        self._spheres = _link_spheres(self._model)
+        self._spheres, base = _link_spheres(self._model)
+        self.base_spheres = self._from_base.apply(base[0]), base[1]
+        """Of what does not move: centres in the world and radii [m]."""
 
     def flange(self, joints: Joints) -> Pose:
         """Pose of the flange in the base."""
@@ -138,13 +140,18 @@ def _pose(placement: pinocchio.SE3) -> Pose:
     return Pose(np.array(placement.translation), poses.from_matrix(np.array(placement.rotation)))
 
 
-def _link_spheres(model: pinocchio.Model) -> list[tuple[int, np.ndarray, float]]:
-    """Joint, centres in its frame and radius for the cylinders of the moving links."""
+def _link_spheres(
+    model: pinocchio.Model,
+) -> tuple[list[tuple[int, np.ndarray, float]], tuple[np.ndarray, np.ndarray]]:
+    """Spheres that cover the capsules in the links' cylinders.
+
+    Returns:
+        Joint, centres in its frame and radius for each link that moves; centres in the base and
+        radii for what does not.
+    """
     geometry = pinocchio.buildGeomFromUrdf(model, str(URDF), pinocchio.GeometryType.COLLISION)
     rows = []
     for body in geometry.geometryObjects:
-        if body.parentJoint == 0:
-            continue
         half, radius = body.geometry.halfLength, body.geometry.radius
         reach = max(half - radius, 0.0)
         count = 1 + int(np.ceil(2.0 * reach / radius))
@@ -152,5 +159,11 @@ def _link_spheres(model: pinocchio.Model) -> list[tuple[int, np.ndarray, float]]
         local = along[:, None] * np.array(body.placement.rotation)[:, 2] + np.array(
             body.placement.translation
         )
-        rows.append((int(body.parentJoint), local, float(radius)))
-    return rows
+        gap = 2.0 * reach / max(count - 1, 1)
+        rows.append((int(body.parentJoint), local, float(np.hypot(radius, gap / 2.0))))
+    still = [(local, radius) for joint, local, radius in rows if joint == 0]
+    base = (
+        np.concatenate([np.zeros((0, 3)), *(local for local, _ in still)]),
+        np.concatenate([np.zeros(0), *(np.full(len(local), r) for local, r in still)]),
+    )
+    return [row for row in rows if row[0] != 0], base

@@ -18,14 +18,13 @@ from services.robot_gateway.limits import LimitTable, MotionLimits, Rule
 from services.robot_gateway.motion import Braking, Follower, Kinematics
 from services.robot_gateway.rules import Boundaries, Rules, broken
 from services.robot_gateway.trajectory import NANOSECONDS, Blend, Chunk, Spline
+from services.robot_gateway.ways import densely, stop_times
 from shared.geometry import poses
 from shared.geometry.poses import Pose
 
 MARGIN = 0.0015
 """Slack that a chunk keeps from every boundary [m], so that following it never touches one."""
 UNITS: dict[Rule, str] = {"joint_limits": "rad", "joint_speed": "rad/s", "singularity": "m/rad"}
-STOP_SAMPLES = 8
-"""Poses of every stop that are checked against the rules."""
 BLEND = (0.06, 0.3)
 """Least and most time in which a chunk takes over from the motion before it [s]."""
 
@@ -104,7 +103,9 @@ class Guidance:
         past = int((now - spline.start) * NANOSECONDS / spline.dt)
         first = min(max(past, 0), spline.count - 1)
         ahead = chunk.positions[first:], chunk.orientations[first:]
-        found = self._broken(*ahead, MARGIN) or self._broken_bodies(*ahead, MARGIN, spline.dt)
+        found = self._broken(*densely(*ahead), MARGIN) or self._broken_bodies(
+            *ahead, MARGIN, spline.dt
+        )
         if found:
             rule, excess = found
             raise Refused(rule, f"broken by {excess:.4f} {UNITS.get(rule, 'm')}")
@@ -165,8 +166,7 @@ class Guidance:
         """The rule that a state or the stop after it breaks."""
         if self.follower.too_fast(state):
             return "speed"
-        times = np.linspace(0.0, braking.stop.duration, STOP_SAMPLES)[:, None, None, None]
-        moved = braking.stop.at(times)[0]
+        moved = braking.stop.at(stop_times(braking.stop))[0]
         path = (
             state.position + moved[:, :, 0],
             poses.multiply(poses.exponential(moved[:, :, 1]), state.orientation[None]),

@@ -61,7 +61,7 @@ def _frozen(name: str, *causes: str, effect: float = 0.0, promised: bool = True)
 
 def _weather(name: str, what: str, *causes: str) -> Case:
     def become(weather: str) -> Act:
-        return lambda cell: setattr(cell.proxy, "weather", weather)
+        return lambda cell: cell.weather(weather)
 
     return Case(f"line: {what}", become(name), causes, heal=become("fair"))
 
@@ -94,7 +94,7 @@ CASES: dict[str, Case] = {
     ),
     "arm-frozen": _frozen("emulator", "lost_link"),
     "line-cut": Case(
-        "line: every connection closed", lambda cell: cell.proxy.cut(), ("lost_link",)
+        "line: every connection closed", lambda cell: cell.weather("cut"), ("lost_link",)
     ),
     "line-stuck": _weather("stuck", "nothing passes for 1 s", "lost_link"),
     "line-late": _weather("late", "200 ms late, both ways", "lost_link", "tracking"),

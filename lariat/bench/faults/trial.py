@@ -44,6 +44,8 @@ class Finding:
     resumed: str
     """What it took."""
     reached: bool
+    held_again: int
+    """How often it held for other reasons on the way to the goal."""
     ok: bool
     """Whether all that docs/safety.md promises held."""
     trouble: str
@@ -77,7 +79,7 @@ def trial(cell: FaultCell, name: str) -> Finding:
     watch(cell, healed + QUIET)
     states += [s for s in cell.states if s not in states[-1:]]
     cause, noticed, reason = _named(states, effect, case.causes)
-    resumed, reached, trouble = "", False, ""
+    resumed, reached, trouble, held_again = "", False, "", 0
     asked = cell.now()
     try:
         for process in case.revives:
@@ -86,7 +88,7 @@ def trial(cell: FaultCell, name: str) -> Finding:
         resumed = _go_on(cell)
         if cell.task_state is None or cell.task_state.state != RUNNING:
             cell.set_out(other=False)
-        cell.until_reached()
+        held_again = cell.until_reached()
         reached = True
     except (Missing, Unanswered) as missing:
         trouble = str(missing)
@@ -107,9 +109,20 @@ def trial(cell: FaultCell, name: str) -> Finding:
     if cause in CAUSES and not resumed.startswith(WORDS[CAUSES[cause].resumes]):
         complaints.append(f"resumed {resumed}, not {CAUSES[cause].resumes}")
     return Finding(
-        name, case.what, cause, reason, noticed, braking, rest, crept, resumed, reached,
-        not complaints, "; ".join(complaints),
-    )  # fmt: skip
+        case=name,
+        what=case.what,
+        cause=cause,
+        reason=reason,
+        noticed_s=noticed,
+        braking_s=braking,
+        rest_s=rest,
+        crept_rad=crept,
+        resumed=resumed,
+        reached=reached,
+        held_again=held_again,
+        ok=not complaints,
+        trouble="; ".join(complaints),
+    )
 
 
 WORDS = {"by itself": "by itself", "after acknowledgement": "acknowledged", "after arming": "armed"}

@@ -31,6 +31,7 @@ VERBS = {
     "show": ("lariat.show:main", "a recording in the dashboard, with a time bar"),
     "replay": ("lariat.replay:main", "feed services their recorded inputs, compare outputs"),
     "repair": ("lariat.repair:main", "make a cut recording whole"),
+    "identify": ("lariat.identify:main", "a rope's material from its measured motion"),
     "bench": ("", "a table of the paper, or a speed"),
 }
 TALKING = ("status", "goal", "start", "pause", "stop", "reset", "arm", "disarm", "ack", "grip")

@@ -10,7 +10,7 @@ import numpy as np
 from shared.rod.identification import Prediction
 
 mpl.use("Agg")
-from matplotlib import pyplot as plt  # noqa: E402
+from matplotlib import pyplot as plt
 
 MEASURED, PREDICTED = "#888888", "#d1495b"
 SHAPES = 6

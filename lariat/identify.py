@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import tyro
@@ -16,8 +17,18 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from shared.configuration import ConfigurationError
-from shared.rod.identification import Fit, Motion, Prediction, cannot_tell, findings
-from shared.rod.identification import identify, motion, predict, unknown_rope
+from shared.rod import RodProperties
+from shared.rod.identification import (
+    Fit,
+    Motion,
+    Prediction,
+    cannot_tell,
+    findings,
+    identify,
+    motion,
+    predict,
+    unknown_rope,
+)
 from shared.rod.identification.fit import Report
 
 KEYS = ("vertices", "dt", "prescribed")
@@ -126,7 +137,9 @@ def read(path: Path) -> Motion:
         raise ConfigurationError(f"{path}: {error}") from error
 
 
-def _start(bending_stiffness: float | None, linear_density: float | None, diameter: float):
+def _start(
+    bending_stiffness: float | None, linear_density: float | None, diameter: float
+) -> RodProperties:
     start = unknown_rope()
     start = replace(start, diameter=diameter, linear_density=linear_density or start.linear_density)
     if linear_density is not None and not linear_density > 0.0:
@@ -141,11 +154,11 @@ def _start(bending_stiffness: float | None, linear_density: float | None, diamet
 
 def _answer(
     file: Path, train: Path | None, fit: Fit, predicted: Prediction, linear_density: float | None
-) -> dict[str, object]:
+) -> dict[str, Any]:
     measured = predicted.motion
     scores = 100.0 * predicted.scores
     frames = predicted.vertices.shape[1] - predicted.first
-    answer: dict[str, object] = {
+    answer: dict[str, Any] = {
         "file": str(file),
         "fitted_to": str(train or file),
         "fit_seconds": fit.seconds,
@@ -160,11 +173,11 @@ def _answer(
     return answer
 
 
-def _without_name(finding: dict[str, object]) -> dict[str, object]:
+def _without_name(finding: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in finding.items() if key != "name"}
 
 
-def _show(answer: dict[str, object], console: Console) -> None:
+def _show(answer: dict[str, Any], console: Console) -> None:
     table = Table("", "value", "± 1 sd", "unit", "known")
     for name, f in answer["parameters"].items():
         known = "yes" if f["known"] else "no"

@@ -34,6 +34,8 @@ SHORT, MIDDLE, LONG = 0.4, 1.2, 5.0
 """Windows of the stages [s]."""
 SEARCHED = 24
 """Windows of the first search."""
+LENGTHENED = 1e-3
+"""Of the length, for its derivative [-]."""
 STIFFNESS_RANGE = np.logspace(-4.5, 0.5, 11)
 """EI / (weight per length times length^3) of ropes and cables [-]."""
 
@@ -149,7 +151,7 @@ def identify(
     """
     frames = motion.vertices.shape[1]
     if seconds is not None:
-        frames = min(frames, int(round(seconds / motion.dt)))
+        frames = min(frames, round(seconds / motion.dt))
     if frames < 10:
         raise ValueError(
             f"{frames} frames of {motion.dt} s are too few to fit to; give at least 10"
@@ -159,7 +161,7 @@ def identify(
     search = _Search(replica, material, material.per_unknown(SPREADS))
 
     def windows(length: float) -> list[Window]:
-        return replica.windows(max(5, int(round(length / motion.dt))))
+        return replica.windows(max(5, round(length / motion.dt)))
 
     short, middle, long = (windows(length) for length in (SHORT, MIDDLE, LONG))
     x = _searched(search, short, lambda share: report("searching", 0.1 * share))
@@ -208,13 +210,17 @@ def linearized(
     free: Bool[np.ndarray, "P"],
 ) -> tuple[Float64[np.ndarray, "B H k 3"], Float64[np.ndarray, "B H k 3 P"]]:
     """Predictions, and their slopes in the free unknowns; zero in the others."""
-    predicted = replica.predicted(material.properties(x), windows)
-    slopes = np.zeros((*predicted.shape, len(x)))
-    h = 1e-3 * material.per_unknown(SPREADS)
-    for p in np.nonzero(free)[0]:
-        there = x.copy()
-        there[p] += h[p]
-        slopes[..., p] = (replica.predicted(material.properties(there), windows) - predicted) / h[p]
+    properties = material.properties(x)
+    names, chain = material.derivatives(properties, free)
+    predicted, by_parameter = replica.linearized(properties, windows, names)
+    slopes = by_parameter @ chain
+    (length,) = range(*material.groups["length"].indices(len(x)))
+    if free[length]:
+        # By a difference: with the length, the start and the motion of the grips change too.
+        longer = x.copy()
+        longer[length] += LENGTHENED
+        there = replica.predicted(material.properties(longer), windows)
+        slopes[..., length] = (there - predicted) / LENGTHENED
     return predicted, slopes
 
 

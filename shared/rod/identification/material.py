@@ -24,6 +24,7 @@ SPREADS = {
     "internal_damping": 1.5,
     "length": 0.02,
     "stiffness_profile": 0.5,
+    "density_profile": 0.3,
     "rest_curvature": 3.0,
 }
 """Standard deviations before anything was seen: of logarithms, and of curvature [rad]."""
@@ -34,6 +35,7 @@ UNITS = {
     "internal_damping": "s",
     "length": "m",
     "stiffness_profile": "-",
+    "density_profile": "-",
     "rest_curvature": "1/m",
 }
 LIMITS = {
@@ -43,6 +45,7 @@ LIMITS = {
     "internal_damping": 5.0,
     "length": 0.1,
     "stiffness_profile": 2.0,
+    "density_profile": 1.5,
     "rest_curvature": 100.0,
 }
 """Most that an unknown may move away from what was believed; beyond lies no rope."""
@@ -68,6 +71,7 @@ class Material:
             "internal_damping": 1,
             "length": 1,
             "stiffness_profile": self.profile_knots if self.profile_knots > 1 else 0,
+            "density_profile": self.profile_knots if self.profile_knots > 1 else 0,
             "rest_curvature": 3 * self.curvature_knots,
         }
         found, at = {}, 0
@@ -104,17 +108,55 @@ class Material:
         stiffness = believed.bending_stiffness * math.exp(x[at["stiffness"]][0])
         ratio = believed.twisting_stiffness / believed.bending_stiffness
         ratio *= math.exp(x[at["twist_ratio"]][0])
-        profile, curvature = believed.stiffness_profile, believed.rest_curvature
-        if "stiffness_profile" in at:
-            profile = tuple(np.exp(x[at["stiffness_profile"]]).tolist())
+        changed = {}
+        for name in ("stiffness_profile", "density_profile"):
+            if name in at:
+                changed[name] = tuple(np.exp(x[at[name]]).tolist())
         if "rest_curvature" in at:
             rows = x[at["rest_curvature"]].reshape(-1, 3) / believed.length
-            curvature = tuple(tuple(row) for row in rows.tolist())
+            changed["rest_curvature"] = tuple(tuple(row) for row in rows.tolist())
         return replace(
             believed,
             length=believed.length * math.exp(x[at["length"]][0]),
             damping=believed.damping * math.exp(x[at["damping"]][0]),
             internal_damping=believed.internal_damping * math.exp(x[at["internal_damping"]][0]),
-            stiffness_profile=profile,
-            rest_curvature=curvature,
+            **changed,
         ).with_stiffness(stiffness, ratio * stiffness)
+
+    def derivatives(
+        self, p: RodProperties, free: Bool[np.ndarray, "P"]
+    ) -> tuple[tuple[str, ...], Float64[np.ndarray, "Q P"]]:
+        """Parameters of the rod p, by name, and their slopes in the free unknowns.
+
+        The length is not among them: the start of a roll-out changes with it as well.
+        """
+        wanted: dict[int, list[tuple[str, float]]] = {}
+        for name, place in self.groups.items():
+            for k, at in enumerate(range(place.start, place.stop)):
+                wanted[at] = _slopes(p, name, k, self.believed.length) if free[at] else []
+        names = tuple(dict.fromkeys(name for slopes in wanted.values() for name, _ in slopes))
+        chain = np.zeros((len(names), self.count))
+        for at, slopes in wanted.items():
+            for name, slope in slopes:
+                chain[names.index(name), at] = slope
+        return names, chain
+
+
+def _slopes(p: RodProperties, group: str, k: int, length: float) -> list[tuple[str, float]]:
+    """What of a rod moves with one unknown, and how much."""
+    match group:
+        case "stiffness":
+            return [
+                ("bending_stiffness", p.bending_stiffness),
+                ("twisting_stiffness", p.twisting_stiffness),
+            ]
+        case "twist_ratio":
+            return [("twisting_stiffness", p.twisting_stiffness)]
+        case "damping" | "internal_damping":
+            return [(group, getattr(p, group))]
+        case "stiffness_profile" | "density_profile":
+            return [(f"{group}[{k}]", getattr(p, group)[k])]
+        case "rest_curvature":
+            return [(f"{group}[{k // 3}][{k % 3}]", 1.0 / length)]
+        case _:
+            return []

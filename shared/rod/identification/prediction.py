@@ -25,7 +25,7 @@ class Prediction:
 
     @property
     def errors(self) -> Float64[np.ndarray, "S F"]:
-        """Mean absolute error of a coordinate in each predicted frame, held vertices with it [m]."""
+        """Mean absolute error of a coordinate in each predicted frame, held vertices counted [m]."""
         measured = self.motion.vertices[:, self.first :]
         return np.mean(np.abs(self.vertices[:, self.first :] - measured), axis=(2, 3))
 
@@ -53,7 +53,7 @@ def predict(
     frames = motion.vertices.shape[1]
     if not 1 <= start < frames - 1:
         raise ValueError(
-            f"start must lie between 1 and {frames - 2} for a motion of {frames} frames, got {start}"
+            f"start must lie between 1 and {frames - 2} in a motion of {frames} frames, got {start}"
         )
     windows = replica.windows(frames - 1 - start, first=start)
     rod = replica.of_length(properties, length_scale)

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float64, Int64
+from jaxtyping import Bool, Float64
 
 from shared.geometry import poses
 from shared.rod import Rod, RodProperties, RodState
@@ -25,8 +25,8 @@ from shared.rod.identification.start import (
     upright,
 )
 
-LONGEST_STEP = 2.6e-3
-"""Of the rod [s]."""
+LONGEST_STEP = 5.1e-3
+"""Of the rod [s]; an implicit step damps as an internal damping of half its length would."""
 TAUT = 0.95
 """Share of the distances between neighbours below which slack bends them: the length's quantile."""
 ALONG = 0.9
@@ -144,6 +144,29 @@ class Replica:
         )
         return self.at_free_vertices(np.stack([r.positions for r in rolled]))
 
+    def linearized(
+        self, properties: RodProperties, windows: Sequence[Window], parameters: tuple[str, ...]
+    ) -> tuple[Float64[np.ndarray, "B H k 3"], Float64[np.ndarray, "B H k 3 Q"]]:
+        """Where the free vertices go, and its slopes in parameters of the rod with starts held."""
+        states, actions = self.inputs(properties, windows)
+        rod = self.rod(properties)
+        answers = []
+        for b, state in enumerate(states):
+            # One at a time: sensitivities keep every step of their roll-out.
+            line = rod.linearize(
+                state,
+                actions[b],
+                self.motion.dt,
+                substeps=self.substeps,
+                parameters=parameters,
+                with_actions=False,
+            )
+            nodes = line.rollout.positions
+            slopes = line.d_positions_d_parameters.reshape(*nodes.shape[:2], -1)
+            slopes = self.at_free_vertices(slopes).reshape(len(nodes), -1, 3, len(parameters))
+            answers.append((self.at_free_vertices(nodes), slopes))
+        return np.stack([a[0] for a in answers]), np.stack([a[1] for a in answers])
+
     def restored(
         self, free: Float64[np.ndarray, "B H k 3"], windows: Sequence[Window]
     ) -> Float64[np.ndarray, "B H V 3"]:
@@ -192,7 +215,7 @@ class Replica:
         return actions
 
     def _states(self, scale: float, windows: Sequence[Window]) -> list[RodState]:
-        dt, n = self.motion.dt, self.node_count
+        dt = self.motion.dt
         before, now = (self._chains(scale, windows, back) for back in (1, 0))
         velocities = unstretching(now, (now - before) / dt, self._movable())
         index = tuple(np.array([(w.sequence, w.frame) for w in windows]).T)
@@ -208,7 +231,7 @@ class Replica:
             RodState(now[b], orientations[b], velocities[b], spins[b]) for b in range(len(windows))
         ]
 
-    def _movable(self) -> Int64[np.ndarray, "n"]:
+    def _movable(self) -> Bool[np.ndarray, "n"]:
         movable = np.ones(self.node_count, dtype=bool)
         for kind, ends in zip(self.kinds, ((0, 1), (-1, -2)), strict=True):
             movable[list(ends)] = kind == "free", kind != "clamped"
@@ -230,12 +253,12 @@ class Replica:
             slopes[1],
             scale * self.length * self._at_nodes,
         )
-        for end, kind in enumerate(self.kinds):
+        for end, (kind, slope) in enumerate(zip(self.kinds, slopes, strict=True)):
             if kind != "free":
                 nodes[:, -end] = self._grip_positions(scale, end)[index]
-            if kind == "clamped":
+            if slope is not None:
                 inward = (1 - 2 * end) * self._edge(scale)
-                nodes[:, 1 - 3 * end] = nodes[:, -end] + inward * slopes[end]
+                nodes[:, 1 - 3 * end] = nodes[:, -end] + inward * slope
         return inextensible(nodes, self._edge(scale), self._movable())
 
 

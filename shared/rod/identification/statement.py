@@ -40,6 +40,7 @@ def findings(fit: Fit) -> list[Finding]:
             "internal_damping": [p.internal_damping],
             "length": [length],
             "stiffness_profile": p.stiffness_profile,
+            "density_profile": p.density_profile,
             "rest_curvature": np.ravel(p.rest_curvature),
         }[group]
         linear = group == "rest_curvature"

@@ -12,7 +12,7 @@ from shared.rod.identification import Prediction
 mpl.use("Agg")
 from matplotlib import pyplot as plt
 
-MEASURED, PREDICTED = "#888888", "#d1495b"
+MEASURED, PREDICTED = "#7a7a7a", "#d1495b"
 SHAPES = 6
 
 
@@ -22,10 +22,15 @@ def draw(prediction: Prediction, title: str, path: Path) -> None:
     typical = int(np.argsort(prediction.scores)[len(prediction.scores) // 2])
     measured, predicted = motion.vertices[typical], prediction.vertices[typical]
     seconds = motion.dt * np.arange(len(measured))
-    figure, (shapes, middle, errors) = plt.subplots(1, 3, figsize=(13.0, 3.8), layout="constrained")
-    span = measured[:, -1] - measured[:, 0]
-    across = int(np.argmax(np.mean(np.abs(span[:, :2]), axis=0)))
-    shift = 0.9 * float(np.ptp(measured[..., across]))
+    figure, axes = plt.subplot_mosaic(
+        [["shapes", "shapes"], ["middle", "errors"]],
+        figsize=(11.0, 6.2),
+        height_ratios=[1.0, 1.3],
+        layout="constrained",
+    )
+    shapes, middle, errors = axes["shapes"], axes["middle"], axes["errors"]
+    across = int(np.argmax(np.ptp(measured[..., :2], axis=(0, 1))))
+    shift = 1.05 * float(np.ptp(measured[..., across]))
     for k, frame in enumerate(np.linspace(first, len(measured) - 1, SHAPES).astype(int)):
         for chain, color in ((measured, MEASURED), (predicted, PREDICTED)):
             shapes.plot(
@@ -33,35 +38,26 @@ def draw(prediction: Prediction, title: str, path: Path) -> None:
                 chain[frame, :, 2],
                 "o-",
                 color=color,
-                ms=2.5,
+                ms=3,
                 lw=1,
             )
-        shapes.annotate(
-            f"{seconds[frame]:.1f} s",
-            (k * shift + float(np.mean(measured[frame, :, across])), float(measured[..., 2].max())),
-            ha="center",
-        )
+        left = float(measured[frame, 0, across])
+        shapes.text(left + k * shift, measured[frame, 0, 2] + 0.03, f"{seconds[frame]:.1f} s")
     shapes.set_aspect("equal")
-    shapes.set(title=f"{title}: side view, shifted", xticks=[], ylabel="height [m]")
+    shapes.set_title(f"{title}, sequence {typical}, seen from the side, shifted")
+    shapes.set(xticks=[], ylabel="height [m]")
     vertex = measured.shape[1] // 2
     for axis, style in zip(range(3), ("-", "--", ":"), strict=True):
-        for chain, color, what in (
-            (measured, MEASURED, "measured"),
-            (predicted, PREDICTED, "predicted"),
-        ):
-            middle.plot(
-                seconds,
-                chain[:, vertex, axis],
-                style,
-                color=color,
-                lw=1.2,
-                label=f"{'xyz'[axis]} {what}",
-            )
-    middle.set(title=f"vertex {vertex}", xlabel="time [s]", ylabel="[m]")
-    middle.legend(fontsize=6, ncols=3)
+        for chain, color, lw in ((measured, MEASURED, 2.2), (predicted, PREDICTED, 1.0)):
+            middle.plot(seconds, chain[:, vertex, axis], style, color=color, lw=lw)
+    middle.plot([], [], color=MEASURED, lw=2.2, label="measured")
+    middle.plot([], [], color=PREDICTED, lw=1.0, label="predicted")
+    middle.set(title=f"vertex {vertex}: x –, y - -, z ···", xlabel="time [s]", ylabel="[m]")
+    middle.legend(fontsize=8)
     for row in prediction.errors:
         errors.plot(seconds[first:], 100.0 * row, color=PREDICTED, alpha=0.3, lw=0.8)
     errors.plot(seconds[first:], 100.0 * prediction.errors.mean(axis=0), color=PREDICTED, lw=2)
-    errors.set(title="mean absolute error", xlabel="time [s]", ylabel="[cm]", ylim=(0.0, None))
-    figure.savefig(path, dpi=90)
+    errors.set_title("mean absolute error of every sequence, and their mean")
+    errors.set(xlabel="time [s]", ylabel="[cm]", ylim=(0.0, None))
+    figure.savefig(path, dpi=80)
     plt.close(figure)

@@ -25,7 +25,7 @@ class Prediction:
 
     @property
     def errors(self) -> Float64[np.ndarray, "S F"]:
-        """Mean absolute error of a coordinate in each predicted frame, held vertices counted [m]."""
+        """Mean absolute error of a coordinate in each frame, held vertices counted [m]."""
         measured = self.motion.vertices[:, self.first :]
         return np.mean(np.abs(self.vertices[:, self.first :] - measured), axis=(2, 3))
 

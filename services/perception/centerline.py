@@ -18,7 +18,13 @@ from services.perception.agreement import agreement
 from services.perception.assembly import Order, joined, order_along, orders_between
 from services.perception.fit import ChainFit, FitSettings
 from services.perception.ridge import Ridge, ridge, sampled
-from services.perception.segmentation import Region, bright_region
+from services.perception.segmentation import (
+    Color,
+    ColorLikeness,
+    Region,
+    brightness,
+    rope_region,
+)
 from services.perception.skeleton import strands
 from shared.geometry import polylines, poses
 from shared.geometry.cameras import Camera
@@ -57,7 +63,9 @@ class CenterlineSettings:
     """How images are read."""
 
     threshold: int = 128
-    """Least brightness of the rope, 1..254."""
+    """Least brightness of the rope, 1..254; with a colour, least likeness to it."""
+    rope_color: Color | None = None
+    """Of a rope that is told by its colour; None: it is brighter than everything else."""
     depth_sigma: float = 0.0015
     """Standard deviation of one depth [m]."""
     depth_quantum: float = 0.001
@@ -108,6 +116,8 @@ class CenterlineEstimator:
         self.camera = camera
         self.rope = rope
         self.settings = settings or CenterlineSettings()
+        color = self.settings.rope_color
+        self._colored = ColorLikeness(color) if color is not None else None
         self._fit = ChainFit(rope.node_count, rope.length, rope.heaviness, self.settings.fit)
 
     def estimate(
@@ -135,9 +145,9 @@ class CenterlineEstimator:
                 f"images are {color.shape[1]} x {color.shape[0]} and {depth.shape[1]} x "
                 f"{depth.shape[0]}, the calibration says {i.width} x {i.height}"
             )
-        region = bright_region(color, self.settings.threshold)
+        region = rope_region(self._likeness(color, depth), self.settings.threshold)
         if region is None:
-            return _lost(f"no pixel is brighter than {self.settings.threshold}")
+            return _lost(self._nothing())
         width = self._width(depth, region.mask, region.left, region.top)
         if width is None:
             return _lost("no depth where the image is bright")
@@ -149,6 +159,24 @@ class CenterlineEstimator:
             return _lost(f"only {1e3 * seen:.0f} mm of rope in view")
         view = _View(region, depth, width, ridges, points)
         return self._best(view, left, right, expected, model)
+
+    def _likeness(
+        self, color: UInt8[np.ndarray, "h w 3"], depth: UInt16[np.ndarray, "h w"]
+    ) -> UInt8[np.ndarray, "h w"]:
+        if self._colored is None:
+            return brightness(color)
+        sparse = depth[::8, ::8]
+        far = float(np.median(sparse[sparse > 0])) / 1000.0 if np.any(sparse) else 1.0
+        pixel = far / self.camera.intrinsics.fx
+        return self._colored(
+            color, 2.0 * self.rope.radius * self.rope.length / pixel**2 / depth.size
+        )
+
+    def _nothing(self) -> str:
+        color, threshold = self.settings.rope_color, self.settings.threshold
+        if color is None:
+            return f"no pixel is brighter than {threshold}"
+        return f"no pixel looks like the rope's colour {list(color)} (threshold {threshold})"
 
     def _best(
         self,

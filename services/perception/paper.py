@@ -12,7 +12,7 @@ from jaxtyping import Float64, UInt8, UInt16
 from skimage.morphology import skeletonize
 
 from services.perception.centerline import Estimate, RopeModel
-from services.perception.segmentation import bright_region
+from services.perception.segmentation import brightness, rope_region
 from shared.geometry.cameras import Camera
 
 LARGEST_JUMP = 0.03
@@ -43,7 +43,7 @@ def paper_nodes(
         node_count: n.
         threshold: Of the binarisation.
     """
-    region = bright_region(color, threshold)
+    region = rope_region(brightness(color), threshold)
     if region is None:
         return np.zeros((0, 3))
     rows, columns = np.nonzero(skeletonize(region.mask.view(bool)))

@@ -129,7 +129,8 @@ class PerceptionService:
             image = np.zeros((i.height, i.width, 3), np.uint8)
             depth = np.full((i.height, i.width), 900, np.uint16)
             middle = i.height // 2
-            image[middle - 4 : middle + 4, i.width // 4 : -i.width // 4] = 255
+            stripe = s.rope_color or (255, 255, 255)
+            image[middle - 4 : middle + 4, i.width // 4 : -i.width // 4] = stripe
             grips = self._scenario.grips(self._scenario.start)
             tracker.estimator.estimate(image, depth, *grips)
             tracker.at_rest(*grips)
@@ -242,6 +243,7 @@ class PerceptionService:
             self._rope,
             CenterlineSettings(
                 threshold=s.threshold,
+                rope_color=s.rope_color,
                 depth_sigma=s.depth_noise,
                 depth_quantum=s.depth_quantum,
             ),

@@ -12,7 +12,7 @@ from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
-from services.sim.camera import BLACK, DARK, RgbdCamera, SensorNoise
+from services.sim.camera import DARK, RgbdCamera, SensorNoise
 from services.sim.plant import EndMotion
 from services.sim.standing import StandingObstacles
 from services.sim.world import World
@@ -62,6 +62,7 @@ class SimService:
                 edge_mixing=sensing.edge_dropout,
             ),
             seed=scenario.seed,
+            rope_color=scenario.plant.color,
         )
         self._due: int | None = None
         self._frame = 0
@@ -140,7 +141,8 @@ class SimService:
             gripper(left, -1.0, limits.gripper_radius, limits.gripper_height),
             gripper(right, 1.0, limits.gripper_radius, limits.gripper_height),
         ]
-        colors = [BLACK if o.shape == "half_space" else DARK for o in bodies]
+        table = self._scenario.plant.table_color
+        colors = [table if o.shape == "half_space" else DARK for o in bodies]
         plates = self._standing.plates(world.obstacles)
         frame = self._camera.take(world.nodes, self._radius, bodies, colors, self._frame, plates)
         bgr = np.ascontiguousarray(frame.color[..., ::-1])

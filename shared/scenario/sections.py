@@ -15,6 +15,7 @@ Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 Meters = Annotated[float, Within(1e-4, 100.0, "m")]
 Place = Annotated[Vector, Within(-20.0, 20.0, "m")]
+Color = Annotated[tuple[int, int, int], Within(0, 255)]
 Side = Literal["left", "right"]
 SIDES: tuple[Side, Side] = ("left", "right")
 
@@ -66,6 +67,10 @@ class Plant:
     model: Literal["rod", "mujoco"] = "rod"
     rope: PlantRope = PlantRope()
     friction: Annotated[float, Within(0.0, 5.0)] = 0.3
+    color: Color = (255, 255, 255)
+    """Of the rope."""
+    table_color: Color = (12, 12, 12)
+    """Of the table and of every other half space."""
 
 
 @dataclass(frozen=True)
@@ -202,7 +207,10 @@ class Sensing:
     edge_dropout: Annotated[float, Within(0.0, 1.0)] = 0.5
     """Fraction of pixels at depth edges that see nothing."""
     threshold: Annotated[int, Within(1, 254)] = 128
-    """Brightness from which a pixel belongs to the rope."""
+    """Brightness, or likeness to `rope_color`, from which a pixel belongs to the rope."""
+    rope_color: Color | None = None
+    """Red, green, blue of the rope in full light, 0…255: then its colour tells it from the
+    background; without it, that it is the brightest thing in view."""
     outside: bool = False
     """A camera process of the user publishes; the simulated one stays silent."""
 

@@ -90,8 +90,10 @@ class Shell:
         for connection, writer in list(self._writers.items()):
             # A client that does not read must not fill the memory.
             full = writer.transport.get_write_buffer_size() > 1_000_000
+            if writer.is_closing():
+                connection.close()
             while (segment := connection.take()) is not None:
-                if not full:
+                if not full and not connection.closed:
                     writer.write(segment)
             if connection.closed:
                 self._writers.pop(connection, None)

@@ -16,8 +16,10 @@ from services.robot_gateway.emulator.motions import (
     JogMotion,
     Motion,
     ServoMotion,
+    check_range,
 )
 from services.robot_gateway.emulator.options import Options
+from services.robot_gateway.emulator.preferences import Preferences
 
 Start = Callable[[Joints], Motion | None]
 """What a queue entry does when its turn comes; a motion if it takes time."""
@@ -51,15 +53,23 @@ class Controller:
         self.powered = options.powered
         self.power_left = 0.0
         self.enabled = False
-        self.dragging = False
+        self.dragging = 0
+        """1 by the joints, 2 by the force sensor."""
         self.pressed = False
         """The emergency stop."""
         self.alarms: list[int] = []
         self.brakes = [False] * 6
         self.paused = False
+        self.paused_at: Joints | None = None
+        self.script = ""
+        """Name of the one that runs or is paused."""
+        self._script_left = 0.0
         self.queue_running = True
         self.queue: deque[Entry] = deque()
         self.current: tuple[int, Motion] | None = None
+        self.alone: Motion | None = None
+        """A jog or the like, which goes past the queue, in a pause too."""
+        self._later: list[tuple[float, Callable[[], None]]] = []
         self.number = 0
         """Of the entry queued last."""
         self.finished = 0
@@ -81,7 +91,7 @@ class Controller:
         self.load = 0.0
         self.load_center = np.zeros(3)
         self.ratios = dict.fromkeys(("accj", "accl", "speedj", "speedl"), 100 if self.v4 else 50)
-        self.collision_level = 3
+        self.preferences = Preferences(blending=0 if self.v4 else 50)
 
     # What people and commands do to it
 
@@ -100,21 +110,22 @@ class Controller:
             return 4
         if self.dragging:
             return 6
-        if self.paused:
-            return 10
         if self.jogging:
             return 8 if self.v4 else 11
-        return 7 if self.busy else 5
+        if self.paused:
+            return 10
+        return 7 if self.busy or self.script else 5
 
     @property
     def jogging(self) -> bool:
-        """Whether a jog runs."""
-        return self.current is not None and isinstance(self.current[1], JogMotion)
+        """Whether a jog or another motion past the queue runs."""
+        queued = self.current is not None and isinstance(self.current[1], JogMotion)
+        return queued or self.alone is not None
 
     @property
     def busy(self) -> bool:
         """Whether something moves or waits to."""
-        moving = bool(self.current or self.queue or self._braking or self._delayed)
+        moving = bool(self.current or self.alone or self.queue or self._braking or self._delayed)
         return moving or not self.servo.done
 
     def power_on(self) -> bool:
@@ -131,14 +142,14 @@ class Controller:
         if not self.powered or self.power_left > 0.0 or self.alarms or any(self.brakes):
             return False
         self.stop()
-        self.enabled, self.dragging, self.paused = True, False, False
-        self.queue_running = True
+        self.enabled, self.dragging = True, 0
+        self.go_on()
         self.speed_factor = 100
         return True
 
     def disable(self) -> None:
         self.stop()
-        self.enabled = self.dragging = False
+        self.enabled, self.dragging = False, 0
 
     def clear_alarms(self) -> None:
         if not self.pressed:
@@ -148,7 +159,8 @@ class Controller:
         """Drops the queue and brakes."""
         self.queue.clear()
         self._delayed.clear()
-        self.current = None
+        self.current = self.alone = None
+        self.script = ""
         self.servo = ServoMotion(limits_speed=self.v4)
         self._silence_acted = True
         if np.any(self.target_speed):
@@ -158,7 +170,7 @@ class Controller:
         """Raises alarms: the arm stops by itself and drops what it had to do."""
         self.alarms += [n for n in numbers if n not in self.alarms]
         self.stop()
-        self.dragging = False
+        self.dragging = 0
         overspeed = any(48 <= n <= 53 for n in numbers)
         if EMERGENCY in numbers or (overspeed and not self.v4):
             self.enabled = False
@@ -174,7 +186,44 @@ class Controller:
     def lose_power(self) -> None:
         """The arm's power goes away; its brakes fall."""
         self.stop()
-        self.powered = self.enabled = self.dragging = False
+        self.powered = self.enabled = False
+        self.dragging = 0
+
+    def drag(self, how: int) -> None:
+        """Begins (1, 2) or ends (0) to be guided by hand."""
+        self.stop()
+        self.dragging = how
+
+    def pause(self) -> None:
+        """Holds the queue, or the script."""
+        if self.enabled:
+            self.paused, self.paused_at = True, self.target.copy()
+
+    def go_on(self) -> None:
+        """Ends a pause; a queue that was blocked runs again too."""
+        self.paused, self.paused_at = False, None
+        self.queue_running = True
+
+    def run_script(self, name: str) -> bool:
+        """Begins one of the controller's scripts, which stand still for a while."""
+        if not self.enabled or self.busy or self.script or name not in self.options.scripts:
+            return False
+        self.script, self._script_left = name, self.options.script_time
+        return True
+
+    def pause_script(self, pause: bool) -> bool:
+        if not self.script:
+            return False
+        if pause:
+            self.pause()
+        else:
+            self.go_on()
+        return True
+
+    def stop_script(self) -> None:
+        if self.script:
+            self.stop()
+            self.go_on()
 
     def place(self, flange: Transform, near: Joints) -> bool:
         """Puts the arm somewhere at once; nothing that a real one could do."""
@@ -195,14 +244,25 @@ class Controller:
         self.queue.append(Entry(self.number, start))
         return self.number
 
-    def jog(self, motion: Motion) -> None:
-        """Begins to jog at once."""
-        self.number += 1
-        self.current = (self.number, motion)
+    def move_alone(self, motion: Motion) -> None:
+        """Begins a motion at once, past the queue."""
+        self.alone = motion
 
     def stop_jog(self) -> None:
-        if self.jogging:
+        """Brakes a jog, and leaves what is paused."""
+        if self.current is not None and isinstance(self.current[1], JogMotion):
             self.stop()
+        self.stop_single()
+
+    def stop_single(self) -> None:
+        """Brakes what goes past the queue."""
+        if self.alone is not None:
+            self.alone = None
+            self._braking = Braking(self.target_speed.copy())
+
+    def later(self, delay: float, action: Callable[[], None]) -> None:
+        """Does something after a delay [s]."""
+        self._later.append((self.time + delay, action))
 
     def aim(self, target: Joints, t: float, lookahead: float, gain: float) -> None:
         """A servo point; may raise Alarm."""
@@ -219,10 +279,17 @@ class Controller:
         self.time += h
         if self.power_left > 0.0:
             self.power_left = max(self.power_left - h, 0.0)
+        self._advance_script(h)
+        for due, action in [row for row in self._later if row[0] <= self.time]:
+            self._later.remove((due, action))
+            action()
         before = self.target
         try:
             self._aim_due()
-            self.target = self._next_target(h)
+            target = self._next_target(h)
+            if self._braking is None:
+                check_range(target, self.preferences.axis_limits, before)
+            self.target = target
         except Alarm as alarm:
             self.target = before
             self.alarm(*alarm.numbers)
@@ -230,6 +297,12 @@ class Controller:
         share = 1.0 - np.exp(-h / self._lag) if self._lag > 0.0 else 1.0
         joints = self.joints + share * (self.target - self.joints)
         self.joint_speed, self.joints = (joints - self.joints) / h, joints
+
+    def _advance_script(self, h: float) -> None:
+        if self.script and not self.paused:
+            self._script_left -= h
+            if self._script_left <= 0.0:
+                self.script = ""
 
     def _aim_due(self) -> None:
         while self._delayed and self._delayed[0][0] <= self.time:
@@ -243,7 +316,14 @@ class Controller:
             if self._braking.done:
                 self._braking = None
             return target
-        if not self.enabled or self.alarms or self.dragging or self.paused:
+        if not self.enabled or self.alarms or self.dragging:
+            return self.target
+        if self.alone is not None:
+            target = self.alone.advance(self.target, h)
+            if self.alone.done:
+                self.alone = None
+            return target
+        if self.paused:
             return self.target
         if not self.servo.done or not self._silence_acted:
             return self._servo(h)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 
-from services.robot_gateway.emulator.commands import Commands
+from services.robot_gateway.emulator.commands.answering import Commands
 from services.robot_gateway.emulator.controller import COLLISION, Controller
 from services.robot_gateway.emulator.feedback import Feedback
 from services.robot_gateway.emulator.grammar import Call, CommandReader, reply
@@ -98,14 +98,23 @@ class Emulator:
     @property
     def ports(self) -> tuple[int, ...]:
         """On which it listens."""
-        firmware = self.options.firmware
-        return (*COMMAND_PORTS[firmware], *FEEDBACK_TICKS[firmware])
+        return tuple(dict.fromkeys((*self._command_ports, *self._feedback_ticks)))
+
+    @property
+    def _command_ports(self) -> tuple[int, ...]:
+        return COMMAND_PORTS[self.options.firmware]
+
+    @property
+    def _feedback_ticks(self) -> dict[int, int]:
+        """The oldest firmware sends feedback where it takes motion."""
+        legacy = self.options.release < "3.5.2"
+        return {30003: 1} if legacy else FEEDBACK_TICKS[self.options.firmware]
 
     def connect(self, port: int) -> Connection | None:
         """A client connects; None when it is refused."""
         if port not in self.ports or ("port_taken" in self._active and port == 29999):
             return None
-        if port in COMMAND_PORTS[self.options.firmware]:
+        if port in self._command_ports:
             others = [c for c in self._connections if c.port == port and not c.closed]
             if others and self.options.second_client == "refuse":
                 return None
@@ -131,7 +140,7 @@ class Emulator:
             return
         for connection in self._connections:
             data = connection.received()
-            if connection.closed or connection.port not in COMMAND_PORTS[self.options.firmware]:
+            if connection.closed or connection.port not in self._command_ports:
                 continue
             if data:
                 connection.heard = self.now
@@ -165,7 +174,7 @@ class Emulator:
         if "idle_close" in self._active:
             for connection in self._connections:
                 idle = self.now - connection.heard
-                if connection.port in COMMAND_PORTS[self.options.firmware] and idle > IDLE:
+                if connection.port in self._command_ports and idle > IDLE:
                     connection.close()
         self._send_feedback()
         if self._watch is not None:
@@ -212,7 +221,7 @@ class Emulator:
             return
         packet = None
         for connection in self._connections:
-            every = FEEDBACK_TICKS[self.options.firmware].get(connection.port)
+            every = self._feedback_ticks.get(connection.port)
             if connection.closed or every is None or self._ticks % every:
                 continue
             packet = packet or self._spoiled(self.feedback.packet(self.now))
@@ -250,8 +259,8 @@ class Emulator:
         self._apply_lasting()
 
     def _apply_lasting(self) -> None:
-        self.commands.not_tcp = bool({"not_tcp", "taken_over"} & self._active.keys())
-        self.commands.uncalibrated = "no_user_tool" in self._active
+        self.commands.power.not_tcp = bool({"not_tcp", "taken_over"} & self._active.keys())
+        self.commands.settings.uncalibrated = "no_user_tool" in self._active
 
     def _strike(self, fault: str) -> None:
         controller = self.controller
@@ -264,8 +273,7 @@ class Emulator:
         elif fault == "queue_blocked":
             controller.queue_running = False
         elif fault == "drag":
-            controller.stop()
-            controller.dragging = True
+            controller.drag(1)
         elif fault == "taken_over":
             controller.stop()
         elif fault == "links_closed":

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float64
 
-from services.robot_gateway.emulator.geometry import Joints, Transform
+from services.robot_gateway.emulator.geometry import Transform
 
 Vector = Float64[np.ndarray, "6"]
 """X, Y, Z [mm], Rx, Ry, Rz [deg]: turns about the fixed axes, x first."""
@@ -103,6 +103,11 @@ def to_flange(pose: Transform, user: Vector, tool: Vector) -> Transform:
     return transform(user) @ pose @ np.linalg.inv(transform(tool))
 
 
-def degrees(joints: Joints) -> Joints:
-    """Joint angles as they are written [deg]."""
-    return np.degrees(joints)
+def moved(pose: Transform, offset: Transform, along_itself: bool) -> Transform:
+    """A pose shifted and turned along its own axes, or along those of its frame."""
+    if along_itself:
+        return pose @ offset
+    T = pose.copy()
+    T[:3, 3] += offset[:3, 3]
+    T[:3, :3] = offset[:3, :3] @ pose[:3, :3]
+    return T

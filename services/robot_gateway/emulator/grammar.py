@@ -1,7 +1,9 @@
 """Commands and replies as text.
 
 command := name "(" [argument {"," argument}] ")"; no terminator is promised, so the closing
-parenthesis frames it; blanks and line ends between commands are skipped.
+parenthesis frames it; blanks and line ends between commands are skipped. No argument of the maker's
+has parentheses, but Python's tuples have, and people send them: one level of them is kept together,
+so that such a command gets one answer.
 """
 
 from __future__ import annotations
@@ -48,12 +50,19 @@ class CommandReader:
 
     def _end(self) -> int | None:
         """Where the first command closes; a parenthesis within quotes does not count."""
-        quoted = False
+        quoted = inner = False
+        before = ""
         for k, letter in enumerate(self._text):
             if letter == '"':
                 quoted = not quoted
+            elif letter == "(" and not quoted:
+                # Behind a comma it opens a tuple; behind a name a command begins.
+                inner = inner or before == ","
+            elif letter == ")" and inner and not quoted:
+                inner = False
             elif letter == ")" and not quoted:
                 return k
+            before = before if letter.isspace() else letter
         return None
 
 
@@ -77,17 +86,23 @@ def _call(text: str) -> Call:
 
 
 def _split(text: str) -> list[str]:
-    """Arguments between commas that stand in no braces or quotes."""
+    """Arguments between commas that stand in no braces or quotes.
+
+    What follows a closing brace without a comma is an argument of its own, as the maker says.
+    """
     items, depth, quoted, start = [], 0, False, 0
     for k, letter in enumerate(text):
         if letter == '"':
             quoted = not quoted
         elif quoted:
             continue
-        elif letter in "{[":
+        elif letter in "{[(":
             depth += 1
-        elif letter in "}]":
-            depth -= 1
+        elif letter in "}])":
+            depth = max(depth - 1, 0)
+            if letter == "}" and depth == 0 and text[k + 1 :].lstrip()[:1] not in ("", ","):
+                items.append(text[start : k + 1])
+                start = k + 1
         elif letter == "," and depth == 0:
             items.append(text[start:k])
             start = k + 1

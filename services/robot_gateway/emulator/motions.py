@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from jaxtyping import Float64
 
 from services.robot_gateway.emulator.geometry import Geometry, Joints, Transform
 
@@ -39,6 +40,8 @@ class Motion(Protocol):
     """One entry of the queue while it runs."""
 
     done: bool
+    progress: float
+    """From 0 to 1; 0 of motions without an end."""
 
     def advance(self, joints: Joints, h: float) -> Joints:
         """Where the joints shall be `h` [s] later; may raise Alarm."""
@@ -58,10 +61,23 @@ def singularity(geometry: Geometry, joints: Joints, near: float = NEAR_SINGULAR)
     return 0 if in_plane < near**2 else None
 
 
-def check_range(joints: Joints) -> None:
-    """Raises the alarm of the first joint that is past its end."""
-    for k in np.nonzero(np.abs(joints) > JOINT_RANGE)[0]:
-        raise Alarm(64 + 2 * int(k) + (0 if joints[k] > 0.0 else 1))
+def check_range(
+    joints: Joints,
+    limits: Float64[np.ndarray, "6 2"] | None = None,
+    before: Joints | None = None,
+) -> None:
+    """Raises the alarm of the first joint that is past its end.
+
+    Args:
+        limits: Least and greatest angle [rad]; without them what the arm is built for.
+        before: Where the joints come from: the way back within the limits is free.
+    """
+    low, high = (-JOINT_RANGE, JOINT_RANGE) if limits is None else limits.T
+    past = np.maximum(joints - high, low - joints)
+    if before is not None:
+        past = np.where(past > np.maximum(before - high, low - before), past, 0.0)
+    for k in np.nonzero(past > 0.0)[0]:
+        raise Alarm(64 + 2 * int(k) + (0 if joints[k] > high[k] else 1))
 
 
 @dataclass(frozen=True)
@@ -105,12 +121,13 @@ class JointMotion:
         self._profile = Trapezoid(
             speed * JOINT_SPEED / size, acceleration * JOINT_ACCELERATION / size
         )
-        self._time, self.done = 0.0, False
+        self._time, self.done, self.progress = 0.0, False, 0.0
 
     def advance(self, joints: Joints, h: float) -> Joints:
         self._time += h
         self.done = self._time >= self._profile.duration
-        return self._start + self._profile(self._time) * self._way
+        self.progress = self._profile(self._time)
+        return self._start + self.progress * self._way
 
 
 class LineMotion:
@@ -129,7 +146,7 @@ class LineMotion:
         self._geometry, self._path = geometry, path
         length = max(length, 1e-4)
         self._profile = Trapezoid(speed / length, acceleration / length)
-        self._time, self.done = 0.0, False
+        self._time, self.done, self.progress = 0.0, False, 0.0
         joints = start
         for progress in np.linspace(0.0, 1.0, 26)[1:]:
             solved = geometry.solve(path(float(progress)), joints)
@@ -146,7 +163,8 @@ class LineMotion:
     def advance(self, joints: Joints, h: float) -> Joints:
         self._time += h
         self.done = self._time >= self._profile.duration
-        solved = self._geometry.solve(self._path(self._profile(self._time)), joints)
+        self.progress = self._profile(self._time)
+        solved = self._geometry.solve(self._path(self.progress), joints)
         if solved is None:
             raise Alarm(33)
         kind = singularity(self._geometry, solved)
@@ -198,7 +216,7 @@ class JogMotion:
     def __init__(self, geometry: Geometry, rate: Joints | None, twist: np.ndarray | None) -> None:
         """Args: rate: Of the joints [rad/s], or twist: of the flange in the base [m/s, rad/s]."""
         self._geometry, self._rate, self._twist = geometry, rate, twist
-        self.done = False
+        self.done, self.progress = False, 0.0
 
     def advance(self, joints: Joints, h: float) -> Joints:
         rate = self._rate
@@ -231,9 +249,41 @@ class Delay:
 
     def __init__(self, seconds: float) -> None:
         self._left = seconds
-        self.done = False
+        self.done, self.progress = False, 0.0
 
     def advance(self, joints: Joints, h: float) -> Joints:
         self._left -= h
         self.done = self._left <= 0.0
+        return joints
+
+
+@dataclass(frozen=True)
+class Trigger:
+    """An output that switches on the way."""
+
+    distance: float
+    """From the start when positive, from the end when negative; in percent or in mm or degrees."""
+    percent: bool
+    switch: Callable[[], None]
+
+    def share(self, length: float) -> float:
+        """Progress at which it switches, from 0 to 1."""
+        share = self.distance / (100.0 if self.percent else max(length, 1e-9))
+        return min(max(share if self.distance >= 0.0 else 1.0 + share, 0.0), 1.0)
+
+
+class Triggered:
+    """A motion that switches outputs on its way."""
+
+    def __init__(self, motion: Motion, length: float, triggers: tuple[Trigger, ...]) -> None:
+        """Args: length: Of the way, in mm or degrees as the triggers count."""
+        self._motion = motion
+        self._waiting = sorted(((t.share(length), k, t) for k, t in enumerate(triggers)))
+        self.done, self.progress = False, 0.0
+
+    def advance(self, joints: Joints, h: float) -> Joints:
+        joints = self._motion.advance(joints, h)
+        self.done, self.progress = self._motion.done, self._motion.progress
+        while self._waiting and self._waiting[0][0] <= self.progress + 1e-9:
+            self._waiting.pop(0)[2].switch()
         return joints

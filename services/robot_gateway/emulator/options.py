@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 from services.robot_gateway.emulator.load import Tether
 
 Firmware = Literal["v3", "v4"]
+Release = Literal["", "3.5.1", "3.5.2", "3.5.5", "3.5.7", "4.5", "4.6"]
+NEWEST: dict[Firmware, Release] = {"v3": "3.5.7", "v4": "4.6"}
 
 FAULTS: dict[str, str] = {
     "no_servo_reply": "ServoJ and ServoP are not answered",
@@ -42,6 +44,10 @@ class Options:
     """Settings of one emulated arm."""
 
     firmware: Firmware = "v3"
+    release: Release = ""
+    """Of the firmware; empty: 3.5.7 or 4.6. 3.5.1 sends feedback on 30003 and only echoes; 3.5.2
+    takes no time with ServoJ and half a turn of a joint; 3.5.5 does not know Pause, Continue,
+    SetUser or trays; 4.5 lists alarms by drive and knows no RequestControl and no force control."""
     calibrated: bool = False
     """Its geometry differs from the nominal one by about a millimetre."""
     joints: tuple[float, float, float, float, float, float] = (0.0, 0.0, -90.0, 0.0, 90.0, 0.0)
@@ -72,6 +78,16 @@ class Options:
     """Of numbers in answers."""
     result_id: bool = True
     """Whether V4 answers queued commands with their number."""
+    scripts: tuple[str, ...] = ("demo",)
+    """That the controller has; one that runs stands still."""
+    script_time: float = 5.0
+    """Of every script [s]."""
+    traces: tuple[str, ...] = ("swing.csv",)
+    """Recorded paths that the controller has: five degrees of the first joint, to and fro."""
+    skin: bool = False
+    """Whether the arm wears its skin."""
+    force_sensor: bool = True
+    """Whether there is one at the flange."""
     tether: tuple[float, ...] = ()
     """An elastic line that pulls at the gripper: x y z of its far end in the base [m], its length
     [m] and stiffness [N/m], and x y z of the grip in the flange [m]; empty: nothing pulls."""
@@ -84,12 +100,26 @@ class Options:
 
     def __post_init__(self) -> None:
         Tether.of(self.tether)
+        if not self.release:
+            # As frozen dataclasses set what they derive.
+            object.__setattr__(self, "release", NEWEST[self.firmware])
+        if self.release[:1] != self.firmware[-1]:
+            fitting = [r for r in get_args(Release) if r[:1] == self.firmware[-1]]
+            raise ValueError(
+                f"release {self.release!r} is none of {self.firmware}; there are "
+                f"{', '.join(fitting)}"
+            )
         for fault in self.faults:
             name, _, at = fault.partition("@")
             if name not in FAULTS:
                 raise ValueError(f"no fault {name!r}; there are {', '.join(FAULTS)}")
             if at and not at.replace(".", "", 1).isdigit():
                 raise ValueError(f"fault {fault!r}: write NAME@SECONDS")
+
+    @property
+    def frame_count(self) -> int:
+        """Greatest index of a user or tool frame."""
+        return 50 if self.release >= "4.6" else 9
 
     @property
     def fault_times(self) -> dict[str, float]:

@@ -1,0 +1,1 @@
+"""The commands of the emulated arm, one file for each matter that they are about."""

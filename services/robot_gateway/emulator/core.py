@@ -107,7 +107,7 @@ class Emulator:
     @property
     def _feedback_ticks(self) -> dict[int, int]:
         """The oldest firmware sends feedback where it takes motion."""
-        legacy = self.options.release < "3.5.2"
+        legacy = self.options.version < "3.5.2"
         return {30003: 1} if legacy else FEEDBACK_TICKS[self.options.firmware]
 
     def connect(self, port: int) -> Connection | None:

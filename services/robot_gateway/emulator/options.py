@@ -100,11 +100,8 @@ class Options:
 
     def __post_init__(self) -> None:
         Tether.of(self.tether)
-        if not self.release:
-            # As frozen dataclasses set what they derive.
-            object.__setattr__(self, "release", NEWEST[self.firmware])
-        if self.release[:1] != self.firmware[-1]:
-            fitting = [r for r in get_args(Release) if r[:1] == self.firmware[-1]]
+        fitting = [r for r in get_args(Release) if r[:1] == self.firmware[-1]]
+        if self.release and self.release not in fitting:
             raise ValueError(
                 f"release {self.release!r} is none of {self.firmware}; there are "
                 f"{', '.join(fitting)}"
@@ -117,9 +114,14 @@ class Options:
                 raise ValueError(f"fault {fault!r}: write NAME@SECONDS")
 
     @property
+    def version(self) -> Release:
+        """The release, or the newest one of the firmware."""
+        return self.release or NEWEST[self.firmware]
+
+    @property
     def frame_count(self) -> int:
         """Greatest index of a user or tool frame."""
-        return 50 if self.release >= "4.6" else 9
+        return 50 if self.version >= "4.6" else 9
 
     @property
     def fault_times(self) -> dict[str, float]:

@@ -34,7 +34,7 @@ class Commands:
     def __init__(self, controller: Controller) -> None:
         self.controller = controller
         self.v4 = controller.v4
-        self._release = controller.options.release
+        self._release = controller.options.version
         execution = Execution(controller)
         self.power, self.settings = Power(execution), Settings(execution)
         outputs = Outputs(execution)

@@ -41,7 +41,7 @@ class Following:
     def table(self) -> Table:
         """Commands by name."""
         do = self._do
-        release = do.options.release
+        release = do.options.version
         ports = (COMMAND_PORT,) if do.v4 else (MOTION_PORT,)
         # Its users report that 3.5.2 takes half a turn either way.
         joint = Parameter("number", -180, 180) if release == "3.5.2" else NUMBER
@@ -65,7 +65,7 @@ class Following:
         """Of servo points; V3's ServoP never took any."""
         if not timed:
             return ()
-        shortest = 0.004 if self._do.options.release >= "4.6" else 0.02
+        shortest = 0.004 if self._do.options.version >= "4.6" else 0.02
         return (
             option("t", "number", shortest, 3600.0),
             option("aheadtime" if self._do.v4 else "lookahead_time", "number", 20, 100),
@@ -135,13 +135,13 @@ class Following:
         """Of the flange in the base [m/s, rad/s]."""
         kind = named.get("coordtype", self._frame)
         if self._do.v4 and kind == 0:
-            raise Failure(-6 if self._do.options.release >= "4.6" else -1)
+            raise Failure(-6 if self._do.options.version >= "4.6" else -1)
         self._frame = kind
         twist = np.zeros(6)
         turns = axis.startswith("R")
         k = "XYZ".index(axis[-1])
         twist[3 + k if turns else k] = (JOG_TURN if turns else JOG_SPEED) * share
-        along_tool = kind == (2 if self._do.v4 or self._do.options.release < "3.5.7" else 1)
+        along_tool = kind == (2 if self._do.v4 or self._do.options.version < "3.5.7" else 1)
         if along_tool:
             R = self._arm.flange(self._arm.target)[:3, :3]
         else:

@@ -125,7 +125,7 @@ class Power:
         """V3 calls a collision -2; 4.6 gave up the lists of the six drives."""
         v3 = not self._do.v4
         ids = ",".join(str(-2 if v3 and a == COLLISION else a) for a in self._arm.alarms)
-        flat = self._do.options.release >= "4.6"
+        flat = self._do.options.version >= "4.6"
         return f"[{ids}]" if flat else f"[[{ids}],[],[],[],[],[],[]]"
 
     def _script_name(self) -> str:

@@ -39,7 +39,7 @@ class Settings:
         do, arm = self._do, self._arm
         index = do.index
         # Frame 0 is the base or the flange, which later firmware does not let anybody change.
-        changeable = Parameter("integer", 1 if do.options.release >= "4.6" else 0, index.high)
+        changeable = Parameter("integer", 1 if do.options.version >= "4.6" else 0, index.high)
         direction = Parameter("integer", 0, 1)
         return {
             "SpeedFactor": Command(lambda a, o: self._set("speed_factor", a[0]), (PERCENT,)),

@@ -1,8 +1,8 @@
 # type: ignore
-"""The three kernels of the implicit rod: roll-outs, their derivatives, and statics as a roll-out.
+"""The one kernel of the implicit rod: roll-outs, their derivatives, and statics as a roll-out.
 
 One implicit step is the minimiser of the rod's incremental energy, by Newton's method. The energy
-of a step of length h from (x1, q1) with the step before that at (x0, q0) is
+of a solve over a time h is, with x1, x0 and so on the solves before it,
 
     sum over nodes    m wt |x - y|^2 / 2 - m g x
     sum over edges    l K |e / l - d3|^2 / 2                                    (eq. 4)
@@ -11,10 +11,14 @@ of a step of length h from (x1, q1) with the step before that at (x0, q0) is
                       + tau / h (k1, k2, k3) |y - y1|^2 / 2
     contact           l p(distance - radius), at evenly spaced samples of every edge
 
-with wt = (1 + c h) / h^2, y = x1 + carry (x1 - x0) and q^ likewise, carry = 1 / (1 + c h): the
-damping c only rescales inertia. tau is the internal damping, y1 the last step's y. Shear is as
-stiff as stretch, as in the paper, whose curvature 2 Im(conj(q) q) is replaced by the logarithm,
-so that torque stays proportional to twist.
+with wt = (1 + c h) / h^2 and carry = 1 / (1 + c h): the damping c only rescales inertia. y is where
+inertia alone would lead, and q^ the same for orientations, in the chart of the last one. For
+implicit Euler y = x1 + carry (x1 - x0). For the second-order scheme a step is two such solves, of
+h = gamma dt each with gamma = 1 - 1 / sqrt(2) (Alexander 1977, SDIRK2): the second starts from
+base = x0 + r (x1 - x0), with r = (1 - gamma) / gamma and velocity likewise. Either way y is a sum
+of the last positions, with shares that `layout` calls BASE and MOMENTUM. tau is the internal
+damping, y1 the bends' y at the base. Shear is as stiff as stretch, as in the paper, whose
+curvature 2 Im(conj(q) q) is replaced by the logarithm, so that torque stays proportional to twist.
 
 Stretch is far stiffer than all else and makes plain Newton crawl. Its force is therefore a
 variable of its own (mixed Newton): the geometric part of the Hessian takes the force that the
@@ -31,8 +35,7 @@ every part names only the part below it, does the tasks that are its own and pas
 import taichi as ti
 
 from shared.rod import layout as at
-from shared.rod.kernels_access import orientation_at, position_at, scalar
-from shared.rod.kernels_adjoint import adjoint
+from shared.rod.kernels_access import orientation_at, position_at, scalar, time_at
 from shared.rod.kernels_math import (
     add3,
     exponential,
@@ -40,102 +43,80 @@ from shared.rod.kernels_math import (
     load4,
     logarithm,
     quaternion_product,
+    relative,
     rotation_matrix,
     store3,
     store4,
 )
-from shared.rod.kernels_moves import subtract_couplings as work
-from shared.rod.kernels_sensitivities import sensitivities
+from shared.rod.kernels_sensitivities import sensitivities as work
 from shared.rod.kernels_types import Doubles, Integers
 
 
 @ti.kernel
 def roll(ni: Integers, w: Doubles, batch: ti.i32):
-    """Roll every rod of a batch out; see `layout` for what the arrays hold."""
+    """Roll every rod of a batch out, with what is wanted of its derivatives; see `layout`."""
     for b in range(batch):
         rod = b * ni[at.STRIDE]
         begin(ni, w, rod)
-        for step in range(ni[at.STEPS]):
-            descend(ni, w, rod, step)
+        advance(ni, w, rod)
         finish(ni, w, rod)
-
-
-@ti.kernel
-def carry_forward(ni: Integers, w: Doubles, batch: ti.i32):
-    """Forward sensitivities of every rod along the roll-out that `roll` left behind."""
-    for b in range(batch):
-        rod = b * ni[at.STRIDE]
-        for step in range(ni[at.STEPS]):
-            for task in range(at.INERTIA, at.SENSITIVITIES + 1):
-                sensitivities(ni, w, task, rod, step, 0, 0.0)
-
-
-@ti.kernel
-def carry_back(ni: Integers, w: Doubles, batch: ti.i32):
-    """The adjoint of every rod along the roll-out that `roll` left behind."""
-    for b in range(batch):
-        rod = b * ni[at.STRIDE]
-        for back in range(ni[at.STEPS]):
-            step = ni[at.STEPS] - 1 - back
-            slope = rod + ni[at.AT_ADJOINT] + 3 * (2 * ni[at.NODES] - 1) * (step + 2)
-            if (step + 1) % ni[at.SUBSTEPS] == 0:
-                cost = rod + ni[at.AT_COST]
-                cost += 3 * ni[at.NODES] * (step // ni[at.SUBSTEPS])
-                for i in range(ni[at.NODES]):
-                    add3(w, slope + 6 * i, load3(w, cost + 3 * i))
-            adjoint(ni, w, at.INERTIA, rod, step, 0, 0.0)
-            adjoint(ni, w, at.PARAMETER_FORCES, rod, step, 0, 0.0)
-            adjoint(ni, w, at.SOLVE, rod, step, slope, 0.0)
-            adjoint(ni, w, at.ADJOINT, rod, step, 0, 0.0)
-            adjoint(ni, w, at.GRIP_ADJOINT, rod, step, 0, 0.0)
 
 
 @ti.func
 def begin(ni: ti.template(), w: ti.template(), rod):
-    """Slot 1 holds a state, slot 0 its velocities: turn these into the history that they mean."""
+    """The slot of the start holds a state, the one before it velocities: make these history."""
     n = ni[at.NODES]
-    h = w[rod + ni[at.AT_TIMES]]
+    last = at.NEW - 1
+    h = w[time_at(ni, rod, 0)]
     for i in range(n - 1):
-        q = load4(w, orientation_at(ni, rod, 1, i))
+        q = load4(w, orientation_at(ni, rod, last, i))
         q = q / ti.sqrt(q.dot(q))
-        store4(w, orientation_at(ni, rod, 1, i), q)
-        omega = load3(w, orientation_at(ni, rod, 0, i))
-        store4(w, orientation_at(ni, rod, 0, i), quaternion_product(exponential(-h * omega), q))
+        store4(w, orientation_at(ni, rod, last, i), q)
+        omega = load3(w, orientation_at(ni, rod, last - 1, i))
+        before = quaternion_product(exponential(-h * omega), q)
+        for slot in range(last):
+            store4(w, orientation_at(ni, rod, slot, i), before)
     for end in range(2):
         if ni[at.LEFT + end] == at.CLAMPED:
-            r = rotation_matrix(load4(w, orientation_at(ni, rod, 1, end * (n - 2))))
+            r = rotation_matrix(load4(w, orientation_at(ni, rod, last, end * (n - 2))))
             reach = scalar(ni, w, rod, at.EDGE_LENGTH) * (1.0 - 2.0 * end)
-            outer = load3(w, position_at(ni, rod, 1, end * (n - 1)))
+            outer = load3(w, position_at(ni, rod, last, end * (n - 1)))
             inner = outer + reach * (r @ ti.Vector([0.0, 0.0, 1.0]))
-            store3(w, position_at(ni, rod, 1, 1 + end * (n - 3)), inner)
+            store3(w, position_at(ni, rod, last, 1 + end * (n - 3)), inner)
     for i in range(n):
-        x = load3(w, position_at(ni, rod, 1, i))
-        v = load3(w, position_at(ni, rod, 0, i))
-        store3(w, position_at(ni, rod, 0, i), x - h * v)
+        x = load3(w, position_at(ni, rod, last, i))
+        v = load3(w, position_at(ni, rod, last - 1, i))
+        for slot in range(last):
+            store3(w, position_at(ni, rod, slot, i), x - h * v)
 
 
 @ti.func
 def finish(ni: ti.template(), w: ti.template(), rod):
     """Leave the last velocities in the targets' and tensions' sections."""
     n = ni[at.NODES]
-    last = ni[at.STEPS] + 1
-    h = w[rod + ni[at.AT_TIMES] + 2 * (ni[at.STEPS] - 1)]
+    last = ni[at.STEPS] + at.NEW - 1
+    start = time_at(ni, rod, ni[at.STEPS] - 1)
+    h = w[start]
+    nearer = w[start + at.BASE]
+    further = w[start + at.BASE + 1]
     for i in range(n):
         x = load3(w, position_at(ni, rod, last, i))
         x1 = load3(w, position_at(ni, rod, last - 1, i))
-        store3(w, rod + ni[at.AT_TARGETS] + 3 * i, (x - x1) / h)
+        x0 = load3(w, position_at(ni, rod, last - 2, i))
+        store3(w, rod + ni[at.AT_TARGETS] + 3 * i, (x - nearer * x1 - further * x0) / h)
     for i in range(n - 1):
         q = load4(w, orientation_at(ni, rod, last, i))
         q1 = load4(w, orientation_at(ni, rod, last - 1, i))
-        turn = quaternion_product(q, ti.Vector([q1[0], -q1[1], -q1[2], -q1[3]]))
-        if turn[0] < 0.0:
-            turn = -turn
+        q0 = load4(w, orientation_at(ni, rod, last - 2, i))
+        base = quaternion_product(q1, exponential(further * logarithm(relative(q1, q0))))
+        turn = quaternion_product(q, ti.Vector([base[0], -base[1], -base[2], -base[3]]))
+        turn = ti.select(turn[0] < 0.0, -1.0, 1.0) * turn
         store3(w, rod + ni[at.AT_TENSIONS] + 3 * i, logarithm(turn) / h)
 
 
 @ti.func
-def descend(ni: ti.template(), w: ti.template(), rod, step):
-    """Solve one step, from the last one's end; writes the report of the step.
+def advance(ni: ti.template(), w: ti.template(), rod):
+    """Solve every step from the last one's end, with its report; carry derivatives on and back.
 
     First plain Newton steps: the fastest, and nearly always enough. Where these run astray, it
     starts again from the last step's end, with line search on the energy and definite Hessians.
@@ -148,6 +129,11 @@ def descend(ni: ti.template(), w: ti.template(), rod, step):
     end = ni[at.END_FREE]
     length = scalar(ni, w, rod, at.EDGE_LENGTH)
     tolerance = scalar(ni, w, rod, at.TOLERANCE)
+    sensed = ni[at.WANT] % at.WANT_ADJOINT
+    asked = ti.cast(ni[at.PARAMETERS] > 0 and ni[at.OBSTACLES] > 0, ti.i32)
+    slope = rod + ni[at.AT_ADJOINT]
+    step = 0
+    backward = 0
     d = rod + ni[at.AT_STEP]
     # Longer strides than this could jump over an obstacle.
     reach = 2.0 * length
@@ -169,19 +155,47 @@ def descend(ni: ti.template(), w: ti.template(), rod, step):
     largest = 0.0
     moved_grips = 0
     stepped = 0
-    task = at.PREDICT
+    task = at.TARGETS
     while task != at.DONE:
         arg = exact
         real = shift
+        if finishing == 2:
+            # Derivatives want the forces of contact alone.
+            arg = 2
         if task == at.APPLY:
             real = share
         elif task == at.GRIPS:
             arg = moved_grips
         elif task == at.COUPLE or task == at.SOLVE:
             arg = d
+            if backward == 1:
+                arg = slope
         value = work(ni, w, task, rod, step, arg, real)
         judge = 0
-        if task == at.PREDICT:
+        if finishing == 2:
+            if task == at.TARGETS:
+                task = at.INERTIA
+            elif task == at.INERTIA:
+                task = ti.select(asked, at.CONTACTS, at.PARAMETER_FORCES)
+            elif task == at.CONTACTS:
+                task = at.PARAMETER_FORCES
+            elif task == at.PARAMETER_FORCES:
+                task = ti.select(backward, at.SOLVE, at.GRIP_SENSITIVITIES)
+            elif task == at.GRIP_SENSITIVITIES:
+                task = at.SENSITIVITIES
+            elif task == at.SOLVE:
+                task = at.ADJOINT
+            elif task == at.ADJOINT:
+                task = at.GRIP_ADJOINT
+            elif task == at.GRIP_ADJOINT:
+                step -= 1
+                task = at.SOLVED
+            else:
+                finishing = 3
+                task = at.SOLVED
+        elif task == at.TARGETS:
+            task = at.PREDICT
+        elif task == at.PREDICT:
             task = at.EDGES
             if careful == 1:
                 moved_grips = 1
@@ -214,7 +228,7 @@ def descend(ni: ti.template(), w: ti.template(), rod, step):
             if careful == 1:
                 lowest = ti.min(lowest, energy)
             if finishing == 1:
-                task = at.DONE
+                task = at.SOLVED
             elif definite == 0:
                 if exact == 0:
                     shift = ti.max(10.0 * shift, 1e-9)
@@ -269,11 +283,11 @@ def descend(ni: ti.template(), w: ti.template(), rod, step):
                     # Derivatives want the true Hessian.
                     finishing = ti.cast(exact == 0 or shift > 0.0, ti.i32)
                     if finishing == 0:
-                        task = at.DONE
+                        task = at.SOLVED
                 iterations += 1
                 exact = 1
                 shift = 0.0
-            if task != at.DONE and finishing == 0:
+            if task != at.SOLVED and finishing == 0:
                 if careful == 0 and (strides >= 14 or attempts >= 100 or not (largest < 1e6)):
                     careful = 1
                     iterations = 1
@@ -281,9 +295,45 @@ def descend(ni: ti.template(), w: ti.template(), rod, step):
                     shift = 0.0
                     task = at.PREDICT
                 elif attempts >= ni[at.MAX_ITERATIONS]:
+                    task = at.SOLVED
+        if task == at.SOLVED:
+            if finishing < 2:
+                report = rod + ni[at.AT_REPORT] + at.REPORT_WIDTH * step
+                w[report] = attempts
+                w[report + 1] = converged
+                w[report + 2] = largest
+                w[report + 3] = definite
+            if finishing < 2 and sensed == 1:
+                finishing = 2
+                task = at.INERTIA
+            elif backward == 0:
+                step += 1
+                iterations = 0
+                strides = 0
+                attempts = 0
+                exact = 1
+                shift = 0.0
+                share = 1.0
+                lowest = 1e300
+                careful = 0
+                finishing = 0
+                converged = 0
+                largest = 0.0
+                moved_grips = 0
+                stepped = 0
+                task = at.TARGETS
+                if step == ni[at.STEPS]:
                     task = at.DONE
-    report = rod + ni[at.AT_REPORT] + at.REPORT_WIDTH * step
-    w[report] = attempts
-    w[report + 1] = converged
-    w[report + 2] = largest
-    w[report + 3] = definite
+                    if ni[at.WANT] >= at.WANT_ADJOINT:
+                        backward = 1
+                        finishing = 2
+                        step -= 1
+            if backward == 1:
+                task = at.DONE
+                if step >= 0:
+                    task = at.TARGETS
+                    slope = rod + ni[at.AT_ADJOINT] + 3 * (2 * n - 1) * (step + at.NEW)
+                    if (step + 1) % ni[at.SUBSTEPS] == 0:
+                        cost = rod + ni[at.AT_COST] + 3 * n * (step // ni[at.SUBSTEPS])
+                        for i in range(n):
+                            add3(w, slope + 6 * i, load3(w, cost + 3 * i))

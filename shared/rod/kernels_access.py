@@ -30,7 +30,7 @@ def orientation_at(ni: ti.template(), rod, slot, i):
 
 @ti.func
 def hessian_at(ni: ti.template(), rod, step, block):
-    kept = ti.select(ni[at.WANT] > 0, step, 0)
+    kept = ti.select(ni[at.WANT] >= at.WANT_ADJOINT, step, 0)
     return rod + ni[at.AT_HESSIAN] + 27 * (kept * (2 * ni[at.NODES] - 1) + block)
 
 
@@ -40,24 +40,38 @@ def scalar(ni: ti.template(), w: ti.template(), rod, k):
 
 
 @ti.func
+def time_at(ni: ti.template(), rod, step):
+    return rod + ni[at.AT_TIMES] + at.TIME_WIDTH * step
+
+
+@ti.func
 def step_times(ni: ti.template(), w: ti.template(), rod, step):
     """Duration, inertia weight (1 + c h) / h^2 and carried share of velocity."""
-    h = w[rod + ni[at.AT_TIMES] + 2 * step]
+    h = w[time_at(ni, rod, step)]
     damped = 1.0 + scalar(ni, w, rod, at.DAMPING) * h
-    return h, damped / (h * h), w[rod + ni[at.AT_TIMES] + 2 * step + 1] / damped
+    return h, damped / (h * h), 1.0 / damped
+
+
+@ti.func
+def target_share(ni: ti.template(), w: ti.template(), rod, step, back, carry):
+    """Share of the solve `back` before this one in where inertia alone would lead."""
+    start = time_at(ni, rod, step) + back - 1
+    return w[start + at.BASE] + carry * w[start + at.MOMENTUM]
 
 
 @ti.func
 def grip(ni: ti.template(), w: ti.template(), rod, step, end):
     """Where a driven end stands after a step: outermost node, next node, edge orientation."""
     n = ni[at.NODES]
-    h, _weight, _carry = step_times(ni, w, rod, step)
+    start = time_at(ni, rod, step)
+    slot = step + at.NEW - ti.cast(w[start + at.GRIP_BACK], ti.i32)
+    h = w[start + at.GRIP_DURATION]
     block = ni[at.INTEGERS + step // ni[at.SUBSTEPS]]
     action = rod + ni[at.AT_ACTIONS] + 12 * block + 6 * end
     node = end * (n - 1)
     edge = end * (n - 2)
-    outer = load3(w, position_at(ni, rod, step + 1, node)) + h * load3(w, action)
-    q1 = load4(w, orientation_at(ni, rod, step + 1, edge))
+    outer = load3(w, position_at(ni, rod, slot, node)) + h * load3(w, action)
+    q1 = load4(w, orientation_at(ni, rod, slot, edge))
     q = quaternion_product(exponential(h * load3(w, action + 3)), q1)
     q = q / ti.sqrt(q.dot(q))
     reach = scalar(ni, w, rod, at.EDGE_LENGTH) * (1.0 - 2.0 * end)
@@ -80,8 +94,8 @@ def bend_turn(ni: ti.template(), w: ti.template(), rod, slot, j):
 @ti.func
 def internal_rate(ni: ti.template(), w: ti.template(), rod, step):
     """Internal damping over the duration of a step [-]; none where velocity is forgotten."""
-    start = rod + ni[at.AT_TIMES] + 2 * step
-    return scalar(ni, w, rod, at.INTERNAL_DAMPING) * w[start + 1] / w[start]
+    start = time_at(ni, rod, step)
+    return scalar(ni, w, rod, at.INTERNAL_DAMPING) * w[start + at.CARRIES] / w[start]
 
 
 @ti.func
@@ -99,20 +113,12 @@ def inertia_terms(ni: ti.template(), w: ti.template(), rod, weight, q, target):
 
 
 @ti.func
-def last_turn(ni: ti.template(), w: ti.template(), rod, step, i):
-    """Turn of edge i in the step before, in its own frame, as a unit quaternion."""
+def past_turn(ni: ti.template(), w: ti.template(), rod, step, i, back):
+    """Edge i some solves before, seen from the last one, as a unit quaternion."""
     return relative(
-        load4(w, orientation_at(ni, rod, step, i)),
-        load4(w, orientation_at(ni, rod, step + 1, i)),
+        load4(w, orientation_at(ni, rod, step + at.NEW - 1, i)),
+        load4(w, orientation_at(ni, rod, step + at.NEW - back, i)),
     )
-
-
-@ti.func
-def target_orientation(ni: ti.template(), w: ti.template(), rod, step, i):
-    """Where inertia alone would turn edge i."""
-    _h, _weight, carry = step_times(ni, w, rod, step)
-    turn = exponential(carry * logarithm(last_turn(ni, w, rod, step, i)))
-    return quaternion_product(load4(w, orientation_at(ni, rod, step + 1, i)), turn)
 
 
 @ti.func
@@ -124,8 +130,8 @@ def inertia_coupling(ni: ti.template(), w: ti.template(), rod, step, i):
         w,
         rod,
         weight,
-        load4(w, orientation_at(ni, rod, step + 2, i)),
-        target_orientation(ni, w, rod, step, i),
+        load4(w, orientation_at(ni, rod, step + at.NEW, i)),
+        load4(w, rod + ni[at.AT_TARGET_ORIENTATIONS] + 4 * i),
     )
     momentum = 2.0 * inertia * im
     answer = cross_matrix(momentum)

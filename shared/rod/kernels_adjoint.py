@@ -10,6 +10,8 @@ from shared.rod.kernels_access import (
     orientation_at,
     scalar,
     step_times,
+    target_share,
+    time_at,
 )
 from shared.rod.kernels_couplings import (
     parameter_code_at,
@@ -35,9 +37,10 @@ def grip_adjoint(
     result = 0.0
     if task == at.GRIP_ADJOINT:
         n = ni[at.NODES]
-        new = rod + ni[at.AT_ADJOINT] + 3 * (2 * n - 1) * (step + 2)
-        old = new - 3 * (2 * n - 1)
-        h, _weight, _carry = step_times(ni, w, rod, step)
+        new = rod + ni[at.AT_ADJOINT] + 3 * (2 * n - 1) * (step + at.NEW)
+        start = time_at(ni, rod, step)
+        old = new - 3 * (2 * n - 1) * ti.cast(w[start + at.GRIP_BACK], ti.i32)
+        h = w[start + at.GRIP_DURATION]
         block = ni[at.INTEGERS + step // ni[at.SUBSTEPS]]
         for end in range(2):
             kind = ni[at.LEFT + end]
@@ -50,7 +53,7 @@ def grip_adjoint(
                     edge = end * (n - 2)
                     inner = load3(w, new + 6 * (1 + end * (n - 3)))
                     pull += inner
-                    r = rotation_matrix(load4(w, orientation_at(ni, rod, step + 2, edge)))
+                    r = rotation_matrix(load4(w, orientation_at(ni, rod, step + at.NEW, edge)))
                     reach = scalar(ni, w, rod, at.EDGE_LENGTH) * (1.0 - 2.0 * end)
                     local = reach * (r.transpose() @ inner)
                     moment = load3(w, new + 6 * edge + 3) + ti.Vector([-local[1], local[0], 0.0])
@@ -72,7 +75,7 @@ def grip_adjoint(
 def adjoint(
     ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
 ) -> ti.f64:
-    """From the cost's slope at the end of a step to its slope one and two steps before."""
+    """From the cost's slope after a solve to its slope after those before."""
     result = 0.0
     if task == at.ADJOINT:
         n = ni[at.NODES]
@@ -80,9 +83,7 @@ def adjoint(
         first = ni[at.FIRST_FREE]
         end = ni[at.END_FREE]
         _h, weight, carry = step_times(ni, w, rod, step)
-        new = rod + ni[at.AT_ADJOINT] + 3 * count * (step + 2)
-        old = new - 3 * count
-        older = old - 3 * count
+        new = rod + ni[at.AT_ADJOINT] + 3 * count * (step + at.NEW)
         for j in range(ti.max(first - 2, 0), first):
             for k in range(2):
                 to = j + 1 + k
@@ -98,19 +99,19 @@ def adjoint(
         for j in range(first, end):
             i = j // 2
             v = load3(w, new + 3 * j)
-            if j % 2 == 0:
-                mass = weight * w[rod + ni[at.AT_MASSES] + i]
-                add3(w, old + 3 * j, (mass * (1.0 + carry)) * v)
-                add3(w, older + 3 * j, -(mass * carry) * v)
-            else:
-                c = rod + ni[at.AT_INERTIA_COUPLINGS] + 18 * (step * (n - 1) + i)
-                add3(w, old + 3 * j, -(load33(w, c).transpose() @ v))
-                add3(w, older + 3 * j, -(load33(w, c + 9).transpose() @ v))
+            for back in range(1, ni[at.HISTORY] + 1):
+                old = new - 3 * count * back + 3 * j
+                if j % 2 == 0:
+                    mass = weight * w[rod + ni[at.AT_MASSES] + i]
+                    add3(w, old, (mass * target_share(ni, w, rod, step, back, carry)) * v)
+                else:
+                    c = rod + ni[at.AT_INERTIA_COUPLINGS] + 9 * (at.NEW * i + back - 1)
+                    add3(w, old, -(load33(w, c).transpose() @ v))
         rate = internal_rate(ni, w, rod, step)
         if rate > 0.0:
             for i in range(n - 2):
                 j = 2 * i + 1
-                after = rod + ni[at.AT_BEND_JACOBIANS] + 18 * (step * (n - 2) + i)
+                after = rod + ni[at.AT_BEND_JACOBIANS] + 27 * i
                 jacobian = load33(w, after)
                 moment = ti.Vector([0.0, 0.0, 0.0])
                 if j >= first:
@@ -118,11 +119,14 @@ def adjoint(
                 if j + 2 < end:
                     moment += jacobian.transpose() @ load3(w, new + 3 * j + 6)
                 moment *= rate * load3(w, rod + ni[at.AT_BENDS] + 6 * i)
-                jacobian = load33(w, after + 9)
-                add3(w, old + 3 * j, -(jacobian.transpose() @ moment))
-                add3(w, old + 3 * j + 6, jacobian @ moment)
+                for back in range(1, 3):
+                    share = w[time_at(ni, rod, step) + at.BASE + back - 1]
+                    old = new - 3 * count * back + 3 * j
+                    jacobian = share * load33(w, after + 9 * back)
+                    add3(w, old, -(jacobian.transpose() @ moment))
+                    add3(w, old + 6, jacobian @ moment)
         for p in range(ni[at.PARAMETERS]):
-            force = parameter_forces_at(ni, rod, step, p // 6, 0) + p % 6
+            force = parameter_forces_at(ni, rod, p // 6, 0) + p % 6
             total = 0.0
             for j in range(first, end):
                 for a in ti.static(range(3)):

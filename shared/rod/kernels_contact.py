@@ -43,10 +43,13 @@ def contact_law(ni: ti.template(), w: ti.template(), rod, depth):
 def contacts(
     ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
 ) -> ti.f64:
-    """Penalty of every obstacle on evenly spaced samples of every edge."""
+    """Penalty of every obstacle on evenly spaced samples of every edge.
+
+    `arg`: 1 with the whole Hessian, 0 with its definite part, 2 without any.
+    """
     result = 0.0
     if task == at.CONTACTS:
-        exact = arg
+        exact = arg == 1
         n = ni[at.NODES]
         samples = ni[at.SAMPLES]
         length = scalar(ni, w, rod, at.EDGE_LENGTH)
@@ -56,8 +59,8 @@ def contacts(
         for k in range(ni[at.OBSTACLES]):
             row = ni[at.AT_OBSTACLES] + at.OBSTACLE_WIDTH * k
             for i in range(n - 1):
-                start = load3(w, position_at(ni, rod, step + 2, i))
-                stop = load3(w, position_at(ni, rod, step + 2, i + 1))
+                start = load3(w, position_at(ni, rod, step + at.NEW, i))
+                stop = load3(w, position_at(ni, rod, step + at.NEW, i + 1))
                 # Reach of the whole edge, which may be stretched while the iteration runs.
                 bound = 0.5 * (stop - start).norm() + reach
                 middle = 0.5 * (start + stop)
@@ -154,10 +157,11 @@ def contacts(
                             g = rod + ni[at.AT_GRADIENT] + 6 * i
                             add3(w, g, (1.0 - s) * pull)
                             add3(w, g + 6, s * pull)
-                            m = hessian_at(ni, rod, step, 2 * i)
-                            add33(w, m, ((1.0 - s) * (1.0 - s)) * stiff)
-                            add33(w, m + 18, (s * (1.0 - s)) * stiff)
-                            add33(w, m + 54, (s * s) * stiff)
+                            if arg < 2:
+                                m = hessian_at(ni, rod, step, 2 * i)
+                                add33(w, m, ((1.0 - s) * (1.0 - s)) * stiff)
+                                add33(w, m + 18, (s * (1.0 - s)) * stiff)
+                                add33(w, m + 54, (s * s) * stiff)
         result = total
     else:
         result = factor(ni, w, task, rod, step, arg, real)

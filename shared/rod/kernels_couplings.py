@@ -9,14 +9,14 @@ from shared.rod.kernels_access import (
     inertia_coupling,
     inertia_terms,
     internal_rate,
-    last_turn,
     orientation_at,
+    past_turn,
     position_at,
     scalar,
     step_times,
-    target_orientation,
+    target_share,
+    time_at,
 )
-from shared.rod.kernels_band import solve
 from shared.rod.kernels_math import (
     exponential,
     left_jacobian,
@@ -26,17 +26,18 @@ from shared.rod.kernels_math import (
     log_coefficients,
     logarithm,
     rotation_matrix,
+    store3,
     store33,
 )
+from shared.rod.kernels_moves import subtract_couplings
 from shared.rod.kernels_types import Doubles, Integers
 
 
 @ti.func
-def parameter_forces_at(ni: ti.template(), rod, step, group, j):
+def parameter_forces_at(ni: ti.template(), rod, group, j):
     """Where the rows of a block begin, for six parameters."""
-    groups = (ni[at.PARAMETERS] + 5) // 6
     count = 2 * ni[at.NODES] - 1
-    return rod + ni[at.AT_PARAMETER_FORCES] + 18 * ((step * groups + group) * count + j)
+    return rod + ni[at.AT_PARAMETER_FORCES] + 18 * (group * count + j)
 
 
 @ti.func
@@ -46,8 +47,8 @@ def parameter_code_at(ni: ti.template(), p):
 
 
 @ti.func
-def add_parameter_force(ni: ti.template(), w: ti.template(), rod, step, p, j, v):
-    start = parameter_forces_at(ni, rod, step, p // 6, j) + p % 6
+def add_parameter_force(ni: ti.template(), w: ti.template(), rod, p, j, v):
+    start = parameter_forces_at(ni, rod, p // 6, j) + p % 6
     for a in ti.static(range(3)):
         w[start + 6 * a] += v[a]
 
@@ -56,29 +57,43 @@ def add_parameter_force(ni: ti.template(), w: ti.template(), rod, step, p, j, v)
 def couple_inertia(
     ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
 ) -> ti.f64:
-    """d gradient / d rotation one and two steps before; J_l^-1 of bends after and before."""
+    """d gradient / d rotation in the solves before; J_l^-1 of bends after and before."""
     result = 0.0
     if task == at.INERTIA:
-        _h, _weight, carry = step_times(ni, w, rod, step)
         n = ni[at.NODES]
+        history = ni[at.HISTORY]
+        _h, _weight, carry = step_times(ni, w, rod, step)
         for i in range(n - 1):
+            # In the chart of the last orientation: theta = log(conj(q1) q), turn = sum of shares.
+            turn = ti.Vector([0.0, 0.0, 0.0])
+            slope = ti.Vector([0.0, 0.0, 0.0])
+            for back in range(2, history + 1):
+                theta = logarithm(past_turn(ni, w, rod, step, i, back))
+                turn += target_share(ni, w, rod, step, back, carry) * theta
+                slope += w[time_at(ni, rod, step) + at.MOMENTUM + back - 1] * theta
             answer = inertia_coupling(ni, w, rod, step, i)
-            u = last_turn(ni, w, rod, step, i)
-            y = logarithm(u)
-            c, _d = log_coefficients(y.dot(y), u)
-            inverse = left_jacobian_inverse(y, c)
-            through = carry * left_jacobian(carry * y).transpose()
-            turn = rotation_matrix(exponential(carry * y)).transpose()
-            to = rod + ni[at.AT_INERTIA_COUPLINGS] + 18 * (step * (n - 1) + i)
-            store33(w, to, answer @ (turn + through @ inverse.transpose()))
-            store33(w, to + 9, -(answer @ (through @ inverse)))
+            through = answer @ left_jacobian(turn).transpose()
+            store3(w, rod + ni[at.AT_TARGET_SLOPES] + 3 * i, through @ slope)
+            to = rod + ni[at.AT_INERTIA_COUPLINGS] + 9 * at.NEW * i
+            latest = answer @ rotation_matrix(exponential(turn)).transpose()
+            for back in range(2, history + 1):
+                u = past_turn(ni, w, rod, step, i, back)
+                theta = logarithm(u)
+                c, _d = log_coefficients(theta.dot(theta), u)
+                inverse = left_jacobian_inverse(theta, c)
+                share = target_share(ni, w, rod, step, back, carry)
+                store33(w, to + 9 * (back - 1), share * (through @ inverse.transpose()))
+                latest -= share * (through @ inverse)
+            store33(w, to, latest)
         if internal_rate(ni, w, rod, step) > 0.0:
-            for k in range(2 * (n - 2)):
-                _y, jacobian, _c, _d = bend_turn(ni, w, rod, step + 2 - k % 2, k // 2)
-                to = rod + ni[at.AT_BEND_JACOBIANS] + 18 * step * (n - 2) + 9 * k
-                store33(w, to, jacobian)
+            for k in range(3 * (n - 2)):
+                _y, jacobian, _c, _d = bend_turn(ni, w, rod, step + at.NEW - k % 3, k // 3)
+                store33(w, rod + ni[at.AT_BEND_JACOBIANS] + 9 * k, jacobian)
+        # Room for the forces of contact alone.
+        for k in range(3 * (2 * n - 1)):
+            w[rod + ni[at.AT_GRADIENT] + k] = 0.0
     else:
-        result = solve(ni, w, task, rod, step, arg, real)
+        result = subtract_couplings(ni, w, task, rod, step, arg, real)
     return result
 
 
@@ -94,7 +109,6 @@ def parameter_forces(
         stretch = scalar(ni, w, rod, at.STRETCH)
         length = scalar(ni, w, rod, at.EDGE_LENGTH)
         h, weight, carry = step_times(ni, w, rod, step)
-        rate = internal_rate(ni, w, rod, step)
         damped = 1.0 + scalar(ni, w, rod, at.DAMPING) * h
         density = scalar(ni, w, rod, at.DENSITY)
         gravity = ti.Vector(
@@ -105,17 +119,17 @@ def parameter_forces(
             ]
         )
         for k in range(18 * ((count + 5) // 6) * (2 * n - 1)):
-            w[parameter_forces_at(ni, rod, step, 0, 0) + k] = 0.0
+            w[parameter_forces_at(ni, rod, 0, 0) + k] = 0.0
         for p in range(count):
             code = ni[parameter_code_at(ni, p)]
             knot = ni[parameter_code_at(ni, p) + 1]
             knots = ni[parameter_code_at(ni, p) + 2]
             if code == at.STRETCH_PARAMETER or code == at.LENGTH_PARAMETER:
                 for i in range(n - 1):
-                    q = load4(w, orientation_at(ni, rod, step + 2, i))
+                    q = load4(w, orientation_at(ni, rod, step + at.NEW, i))
                     r = rotation_matrix(q)
-                    edge = load3(w, position_at(ni, rod, step + 2, i + 1)) - load3(
-                        w, position_at(ni, rod, step + 2, i)
+                    edge = load3(w, position_at(ni, rod, step + at.NEW, i + 1)) - load3(
+                        w, position_at(ni, rod, step + at.NEW, i)
                     )
                     strain = edge / length - ti.Vector([r[0, 2], r[1, 2], r[2, 2]])
                     force = strain
@@ -124,62 +138,62 @@ def parameter_forces(
                         local = r.transpose() @ strain
                         moment = ti.Vector([length * local[1], -length * local[0], 0.0])
                     else:
-                        # Inertia, weight and contact grow with the length, and in balance
-                        # they are the opposite of this force.
-                        force = -(stretch / (length * (n - 1))) * (strain + edge / length)
-                    add_parameter_force(ni, w, rod, step, p, 2 * i, -force)
-                    add_parameter_force(ni, w, rod, step, p, 2 * i + 2, force)
-                    add_parameter_force(ni, w, rod, step, p, 2 * i + 1, moment)
-            if (
-                code == at.DAMPING_PARAMETER
-                or code == at.DENSITY_PARAMETER
-                or code == at.DENSITY_PROFILE_PARAMETER
-            ):
-                for i in range(n):
-                    mass = w[rod + ni[at.AT_MASSES] + i]
-                    x0 = load3(w, position_at(ni, rod, step, i))
-                    x1 = load3(w, position_at(ni, rod, step + 1, i))
-                    x = load3(w, position_at(ni, rod, step + 2, i))
-                    force = (mass / h) * (x - x1)
-                    if code != at.DAMPING_PARAMETER:
-                        away = x - x1 - carry * (x1 - x0)
-                        if code == at.DENSITY_PARAMETER:
-                            mass /= density
-                        else:
-                            share = 1.0
-                            if knots > 1:
-                                place = ti.cast(i * (knots - 1), ti.f64) / (n - 1)
-                                share = ti.max(0.0, 1.0 - ti.abs(place - knot))
-                            mass = share * density * length
-                            if i == 0 or i == n - 1:
-                                mass *= 0.5
-                        force = mass * (weight * away - gravity)
-                    add_parameter_force(ni, w, rod, step, p, 2 * i, force)
-            if (
+                        force = -(stretch / (length * length * (n - 1))) * edge
+                    add_parameter_force(ni, w, rod, p, 2 * i, -force)
+                    add_parameter_force(ni, w, rod, p, 2 * i + 2, force)
+                    add_parameter_force(ni, w, rod, p, 2 * i + 1, moment)
+            inertial = (
                 code == at.DAMPING_PARAMETER
                 or code == at.DENSITY_PARAMETER
                 or code == at.LENGTH_PARAMETER
-            ):
+            )
+            # Mass, weight and contact all grow with the length.
+            per_length = 1.0 / (length * (n - 1))
+            if inertial or code == at.DENSITY_PROFILE_PARAMETER:
+                for i in range(n):
+                    mass = w[rod + ni[at.AT_MASSES] + i]
+                    x = load3(w, position_at(ni, rod, step + at.NEW, i))
+                    away = x - load3(w, rod + ni[at.AT_TARGETS] + 3 * i)
+                    force = mass * (weight * away - gravity)
+                    if code == at.DAMPING_PARAMETER:
+                        for back in range(1, 3):
+                            share = w[time_at(ni, rod, step) + at.BASE + back - 1]
+                            x -= share * load3(w, position_at(ni, rod, step + at.NEW - back, i))
+                        force = (mass / h) * x
+                    elif code == at.LENGTH_PARAMETER:
+                        force += load3(w, rod + ni[at.AT_GRADIENT] + 6 * i)
+                        force *= per_length
+                    elif code == at.DENSITY_PARAMETER:
+                        force /= density
+                    else:
+                        share = 1.0
+                        if knots > 1:
+                            place = ti.cast(i * (knots - 1), ti.f64) / (n - 1)
+                            share = ti.max(0.0, 1.0 - ti.abs(place - knot))
+                        if i == 0 or i == n - 1:
+                            share *= 0.5
+                        force *= share * density * length / mass
+                    add_parameter_force(ni, w, rod, p, 2 * i, force)
+            if inertial:
                 for i in range(n - 1):
                     _re, im, inertia, turn = inertia_terms(
                         ni,
                         w,
                         rod,
                         weight,
-                        load4(w, orientation_at(ni, rod, step + 2, i)),
-                        target_orientation(ni, w, rod, step, i),
+                        load4(w, orientation_at(ni, rod, step + at.NEW, i)),
+                        load4(w, rod + ni[at.AT_TARGET_ORIENTATIONS] + 4 * i),
                     )
                     moment = turn.transpose() @ (2.0 * inertia * im)
                     if code == at.DENSITY_PARAMETER:
                         moment /= density
                     elif code == at.LENGTH_PARAMETER:
-                        moment /= length * (n - 1)
+                        moment *= per_length
                     else:
                         moment *= h / damped
-                        answer = inertia_coupling(ni, w, rod, step, i)
-                        y = logarithm(last_turn(ni, w, rod, step, i))
-                        moment -= (h * carry / damped) * (answer @ y)
-                    add_parameter_force(ni, w, rod, step, p, 2 * i + 1, moment)
+                        slope = load3(w, rod + ni[at.AT_TARGET_SLOPES] + 3 * i)
+                        moment -= (h * carry * carry) * slope
+                    add_parameter_force(ni, w, rod, p, 2 * i + 1, moment)
             if (
                 code == at.BENDING_PARAMETER
                 or code == at.TWISTING_PARAMETER
@@ -187,8 +201,7 @@ def parameter_forces(
                 or (code >= at.LENGTH_PARAMETER and code != at.DENSITY_PROFILE_PARAMETER)
             ):
                 for j in range(n - 2):
-                    y, jacobian, _c, _d = bend_turn(ni, w, rod, step + 2, j)
-                    y1, _before, _c1, _d1 = bend_turn(ni, w, rod, step + 1, j)
+                    y, jacobian, _c, _d = bend_turn(ni, w, rod, step + at.NEW, j)
                     bend = rod + ni[at.AT_BENDS] + 6 * j
                     stiffness = load3(w, bend)
                     rest = load3(w, bend + 3)
@@ -197,7 +210,8 @@ def parameter_forces(
                     if knots > 1:
                         place = ti.cast((j + 1) * (knots - 1), ti.f64) / (n - 1)
                         share = ti.max(0.0, 1.0 - ti.abs(place - knot))
-                    moment = stiffness * (y - rest + rate * (y - y1))
+                    effective = rod + ni[at.AT_EFFECTIVE_BENDS] + at.EFFECTIVE_WIDTH * j
+                    moment = load3(w, effective) * (y - load3(w, effective + 3))
                     if code == at.BENDING_PARAMETER:
                         moment *= share / scalar(ni, w, rod, at.BENDING)
                         moment[2] = 0.0
@@ -208,19 +222,17 @@ def parameter_forces(
                     elif code == at.PROFILE_PARAMETER:
                         moment *= share * scalar(ni, w, rod, at.BENDING) / (length * stiffness[0])
                     elif code == at.INTERNAL_DAMPING_PARAMETER:
-                        flag = w[rod + ni[at.AT_TIMES] + 2 * step + 1]
-                        moment = (flag / h) * stiffness * (y - y1)
+                        carries = w[time_at(ni, rod, step) + at.CARRIES]
+                        moment = (carries / h) * stiffness * (y - load3(w, effective + 6))
                     elif code == at.LENGTH_PARAMETER:
-                        moment = -(moment + stiffness * rest) / (length * (n - 1))
+                        moment = -per_length * (moment + stiffness * rest)
                     else:
                         for a in ti.static(range(3)):
                             moment[a] = 0.0
                             if code == at.CURVATURE_PARAMETER + a:
                                 moment[a] = -share * stiffness[a] * length
-                    add_parameter_force(
-                        ni, w, rod, step, p, 2 * j + 1, -(jacobian.transpose() @ moment)
-                    )
-                    add_parameter_force(ni, w, rod, step, p, 2 * j + 3, jacobian @ moment)
+                    add_parameter_force(ni, w, rod, p, 2 * j + 1, -(jacobian.transpose() @ moment))
+                    add_parameter_force(ni, w, rod, p, 2 * j + 3, jacobian @ moment)
     else:
         result = couple_inertia(ni, w, task, rod, step, arg, real)
     return result

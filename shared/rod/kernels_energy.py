@@ -39,9 +39,9 @@ def bends(
         g = rod + ni[at.AT_GRADIENT]
         energy = 0.0
         for j in range(n - 2):
-            y, jacobian, c, d = bend_turn(ni, w, rod, step + 2, j)
-            stiffness = load3(w, rod + ni[at.AT_EFFECTIVE_BENDS] + 6 * j)
-            rest = load3(w, rod + ni[at.AT_EFFECTIVE_BENDS] + 6 * j + 3)
+            y, jacobian, c, d = bend_turn(ni, w, rod, step + at.NEW, j)
+            stiffness = load3(w, rod + ni[at.AT_EFFECTIVE_BENDS] + at.EFFECTIVE_WIDTH * j)
+            rest = load3(w, rod + ni[at.AT_EFFECTIVE_BENDS] + at.EFFECTIVE_WIDTH * j + 3)
             moment = stiffness * (y - rest)
             energy += 0.5 * moment.dot(y - rest)
             back = jacobian.transpose()
@@ -99,7 +99,7 @@ def edges(
         energy = 0.0
         for i in range(n):
             mass = w[rod + ni[at.AT_MASSES] + i]
-            x = load3(w, position_at(ni, rod, step + 2, i))
+            x = load3(w, position_at(ni, rod, step + at.NEW, i))
             away = x - load3(w, rod + ni[at.AT_TARGETS] + 3 * i)
             energy += mass * (0.5 * weight * away.dot(away) - gravity.dot(x))
             store3(w, g + 6 * i, mass * (weight * away - gravity))
@@ -108,10 +108,10 @@ def edges(
             store33(w, m + 9, zero)
             store33(w, m + 18, zero)
         for i in range(n - 1):
-            q = load4(w, orientation_at(ni, rod, step + 2, i))
+            q = load4(w, orientation_at(ni, rod, step + at.NEW, i))
             r = rotation_matrix(q)
-            edge = load3(w, position_at(ni, rod, step + 2, i + 1)) - load3(
-                w, position_at(ni, rod, step + 2, i)
+            edge = load3(w, position_at(ni, rod, step + at.NEW, i + 1)) - load3(
+                w, position_at(ni, rod, step + at.NEW, i)
             )
             strain = edge / length - ti.Vector([r[0, 2], r[1, 2], r[2, 2]])
             force = stretch * strain

@@ -10,9 +10,12 @@ from shared.rod.kernels_access import (
     hessian_at,
     internal_rate,
     orientation_at,
+    past_turn,
     position_at,
     scalar,
     step_times,
+    target_share,
+    time_at,
 )
 from shared.rod.kernels_energy import edges
 from shared.rod.kernels_math import (
@@ -41,10 +44,10 @@ def accept(
     if task == at.ACCEPT:
         n = ni[at.NODES]
         for k in range(3 * n):
-            w[rod + ni[at.AT_ACCEPTED] + k] = w[position_at(ni, rod, step + 2, 0) + k]
+            w[rod + ni[at.AT_ACCEPTED] + k] = w[position_at(ni, rod, step + at.NEW, 0) + k]
         for k in range(4 * (n - 1)):
             w[rod + ni[at.AT_ACCEPTED_ORIENTATIONS] + k] = w[
-                orientation_at(ni, rod, step + 2, 0) + k
+                orientation_at(ni, rod, step + at.NEW, 0) + k
             ]
         for j in range(2 * n - 1):
             downhill = 0.0
@@ -78,12 +81,53 @@ def apply_step(
             edge = nearby - x + share * (load3(w, d + 6 * i + 6) - load3(w, d + 6 * i))
             d3 = r @ ti.Vector([phi[1], -phi[0], 1.0])
             store3(w, rod + ni[at.AT_TENSIONS] + 3 * i, stretch * (edge / length - d3))
-            store3(w, position_at(ni, rod, step + 2, i), x + share * load3(w, d + 6 * i))
-            store4(w, orientation_at(ni, rod, step + 2, i), turned(q, phi))
+            store3(w, position_at(ni, rod, step + at.NEW, i), x + share * load3(w, d + 6 * i))
+            store4(w, orientation_at(ni, rod, step + at.NEW, i), turned(q, phi))
         x = load3(w, rod + ni[at.AT_ACCEPTED] + 3 * n - 3)
-        store3(w, position_at(ni, rod, step + 2, n - 1), x + share * load3(w, d + 6 * n - 6))
+        store3(w, position_at(ni, rod, step + at.NEW, n - 1), x + share * load3(w, d + 6 * n - 6))
     else:
         result = accept(ni, w, task, rod, step, arg, real)
+    return result
+
+
+@ti.real_func
+def targets(
+    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+) -> ti.f64:
+    """Where inertia alone would lead, and the bends' stiffness and rest with internal damping."""
+    result = 0.0
+    if task == at.TARGETS:
+        n = ni[at.NODES]
+        _h, _weight, carry = step_times(ni, w, rod, step)
+        for i in range(n):
+            target = ti.Vector([0.0, 0.0, 0.0])
+            for back in range(1, ni[at.HISTORY] + 1):
+                share = target_share(ni, w, rod, step, back, carry)
+                target += share * load3(w, position_at(ni, rod, step + at.NEW - back, i))
+            store3(w, rod + ni[at.AT_TARGETS] + 3 * i, target)
+        for i in range(n - 1):
+            turn = ti.Vector([0.0, 0.0, 0.0])
+            for back in range(2, ni[at.HISTORY] + 1):
+                share = target_share(ni, w, rod, step, back, carry)
+                turn += share * logarithm(past_turn(ni, w, rod, step, i, back))
+            q1 = load4(w, orientation_at(ni, rod, step + at.NEW - 1, i))
+            target = quaternion_product(q1, exponential(turn))
+            store4(w, rod + ni[at.AT_TARGET_ORIENTATIONS] + 4 * i, target)
+        # k |y - rest|^2 + rate k |y - before|^2 is, but for a constant, one square as well.
+        rate = internal_rate(ni, w, rod, step)
+        for j in range(n - 2):
+            before = ti.Vector([0.0, 0.0, 0.0])
+            for back in range(1, 3):
+                share = w[time_at(ni, rod, step) + at.BASE + back - 1]
+                y, _jacobian, _c, _d = bend_turn(ni, w, rod, step + at.NEW - back, j)
+                before += share * y
+            bend = rod + ni[at.AT_BENDS] + 6 * j
+            to = rod + ni[at.AT_EFFECTIVE_BENDS] + at.EFFECTIVE_WIDTH * j
+            store3(w, to, (1.0 + rate) * load3(w, bend))
+            store3(w, to + 3, (load3(w, bend + 3) + rate * before) / (1.0 + rate))
+            store3(w, to + 6, before)
+    else:
+        result = apply_step(ni, w, task, rod, step, arg, real)
     return result
 
 
@@ -91,39 +135,25 @@ def apply_step(
 def predict(
     ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
 ) -> ti.f64:
-    """Inertial targets, and the start of the iteration: everything where it was."""
+    """The start of the iteration: everything where it was."""
     result = 0.0
     if task == at.PREDICT:
         n = ni[at.NODES]
-        _h, _weight, carry = step_times(ni, w, rod, step)
         stretch = scalar(ni, w, rod, at.STRETCH)
         length = scalar(ni, w, rod, at.EDGE_LENGTH)
         for i in range(n):
-            x0 = load3(w, position_at(ni, rod, step, i))
-            x1 = load3(w, position_at(ni, rod, step + 1, i))
-            store3(w, rod + ni[at.AT_TARGETS] + 3 * i, x1 + carry * (x1 - x0))
-            store3(w, position_at(ni, rod, step + 2, i), x1)
+            x1 = load3(w, position_at(ni, rod, step + at.NEW - 1, i))
+            store3(w, position_at(ni, rod, step + at.NEW, i), x1)
         for i in range(n - 1):
-            q0 = load4(w, orientation_at(ni, rod, step, i))
-            q1 = load4(w, orientation_at(ni, rod, step + 1, i))
-            turn = exponential(carry * logarithm(relative(q0, q1)))
-            store4(w, rod + ni[at.AT_TARGET_ORIENTATIONS] + 4 * i, quaternion_product(q1, turn))
-            store4(w, orientation_at(ni, rod, step + 2, i), q1)
-            edge = load3(w, position_at(ni, rod, step + 1, i + 1)) - load3(
-                w, position_at(ni, rod, step + 1, i)
+            q1 = load4(w, orientation_at(ni, rod, step + at.NEW - 1, i))
+            store4(w, orientation_at(ni, rod, step + at.NEW, i), q1)
+            edge = load3(w, position_at(ni, rod, step + at.NEW - 1, i + 1)) - load3(
+                w, position_at(ni, rod, step + at.NEW - 1, i)
             )
             d3 = rotation_matrix(q1) @ ti.Vector([0.0, 0.0, 1.0])
             store3(w, rod + ni[at.AT_TENSIONS] + 3 * i, stretch * (edge / length - d3))
-        # k |y - rest|^2 + rate k |y - y1|^2 is, but for a constant, one square as well.
-        rate = internal_rate(ni, w, rod, step)
-        for j in range(n - 2):
-            bend = rod + ni[at.AT_BENDS] + 6 * j
-            to = rod + ni[at.AT_EFFECTIVE_BENDS] + 6 * j
-            y1, _jacobian, _c, _d = bend_turn(ni, w, rod, step + 1, j)
-            store3(w, to, (1.0 + rate) * load3(w, bend))
-            store3(w, to + 3, (load3(w, bend + 3) + rate * y1) / (1.0 + rate))
     else:
-        result = apply_step(ni, w, task, rod, step, arg, real)
+        result = targets(ni, w, task, rod, step, arg, real)
     return result
 
 
@@ -143,19 +173,19 @@ def move_grips(
                 outer, inner, q = grip(ni, w, rod, step, end)
                 node = end * (n - 1)
                 if exactly:
-                    store3(w, position_at(ni, rod, step + 2, node), outer)
+                    store3(w, position_at(ni, rod, step + at.NEW, node), outer)
                 else:
-                    x1 = load3(w, position_at(ni, rod, step + 1, node))
+                    x1 = load3(w, position_at(ni, rod, step + at.NEW - 1, node))
                     store3(w, d + 6 * node, outer - x1)
                 if kind == at.CLAMPED:
                     node = 1 + end * (n - 3)
                     edge = end * (n - 2)
                     if exactly:
-                        store3(w, position_at(ni, rod, step + 2, node), inner)
-                        store4(w, orientation_at(ni, rod, step + 2, edge), q)
+                        store3(w, position_at(ni, rod, step + at.NEW, node), inner)
+                        store4(w, orientation_at(ni, rod, step + at.NEW, edge), q)
                     else:
-                        x1 = load3(w, position_at(ni, rod, step + 1, node))
-                        q1 = load4(w, orientation_at(ni, rod, step + 1, edge))
+                        x1 = load3(w, position_at(ni, rod, step + at.NEW - 1, node))
+                        q1 = load4(w, orientation_at(ni, rod, step + at.NEW - 1, edge))
                         store3(w, d + 6 * node, inner - x1)
                         store3(w, d + 6 * edge + 3, logarithm(relative(q1, q)))
     else:

@@ -10,12 +10,11 @@ from shared.rod.kernels_access import (
     orientation_at,
     scalar,
     step_times,
+    target_share,
+    time_at,
 )
-from shared.rod.kernels_couplings import (
-    parameter_code_at,
-    parameter_forces,
-    parameter_forces_at,
-)
+from shared.rod.kernels_adjoint import adjoint
+from shared.rod.kernels_couplings import parameter_code_at, parameter_forces_at
 from shared.rod.kernels_math import (
     left_jacobian,
     load3,
@@ -58,14 +57,17 @@ def grip_sensitivities(
     if task == at.GRIP_SENSITIVITIES:
         n = ni[at.NODES]
         count = 2 * n - 1
-        h, _weight, _carry = step_times(ni, w, rod, step)
+        times = time_at(ni, rod, step)
+        back = ti.cast(w[times + at.GRIP_BACK], ti.i32)
+        h = w[times + at.GRIP_DURATION]
+        ring = at.NEW + 1
         block = ni[at.INTEGERS + step // ni[at.SUBSTEPS]]
         actions = ni[at.DRIVEN]
         groups = actions + (ni[at.PARAMETERS] + 5) // 6 + (ni[at.DIRECTIONS] + 5) // 6
         for group in range(groups):
-            start = rod + ni[at.AT_SENSITIVITIES] + 54 * count * group
-            new = start + 18 * count * ((step + 2) % 3)
-            old = start + 18 * count * ((step + 1) % 3)
+            start = rod + ni[at.AT_SENSITIVITIES] + 18 * count * ring * group
+            new = start + 18 * count * ((step + at.NEW) % ring)
+            old = start + 18 * count * ((step + at.NEW - back) % ring)
             for end in range(2):
                 kind = ni[at.LEFT + end]
                 driven = 0.0
@@ -81,7 +83,7 @@ def grip_sensitivities(
                         edge = end * (n - 2)
                         rotation = 18 * (2 * edge + 1)
                         inner = 18 * 2 * (1 + end * (n - 3))
-                        r = rotation_matrix(load4(w, orientation_at(ni, rod, step + 2, edge)))
+                        r = rotation_matrix(load4(w, orientation_at(ni, rod, step + at.NEW, edge)))
                         action = rod + ni[at.AT_ACTIONS] + 12 * block + 6 * end
                         turn = driven * (r.transpose() @ left_jacobian(h * load3(w, action + 3)))
                         turned = load36(w, old + rotation)
@@ -103,7 +105,7 @@ def grip_sensitivities(
                                     to = new + inner + 6 * a + p % 6
                                     w[to] += (1.0 - 2.0 * end) / (n - 1) * r[a, 2]
     else:
-        result = parameter_forces(ni, w, task, rod, step, arg, real)
+        result = adjoint(ni, w, task, rod, step, arg, real)
     return result
 
 
@@ -118,6 +120,7 @@ def sensitivities(
         count = 2 * n - 1
         first = ni[at.FIRST_FREE]
         end = ni[at.END_FREE]
+        ring = at.NEW + 1
         driven = ni[at.DRIVEN]
         steady = driven + (ni[at.PARAMETERS] + 5) // 6
         groups = steady + (ni[at.DIRECTIONS] + 5) // 6
@@ -129,38 +132,44 @@ def sensitivities(
             if not alive:
                 alive = group // 2 <= block and ni[at.LEFT + group % 2] != at.FREE
             if alive:
-                start = rod + ni[at.AT_SENSITIVITIES] + 54 * count * group
-                new = start + 18 * count * ((step + 2) % 3)
-                old = start + 18 * count * ((step + 1) % 3)
-                older = start + 18 * count * (step % 3)
+                start = rod + ni[at.AT_SENSITIVITIES] + 18 * count * ring * group
+                new = start + 18 * count * ((step + at.NEW) % ring)
                 for j in range(first, end):
                     i = j // 2
-                    s1 = load36(w, old + 18 * j)
-                    s0 = load36(w, older + 18 * j)
-                    if j % 2 == 0:
-                        mass = weight * w[rod + ni[at.AT_MASSES] + i]
-                        store36(w, new + 18 * j, (mass * (1.0 + carry)) * s1 - (mass * carry) * s0)
-                    else:
-                        c = rod + ni[at.AT_INERTIA_COUPLINGS] + 18 * (step * (n - 1) + i)
-                        store36(w, new + 18 * j, -(load33(w, c) @ s1) - load33(w, c + 9) @ s0)
+                    moved = ti.Matrix.zero(ti.f64, 3, 6)
+                    for back in range(1, ni[at.HISTORY] + 1):
+                        past = start + 18 * count * ((step + at.NEW - back) % ring) + 18 * j
+                        if j % 2 == 0:
+                            mass = weight * w[rod + ni[at.AT_MASSES] + i]
+                            share = target_share(ni, w, rod, step, back, carry)
+                            moved += (mass * share) * load36(w, past)
+                        else:
+                            c = rod + ni[at.AT_INERTIA_COUPLINGS] + 9 * (at.NEW * i + back - 1)
+                            moved -= load33(w, c) @ load36(w, past)
+                    store36(w, new + 18 * j, moved)
                     if group >= driven and group < steady:
-                        force = parameter_forces_at(ni, rod, step, group - driven, j)
+                        force = parameter_forces_at(ni, rod, group - driven, j)
                         add36(w, new + 18 * j, -load36(w, force))
                 if rate > 0.0:
                     for i in range(n - 2):
                         j = 2 * i + 1
-                        after = rod + ni[at.AT_BEND_JACOBIANS] + 18 * (step * (n - 2) + i)
-                        jacobian = load33(w, after + 9)
-                        moment = jacobian.transpose() @ load36(w, old + 18 * j + 36)
-                        moment -= jacobian @ load36(w, old + 18 * j)
+                        after = rod + ni[at.AT_BEND_JACOBIANS] + 27 * i
+                        moment = ti.Matrix.zero(ti.f64, 3, 6)
+                        for back in range(1, 3):
+                            share = w[time_at(ni, rod, step) + at.BASE + back - 1]
+                            if share != 0.0:
+                                past = start + 18 * count * ((step + at.NEW - back) % ring) + 18 * j
+                                jacobian = share * load33(w, after + 9 * back)
+                                moment += jacobian.transpose() @ load36(w, past + 36)
+                                moment -= jacobian @ load36(w, past)
                         for a in ti.static(range(3)):
                             for b in ti.static(range(6)):
                                 moment[a, b] *= rate * w[rod + ni[at.AT_BENDS] + 6 * i + a]
-                        jacobian = load33(w, after)
+                        latest = load33(w, after)
                         if j >= first:
-                            add36(w, new + 18 * j, -(jacobian.transpose() @ moment))
+                            add36(w, new + 18 * j, -(latest.transpose() @ moment))
                         if j + 2 < end:
-                            add36(w, new + 18 * j + 36, jacobian @ moment)
+                            add36(w, new + 18 * j + 36, latest @ moment)
                 for j in range(ti.max(first - 2, 0), first):
                     v = load36(w, new + 18 * j)
                     for k in range(2):

@@ -24,6 +24,7 @@ def _plan(
     integers[layout.STEPS] = sizes.steps
     integers[layout.HORIZON] = sizes.horizon
     integers[layout.SUBSTEPS] = sizes.steps // sizes.horizon
+    integers[layout.HISTORY] = sizes.history
     integers[layout.BLOCKS] = sizes.blocks
     integers[layout.OBSTACLES] = sizes.obstacles
     integers[layout.PARAMETERS] = sizes.parameters
@@ -88,9 +89,4 @@ class Sheet:
         # Kernels compile against the runtime, which must therefore stand first.
         from shared.rod import kernels
 
-        arguments = self.integers, self.doubles, self.sizes.batch
-        kernels.roll(*arguments)
-        if self.sizes.want & layout.WANT_SENSITIVITIES:
-            kernels.carry_forward(*arguments)
-        if self.sizes.want & layout.WANT_ADJOINT:
-            kernels.carry_back(*arguments)
+        kernels.roll(self.integers, self.doubles, self.sizes.batch)

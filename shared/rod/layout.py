@@ -27,6 +27,7 @@ WANT, MAX_ITERATIONS, SAMPLES, SUBSTEPS, LEFT, RIGHT, STRIDE, HORIZON = range(8,
     AT_ORIENTATIONS,
     AT_TARGETS,
     AT_TARGET_ORIENTATIONS,
+    AT_TARGET_SLOPES,
     AT_TENSIONS,
     AT_ACCEPTED,
     AT_ACCEPTED_ORIENTATIONS,
@@ -44,13 +45,15 @@ WANT, MAX_ITERATIONS, SAMPLES, SUBSTEPS, LEFT, RIGHT, STRIDE, HORIZON = range(8,
     AT_COST,
     AT_ACTIONS_OUT,
     AT_PARAMETERS_OUT,
-) = range(16, 42)
-AT_OBSTACLES = 42
+) = range(16, 43)
+AT_OBSTACLES = 43
 """Absolute: obstacles are shared by the batch."""
-DIRECTIONS = 43
+DIRECTIONS = 44
 """Count of directions of the initial state that sensitivities are carried along."""
-DRIVEN = 44
+DRIVEN = 45
 """Count of groups of six sensitivities to actions: two a block, or none at all."""
+HISTORY = 46
+"""How many of the solves before enter one: at most NEW."""
 INTEGERS = 48
 """Here the block of every step begins, followed by code, knot and knot count of each parameter."""
 PARAMETER_WIDTH = 3
@@ -61,6 +64,18 @@ CONTACT_STIFFNESS, CONTACT_REACH, CONTACT_MARGIN, TOLERANCE = range(6, 10)
 BENDING, TWISTING, DENSITY, INERTIA_BEND, INERTIA_TWIST, INTERNAL_DAMPING = range(10, 16)
 SCALAR_COUNT = 16
 
+NEW = 4
+"""Slot of positions and orientations that the first solve fills; the start is in the one before."""
+
+# Of a solve, in its section of times.
+DURATION, CARRIES, GRIP_BACK, GRIP_DURATION = range(4)
+"""Grips are where they were `GRIP_BACK` solves ago, moved for `GRIP_DURATION`."""
+BASE, MOMENTUM = 4, 8
+"""Shares of the last four solves in the point from which velocity counts, and in displacement."""
+TIME_WIDTH = 12
+
+EFFECTIVE_WIDTH = 9
+"""Stiffness (3) and rest (3) with internal damping, and the turn that damping counts from (3)."""
 HESSIAN_WIDTH = 27
 REPORT_WIDTH = 4
 """Of a step: iterations, converged, last step [m], definite (the Hessian's pivots positive)."""
@@ -81,6 +96,7 @@ FREE, PINNED, CLAMPED = range(3)
     COUPLE,
     ACCEPT,
     APPLY,
+    TARGETS,
     PREDICT,
     GRIPS,
     INERTIA,
@@ -89,8 +105,9 @@ FREE, PINNED, CLAMPED = range(3)
     SENSITIVITIES,
     GRIP_ADJOINT,
     ADJOINT,
+    SOLVED,
     DONE,
-) = range(17)
+) = range(19)
 """Tasks of the compiled parts."""
 
 (
@@ -115,7 +132,7 @@ class Sizes:
     batch: int
     nodes: int
     steps: int
-    """Implicit steps: horizon times substeps."""
+    """Implicit solves: horizon times substeps times stages."""
     horizon: int
     blocks: int
     """Blocks of actions."""
@@ -125,6 +142,8 @@ class Sizes:
     driven: int
     """Groups of six sensitivities to actions."""
     want: int
+    history: int
+    """How many of the solves before enter one."""
 
     @property
     def columns(self) -> int:
@@ -136,33 +155,34 @@ def sections(sizes: Sizes) -> tuple[dict[int, tuple[int, int]], int]:
     """Offset and length of each section of a rod, and the length of all together."""
     n, steps = sizes.nodes, sizes.steps
     unknowns = 2 * n - 1
-    kept = steps if sizes.want else 1
+    kept = steps if sizes.want & WANT_ADJOINT else 1
     forward = 1 if sizes.want & WANT_SENSITIVITIES else 0
     backward = 1 if sizes.want & WANT_ADJOINT else 0
     lengths = {
         AT_SCALARS: SCALAR_COUNT,
         AT_MASSES: n,
         AT_BENDS: 6 * (n - 2),
-        AT_TIMES: 2 * steps,
+        AT_TIMES: TIME_WIDTH * steps,
         AT_ACTIONS: 12 * sizes.blocks,
-        AT_POSITIONS: 3 * n * (steps + 2),
-        AT_ORIENTATIONS: 4 * (n - 1) * (steps + 2),
+        AT_POSITIONS: 3 * n * (steps + NEW),
+        AT_ORIENTATIONS: 4 * (n - 1) * (steps + NEW),
         AT_TARGETS: 3 * n,
         AT_TARGET_ORIENTATIONS: 4 * (n - 1),
+        AT_TARGET_SLOPES: 3 * (n - 1),
         AT_TENSIONS: 3 * (n - 1),
         AT_ACCEPTED: 3 * n,
         AT_ACCEPTED_ORIENTATIONS: 4 * (n - 1),
         AT_HESSIAN: HESSIAN_WIDTH * unknowns * kept,
         AT_GRADIENT: 3 * unknowns,
         AT_STEP: 3 * unknowns,
-        AT_INERTIA_COUPLINGS: 18 * (n - 1) * kept,
-        AT_EFFECTIVE_BENDS: 6 * (n - 2),
-        AT_BEND_JACOBIANS: 18 * (n - 2) * kept,
+        AT_INERTIA_COUPLINGS: 9 * NEW * (n - 1),
+        AT_EFFECTIVE_BENDS: EFFECTIVE_WIDTH * (n - 2),
+        AT_BEND_JACOBIANS: 27 * (n - 2),
         AT_REPORT: REPORT_WIDTH * steps,
-        AT_SENSITIVITIES: forward * 3 * 18 * unknowns * sizes.columns,
+        AT_SENSITIVITIES: forward * (NEW + 1) * 18 * unknowns * sizes.columns,
         AT_SENSITIVITIES_OUT: forward * sizes.horizon * n * 18 * sizes.columns,
-        AT_PARAMETER_FORCES: kept * 18 * unknowns * -(-sizes.parameters // 6),
-        AT_ADJOINT: backward * 3 * unknowns * (steps + 2),
+        AT_PARAMETER_FORCES: 18 * unknowns * -(-sizes.parameters // 6),
+        AT_ADJOINT: backward * 3 * unknowns * (steps + NEW),
         AT_COST: backward * 3 * n * sizes.horizon,
         AT_ACTIONS_OUT: backward * 12 * sizes.blocks,
         AT_PARAMETERS_OUT: backward * sizes.parameters,

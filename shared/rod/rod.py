@@ -22,6 +22,7 @@ from shared.rod.layout import Sizes
 from shared.rod.parameters import PARAMETERS, numbered
 from shared.rod.properties import RodProperties
 from shared.rod.scene import unpacked
+from shared.rod.schemes import HISTORY, Scheme, time_table
 from shared.rod.state import (
     Gradient,
     Linearization,
@@ -51,6 +52,7 @@ class Rod:
         right: End = "clamped",
         gravity: tuple[float, float, float] = (0.0, 0.0, -9.81),
         tolerance: float = 1e-7,
+        scheme: Scheme = "euler",
     ) -> None:
         """
         Args:
@@ -60,6 +62,8 @@ class Rod:
             right: How the other end is held.
             gravity: Acceleration in the world frame [m/s^2].
             tolerance: A step is done when its last Newton step moved no node by more [m].
+            scheme: How time goes on: "euler" is of first order, one solve a step, and never adds
+                energy; "sdirk2" is of second order, two solves a step.
         """
         if node_count < 5:
             raise ValueError(f"node_count must be at least 5, got {node_count}; try 40")
@@ -70,7 +74,10 @@ class Rod:
             raise ValueError(f"tolerance must be small and positive, got {tolerance} m; try 1e-7")
         if len(gravity) != 3 or not np.all(np.isfinite(gravity)):
             raise ValueError(f"gravity must be three finite numbers, got {gravity} m/s^2")
+        if scheme not in HISTORY:
+            raise ValueError(f"scheme must be one of {', '.join(HISTORY)}, got {scheme!r}")
         self.properties = properties
+        self.scheme: Scheme = scheme
         self.node_count = node_count
         self.left: End = left
         self.right: End = right
@@ -284,7 +291,7 @@ class Rod:
             Gradient(
                 self._rollout(sheet, b),
                 sheet.section(layout.AT_ACTIONS_OUT)[b].reshape(blocks, 2, 6).copy(),
-                self._state_gradient(sheet, b, dt / substeps),
+                self._state_gradient(sheet, b, float(sheet.section(layout.AT_TIMES)[b, 0])),
                 dict(
                     zip(
                         parameters,
@@ -394,10 +401,11 @@ class Rod:
         if columns and len({len(d.positions) for d in columns} | {len(columns), len(states)}) > 2:
             raise ValueError("state_directions must be as many for each state")
         rows = np.zeros((0, layout.OBSTACLE_WIDTH)) if obstacles is None else unpacked(obstacles)
+        times = time_table(self.scheme if carries else "still", dt, horizon, substeps)
         sizes = Sizes(
             len(states),
             n,
-            horizon * substeps,
+            len(times),
             horizon,
             blocks,
             len(rows),
@@ -405,6 +413,7 @@ class Rod:
             len(columns[0].positions) if columns else 0,
             2 * blocks if with_actions else 0,
             want,
+            HISTORY[self.scheme] if carries else 1,
         )
         sheet = self._launch.open(sizes, block_of_step, numbers)
         integers = sheet.integers
@@ -420,21 +429,21 @@ class Rod:
         )
         rods = sheet.doubles[: sheet.stride * sizes.batch].reshape(sizes.batch, -1)
         rods[:, : len(self._constants)] = self._constants
-        times = sheet.section(layout.AT_TIMES)
-        times[:, ::2] = np.asarray(dt, float) / substeps
-        times[:, 1::2] = float(carries)
+        sheet.section(layout.AT_TIMES)[:] = times.ravel()
         sheet.section(layout.AT_ACTIONS)[:] = actions.reshape(sizes.batch, -1)
-        positions = sheet.section(layout.AT_POSITIONS)
+        positions = sheet.section(layout.AT_POSITIONS).reshape(sizes.batch, -1, n, 3)
+        positions = positions[:, : layout.NEW]
         orientations = sheet.section(layout.AT_ORIENTATIONS).reshape(sizes.batch, -1, n - 1, 4)
+        orientations = orientations[:, : layout.NEW]
         for b, state in enumerate(states):
-            positions[b, : 3 * n] = state.velocities.ravel()
-            positions[b, 3 * n : 6 * n] = state.positions.ravel()
-            orientations[b, 0, :, :3] = state.angular_velocities
-            orientations[b, 1] = state.orientations
+            positions[b, -2] = state.velocities
+            positions[b, -1] = state.positions
+            orientations[b, -2, :, :3] = state.angular_velocities
+            orientations[b, -1] = state.orientations
         if want & layout.WANT_SENSITIVITIES:
             sheet.section(layout.AT_SENSITIVITIES)[:] = 0.0
             sheet.section(layout.AT_SENSITIVITIES_OUT)[:] = 0.0
-            h = float(times[0, 0])
+            h = float(times[0, layout.DURATION])
             for b, (state, along) in enumerate(zip(states, columns, strict=False)):
                 self._start_columns(sheet, b, state, along, h)
         if want & layout.WANT_ADJOINT:
@@ -454,27 +463,32 @@ class Rod:
     def _start_columns(
         self, sheet: Sheet, b: int, state: RodState, along: StateDirections, h: float
     ) -> None:
-        """Write the directions into the sensitivities of the start and of a step before it."""
+        """Write the directions into the sensitivities of the start and of the time before it."""
         n, sizes = self.node_count, sheet.sizes
         groups = -(-sizes.directions // 6)
-        tail = np.zeros((6 * groups, 2, 2 * n, 3))
-        new, old = tail[: sizes.directions, 1], tail[: sizes.directions, 0]
+        tail = np.zeros((6 * groups, layout.NEW, 2 * n, 3))
+        new, old = tail[: sizes.directions, -1], tail[: sizes.directions, 0]
         new[:, ::2], old[:, ::2] = along.positions, along.positions - h * along.velocities
-        # Slot 0 is exp(-h omega) q.
+        # Before the start an edge was at exp(-h omega) q.
         turned_by = _jacobian(h * state.angular_velocities, along.angular_velocities)
         back = poses.conjugate(state.orientations)
         new[:, 1:-1:2] = poses.rotate(back, along.rotations)
         old[:, 1:-1:2] = poses.rotate(back, along.rotations - h * turned_by)
-        rows = tail[:, :, :-1].reshape(groups, 6, 2, 2 * n - 1, 3).transpose(0, 2, 3, 4, 1)
-        sections = sheet.section(layout.AT_SENSITIVITIES)[b].reshape(sizes.columns, 3, -1)
-        sections[-groups:, :2] = rows.reshape(groups, 2, -1)
+        tail[:, 1:-1] = tail[:, :1]
+        rows = tail[:, :, :-1].reshape(groups, 6, layout.NEW, 2 * n - 1, 3)
+        rows = rows.transpose(0, 2, 3, 4, 1).reshape(groups, layout.NEW, -1)
+        columns = sheet.section(layout.AT_SENSITIVITIES)[b].reshape(
+            sizes.columns, -1, rows.shape[2]
+        )
+        columns[-groups:, : layout.NEW] = rows
 
     def _rollout(self, sheet: Sheet, b: int) -> Rollout:
         n, sizes = self.node_count, sheet.sizes
         every = sizes.steps // sizes.horizon
-        positions = sheet.section(layout.AT_POSITIONS)[b].reshape(-1, n, 3)[1 + every :: every]
+        positions = sheet.section(layout.AT_POSITIONS)[b].reshape(-1, n, 3)
+        positions = positions[layout.NEW - 1 + every :: every]
         orientations = sheet.section(layout.AT_ORIENTATIONS)[b].reshape(-1, n - 1, 4)
-        orientations = orientations[1 + every :: every]
+        orientations = orientations[layout.NEW - 1 + every :: every]
         report = sheet.section(layout.AT_REPORT)[b].reshape(sizes.horizon, every, -1)
         positions, orientations = positions.copy(), orientations.copy()
         return Rollout(
@@ -492,10 +506,14 @@ class Rod:
 
     def _state_gradient(self, sheet: Sheet, b: int, h: float) -> StateGradient:
         n = self.node_count
-        adjoint = sheet.section(layout.AT_ADJOINT)[b].reshape(-1, 3 * (2 * n - 1))
-        older, old = (np.append(row, np.zeros(3)).reshape(n, 2, 3) for row in adjoint[:2])
-        q1, q0 = (sheet.section(layout.AT_ORIENTATIONS)[b].reshape(-1, n - 1, 4)[k] for k in (1, 0))
-        # Slot 0 is exp(-h omega) q1: it turns along with q1, and against omega.
+        adjoint = sheet.section(layout.AT_ADJOINT)[b].reshape(-1, 3 * (2 * n - 1))[: layout.NEW]
+        older, old = (
+            np.append(row, np.zeros(3)).reshape(n, 2, 3)
+            for row in (adjoint[:-1].sum(0), adjoint[-1])
+        )
+        orientations = sheet.section(layout.AT_ORIENTATIONS)[b].reshape(-1, n - 1, 4)
+        q0, q1 = orientations[layout.NEW - 2 : layout.NEW]
+        # Before the start an edge was at exp(-h omega) q1: it turns along, and against omega.
         turns = old[:-1, 1] + older[:-1, 1]
         omega = poses.logarithm(poses.multiply(q1, poses.conjugate(q0))) / h
         pull = poses.rotate(q1, older[:-1, 1])

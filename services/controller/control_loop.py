@@ -64,7 +64,7 @@ class ControlLoop:
         # Without a path all of the limits is for what the optimiser asks.
         share = OFFSET_SHARE if control.planner else LONE_SHARE
         self.offset_bounds = Bounds.share(limits, share)
-        self.optimiser, self.horizon, self.time_step = _optimiser(
+        self.optimiser, self.horizon, self.time_step = optimiser(
             control, moves, self.offset_bounds, estimate.rod.node_count
         )
         self.path: PathTrack | None = None
@@ -220,7 +220,7 @@ class ControlLoop:
         return motions
 
 
-def _optimiser(
+def optimiser(
     control: Control, moves: Bool[np.ndarray, "2 6"], bounds: Bounds, nodes: int
 ) -> tuple[GaussNewton | PaperMethod, int, float]:
     """The way to use the horizon, its steps and their duration [s]."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from shared.geometry import polylines
 from shared.geometry.obstacles import Obstacle
 from shared.geometry.poses import Pose
 from shared.rod import Rod
+from shared.rod.winding import wound
 from shared.scenario import SIDES, Scenario, Shape
 
 
@@ -30,13 +31,18 @@ class GoalMaker:
         grips = self.held(*self.scenario.grips(shape))
         nodes = self.scenario.nodes(shape)
         if nodes is None:
-            return replace(self.between(*grips, self.scenario.bodies), turns=shape.turns)
+            return self.between(*grips, self.scenario.bodies, shape.turns)
         rotates = [self.scenario.end(side).rotates for side in SIDES]
+        # Twist is nothing without the orientations between which it is counted.
+        asked = [
+            o is not None or shape.turns != 0.0
+            for o in (shape.left_orientation, shape.right_orientation)
+        ]
         return Goal(
             nodes,
             *grips,
-            left_oriented=rotates[0] and shape.left_orientation is not None,
-            right_oriented=rotates[1] and shape.right_orientation is not None,
+            left_oriented=rotates[0] and asked[0],
+            right_oriented=rotates[1] and asked[1],
             turns=shape.turns,
         )
 
@@ -50,8 +56,13 @@ class GoalMaker:
             grips.append(Pose(position, turned))
         return grips[0], grips[1]
 
-    def between(self, left: Pose, right: Pose, obstacles: Sequence[Obstacle]) -> Goal:
+    def between(
+        self, left: Pose, right: Pose, obstacles: Sequence[Obstacle], turns: float = 0.0
+    ) -> Goal:
         """The rod at rest between two grips, leaning on what it may lean on.
+
+        Args:
+            turns: Whole turns of twist in it.
 
         Raises:
             Refused: It does not come to rest there, or the grips are too far apart.
@@ -60,6 +71,9 @@ class GoalMaker:
             supports = [o for o in obstacles if o.support]
             packed = geometry.pack(supports) if supports else None
             rest = self.rod.rest(left, right, obstacles=packed)
+            if turns:
+                guess = wound(rest.state, turns)
+                rest = self.rod.rest(left, right, guess=guess, obstacles=packed)
         except ValueError as error:
             raise Refused(str(error)) from error
         if not rest.converged:
@@ -68,7 +82,7 @@ class GoalMaker:
                 f"{1e3 * rest.residual:.2f} mm); bring them further apart"
             )
         rotates = [self.scenario.end(side).rotates for side in SIDES]
-        return Goal(rest.state.positions, left, right, rotates[0], rotates[1])
+        return Goal(rest.state.positions, left, right, rotates[0], rotates[1], turns)
 
     def check(self, goal: Goal, obstacles: tuple[Obstacle, ...]) -> None:
         """Raises Refused when the goal cannot be, in words for a person."""
@@ -77,6 +91,13 @@ class GoalMaker:
         if not np.all(np.isfinite(goal.nodes)) or len(goal.nodes) != rope.node_count:
             raise Refused(
                 f"a goal has {rope.node_count} nodes of finite numbers, got {len(goal.nodes)}"
+            )
+        if goal.turns and not any(scenario.end(side).rotates for side in SIDES):
+            raise Refused(f"the goal has {goal.turns:g} turns of twist, but no end rotates")
+        if goal.turns != round(goal.turns):
+            raise Refused(
+                f"the goal has {goal.turns:g} turns of twist; give whole turns, and the rest as "
+                "the orientation of an end"
             )
         length = polylines.length(goal.nodes)
         if abs(length - rope.length) > 0.03 * rope.length:

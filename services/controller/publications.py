@@ -54,7 +54,7 @@ def goal_of(message: messages.Goal, maker: GoalMaker, obstacles: tuple[Obstacle,
     """The goal of a request: by its nodes, or the rod at rest between its grips."""
     if not message.positions:
         left, right = messages.grip_pose(message.left), messages.grip_pose(message.right)
-        return maker.between(*maker.held(left, right), obstacles)
+        return maker.between(*maker.held(left, right), obstacles, message.turns)
     nodes = chain(message.positions)
     count = maker.scenario.rope.node_count
     if len(nodes) != count and len(nodes) >= 3:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Iterator
 
@@ -23,6 +24,7 @@ from services.controller.publications import (
     track_of,
 )
 from services.controller.run_monitor import RunMonitor
+from services.controller.snag import SnagWatch
 from services.controller.state_estimate import StateEstimate
 from services.controller.task import Refused, Task
 from shared import topics
@@ -46,6 +48,8 @@ from shared.messages import (
 from shared.rod import Rod, RodProperties
 from shared.scenario import SIDES, ConfigurationError, Scenario
 from shared.service import SECOND, Inbox, Publication
+
+log = logging.getLogger(__name__)
 
 BLIND = SECOND // 2
 """Control goes on without a fresh look at the rope for this long [ns]."""
@@ -107,6 +111,7 @@ class ControllerService:
         self.estimate = StateEstimate(self._rod, Motion.at_rest(*start), 0)
         self.adaptation = Adaptation(self._rod.properties)
         self.loop = ControlLoop(self.estimate, moves, scenario.control, scenario.limits)
+        self.snag = SnagWatch(scenario.rope.length)
         self.monitor = RunMonitor(scenario.run.tolerance, scenario.rope.diameter / 2.0)
         self._lay(scenario.bodies)
         self._scene_revision = 0
@@ -159,7 +164,7 @@ class ControllerService:
         motion = motion_of(arms)
         if self._resets != arms.reset_count or self.estimate.time == 0:
             self._resets = arms.reset_count
-            self.estimate.restart(motion, arms.stamp)
+            self.estimate.restart(motion, arms.stamp, turns=round(self._scenario.start.turns))
             self.loop.disengage()
             self._seen = 0
         else:
@@ -178,7 +183,9 @@ class ControllerService:
         observed = np.array(rope.observed) if rope.observed else np.ones(count, dtype=bool)
         self.estimate.observe(rope.stamp, nodes, sigma, observed)
         if self.estimate.astray and self.loop.resting:
-            self.estimate.restart(self.estimate.motion, self.estimate.time, seen=nodes)
+            self.estimate.restart(
+                self.estimate.motion, self.estimate.time, nodes, self.estimate.turns
+            )
         self._seen, self._image_stamp = now, rope.stamp
         if self.task.settings["adapt"] == "true":
             change = self.adaptation.look(self.estimate, rope.stamp, nodes, sigma, observed)
@@ -186,6 +193,18 @@ class ControllerService:
                 rod = self._rod.with_properties(self.adaptation.properties)
                 self.estimate.becomes(rod, change)
         self.monitor.look(rope.stamp, nodes, self.task.goal.nodes, self._obstacles)
+        self._watch(rope.stamp, nodes, observed)
+
+    def _watch(self, stamp: int, nodes: np.ndarray, observed: np.ndarray) -> None:
+        """Gives up when the rope hangs on something, before the grips pull on it."""
+        if self.task.state != "running" or self.loop.path is None:
+            self.snag.begin()
+            return
+        caught = self.snag.look(stamp, nodes, self.estimate.modelled_at(stamp), observed)
+        if caught:
+            log.warning(caught)
+            self.snag.begin()
+            self.task.enter("failed", caught)
 
     def _take_events(self, now: int) -> None:
         if self.task.state not in ("running", "reached"):
@@ -455,6 +474,7 @@ class ControllerService:
             refusal=task.refusal,
             error=monitor.error,
             clearance=monitor.clearance,
+            turns=self.estimate.turns,
         )
 
     def _parameters(self, now: int) -> Parameters:

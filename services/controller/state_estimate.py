@@ -17,6 +17,8 @@ from jaxtyping import Bool, Float64
 from services.controller.motion import Motion, twist_between
 from shared.rod import Rod, RodState
 from shared.rod.statics import framed
+from shared.rod.winding import turns as turns_of
+from shared.rod.winding import wound
 
 LONGEST_STEP = 0.0051
 """Of the model [s]; longer implicit steps damp the rope's swinging."""
@@ -43,12 +45,18 @@ class StateEstimate:
         self.restart(motion, time)
 
     def restart(
-        self, motion: Motion, time: int, seen: Float64[np.ndarray, "n 3"] | None = None
+        self,
+        motion: Motion,
+        time: int,
+        seen: Float64[np.ndarray, "n 3"] | None = None,
+        turns: int = 0,
     ) -> None:
-        """Begins again at rest, from the shape that is seen when there is one."""
+        """Begins again at rest with some turns of twist, from the shape that is seen if any is."""
         guess = None
         if seen is not None:
-            guess = framed(seen, *motion.orientations)
+            guess = wound(framed(seen, *motion.orientations), turns)
+        elif turns:
+            guess = wound(self.rod.rest(*motion.grips, obstacles=self.supports).state, turns)
         self.state: RodState = self.rod.rest(
             *motion.grips, guess=guess, obstacles=self.supports
         ).state
@@ -66,6 +74,11 @@ class StateEstimate:
     def nodes(self) -> Float64[np.ndarray, "n 3"]:
         """Where the rope is now, as far as is known [m]."""
         return self.state.positions + self.offset
+
+    @property
+    def turns(self) -> int:
+        """Whole turns of twist in the rope: they cannot be seen, but the model keeps them."""
+        return turns_of(self.state)
 
     def advance(self, motion: Motion, time: int) -> None:
         """Moves the model's ends to measured poses at `time` [ns]."""

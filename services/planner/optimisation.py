@@ -18,7 +18,7 @@ from shared.geometry import obstacles as geometry
 from shared.geometry import poses
 from shared.geometry.clearance import Near, near, swept_gripper_points, with_midpoints
 from shared.geometry.obstacles import Obstacle
-from shared.rod import RodState
+from shared.rod import RodState, winding
 
 BLOCKS = 12
 STEPS = 3
@@ -78,7 +78,12 @@ class PathOptimisation:
         share = np.clip(block[:, None] - np.arange(BLOCKS), 0, 1).astype(float)
         share[np.arange(len(block)), block] = (step + 1.0) / STEPS
         self.share = share
-        self.turn = self._turns()
+        self.turn = self._turns(0)
+        if problem.moves[:, 3:].any():
+            # The way of the ends decides how much twist is left in the rope: add what is missing.
+            (straight,) = self._evaluated([self._straight()])
+            missing = problem.turns - winding.turns(straight.final)
+            self.turn = self._turns(missing) if missing else self.turn
 
     @property
     def wanted(self) -> float:
@@ -315,14 +320,33 @@ class PathOptimisation:
             wanted = np.minimum(wanted, own - LEAVING + PARTING * beyond)
         return wanted
 
-    def _turns(self) -> Float64[np.ndarray, "k 2 3"]:
-        """Rotation of each grip in each block: evenly from here to the goal's orientations."""
+    def _straight(self) -> Float64[np.ndarray, "k 2 6"]:
+        """Evenly from here to the goal's grips."""
+        problem = self.problem
+        pairs = zip(problem.goal_grips, problem.grips, strict=True)
+        whole = np.stack([b.position - a.position for b, a in pairs]) * problem.moves[:, :3]
+        return np.concatenate([np.tile(whole / BLOCKS, (BLOCKS, 1, 1)), self.turn], axis=2)
+
+    def _turns(self, spins: int) -> Float64[np.ndarray, "k 2 3"]:
+        """Rotation of each grip in each block: evenly from here to the goal's orientations.
+
+        Args:
+            spins: Whole turns to add to the rope's twist; both ends share them where both rotate.
+        """
         problem = self.problem
         turns = np.zeros((BLOCKS, 2, 3))
+        rotates = problem.moves[:, 3:].any(axis=1)
+        left = -int(np.fix(spins / 2)) if rotates.all() else -spins * int(rotates[0])
+        shares = (left, spins + left)
+        s = np.linspace(0.0, 1.0, BLOCKS + 1)[:, None]
         for end, (now, goal) in enumerate(zip(problem.grips, problem.goal_grips, strict=True)):
-            if problem.moves[end, 3:].any():
+            if rotates[end]:
                 whole = poses.logarithm(
                     poses.multiply(goal.orientation, poses.conjugate(now.orientation))
                 )
-                turns[:, end] = whole / BLOCKS
+                spun = poses.exponential(2.0 * np.pi * shares[end] * s * winding.AXIS)
+                here = np.broadcast_to(now.orientation, spun.shape)
+                ways = poses.multiply(poses.multiply(poses.exponential(s * whole), here), spun)
+                steps = poses.multiply(ways[1:], poses.conjugate(ways[:-1]))
+                turns[:, end] = poses.logarithm(steps)
         return turns

@@ -39,6 +39,8 @@ class Problem:
     """Mean node distance that counts as reached [m]."""
     oriented: tuple[bool, bool] = (False, False)
     """Whether the orientation of each goal grip must be met."""
+    turns: int = 0
+    """Whole turns of twist that the goal asks for (`shared.rod.winding`)."""
     seed: int = 0
 
     @property

@@ -28,7 +28,8 @@ from shared.messages import (
 )
 from shared.rod import Rod, RodProperties, RodState
 from shared.rod.statics import framed
-from shared.scenario import SIDES, ConfigurationError, Scenario
+from shared.rod.winding import wound
+from shared.scenario import SIDES, Scenario
 from shared.service import SECOND, Inbox, Publication
 
 STILL = 2e-3
@@ -123,7 +124,7 @@ class PlannerService:
             replan_count=task.replan_count,
         )
         try:
-            state = self._state(grips, rope, scene_obstacles(scene))
+            state = self._state(grips, rope, scene_obstacles(scene), round(task.turns))
         except ValueError as error:
             message.reason = f"the rope does not rest between the grips: {error}"
             return message
@@ -135,23 +136,30 @@ class PlannerService:
             goal_grips,
             scene_obstacles(scene),
             (task.goal.left_oriented, task.goal.right_oriented),
+            round(task.goal.turns),
         )
         _fill(message, whole_path.plan(problem))
         return message
 
     def _state(
-        self, grips: tuple[Pose, Pose], rope: NodeChain | None, obstacles: tuple[Obstacle, ...]
+        self,
+        grips: tuple[Pose, Pose],
+        rope: NodeChain | None,
+        obstacles: tuple[Obstacle, ...],
+        turns: int,
     ) -> RodState:
-        """The rope at rest between the grips, in the shape in which it is seen."""
+        """The rope at rest between the grips, in the shape in which it is seen, with its twist."""
         supports = [o for o in obstacles if o.support]
         packed = pack(supports) if supports else None
         state = self._rod.rest(*grips, obstacles=packed).state
+        if turns:
+            state = self._rod.rest(*grips, guess=wound(state, turns), obstacles=packed).state
         if rope is None or not rope.positions:
             return state
         seen = chain(rope.positions)
         if polylines.mean_node_distance(state.positions, seen) < OTHER_SHAPE:
             return state
-        guess = framed(seen, grips[0].orientation, grips[1].orientation)
+        guess = wound(framed(seen, grips[0].orientation, grips[1].orientation), turns)
         other = self._rod.rest(*grips, guess=guess, obstacles=packed).state
         return min((state, other), key=lambda s: polylines.mean_node_distance(s.positions, seen))
 
@@ -163,6 +171,7 @@ class PlannerService:
         goal_grips: tuple[Pose, Pose],
         obstacles: tuple,
         oriented: tuple[bool, bool] = (False, False),
+        turns: int = 0,
     ) -> Problem:
         scenario = self._scenario
         return Problem(
@@ -178,18 +187,13 @@ class PlannerService:
             clearance=scenario.control.clearance,
             tolerance=scenario.run.tolerance,
             oriented=oriented,
+            turns=turns,
             seed=scenario.seed,
         )
 
 
 def build(scenario: Scenario, session: str) -> PlannerService:
     """The planner of a scenario."""
-    for shape in (scenario.goal, *(e.goal for e in scenario.events if e.goal)):
-        if shape.turns:
-            raise ConfigurationError(
-                f"goal.turns = {shape.turns} cannot be planned yet; remove it, or give "
-                "orientations instead"
-            )
     return PlannerService(scenario)
 
 

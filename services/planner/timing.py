@@ -20,6 +20,10 @@ SHARE = 0.7
 """Of each limit that a path uses; the rest is left to the control of the rope."""
 
 
+AXIS = np.array([0.0, 0.0, 1.0])
+"""Of the rope in a grip."""
+
+
 @dataclass(frozen=True)
 class Pace:
     """How hurried a path is."""
@@ -39,80 +43,110 @@ def timed(
     pace: Pace,
 ) -> tuple[Float64[np.ndarray, "t 2 3"], Float64[np.ndarray, "t 2 4"]]:
     """Positions [m] and orientations of both grips every `dt` [s], no faster than `pace`."""
-    vectors = _rotation_vectors(orientations)
-    ways = np.concatenate([positions, vectors], axis=2)
+    middle, angles = _unrolled(orientations)
+    ways = np.concatenate([positions, angles], axis=2)
+    least = _durations(positions, orientations, limits)
     stretch = pace.slowdown
-    points = _passed(ways, limits, dt, stretch, pace.means)
-    for _ in range(3):
-        excess = _excess(points, limits, dt)
+    for _ in range(4):
+        points = _passed(ways, least * stretch, dt, [m * stretch for m in pace.means])
+        turned = _rolled_up(middle, points[..., 3:])
+        excess = _excess(points[..., :3], turned, limits, dt)
         if excess <= 1.0:
             break
         stretch *= 1.02 * excess
-        points = _passed(ways, limits, dt, stretch, pace.means)
-    turned = poses.multiply(poses.exponential(points[..., 3:]), orientations[:1])
-    return points[..., :3], poses.normalized(turned)
+    return points[..., :3], turned
+
+
+def _durations(
+    positions: Float64[np.ndarray, "w 2 3"],
+    orientations: Float64[np.ndarray, "w 2 4"],
+    limits: Limits,
+) -> Float64[np.ndarray, "w-1"]:
+    """Least time between way-points [s]."""
+    turned = poses.multiply(orientations[1:], poses.conjugate(orientations[:-1]))
+    return np.maximum(
+        np.linalg.norm(np.diff(positions, axis=0), axis=2).max(axis=1) / limits.speed,
+        np.linalg.norm(poses.logarithm(turned), axis=2).max(axis=1) / limits.angular_speed,
+    )
 
 
 def _passed(
-    ways: Float64[np.ndarray, "w 2 6"],
-    limits: Limits,
+    ways: Float64[np.ndarray, "w 2 7"],
+    durations: Float64[np.ndarray, "w-1"],
     dt: float,
-    stretch: float,
-    means: tuple[float, float],
-) -> Float64[np.ndarray, "t 2 6"]:
-    steps = np.diff(ways, axis=0)
-    least = np.maximum(
-        np.linalg.norm(steps[..., :3], axis=2).max(axis=1) / limits.speed,
-        np.linalg.norm(steps[..., 3:], axis=2).max(axis=1) / limits.angular_speed,
-    )
-    times = np.concatenate([[0.0], np.cumsum(least * stretch / SHARE)])
-    widths = [max(1, round(mean * stretch / dt)) for mean in means]
+    means: list[float],
+) -> Float64[np.ndarray, "t 2 7"]:
+    times = np.concatenate([[0.0], np.cumsum(durations / SHARE)])
+    widths = [max(1, round(mean / dt)) for mean in means]
     wait = sum(widths)
     count = int(np.ceil(times[-1] / dt)) + 1
     at = dt * np.arange(-wait, count + wait)
-    flat = ways.reshape(len(ways), 12)
+    flat = ways.reshape(len(ways), 14)
     points = np.stack([np.interp(at, times, column) for column in flat.T], axis=1)
     for width in widths:
-        sums = np.cumsum(np.concatenate([np.zeros((1, 12)), points]), axis=0)
+        sums = np.cumsum(np.concatenate([np.zeros((1, 14)), points]), axis=0)
         points = (sums[width:] - sums[:-width]) / width
     moving = np.flatnonzero(np.any(np.abs(np.diff(points, axis=0)) > 1e-12, axis=1))
     if len(moving) == 0:
         return ways[-1:].repeat(2, axis=0)
     first, last = moving[0], moving[-1] + 1
     # A still point on both sides: the path begins and ends at rest.
-    points = points[max(first - 1, 0) : last + 3].reshape(-1, 2, 6)
+    points = points[max(first - 1, 0) : last + 3].reshape(-1, 2, 7)
     points[0], points[-1] = ways[0], ways[-1]
     return points
 
 
-def _excess(points: Float64[np.ndarray, "t 2 6"], limits: Limits, dt: float) -> float:
+def _excess(
+    positions: Float64[np.ndarray, "t 2 3"],
+    orientations: Float64[np.ndarray, "t 2 4"],
+    limits: Limits,
+    dt: float,
+) -> float:
     """By what factor time must be stretched for the shares of all limits to hold."""
-    padded = np.concatenate([points[:1]] * 3 + [points] + [points[-1:]] * 3)
+    turned = poses.multiply(orientations[1:], poses.conjugate(orientations[:-1]))
+    still = np.zeros((3, 2, 3))
     bounds = (
-        (limits.speed, limits.angular_speed),
-        (limits.acceleration, limits.angular_acceleration),
-        (limits.jerk, limits.angular_jerk),
+        (np.diff(positions, axis=0), (limits.speed, limits.acceleration, limits.jerk)),
+        (
+            poses.logarithm(turned),
+            (limits.angular_speed, limits.angular_acceleration, limits.angular_jerk),
+        ),
     )
     worst = 0.0
-    for order, pair in enumerate(bounds, start=1):
-        change = np.diff(padded, n=order, axis=0) / dt**order
-        for part, bound in zip((change[..., :3], change[..., 3:]), pair, strict=True):
-            most = float(np.linalg.norm(part, axis=2).max(initial=0.0))
+    for steps, limit in bounds:
+        rate = np.concatenate([still, steps / dt, still])
+        for order, bound in enumerate(limit, start=1):
+            most = float(np.linalg.norm(rate, axis=2).max(initial=0.0))
             worst = max(worst, (most / (1.001 * SHARE * bound)) ** (1.0 / order))
+            rate = np.diff(rate, axis=0) / dt
     return worst
 
 
-def _rotation_vectors(orientations: Float64[np.ndarray, "w 2 4"]) -> Float64[np.ndarray, "w 2 3"]:
-    """Rotations from the first orientation, world frame, summed up so that turns are kept [rad]."""
-    back = poses.conjugate(orientations[:-1])
-    steps = poses.logarithm(poses.multiply(orientations[1:], back))
-    vectors = np.zeros((len(orientations), 2, 3))
-    total = orientations[0]
-    for k, step in enumerate(steps, start=1):
-        total = poses.multiply(poses.exponential(step), total)
-        direct = poses.logarithm(poses.multiply(total, poses.conjugate(orientations[0])))
-        angle = np.linalg.norm(direct, axis=1, keepdims=True)
-        axis = direct / np.maximum(angle, 1e-12)
-        along = np.sum((vectors[k - 1] + step - direct) * axis, axis=1, keepdims=True)
-        vectors[k] = direct + 2.0 * np.pi * np.round(along / (2.0 * np.pi)) * axis
-    return vectors
+def _unrolled(
+    orientations: Float64[np.ndarray, "w 2 4"],
+) -> tuple[Float64[np.ndarray, "2 4"], Float64[np.ndarray, "w 2 4"]]:
+    """An orientation halfway, and what leads from it to each other one.
+
+    A swing of the rope's axis [rad], then the angle about that axis [rad], which may be many turns.
+    """
+    middle = orientations[len(orientations) // 2]
+    axis = np.broadcast_to(AXIS, (*middle.shape[:-1], 3))
+    first = poses.rotate(middle, axis)
+    swings = poses.between(
+        np.broadcast_to(first, (*orientations.shape[:-1], 3)),
+        poses.rotate(orientations, np.broadcast_to(AXIS, (*orientations.shape[:-1], 3))),
+    )
+    upright = poses.multiply(swings, np.broadcast_to(middle, orientations.shape))
+    spins = poses.multiply(poses.conjugate(upright), orientations)
+    angles = np.unwrap(2.0 * np.arctan2(spins[..., 3], spins[..., 0]), axis=0)
+    return middle, np.concatenate([poses.logarithm(swings), angles[..., None]], axis=2)
+
+
+def _rolled_up(
+    middle: Float64[np.ndarray, "2 4"], angles: Float64[np.ndarray, "t 2 4"]
+) -> Float64[np.ndarray, "t 2 4"]:
+    """The orientations of `_unrolled`."""
+    swung = poses.multiply(
+        poses.exponential(angles[..., :3]), np.broadcast_to(middle, angles.shape)
+    )
+    return poses.normalized(poses.multiply(swung, poses.exponential(angles[..., 3:] * AXIS)))

@@ -45,7 +45,7 @@ class Goal(_message.Message):
     def __init__(self, positions: _Optional[_Iterable[float]] = ..., left: _Optional[_Union[Grip, _Mapping]] = ..., right: _Optional[_Union[Grip, _Mapping]] = ..., left_oriented: _Optional[bool] = ..., right_oriented: _Optional[bool] = ..., turns: _Optional[float] = ...) -> None: ...
 
 class TaskState(_message.Message):
-    __slots__ = ("stamp", "revision", "state", "reason", "goal", "goal_revision", "reset_count", "replan_count", "run", "run_started", "settings", "last_request", "refusal", "error", "clearance")
+    __slots__ = ("stamp", "revision", "state", "reason", "goal", "goal_revision", "reset_count", "replan_count", "run", "run_started", "settings", "last_request", "refusal", "error", "clearance", "turns")
     class SettingsEntry(_message.Message):
         __slots__ = ("key", "value")
         KEY_FIELD_NUMBER: _ClassVar[int]
@@ -68,6 +68,7 @@ class TaskState(_message.Message):
     REFUSAL_FIELD_NUMBER: _ClassVar[int]
     ERROR_FIELD_NUMBER: _ClassVar[int]
     CLEARANCE_FIELD_NUMBER: _ClassVar[int]
+    TURNS_FIELD_NUMBER: _ClassVar[int]
     stamp: int
     revision: int
     state: RunState
@@ -83,7 +84,8 @@ class TaskState(_message.Message):
     refusal: str
     error: float
     clearance: float
-    def __init__(self, stamp: _Optional[int] = ..., revision: _Optional[int] = ..., state: _Optional[_Union[RunState, str]] = ..., reason: _Optional[str] = ..., goal: _Optional[_Union[Goal, _Mapping]] = ..., goal_revision: _Optional[int] = ..., reset_count: _Optional[int] = ..., replan_count: _Optional[int] = ..., run: _Optional[str] = ..., run_started: _Optional[int] = ..., settings: _Optional[_Mapping[str, str]] = ..., last_request: _Optional[str] = ..., refusal: _Optional[str] = ..., error: _Optional[float] = ..., clearance: _Optional[float] = ...) -> None: ...
+    turns: float
+    def __init__(self, stamp: _Optional[int] = ..., revision: _Optional[int] = ..., state: _Optional[_Union[RunState, str]] = ..., reason: _Optional[str] = ..., goal: _Optional[_Union[Goal, _Mapping]] = ..., goal_revision: _Optional[int] = ..., reset_count: _Optional[int] = ..., replan_count: _Optional[int] = ..., run: _Optional[str] = ..., run_started: _Optional[int] = ..., settings: _Optional[_Mapping[str, str]] = ..., last_request: _Optional[str] = ..., refusal: _Optional[str] = ..., error: _Optional[float] = ..., clearance: _Optional[float] = ..., turns: _Optional[float] = ...) -> None: ...
 
 class TaskRequest(_message.Message):
     __slots__ = ("id", "stamp", "action", "goal", "key", "value")

@@ -34,7 +34,22 @@ def check(scenario: Scenario) -> None:
             _check_fixed(scenario, side)
 
 
+def _check_turns(scenario: Scenario, key: str, shape: Shape) -> None:
+    if shape.turns != round(shape.turns):
+        raise ConfigurationError(
+            f"{key}.turns = {shape.turns}: twist is given in whole turns; give the rest as the "
+            "orientation of an end"
+        )
+    rotates = any(scenario.end(side).rotates for side in SIDES)
+    if shape.turns != scenario.start.turns and not rotates:
+        raise ConfigurationError(
+            f"{key}.turns = {shape.turns:g} differs from the start's {scenario.start.turns:g}, but "
+            "no end rotates; set ends.right.rotates = true"
+        )
+
+
 def _check_shape(scenario: Scenario, key: str, shape: Shape) -> None:
+    _check_turns(scenario, key, shape)
     left, right = scenario.grips(shape)
     length = scenario.rope.length
     distance = float(np.linalg.norm(right.position - left.position))

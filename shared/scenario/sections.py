@@ -120,7 +120,7 @@ class Shape:
     """Of the left grip, wxyz; without it the grip points along the rope."""
     right_orientation: Quaternion | None = None
     turns: Annotated[float, Within(-10.0, 10.0)] = 0.0
-    """Twist of the right end against the left one."""
+    """Whole turns of twist of the right end against the left one, about the rope's axis."""
 
     def __post_init__(self) -> None:
         if (self.line is None) == (self.nodes == ""):

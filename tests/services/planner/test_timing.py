@@ -38,3 +38,25 @@ def test_slower_path_takes_longer() -> None:
     slow, _ = timed(ways, level, Limits(), DT, Pace(2.0))
     assert len(quick) < 100
     assert 1.6 * len(quick) < len(slow) < 2.2 * len(quick)
+
+
+def test_turns_of_twist_are_kept_while_the_end_is_tilted() -> None:
+    limits = Limits()
+    s = np.linspace(0.0, 1.0, 40)[:, None]
+    tilt = poses.exponential(s * np.array([0.3, 0.9, 0.2]))
+    spin = poses.exponential(4.0 * np.pi * s * np.array([0.0, 0.0, 1.0]))
+    right = poses.multiply(tilt, spin)
+    left = np.broadcast_to(poses.IDENTITY, right.shape)
+    ways = np.zeros((40, 2, 3)) + 0.1 * s[:, None]
+    _, turned = timed(ways, np.stack([left, right], axis=1), limits, DT, Pace())
+    steps = poses.logarithm(poses.multiply(turned[1:, 1], poses.conjugate(turned[:-1, 1])))
+    about = np.sum(
+        steps * poses.rotate(turned[1:, 1], np.broadcast_to([0.0, 0.0, 1.0], steps.shape)), axis=1
+    )
+    assert abs(np.sum(about) - 4.0 * np.pi) < 0.5
+    last = poses.multiply(turned[-1, 1], poses.conjugate(right[-1]))
+    assert np.linalg.norm(poses.logarithm(last)) < 1e-9
+    rate = np.concatenate([np.zeros((3, 3)), steps / DT, np.zeros((3, 3))])
+    for bound in (limits.angular_speed, limits.angular_acceleration, limits.angular_jerk):
+        assert np.linalg.norm(rate, axis=1).max() <= SHARE * bound * 1.01
+        rate = np.diff(rate, axis=0) / DT

@@ -1,0 +1,41 @@
+"""Twist under control: both ends rotate until the rope holds the turns that its goal asks for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lariat.closed_loop import Outcome
+from shared import topics
+from shared.messages import chain
+from shared.rod import Rod, RodProperties
+from tests.closed_loop.loop import run
+
+
+@pytest.fixture(scope="module")
+def outcome() -> Outcome:
+    return run("two-turns", "run.time_limit=5.0")
+
+
+def test_a_wound_rope_takes_the_shape_of_its_turns(outcome: Outcome):
+    score = outcome.score
+    assert score.reached, outcome.reason
+    assert score.final_error_mm is not None
+    assert score.final_error_mm < 1.0
+    assert score.contact_time_s == 0.0
+    task = outcome.stack.latest(topics.TASK_STATE)
+    assert task is not None
+    assert task.turns == task.goal.turns == 2
+
+
+def test_without_its_turns_the_goal_would_be_another_shape(outcome: Outcome):
+    scenario = outcome.scorer.scenario
+    rope = {k: v for k, v in vars(scenario.rope).items() if k != "node_count"}
+    rod = Rod(RodProperties(**rope), scenario.rope.node_count)
+    untwisted = rod.rest(*scenario.grips(replace(scenario.goal, turns=0.0))).state.positions
+    task = outcome.stack.latest(topics.TASK_STATE)
+    assert task is not None
+    goal = chain(task.goal.positions)
+    assert np.mean(np.linalg.norm(goal - untwisted, axis=1)) > 0.01

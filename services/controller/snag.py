@@ -104,8 +104,8 @@ class SnagWatch:
         self, nodes: Float64[np.ndarray, "n 3"], modelled: Float64[np.ndarray, "n 3"]
     ) -> Float64[np.ndarray, "n"]:
         """What the rope is longer than the straight ways from the grips to each node [m]."""
-        ways = (np.linalg.norm(nodes - grip, axis=1) for grip in (modelled[0], modelled[-1]))
-        return self.length - sum(ways)
+        left, right = (np.linalg.norm(nodes - grip, axis=1) for grip in modelled[[0, -1]])
+        return self.length - left - right
 
 
 def _middle(chosen: Bool[np.ndarray, "n"]) -> int | None:

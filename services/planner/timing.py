@@ -47,14 +47,25 @@ def timed(
     ways = np.concatenate([positions, angles], axis=2)
     least = _durations(positions, orientations, limits)
     stretch = pace.slowdown
-    for _ in range(4):
-        points = _passed(ways, least * stretch, dt, [m * stretch for m in pace.means])
-        turned = _rolled_up(middle, points[..., 3:])
-        excess = _excess(points[..., :3], turned, limits, dt)
+    for _ in range(3):
+        points, turned = _at_pace(ways, middle, least, stretch, dt, pace)
+        excess = _excess(points, turned, limits, dt)
         if excess <= 1.0:
-            break
+            return points, turned
         stretch *= 1.02 * excess
-    return points[..., :3], turned
+    return _at_pace(ways, middle, least, stretch, dt, pace)
+
+
+def _at_pace(
+    ways: Float64[np.ndarray, "w 2 7"],
+    middle: Float64[np.ndarray, "2 4"],
+    least: Float64[np.ndarray, "w-1"],
+    stretch: float,
+    dt: float,
+    pace: Pace,
+) -> tuple[Float64[np.ndarray, "t 2 3"], Float64[np.ndarray, "t 2 4"]]:
+    points = _passed(ways, least * stretch, dt, [m * stretch for m in pace.means])
+    return points[..., :3], _rolled_up(middle, points[..., 3:])
 
 
 def _durations(

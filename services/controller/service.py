@@ -53,8 +53,9 @@ log = logging.getLogger(__name__)
 
 BLIND = SECOND // 2
 """Control goes on without a fresh look at the rope for this long [ns]."""
-STRAYED = 0.02
-"""Distance between command and arm at which the command is given up [m]."""
+STRAYED = 0.04
+"""Distance between command and arm at which the command is given up [m]: a CR5 is 0.1 s behind, and
+the gateway watches how far it is off its path."""
 STALLED = 5 * SECOND
 """At the end of a path for so long without being within tolerance, control has stalled [ns]."""
 PATIENCE = 2

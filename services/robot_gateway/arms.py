@@ -33,13 +33,13 @@ class Arms:
         self._trail: deque[tuple[int, np.ndarray]] = deque()
         self._powered = False
 
-    def exchange(self, now: int, guidance: Guidance, live: bool) -> None:
-        """Commands to the arms, feedback from them. Args: live: Whether points may be sent."""
+    def exchange(self, now: int, guidance: Guidance, live: Sequence[bool]) -> None:
+        """Commands to the arms, feedback from them. Args: live: Which ends are sent points."""
         rows = []
         driven = iter(guidance.grips())
-        for driver in self.drivers:
+        for driver, goes in zip(self.drivers, live, strict=True):
             pose, velocity = next(driven) if driver.moves else (None, np.zeros((2, 3)))
-            rows.append(driver.step(now, pose if live else None, velocity))
+            rows.append(driver.step(now, pose if goes else None, velocity))
         self.feedback = tuple(rows)
         self._trail.append((now, guidance.state.position))
         while (now - self._trail[0][0]) * NANOSECONDS > LAG:
@@ -101,6 +101,12 @@ class Arms:
     def on_their_own(self) -> bool:
         """Whether any of them is a device, which may be elsewhere than it is commanded to be."""
         return any(d.moves and np.isfinite(d.tracking_limit) for d in self.drivers)
+
+    @property
+    def sound(self) -> list[bool]:
+        """Which of them report no fault."""
+        faults = [feedback.fault for feedback in self.feedback] or [""] * len(self.drivers)
+        return [not fault for fault in faults]
 
     @property
     def ready(self) -> bool:

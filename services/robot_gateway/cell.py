@@ -61,6 +61,7 @@ class Cell:
         self._last_fresh = 0
         self._late = False
         self._waits_since: int | None = None
+        self._stalled = False
         self._rule: Rule | None = None
         self._refusal = self._command = self._rejection = ""
         self._sequence = self._refused_sequence = 0
@@ -147,7 +148,7 @@ class Cell:
             self._halt("stalled", f"the gateway stood still for {elapsed:.3f} s")
             if self.arms.on_their_own:
                 # They have stopped by themselves; what the command still had to go is not sent.
-                self._waits_since = now
+                self._waits_since, self._stalled = now, True
         h = min(elapsed, 3.0 * TICK)
         self._watch(now, h)
         if h > 0.0:
@@ -157,9 +158,7 @@ class Cell:
         if not self.guidance.following and self.guidance.resting:
             self.safety = self.safety.moving(False)
             self._reset_when_asked(now)
-        # After a fault the command brakes for the others, but the arm that failed gets no points.
-        live = self.safety.mode not in ("disarmed", "fault") and self._waits_since is None
-        self.arms.exchange(now, self.guidance, live)
+        self.arms.exchange(now, self.guidance, self._points_go())
         self._judge_arms(now)
         return self._report()
 
@@ -296,6 +295,7 @@ class Cell:
                 self._waits_since = None
                 self.arms.disable()
                 self.arms.measure(self.guidance)
+                self._stalled = False
                 alone = self.arm_automatically and self.safety.cause == "boot"
                 if alone and not self.arms.trouble:
                     self._arm_by_itself(now)
@@ -305,14 +305,26 @@ class Cell:
             self._judge_tracking()
             self._judge_pulls()
 
+    def _points_go(self) -> list[bool]:
+        """To which ends: those that brake get theirs until they rest, whatever the cell's mode.
+
+        Only an arm that has failed gets none, and all that stood still while the gateway did.
+        """
+        if self._stalled:
+            return [False] * len(self.arms.drivers)
+        if self.guidance.resting:
+            live = self.safety.mode not in ("disarmed", "fault") and self._waits_since is None
+            return [live] * len(self.arms.drivers)
+        return self.arms.sound
+
     def _finish_waiting(self, now: int) -> None:
         if self.arms.ready and self.guidance.resting:
             self.arms.measure(self.guidance)
-            self._waits_since = None
+            self._waits_since, self._stalled = None, False
             if self._approach.wanted:
                 self._begin_approach(now)
         elif (now - (self._waits_since or now)) * NANOSECONDS > PATIENCE:
-            self._waits_since = None
+            self._waits_since, self._stalled = None, False
             self._halt("alarm", f"not ready after {PATIENCE:.0f} s: {self.arms.unready}")
 
     def _judge_tracking(self) -> None:

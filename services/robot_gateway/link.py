@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import socket
+import struct
 from typing import Literal, Protocol
 
 from services.robot_gateway.emulator.core import Connection, Emulator
@@ -35,6 +36,10 @@ class Link(Protocol):
 
     def close(self) -> None:
         """Ends it in an orderly way."""
+        ...
+
+    def abort(self) -> None:
+        """Ends it at once; what was sent and has not arrived is thrown away."""
         ...
 
 
@@ -124,6 +129,13 @@ class TcpLink:
         self._socket.close()
         self._state = "closed"
 
+    def abort(self) -> None:
+        if self._state != "closed":
+            # Without lingering the system answers everything with a reset and forgets its buffer.
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            self._socket.close()
+        self._state = "closed"
+
     def _check(self) -> None:
         try:
             self._socket.getpeername()
@@ -179,3 +191,6 @@ class MemoryLink:
     def close(self) -> None:
         if self._connection is not None:
             self._connection.close()
+
+    def abort(self) -> None:
+        self.close()

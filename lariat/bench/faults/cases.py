@@ -18,7 +18,8 @@ class Case:
     what: str
     inject: Act
     causes: tuple[str, ...]
-    """Rows of docs/safety.md of which one must be named; empty: nothing may stop."""
+    """Rows of docs/safety.md of which one must be named; empty: nothing may stop, which may also be
+    one of them."""
     heal: Act | None = None
     """What a person repairs before looking at the arms."""
     effect: float = 0.0
@@ -100,7 +101,7 @@ CASES: dict[str, Case] = {
     "line-late": _weather("late", "200 ms late, both ways", "lost_link", "tracking"),
     "line-torn": _weather("torn", "in pieces of 1 to 300 bytes"),
     "line-spoiled": _weather(
-        "spoiled", "spoiled bytes in a tenth of what the arm says", "lost_link", "tracking", "alarm"
+        "spoiled", "a spoiled byte in a tenth of what the arm says", "", "lost_link", "tracking"
     ),
     "hub-killed": Case(
         "lariat up: kill -9, and with it the bus's hub",

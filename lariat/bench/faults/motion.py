@@ -51,6 +51,8 @@ class JointLog:
             return None
         smooth = np.convolve(part.speed, np.ones(width) / width, mode="same")
         after = part.time >= start
+        if not np.any(after):
+            return None
         fast = after & (smooth >= AT_PEAK * np.max(smooth[after], initial=0.0))
         return max(float(part.time[fast][-1] - start), 0.0)
 

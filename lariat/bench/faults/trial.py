@@ -98,7 +98,7 @@ def trial(cell: FaultCell, name: str) -> Finding:
     rest = joints.rest_after(effect, healed) if stops else None
     crept = _crept(joints, effect, rest, asked) if resumed != "by itself" else 0.0
     complaints = [trouble] if trouble else []
-    if cause not in case.causes and (cause or case.causes):
+    if cause not in (case.causes or ("",)):
         complaints.append(
             f"named {cause or 'nothing'}, not {' or '.join(case.causes) or 'nothing'}"
         )

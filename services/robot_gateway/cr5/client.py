@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 
 from services.robot_gateway.cr5.alarms import FOLLOWING, MODES, alarm_words
-from services.robot_gateway.cr5.packet import PacketReader, all_finite
+from services.robot_gateway.cr5.packet import PacketReader, credible
 from services.robot_gateway.cr5.replies import Reply, ReplyReader, integers
 from services.robot_gateway.link import Link, Network
 
@@ -240,8 +240,8 @@ class Client:
 
     def _read(self) -> None:
         packet = self._packets.feed(self._links[FEEDBACK].receive())
-        # Numbers that are none would pass every comparison: such a packet was not heard.
-        if packet is not None and all_finite(packet):
+        # A number that is none passes every comparison: such a packet was not heard.
+        if packet is not None and credible(packet):
             # A packet that repeats its time is an arm that has stopped thinking.
             before = None if self.feedback is None else int(self.feedback["time_stamp"])
             if before != int(packet["time_stamp"]):
@@ -277,6 +277,11 @@ class Client:
             self._give_up(closed[0].reason)
         elif self._asked is not None and self._now - self._asked[1] > ANSWER_TIME * SECOND:
             self._give_up(f"{self._asked[0]} was not answered within {ANSWER_TIME:.0f} s")
+        elif self.enabled and self.age > STALE:
+            # A point that the arm has not read yet must not reach it when the line is well again.
+            for link in self._links.values():
+                link.abort()
+            self._give_up(f"no feedback for {self.age:.2f} s")
         elif self._now - max(self.heard or 0, self._since) > ANSWER_TIME * SECOND:
             self._give_up(f"no feedback on port {FEEDBACK} for {ANSWER_TIME:.0f} s")
 

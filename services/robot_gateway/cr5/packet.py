@@ -81,10 +81,18 @@ def blank() -> np.ndarray:
     return record
 
 
-def all_finite(record: np.ndarray) -> bool:
-    """Whether what a gateway moves by are numbers: joints, pose, speed and force."""
-    names = ("q_actual", "tool_vector_actual", "tcp_speed_actual", "tcp_force")
-    return all(bool(np.all(np.isfinite(record[name]))) for name in names)
+MOST = {
+    "q_actual": 400.0,
+    "tool_vector_actual": 3000.0,
+    "tcp_speed_actual": 10000.0,
+    "tcp_force": 10000.0,
+}
+"""What no arm of this kind ever tells of itself [deg, mm, mm/s and deg/s, N]."""
+
+
+def credible(record: np.ndarray) -> bool:
+    """Whether what a gateway moves by can be: joints, pose, speed and force; NaN cannot."""
+    return all(bool(np.all(np.abs(record[name]) <= most)) for name, most in MOST.items())
 
 
 class PacketReader:

@@ -29,6 +29,8 @@ class Case:
     revives: tuple[str, ...] = ()
     """Processes that the launcher must have restarted before work can go on."""
     stack_ends: bool = False
+    routed: bool = False
+    """Whether the services meet through a router."""
     silence: str = "hold"
     """What the arm does when servo points stop coming."""
     promised: bool = True
@@ -65,6 +67,11 @@ def _weather(name: str, what: str, *causes: str) -> Case:
         return lambda cell: cell.weather(weather)
 
     return Case(f"line: {what}", become(name), causes, heal=become("fair"))
+
+
+def _router_killed(cell: FaultCell) -> None:
+    cell.send("router", signal.SIGKILL)
+    cell.reap("router")
 
 
 def _emulator_killed(cell: FaultCell) -> None:
@@ -110,5 +117,19 @@ CASES: dict[str, Case] = {
         heal=lambda cell: cell.start_stack(),
         stack_ends=True,
         lasts=2.5,
+    ),
+    "router-frozen": Case(
+        "router: SIGSTOP for 1 s",
+        _send("router", signal.SIGSTOP),
+        ("silence",),
+        heal=_send("router", signal.SIGCONT),
+        routed=True,
+    ),
+    "router-killed": Case(
+        "router: kill -9, started again after 1 s",
+        _router_killed,
+        ("silence",),
+        heal=lambda cell: cell.start_router(),
+        routed=True,
     ),
 }

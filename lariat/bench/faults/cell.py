@@ -16,7 +16,7 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from lariat import conversation
+from lariat import conversation, services
 from lariat.bench.faults.motion import JointLog
 from lariat.conversation import Conversation, Unanswered
 from lariat.goal import goal_of
@@ -44,9 +44,18 @@ class Missing(RuntimeError):
 class FaultCell:
     """The stack, its arm, and a person who talks to it."""
 
-    def __init__(self, scenario: Path, folder: Path, firmware: str) -> None:
-        """Starts everything. Args: folder: For logs. firmware: Of the arm."""
+    def __init__(self, scenario: Path, folder: Path, firmware: str, router: bool = False) -> None:
+        """Starts everything.
+
+        Args:
+            folder: For logs.
+            firmware: Of the arm.
+            router: Whether the services meet through a router, as in containers, and nobody keeps
+                them; otherwise `lariat up` does.
+        """
         self.folder = folder
+        self._routed = router
+        self._services: dict[str, subprocess.Popen[bytes]] = {}
         self.log = folder / "joints.csv"
         self._source = folder / "arm.toml"
         arm = load_with(scenario, [f"ends.{SIDE}.firmware={firmware}"])
@@ -92,6 +101,10 @@ class FaultCell:
             raise Missing(f"{arguments[1]} does not start; is another bench running?")
         return process
 
+    def reap(self, name: str) -> None:
+        """Waits until a killed one is gone."""
+        self._services[name].wait()
+
     def weather(self, word: str) -> None:
         """Tells the proxy what the line shall be like."""
         assert self.proxy.stdin is not None
@@ -99,6 +112,38 @@ class FaultCell:
         self.proxy.stdin.flush()
 
     def start_stack(self) -> None:
+        """All services, until they are ready."""
+        if self._routed:
+            self.start_router()
+            for name in services.NAMES:
+                self._start_service(name)
+            self.join()
+            heard = lambda: set(services.NAMES) <= self.pids.keys()  # noqa: E731
+            self.until(heard, 200.0, "not every service spoke")
+        else:
+            self._start_launcher()
+            self.join()
+
+    def start_router(self) -> None:
+        """The one that all of them connect to."""
+        with (self.folder / "router.txt").open("ab") as file:
+            self._services["router"] = subprocess.Popen(
+                [sys.executable, "-m", "shared.router", "--listen", f"tcp/127.0.0.1:{self.port}"],
+                stdout=file,
+                stderr=subprocess.STDOUT,
+                env=_environment(),
+            )
+
+    def _start_service(self, name: str) -> None:
+        command = [sys.executable, "-m", f"services.{name}", "--scenario", str(self._file)]
+        command += ["--connect", f"tcp/127.0.0.1:{self.port}", "--namespace", self.namespace]
+        command += ["--mode", "client", "--listen"]
+        with (self.folder / f"{name}.txt").open("ab") as file:
+            self._services[name] = subprocess.Popen(
+                command, stdout=file, stderr=subprocess.STDOUT, env=_environment(), cwd=self.folder
+            )
+
+    def _start_launcher(self) -> None:
         """`lariat up`, until it is ready."""
         output = self.folder / "up.txt"
         with output.open("ab") as file:
@@ -117,11 +162,11 @@ class FaultCell:
             return "the stack is up" in output.read_text()[start:]
 
         until(up, 200.0, "the stack did not become ready")
-        self.join()
 
     def join(self) -> None:
         """Listens to the stack anew."""
-        cell = conversation.Cell((f"tcp/127.0.0.1:{self.port}",), self.namespace)
+        mode = "client" if self._routed else "peer"
+        cell = conversation.Cell((f"tcp/127.0.0.1:{self.port}",), self.namespace, mode)
         self._talking = conversation.open(cell)
         self.talk: Conversation = self._talking.__enter__()
         self._arm = self.talk.bus.subscribe(topics.ARM_STATE)
@@ -139,7 +184,7 @@ class FaultCell:
     def close(self) -> None:
         """Ends everything."""
         self.leave()
-        for process in (self.stack, self.emulator, self.proxy):
+        for process in (*self._services.values(), self.stack, self.emulator, self.proxy):
             if process is None or process.poll() is not None:
                 continue
             process.send_signal(signal.SIGCONT)
@@ -152,6 +197,8 @@ class FaultCell:
 
     def pid(self, name: str) -> int:
         """Of a process of the stack, or of the launcher or the emulator."""
+        if name in self._services:
+            return self._services[name].pid
         if name in ("lariat", "emulator"):
             process = self.stack if name == "lariat" else self.emulator
             assert process is not None

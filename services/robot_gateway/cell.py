@@ -142,13 +142,9 @@ class Cell:
 
     def step(self, now: int) -> CellReport:
         """One tick at `now` [ns]."""
-        elapsed = TICK if self._last_tick is None else (now - self._last_tick) * NANOSECONDS
+        self.wake(now)
+        elapsed = self._elapsed(now)
         self._last_tick = now
-        if elapsed > SILENCE and self.safety.mode == "moving":
-            self._halt("stalled", f"the gateway stood still for {elapsed:.3f} s")
-            if self.arms.on_their_own:
-                # They have stopped by themselves; what the command still had to go is not sent.
-                self._waits_since, self._stalled = now, True
         h = min(elapsed, 3.0 * TICK)
         self._watch(now, h)
         if h > 0.0:
@@ -161,6 +157,21 @@ class Cell:
         self.arms.exchange(now, self.guidance, self._points_go())
         self._judge_arms(now)
         return self._report()
+
+    def wake(self, now: int) -> None:
+        """Notices that the gateway stood still, before it believes what waited for it meanwhile."""
+        elapsed = self._elapsed(now)
+        moved = self.safety.mode == "moving" or not self.guidance.resting
+        if elapsed <= SILENCE or not moved or self._stalled:
+            return
+        self._halt("stalled", f"the gateway stood still for {elapsed:.3f} s")
+        if self.arms.on_their_own:
+            # They have stopped by themselves; what the command still had to go is not sent.
+            self._waits_since, self._stalled = now, True
+
+    def _elapsed(self, now: int) -> float:
+        """Since the last tick [s]."""
+        return TICK if self._last_tick is None else (now - self._last_tick) * NANOSECONDS
 
     def _watch(self, now: int, h: float) -> None:
         """Stops what may not go on."""

@@ -69,6 +69,7 @@ class RobotGatewayService:
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """One tick of the cell."""
+        self.cell.wake(now)
         scene = inbox.fresh(topics.SCENE_STATE)
         if scene is not None and scene.message.revision != self._scene_revision:
             self._scene_revision = scene.message.revision

@@ -31,6 +31,8 @@ class Case:
     stack_ends: bool = False
     routed: bool = False
     """Whether the services meet through a router."""
+    delivers: bool = False
+    """Whether a servo point that was on its way reaches the arm after all."""
     silence: str = "hold"
     """What the arm does when servo points stop coming."""
     promised: bool = True
@@ -51,22 +53,22 @@ def _killed(
     )
 
 
-def _frozen(name: str, *causes: str, effect: float = 0.0, promised: bool = True) -> Case:
+def _frozen(name: str, *causes: str, effect: float = 0.0, delivers: bool = False) -> Case:
     return Case(
         f"{name}: SIGSTOP for 1 s",
         _send(name, signal.SIGSTOP),
         causes,
         heal=_send(name, signal.SIGCONT),
         effect=effect,
-        promised=promised,
+        delivers=delivers,
     )
 
 
-def _weather(name: str, what: str, *causes: str) -> Case:
+def _weather(name: str, what: str, *causes: str, promised: bool = True) -> Case:
     def become(weather: str) -> Act:
         return lambda cell: cell.weather(weather)
 
-    return Case(f"line: {what}", become(name), causes, heal=become("fair"))
+    return Case(f"line: {what}", become(name), causes, heal=become("fair"), promised=promised)
 
 
 def _router_killed(cell: FaultCell) -> None:
@@ -100,7 +102,7 @@ CASES: dict[str, Case] = {
         ("lost_link",),
         heal=lambda cell: cell.start_emulator(),
     ),
-    "arm-frozen": _frozen("emulator", "lost_link"),
+    "arm-frozen": _frozen("emulator", "lost_link", delivers=True),
     "line-cut": Case(
         "line: every connection closed", lambda cell: cell.weather("cut"), ("lost_link",)
     ),
@@ -108,7 +110,10 @@ CASES: dict[str, Case] = {
     "line-late": _weather("late", "200 ms late, both ways", "lost_link", "tracking"),
     "line-torn": _weather("torn", "in pieces of 1 to 300 bytes"),
     "line-spoiled": _weather(
-        "spoiled", "a spoiled byte in a tenth of what the arm says", "", "lost_link", "tracking"
+        "spoiled",
+        "a spoiled byte in a tenth of what the arm says",
+        *("", "lost_link", "tracking", "writer_holds"),
+        promised=False,
     ),
     "hub-killed": Case(
         "lariat up: kill -9, and with it the bus's hub",

@@ -51,7 +51,7 @@ class JointLog:
             return None
         smooth = np.convolve(part.speed, np.ones(width) / width, mode="same")
         after = part.time >= start
-        if not np.any(after):
+        if np.max(smooth[after], initial=0.0) < RESTING:
             return None
         fast = after & (smooth >= AT_PEAK * np.max(smooth[after], initial=0.0))
         return max(float(part.time[fast][-1] - start), 0.0)

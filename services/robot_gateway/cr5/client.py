@@ -17,6 +17,7 @@ from typing import Literal
 import numpy as np
 
 from services.robot_gateway.cr5.alarms import FOLLOWING, MODES, alarm_words
+from services.robot_gateway.cr5.outliers import Outliers
 from services.robot_gateway.cr5.packet import PacketReader, credible
 from services.robot_gateway.cr5.replies import Reply, ReplyReader, integers
 from services.robot_gateway.link import Link, Network
@@ -85,6 +86,7 @@ class Client:
         self._links: dict[int, Link] = {}
         self._readers: dict[int, ReplyReader] = {}
         self._packets = PacketReader()
+        self._outliers = Outliers()
         self._now = self._since = 0
         self._attempts = 0
         self._retry_at: int | None = None
@@ -241,7 +243,7 @@ class Client:
     def _read(self) -> None:
         packet = self._packets.feed(self._links[FEEDBACK].receive())
         # A number that is none passes every comparison: such a packet was not heard.
-        if packet is not None and credible(packet):
+        if packet is not None and credible(packet) and self._outliers.believes(packet, self._now):
             # A packet that repeats its time is an arm that has stopped thinking.
             before = None if self.feedback is None else int(self.feedback["time_stamp"])
             if before != int(packet["time_stamp"]):

@@ -170,3 +170,18 @@ def test_gateway_that_dies_leaves_no_more_than_one_point_to_the_arm(firmware: st
     # The servo time of V3's point is 0.1 s, and the drives lag.
     assert max(speeds[40:]) < 0.01
     assert np.max(np.abs(world.emulator.controller.joints - before)) < 0.25 * speed + 0.01
+
+
+def test_writer_that_held_while_the_gateway_stood_still_does_not_hide_that() -> None:
+    world, since = moving("v3")
+    for _ in range(60):
+        world.now += 8_000_000
+        world.emulator.advance_to(world.now * 1e-9)
+    # What waited for the gateway comes first: chunks, and a hold that needs nobody.
+    world.cell.wake(world.now)
+    world.cell.take_hold("writer", world._sequence, world.now, "waiting for a path")
+    world._sequence += 1
+    rest = world.emulator.controller.joints.copy()
+    world.follow(world.path, 0.5, since)
+    assert world.report.safety.needs_acknowledgement
+    np.testing.assert_allclose(world.emulator.controller.joints, rest, atol=2e-3)

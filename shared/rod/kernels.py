@@ -166,6 +166,8 @@ def advance(ni: ti.template(), w: ti.template(), rod):
             real = share
         elif task == at.GRIPS:
             arg = moved_grips
+        elif task == at.PREDICT:
+            arg = 1 - careful
         elif task == at.COUPLE or task == at.SOLVE:
             arg = d
             if backward == 1:

@@ -135,18 +135,34 @@ def targets(
 def predict(
     ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
 ) -> ti.f64:
-    """The start of the iteration: everything where it was."""
+    """The start of the iteration: where inertia leads (`arg` 1), or everything where it was.
+
+    Inertia must not carry the rod into an obstacle, whose far side might then be the nearer one.
+    """
     result = 0.0
     if task == at.PREDICT:
         n = ni[at.NODES]
         stretch = scalar(ni, w, rod, at.STRETCH)
         length = scalar(ni, w, rod, at.EDGE_LENGTH)
+        leap = 0.0
         for i in range(n):
             x1 = load3(w, position_at(ni, rod, step + at.NEW - 1, i))
-            store3(w, position_at(ni, rod, step + at.NEW, i), x1)
+            leap = ti.max(leap, (load3(w, rod + ni[at.AT_TARGETS] + 3 * i) - x1).norm())
+        bound = 2.0 * length
+        if ni[at.OBSTACLES] > 0:
+            bound = ti.min(bound, scalar(ni, w, rod, at.CONTACT_REACH))
+        share = 0.0
+        if arg == 1 and leap < bound:
+            share = 1.0
+        for i in range(n):
+            x1 = load3(w, position_at(ni, rod, step + at.NEW - 1, i))
+            x = x1 + share * (load3(w, rod + ni[at.AT_TARGETS] + 3 * i) - x1)
+            store3(w, position_at(ni, rod, step + at.NEW, i), x)
         for i in range(n - 1):
             q1 = load4(w, orientation_at(ni, rod, step + at.NEW - 1, i))
-            store4(w, orientation_at(ni, rod, step + at.NEW, i), q1)
+            target = load4(w, rod + ni[at.AT_TARGET_ORIENTATIONS] + 4 * i)
+            q = q1 + share * (target - q1)
+            store4(w, orientation_at(ni, rod, step + at.NEW, i), q)
             edge = load3(w, position_at(ni, rod, step + at.NEW - 1, i + 1)) - load3(
                 w, position_at(ni, rod, step + at.NEW - 1, i)
             )
@@ -175,8 +191,8 @@ def move_grips(
                 if exactly:
                     store3(w, position_at(ni, rod, step + at.NEW, node), outer)
                 else:
-                    x1 = load3(w, position_at(ni, rod, step + at.NEW - 1, node))
-                    store3(w, d + 6 * node, outer - x1)
+                    x = load3(w, position_at(ni, rod, step + at.NEW, node))
+                    store3(w, d + 6 * node, outer - x)
                 if kind == at.CLAMPED:
                     node = 1 + end * (n - 3)
                     edge = end * (n - 2)
@@ -184,10 +200,10 @@ def move_grips(
                         store3(w, position_at(ni, rod, step + at.NEW, node), inner)
                         store4(w, orientation_at(ni, rod, step + at.NEW, edge), q)
                     else:
-                        x1 = load3(w, position_at(ni, rod, step + at.NEW - 1, node))
-                        q1 = load4(w, orientation_at(ni, rod, step + at.NEW - 1, edge))
-                        store3(w, d + 6 * node, inner - x1)
-                        store3(w, d + 6 * edge + 3, logarithm(relative(q1, q)))
+                        x = load3(w, position_at(ni, rod, step + at.NEW, node))
+                        before = load4(w, orientation_at(ni, rod, step + at.NEW, edge))
+                        store3(w, d + 6 * node, inner - x)
+                        store3(w, d + 6 * edge + 3, logarithm(relative(before, q)))
     else:
         result = predict(ni, w, task, rod, step, arg, real)
     return result

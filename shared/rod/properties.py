@@ -41,7 +41,7 @@ class RodProperties:
     rest_curvature: tuple[tuple[float, float, float], ...] = ((0.0, 0.0, 0.0),)
     """Curvature about d1 and d2 and twist at rest, evenly spaced from left to right [1/m]."""
     contact_stiffness: float = 1e6
-    """Force per length of rod and depth of overlap [N/m^2]."""
+    """Force per length of rod and depth of overlap [N/m^2]; more for rods that are stiffer."""
     contact_margin: float = 5e-4
     """Gap to an obstacle at which contact begins to push [m]."""
 
@@ -87,6 +87,17 @@ class RodProperties:
     def twisting_stiffness(self) -> float:
         """GJ = EI / (1 + poisson_ratio) [N m^2]."""
         return self.bending_stiffness / (1.0 + self.poisson_ratio)
+
+    @property
+    def effective_contact_stiffness(self) -> float:
+        """What contact is as stiff as [N/m^2].
+
+        A beam spreads a load over (4 EI / k)^(1/4): where that is more than two diameters it would
+        sink in. By whole decades, so that no derivative with respect to EI comes of it.
+        """
+        needed = self.bending_stiffness / (4.0 * self.diameter**4)
+        decades = math.ceil(math.log10(needed / self.contact_stiffness))
+        return self.contact_stiffness * 10.0 ** max(0, decades)
 
     def with_stiffness(self, bending: float, twisting: float | None = None) -> RodProperties:
         """The same rod with EI and, where given, GJ set [N m^2]; else their ratio stays."""

@@ -38,6 +38,11 @@ ENDS: tuple[End, ...] = get_args(End)
 _HELD = {"free": 0, "pinned": 1, "clamped": 3}
 
 MAX_ITERATIONS = 1000
+OVERSTRETCHED = 1.5
+"""Distance between the ends of a state, in lengths, beyond which it is a mistake [-].
+
+Below that it may be a rope that has been pulled, or whose length an estimate has too short.
+"""
 MAX_SAMPLES = 64
 
 
@@ -346,7 +351,7 @@ class Rod:
         scalars[layout.INTERNAL_DAMPING] = p.internal_damping
         scalars[layout.EDGE_LENGTH] = length
         scalars[layout.GRAVITY_X : layout.GRAVITY_Z + 1] = self.gravity
-        scalars[layout.CONTACT_STIFFNESS] = p.contact_stiffness
+        scalars[layout.CONTACT_STIFFNESS] = p.effective_contact_stiffness
         scalars[layout.CONTACT_REACH] = p.diameter / 2.0 + p.contact_margin
         scalars[layout.CONTACT_MARGIN] = p.contact_margin
         scalars[layout.TOLERANCE] = self.tolerance
@@ -396,6 +401,13 @@ class Rod:
         block_of_step = np.asarray(block_of_step, dtype=np.int64)
         horizon = len(block_of_step)
         _check(states, actions, dt, steps, block_of_step, substeps, n)
+        for state in states:
+            apart = float(np.linalg.norm(state.positions[-1] - state.positions[0]))
+            if apart > OVERSTRETCHED * self.properties.length:
+                raise ValueError(
+                    f"the ends of the state are {apart:.4f} m apart but the rod is "
+                    f"{self.properties.length} m long; bring them together"
+                )
         numbers = numbered(parameters, self.properties)
         columns = [] if directions is None else [d.checked(n) for d in directions]
         if columns and len({len(d.positions) for d in columns} | {len(columns), len(states)}) > 2:
@@ -429,6 +441,9 @@ class Rod:
         )
         rods = sheet.doubles[: sheet.stride * sizes.batch].reshape(sizes.batch, -1)
         rods[:, : len(self._constants)] = self._constants
+        if parameters:
+            # What a step leaves unsolved counts a hundred times more in these derivatives.
+            rods[:, layout.TOLERANCE] = 0.01 * self.tolerance
         sheet.section(layout.AT_TIMES)[:] = times.ravel()
         sheet.section(layout.AT_ACTIONS)[:] = actions.reshape(sizes.batch, -1)
         positions = sheet.section(layout.AT_POSITIONS).reshape(sizes.batch, -1, n, 3)
@@ -453,6 +468,8 @@ class Rod:
                     f"d_cost_d_positions must be ({horizon} steps, {n} nodes, 3), got shape "
                     f"{cost.shape[1:]}"
                 )
+            if not np.all(np.isfinite(cost)):
+                raise ValueError("d_cost_d_positions holds a number that is not finite")
             for name in (layout.AT_ADJOINT, layout.AT_ACTIONS_OUT, layout.AT_PARAMETERS_OUT):
                 sheet.section(name)[:] = 0.0
             sheet.section(layout.AT_COST)[:] = cost.reshape(sizes.batch, -1)
@@ -502,6 +519,7 @@ class Rod:
             ),
             report[:, :, 0].sum(axis=1).astype(np.int64),
             np.all(report[:, :, 1] > 0.0, axis=1),
+            self.properties.length,
         )
 
     def _state_gradient(self, sheet: Sheet, b: int, h: float) -> StateGradient:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float64
@@ -20,6 +21,13 @@ def unpacked(packed: Float64[np.ndarray, "m 12"]) -> Float64[np.ndarray, "m 17"]
             f"obstacles must be finite rows of {PACKED_WIDTH} numbers, got shape {packed.shape}; "
             "make them with shared.geometry.obstacles.pack"
         )
+    return _rows(packed.tobytes())
+
+
+@lru_cache(maxsize=64)
+def _rows(content: bytes) -> Float64[np.ndarray, "m 17"]:
+    """Cached, for a controller asks for the same scene a hundred times a second."""
+    packed = np.frombuffer(content).reshape(-1, PACKED_WIDTH)
     rows = np.zeros((len(packed), OBSTACLE_WIDTH))
     rows[:, :4] = packed[:, :4]
     for row, source in zip(rows, packed, strict=True):
@@ -36,6 +44,7 @@ def unpacked(packed: Float64[np.ndarray, "m 12"]) -> Float64[np.ndarray, "m 17"]
                 row[16] = np.hypot(source[8], source[9])
             case "box":
                 row[16] = np.linalg.norm(source[8:11])
+    rows.setflags(write=False)
     return rows
 
 

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
+STRETCHED = 0.02
+"""Change of length beyond which a rod that hardly stretches must be caught somewhere [-]."""
+
 
 @dataclass(frozen=True)
 class RodState:
@@ -45,6 +48,30 @@ class Rollout:
     """Factorisations spent on every step."""
     converged: Bool[np.ndarray, "H"]
     """Whether every step met the tolerance."""
+    rest_length: float = np.nan
+    """Of the whole rod [m]."""
+
+    @property
+    def trouble(self) -> str | None:
+        """Why this roll-out is not to be believed, in one sentence; None where it is.
+
+        A solver that gives up says so here and in `converged`, and leaves finite numbers behind: a
+        controller goes on with its next horizon, which an exception would take from it.
+        """
+        if not np.all(self.converged):
+            step = int(np.argmin(self.converged))
+            return (
+                f"step {step} of {len(self.converged)} did not converge in "
+                f"{self.iterations[step]} factorisations; try more substeps or slower grips"
+            )
+        edges = np.diff(self.positions[-1], axis=0)
+        stretch = np.linalg.norm(edges, axis=1).sum() / self.rest_length - 1.0
+        if abs(stretch) > STRETCHED:
+            return (
+                f"the rod ends {100.0 * stretch:.1f} % off its length: its grips are too far "
+                "apart, or an obstacle has caught it inside; start it clear of obstacles"
+            )
+        return None
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,36 @@
+"""The work-precision diagram."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+
+def draw(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
+    """Write it: error in motion and at rest over time, a line for each solver."""
+    import matplotlib
+
+    matplotlib.use("agg")
+    from matplotlib import pyplot
+
+    figure, axes = pyplot.subplots(1, 2, figsize=(10, 4.2), sharex=True)
+    solvers = dict.fromkeys(row["solver"] for row in rows if math.isfinite(row["us"]))
+    for axis, key, title in (
+        (axes[0], "moving_mm", "in motion, against the solver's own fine steps"),
+        (axes[1], "rest_mm", "at rest, against the rod's converged shape"),
+    ):
+        for solver in solvers:
+            mine = sorted((r["us"], r[key], r["setting"]) for r in rows if r["solver"] == solver)
+            axis.loglog([m[0] for m in mine], [max(m[1], 1e-7) for m in mine], "o-", label=solver)
+            for us, error, setting in mine:
+                axis.annotate(setting, (us, max(error, 1e-7)), fontsize=6)
+        axis.set_xlabel("time for 10 ms of motion [us]")
+        axis.set_title(title, fontsize=9)
+        axis.grid(alpha=0.3)
+    axes[0].set_ylabel("mean node error [mm]")
+    axes[0].legend(fontsize=8)
+    figure.tight_layout()
+    figure.savefig(path, dpi=90)
+    pyplot.close(figure)

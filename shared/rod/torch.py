@@ -68,7 +68,7 @@ class _Rollout(torch.autograd.Function):
 
     @staticmethod
     @torch.autograd.function.once_differentiable
-    def backward(ctx: Any, *slopes: torch.Tensor) -> tuple:
+    def backward(ctx: Any, *slopes: torch.Tensor) -> tuple:  # pyright: ignore
         (actions,) = ctx.saved_tensors
         start, rod, _state, dt, substeps, obstacles, names = ctx.options
         # Roll-out and adjoint are one launch, which saves keeping every step's factors between.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json as encoder
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Literal
@@ -34,7 +34,7 @@ def run(
         plots: Folder for rod-error-against-time.png.
         json: One JSON object on standard output instead of tables.
     """
-    tables: dict[str, list[dict[str, object]]] = {}
+    tables: dict[str, list[Mapping[str, object]]] = {}
     with Progress(console=Console(stderr=True), transient=True) as progress:
         for name in part:
             task = progress.add_task(name, total=None)
@@ -55,7 +55,7 @@ def run(
     return 0
 
 
-def _measured(name: Part, cases: int, told) -> list[dict[str, object]]:
+def _measured(name: Part, cases: int, told: Callable[[int], None]) -> list[Mapping[str, object]]:
     match name:
         case "gradients":
             from lariat.bench.rod import gradients

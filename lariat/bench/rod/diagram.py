@@ -85,11 +85,11 @@ def points() -> Iterator[Point]:
 
 
 def _point(solver: str, setting: str, run: Callable[[], Path], truth: Path, rest: float) -> Point:
-    run()
+    found = run()
     times = []
     for _ in range(3):
         begin = time.perf_counter()
-        found = run()
+        run()
         times.append(time.perf_counter() - begin)
     errors = np.linalg.norm(found - truth, axis=2)
     return Point(

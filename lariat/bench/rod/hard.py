@@ -82,13 +82,16 @@ def drawn(seed: int) -> Case:
 
 def polylines_of_length(span: float, s: Float64[np.ndarray, "k"]) -> Float64[np.ndarray, "k 3"]:
     """A curve that sags between two points, as long as the rod."""
+
+    def curve(depth: float) -> Float64[np.ndarray, "k 3"]:
+        sag = depth * (16.0 * s**2 * (1.0 - s) ** 2)
+        return np.stack([span * (s - 0.5), 0.0 * s, 1.0 - sag], axis=1)
+
     low, high = 0.0, 2.0 * LENGTH
     for _ in range(50):
         depth = 0.5 * (low + high)
-        sag = depth * (16.0 * s**2 * (1.0 - s) ** 2)
-        curve = np.stack([span * (s - 0.5), 0.0 * s, 1.0 - sag], axis=1)
-        low, high = (depth, high) if polylines.length(curve) < LENGTH else (low, depth)
-    return curve
+        low, high = (depth, high) if polylines.length(curve(depth)) < LENGTH else (low, depth)
+    return curve(low)
 
 
 def yanked(rng: np.random.Generator, span: float) -> Float64[np.ndarray, "K 2 6"] | None:

@@ -7,7 +7,8 @@ import pytest
 
 from shared.rod import Rod, RodProperties
 
-torch = pytest.importorskip("torch")
+pytest.importorskip("torch")
+import torch
 
 
 def test_torch_finds_the_same_slopes_as_differences() -> None:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float64
 
+from services.controller.constraints import overstretch, solved
 from services.controller.motion import Bounds, Vectors, clipped
 from services.controller.objective import Surroundings, Weights, effort, least_squares, orientation
 from shared.rod import Rod, RodState
@@ -107,6 +108,7 @@ class GaussNewton:
             slopes = linear.d_positions_d_actions[..., self.moves]
             slopes = np.einsum("hnckm,kj->hncjm", slopes, means, optimize=True)
             slopes = slopes.reshape(*slopes.shape[:3], self.horizon * count)
+            values, rows = overstretch(linear.rollout.positions, slopes, surroundings)
             nodes = linear.rollout.positions + horizon.offset
             rope = least_squares(nodes, slopes, horizon.reference, surroundings)
             own = effort(
@@ -122,7 +124,7 @@ class GaussNewton:
             )
             hessian = rope.hessian + own.hessian + turn.hessian
             hessian[np.diag_indices_from(hessian)] *= 1.0 + DAMPING
-            step = -np.linalg.solve(hessian, rope.slope + own.slope + turn.slope)
+            step = solved(hessian, rope.slope + own.slope + turn.slope, values, rows)
             changed = velocities.copy()
             changed[:, self.moves] += step.reshape(self.horizon, count)
             changed = self._bounded(changed, before)

@@ -3,7 +3,6 @@
     sum over the horizon of   mean node distance² to the reference            tracking
                             + speed_weight |w|² + acceleration_weight |w'|²    effort
                             + (lack of clearance)²                             obstacles, cf. (13)
-                            + (overstretch)²                                   reach
                             + (rotation from a wanted orientation)²            orientation
 
 w is the velocity of the grips on top of the path's. The paper's (12) takes the distance itself and
@@ -24,8 +23,6 @@ from shared.geometry.obstacles import Obstacle
 MILLIMETRE = 1e3
 NEARNESS = 2.0
 """Weight of a millimetre of lacking clearance against one of tracking, per pair of points."""
-REACH = 10.0
-"""Weight of a millimetre of overstretch."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +36,9 @@ class Surroundings:
     radius: float
     """Of the rope [m]."""
     most_apart: float
-    """Of the grips [m]."""
+    """Of the grips [m]; a constraint, no term of the objective."""
+    longest: float = np.inf
+    """Length to which the rope may be pulled [m]; a constraint as well."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +72,7 @@ def least_squares(
     reference: Float64[np.ndarray, "h n 3"],
     surroundings: Surroundings,
 ) -> LeastSquares:
-    """Tracking, obstacles and reach: the terms that the rope's nodes decide.
+    """Tracking and obstacles: the terms that the rope's nodes decide.
 
     Args:
         nodes: Predicted [m].
@@ -85,13 +84,10 @@ def least_squares(
     rows = [scale * slopes.reshape(3 * horizon * count, -1)]
     residuals = [scale * (nodes - reference).ravel()]
     terms = ["tracking"]
-    for name, residual, row in (
-        ("obstacles", *_obstacles(nodes, slopes, surroundings)),
-        ("reach", *_reach(nodes, slopes, surroundings)),
-    ):
-        terms.append(name)
-        residuals.append(residual)
-        rows.append(row)
+    residual, row = _obstacles(nodes, slopes, surroundings)
+    terms.append("obstacles")
+    residuals.append(residual)
+    rows.append(row)
     jacobian, residual = np.concatenate(rows), np.concatenate(residuals)
     cost = {name: float(r @ r) for name, r in zip(terms, residuals, strict=True)}
     return LeastSquares(jacobian.T @ jacobian, jacobian.T @ residual, cost)
@@ -114,21 +110,6 @@ def _obstacles(
     along = np.einsum("ac,acv->av", hits.normals, here)
     weight = MILLIMETRE * NEARNESS
     return weight * (reach - hits.distances), -weight * along
-
-
-def _reach(
-    nodes: Float64[np.ndarray, "h n 3"],
-    slopes: Float64[np.ndarray, "h n 3 v"],
-    surroundings: Surroundings,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Distance of the grips beyond what is allowed."""
-    chord = nodes[:, -1] - nodes[:, 0]
-    apart = np.linalg.norm(chord, axis=1)
-    (bad,) = np.nonzero(apart > surroundings.most_apart)
-    direction = chord[bad] / apart[bad, None]
-    along = np.einsum("ac,acv->av", direction, slopes[bad, -1] - slopes[bad, 0])
-    weight = MILLIMETRE * REACH
-    return weight * (apart[bad] - surroundings.most_apart), weight * along
 
 
 def effort(

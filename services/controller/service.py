@@ -66,6 +66,8 @@ START_APART = 0.003
 """Most distance of a path's start from the grips [m]."""
 NEAR_GOAL = 0.03
 """Mean node distance to the goal from which its own clearance is enough [m]."""
+STRETCH = 0.002
+"""By which the rope may be pulled longer, as a share of its length [-]."""
 LEAST_CLEARANCE = 0.005
 """What is left of a path must keep this, or another one is asked for [m]."""
 
@@ -406,6 +408,7 @@ class ControllerService:
             self._clearance(),
             scenario.rope.diameter / 2.0,
             0.99 * scenario.limits.overstretch * scenario.rope.length,
+            (1.0 + STRETCH) * scenario.rope.length,
         )
 
     def _clearance(self) -> float:

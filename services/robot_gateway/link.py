@@ -6,11 +6,15 @@ import contextlib
 import errno
 import socket
 import struct
+import time
 from typing import Literal, Protocol
 
 from services.robot_gateway.emulator.core import Connection, Emulator
 
 State = Literal["opening", "open", "closed"]
+
+TOO_LATE = 50_000_000
+"""Age of a step from which what it sends is thrown away [ns]."""
 
 
 class Link(Protocol):
@@ -56,22 +60,38 @@ class Network(Protocol):
 
 
 class TcpNetwork:
-    """A device at an address."""
+    """A device at an address.
+
+    A process can be stopped in the middle of a step, and goes on where it was. It must not say then
+    what it meant before: what is sent long after the step's own time is thrown away.
+    """
 
     def __init__(self, host: str) -> None:
         self._host = host
+        self._now: int | None = None
+        self._least = 0
 
     def open(self, port: int) -> Link:
-        return TcpLink(self._host, port)
+        return TcpLink(self._host, port, self)
 
     def advance(self, now: int) -> None:
-        pass
+        # Both clocks run alike; the least that ever lay between them is how far they are apart.
+        apart = time.monotonic_ns() - now
+        self._least = apart if self._now is None else min(self._least, apart)
+        self._now = now
+
+    @property
+    def late(self) -> bool:
+        """Whether the step that is being made began too long ago to be told of."""
+        begun = self._now
+        return begun is not None and time.monotonic_ns() - begun - self._least > TOO_LATE
 
 
 class TcpLink:
     """One non-blocking socket."""
 
-    def __init__(self, host: str, port: int) -> None:
+    def __init__(self, host: str, port: int, network: TcpNetwork) -> None:
+        self._network = network
         self._place = f"{host}:{port}"
         self._state: State = "opening"
         self._reason = ""
@@ -94,7 +114,7 @@ class TcpLink:
         return self._reason
 
     def send(self, data: bytes) -> None:
-        if self.state != "open":
+        if self.state != "open" or self._network.late:
             return
         self._unsent += data
         try:

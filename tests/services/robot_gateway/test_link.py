@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import socket
 import time
+from collections.abc import Iterator
 
 import pytest
 
-from services.robot_gateway.link import TcpLink, TcpNetwork
+from services.robot_gateway.link import Link, TcpNetwork
 
 
 @pytest.fixture
-def server() -> socket.socket:
+def server() -> Iterator[socket.socket]:
     with socket.create_server(("127.0.0.1", 0)) as listening:
         listening.settimeout(5.0)
         yield listening
 
 
-def connect(server: socket.socket) -> tuple[TcpNetwork, TcpLink, socket.socket]:
+def connect(server: socket.socket) -> tuple[TcpNetwork, Link, socket.socket]:
     network = TcpNetwork("127.0.0.1")
     # The step's clock need not agree with this one, only run alike.
     network.advance(time.monotonic_ns() + 12_345_678_901)

@@ -7,7 +7,7 @@ TICK = 8_000_000
 
 def test_rate_and_longest_gap_are_those_of_the_last_second() -> None:
     quality = LinkQuality()
-    heard = None
+    heard, now = None, 0
     for k in range(500):
         now = k * TICK
         # Ten packets are missing in the second second, and none after that.

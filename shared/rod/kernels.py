@@ -153,6 +153,7 @@ def advance(ni: ti.template(), w: ti.template(), rod):
     converged = 0
     definite = 1
     largest = 0.0
+    left = 0.0
     moved_grips = 0
     stepped = 0
     task = at.TARGETS
@@ -258,7 +259,12 @@ def advance(ni: ti.template(), w: ti.template(), rod):
                     moved = ti.max(moved, size)
                     if j < first or j >= end:
                         driven = ti.max(driven, size)
+            # Steps shrink at least at the rate of the last two: what is left is a hundredth of it.
+            rate = 1.0
+            if ni[at.WANT] == 0 and iterations > 0 and share == 1.0:
+                rate = ti.min(1.0, 100.0 * ti.max(moved, length * rotated) / (largest + 1e-300))
             largest = ti.max(moved, length * rotated)
+            left = rate * largest
             share = 1.0
             if iterations > 0 or (ni[at.OBSTACLES] > 0 and moved > 4.0 * reach + 2.0 * driven):
                 share = ti.min(share, ti.min(reach / (moved + 1e-30), 0.8 / (rotated + 1e-30)))
@@ -280,7 +286,7 @@ def advance(ni: ti.template(), w: ti.template(), rod):
         if judge == 1:
             if stepped == 1:
                 stepped = 0
-                if iterations > 0 and largest < tolerance:
+                if iterations > 0 and left < tolerance and share == 1.0:
                     converged = 1
                     # Derivatives want the true Hessian.
                     finishing = ti.cast(exact == 0 or shift > 0.0, ti.i32)

@@ -66,7 +66,8 @@ class Rod:
             left: How the end at node 0 is held.
             right: How the other end is held.
             gravity: Acceleration in the world frame [m/s^2].
-            tolerance: A step is done when its last Newton step moved no node by more [m].
+            tolerance: A solve is done when its last Newton step moved no node by more [m]; where
+                no derivative is wanted, when the next one would not, judged by the last two.
             scheme: How time goes on: "euler" is of first order, one solve a step, and never adds
                 energy; "sdirk2" is of second order, two solves a step.
         """

@@ -285,6 +285,8 @@ class FaultCell:
         self.emulator.kill()
         self.emulator.wait()
         self.start_emulator(silence)
+        # It stands at the start: the next way is the one to the goal.
+        self._goal = 1
         self.states.clear()
         self.until(lambda: self.arms.needs_acknowledgement, 5.0, "the change went unnoticed")
         self.until(lambda: self.arms.arms[-1].link_rate > 100.0, 20.0, "the arm is not heard")

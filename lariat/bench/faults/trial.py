@@ -67,7 +67,7 @@ def trial(cell: FaultCell, name: str) -> Finding:
         print(f"{name}: {missing}; once more", file=sys.stderr)
         if cell.arms.needs_acknowledgement:
             cell.acknowledge()
-        cell.set_out(other=False)
+        cell.set_out()
         cell.until_fast(FAST)
     cell.states.clear()
     begun = cell.now()

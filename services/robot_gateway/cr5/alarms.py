@@ -67,6 +67,8 @@ ALARMS = {
     224: "a safety wall was crossed",
     **{241 + k: f"joint {k} follows too far behind" for k in _JOINTS},
     2050: "protective stop timed out",
+    **{2068 + k: "a limit of the tool’s position, speed, force or plane" for k in range(1, 7)},
+    **{50223 + k: "wrong arguments of a servo point" for k in range(1, 8)},
     -2: "collision",
     -3: "contact with the skin",
 }

@@ -6,7 +6,8 @@ import re
 from dataclasses import dataclass
 
 NOT_TCP = re.compile(rb"control mode is not tcp|not tcp mode", re.IGNORECASE)
-HEAD = re.compile(r"(-?\d+)\s*,\s*\{")
+# Nobody's error code is longer, and Python refuses to read numbers without end.
+HEAD = re.compile(r"(-?\d{1,9})\s*,\s*\{")
 LONGEST = 65536
 
 ERRORS = {
@@ -18,6 +19,7 @@ ERRORS = {
     -6: "the axis does not fit the frame",
     -7: "a script is paused",
     -8: "the authorisation has expired",
+    -9: "this command is switched off on the arm",
     -10000: "no such command on this firmware",
     -20000: "wrong number of arguments",
 }
@@ -70,7 +72,7 @@ class ReplyReader:
 
 def integers(text: str) -> list[int]:
     """All whole numbers in a text, whatever brackets stand round them."""
-    return [int(n) for n in re.findall(r"-?\d+", text)]
+    return [int(n) for n in re.findall(r"-?\d{1,9}", text)]
 
 
 def _reply(text: str) -> Reply | None:

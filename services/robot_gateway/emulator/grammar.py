@@ -50,19 +50,21 @@ class CommandReader:
 
     def _end(self) -> int | None:
         """Where the first command closes; a parenthesis within quotes does not count."""
-        quoted = inner = False
-        before = ""
-        for k, letter in enumerate(self._text):
+        inner, k, before = False, 0, ""
+        while k < len(self._text):
+            letter = self._text[k]
             if letter == '"':
-                quoted = not quoted
-            elif letter == "(" and not quoted:
+                # A quote that nobody closes is rubbish, and must not swallow what comes behind it.
+                k = max(self._text.find('"', k + 1), k)
+            elif letter == "(":
                 # Behind a comma it opens a tuple; behind a name a command begins.
                 inner = inner or before == ","
-            elif letter == ")" and inner and not quoted:
+            elif letter == ")" and inner:
                 inner = False
-            elif letter == ")" and not quoted:
+            elif letter == ")":
                 return k
             before = before if letter.isspace() else letter
+            k += 1
         return None
 
 

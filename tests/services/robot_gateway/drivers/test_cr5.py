@@ -145,3 +145,50 @@ def test_arm_away_from_the_start_is_refused_until_a_person_agrees_to_a_slow_appr
     speeds = np.linalg.norm(np.diff(np.array(world.commanded)[60:], axis=0), axis=1) / 0.008
     assert 0.04 < np.max(speeds) <= 0.0505
     assert world.mode in ("armed", "moving")
+
+
+@pytest.mark.parametrize(("firmware", "alarm"), [("v3", 16), ("v4", 16), ("v3", 117)])
+def test_arm_recovers_from_its_alarms_when_a_person_acknowledges(firmware: str, alarm: int) -> None:
+    world = ArmWorld(firmware)
+    world.until_ready()
+    here = world.cell.guidance.state.position[0]
+    world.follow(circle(here, 0.06, 0.1), 0.9)
+    world.emulator.controller.alarm(alarm)
+    world.run(0.5)
+    assert (world.mode, world.report.safety.cause) == ("fault", "alarm")
+    # V3 has its own number for a collision.
+    number = -2 if (alarm, firmware) == (117, "v3") else alarm
+    assert f"alarm {number}: " in world.report.arms[1].alarms[0]
+    rest = world.emulator.controller.joints.copy()
+    world.run(0.5)
+    np.testing.assert_allclose(world.emulator.controller.joints, rest, atol=1e-4)
+    assert world.command("acknowledge") == ""
+    world.until_ready()
+    assert world.emulator.controller.alarms == []
+    here = world.cell.guidance.state.position[0]
+    world.follow(circle(here, 0.05, 0.1), 0.9)
+    assert world.mode == "moving", world.report
+    assert np.linalg.norm(world.measured[-1] - here) > 0.01
+
+
+@pytest.mark.parametrize("firmware", ["v3", "v4"])
+def test_a_million_random_bytes_on_every_port_hold_the_arm_and_fell_nobody(firmware: str) -> None:
+    world = ArmWorld(firmware)
+    world.until_ready()
+    since = world.now
+    path = circle(world.cell.guidance.state.position[0], 0.06, 0.1)
+    world.follow(path, 0.9, since)
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        for connection in world.emulator._connections:
+            connection.write(rng.bytes(50_000))
+        world.follow(path, 0.016, since)
+    world.follow(path, 1.0, since)
+    # Packets between the rubbish are found; where none was for long, a person is asked.
+    if world.mode == "fault":
+        assert world.report.safety.cause == "lost_link"
+        assert world.command("acknowledge") == ""
+    world.until_ready() if world.mode != "moving" else None
+    here = world.cell.guidance.state.position[0]
+    world.follow(circle(here, 0.05, 0.1), 0.9, session="after")
+    assert world.report.arms[1].alarms == ()

@@ -10,16 +10,15 @@ import numpy as np
 
 from services.robot_gateway.emulator.geometry import CALIBRATED, NOMINAL, Joints, Transform
 from services.robot_gateway.emulator.motions import (
-    JOINT_SPEED,
     Alarm,
     Braking,
     JogMotion,
     Motion,
-    ServoMotion,
     check_range,
 )
 from services.robot_gateway.emulator.options import Options
 from services.robot_gateway.emulator.preferences import Preferences
+from services.robot_gateway.emulator.stream import Stream
 
 Start = Callable[[Joints], Motion | None]
 """What a queue entry does when its turn comes; a motion if it takes time."""
@@ -74,12 +73,8 @@ class Controller:
         """Of the entry queued last."""
         self.finished = 0
         """Of the entry begun last."""
-        self.servo = ServoMotion(limits_speed=self.v4)
-        self._jitter = np.random.default_rng(options.seed)
-        self._delayed: deque[tuple[float, Joints, float]] = deque()
-        self._silence_acted = True
+        self._stream = Stream(options)
         self._braking: Braking | None = None
-        self._lag = options.servo_lag
         self.speed_factor = 100
         self.outputs = 0
         self.inputs = 0
@@ -125,8 +120,8 @@ class Controller:
     @property
     def busy(self) -> bool:
         """Whether something moves or waits to."""
-        moving = bool(self.current or self.alone or self.queue or self._braking or self._delayed)
-        return moving or not self.servo.done
+        moving = bool(self.current or self.alone or self.queue or self._braking)
+        return moving or self._stream.waits or not self._stream.arrived
 
     def power_on(self) -> bool:
         if self.pressed and self.v4:
@@ -158,11 +153,9 @@ class Controller:
     def stop(self) -> None:
         """Drops the queue and brakes."""
         self.queue.clear()
-        self._delayed.clear()
         self.current = self.alone = None
         self.script = ""
-        self.servo = ServoMotion(limits_speed=self.v4)
-        self._silence_acted = True
+        self._stream.drop()
         if np.any(self.target_speed):
             self._braking = Braking(self.target_speed.copy())
 
@@ -266,11 +259,7 @@ class Controller:
 
     def aim(self, target: Joints, t: float, lookahead: float, gain: float) -> None:
         """A servo point; may raise Alarm."""
-        self._lag = self.options.servo_lag * (lookahead / 50.0) * (500.0 / gain)
-        delay = self.options.servo_jitter * float(self._jitter.random())
-        self._delayed.append((self.time + delay, target, t))
-        if delay == 0.0:
-            self._aim_due()
+        self._stream.aim(self.time, self.target, target, t, lookahead, gain)
 
     # Time
 
@@ -285,7 +274,7 @@ class Controller:
             action()
         before = self.target
         try:
-            self._aim_due()
+            self._stream.aim_due(self.time, self.target)
             target = self._next_target(h)
             if self._braking is None:
                 check_range(target, self.preferences.axis_limits, before)
@@ -294,7 +283,8 @@ class Controller:
             self.target = before
             self.alarm(*alarm.numbers)
         self.target_speed = (self.target - before) / h
-        share = 1.0 - np.exp(-h / self._lag) if self._lag > 0.0 else 1.0
+        lag = self._stream.lag
+        share = 1.0 - np.exp(-h / lag) if lag > 0.0 else 1.0
         joints = self.joints + share * (self.target - self.joints)
         self.joint_speed, self.joints = (joints - self.joints) / h, joints
 
@@ -303,12 +293,6 @@ class Controller:
             self._script_left -= h
             if self._script_left <= 0.0:
                 self.script = ""
-
-    def _aim_due(self) -> None:
-        while self._delayed and self._delayed[0][0] <= self.time:
-            _, target, t = self._delayed.popleft()
-            self.servo.aim(self.target, target, t)
-            self._silence_acted = False
 
     def _next_target(self, h: float) -> Joints:
         if self._braking is not None:
@@ -325,27 +309,14 @@ class Controller:
             return target
         if self.paused:
             return self.target
-        if not self.servo.done or not self._silence_acted:
-            return self._servo(h)
+        if self._stream.leads:
+            return self._follow(h)
         return self._queue(h)
 
-    def _servo(self, h: float) -> Joints:
-        target = self.servo.advance(self.target, h)
-        if not self.servo.done:
-            return target
-        match self.options.silence:
-            case "hold":
-                self._silence_acted = True
-            case "coast":
-                speed = np.clip(self.target_speed, -JOINT_SPEED, JOINT_SPEED)
-                if self.servo.arrived_ago > self.options.silence_time:
-                    self._silence_acted = True
-                    self._braking = Braking(speed)
-                return self.target + speed * h
-            case "alarm":
-                if self.servo.arrived_ago > self.options.silence_time:
-                    self._silence_acted = True
-                    raise Alarm(194)
+    def _follow(self, h: float) -> Joints:
+        target = self._stream.advance(self.target, self.target_speed, h)
+        if self._stream.braking_from is not None:
+            self._braking, self._stream.braking_from = Braking(self._stream.braking_from), None
         return target
 
     def _queue(self, h: float) -> Joints:

@@ -131,15 +131,16 @@ def test_connection_that_is_lost_ends_what_was_under_way_and_says_why() -> None:
     assert not line.client.enabled
 
 
-def test_answer_to_another_request_does_not_advance_a_procedure() -> None:
-    line = Line()
+def test_answer_to_another_request_does_not_count_for_a_procedure() -> None:
+    line = Line(faults=("no_user_tool",))
     line.run(0.1)
     line.client.request("RobotMode()")
     line.client.enable()
     line.run(1.0)
-    assert line.client.enabled
     assert line.asked[0] == "RobotMode()"
-    assert line.asked.count("EnableRobot(0.000000)") == 1
+    assert line.client.failure == "User(0): failed"
+    assert line.asked[-1] == "User(0)", "nothing is asked after what failed"
+    assert not line.client.enabled
 
 
 def test_shut_down_closes_every_port() -> None:

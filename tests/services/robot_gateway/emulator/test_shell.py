@@ -50,13 +50,13 @@ def test_process_answers_sends_whole_packets_and_ends_in_order(
 ) -> None:
     with connect(29999) as commands, connect(30004) as feedback:
         assert ask(commands, "EnableRobot()") == "0,{},EnableRobot();"
-        begun = time.monotonic()
         data = b""
         while len(data) < 50 * 1440:
             data += feedback.recv(65536)
-        period = (time.monotonic() - begun) / 50
         assert data[48:56] == bytes.fromhex("EFCDAB8967452301")
-        assert 0.006 < period < 0.016
+        # By the arm's own clock; a busy machine may hand them over in bunches.
+        stamps = [int.from_bytes(data[k : k + 8], "little") for k in range(32, 50 * 1440, 1440)]
+        np.testing.assert_allclose(np.diff(stamps), 8, atol=1)
         with connect(29999) as second:
             assert second.recv(1) == b"", "a second client is refused"
         assert ask(commands, "RobotMode()") == "0,{5},RobotMode();"

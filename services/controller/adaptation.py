@@ -1,61 +1,159 @@
-"""Learns the rope's stiffness while it is moved, eq. (15), and says how sure it is.
+"""Learns the rope's material while it is moved, eq. (15), and says how sure it is of each part.
 
-Seen shapes fix the ratio of bending stiffness to weight and nothing else of the material: mass and
-stiffness scaled together leave every motion as it is, and damping shows only in swinging, which
-paths avoid. So one number moves: the logarithm of the bending stiffness, by a Kalman filter on the
-seen nodes. Its sensitivity is that of the rest shape between the present grips; the twisting
-stiffness keeps its ratio.
+Shapes at rest tell the ratio of bending stiffness to weight, the rest length, and, when they are
+varied enough, rest curvature, the ratio of twisting to bending stiffness and a coarse profile of
+the stiffness; swinging tells the damping. All of them are unknowns of one Kalman filter, whose
+evidence is weighed as in `shared.rod.identification`: what the seen nodes do not tell keeps the
+value that was given, and its standard deviation. Slopes are those of the rest shape between the
+present grips; that of the damping comes from a second model which is moved along, damped more.
 """
 
 from __future__ import annotations
 
 import math
+from collections import deque
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float64
 
+from services.controller.motion import Motion, twist_between
 from services.controller.state_estimate import StateEstimate
-from shared.rod import RodProperties
+from shared.rod import Rod, RodProperties, RodState
+from shared.rod.identification import posterior
+from shared.rod.identification.material import Material
+from shared.rod.identification.posterior import Evidence
 
 EVERY = 400_000_000
 """Between updates [ns]: after one, the model needs time to come to its new shape."""
-PRIOR = 1.5
-"""Standard deviation of the logarithm before anything was seen: a factor of 4.5."""
-FORGETTING = 0.05
-"""Growth of that standard deviation [1/sqrt(s)]."""
+SPREADS = {
+    "stiffness": 1.5,
+    "twist_ratio": 0.7,
+    "damping": 0.7,
+    "internal_damping": 1e-3,
+    "length": 0.005,
+    "stiffness_profile": 0.2,
+    "density_profile": 1e-3,
+    "rest_curvature": 0.5,
+}
+"""Standard deviations before anything was seen: of logarithms, and of curvature over the whole
+length [rad]. The material's own damping is taken as given, and so is an even weight."""
+LIMITS = {
+    "stiffness": math.log(50.0),
+    "twist_ratio": math.log(8.0),
+    "damping": math.log(20.0),
+    "internal_damping": 0.0,
+    "length": 0.02,
+    "stiffness_profile": math.log(4.0),
+    "density_profile": 0.0,
+    "rest_curvature": 3.0,
+}
+"""Most that an unknown may move away from what was given."""
+PROFILE_KNOTS = 3
+MEMORY = 60.0
+"""Time after which what was seen counts a third [s]: a rope can be changed by hand."""
 MODEL_ERROR = 3e-4
-"""Of the rod itself and of calibration, alike in neighbouring nodes [m]."""
+"""Of the rod itself and of calibration, alike in neighbouring nodes and while nothing moves [m]."""
+NEW_SHAPE = 0.04
+"""Way of a grip after which that error is another one [m]."""
+UNSETTLED = 0.05
+"""Error of the model per speed of its nodes: its slopes are those of a rope at rest [s]."""
 TELLING = 6.0
 """Independent observations in one shape: neighbouring nodes err together."""
-FACTOR = 50.0
-"""Most that the stiffness may differ from what was given, either way."""
 LONGEST = math.log(2.0)
-"""Most change of the logarithm in one update."""
-DEADBAND = 0.03
-"""Changes of the logarithm below this are not worth disturbing the model for."""
+"""Most change of the stiffness' logarithm in one update."""
+DEADBAND = 2e-4
+"""Changes of the rest shape below this are not worth disturbing the model for [m]."""
+KNOWN = 0.5
+"""Share of the standard deviation that was believed, below which an unknown counts as known."""
 SETTLING = 2.0
-"""Duration of the steps over which the rest shape's sensitivity is taken [s]."""
+"""Duration of the steps over which the rest shape's slopes are taken [s]."""
 SETTLING_STEPS = 3
+SWUNG = 0.3
+"""By which the second model's damping differs, as a logarithm [-]."""
+SWING_STEP = 0.011
+"""Longest of that model [s]."""
+SWING_MEMORY = 0.5
+"""How far back its difference is kept [s]."""
+
+
+@dataclass(frozen=True)
+class Estimated:
+    """One number about the rope."""
+
+    name: str
+    value: float
+    standard_deviation: float
+    unit: str
+    known: bool
+    """Whether the seen nodes have told it."""
 
 
 class Adaptation:
-    """Estimates one rope's bending stiffness."""
+    """Estimates one rope's material."""
 
     def __init__(self, properties: RodProperties) -> None:
-        self._given = properties
-        self.properties = properties
-        self._variance = PRIOR**2
+        self._material = Material(properties, PROFILE_KNOTS, curvature_knots=1)
+        self.properties = self._material.properties(np.zeros(self._material.count))
+        """The rope as far as it is known."""
+        groups = self._material.groups
+        self._believed = self._material.belief(SPREADS)
+        self._seen = np.zeros_like(self._believed)
+        self._x = np.zeros(self._material.count)
+        self._applied = self._x
+        self._limits = self._material.per_unknown(LIMITS)
+        self._free = self._limits > 0.0
+        self._free[groups["damping"]] = properties.damping > 0.0
+        self._swing = _Swing()
         self._updated: int | None = None
+        self._grips: Float64[np.ndarray, "2 3"] | None = None
 
     @property
     def bending_stiffness(self) -> float:
-        """EI [N m^2]."""
+        """EI [N m^2], its mean along the rope."""
         return self.properties.bending_stiffness
 
     @property
     def standard_deviation(self) -> float:
         """Of the bending stiffness [N m^2]."""
-        return self.bending_stiffness * math.sqrt(self._variance)
+        return self.bending_stiffness * self._deviation("stiffness")
+
+    @property
+    def estimates(self) -> list[Estimated]:
+        """What is known of the rope by now."""
+        p, given = self.properties, self._material.believed
+        rows = [
+            ("bending_stiffness", "stiffness", p.bending_stiffness, p.bending_stiffness, "N m^2"),
+            ("damping", "damping", p.damping, p.damping, "1/s"),
+            ("length", "length", p.length, p.length, "m"),
+            (
+                "twisting_stiffness",
+                "twist_ratio",
+                p.twisting_stiffness,
+                p.twisting_stiffness,
+                "N m^2",
+            ),
+        ]
+        found = [
+            Estimated(
+                name,
+                value,
+                scale * self._deviation(group),
+                unit,
+                self._deviation(group) < KNOWN * SPREADS[group],
+            )
+            for name, group, value, scale, unit in rows
+        ]
+        for group, unit, scale in (
+            ("stiffness_profile", "-", 1.0),
+            ("rest_curvature", "1/m", 1.0 / given.length),
+        ):
+            for k, value in enumerate(np.ravel(getattr(p, group)).tolist()):
+                deviation = self._deviation(group, k)
+                size = scale * (value if group == "stiffness_profile" else 1.0)
+                known = deviation < KNOWN * SPREADS[group]
+                found.append(Estimated(f"{group}_{k + 1}", value, size * deviation, unit, known))
+        return found
 
     def look(
         self,
@@ -70,50 +168,123 @@ class Adaptation:
         Args:
             estimate: Whose model shall become the rope's.
         """
+        if self._free[self._material.groups["damping"]].all():
+            self._swing.follow(estimate)
         if self._updated is not None and stamp - self._updated < EVERY:
             return None
         elapsed = 0.0 if self._updated is None else (stamp - self._updated) * 1e-9
         self._updated = stamp
-        self._variance = min(self._variance + FORGETTING**2 * elapsed, PRIOR**2)
-        slope = self._slope(estimate)
-        error = nodes - estimate.modelled_at(stamp)
+        self._seen = self._seen * math.exp(-elapsed / MEMORY)
         used = observed.copy()
         used[[0, 1, -2, -1]] = False
         if used.sum() < 5:
             return None
-        noise = np.maximum(sigma, 0.0) ** 2 + MODEL_ERROR**2
+        slopes = self._slopes(estimate, stamp)
+        error = nodes - estimate.modelled_at(stamp)
+        swinging = UNSETTLED * np.linalg.norm(estimate.state.velocities, axis=1)
+        model_error = self._model_error(estimate.motion)
+        noise = np.sqrt(np.maximum(sigma, 0.0) ** 2 + model_error**2 + swinging**2)
         # A frame far off the story counts as one of a larger noise.
         miss = np.linalg.norm(error - estimate.offset, axis=1)
-        noise = noise * np.maximum(1.0, miss**2 / (9.0 * noise))
-        weight = used / noise * min(1.0, TELLING / used.sum())
-        information = float(np.sum(weight * np.sum(slope**2, axis=1)))
-        pull = float(np.sum(weight * np.sum(slope * error, axis=1)))
-        step = self._variance * pull / (1.0 + self._variance * information)
-        self._variance /= 1.0 + self._variance * information
-        bound = math.log(FACTOR)
-        now = math.log(self.bending_stiffness / self._given.bending_stiffness)
-        step = min(max(step, -LONGEST), LONGEST)
-        after = min(max(now + step, -bound), bound)
-        if abs(after - now) < DEADBAND:
+        noise = noise * np.maximum(1.0, miss / (3.0 * noise))
+        # The model stands where the last applied unknowns have put it.
+        residuals = error - slopes @ (self._x - self._applied)
+        counting = min(1.0, TELLING / used.sum())
+        seen = posterior.evidence(residuals[used], slopes[used], noise[used], counting)
+        # What is known by now is the belief around the present x: without a pull.
+        known = Evidence(self._believed + self._seen, np.zeros(len(self._x)), 0.0)
+        dx = posterior.step(seen + known, self._free)
+        (leap,) = np.abs(dx[self._material.groups["stiffness"]])
+        dx = dx * min(1.0, LONGEST / max(leap, 1e-12))
+        self._seen = self._seen + seen.information
+        self._x = np.clip(self._x + dx, -self._limits, self._limits)
+        change = slopes @ (self._x - self._applied)
+        if np.sqrt(np.mean(np.sum(change**2, axis=1))) < DEADBAND:
             return None
-        ratio = self._given.bending_stiffness / self._given.twisting_stiffness
-        stiffness = self._given.bending_stiffness * math.exp(after)
-        self.properties = self._given.with_stiffness(stiffness, stiffness / ratio)
-        return (after - now) * slope
+        self._applied = self._x
+        self.properties = self._material.properties(self._x)
+        self._swing.restart()
+        return change
 
-    def _slope(self, estimate: StateEstimate) -> Float64[np.ndarray, "n 3"]:
-        """Change of the rest shape with the logarithm of the stiffness [m]."""
-        linear = estimate.rod.linearize(
+    def _deviation(self, group: str, k: int = 0) -> float:
+        """Of an unknown: a logarithm, or curvature in radians over the length."""
+        free = self._free
+        covariance = np.zeros_like(self._seen)
+        inner = (self._believed + self._seen)[np.ix_(free, free)]
+        covariance[np.ix_(free, free)] = np.linalg.inv(inner)
+        at = self._material.groups[group].start + k
+        return math.sqrt(covariance[at, at]) if free[at] else 0.0
+
+    def _model_error(self, motion: Motion) -> float:
+        """Of the model beside noise: standing still, it is the same one over and over [m]."""
+        before, self._grips = self._grips, motion.positions
+        if before is None:
+            return MODEL_ERROR
+        way = float(np.max(np.linalg.norm(motion.positions - before, axis=1)))
+        return MODEL_ERROR / math.sqrt(min(1.0, max(way / NEW_SHAPE, 0.02)))
+
+    def _slopes(self, estimate: StateEstimate, stamp: int) -> Float64[np.ndarray, "n 3 P"]:
+        """Change of what is seen with the unknowns [m]."""
+        shape_tells = self._free.copy()
+        shape_tells[self._material.groups["damping"]] = False
+        rod = estimate.rod.with_properties(self.properties)
+        names, chain = self._material.derivatives(self.properties, shape_tells)
+        linear = rod.linearize(
             estimate.state.at_rest(),
             np.zeros((1, 2, 6)),
             SETTLING,
             steps=SETTLING_STEPS,
             block_of_step=np.zeros(SETTLING_STEPS, dtype=np.int64),
-            parameters=("bending_stiffness", "twisting_stiffness"),
+            parameters=names,
+            with_actions=False,
         )
-        slopes = linear.d_positions_d_parameters[-1]
-        properties = estimate.rod.properties
-        return (
-            slopes[..., 0] * properties.bending_stiffness
-            + slopes[..., 1] * properties.twisting_stiffness
-        )
+        slopes = linear.d_positions_d_parameters[-1] @ chain
+        swinging = self._swing.slope_at(stamp)
+        if swinging is not None:
+            slopes[..., self._material.groups["damping"]] = swinging[..., None]
+        return slopes
+
+
+class _Swing:
+    """How the positions answer to damping: two models moved alike, one of them damped more."""
+
+    def __init__(self) -> None:
+        self._states: list[RodState] = []
+        self._motion: Motion | None = None
+        self._time = 0
+        self._slopes: deque[tuple[int, Float64[np.ndarray, "n 3"]]] = deque()
+
+    def restart(self) -> None:
+        """The material changed: both models are what the estimate is, once more."""
+        self._states = []
+
+    def follow(self, estimate: StateEstimate) -> None:
+        """Moves both models to where the estimate is."""
+        elapsed = (estimate.time - self._time) * 1e-9
+        if not self._states or self._motion is None or not 0.0 < elapsed < SWING_MEMORY:
+            self._states = [estimate.state, estimate.state]
+            self._slopes.clear()
+        else:
+            steps = max(1, math.ceil(elapsed / SWING_STEP))
+            action = twist_between(self._motion, estimate.motion, elapsed).reshape(1, 2, 6)
+            blocks = np.zeros(steps, dtype=np.int64)
+            self._states = [
+                rod.rollout(state, action, elapsed / steps, steps=steps, block_of_step=blocks).final
+                for rod, state in zip(_pair(estimate.rod), self._states, strict=True)
+            ]
+            there, here = (state.positions for state in self._states)
+            self._slopes.append((estimate.time, (there - here) / SWUNG))
+            while (estimate.time - self._slopes[0][0]) * 1e-9 > SWING_MEMORY:
+                self._slopes.popleft()
+        self._motion, self._time = estimate.motion, estimate.time
+
+    def slope_at(self, stamp: int) -> Float64[np.ndarray, "n 3"] | None:
+        """Change of the positions at a time with the damping's logarithm [m]."""
+        if not self._slopes:
+            return None
+        return min(self._slopes, key=lambda entry: abs(entry[0] - stamp))[1]
+
+
+def _pair(rod: Rod) -> tuple[Rod, Rod]:
+    more = replace(rod.properties, damping=rod.properties.damping * math.exp(SWUNG))
+    return rod.with_properties(more), rod

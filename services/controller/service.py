@@ -488,12 +488,12 @@ class ControllerService:
             stamp=now,
             parameters=[
                 Parameter(
-                    name="bending_stiffness",
-                    value=adaptation.bending_stiffness,
-                    standard_deviation=adaptation.standard_deviation if adapts else 0.0,
-                    unit="N m^2",
-                ),
-                Parameter(name="damping", value=adaptation.properties.damping, unit="1/s"),
+                    name=e.name,
+                    value=e.value,
+                    standard_deviation=e.standard_deviation if adapts else 0.0,
+                    unit=e.unit,
+                )
+                for e in adaptation.estimates
             ],
             prediction_error=self.estimate.innovation,
         )

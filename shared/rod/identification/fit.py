@@ -68,7 +68,8 @@ class Fit:
 class _Search:
     replica: Replica
     material: Material
-    spread: Float64[np.ndarray, "P"]
+    information: Float64[np.ndarray, "P P"]
+    """Of what was believed before."""
     noise: float = 0.01
 
     def cost(self, x: Float64[np.ndarray, "P"], windows: list[Window]) -> float:
@@ -78,7 +79,7 @@ class _Search:
         return posterior.loss(residuals, self.noise, COUNTING) + self.belief(x).cost
 
     def belief(self, x: Float64[np.ndarray, "P"]) -> Evidence:
-        return posterior.belief(x, np.zeros(len(x)), self.spread)
+        return posterior.belief(x, self.information)
 
     def evidences(
         self, x: Float64[np.ndarray, "P"], windows: list[Window], free: Bool[np.ndarray, "P"]
@@ -158,7 +159,7 @@ def identify(
         )
     replica = Replica(motion.until(frames))
     material = _material(replica, start or unknown_rope())
-    search = _Search(replica, material, material.per_unknown(SPREADS))
+    search = _Search(replica, material, material.belief(SPREADS))
 
     def windows(length: float) -> list[Window]:
         return replica.windows(max(5, round(length / motion.dt)))
@@ -211,10 +212,11 @@ def linearized(
 ) -> tuple[Float64[np.ndarray, "B H k 3"], Float64[np.ndarray, "B H k 3 P"]]:
     """Predictions, and their slopes in the free unknowns; zero in the others."""
     properties = material.properties(x)
-    names, chain = material.derivatives(properties, free)
+    length = material.groups["length"].start
+    others = free & (np.arange(len(x)) != length)
+    names, chain = material.derivatives(properties, others)
     predicted, by_parameter = replica.linearized(properties, windows, names)
     slopes = by_parameter @ chain
-    (length,) = range(*material.groups["length"].indices(len(x)))
     if free[length]:
         # By a difference: with the length, the start and the motion of the grips change too.
         longer = x.copy()

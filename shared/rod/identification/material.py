@@ -28,6 +28,8 @@ SPREADS = {
     "rest_curvature": 3.0,
 }
 """Standard deviations before anything was seen: of logarithms, and of curvature [rad]."""
+LEVEL = 0.02
+"""Standard deviation of a profile's mean logarithm [-]."""
 UNITS = {
     "stiffness": "m^4/s^2",
     "twist_ratio": "-",
@@ -123,13 +125,23 @@ class Material:
             **changed,
         ).with_stiffness(stiffness, ratio * stiffness)
 
+    def belief(self, spreads: dict[str, float]) -> Float64[np.ndarray, "P P"]:
+        """Information of what is believed: zero in each unknown, with standard deviations.
+
+        Profiles are level on average, which leaves the mean to the stiffness itself.
+        """
+        information = np.diag(1.0 / self.per_unknown(spreads) ** 2)
+        for name in ("stiffness_profile", "density_profile"):
+            if name in self.groups:
+                place = self.groups[name]
+                count = place.stop - place.start
+                information[place, place] += 1.0 / (count * LEVEL) ** 2
+        return information
+
     def derivatives(
         self, p: RodProperties, free: Bool[np.ndarray, "P"]
     ) -> tuple[tuple[str, ...], Float64[np.ndarray, "Q P"]]:
-        """Parameters of the rod p, by name, and their slopes in the free unknowns.
-
-        The length is not among them: the start of a roll-out changes with it as well.
-        """
+        """Parameters of the rod p, by name, and their slopes in the free unknowns."""
         wanted: dict[int, list[tuple[str, float]]] = {}
         for name, place in self.groups.items():
             for k, at in enumerate(range(place.start, place.stop)):
@@ -158,5 +170,7 @@ def _slopes(p: RodProperties, group: str, k: int, length: float) -> list[tuple[s
             return [(f"{group}[{k}]", getattr(p, group)[k])]
         case "rest_curvature":
             return [(f"{group}[{k // 3}][{k % 3}]", 1.0 / length)]
+        case "length":
+            return [("length", p.length)]
         case _:
-            return []
+            raise ValueError(f"no group of unknowns is called {group!r}")

@@ -65,12 +65,10 @@ def loss(
     return float(counting * 3.0 * np.sum(miss - 1.0))
 
 
-def belief(
-    x: Float64[np.ndarray, "P"], mean: Float64[np.ndarray, "P"], spread: Float64[np.ndarray, "P"]
-) -> Evidence:
-    """What was believed before, as evidence at x."""
-    away = (mean - x) / spread
-    return Evidence(np.diag(1.0 / spread**2), away / spread, float(0.5 * np.sum(away**2)))
+def belief(x: Float64[np.ndarray, "P"], information: Float64[np.ndarray, "P P"]) -> Evidence:
+    """What was believed before, zero in all unknowns, as evidence at x."""
+    away = information @ x
+    return Evidence(information, -away, float(0.5 * x @ away))
 
 
 def step(

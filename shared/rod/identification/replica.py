@@ -67,7 +67,7 @@ class Replica:
         self._outside = 0.5 * np.array([kind == "clamped" for kind in self.kinds])
         edges = self.node_count - 1.0 - self._outside.sum()
         self._at_nodes = (np.arange(self.node_count) - self._outside[0]) / edges
-        self._weights = _cubic(
+        self._weights = cubic_weights(
             self.arcs / self.arcs[-1] * edges + self._outside[0], self.node_count
         )
         self._frames = self._grip_frames()
@@ -275,7 +275,7 @@ def _kind(held: int) -> str:
     return ("free", "pinned", "clamped")[min(held, 2)]
 
 
-def _cubic(at: Float64[np.ndarray, "k"], count: int) -> Float64[np.ndarray, "k n"]:
+def cubic_weights(at: Float64[np.ndarray, "k"], count: int) -> Float64[np.ndarray, "k n"]:
     """Weights of Lagrange's cubic through the four nodes around fractional node indices."""
     weights = np.zeros((len(at), count))
     for row, u in zip(weights, at, strict=True):

@@ -116,44 +116,40 @@ class Adaptation:
     @property
     def standard_deviation(self) -> float:
         """Of the bending stiffness [N m^2]."""
-        return self.bending_stiffness * self._deviation("stiffness")
+        return self.bending_stiffness * float(self._deviations()[self._at("stiffness")])
 
     @property
     def estimates(self) -> list[Estimated]:
         """What is known of the rope by now."""
         p, given = self.properties, self._material.believed
         rows = [
-            ("bending_stiffness", "stiffness", p.bending_stiffness, p.bending_stiffness, "N m^2"),
-            ("damping", "damping", p.damping, p.damping, "1/s"),
-            ("length", "length", p.length, p.length, "m"),
-            (
-                "twisting_stiffness",
-                "twist_ratio",
-                p.twisting_stiffness,
-                p.twisting_stiffness,
-                "N m^2",
-            ),
+            ("bending_stiffness", "stiffness", p.bending_stiffness, "N m^2"),
+            ("damping", "damping", p.damping, "1/s"),
+            ("length", "length", p.length, "m"),
+            ("twist_ratio", "twist_ratio", p.twisting_stiffness / p.bending_stiffness, "-"),
         ]
+        deviations = self._deviations()
+
+        def known(group: str, k: int = 0) -> bool:
+            return bool(0.0 < deviations[self._at(group) + k] < KNOWN * SPREADS[group])
+
         found = [
-            Estimated(
-                name,
-                value,
-                scale * self._deviation(group),
-                unit,
-                self._deviation(group) < KNOWN * SPREADS[group],
-            )
-            for name, group, value, scale, unit in rows
+            Estimated(name, value, float(value * deviations[self._at(group)]), unit, known(group))
+            for name, group, value, unit in rows
         ]
         for group, unit, scale in (
             ("stiffness_profile", "-", 1.0),
             ("rest_curvature", "1/m", 1.0 / given.length),
         ):
             for k, value in enumerate(np.ravel(getattr(p, group)).tolist()):
-                deviation = self._deviation(group, k)
                 size = scale * (value if group == "stiffness_profile" else 1.0)
-                known = deviation < KNOWN * SPREADS[group]
-                found.append(Estimated(f"{group}_{k + 1}", value, size * deviation, unit, known))
+                deviation = float(size * deviations[self._at(group) + k])
+                name = f"{group}_{k + 1}"
+                found.append(Estimated(name, value, deviation, unit, known(group, k)))
         return found
+
+    def _at(self, group: str) -> int:
+        return self._material.groups[group].start
 
     def look(
         self,
@@ -206,14 +202,13 @@ class Adaptation:
         self._swing.restart()
         return change
 
-    def _deviation(self, group: str, k: int = 0) -> float:
-        """Of an unknown: a logarithm, or curvature in radians over the length."""
+    def _deviations(self) -> Float64[np.ndarray, "P"]:
+        """Of the unknowns: logarithms, or curvature in radians over the length."""
         free = self._free
-        covariance = np.zeros_like(self._seen)
         inner = (self._believed + self._seen)[np.ix_(free, free)]
-        covariance[np.ix_(free, free)] = np.linalg.inv(inner)
-        at = self._material.groups[group].start + k
-        return math.sqrt(covariance[at, at]) if free[at] else 0.0
+        found = np.zeros(len(free))
+        found[free] = np.sqrt(np.diag(np.linalg.inv(inner)))
+        return found
 
     def _model_error(self, motion: Motion) -> float:
         """Of the model beside noise: standing still, it is the same one over and over [m]."""

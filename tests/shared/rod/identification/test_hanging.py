@@ -30,7 +30,7 @@ def shapes() -> list[Hanging]:
     )
     span = np.array([-0.12, 0.0])
     drop = curve - t * span
-    low, high = 0.1, 3.0
+    low, high, size = 0.1, 3.0, 1.0
     for _ in range(50):
         size = 0.5 * (low + high)
         longer = polylines.length(t * span + size * drop) > 1.5

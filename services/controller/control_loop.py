@@ -16,12 +16,14 @@ from jaxtyping import Bool, Float64
 from services.controller.gauss_newton import GaussNewton, Horizon, HorizonPlan
 from services.controller.motion import Bounds, Motion, jerk_towards, twist_between
 from services.controller.objective import Surroundings, Weights
-from services.controller.paper import Actions, Network, PaperMethod
+from services.controller.paper import PaperMethod
 from services.controller.path_track import PathTrack
+from services.controller.policies import Actions, Network
 from services.controller.setpoint_row import Chunk, SetpointRow
 from services.controller.state_estimate import StateEstimate
 from shared.geometry import poses
 from shared.rod import Rod
+from shared.rod.xpbd import XpbdRod
 from shared.scenario.sections import Control, Limits
 
 SETPOINT = 20_000_000
@@ -76,7 +78,7 @@ class ControlLoop:
         self._stepped: int | None = None
 
     @property
-    def rod(self) -> Rod:
+    def rod(self) -> Rod | XpbdRod:
         """The model."""
         return self.estimate.rod
 

@@ -7,6 +7,7 @@ import numpy as np
 from services.controller.control_loop import SETPOINT, Command
 from services.controller.goals import GoalMaker
 from services.controller.motion import Motion
+from services.controller.paper_adaptation import PaperAdaptation
 from services.controller.path_track import PathTrack
 from services.controller.setpoint_row import Chunk
 from services.controller.task import Goal
@@ -14,6 +15,7 @@ from shared import messages
 from shared.geometry import polylines
 from shared.geometry.obstacles import Obstacle
 from shared.messages import ArmSetpoints, ArmStates, Path, Plan, Setpoints, arm_pose, chain
+from shared.rod.xpbd import PARAMETERS
 from shared.scenario import SIDES
 
 STATES = {
@@ -116,4 +118,21 @@ def track_of(path: Path) -> PathTrack:
         nodes,
         path.reached,
         path.reason,
+    )
+
+
+def paper_parameters(adaptation: PaperAdaptation, now: int, error: float) -> messages.Parameters:
+    """The message of the paper's five parameters; its gradient descent knows no deviations.
+
+    Args:
+        error: Of the last prediction [m].
+    """
+    units = ("kg", "kg m^2", "", "", "m^2/N")
+    return messages.Parameters(
+        stamp=now,
+        parameters=[
+            messages.Parameter(name=name, value=getattr(adaptation.properties, name), unit=unit)
+            for name, unit in zip(PARAMETERS, units, strict=True)
+        ],
+        prediction_error=error,
     )

@@ -8,11 +8,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from services.controller.adaptation import Adaptation
 from services.controller.control_loop import SETPOINT, Command, ControlLoop
 from services.controller.goals import GoalMaker
+from services.controller.models import adaptation_of, check, model_of
 from services.controller.motion import Motion
 from services.controller.objective import Surroundings
+from services.controller.paper_adaptation import PaperAdaptation
 from services.controller.path_track import PathTrack
 from services.controller.publications import (
     STATES,
@@ -20,6 +21,7 @@ from services.controller.publications import (
     goal_message,
     goal_of,
     motion_of,
+    paper_parameters,
     plan_message,
     track_of,
 )
@@ -46,7 +48,7 @@ from shared.messages import (
     scene_obstacles,
 )
 from shared.rod import Rod, RodProperties
-from shared.scenario import SIDES, ConfigurationError, Scenario
+from shared.scenario import SIDES, Scenario
 from shared.service import SECOND, Inbox, Publication
 
 log = logging.getLogger(__name__)
@@ -111,8 +113,9 @@ class ControllerService:
             settings={"adapt": "true" if scenario.control.adapt else "false"},
             resettable=resettable,
         )
-        self.estimate = StateEstimate(self._rod, Motion.at_rest(*start), 0)
-        self.adaptation = Adaptation(self._rod.properties)
+        self._model = model_of(scenario, self._rod)
+        self.estimate = StateEstimate(self._model, Motion.at_rest(*start), 0)
+        self.adaptation = adaptation_of(scenario, self._model)
         self.loop = ControlLoop(self.estimate, moves, scenario.control, scenario.limits)
         self.snag = SnagWatch(scenario.rope.length)
         self.monitor = RunMonitor(scenario.run.tolerance, scenario.rope.diameter / 2.0)
@@ -136,8 +139,8 @@ class ControllerService:
 
     def warm_up(self) -> None:
         """Compiles by controlling a rope that already is where it shall be."""
-        rod, start = self._rod, self._goals.start
-        estimate = StateEstimate(rod, Motion.at_rest(*start), 0)
+        start = self._goals.start
+        estimate = StateEstimate(self._model, Motion.at_rest(*start), 0)
         loop = ControlLoop(estimate, self.loop.moves, self._scenario.control, self._scenario.limits)
         nodes = estimate.nodes
         loop.follow(PathTrack.standing(estimate.motion, nodes, SETPOINT * 1e-9), SETPOINT)
@@ -193,7 +196,7 @@ class ControllerService:
         if self.task.settings["adapt"] == "true":
             change = self.adaptation.look(self.estimate, rope.stamp, nodes, sigma, observed)
             if change is not None:
-                rod = self._rod.with_properties(self.adaptation.properties)
+                rod = self._model.with_properties(self.adaptation.properties)
                 self.estimate.becomes(rod, change)
         self.monitor.look(rope.stamp, nodes, self.task.goal.nodes, self._obstacles)
         self._watch(rope.stamp, nodes, observed)
@@ -484,6 +487,8 @@ class ControllerService:
     def _parameters(self, now: int) -> Parameters:
         adaptation = self.adaptation
         adapts = self.task.settings["adapt"] == "true"
+        if isinstance(adaptation, PaperAdaptation):
+            return paper_parameters(adaptation, now, self.estimate.innovation)
         return Parameters(
             stamp=now,
             parameters=[
@@ -515,8 +520,5 @@ class ControllerService:
 
 def build(scenario: Scenario, session: str) -> ControllerService:
     """The controller of a scenario."""
-    if scenario.control.solver != "direct":
-        raise ConfigurationError(
-            f"control.solver = {scenario.control.solver!r} cannot control yet; use 'direct'"
-        )
+    check(scenario)
     return ControllerService(scenario, session)

@@ -19,6 +19,7 @@ from shared.rod import Rod, RodState
 from shared.rod.statics import framed
 from shared.rod.winding import turns as turns_of
 from shared.rod.winding import wound
+from shared.rod.xpbd import XpbdRod
 
 LONGEST_STEP = 0.0051
 """Of the model [s]; longer implicit steps damp the rope's swinging."""
@@ -37,7 +38,7 @@ FAR = 0.08
 class StateEstimate:
     """Model state and offset of one rope."""
 
-    def __init__(self, rod: Rod, motion: Motion, time: int) -> None:
+    def __init__(self, rod: Rod | XpbdRod, motion: Motion, time: int) -> None:
         """A rope at rest between the grips at `time` [ns]."""
         self.rod = rod
         self.supports: Float64[np.ndarray, "m 12"] | None = None
@@ -100,7 +101,7 @@ class StateEstimate:
         steps = max(1, int(np.ceil(dt / 0.021)))
         return self.rolled(self.state, twist_between(self.motion, motion, dt), dt, steps)
 
-    def becomes(self, rod: Rod, change: Float64[np.ndarray, "n 3"]) -> None:
+    def becomes(self, rod: Rod | XpbdRod, change: Float64[np.ndarray, "n 3"]) -> None:
         """Goes on with another material, which will change the model's shape so much [m].
 
         The offset must learn as much anew, and no more: noise would come in with it.

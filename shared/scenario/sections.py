@@ -222,39 +222,43 @@ class Sensing:
 
 @dataclass(frozen=True)
 class PaperControl:
-    """The paper's own parameters (Table 1), for the `xpbd` rod."""
+    """The paper's own parameters: its rod (Table 1, `solver = "xpbd"`) and its MPC's settings."""
 
     mass: Annotated[float, Within(1e-4, 100.0, "kg")] = 0.5
     """m, per node: with the total spread over the nodes the rod shrinks instead of bending."""
     inertia: Annotated[float, Within(1e-6, 10.0, "kg m^2")] = 0.05
+    """I, of every edge."""
     linear_damping: Annotated[float, Within(0.0, 0.999)] = 0.1
     """xi_v, lost per second."""
     angular_damping: Annotated[float, Within(0.0, 0.999)] = 0.3
     """xi_omega."""
     bending_compliance: Annotated[float, Within(0.0, 10.0, "m^2/N")] = 0.003
-    """beta_b."""
+    """beta_b, of every inner node: EI = l / (4 beta_b) between nodes l apart."""
     iterations: Annotated[int, Within(1, 1000)] = 20
-    """J of Algorithm 1."""
+    """J of Algorithm 1, not given in the paper."""
     learning_rate: Annotated[float, Within(1e-6, 1.0)] = 1e-3
+    """Of Adam on the network's weights, not given in the paper."""
     optimizer_steps: Annotated[int, Within(1, 1000)] = 30
     """I of Algorithm 2."""
     horizon: Annotated[int, Within(1, 100)] = 5
     """H, steps of `time_step`."""
     time_step: Annotated[float, Within(1e-3, 0.1, "s")] = 0.01
     error_weight: float = 1.0
-    """omega_1, on the sum of node distances."""
+    """omega_1 [1/m], on the sum of node distances: with their mean omega_3 holds the rope back."""
     obstacle_weight: float = 0.01
-    """omega_2."""
+    """omega_2 [m^2]."""
     speed_weight: float = 0.5
-    """omega_3."""
+    """omega_3 [s^2/m^2]."""
     obstacle_distance: Annotated[float, Within(1e-3, 1.0, "m")] = 0.03
-    """epsilon_d of eq. (13)."""
+    """epsilon_d of eq. (13), not given in the paper; goals nearer to an obstacle are biased."""
 
 
 @dataclass(frozen=True)
 class Control:
     method: Literal["gauss_newton", "network", "actions"] = "gauss_newton"
     solver: Literal["direct", "xpbd"] = "direct"
+    """Of the model that predicts. `xpbd` is the paper's rod with `[control.paper]`, for the methods
+    `network` and `actions`; `adapt` is then its gradient descent (15) on all five parameters."""
     planner: bool = True
     adapt: bool = False
     clearance: Annotated[float, Within(0.0, 0.2, "m")] = 0.012

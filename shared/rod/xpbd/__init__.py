@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
+from shared.rod.xpbd.answers import PARAMETERS
 from shared.rod.xpbd.properties import XpbdProperties
-from shared.rod.xpbd.rod import PARAMETERS, XpbdRod
+from shared.rod.xpbd.rod import Slope, XpbdRod
 
-__all__ = ["PARAMETERS", "XpbdProperties", "XpbdRod"]
+__all__ = ["PARAMETERS", "Slope", "XpbdProperties", "XpbdRod"]

@@ -9,7 +9,6 @@ import numpy as np
 from jaxtyping import Float64, Int64
 
 from shared.rod.rod import ENDS
-from shared.rod.scene import unpacked
 from shared.rod.state import RodState
 from shared.rod.xpbd import layout
 from shared.rod.xpbd.checks import check_launch, check_state
@@ -42,7 +41,7 @@ def opened(
     n = rod.node_count
     actions = np.asarray(actions, float)
     block_of_step = check_launch(len(states), actions, dt, steps, block_of_step, substeps)
-    rows = np.zeros((0, layout.OBSTACLE_WIDTH)) if obstacles is None else unpacked(obstacles)
+    rows = rod.launch.rows(obstacles)
     sizes = Sizes(
         len(states),
         n,
@@ -60,8 +59,9 @@ def opened(
     integers[layout.FIRST_EDGE] = rod.left == "clamped"
     integers[layout.END_EDGE] = n - 1 - (rod.right == "clamped")
     integers[layout.LEFT], integers[layout.RIGHT] = ENDS.index(rod.left), ENDS.index(rod.right)
-    sheet.section(layout.AT_SCALARS)[:] = _scalars(rod, dt / substeps)
-    sheet.section(layout.AT_DARBOUX)[:] = rod.properties.rest_darboux(n).ravel()
+    rods = sheet.doubles[: sheet.stride * len(states)].reshape(len(states), -1)
+    rods[:, : len(rod.constants)] = rod.constants
+    sheet.section(layout.AT_SCALARS)[:, layout.STEP] = dt / substeps
     sheet.section(layout.AT_ACTIONS)[:] = actions.reshape(len(states), -1)
     for b, state in enumerate(states):
         check_state(state, n)
@@ -73,17 +73,16 @@ def opened(
         ):
             sheet.section(section)[b, : value.size] = value.ravel()
     if taped:
-        rods = sheet.doubles[: sheet.stride * len(states)].reshape(len(states), -1)
         rods[:, sheet.offsets[layout.AT_D_POSITIONS][0] :] = 0.0
     sheet.obstacles()[:] = rows
     return sheet
 
 
-def _scalars(rod: XpbdRod, h: float) -> Float64[np.ndarray, "k"]:
+def constants(rod: XpbdRod) -> Float64[np.ndarray, "k"]:
+    """Scalars but for the step, and rest shape, in the order of their sections."""
     p = rod.properties
     scalars = np.zeros(layout.SCALAR_COUNT)
     scalars[layout.EDGE_LENGTH] = rod.edge_length
-    scalars[layout.STEP] = h
     scalars[layout.GRAVITY_X : layout.GRAVITY_Z + 1] = rod.gravity
     scalars[layout.RADIUS] = p.diameter / 2.0
     scalars[layout.NODE_WEIGHT] = 1.0 / p.mass
@@ -92,4 +91,4 @@ def _scalars(rod: XpbdRod, h: float) -> Float64[np.ndarray, "k"]:
     scalars[layout.ANGULAR_DAMPING] = p.angular_damping
     scalars[layout.COMPLIANCE] = p.bending_compliance
     scalars[layout.CONTACT_COMPLIANCE] = p.contact_compliance
-    return scalars
+    return np.concatenate([scalars, p.rest_darboux(rod.node_count).ravel()])

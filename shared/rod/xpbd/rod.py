@@ -18,7 +18,7 @@ from shared.rod.rod import ENDS, End
 from shared.rod.state import Gradient, Rest, RodState, Rollout
 from shared.rod.xpbd import layout, rest
 from shared.rod.xpbd.answers import PARAMETERS, positions, rolled, slopes
-from shared.rod.xpbd.filling import opened
+from shared.rod.xpbd.filling import constants, opened
 from shared.rod.xpbd.properties import XpbdProperties
 from shared.rod.xpbd.sheet import Launch
 
@@ -66,6 +66,7 @@ class XpbdRod:
         self.gravity = gravity
         self.iterations = iterations
         self.launch = Launch()
+        self.constants = constants(self)
 
     @property
     def edge_length(self) -> float:
@@ -77,6 +78,7 @@ class XpbdRod:
         other = XpbdRod.__new__(XpbdRod)
         other.__dict__.update(self.__dict__)
         other.properties = properties
+        other.constants = constants(other)
         return other
 
     def straight(self, left_point: Sequence[float], right_point: Sequence[float]) -> RodState:

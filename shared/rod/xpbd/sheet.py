@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float64, Int32, Int64
 
 from shared.rod import runtime
+from shared.rod.scene import unpacked
 from shared.rod.xpbd import layout
 from shared.rod.xpbd.layout import Sizes
 
@@ -45,6 +46,16 @@ class Launch:
 
     def __init__(self) -> None:
         self._doubles = np.zeros(0)
+        self._scene: tuple[bytes, Float64[np.ndarray, "m 17"]] | None = None
+
+    def rows(self, obstacles: Float64[np.ndarray, "m 12"] | None) -> Float64[np.ndarray, "m 17"]:
+        """Obstacles as the kernel reads them; those of the launch before are remembered."""
+        if obstacles is None:
+            return np.zeros((0, layout.OBSTACLE_WIDTH))
+        key = np.asarray(obstacles, float).tobytes()
+        if self._scene is None or self._scene[0] != key:
+            self._scene = key, unpacked(obstacles)
+        return self._scene[1]
 
     def open(self, sizes: Sizes, block_of_step: Int64[np.ndarray, "H"]) -> Sheet:
         """Sections for these sizes, to be filled."""

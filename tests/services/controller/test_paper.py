@@ -8,14 +8,22 @@ import pytest
 from services.controller.gauss_newton import Horizon
 from services.controller.motion import Bounds
 from services.controller.objective import Surroundings
-from services.controller.paper import Actions, Network, PaperMethod, Policy
+from services.controller.paper import PaperMethod
+from services.controller.policies import Actions, Network, Policy
 from shared.rod import Rod
+from shared.rod.xpbd import XpbdProperties, XpbdRod
 from shared.scenario.sections import Limits, PaperControl
 from tests.services.controller.cell import COUNT, PROPERTIES, grips
 
+RODS: dict[str, Rod | XpbdRod] = {
+    "direct": Rod(PROPERTIES, COUNT),
+    "xpbd": XpbdRod(XpbdProperties(0.45, 0.008), COUNT),
+}
 
+
+@pytest.mark.parametrize("solver", RODS)
 @pytest.mark.parametrize("name", ["actions", "network"])
-def test_training_in_a_horizon_lowers_the_objective(name: str) -> None:
+def test_training_in_a_horizon_lowers_the_objective(name: str, solver: str) -> None:
     settings = PaperControl()
     moves = np.zeros((2, 6), dtype=bool)
     moves[:, :3] = True
@@ -23,7 +31,7 @@ def test_training_in_a_horizon_lowers_the_objective(name: str) -> None:
     if name == "network":
         policy = Network(COUNT, 6, settings.learning_rate, seed=0)
     method = PaperMethod(policy, settings, moves, Bounds.share(Limits(), 1.0))
-    rod = Rod(PROPERTIES, COUNT)
+    rod = RODS[solver]
     state = rod.rest(*grips((-0.19, 0.0, 0.3), (0.19, 0.0, 0.3))).state
     goal = rod.rest(*grips((-0.16, 0.1, 0.25), (0.18, 0.1, 0.3))).state.positions
     still = np.zeros((settings.horizon, 2, 6))
@@ -42,3 +50,31 @@ def test_training_in_a_horizon_lowers_the_objective(name: str) -> None:
     total = sum(plans[-1].cost.values())
     assert total < standing
     assert plans[-1].cost["error"] < 0.99 * standing
+
+
+def test_the_network_learns_what_torch_itself_would_learn() -> None:
+    import torch
+
+    network = Network(4, 6, 1e-3, seed=3)
+    layers = torch.nn.Sequential(
+        torch.nn.Linear(24, 256),
+        torch.nn.ReLU(),
+        torch.nn.Linear(256, 256),
+        torch.nn.ReLU(),
+        torch.nn.Linear(256, 6),
+    )
+    with torch.no_grad():
+        for own, theirs in zip(network.layers, layers.parameters(), strict=True):
+            theirs.copy_(own)
+    adam = torch.optim.Adam(layers.parameters(), lr=1e-3)
+    random = np.random.default_rng(0)
+    goal = random.normal(size=(4, 3))
+    for _ in range(3):
+        nodes, slope = random.normal(size=(5, 4, 3)), random.normal(size=(5, 6))
+        seen = np.concatenate([nodes.reshape(5, 12), np.tile(goal.ravel(), (5, 1))], axis=1)
+        outputs = layers(torch.from_numpy(seen).float())
+        assert np.allclose(network.velocities(nodes, goal), outputs.detach().numpy(), atol=1e-5)
+        adam.zero_grad()
+        outputs.backward(torch.from_numpy(slope).float())
+        adam.step()
+        network.learn(slope)

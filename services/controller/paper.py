@@ -10,7 +10,8 @@ components; d of (13) is taken from a node, as printed, not from the rope's surf
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Bool, Float64
@@ -20,7 +21,7 @@ from services.controller.motion import Bounds
 from services.controller.objective import Surroundings
 from services.controller.policies import Policy
 from shared.geometry.clearance import near
-from shared.geometry.obstacles import pack, signed_distance
+from shared.geometry.obstacles import Obstacle, pack, signed_distance
 from shared.rod import Gradient, Rod
 from shared.rod.xpbd import Slope, XpbdRod
 from shared.scenario.sections import PaperControl
@@ -60,8 +61,8 @@ class PaperMethod:
         passed = round(self._elapsed / s.time_step)
         self._elapsed -= passed * s.time_step
         self.policy.begin(passed)
-        surroundings = _nearby(surroundings, before[0], s.obstacle_distance + FAR)
-        obstacles = pack(surroundings.obstacles)
+        field = _Field(before[0], surroundings.obstacles, s.obstacle_distance)
+        obstacles = pack(field.obstacles)
         nodes, cost = before, {}
         for _ in range(s.optimizer_steps):
             wanted = self._bounded(self.policy.velocities(before, goal))
@@ -72,7 +73,7 @@ class PaperMethod:
             ) -> Float64[np.ndarray, "h n 3"]:
                 nonlocal nodes, cost
                 nodes = positions + horizon.offset
-                cost, slope = self._loss(nodes, wanted, horizon, surroundings)
+                cost, slope = self._loss(nodes, wanted, horizon, field)
                 return slope
 
             answer = _carried_back(
@@ -96,22 +97,18 @@ class PaperMethod:
         nodes: Float64[np.ndarray, "h n 3"],
         velocities: Float64[np.ndarray, "h 2 6"],
         horizon: Horizon,
-        surroundings: Surroundings,
+        field: _Field,
     ) -> tuple[dict[str, float], Float64[np.ndarray, "h n 3"]]:
         """Terms of (12), and its slope in the nodes."""
         s, count = self.settings, len(nodes)
         miss = nodes - horizon.reference
         distance = np.maximum(np.linalg.norm(miss, axis=2, keepdims=True), 1e-9)
         slope = s.error_weight / count * miss / distance
-        points = nodes.reshape(-1, 3)
-        hits = near(points, surroundings.obstacles, np.full(len(points), s.obstacle_distance))
-        d = np.maximum(hits.distances, NEAREST)
-        lack = 1.0 / d - 1.0 / s.obstacle_distance
-        pull = -2.0 * s.obstacle_weight / count * (lack / d**2)[:, None] * hits.normals
-        np.add.at(slope.reshape(-1, 3), hits.points, pull)
+        potential, pull = field.potential(nodes)
+        slope = slope + s.obstacle_weight / count * pull
         return {
             "error": s.error_weight / count * float(np.sum(distance)),
-            "obstacles": s.obstacle_weight / count * float(lack @ lack),
+            "obstacles": s.obstacle_weight / count * potential,
             "speed": s.speed_weight / count * float(np.sum(velocities**2)),
         }, slope
 
@@ -133,9 +130,41 @@ def _carried_back(
     )
 
 
-def _nearby(
-    surroundings: Surroundings, nodes: Float64[np.ndarray, "n 3"], reach: float
-) -> Surroundings:
-    """Without the obstacles that are too far away to matter in this horizon."""
-    kept = [o for o in surroundings.obstacles if np.min(signed_distance(nodes, o)) < reach]
-    return replace(surroundings, obstacles=tuple(kept))
+class _Field:
+    """The repulsive potential (13) during one horizon."""
+
+    def __init__(
+        self,
+        nodes: Float64[np.ndarray, "n 3"],
+        obstacles: Sequence[Obstacle],
+        reach: float,
+    ) -> None:
+        """
+        Args:
+            nodes: Where the horizon begins [m].
+            obstacles: Those beyond `FAR` are left out.
+            reach: epsilon_d [m].
+        """
+        self._nodes, self._reach = nodes, reach
+        distances = [float(np.min(signed_distance(nodes, o))) - reach for o in obstacles]
+        near_ones = [(o, d) for o, d in zip(obstacles, distances, strict=True) if d < FAR]
+        self._distances = [d for _, d in near_ones]
+        self.obstacles = tuple(o for o, _ in near_ones)
+
+    def potential(
+        self, nodes: Float64[np.ndarray, "h n 3"]
+    ) -> tuple[float, Float64[np.ndarray, "h n 3"]]:
+        """U summed over all nodes [1/m^2], and its slope."""
+        slope = np.zeros_like(nodes)
+        # A distance changes by no more than the way.
+        moved = math.sqrt(np.max(np.sum((nodes - self._nodes) ** 2, axis=2)))
+        acting = [o for o, d in zip(self.obstacles, self._distances, strict=True) if d < moved]
+        if not acting:
+            return 0.0, slope
+        points = nodes.reshape(-1, 3)
+        hits = near(points, acting, np.full(len(points), self._reach))
+        d = np.maximum(hits.distances, NEAREST)
+        lack = 1.0 / d - 1.0 / self._reach
+        pull = -2.0 * (lack / d**2)[:, None] * hits.normals
+        np.add.at(slope.reshape(-1, 3), hits.points, pull)
+        return float(lack @ lack), slope

@@ -38,9 +38,9 @@ class Run:
     length_error: float
     """Largest deviation from the rest length [m]."""
     horizon_times: Float64[np.ndarray, "h"]
-    """CPU time of planning, one thread [s]."""
+    """CPU time of planning, kernels and all [s]."""
     adaptation_times: Float64[np.ndarray, "h"]
-    """CPU time of adapting, one thread [s]."""
+    """CPU time of adapting [s]."""
     prediction_errors: Float64[np.ndarray, "h"]
     """Mean node distance of what was predicted for the end of a horizon and what came [m]."""
     parameters: dict[str, float]
@@ -79,10 +79,10 @@ def shape(
     errors, lengths, times, adapting, misses = [], [], [], [], []
     clearance = np.inf
     while len(errors) < steps:
-        begun = time.thread_time()
+        begun = time.process_time()
         horizon = _horizon(method, believed, goal, velocity)
         plan = method.plan(model, horizon, surroundings)
-        times.append(time.thread_time() - begun)
+        times.append(time.process_time() - begun)
         actions, velocity = _executed(method, plan.velocities, velocity)
         rolled = plant.rollout(state, actions, STEP, obstacles=obstacles)
         method.moved_on(STEP * len(actions))
@@ -96,10 +96,10 @@ def shape(
         miss = np.linalg.norm(expected.positions - state.positions, axis=1)
         misses.append(float(np.mean(miss)))
         if adaptation is not None and isinstance(model, XpbdRod):
-            begun = time.thread_time()
+            begun = time.process_time()
             adaptation.adapt(believed, actions, STEP, state.positions, everywhere, obstacles)
             model = model.with_properties(adaptation.properties)
-            adapting.append(time.thread_time() - begun)
+            adapting.append(time.process_time() - begun)
         believed = state
         if plant is not model:
             moved = (state.positions - before.positions) / (STEP * len(actions))

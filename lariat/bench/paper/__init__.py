@@ -55,6 +55,8 @@ def run(
                 bars.update(whole, completed=done + k, description=text)
 
             outcomes.append(bench.run(study, count, steps, told))
+            # A campaign takes minutes: what is known is said.
+            bars.console.print(", ".join(f"{k} {v}" for k, v in outcomes[-1].row().items()))
         bars.update(whole, completed=sum(count for _, count in wanted))
     times = compare(bench.xpbd, bench.direct) if speed else {}
     split = len(outcomes) - len(list(adaptation_studies()))

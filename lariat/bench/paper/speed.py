@@ -29,7 +29,7 @@ def compare(xpbd: XpbdRod, direct: Rod) -> dict[str, float]:
     slope = random.normal(size=(HORIZON, xpbd.node_count, 3))
     state, other = start(xpbd), start(direct)
     begun = time.process_time()
-    reverse = _reversed(xpbd, state, actions, slope)
+    reverse = reversed_rod(xpbd, state, actions, slope)
     found = reverse()
     compiled = time.process_time() - begun
     adjoint = xpbd.gradient(state, actions, DT, d_cost_d_positions=slope)
@@ -60,7 +60,7 @@ def compare(xpbd: XpbdRod, direct: Rod) -> dict[str, float]:
     }
 
 
-def _reversed(
+def reversed_rod(
     rod: XpbdRod,
     state: RodState,
     actions: Float64[np.ndarray, "H 2 6"],

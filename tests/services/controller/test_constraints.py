@@ -33,10 +33,10 @@ def test_bounds_that_are_not_near_change_nothing() -> None:
 
 def test_goal_longer_than_the_rope_does_not_pull_the_grips_too_far_apart() -> None:
     cell = Cell()
-    stretched = cell.plant.rest(*cell.start).state.positions * np.array([1.5, 1.0, 1.0])
+    stretched = cell.plant.rest(*cell.start).state.positions * np.array([2.5, 1.0, 1.0])
     cell.follow()
     cell.run(2.0, stretched)
     apart = [np.linalg.norm(p[1] - p[0]) for p in cell.points]
-    assert max(apart) < 0.97 * PROPERTIES.length + 5e-4
-    # It gets as near as it may.
-    assert apart[-1] > 0.96 * PROPERTIES.length
+    # What is asked is kept exactly; the jerk that the arms are allowed lets them run over a little.
+    assert max(apart) < 0.98 * PROPERTIES.length
+    assert apart[-1] == pytest.approx(0.97 * PROPERTIES.length, abs=1e-4)

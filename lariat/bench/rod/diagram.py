@@ -135,7 +135,9 @@ def _paper(
         def run(rod: XpbdRod = rod, substeps: int = substeps) -> Path:
             return rod.rollout(start, moves, DT, substeps=substeps).positions
 
-        still = rod.rollout(start, np.concatenate([moves, np.zeros((400, 2, 6))]), DT)
+        still = rod.rollout(
+            start, np.concatenate([moves, np.zeros((400, 2, 6))]), DT, substeps=substeps
+        )
         rest = _mean(still.positions[-1] - end)
         yield _point("xpbd", f"{substeps} x {sweeps}", run, truth.positions, rest)
 

@@ -43,7 +43,7 @@ class Point:
     solver: str
     setting: str
     us: float
-    """Per 10 ms of motion, best of three [us]."""
+    """Processor time per 10 ms of motion, best of three [us]."""
     moving_mm: float
     """Mean node distance from the solver's own fine reference while in motion [mm]."""
     worst_mm: float
@@ -88,9 +88,9 @@ def _point(solver: str, setting: str, run: Callable[[], Path], truth: Path, rest
     found = run()
     times = []
     for _ in range(3):
-        begin = time.perf_counter()
+        begin = time.process_time()
         run()
-        times.append(time.perf_counter() - begin)
+        times.append(time.process_time() - begin)
     errors = np.linalg.norm(found - truth, axis=2)
     return Point(
         solver,

@@ -36,7 +36,7 @@ print(used.ru_utime + used.ru_stime, time.perf_counter() - begin)
 
 
 def by_size(repeats: int = 200) -> list[dict[str, float]]:
-    """Best processor time of a call [ms]: a moving rod of n nodes, both grips driven, four obstacles."""
+    """Best processor time of a call [ms]: a moving rod of n nodes, both grips driven."""
     return [_timed(n, max(20, repeats * 40 // max(n, 40))) for n in (10, 40, 100, 400)]
 
 

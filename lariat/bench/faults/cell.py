@@ -126,21 +126,29 @@ class FaultCell:
 
     def start_router(self) -> None:
         """The one that all of them connect to."""
-        with (self.folder / "router.txt").open("ab") as file:
-            self._services["router"] = subprocess.Popen(
-                [sys.executable, "-m", "shared.router", "--listen", f"tcp/127.0.0.1:{self.port}"],
+        self._run("router", ["-m", "shared.router", "--listen", f"tcp/127.0.0.1:{self.port}"])
+
+        def listens() -> bool:
+            with socket.socket() as probe:
+                return probe.connect_ex(("127.0.0.1", self.port)) == 0
+
+        until(listens, 20.0, "the router does not listen")
+
+    def _start_service(self, name: str) -> None:
+        command = ["-m", f"services.{name}", "--scenario", str(self._file)]
+        command += ["--connect", f"tcp/127.0.0.1:{self.port}", "--namespace", self.namespace]
+        self._run(name, [*command, "--mode", "client", "--listen"])
+
+    def _run(self, name: str, arguments: Sequence[str]) -> None:
+        """A process that ends with this one."""
+        shim = [sys.executable, "-I", "-S", str(CHILD), str(int(signal.SIGKILL)), str(os.getpid())]
+        with (self.folder / f"{name}.txt").open("ab") as file:
+            self._services[name] = subprocess.Popen(
+                [*shim, "0", sys.executable, *arguments],
                 stdout=file,
                 stderr=subprocess.STDOUT,
                 env=_environment(),
-            )
-
-    def _start_service(self, name: str) -> None:
-        command = [sys.executable, "-m", f"services.{name}", "--scenario", str(self._file)]
-        command += ["--connect", f"tcp/127.0.0.1:{self.port}", "--namespace", self.namespace]
-        command += ["--mode", "client", "--listen"]
-        with (self.folder / f"{name}.txt").open("ab") as file:
-            self._services[name] = subprocess.Popen(
-                command, stdout=file, stderr=subprocess.STDOUT, env=_environment(), cwd=self.folder
+                cwd=self.folder,
             )
 
     def _start_launcher(self) -> None:

@@ -156,7 +156,10 @@ class FaultCell:
         output = self.folder / "up.txt"
         with output.open("ab") as file:
             start = file.tell()
-            command = [sys.executable, "-m", "lariat", "up", str(self._file)]
+            # It puts everything in order when this process is killed.
+            command = [sys.executable, "-I", "-S", str(CHILD), str(int(signal.SIGTERM))]
+            command += [str(os.getpid()), "0", sys.executable, "-m", "lariat", "up"]
+            command += [str(self._file)]
             command += ["--port", str(self.port), "--namespace", self.namespace]
             command += ["--no-dashboard", "--no-record"]
             self.stack = subprocess.Popen(

@@ -23,6 +23,7 @@ from lariat.goal import goal_of
 from lariat.library_settings import LIBRARY_SETTINGS
 from lariat.overrides import load_with
 from lariat.process import CHILD
+from lariat.up import NICENESS as PRIORITIES
 from shared import topics
 from shared.clock import SystemClock
 from shared.messages import REACHED, RUNNING, ArmCommand, ArmStates, StackState, TaskRequest
@@ -144,7 +145,7 @@ class FaultCell:
         shim = [sys.executable, "-I", "-S", str(CHILD), str(int(signal.SIGKILL)), str(os.getpid())]
         with (self.folder / f"{name}.txt").open("ab") as file:
             self._services[name] = subprocess.Popen(
-                [*shim, "0", sys.executable, *arguments],
+                [*shim, str(PRIORITIES.get(name, 0)), sys.executable, *arguments],
                 stdout=file,
                 stderr=subprocess.STDOUT,
                 env=_environment(),

@@ -113,4 +113,4 @@ def _show(rows: list[dict], adapted: list[dict], times: dict[str, float]) -> Non
     for row in adapted:
         console.print(", ".join(f"{k} {v}" if k != "study" else str(v) for k, v in row.items()))
     for name, value in times.items():
-        console.print(f"{name:50s} {value:.4g}")
+        console.print(f"{name:55s} {value:.4g}")

@@ -80,7 +80,7 @@ def shape(
     clearance = np.inf
     while len(errors) < steps:
         begun = time.process_time()
-        horizon = _horizon(method, believed, goal, velocity)
+        horizon = horizon_of(method, believed, goal, velocity)
         plan = method.plan(model, horizon, surroundings)
         times.append(time.process_time() - begun)
         actions, velocity = _executed(method, plan.velocities, velocity)
@@ -116,7 +116,7 @@ def shape(
     )
 
 
-def _horizon(
+def horizon_of(
     method: PaperMethod | GaussNewton,
     state: RodState,
     goal: Goal,

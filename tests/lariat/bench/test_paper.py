@@ -32,7 +32,7 @@ def test_adapting_predicts_a_rope_that_is_softer_than_believed_better(bench: Ben
     errors = []
     for adapts in (False, True):
         study = Study("actions", "xpbd", softer=3.0, adapts=adapts)
-        (run,) = bench.run(study, 1, 200, lambda goal, error: None).runs
+        (run,) = bench.run(study, 1, 100, lambda goal, error: None).runs
         errors.append(np.mean(run.prediction_errors[-20:]))
     assert errors[1] < 0.5 * errors[0]
 

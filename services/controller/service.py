@@ -192,7 +192,9 @@ class ControllerService:
             self.estimate.restart(
                 self.estimate.motion, self.estimate.time, nodes, self.estimate.turns
             )
-        self._seen, self._image_stamp = now, rope.stamp
+        if np.any(observed):
+            # Guesses at what is hidden are no look at the rope.
+            self._seen, self._image_stamp = now, rope.stamp
         if self.task.settings["adapt"] == "true":
             change = self.adaptation.look(self.estimate, rope.stamp, nodes, sigma, observed)
             if change is not None:
@@ -329,6 +331,10 @@ class ControllerService:
             return f"the arms do not follow: {arms.reason}"
         if task.reset_count != arms.reset_count:
             return "waiting for the arms to reset"
+        if now - self._seen > BLIND or self._seen == 0:
+            if self.loop.path is not None:
+                task.ask_for_path()
+            return "the rope has not been seen for 0.5 s"
         if self.loop.strayed() > STRAYED:
             task.ask_for_path()
             return f"an arm is {1e3 * self.loop.strayed():.0f} mm from where it should be"
@@ -337,10 +343,6 @@ class ControllerService:
     def _waiting(self, inbox: Inbox, now: int) -> str:
         """Why there is nothing to follow, after taking a path that is new; empty when there is."""
         task = self.task
-        if now - self._seen > BLIND or self._seen == 0:
-            if self.loop.path is not None:
-                task.ask_for_path()
-            return "the rope has not been seen for 0.5 s"
         wanted = (task.goal_revision, task.replan_count)
         if self._followed == wanted and self.loop.path is not None:
             return ""

@@ -153,6 +153,12 @@ def joined(
     parts: list[Points] = []
     spots: list[slice] = []
     count = 0
+    # What is not in view lies beyond free ends, evenly: nothing says beyond which.
+    beyond = free_length(pieces, left, right, length)
+    if left is None:
+        point, along = stops[0][0]
+        parts.append((point - beyond * along)[None])
+        count += 1
     for k, piece in enumerate(pieces):
         if left is not None or k > 0:
             bridge = bridges[k if left is not None else k - 1]
@@ -163,9 +169,28 @@ def joined(
         count += len(piece)
     if right is not None:
         parts.append(bridges[-1])
+    else:
+        point, along = stops[-1][1]
+        parts.append((point + beyond * along)[None])
     curve = np.concatenate(parts)
     s = polylines.arc_lengths(curve)
     return curve, [s[spot] / s[-1] for spot in spots]
+
+
+def free_length(
+    pieces: Sequence[Points], left: Pose | None, right: Pose | None, length: float
+) -> float:
+    """What must lie beyond each end that no grip holds, ordered pieces given [m]."""
+    free = (left is None) + (right is None)
+    if free == 0:
+        return 0.0
+    stops = [p[0] for p in pieces] + [pieces[-1][-1]]
+    gaps = sum(float(np.linalg.norm(b[0] - a[-1])) for a, b in itertools.pairwise(pieces))
+    if left is not None:
+        gaps += float(np.linalg.norm(stops[0] - left.position))
+    if right is not None:
+        gaps += float(np.linalg.norm(stops[-1] - right.position))
+    return max(0.0, length - gaps - sum(polylines.length(p) for p in pieces)) / free
 
 
 def _bridge(a: np.ndarray, ta: np.ndarray, b: np.ndarray, tb: np.ndarray, length: float) -> Points:

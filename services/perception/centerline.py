@@ -15,7 +15,13 @@ import numpy as np
 from jaxtyping import Bool, Float64, UInt8, UInt16
 
 from services.perception.agreement import agreement
-from services.perception.assembly import Order, joined, order_along, orders_between
+from services.perception.assembly import (
+    Order,
+    free_length,
+    joined,
+    order_along,
+    orders_between,
+)
 from services.perception.fit import ChainFit, FitSettings
 from services.perception.ridge import Ridge, ridge, sampled
 from services.perception.segmentation import (
@@ -40,6 +46,10 @@ BRIDGED = 1.6
 """Factor on the deviation of what was not seen: its stiffness and its motion are not known."""
 WRONG = 0.12
 """Standard deviation of a node in a wrong topology, as a part of the rope's length."""
+SQRT3 = 3.0**0.5
+"""Half width over standard deviation of what may be anywhere in a range."""
+END_SIGMA = 0.002
+"""How well an end is seen that no grip holds: skeletons shrink by about the radius [m]."""
 LEAST_LENGTH = 0.1
 """Less than this part of the rope in view is no view of it."""
 
@@ -297,7 +307,10 @@ class CenterlineEstimator:
             (i, np.minimum((place[::-1] if flip else place) * (n - 1), n - 2).astype(int))
             for i, flip, place in zip(order.indices, order.flipped, places, strict=True)
         )
-        return _Start(polylines.resampled(curve, n), segments, expected)
+        sliding = 0.0
+        if left is None and right is None:
+            sliding = free_length(pieces, None, None, self.rope.length) / SQRT3
+        return _Start(polylines.resampled(curve, n), segments, expected, sliding)
 
     def _fitted(
         self, view: _View, start: _Start, left: Pose | None, right: Pose | None
@@ -313,10 +326,13 @@ class CenterlineEstimator:
             np.concatenate(rows),
             np.concatenate(segments),
             self.camera.T_world_camera.position,
-            self._anchors(left, right, start.expected),
+            self._anchors(left, right, start),
         )
-        # A misfit means that the noise is larger than assumed.
+        # A misfit means that the noise is larger than assumed; a rope that nobody holds may lie
+        # anywhere along itself that leaves its ends out of sight.
         sigma = fit.sigma * max(1.0, fit.misfit)
+        if left is None and right is None:
+            sigma = np.hypot(sigma, np.hypot(start.sliding, END_SIGMA))
         seen = fit.support > 1.0
         return Estimate(fit.nodes, np.where(seen, 1.0, BRIDGED) * sigma, seen, misfit=fit.misfit)
 
@@ -353,13 +369,17 @@ class CenterlineEstimator:
         return np.concatenate([lateral, ranged]), np.concatenate([index, index[beside]])
 
     def _anchors(
-        self, left: Pose | None, right: Pose | None, expected: Expected | None
+        self, left: Pose | None, right: Pose | None, start: _Start
     ) -> Float64[np.ndarray, "n 4"]:
-        n = self.rope.node_count
+        n, expected = self.rope.node_count, start.expected
         edge = self.rope.length / (n - 1)
         anchors = np.zeros((n, 4))
         if expected is not None:
             anchors[:, :3], anchors[:, 3] = expected.positions, expected.sigma
+        elif left is None and right is None:
+            # Rays and ranges say nothing along the rope: its own ends must.
+            for end in (0, -1):
+                anchors[end] = *start.nodes[end], np.hypot(start.sliding, END_SIGMA)
         z = np.array([0.0, 0.0, edge])
         sigma = self.settings.grip_sigma
         if left is not None:
@@ -407,6 +427,8 @@ class _Start:
     """Strands, and for each of their points the segment that it lies on; -1: on none."""
     expected: Expected | None
     """What it rests on."""
+    sliding: float = 0.0
+    """How far the whole rope may be shifted along itself [m]."""
 
 
 def _offsets(width: float) -> list[float]:

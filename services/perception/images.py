@@ -8,7 +8,8 @@ from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from jaxtyping import UInt8, UInt16
 
-DEPTH_ENCODINGS = ("16UC1", "mono16")
+DEPTH_ENCODINGS = {"16UC1": 2, "mono16": 2, "32FC1": 4}
+"""And bytes of a pixel."""
 
 
 def decoded(
@@ -23,14 +24,23 @@ def decoded(
     if depth.encoding not in DEPTH_ENCODINGS:
         return (
             f"the depth image is encoded as {depth.encoding!r}; publish 16UC1, millimetres in "
-            "little-endian order"
+            "little-endian order, or 32FC1, metres"
         )
-    step = depth.step or 2 * depth.width
-    if step < 2 * depth.width or len(depth.data) < step * depth.height or not depth.data:
+    size = DEPTH_ENCODINGS[depth.encoding]
+    step = depth.step or size * depth.width
+    if step < size * depth.width or len(depth.data) < step * depth.height or not depth.data:
         return (
             f"the depth image holds {len(depth.data)} bytes, too few for "
-            f"{depth.width} x {depth.height} pixels of 16 bits"
+            f"{depth.width} x {depth.height} pixels of {8 * size} bits"
         )
     rows = np.frombuffer(depth.data, np.uint8)[: step * depth.height].reshape(depth.height, step)
-    z = rows[:, : 2 * depth.width].view("<u2").astype(np.uint16, copy=False)
+    row = rows[:, : size * depth.width]
+    z = row.view("<u2").astype(np.uint16, copy=False) if size == 2 else _millimetres(row)
     return np.ascontiguousarray(bgr[..., ::-1]), z
+
+
+def _millimetres(rows: UInt8[np.ndarray, "h b"]) -> UInt16[np.ndarray, "h w"]:
+    """Whole millimetres from metres; what is not finite, or out of range, was not measured."""
+    z = 1e3 * np.ascontiguousarray(rows).view("<f4").astype(np.float64)
+    measured = np.isfinite(z) & (z > 0.0) & (z < 65535.0)
+    return np.rint(np.where(measured, z, 0.0)).astype(np.uint16)

@@ -15,6 +15,7 @@ from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from jaxtyping import UInt8, UInt16
 
 from services.perception.centerline import (
+    DOUBTFUL,
     CenterlineEstimator,
     CenterlineSettings,
     Estimate,
@@ -62,6 +63,8 @@ REMINDER = SECOND // 4
 """How often silence is repeated [ns]."""
 FROZEN = 8
 """Identical frames in a row: no sensor is that quiet."""
+CONTRADICTED = 8
+"""Doubtful frames in a row after which the rope is not seen at all."""
 ARM_HISTORY = 200
 """Arm states kept for interpolation to an image's stamp."""
 
@@ -118,6 +121,7 @@ class PerceptionService:
         self._reminded = 0
         self._digest: tuple[bytes, bytes] = (b"", b"")
         self._repeats = 0
+        self._doubtful = 0
         self.note = ""
 
     def warm_up(self) -> None:
@@ -171,9 +175,14 @@ class PerceptionService:
         color, depth = frame[0].message, frame[1].message
         stamp = stamp_of(color)
         calibration = inbox.latest(CALIBRATION)
-        reason = self._frozen(color, depth)
-        if reason or calibration is None:
-            yield self._lost(reason or f"no calibration of camera {topics.CAMERA!r}", stamp)
+        if self._repeated(color, depth):
+            # No news is not a look at the rope, even before it is called frozen.
+            if self._repeats >= FROZEN:
+                count = self._repeats + 1
+                yield self._lost(f"camera {topics.CAMERA!r} is frozen: {count} same frames", stamp)
+            return
+        if calibration is None:
+            yield self._lost(f"no calibration of camera {topics.CAMERA!r}", stamp)
             return
         images = decoded(color, depth)
         if isinstance(images, str):
@@ -249,17 +258,22 @@ class PerceptionService:
             ),
         )
 
-    def _frozen(self, color: CompressedImage, depth: RawImage) -> str:
+    def _repeated(self, color: CompressedImage, depth: RawImage) -> bool:
         digest = (color.data, depth.data)
         self._repeats = self._repeats + 1 if digest == self._digest else 0
         self._digest = digest
-        if self._repeats >= FROZEN:
-            return f"camera {topics.CAMERA!r} is frozen: {self._repeats + 1} identical frames"
-        return ""
+        return self._repeats > 0
 
     def _chain(self, estimate: Estimate, stamp: int) -> Publication:
         if estimate.lost:
             return self._lost(estimate.lost, stamp)
+        self._doubtful = self._doubtful + 1 if estimate.doubt > DOUBTFUL else 0
+        if self._doubtful >= CONTRADICTED:
+            return self._lost(
+                "what the camera sees contradicts the grips and the rope's length; if nothing "
+                "hides the rope, calibrate the camera (lariat calibrate)",
+                stamp,
+            )
         self._say("")
         self._nodes = estimate.positions
         return Publication(

@@ -1,0 +1,164 @@
+"""A camera that fails in the middle of a run: it is said why, the arms hold, the run goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import pytest
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
+
+from lariat import closed_loop, services
+from lariat.overrides import load_with
+from lariat.simulated_time import Delivery, session
+from services.sim.service import CALIBRATION, COLOR, DEPTH, SimService
+from shared import topics
+from shared.messages import NodeChain, Setpoints, stamp_of
+from shared.service import SECOND, Inbox, Publication
+from tests.closed_loop.loop import SCENARIOS
+
+Fault = Callable[[Publication], Publication | None]
+
+
+def silent(publication: Publication) -> None:
+    """No camera."""
+
+
+def black(publication: Publication) -> Publication:
+    if publication.topic.key == COLOR.key:
+        return _colored(publication, np.zeros((480, 640, 3), np.uint8))
+    return publication
+
+
+def without_depth(publication: Publication) -> Publication:
+    if publication.topic.key != DEPTH.key:
+        return publication
+    old: RawImage = publication.message
+    nothing = np.full((old.height, old.width), np.nan, "<f4")
+    new = RawImage(timestamp=old.timestamp, width=old.width, height=old.height)
+    new.encoding, new.step, new.data = "32FC1", 4 * old.width, nothing.tobytes()
+    return Publication(publication.topic, new)
+
+
+def small(publication: Publication) -> Publication:
+    if publication.topic.key == COLOR.key:
+        return _colored(publication, np.zeros((240, 320, 3), np.uint8))
+    return publication
+
+
+def miscalibrated(publication: Publication) -> Publication:
+    if publication.topic.key == CALIBRATION.key:
+        new = type(publication.message)()
+        new.CopyFrom(publication.message)
+        new.K[0] *= 1.3
+        new.K[4] *= 1.3
+        return Publication(publication.topic, new)
+    return publication
+
+
+def _colored(publication: Publication, image: np.ndarray) -> Publication:
+    data = cv2.imencode(".jpg", image)[1].tobytes()
+    new = CompressedImage(timestamp=publication.message.timestamp, data=data, format="jpeg")
+    return Publication(publication.topic, new)
+
+
+class Frozen:
+    """The same images for ever, with new stamps."""
+
+    def __init__(self) -> None:
+        self._kept: dict[str, bytes] = {}
+
+    def __call__(self, publication: Publication) -> Publication:
+        if publication.topic.key in (COLOR.key, DEPTH.key):
+            kept = self._kept.setdefault(publication.topic.key, publication.message.data)
+            publication.message.data = kept
+        return publication
+
+
+class OneAfterTheOther:
+    """Several faults, each for a time that says it."""
+
+    LASTING = 380_000_000
+
+    def __init__(self, *faults: Fault) -> None:
+        self._faults = faults
+        self._began: int | None = None
+
+    def __call__(self, publication: Publication) -> Publication | None:
+        now = stamp_of(publication.message)
+        self._began = self._began or now
+        index = min((now - self._began) // self.LASTING, len(self._faults) - 1)
+        return self._faults[index](publication)
+
+
+@dataclass
+class FailingLab:
+    """The sim, whose camera fails for a while."""
+
+    lab: SimService
+    fault: Fault
+    begin: int
+    end: int
+
+    def __post_init__(self) -> None:
+        self.name, self.rate, self.latency = self.lab.name, self.lab.rate, self.lab.latency
+        self.reads, self.writes = self.lab.reads, self.lab.writes
+
+    def warm_up(self) -> None:
+        self.lab.warm_up()
+
+    def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
+        for publication in self.lab.step(inbox, now):
+            fails = self.begin <= now < self.end and publication.topic.key != topics.ROPE_TRUTH.key
+            passed = self.fault(publication) if fails else publication
+            if passed is not None:
+                yield passed
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [
+        (
+            OneAfterTheOther(silent, black, without_depth, small),
+            ("no frame of camera", "no pixel is brighter", "no depth where", "320 x 240"),
+        ),
+        (Frozen(), ("frozen",)),
+        (miscalibrated, ("lariat calibrate",)),
+    ],
+    ids=["several", "frozen", "calibration"],
+)
+def test_the_arms_hold_within_half_a_second_and_the_run_goes_on(
+    fault: Fault, words: tuple[str, ...]
+) -> None:
+    of = load_with(SCENARIOS / "three-cylinders.toml", ("run.time_limit=5.5",))
+    begin, end = 2_000_000_000, 3_500_000_000
+    members = [
+        FailingLab(services.build(n, of, session(n)), fault, begin, end)
+        if n == "sim"
+        else services.build(n, of, session(n))
+        for n in services.NAMES
+    ]
+    log: list[Delivery] = []
+    keys = (topics.ROPE_NODES.key, topics.ARM_SETPOINTS.key)
+    outcome = closed_loop.run(
+        of,
+        members=tuple(members),
+        taps=(lambda d: log.append(d) if d.key in keys else None,),
+    )
+    assert outcome.score.reached, outcome.reason
+    seen = [d.parse() for d in log if d.key == topics.ROPE_NODES.key]
+    lost = {m.lost for m in seen if isinstance(m, NodeChain) and m.lost}
+    assert all(any(w in reason for reason in lost) for w in words), lost
+    held = [
+        d.received
+        for d in log
+        if d.key == topics.ARM_SETPOINTS.key
+        and d.received > begin
+        and isinstance(m := d.parse(), Setpoints)
+        and m.hold
+    ]
+    assert held[0] < begin + 0.6 * SECOND
+    assert outcome.score.contact_time_s == 0.0

@@ -32,6 +32,7 @@ VERBS = {
     "replay": ("lariat.replay:main", "feed services their recorded inputs, compare outputs"),
     "repair": ("lariat.repair:main", "make a cut recording whole"),
     "identify": ("lariat.identify:main", "a rope's material from its measured motion"),
+    "calibrate": ("lariat.calibrate:main", "where the camera stands, by a marker on an arm"),
     "bench": ("", "a table of the paper, or a speed"),
 }
 TALKING = ("status", "goal", "start", "pause", "stop", "reset", "arm", "disarm", "ack", "grip")

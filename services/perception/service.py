@@ -28,7 +28,7 @@ from services.perception.scene import Refused, Surroundings
 from services.perception.tracking import Tracker
 from shared import topics
 from shared.geometry import polylines, poses
-from shared.geometry.cameras import Camera, Intrinsics, looking_at
+from shared.geometry.cameras import Camera, Intrinsics
 from shared.geometry.poses import Pose
 from shared.messages import (
     ArmStates,
@@ -106,7 +106,7 @@ class PerceptionService:
                 {o.marker: bodies[name] for name, o in marked.items()},
                 {o.marker: o.marker_size for o in marked.values()},
             )
-            if marked
+            if marked or scenario.sensing.flange_marker is not None
             else None
         )
         self._tracker: Tracker | None = None
@@ -248,7 +248,7 @@ class PerceptionService:
     def _estimator(self, intrinsics: Intrinsics) -> CenterlineEstimator:
         s = self._scenario.sensing
         return CenterlineEstimator(
-            Camera(intrinsics, looking_at(s.position, s.look_at)),
+            Camera(intrinsics, self._scenario.camera_pose),
             self._rope,
             CenterlineSettings(
                 threshold=s.threshold,

@@ -14,11 +14,12 @@ from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
 from services.sim.camera import DARK, RgbdCamera, SensorNoise
 from services.sim.plant import EndMotion
+from services.sim.plates import Plate
 from services.sim.standing import StandingObstacles
 from services.sim.world import World
 from shared import topics
 from shared.geometry import poses
-from shared.geometry.cameras import Camera, Intrinsics, looking_at
+from shared.geometry.cameras import Camera, Intrinsics
 from shared.geometry.obstacles import Obstacle
 from shared.geometry.poses import Pose
 from shared.messages import ArmStates, NodeChain, poses_known, scene_obstacles, timestamp
@@ -144,6 +145,9 @@ class SimService:
         table = self._scenario.plant.table_color
         colors = [table if o.shape == "half_space" else DARK for o in bodies]
         plates = self._standing.plates(world.obstacles)
+        if (marker := self._scenario.sensing.flange_marker) is not None:
+            grip = left if marker.side == "left" else right
+            plates.append(Plate(marker.at(grip), marker.size, marker.marker))
         frame = self._camera.take(world.nodes, self._radius, bodies, colors, self._frame, plates)
         bgr = np.ascontiguousarray(frame.color[..., ::-1])
         jpeg = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1]
@@ -176,10 +180,12 @@ def build(scenario: Scenario, session: str) -> SimService:
 
 
 def scenario_camera(scenario: Scenario) -> Camera:
-    """The camera where the scenario has it."""
-    s = scenario.sensing
+    """The camera where it truly is."""
+    s, known = scenario.sensing, scenario.camera_pose
     intrinsics = Intrinsics.symmetric(*s.resolution, math.radians(s.field_of_view))
-    return Camera(intrinsics, looking_at(s.position, s.look_at))
+    turn = poses.exponential(np.radians(scenario.plant.camera_turn))
+    place = known.position + np.array(scenario.plant.camera_shift)
+    return Camera(intrinsics, Pose(place, poses.multiply(turn, known.orientation)))
 
 
 def calibration(camera: Camera, instant: int) -> CameraCalibration:

@@ -11,6 +11,7 @@ from jaxtyping import Float64
 from shared.configuration import ConfigurationError
 from shared.geometry import obstacles as geometry
 from shared.geometry import polylines, poses
+from shared.geometry.cameras import looking_at
 from shared.geometry.poses import Pose
 from shared.scenario.sections import (
     Control,
@@ -78,6 +79,14 @@ class Scenario:
         return Rope(
             **{**vars(self.rope), **{k: v for k, v in given.items() if k in vars(self.rope)}}
         )
+
+    @property
+    def camera_pose(self) -> Pose:
+        """T_world_camera as far as is known."""
+        s = self.sensing
+        if s.orientation is None:
+            return looking_at(s.position, s.look_at)
+        return Pose(np.array(s.position), poses.normalized(np.array(s.orientation)))
 
     def end(self, side: Side) -> End:
         """What holds one end."""

@@ -10,6 +10,7 @@ import numpy as np
 from shared.configuration import Within
 from shared.geometry import obstacles as geometry
 from shared.geometry import poses
+from shared.geometry.poses import Pose
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -71,6 +72,10 @@ class Plant:
     """Of the rope."""
     table_color: Color = (12, 12, 12)
     """Of the table and of every other half space."""
+    camera_shift: Annotated[Vector, Within(-1.0, 1.0, "m")] = (0.0, 0.0, 0.0)
+    """Of the true camera from where `sensing` has it."""
+    camera_turn: Annotated[Vector, Within(-90.0, 90.0, "deg")] = (0.0, 0.0, 0.0)
+    """Rotation vector of the true camera from what `sensing` has, in the world."""
 
 
 @dataclass(frozen=True)
@@ -184,6 +189,30 @@ class Obstacle:
 
 
 @dataclass(frozen=True)
+class FlangeMarker:
+    """An ArUco marker that moves with a grip, by which the camera's place is calibrated."""
+
+    marker: Annotated[int, Within(0, 49)]
+    """Its id (4x4_50)."""
+    side: Side = "right"
+    """Which grip carries it."""
+    size: Annotated[float, Within(0.005, 1.0, "m")] = 0.04
+    """Side of its black square."""
+    position: Annotated[Vector, Within(-1.0, 1.0, "m")] = (0.0, 0.03, 0.04)
+    """Of its middle in the grip's frame."""
+    orientation: Quaternion = (0.5, -0.5, -0.5, -0.5)
+    """Of its frame (x right, y up, z out of its face) in the grip's; by default it faces the
+    grip's y, which is up where a grip is level."""
+
+    def at(self, grip: Pose) -> Pose:
+        """Where it is when its grip is there."""
+        return Pose(
+            grip.apply(np.array(self.position)),
+            poses.multiply(grip.orientation, poses.normalized(np.array(self.orientation))),
+        )
+
+
+@dataclass(frozen=True)
 class Sensing:
     """How the rope is seen."""
 
@@ -195,6 +224,10 @@ class Sensing:
     position: Place = (0.0, -0.05, 1.0)
     """Of the camera in the world."""
     look_at: Place = (0.0, 0.0, 0.15)
+    orientation: Quaternion | None = None
+    """Of the optical frame (x right, y down, z forward) in the world, in the place of `look_at`:
+    what `lariat calibrate` finds."""
+    flange_marker: FlangeMarker | None = None
     rate: Annotated[float, Within(1.0, 120.0, "Hz")] = 30.0
     latency: Annotated[float, Within(0.0, 1.0, "s")] = 0.02
     """From exposure to image."""

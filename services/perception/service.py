@@ -9,11 +9,9 @@ from collections import deque
 from collections.abc import Iterator
 
 import numpy as np
-from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
-from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
-from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from jaxtyping import UInt8, UInt16
 
+from services.perception.camera_view import CameraView
 from services.perception.centerline import (
     DOUBTFUL,
     CenterlineEstimator,
@@ -21,7 +19,6 @@ from services.perception.centerline import (
     Estimate,
     RopeModel,
 )
-from services.perception.images import decoded
 from services.perception.marked import MarkedObstacles
 from services.perception.paper import paper_estimate
 from services.perception.scene import Refused, Surroundings
@@ -109,7 +106,7 @@ class PerceptionService:
             if marked or scenario.sensing.flange_marker is not None
             else None
         )
-        self._tracker: Tracker | None = None
+        self._view = CameraView(topics.CAMERA, self._tracker)
         self._arms: deque[tuple[int, Pose, Pose]] = deque(maxlen=ARM_HISTORY)
         self._nodes: np.ndarray | None = None
         self._random = np.random.default_rng(scenario.seed)
@@ -119,8 +116,6 @@ class PerceptionService:
         self._published_revision = 0
         self._last_frame: int | None = None
         self._reminded = 0
-        self._digest: tuple[bytes, bytes] = (b"", b"")
-        self._repeats = 0
         self._doubtful = 0
         self.note = ""
 
@@ -129,7 +124,7 @@ class PerceptionService:
         if self._scenario.sensing.source == "camera":
             s = self._scenario.sensing
             i = Intrinsics.symmetric(*s.resolution, math.radians(s.field_of_view))
-            tracker = Tracker(self._estimator(i), self._believed)
+            tracker = self._tracker(i)
             image = np.zeros((i.height, i.width, 3), np.uint8)
             depth = np.full((i.height, i.width), 900, np.uint16)
             middle = i.height // 2
@@ -175,22 +170,16 @@ class PerceptionService:
         color, depth = frame[0].message, frame[1].message
         stamp = stamp_of(color)
         calibration = inbox.latest(CALIBRATION)
-        if self._repeated(color, depth):
+        if self._view.repeated(color, depth):
             # No news is not a look at the rope, even before it is called frozen.
-            if self._repeats >= FROZEN:
-                count = self._repeats + 1
+            if self._view.repeats >= FROZEN:
+                count = self._view.repeats + 1
                 yield self._lost(f"camera {topics.CAMERA!r} is frozen: {count} same frames", stamp)
             return
-        if calibration is None:
-            yield self._lost(f"no calibration of camera {topics.CAMERA!r}", stamp)
-            return
-        images = decoded(color, depth)
-        if isinstance(images, str):
-            yield self._lost(images, stamp)
-            return
-        tracker = self._tracked(calibration.message)
-        if isinstance(tracker, str):
-            yield self._lost(tracker, stamp)
+        images = self._view.images(color, depth, calibration.message if calibration else None)
+        tracker = self._view.tracker
+        if isinstance(images, str) or tracker is None:
+            yield self._lost(str(images), stamp)
             return
         if self._marked is not None:
             images = (self._followed(*images, tracker.estimator.camera), images[1])
@@ -228,22 +217,8 @@ class PerceptionService:
         threshold = self._scenario.sensing.threshold
         return paper_estimate(*images, camera, start.position, self._rope, threshold)
 
-    def _tracked(self, message: CameraCalibration) -> Tracker | str:
-        """The tracker of the calibrated camera, kept while the calibration stays the same."""
-        try:
-            intrinsics = Intrinsics(
-                message.width,
-                message.height,
-                message.K[0],
-                message.K[4],
-                message.K[2],
-                message.K[5],
-            )
-        except (IndexError, ValueError) as error:
-            return f"calibration of camera {topics.CAMERA!r}: {error}"
-        if self._tracker is None or self._tracker.estimator.camera.intrinsics != intrinsics:
-            self._tracker = Tracker(self._estimator(intrinsics), self._believed)
-        return self._tracker
+    def _tracker(self, intrinsics: Intrinsics) -> Tracker:
+        return Tracker(self._estimator(intrinsics), self._believed)
 
     def _estimator(self, intrinsics: Intrinsics) -> CenterlineEstimator:
         s = self._scenario.sensing
@@ -257,12 +232,6 @@ class PerceptionService:
                 depth_quantum=s.depth_quantum,
             ),
         )
-
-    def _repeated(self, color: CompressedImage, depth: RawImage) -> bool:
-        digest = (color.data, depth.data)
-        self._repeats = self._repeats + 1 if digest == self._digest else 0
-        self._digest = digest
-        return self._repeats > 0
 
     def _chain(self, estimate: Estimate, stamp: int) -> Publication:
         if estimate.lost:
@@ -343,8 +312,8 @@ class PerceptionService:
         if task.reset_count != self._reset_count:
             self._reset_count = task.reset_count
             self._surroundings.reset()
-            if self._tracker is not None:
-                self._tracker.forget()
+            if self._view.tracker is not None:
+                self._view.tracker.forget()
             self._nodes = None
         for refusal in self._surroundings.follow_run(task.run_started, now):
             log.warning(refusal)

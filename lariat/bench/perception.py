@@ -19,13 +19,8 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float64
 
-from services.perception.centerline import (
-    CenterlineEstimator,
-    CenterlineSettings,
-    Estimate,
-    Expected,
-    RopeModel,
-)
+from services.perception.centerline import CenterlineEstimator
+from services.perception.estimate import CenterlineSettings, Estimate, Expected, RopeModel
 from services.perception.paper import paper_nodes
 from services.sim.camera import RgbdCamera, SensorNoise
 from services.sim.mujoco_model import RopeTruth

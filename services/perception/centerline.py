@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float64, UInt8, UInt16
+from jaxtyping import Float64, UInt8, UInt16
 
 from services.perception.agreement import agreement
 from services.perception.assembly import (
@@ -22,10 +22,11 @@ from services.perception.assembly import (
     order_along,
     orders_between,
 )
-from services.perception.fit import ChainFit, FitSettings
+from services.perception.estimate import CenterlineSettings, Estimate, Expected, RopeModel
+from services.perception.fit import ChainFit
+from services.perception.hidden import slack
 from services.perception.ridge import Ridge, ridge, sampled
 from services.perception.segmentation import (
-    Color,
     ColorLikeness,
     Region,
     brightness,
@@ -52,65 +53,6 @@ END_SIGMA = 0.002
 """How well an end is seen that no grip holds: skeletons shrink by about the radius [m]."""
 LEAST_LENGTH = 0.1
 """Less than this part of the rope in view is no view of it."""
-
-
-@dataclass(frozen=True)
-class RopeModel:
-    """What perception must know of the rope."""
-
-    length: float
-    """[m]."""
-    radius: float
-    """[m]."""
-    node_count: int
-    """Nodes at equal distance along it."""
-    heaviness: float = 0.0
-    """Weight per length over bending stiffness [1/m^3]: how what is hidden hangs."""
-
-
-@dataclass(frozen=True)
-class CenterlineSettings:
-    """How images are read."""
-
-    threshold: int = 128
-    """Least brightness of the rope, 1..254; with a colour, least likeness to it."""
-    rope_color: Color | None = None
-    """Of a rope that is told by its colour; None: it is brighter than everything else."""
-    depth_sigma: float = 0.0015
-    """Standard deviation of one depth [m]."""
-    depth_quantum: float = 0.001
-    """Step of the depth values [m]."""
-    grip_sigma: float = 0.0003
-    """Deviation of a grip's position as seen by the camera: calibration [m]."""
-    fit: FitSettings = FitSettings()
-
-
-@dataclass(frozen=True)
-class Expected:
-    """Where the rope is thought to be."""
-
-    positions: Float64[np.ndarray, "n 3"]
-    """[m]."""
-    sigma: Float64[np.ndarray, "n"]
-    """[m]."""
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """Where the rope was seen; `lost` says why it was not."""
-
-    positions: Float64[np.ndarray, "n 3"]
-    """[m]; no rows when lost."""
-    sigma: Float64[np.ndarray, "n"]
-    """Standard deviation of each position, all directions together [m]."""
-    observed: Bool[np.ndarray, "n"]
-    """False where the position is bridged."""
-    lost: str = ""
-    """Why there are no positions; empty otherwise."""
-    misfit: float = 1.0
-    """Residuals over their expected size."""
-    doubt: float = 0.0
-    """0 where image and chain agree; more than `DOUBTFUL` where they contradict each other."""
 
 
 def _lost(reason: str) -> Estimate:
@@ -334,6 +276,9 @@ class CenterlineEstimator:
         if left is None and right is None:
             sigma = np.hypot(sigma, np.hypot(start.sliding, END_SIGMA))
         seen = fit.support > 1.0
+        edge = self.rope.length / (self.rope.node_count - 1)
+        held = left is not None, right is not None
+        sigma = np.hypot(sigma, slack(fit.nodes, edge, seen, held))
         return Estimate(fit.nodes, np.where(seen, 1.0, BRIDGED) * sigma, seen, misfit=fit.misfit)
 
     def _samples(

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float64, UInt8, UInt16
 from skimage.morphology import skeletonize
 
-from services.perception.centerline import Estimate, RopeModel
+from services.perception.estimate import Estimate, RopeModel
 from services.perception.segmentation import brightness, rope_region
 from shared.geometry.cameras import Camera
 

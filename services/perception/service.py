@@ -12,13 +12,8 @@ import numpy as np
 from jaxtyping import UInt8, UInt16
 
 from services.perception.camera_view import CameraView
-from services.perception.centerline import (
-    DOUBTFUL,
-    CenterlineEstimator,
-    CenterlineSettings,
-    Estimate,
-    RopeModel,
-)
+from services.perception.centerline import DOUBTFUL, CenterlineEstimator
+from services.perception.estimate import CenterlineSettings, Estimate, RopeModel
 from services.perception.marked import MarkedObstacles
 from services.perception.paper import paper_estimate
 from services.perception.scene import Refused, Surroundings

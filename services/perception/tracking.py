@@ -11,7 +11,8 @@ import logging
 import numpy as np
 from jaxtyping import Float64, UInt8, UInt16
 
-from services.perception.centerline import DOUBTFUL, CenterlineEstimator, Estimate, Expected
+from services.perception.centerline import DOUBTFUL, CenterlineEstimator
+from services.perception.estimate import Estimate, Expected
 from shared.geometry.poses import Pose
 from shared.rod import Rod, RodProperties
 

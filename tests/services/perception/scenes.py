@@ -7,7 +7,7 @@ import math
 import numpy as np
 from jaxtyping import Float64
 
-from services.perception.centerline import RopeModel
+from services.perception.estimate import RopeModel
 from services.sim.camera import Frame, RgbdCamera, SensorNoise
 from shared.geometry import polylines, poses
 from shared.geometry.cameras import Camera, Intrinsics, looking_at

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from services.perception.centerline import CenterlineEstimator, Estimate, Expected, RopeModel
+from services.perception.centerline import CenterlineEstimator
+from services.perception.estimate import Estimate, Expected, RopeModel
 from services.sim.camera import SensorNoise
 from shared.geometry import polylines
 from shared.geometry.cameras import Camera, Intrinsics

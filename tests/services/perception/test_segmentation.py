@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from jaxtyping import UInt8
 
-from services.perception.centerline import CenterlineEstimator, CenterlineSettings
+from services.perception.centerline import CenterlineEstimator
+from services.perception.estimate import CenterlineSettings
 from services.perception.segmentation import Color
 from services.sim.camera import Frame, RgbdCamera
 from shared import topics

@@ -1,3 +1,4 @@
+# type: ignore
 """Obstacles as the simulated camera sees them.
 
 Rays have unit depth, so the parameter of a hit is its depth. Geometry is double precision (a

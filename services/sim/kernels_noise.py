@@ -1,3 +1,4 @@
+# type: ignore
 """What the simulated sensor adds to exact depth."""
 
 import taichi as ti

@@ -1,3 +1,4 @@
+# type: ignore
 """Printed plates as the simulated camera sees them: flat squares with a pattern of cells."""
 
 import taichi as ti

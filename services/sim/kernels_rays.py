@@ -1,3 +1,4 @@
+# type: ignore
 """What the camera's kernels share: types, limits, and one intersection."""
 
 import taichi as ti

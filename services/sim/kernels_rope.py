@@ -1,3 +1,4 @@
+# type: ignore
 """The rope as the simulated camera sees it: capsules, their edges blended into partly covered
 pixels."""
 

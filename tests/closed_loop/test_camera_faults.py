@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -36,7 +37,7 @@ def black(publication: Publication) -> Publication:
 def without_depth(publication: Publication) -> Publication:
     if publication.topic.key != DEPTH.key:
         return publication
-    old: RawImage = publication.message
+    old: Any = publication.message
     nothing = np.full((old.height, old.width), np.nan, "<f4")
     new = RawImage(timestamp=old.timestamp, width=old.width, height=old.height)
     new.encoding, new.step, new.data = "32FC1", 4 * old.width, nothing.tobytes()

@@ -190,7 +190,7 @@ def test_a_frozen_camera_is_said_to_be_frozen() -> None:
             frozen.stack.send(topic, message)
         frozen.run(0.033)
     seen: list[NodeChain] = frozen.heard[topics.ROPE_NODES.key]
-    assert seen[1].lost == ""
+    assert seen[0].lost == ""
     assert "frozen" in seen[-1].lost
 
 

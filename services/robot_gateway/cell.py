@@ -186,7 +186,7 @@ class Cell:
             return
         # What the next tick would find too late is stopped now.
         if (now - self._last_fresh) * NANOSECONDS + h > SILENCE:
-            if self.guidance.resting:
+            if self.guidance.arrived:
                 self.guidance.halt()
             else:
                 silent = f"no fresh setpoints for {1e3 * SILENCE:.0f} ms"

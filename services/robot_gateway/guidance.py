@@ -72,13 +72,18 @@ class Guidance:
         """Whether a chunk is being followed."""
         return self._reference is not None
 
+    @property
+    def arrived(self) -> bool:
+        """Whether the command is where its chunk ends; braking may have let it rest before that."""
+        if self._reference is None:
+            return self.resting
+        gap = self._reference(self._reference.end).position - self.state.position
+        still = np.all(np.abs(self.state.velocity) < 1e-3)
+        return bool(np.all(np.abs(gap) < 1e-4) and still)
+
     def finished(self, now: int) -> bool:
         """Whether the chunk's resting end has been reached."""
-        if self._reference is None or now < self._reference.end:
-            return False
-        gap = self._reference(now).position - self.state.position
-        velocity = self.state.velocity
-        return bool(np.all(np.abs(gap) < 1e-4) and np.all(np.abs(velocity) < 1e-3))
+        return self._reference is not None and now >= self._reference.end and self.arrived
 
     def behind(self, now: int) -> float:
         """Distance between the command and its chunk [m]."""

@@ -50,6 +50,23 @@ def test_silence_brakes_within_150_ms_and_rest_comes_in_time() -> None:
     assert report.safety.needs_acknowledgement
 
 
+def test_silence_is_said_even_if_braking_for_it_has_come_to_rest_before() -> None:
+    world = World()
+    # Slow enough to be at rest again before the 100 ms of silence are over.
+    world.follow(lambda t: REST + np.array([[0.0, 0.005 * t**2, 0.0]]), 0.3)
+    last = world.now
+    assert world.report.safety.mode == "moving"
+    rested = None
+    while world.now < last + round(0.2e9):
+        world.step()
+        if rested is None and world.cell.guidance.resting:
+            rested = (world.now - last) * 1e-9
+    assert rested is not None
+    assert rested < 0.1
+    safety = world.report.safety
+    assert (safety.mode, safety.cause, safety.needs_acknowledgement) == ("holding", "silence", True)
+
+
 def test_new_writer_holds_until_a_person_acknowledges() -> None:
     world = World()
     since = world.now

@@ -7,7 +7,7 @@ on their multipliers: few bounds are active, mostly none.
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Bool, Float64
 
 from services.controller.objective import Surroundings
 
@@ -44,6 +44,41 @@ def overstretch(
         np.einsum("hnc,hncv->hv", along, np.diff(slopes, axis=1)),
     ]
     return np.concatenate(values), np.concatenate(rows)
+
+
+def within_reach(
+    velocities: Float64[np.ndarray, "h 2 6"],
+    moves: Bool[np.ndarray, "2 6"],
+    ends: Float64[np.ndarray, "2 3"],
+    dt: float,
+    most_apart: float,
+) -> Float64[np.ndarray, "h 2 6"]:
+    """The velocities, less what would bring the ends further apart than is allowed.
+
+    Step by step: what is too much goes along the line between the ends, half from each end that
+    moves. Ends that are too far apart already come together.
+
+    Args:
+        velocities: Of the grips in each step [m/s, rad/s].
+        moves: Which components are free.
+        ends: Where both ends are before the first step [m].
+        dt: Duration of a step [s].
+        most_apart: [m]
+    """
+    free = moves[:, :3].all(axis=1)
+    if not free.any():
+        return velocities
+    shares = np.array([[1.0], [-1.0]]) * free[:, None] / free.sum()
+    kept = velocities.copy()
+    for velocity in kept:
+        after = ends + dt * velocity[:, :3]
+        chord = after[1] - after[0]
+        apart = np.linalg.norm(chord)
+        if apart > most_apart:
+            after = after + shares * (1.0 - most_apart / apart) * chord
+            velocity[:, :3] = (after - ends) / dt
+        ends = after
+    return kept
 
 
 def solved(

@@ -5,7 +5,9 @@
 
 Readings: the norm in (12) is the sum of node distances, with the weights as printed (as a mean the
 speed's weight holds the rope back, 6 cm of progress in 4 s); u holds the velocities of the free
-components; d of (13) is taken from a node, as printed, not from the rope's surface.
+components; d of (13) is taken from a node, as printed, not from the rope's surface. What is learnt
+is bounded in speed and in the distance of the ends before the rod sees it: the paper does not say
+what keeps its ends together, and an untrained network pulls them apart until the rod breaks.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Bool, Float64
 
+from services.controller.constraints import within_reach
 from services.controller.gauss_newton import Horizon, HorizonPlan
 from services.controller.motion import Bounds
 from services.controller.objective import Surroundings
@@ -65,7 +68,7 @@ class PaperMethod:
         obstacles = pack(field.obstacles)
         nodes, cost = before, {}
         for _ in range(s.optimizer_steps):
-            wanted = self._bounded(self.policy.velocities(before, goal))
+            wanted = self._bounded(self.policy.velocities(before, goal), horizon, surroundings)
 
             def pull(
                 positions: Float64[np.ndarray, "h n 3"],
@@ -82,12 +85,30 @@ class PaperMethod:
             slope = answer.actions + 2.0 * s.speed_weight / count * wanted
             self.policy.learn(slope[:, self.moves])
             before = np.concatenate([before[:1], nodes[:-1]])
-        wanted = self._bounded(self.policy.velocities(before, goal))
+        wanted = self._bounded(self.policy.velocities(before, goal), horizon, surroundings)
         return HorizonPlan(wanted.reshape(count, 2, 2, 3), nodes, cost, s.optimizer_steps)
 
-    def _bounded(self, free: Float64[np.ndarray, "h m"]) -> Float64[np.ndarray, "h 2 6"]:
+    def _bounded(
+        self,
+        free: Float64[np.ndarray, "h m"],
+        horizon: Horizon,
+        surroundings: Surroundings,
+    ) -> Float64[np.ndarray, "h 2 6"]:
+        """On top of the path's, within the bounds on speed, the ends within the rope's reach."""
         velocities = np.zeros((len(free), 2, 6))
         velocities[:, self.moves] = free
+        together = within_reach(
+            horizon.path + self._slow(velocities),
+            self.moves,
+            horizon.state.positions[[0, -1]],
+            self.settings.time_step,
+            surroundings.most_apart,
+        )
+        # Slower than what keeps the ends together keeps them together as well.
+        return self._slow(together - horizon.path)
+
+    def _slow(self, velocities: Float64[np.ndarray, "h 2 6"]) -> Float64[np.ndarray, "h 2 6"]:
+        """No faster than the bounds."""
         sizes = np.linalg.norm(velocities.reshape(-1, 2, 2, 3), axis=3)
         shares = np.minimum(1.0, self.bounds.speed[:, 0] / np.maximum(sizes, 1e-300))
         return velocities * np.repeat(shares, 3, axis=2)

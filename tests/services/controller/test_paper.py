@@ -52,6 +52,50 @@ def test_training_in_a_horizon_lowers_the_objective(name: str, solver: str) -> N
     assert plans[-1].cost["error"] < 0.99 * standing
 
 
+class _Outwards:
+    """Pulls the ends apart as fast as it can, and learns nothing."""
+
+    def begin(self, passed: int) -> None:
+        pass
+
+    def velocities(self, nodes: np.ndarray, goal: np.ndarray) -> np.ndarray:
+        return np.tile([-9.0, 0.0, 1.0, 9.0, 0.0, 1.0], (len(nodes), 1))
+
+    def learn(self, slope: np.ndarray) -> None:
+        pass
+
+
+@pytest.mark.parametrize("held", [None, 0])
+def test_ends_stay_within_reach_whatever_was_learnt(held: int | None) -> None:
+    settings = PaperControl(optimizer_steps=1)
+    moves = np.zeros((2, 6), dtype=bool)
+    moves[:, :3] = True
+    policy = _Outwards()
+    if held is not None:
+        moves[held] = False
+        policy.velocities = lambda nodes, goal: np.tile([9.0, 0.0, 1.0], (len(nodes), 1))
+    method = PaperMethod(policy, settings, moves, Bounds.share(Limits(), 1.0))
+    rod = RODS["direct"]
+    state = rod.rest(*grips((-0.19, 0.0, 0.3), (0.19, 0.0, 0.3))).state
+    still = np.zeros((settings.horizon, 2, 6))
+    apart = []
+    for _ in range(30):
+        goal = np.repeat(state.positions[None], settings.horizon, axis=0)
+        nothing = np.zeros((2, 6))
+        horizon = Horizon(
+            state, 0.0 * goal[0], still, goal, np.zeros((2, 2, 3)), nothing, nothing > 0.0
+        )
+        plan = method.plan(rod, horizon, Surroundings((), 0.01, 0.004, 0.44))
+        speeds = np.linalg.norm(plan.velocities[:, :, 0], axis=2)
+        assert speeds.max() <= Limits().speed + 1e-12
+        actions = plan.velocities.reshape(-1, 2, 6)
+        rolled = rod.rollout(state, actions, settings.time_step)
+        apart += np.linalg.norm(rolled.positions[:, -1] - rolled.positions[:, 0], axis=1).tolist()
+        state = rolled.final
+    assert max(apart) < 0.44 + 1e-9
+    assert apart[-1] > 0.4399
+
+
 def test_the_network_learns_what_torch_itself_would_learn() -> None:
     import torch
 

@@ -62,7 +62,7 @@ def actions() -> Float64[np.ndarray, "H 2 6"]:
 
 
 def points() -> Iterator[Point]:
-    """One by one: the rod's schemes, the paper's solver, MuJoCo, and PyElastica where it is."""
+    """One by one: the rod's schemes, the paper's solver, MuJoCo, and PyElastica if installed."""
     rod = Rod(PROPERTIES, NODES, tolerance=1e-7)
     start = rod.rest(LEFT, RIGHT).state
     moves = actions()
@@ -82,6 +82,8 @@ def points() -> Iterator[Point]:
     yield from _mujoco(start, moves, end)
     if importlib.util.find_spec("elastica") is None:
         yield Point("PyElastica", "not installed", np.nan, np.nan, np.nan, np.nan)
+    else:
+        yield from _elastica(start, moves, end)
 
 
 def _point(solver: str, setting: str, run: Callable[[], Path], truth: Path, rest: float) -> Point:
@@ -207,3 +209,25 @@ def _mujoco(
             return _Cable(start, step).run(moves)
 
         yield _point("MuJoCo", f"{1e3 * step:g} ms", run, truth, _mean(still - end))
+
+
+def _elastica(
+    start: RodState, moves: Float64[np.ndarray, "H 2 6"], end: Float64[np.ndarray, "n 3"]
+) -> Iterator[Point]:
+    from lariat.bench.rod.elastica import rolled
+
+    grips = [LEFT, RIGHT]
+    # Twice the longest step of each is unstable.
+    for name, stiff, tried in (
+        ("PyElastica", True, (1e-5,)),
+        ("PyElastica, stretch 40 times softer", False, (5e-5, 1e-4)),
+    ):
+        truth = rolled(PROPERTIES, start, grips, moves, DT, 0.5 * tried[0], 1.0, stiff)
+        longer = np.concatenate([moves, np.zeros((200, 2, 6))])
+        for step in tried:
+            still = rolled(PROPERTIES, start, grips, longer, DT, step, 6.0, stiff)[-1]
+
+            def run(step: float = step, stiff: bool = stiff) -> Path:
+                return rolled(PROPERTIES, start, grips, moves, DT, step, 1.0, stiff)
+
+            yield _point(name, f"{1e3 * step:g} ms", run, truth, _mean(still - end))

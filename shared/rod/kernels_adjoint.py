@@ -63,7 +63,8 @@ def grip_adjoint(
                     longer = (1.0 - 2.0 * end) / (n - 1) * (r.transpose() @ inner)
                     for p in range(ni[at.PARAMETERS]):
                         if ni[parameter_code_at(ni, p)] == at.LENGTH_PARAMETER:
-                            w[rod + ni[at.AT_PARAMETERS_OUT] + p] += longer[2]
+                            to = rod + ni[at.AT_PARAMETERS_OUT] + p
+                            w[to] = w[to] + longer[2]
                 add3(w, out, h * pull)
                 add3(w, old + outer, pull)
     else:
@@ -131,7 +132,8 @@ def adjoint(
             for j in range(first, end):
                 for a in ti.static(range(3)):
                     total -= w[new + 3 * j + a] * w[force + 18 * j + 6 * a]
-            w[rod + ni[at.AT_PARAMETERS_OUT] + p] += total
+            to = rod + ni[at.AT_PARAMETERS_OUT] + p
+            w[to] = w[to] + total
     else:
         result = grip_adjoint(ni, w, task, rod, step, arg, real)
     return result

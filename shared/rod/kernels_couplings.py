@@ -50,7 +50,7 @@ def parameter_code_at(ni: ti.template(), p):
 def add_parameter_force(ni: ti.template(), w: ti.template(), rod, p, j, v):
     start = parameter_forces_at(ni, rod, p // 6, j) + p % 6
     for a in ti.static(range(3)):
-        w[start + 6 * a] += v[a]
+        w[start + 6 * a] = w[start + 6 * a] + v[a]
 
 
 @ti.real_func

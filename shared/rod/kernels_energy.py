@@ -128,9 +128,9 @@ def edges(
             )
             m = hessian_at(ni, rod, step, 2 * i)
             for a in ti.static(range(3)):
-                w[m + 4 * a] += stretch / length
-                w[m + 54 + 4 * a] += stretch / length
-                w[m + 18 + 4 * a] -= stretch / length
+                w[m + 4 * a] = w[m + 4 * a] + stretch / length
+                w[m + 54 + 4 * a] = w[m + 54 + 4 * a] + stretch / length
+                w[m + 18 + 4 * a] = w[m + 18 + 4 * a] - stretch / length
             add33(w, m + 9, -lever)
             turning = length * ti.Matrix(
                 [

@@ -1,7 +1,8 @@
 # type: ignore
 """Rotations inside kernels; conventions as in `shared.geometry.poses`.
 
-Without branches, as everything that is inlined here must be: see `kernels`.
+Without branches, as everything that is inlined here must be: see `kernels`. Nowhere is there
+`w[i] += v`, which Taichi makes an atomic addition of, with a lock for every number.
 """
 
 import taichi as ti
@@ -21,7 +22,7 @@ def store3(w: ti.template(), at, v):
 @ti.func
 def add3(w: ti.template(), at, v):
     for a in ti.static(range(3)):
-        w[at + a] += v[a]
+        w[at + a] = w[at + a] + v[a]
 
 
 @ti.func
@@ -57,7 +58,7 @@ def store33(w: ti.template(), at, m):
 def add33(w: ti.template(), at, m):
     for a in ti.static(range(3)):
         for b in ti.static(range(3)):
-            w[at + 3 * a + b] += m[a, b]
+            w[at + 3 * a + b] = w[at + 3 * a + b] + m[a, b]
 
 
 @ti.func

@@ -45,7 +45,7 @@ def store36(w: ti.template(), start, m):
 def add36(w: ti.template(), start, m):
     for a in ti.static(range(3)):
         for b in ti.static(range(6)):
-            w[start + 6 * a + b] += m[a, b]
+            w[start + 6 * a + b] = w[start + 6 * a + b] + m[a, b]
 
 
 @ti.real_func
@@ -103,7 +103,7 @@ def grip_sensitivities(
                             if code == at.LENGTH_PARAMETER and group == actions + p // 6:
                                 for a in ti.static(range(3)):
                                     to = new + inner + 6 * a + p % 6
-                                    w[to] += (1.0 - 2.0 * end) / (n - 1) * r[a, 2]
+                                    w[to] = w[to] + (1.0 - 2.0 * end) / (n - 1) * r[a, 2]
     else:
         result = adjoint(ni, w, task, rod, step, arg, real)
     return result

@@ -174,7 +174,7 @@ def push(ni: ti.template(), w: ti.template(), c, rod, step, slot, sweep, k):
     wanted = -(value + c.contact * w[l_at]) / (c.mass + c.contact)
     bound = ti.select(wanted < -w[l_at], 1.0, 0.0)
     dl = ti.max(wanted, -w[l_at])
-    w[l_at] += dl
+    w[l_at] = w[l_at] + dl
     store(w, x_at, x + c.mass * dl * normal)
     tape = place(ni, rod, at.AT_CONTACT_TAPE, at.CONTACT_TAPE_WIDTH * (sweep * limit + k))
     store(w, tape, x)

@@ -38,7 +38,8 @@ def store(w: ti.template(), k, v):
 @ti.func
 def add(w: ti.template(), k, v):
     for a in ti.static(range(v.n)):
-        w[k + a] += v[a]
+        # Not `+=`, which would be atomic.
+        w[k + a] = w[k + a] + v[a]
 
 
 @ti.func

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Float64
 
 from lariat.simulated_time import Delivery
 from shared import topics
 from shared.geometry.clearance import gripper_points
-from shared.geometry.obstacles import Obstacle, signed_distance
+from shared.geometry.obstacles import Obstacle, segment_distance
+from shared.geometry.poses import Pose
 from shared.messages import ArmStates, TaskState, arm_pose, chain, scene_obstacles
 from shared.scenario import Scenario
+from shared.scenario.sections import Limits
 from shared.service import SECOND
 
 EVERY = SECOND // 30
@@ -69,8 +73,15 @@ class Executed:
         self.apart = max(self.apart, apart)
         if arms.stamp - self._looked >= EVERY:
             self._looked = arms.stamp
-            bodies = gripper_points(left, right, limits.gripper_height)
-            for obstacle in self._obstacles:
-                if not obstacle.support:
-                    near = float(np.min(signed_distance(bodies, obstacle))) - limits.gripper_radius
-                    self.gripper_clearance = min(self.gripper_clearance, near)
+            avoid = [o for o in self._obstacles if not o.support]
+            near = gripper_clearance(left, right, avoid, limits)
+            self.gripper_clearance = min(self.gripper_clearance, near)
+
+
+def gripper_clearance(
+    left: Pose, right: Pose, obstacles: Sequence[Obstacle], limits: Limits
+) -> float:
+    """Least distance between the gripper's capsules and any obstacle [m]."""
+    points = gripper_points(left, right, limits.gripper_reach)
+    distances = [segment_distance(points[::3], points[2::3], o) for o in obstacles]
+    return float(np.min(distances, initial=np.inf)) - limits.gripper_radius

@@ -112,7 +112,7 @@ class _Draw:
         base = self.base
         if min(left.position[2], right.position[2]) < 0.03:
             return None
-        bodies = gripper_points(left, right, base.limits.gripper_height)
+        bodies = gripper_points(left, right, base.limits.gripper_reach)
         body = min(float(np.min(signed_distance(bodies, o))) for o in base.bodies)
         if body < base.limits.gripper_radius + SPARE:
             return None

@@ -200,10 +200,10 @@ class _Grid:
 
 def _held_shapes(problem: Problem) -> list[Held]:
     """As it hangs now, as it shall hang, then stretched in several ways."""
-    height = problem.limits.gripper_height
+    reach = problem.limits.gripper_reach
     shapes = [
-        _held(problem.state.positions, problem.grips, height),
-        _held(problem.goal, problem.goal_grips, height),
+        _held(problem.state.positions, problem.grips, reach),
+        _held(problem.goal, problem.goal_grips, reach),
     ]
     now, goal = problem.grips, problem.goal_grips
     turned = [
@@ -231,14 +231,14 @@ def _held_shapes(problem: Problem) -> list[Held]:
             except ValueError:
                 continue
             if rest.converged:
-                shapes.append(_held(rest.state.positions, (left, right), height))
+                shapes.append(_held(rest.state.positions, (left, right), reach))
     return shapes
 
 
-def _held(nodes: Float64[np.ndarray, "n 3"], grips: tuple[Pose, Pose], height: float) -> Held:
+def _held(nodes: Float64[np.ndarray, "n 3"], grips: tuple[Pose, Pose], reach: float) -> Held:
     middle = _middle(grips)
     places = np.stack([g.position for g in grips])
-    bodies = gripper_points(*grips, height)
+    bodies = gripper_points(*grips, reach)
     turned = np.stack([g.orientation for g in grips])
     return Held(places - middle, turned, nodes - middle, bodies - middle)
 

@@ -107,7 +107,7 @@ def _clearance(
 ) -> float:
     """Least distance of rope and gripper bodies from all obstacles [m]."""
     limits = problem.limits
-    bodies = swept_gripper_points(positions, orientations, limits.gripper_height)
+    bodies = swept_gripper_points(positions, orientations, limits.gripper_reach)
     edge = polylines.length(nodes[0]) / (nodes.shape[1] - 1)
     least = np.inf
     for obstacle in problem.solid:

@@ -207,8 +207,8 @@ class PathOptimisation:
 
     def _bodies(self, way: Float64[np.ndarray, "k 2 6"]) -> Float64[np.ndarray, "p 3"]:
         positions, orientations = self.grips(way)
-        height = self.problem.limits.gripper_height
-        return swept_gripper_points(positions[1:], orientations[1:], height)
+        reach = self.problem.limits.gripper_reach
+        return swept_gripper_points(positions[1:], orientations[1:], reach)
 
     def _normal_equations(
         self, trial: Trial

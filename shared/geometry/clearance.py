@@ -52,21 +52,24 @@ def with_midpoints(nodes: Float64[np.ndarray, "*b n 3"]) -> Float64[np.ndarray, 
 def swept_gripper_points(
     positions: Float64[np.ndarray, "s 2 3"],
     orientations: Float64[np.ndarray, "s 2 4"],
-    height: float,
+    reach: float,
 ) -> Float64[np.ndarray, "p 3"]:
     """`gripper_points` of one pair of poses after the other [m]."""
     axes = rotate(orientations, np.broadcast_to(np.array([0.0, 0.0, 1.0]), positions.shape))
     outwards = np.array([-1.0, 1.0])[:, None, None]
-    along = height * np.array([0.0, 0.5, 1.0])[:, None]
+    along = reach * np.array([0.0, 0.5, 1.0])[:, None]
     points = positions[:, :, None, :] + outwards * along * axes[:, :, None, :]
     return points.reshape(-1, 3)
 
 
-def gripper_points(left: Pose, right: Pose, height: float) -> Float64[np.ndarray, "6 3"]:
+def gripper_points(left: Pose, right: Pose, reach: float) -> Float64[np.ndarray, "6 3"]:
     """Points on the axes of both grippers' capsules, which point away from the rope [m].
 
     Three on the left one from the grip outwards, then three on the right one.
+
+    Args:
+        reach: From a grip to the centre of its capsule's far cap, which rounds it off [m].
     """
-    along = height * np.array([0.0, 0.5, 1.0])[:, None]
+    along = reach * np.array([0.0, 0.5, 1.0])[:, None]
     axes = [rotate(p.orientation, np.array([0.0, 0.0, 1.0])) for p in (left, right)]
     return np.concatenate([left.position - along * axes[0], right.position + along * axes[1]])

@@ -335,6 +335,11 @@ class Limits:
     pull: Annotated[float, Within(0.1, 200.0, "N")] = 20.0
     """Most change of the force at a gripper since it was armed, where its arm feels forces."""
 
+    @property
+    def gripper_reach(self) -> float:
+        """From the grip to the centre of that capsule's far cap [m]."""
+        return max(self.gripper_height - self.gripper_radius, 0.0)
+
     def __post_init__(self) -> None:
         low, high = np.array(self.workspace)
         if np.any(low >= high):

@@ -28,8 +28,7 @@ def drivers_of(
 def bodies_of(scenario: Scenario) -> tuple[Body, Body]:
     """The grippers' bodies, left and right: capsules that point away from the rope."""
     limits = scenario.limits
-    # The height counts to the far end of the capsule, caps included.
-    reach = max(limits.gripper_height - limits.gripper_radius, 0.0)
+    reach = limits.gripper_reach
     return (
         Body(end=(0.0, 0.0, -reach), radius=limits.gripper_radius),
         Body(end=(0.0, 0.0, reach), radius=limits.gripper_radius),

@@ -5,12 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lariat.trials.campaign import Order, one
+from lariat.trials.executed import gripper_clearance
 from lariat.trials.scenes import Kind, draw
+from services.robot_gateway.drivers.choose import bodies_of
+from services.robot_gateway.rules import Boundaries, Rules
+from shared.geometry import poses
+from shared.geometry.obstacles import Obstacle
+from shared.geometry.poses import Pose
 from shared.scenario import Scenario, load
 
 BASE = load(Path(__file__).parents[3] / "scenarios" / "three-cylinders.toml")
@@ -40,6 +47,28 @@ def test_executed_path_keeps_its_bounds(base: Scenario, kind: Kind, number: int)
     assert not trial.touched
     # It did move.
     assert trial.speed > 0.1
+
+
+@settings(max_examples=30, deadline=None, derandomize=True)
+@given(st.integers(0, 1000))
+def test_a_gripper_is_judged_by_the_body_that_the_gateway_keeps_out(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    left, right = (
+        Pose(place, poses.normalized(random.normal(size=4)))
+        for place in random.uniform(-0.1, 0.1, size=(2, 3))
+    )
+    post = Obstacle("capsule", (0.2, 0.1, 0.0), radius=0.02, height=0.1, name="post")
+    limits = BASE.limits
+    boundaries = Boundaries(0.45, limits.workspace, bodies_of(BASE), limits.keep_out)
+    rules = Rules(boundaries, [0, 1])
+    rules.replace_obstacles([post])
+    rows = (
+        np.stack([left.position, right.position]),
+        np.stack([left.orientation, right.orientation]),
+    )
+    kept = rules.slacks(rows[0][None], rows[1][None])["keep_out"][0] + limits.keep_out
+    # The gateway's spheres cover the capsule, and stand out by no more than 1.5 mm.
+    assert kept <= gripper_clearance(left, right, [post], limits) + 1e-6 < kept + 1.5e-3
 
 
 def test_a_scene_is_the_same_for_the_same_number(base: Scenario, tmp_path: Path) -> None:

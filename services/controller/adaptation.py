@@ -64,6 +64,8 @@ LONGEST = math.log(2.0)
 """Most change of the stiffness' logarithm in one update."""
 DEADBAND = 2e-4
 """Changes of the rest shape below this are not worth disturbing the model for [m]."""
+SETTLED = 1e-3
+"""Change of the rest shape in one update, below which the rope at hand is known [m]."""
 KNOWN = 0.5
 """Share of the standard deviation that was believed, below which an unknown counts as known."""
 SETTLING = 2.0
@@ -106,6 +108,8 @@ class Adaptation:
         self._free[groups["damping"]] = properties.damping > 0.0
         self._swing = _Swing()
         self._updated: int | None = None
+        self.settled = False
+        """Whether the last look has hardly changed the rope any more."""
         self._grips: Float64[np.ndarray, "2 3"] | None = None
 
     @property
@@ -194,8 +198,9 @@ class Adaptation:
         dx = dx * min(1.0, LONGEST / max(leap, 1e-12))
         self._seen = self._seen + seen.information
         self._x = np.clip(self._x + dx, -self._limits, self._limits)
+        self.settled = _size(slopes @ dx) < SETTLED
         change = slopes @ (self._x - self._applied)
-        if np.sqrt(np.mean(np.sum(change**2, axis=1))) < DEADBAND:
+        if _size(change) < DEADBAND:
             return None
         self._applied = self._x
         self.properties = self._material.properties(self._x)
@@ -278,6 +283,11 @@ class _Swing:
         if not self._slopes:
             return None
         return min(self._slopes, key=lambda entry: abs(entry[0] - stamp))[1]
+
+
+def _size(change: Float64[np.ndarray, "n 3"]) -> float:
+    """Root mean square over the nodes [m]."""
+    return float(np.sqrt(np.mean(np.sum(change**2, axis=1))))
 
 
 def _pair(rod: Rod) -> tuple[Rod, Rod]:

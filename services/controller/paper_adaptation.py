@@ -41,6 +41,8 @@ class PaperAdaptation:
 
     def __init__(self, rod: XpbdRod, settings: PaperControl) -> None:
         self.properties: XpbdProperties = rod.properties
+        self.settled = True
+        """It learns from horizons alone: a rope that stands still tells it nothing."""
         self._rod, self._settings = rod, settings
         self._adam = Adam((len(PARAMETERS),), RATE)
         self._record: _Record | None = None

@@ -59,7 +59,12 @@ STRAYED = 0.04
 """Distance between command and arm at which the command is given up [m]: a CR5 is 0.1 s behind, and
 the gateway watches how far it is off its path."""
 STALLED = 5 * SECOND
-"""At the end of a path for so long without being within tolerance, control has stalled [ns]."""
+"""At the end of a path for so long without being within tolerance, control has stalled [ns]; sooner
+where the rope rests and comes no nearer."""
+LEARNING = 3 * SECOND
+"""Longest that a run waits while the rope's material is learnt from its shape at rest [ns]."""
+STUCK = 3 * SECOND // 2
+"""At the end of a path for so long before a rope that rests counts as stuck [ns]."""
 PATIENCE = 2
 """New paths that are asked for after stalling, in one run."""
 LEARNT = 0.2
@@ -125,7 +130,7 @@ class ControllerService:
         self._resets: int | None = None
         self._seen = 0
         self._followed: tuple[int, int] | None = None
-        self._arrived = self._stalls = 0
+        self._arrived = self._stalls = self._relearnt = 0
         self._planned_stiffness = self.adaptation.bending_stiffness
         self._sequence = 0
         self._image_stamp = 0
@@ -195,12 +200,14 @@ class ControllerService:
         if np.any(observed):
             # Guesses at what is hidden are no look at the rope.
             self._seen, self._image_stamp = now, rope.stamp
-        if self.task.settings["adapt"] == "true":
+        if self._adapts:
             change = self.adaptation.look(self.estimate, rope.stamp, nodes, sigma, observed)
             if change is not None:
                 rod = self._model.with_properties(self.adaptation.properties)
                 self.estimate.becomes(rod, change)
-        self.monitor.look(rope.stamp, nodes, self.task.goal.nodes, self._obstacles)
+        # Noise would add to every distance: the run is judged by the estimate.
+        believed = self.estimate.modelled_at(rope.stamp) + self.estimate.offset
+        self.monitor.look(rope.stamp, believed, self.task.goal.nodes, self._obstacles)
         self._watch(rope.stamp, nodes, observed)
 
     def _watch(self, stamp: int, nodes: np.ndarray, observed: np.ndarray) -> None:
@@ -259,7 +266,7 @@ class ControllerService:
                     self._check_arms()
                     task.start(now)
                     if not resumed:
-                        self._events_done = self._stalls = 0
+                        self._events_done = self._stalls = self._relearnt = 0
                         self.monitor.begin(now, task.replan_count)
                 case TaskRequest.PAUSE:
                     task.pause()
@@ -362,6 +369,12 @@ class ControllerService:
         if not path.left_positions:
             task.enter("failed", path.reason)
             return path.reason
+        if self._unlearnt(now):
+            return "learning the rope before it is moved"
+        if self._learnt_since(path.bending_stiffness) and self._relearnt < PATIENCE:
+            self._relearnt += 1
+            task.ask_for_path()
+            return "the rope has turned out to be another one; waiting for a path"
         track = track_of(path)
         apart = np.linalg.norm(track.positions[0] - self.estimate.motion.positions, axis=1)
         if np.max(apart) > START_APART:
@@ -369,9 +382,14 @@ class ControllerService:
             return "the path begins elsewhere; waiting for another"
         self.loop.follow(track, now)
         self._arrived = 0
-        self._planned_stiffness = self.adaptation.bending_stiffness
+        self._planned_stiffness = path.bending_stiffness
         self._followed = wanted
         return ""
+
+    def _unlearnt(self, now: int) -> bool:
+        """Whether a look or two more at the rope as it hangs will tell what it is made of."""
+        waited = now - self.task.run_started
+        return self._adapts and not self.adaptation.settled and waited < LEARNING
 
     def _judge(self, now: int) -> None:
         """Whether the goal is reached, or given up."""
@@ -384,27 +402,36 @@ class ControllerService:
                 task.enter("reached", "within tolerance and at rest")
             return
         self._arrived = self._arrived or now
-        if task.state == "running" and path.reached and now - self._arrived > STALLED:
+        rests = self.monitor.resting(now)
+        stuck = rests and self.monitor.stuck(now) and now - self._arrived > STUCK
+        if task.state != "running" or not (rests or now - self._arrived > STALLED):
+            return
+        # "Unreachable" was said of the rope as it was believed to be.
+        learnt = rests and self._learnt_since(self._planned_stiffness)
+        stalled = path.reached and (stuck or now - self._arrived > STALLED)
+        if (learnt or stalled) and self._stalls < PATIENCE:
             self._arrived = 0
+            self._stalls += 1
+            task.ask_for_path()
+        elif stalled:
             error = f"{1e3 * self.monitor.error:.1f} mm from the goal on average"
-            if self._stalls < PATIENCE:
-                self._stalls += 1
-                task.ask_for_path()
-            else:
-                task.enter("failed", f"stalled {error}, {PATIENCE} new paths did not help")
-        elif task.state == "running" and not path.reached and self.monitor.resting(now):
-            # "Unreachable" was said of the rope as it was believed to be.
-            if self._learnt() and self._stalls < PATIENCE:
-                self._arrived = 0
-                self._stalls += 1
-                task.ask_for_path()
-            elif self.monitor.stuck(now):
-                task.enter("failed", path.reason)
+            task.enter("failed", f"stalled {error}, {PATIENCE} new paths did not help")
+        elif stuck:
+            task.enter("failed", path.reason)
 
-    def _learnt(self) -> bool:
-        """Whether the rope has turned out to be another one than the path was planned for."""
-        change = self.adaptation.bending_stiffness / self._planned_stiffness
-        return abs(math.log(change)) > LEARNT
+    def _learnt_since(self, stiffness: float) -> bool:
+        """Whether the rope has turned out to be another one than a path was planned for.
+
+        Args:
+            stiffness: EI of that one [N m^2]; 0 in recordings that are older than it.
+        """
+        if not self._adapts or isinstance(self.adaptation, PaperAdaptation) or stiffness <= 0.0:
+            return False
+        return abs(math.log(self.adaptation.bending_stiffness / stiffness)) > LEARNT
+
+    @property
+    def _adapts(self) -> bool:
+        return self.task.settings["adapt"] == "true"
 
     def _surroundings(self) -> Surroundings:
         scenario = self._scenario
@@ -488,7 +515,6 @@ class ControllerService:
 
     def _parameters(self, now: int) -> Parameters:
         adaptation = self.adaptation
-        adapts = self.task.settings["adapt"] == "true"
         if isinstance(adaptation, PaperAdaptation):
             return paper_parameters(adaptation, now, self.estimate.innovation)
         return Parameters(
@@ -497,7 +523,7 @@ class ControllerService:
                 Parameter(
                     name=e.name,
                     value=e.value,
-                    standard_deviation=e.standard_deviation if adapts else 0.0,
+                    standard_deviation=e.standard_deviation if self._adapts else 0.0,
                     unit=e.unit,
                 )
                 for e in adaptation.estimates

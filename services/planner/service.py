@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
 
 from services.planner import whole_path
+from services.planner.learnt_rope import learnt_rope
 from services.planner.problem import Problem, WholePath
 from shared import topics
 from shared.geometry import polylines
@@ -34,8 +34,6 @@ from shared.service import SECOND, Inbox, Publication
 
 STILL = 2e-3
 """Speed of the grips below which they stand [m/s]."""
-LEARNT = 0.02
-"""Change of the stiffness's logarithm that is worth another model."""
 OTHER_SHAPE = 0.02
 """Mean node distance of the rope from the rest shape expected of it that makes it another [m]."""
 
@@ -58,7 +56,8 @@ class PlannerService:
     def __init__(self, scenario: Scenario) -> None:
         rope = {k: v for k, v in vars(scenario.rope).items() if k != "node_count"}
         self._scenario = scenario
-        self._rod = Rod(RodProperties(**rope), scenario.rope.node_count)
+        self._given = RodProperties(**rope)
+        self._rod = Rod(self._given, scenario.rope.node_count)
         self._moves = np.zeros((2, 6), dtype=bool)
         for row, side in zip(self._moves, SIDES, strict=True):
             row[:3] = scenario.end(side).driver != "fixed"
@@ -105,13 +104,10 @@ class PlannerService:
             yield Publication(topics.CONTROLLER_PATH, self._path)
 
     def _believe(self, parameters: Parameters) -> None:
-        """Plans with the stiffness that the controller has learnt."""
-        values = {p.name: p.value for p in parameters.parameters}
-        known = self._rod.properties
-        stiffness = values.get("bending_stiffness", known.bending_stiffness)
-        if stiffness > 0.0 and abs(math.log(stiffness / known.bending_stiffness)) > LEARNT:
-            twisting = known.twisting_stiffness * stiffness / known.bending_stiffness
-            self._rod = self._rod.with_properties(known.with_stiffness(stiffness, twisting))
+        """Plans with the rope that the controller has learnt."""
+        values = {p.name: p.value for p in parameters.parameters if p.standard_deviation > 0.0}
+        if values:
+            self._rod = self._rod.with_properties(learnt_rope(self._given, values))
 
     def _answer(
         self, task: TaskState, scene: Scene, arms: ArmStates, rope: NodeChain | None
@@ -122,6 +118,7 @@ class PlannerService:
             goal_revision=task.goal_revision,
             scene_revision=scene.revision,
             replan_count=task.replan_count,
+            bending_stiffness=self._rod.properties.bending_stiffness,
         )
         try:
             state = self._state(grips, rope, scene_obstacles(scene), round(task.turns))

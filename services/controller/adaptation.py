@@ -6,6 +6,10 @@ the stiffness; swinging tells the damping. All of them are unknowns of one Kalma
 evidence is weighed as in `shared.rod.identification`: what the seen nodes do not tell keeps the
 value that was given, and its standard deviation. Slopes are those of the rest shape between the
 present grips; that of the damping comes from a second model which is moved along, damped more.
+
+One shape tells only once, however long it is looked at: while the grips stay, what it says is found
+anew with every look, from the mean of what was seen, until the rod fits (an iterated filter). Then
+nothing more is asked of it; what it said is kept when the grips go on to another shape.
 """
 
 from __future__ import annotations
@@ -22,10 +26,11 @@ from services.controller.state_estimate import StateEstimate
 from shared.rod import Rod, RodProperties, RodState
 from shared.rod.identification import posterior
 from shared.rod.identification.material import Material
-from shared.rod.identification.posterior import Evidence
 
 EVERY = 400_000_000
 """Between updates [ns]: after one, the model needs time to come to its new shape."""
+EVERY_AT_REST = 100_000_000
+"""The same while the grips stand, where the model is put into its new shape at once [ns]."""
 SPREADS = {
     "stiffness": 1.5,
     "twist_ratio": 0.7,
@@ -56,6 +61,16 @@ MODEL_ERROR = 3e-4
 """Of the rod itself and of calibration, alike in neighbouring nodes and while nothing moves [m]."""
 NEW_SHAPE = 0.04
 """Way of a grip after which that error is another one [m]."""
+SAME_SHAPE = 0.01
+"""Way of a grip below which the rope is looked at in one shape [m]."""
+STANDING = 5e-4
+"""Way of a grip below which it stands [m]."""
+LEVER = 0.05
+"""Way that a rotation of the grip counts for [m/rad]."""
+QUIET = 0.02
+"""Mean speed of the model's nodes below which it rests [m/s]."""
+LOOKS = 30
+"""Of which a mean is taken while the grips stand, at most."""
 UNSETTLED = 0.05
 """Error of the model per speed of its nodes: its slopes are those of a rope at rest [s]."""
 TELLING = 6.0
@@ -101,7 +116,11 @@ class Adaptation:
         groups = self._material.groups
         self._believed = self._material.belief(SPREADS)
         self._seen = np.zeros_like(self._believed)
-        self._x = np.zeros(self._material.count)
+        """What earlier shapes have told, around `_centre`."""
+        self._centre = np.zeros(self._material.count)
+        self._shape = self._seen
+        """What the present one tells."""
+        self._x = self._centre
         self._applied = self._x
         self._limits = self._material.per_unknown(LIMITS)
         self._free = self._limits > 0.0
@@ -110,7 +129,12 @@ class Adaptation:
         self._updated: int | None = None
         self.settled = False
         """Whether the last look has hardly changed the rope any more."""
-        self._grips: Float64[np.ndarray, "2 3"] | None = None
+        self.standing = False
+        """Whether grips and model rest, so that the model may be put into another shape."""
+        self._told: Motion | None = None
+        self._before: Motion | None = None
+        self._looked: Motion | None = None
+        self._mean = _Mean()
 
     @property
     def bending_stiffness(self) -> float:
@@ -170,20 +194,28 @@ class Adaptation:
         """
         if self._free[self._material.groups["damping"]].all():
             self._swing.follow(estimate)
-        if self._updated is not None and stamp - self._updated < EVERY:
+        if self._looked is None or _way(self._looked, estimate.motion) > STANDING:
+            self._looked = estimate.motion
+            self._mean = _Mean()
+        self._mean.add(nodes, sigma, observed)
+        speed = np.mean(np.linalg.norm(estimate.state.velocities, axis=1))
+        self.standing = self._mean.looks > 1 and bool(speed < QUIET)
+        elapsed = EVERY if self._updated is None else stamp - self._updated
+        if elapsed < (EVERY_AT_REST if self.standing else EVERY):
             return None
-        elapsed = 0.0 if self._updated is None else (stamp - self._updated) * 1e-9
         self._updated = stamp
-        self._seen = self._seen * math.exp(-elapsed / MEMORY)
-        used = observed.copy()
+        used = self._mean.observed.copy()
         used[[0, 1, -2, -1]] = False
         if used.sum() < 5:
             return None
+        self._keep(estimate.motion, 1e-9 * elapsed)
+        if self.settled and self._shape.any():
+            return None
         slopes = self._slopes(estimate, stamp)
-        error = nodes - estimate.modelled_at(stamp)
+        error = self._mean.nodes - estimate.modelled_at(stamp)
         swinging = UNSETTLED * np.linalg.norm(estimate.state.velocities, axis=1)
         model_error = self._model_error(estimate.motion)
-        noise = np.sqrt(np.maximum(sigma, 0.0) ** 2 + model_error**2 + swinging**2)
+        noise = np.sqrt(self._mean.variance + model_error**2 + swinging**2)
         # A frame far off the story counts as one of a larger noise.
         miss = np.linalg.norm(error - estimate.offset, axis=1)
         noise = noise * np.maximum(1.0, miss / (3.0 * noise))
@@ -191,12 +223,11 @@ class Adaptation:
         residuals = error - slopes @ (self._x - self._applied)
         counting = min(1.0, TELLING / used.sum())
         seen = posterior.evidence(residuals[used], slopes[used], noise[used], counting)
-        # What is known by now is the belief around the present x: without a pull.
-        known = Evidence(self._believed + self._seen, np.zeros(len(self._x)), 0.0)
+        known = posterior.belief(self._x - self._centre, self._believed + self._seen)
         dx = posterior.step(seen + known, self._free)
         (leap,) = np.abs(dx[self._material.groups["stiffness"]])
         dx = dx * min(1.0, LONGEST / max(leap, 1e-12))
-        self._seen = self._seen + seen.information
+        self._shape = seen.information
         self._x = np.clip(self._x + dx, -self._limits, self._limits)
         self.settled = _size(slopes @ dx) < SETTLED
         change = slopes @ (self._x - self._applied)
@@ -207,21 +238,27 @@ class Adaptation:
         self._swing.restart()
         return change
 
+    def _keep(self, motion: Motion, elapsed: float) -> None:
+        """Adds what a shape has told to what is known, once the grips have left it."""
+        self._seen = self._seen * math.exp(-elapsed / MEMORY)
+        if self._told is None or _way(self._told, motion) > SAME_SHAPE:
+            self._before, self._told = self._told, motion
+            self._seen, self._shape = self._seen + self._shape, np.zeros_like(self._seen)
+            self._centre = self._x
+
     def _deviations(self) -> Float64[np.ndarray, "P"]:
         """Of the unknowns: logarithms, or curvature in radians over the length."""
         free = self._free
-        inner = (self._believed + self._seen)[np.ix_(free, free)]
+        inner = (self._believed + self._seen + self._shape)[np.ix_(free, free)]
         found = np.zeros(len(free))
         found[free] = np.sqrt(np.diag(np.linalg.inv(inner)))
         return found
 
     def _model_error(self, motion: Motion) -> float:
-        """Of the model beside noise: standing still, it is the same one over and over [m]."""
-        before, self._grips = self._grips, motion.positions
-        if before is None:
+        """Of the model beside noise: in shapes that are alike it is the same one [m]."""
+        if self._before is None:
             return MODEL_ERROR
-        way = float(np.max(np.linalg.norm(motion.positions - before, axis=1)))
-        return MODEL_ERROR / math.sqrt(min(1.0, max(way / NEW_SHAPE, 0.02)))
+        return MODEL_ERROR / math.sqrt(min(1.0, _way(self._before, motion) / NEW_SHAPE))
 
     def _slopes(self, estimate: StateEstimate, stamp: int) -> Float64[np.ndarray, "n 3 P"]:
         """Change of what is seen with the unknowns [m]."""
@@ -243,6 +280,44 @@ class Adaptation:
         if swinging is not None:
             slopes[..., self._material.groups["damping"]] = swinging[..., None]
         return slopes
+
+
+class _Mean:
+    """Of the nodes that were seen since the grips stand; older looks fade."""
+
+    def __init__(self) -> None:
+        self.looks = 0
+        self._weights: np.ndarray = np.zeros(0)
+
+    def add(
+        self,
+        nodes: Float64[np.ndarray, "n 3"],
+        sigma: Float64[np.ndarray, "n"],
+        observed: Bool[np.ndarray, "n"],
+    ) -> None:
+        """Takes one look; nodes that were not seen count for nothing."""
+        if not self.looks:
+            self._weights = np.zeros(len(nodes))
+            self.nodes, self._noise, self._spread = nodes, *np.zeros((2, len(nodes)))
+        self.looks += 1
+        self._weights = np.minimum(self._weights, LOOKS - 1) + observed
+        share = observed / np.maximum(self._weights, 1.0)
+        miss = nodes - self.nodes
+        self.nodes = self.nodes + share[:, None] * miss
+        self._noise = self._noise + share * (np.maximum(sigma, 0.0) ** 2 - self._noise)
+        found = (1.0 - share) * np.mean(miss**2, axis=1)
+        self._spread = (1.0 - share) * self._spread + share * found
+
+    @property
+    def observed(self) -> Bool[np.ndarray, "n"]:
+        """Nodes that were seen at all."""
+        return self._weights > 0.0
+
+    @property
+    def variance(self) -> Float64[np.ndarray, "n"]:
+        """Of the mean's coordinates [m^2]; swinging, which is more than noise, does not average."""
+        swinging = np.maximum(self._spread - self._noise, 0.0)
+        return self._noise / np.maximum(self._weights, 1.0) + swinging
 
 
 class _Swing:
@@ -283,6 +358,12 @@ class _Swing:
         if not self._slopes:
             return None
         return min(self._slopes, key=lambda entry: abs(entry[0] - stamp))[1]
+
+
+def _way(before: Motion, after: Motion) -> float:
+    """By how much the grips have gone from one place to another, rotations included [m]."""
+    change = twist_between(before, after, 1.0)
+    return float(np.max(np.linalg.norm(change, axis=2) @ np.array([1.0, LEVER])))
 
 
 def _size(change: Float64[np.ndarray, "n 3"]) -> float:

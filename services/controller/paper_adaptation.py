@@ -41,6 +41,7 @@ class PaperAdaptation:
 
     def __init__(self, rod: XpbdRod, settings: PaperControl) -> None:
         self.properties: XpbdProperties = rod.properties
+        self.standing = False
         self.settled = True
         """It learns from horizons alone: a rope that stands still tells it nothing."""
         self._rod, self._settings = rod, settings

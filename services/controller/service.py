@@ -58,6 +58,9 @@ BLIND = SECOND // 2
 STRAYED = 0.04
 """Distance between command and arm at which the command is given up [m]: a CR5 is 0.1 s behind, and
 the gateway watches how far it is off its path."""
+TAUT = 0.98
+"""Distance of the grips, as a share of the rope's length, from which a rod has no rest shape to be
+put into that is worth the name [-]."""
 STALLED = 5 * SECOND
 """At the end of a path for so long without being within tolerance, control has stalled [ns]; sooner
 where the rope rests and comes no nearer."""
@@ -203,12 +206,22 @@ class ControllerService:
         if self._adapts:
             change = self.adaptation.look(self.estimate, rope.stamp, nodes, sigma, observed)
             if change is not None:
-                rod = self._model.with_properties(self.adaptation.properties)
-                self.estimate.becomes(rod, change)
+                self._become(change)
         # Noise would add to every distance: the run is judged by the estimate.
         believed = self.estimate.modelled_at(rope.stamp) + self.estimate.offset
         self.monitor.look(rope.stamp, believed, self.task.goal.nodes, self._obstacles)
         self._watch(rope.stamp, nodes, observed)
+
+    def _become(self, change: np.ndarray) -> None:
+        """Goes on with the rod that was learnt, by which its rest shape changes so much [m]."""
+        rod = self._model.with_properties(self.adaptation.properties)
+        positions = self.estimate.motion.positions
+        apart = np.linalg.norm(positions[1] - positions[0])
+        begun = self.loop.path is not None
+        if self.adaptation.standing and not begun and apart < TAUT * rod.properties.length:
+            self.estimate.rests_as(rod)
+        else:
+            self.estimate.becomes(rod, change)
 
     def _watch(self, stamp: int, nodes: np.ndarray, observed: np.ndarray) -> None:
         """Gives up when the rope hangs on something, before the grips pull on it."""

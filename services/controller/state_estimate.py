@@ -109,6 +109,20 @@ class StateEstimate:
         self.rod = rod
         self._variance = self._variance + np.mean(change**2, axis=1)
 
+    def rests_as(self, rod: Rod | XpbdRod) -> None:
+        """Goes on with another material in its own shape of rest: the rope stands still.
+
+        What the rope was believed to be stays: the offset makes up for it.
+        """
+        self.rod = rod
+        before = self.state.positions
+        self.state = rod.rest(
+            *self.motion.grips, guess=self.state.at_rest(), obstacles=self.supports
+        ).state
+        self.offset = self.offset + before - self.state.positions
+        self.offset[[0, 1, -2, -1]] = 0.0
+        self._history = deque([(self.time, self.state.positions)])
+
     def rolled(
         self, state: RodState, twist: Float64[np.ndarray, "2 2 3"], dt: float, steps: int
     ) -> RodState:

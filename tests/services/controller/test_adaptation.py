@@ -8,7 +8,12 @@ import numpy as np
 import pytest
 
 from services.controller.adaptation import Adaptation, Estimated
-from tests.services.controller.cell import PROPERTIES, Cell, grips
+from services.controller.motion import Motion
+from services.controller.state_estimate import StateEstimate
+from shared.geometry import poses
+from shared.geometry.poses import Pose
+from shared.rod import Rod
+from tests.services.controller.cell import COUNT, PROPERTIES, Cell, grips
 
 GOAL = grips((-0.14, 0.05, 0.27), (0.16, 0.02, 0.31))
 
@@ -86,3 +91,35 @@ def test_one_bad_frame_moves_little() -> None:
     bad = seen + np.linspace(0.0, 0.1, len(seen))[:, None]
     adaptation.look(cell.estimate, now, bad, sigma, observed)
     assert abs(np.log(adaptation.bending_stiffness / before)) < 0.2
+
+
+@pytest.mark.parametrize("factor", [0.5, 6.0])
+def test_a_rope_that_hangs_still_tells_its_stiffness_before_it_is_moved(factor: float) -> None:
+    given = replace(PROPERTIES, youngs_modulus=1e6)
+    model = Rod(given, COUNT)
+    left, right = grips((-0.14, 0.0, 0.3), (0.14, 0.03, 0.32))
+    tilted = poses.multiply(poses.exponential(np.array([0.4, -0.3, 0.5])), left.orientation)
+    held = Pose(left.position, tilted), right
+    plant = model.with_properties(replace(given, youngs_modulus=1e6 * factor))
+    rope = plant.rest(*held).state.positions
+    arm, now = Motion.at_rest(*held), 1_000_000_000
+    estimate, adaptation = StateEstimate(model, arm, now), Adaptation(given)
+    random = np.random.default_rng(0)
+    sigma, observed = np.full(COUNT, 2e-3), np.ones(COUNT, dtype=bool)
+    for _ in range(40):
+        now += 40_000_000
+        estimate.advance(arm, now)
+        seen = rope + sigma[:, None] * random.normal(size=rope.shape)
+        estimate.observe(now, seen, sigma, observed)
+        change = adaptation.look(estimate, now, seen, sigma, observed)
+        if change is not None and adaptation.standing:
+            estimate.rests_as(model.with_properties(adaptation.properties))
+    assert adaptation.settled
+    assert abs(np.log(adaptation.bending_stiffness / plant.properties.bending_stiffness)) < 0.3
+    assert np.linalg.norm(estimate.state.positions - rope, axis=1).mean() < 1e-3
+    # A shape tells once: what it has told is not told again.
+    before = adaptation.properties
+    for _ in range(20):
+        now += 100_000_000
+        adaptation.look(estimate, now, rope, sigma, observed)
+    assert adaptation.properties == before

@@ -259,12 +259,15 @@ def advance(ni: ti.template(), w: ti.template(), rod):
                     moved = ti.max(moved, size)
                     if j < first or j >= end:
                         driven = ti.max(driven, size)
-            # Steps shrink at least at the rate of the last two: what is left is a hundredth of it.
-            rate = 1.0
+            # Newton's next step shrinks by the square of the last two's ratio: the ratio alone, with
+            # a hundredfold margin, leaves errors that differences of roll-outs do not notice.
+            # Derivatives want the factors of where it ends.
+            size = ti.max(moved, length * rotated)
+            left = size
             if ni[at.WANT] == 0 and iterations > 0 and share == 1.0:
-                rate = ti.min(1.0, 100.0 * ti.max(moved, length * rotated) / (largest + 1e-300))
-            largest = ti.max(moved, length * rotated)
-            left = rate * largest
+                ratio = size / (largest + 1e-300)
+                left = ti.min(1.0, 100.0 * ratio) * size
+            largest = size
             share = 1.0
             if iterations > 0 or (ni[at.OBSTACLES] > 0 and moved > 4.0 * reach + 2.0 * driven):
                 share = ti.min(share, ti.min(reach / (moved + 1e-30), 0.8 / (rotated + 1e-30)))

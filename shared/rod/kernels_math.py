@@ -118,11 +118,26 @@ def exponential(y):
 
 @ti.func
 def logarithm(u):
-    """Rotation vector of a unit quaternion with u[0] >= 0."""
+    """Rotation vector of a unit quaternion with u[0] >= 0.
+
+    Its angle is 8 atan(x) with x = tan(angle / 8) < 0.4143, where a polynomial in x^2 is exact to
+    rounding: the library's arcus tangent took a fifth of the time of a whole roll-out.
+    """
     v = ti.Vector([u[1], u[2], u[3]])
     s2 = v.dot(v)
-    s = ti.sqrt(ti.max(s2, 1e-6))
-    return ti.select(s2 < 1e-6, 2.0 + s2 * (1 / 3 + s2 * 0.15), 2.0 * ti.atan2(s, u[0]) / s) * v
+    # tan(angle / 4) = |v| half, then halved once more.
+    half = 1.0 / (u[0] + ti.sqrt(u[0] * u[0] + s2))
+    t2 = s2 * half * half
+    quarter = 1.0 / (1.0 + ti.sqrt(1.0 + t2))
+    x = t2 * quarter * quarter
+    x2 = x * x
+    x4 = x2 * x2
+    low = (1.0 - 0.33333333333328435 * x) + x2 * (0.19999999998854168 - 0.14285714180900647 * x)
+    middle = (0.11111106177375227 - 0.09090773003240828 * x) + x2 * (
+        0.07689952488233016 - 0.066402251735395 * x
+    )
+    high = (0.0568830340363325 - 0.04347919839046537 * x) + x2 * 0.021133752033748364
+    return (8.0 * half * quarter * (low + x4 * (middle + x4 * high))) * v
 
 
 @ti.func

@@ -115,12 +115,14 @@ def targets(
             store4(w, rod + ni[at.AT_TARGET_ORIENTATIONS] + 4 * i, target)
         # k |y - rest|^2 + rate k |y - before|^2 is, but for a constant, one square as well.
         rate = internal_rate(ni, w, rod, step)
+        damped = rate > 0.0 or ni[at.PARAMETERS] > 0
         for j in range(n - 2):
             before = ti.Vector([0.0, 0.0, 0.0])
-            for back in range(1, 3):
-                share = w[time_at(ni, rod, step) + at.BASE + back - 1]
-                y, _jacobian, _c, _d = bend_turn(ni, w, rod, step + at.NEW - back, j)
-                before += share * y
+            if damped:
+                for back in range(1, 3):
+                    share = w[time_at(ni, rod, step) + at.BASE + back - 1]
+                    y, _jacobian, _c, _d = bend_turn(ni, w, rod, step + at.NEW - back, j)
+                    before += share * y
             bend = rod + ni[at.AT_BENDS] + 6 * j
             to = rod + ni[at.AT_EFFECTIVE_BENDS] + at.EFFECTIVE_WIDTH * j
             store3(w, to, (1.0 + rate) * load3(w, bend))

@@ -58,7 +58,8 @@ class Launch:
         integers = integers.copy()
         integers[layout.INTEGERS : layout.INTEGERS + sizes.horizon] = block_of_step
         integers[layout.INTEGERS + sizes.horizon :] = parameters.ravel()
-        return Sheet(sizes, offsets, stride, integers, self._doubles)
+        rods = self._doubles[: stride * sizes.batch].reshape(sizes.batch, -1)
+        return Sheet(sizes, offsets, integers, self._doubles, rods)
 
 
 @dataclass(frozen=True)
@@ -67,21 +68,20 @@ class Sheet:
 
     sizes: Sizes
     offsets: dict[int, tuple[int, int]]
-    stride: int
     integers: Int32[np.ndarray, "k"]
     doubles: Float64[np.ndarray, "m"]
+    rods: Float64[np.ndarray, "B s"]
+    """The stretch of each rod, as a view."""
 
     def section(self, name: int) -> Float64[np.ndarray, "B k"]:
         """A section of every rod of the batch, as a view."""
         start, length = self.offsets[name]
-        rods = self.doubles[: self.stride * self.sizes.batch].reshape(self.sizes.batch, -1)
-        return rods[:, start : start + length]
+        return self.rods[:, start : start + length]
 
     def obstacles(self) -> Float64[np.ndarray, "m 17"]:
         """The rows of the scene, as a view."""
-        start = self.stride * self.sizes.batch
-        end = start + layout.OBSTACLE_WIDTH * self.sizes.obstacles
-        return self.doubles[start:end].reshape(-1, layout.OBSTACLE_WIDTH)
+        end = self.rods.size + layout.OBSTACLE_WIDTH * self.sizes.obstacles
+        return self.doubles[self.rods.size : end].reshape(-1, layout.OBSTACLE_WIDTH)
 
     def run(self) -> None:
         """Launch the kernel on what has been filled in."""
@@ -89,4 +89,4 @@ class Sheet:
         # Kernels compile against the runtime, which must therefore stand first.
         from shared.rod import kernels
 
-        kernels.roll(self.integers, self.doubles, self.sizes.batch)
+        runtime.launch(kernels.roll, self.integers, self.doubles, self.sizes.batch)

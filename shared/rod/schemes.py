@@ -7,6 +7,7 @@ inertia would add to it, are sums of the last solves' positions: see `kernels`.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -58,11 +59,25 @@ def time_table(
     Args:
         dt: Duration of a step, or of each [s].
     """
+    if np.ndim(dt) == 0:
+        return _steady(scheme, float(dt), horizon, substeps)
+    return _rows(scheme, np.asarray(dt, float), horizon, substeps)
+
+
+@lru_cache(maxsize=64)
+def _steady(scheme: str, dt: float, horizon: int, substeps: int) -> Float64[np.ndarray, "S 12"]:
+    """Cached, for a controller asks for the same steps a hundred times a second."""
+    rows = _rows(scheme, np.asarray(dt), horizon, substeps)
+    rows.setflags(write=False)
+    return rows
+
+
+def _rows(
+    scheme: str, dt: Float64[np.ndarray, "..."], horizon: int, substeps: int
+) -> Float64[np.ndarray, "S 12"]:
     stages = np.array(_ROWS[scheme])
     rows = np.tile(stages, (horizon * substeps, 1))
-    h = np.repeat(
-        np.broadcast_to(np.asarray(dt, float) / substeps, horizon), substeps * len(stages)
-    )
+    h = np.repeat(np.broadcast_to(dt / substeps, horizon), substeps * len(stages))
     rows[:, layout.DURATION] *= h
     rows[:, layout.GRIP_DURATION] *= h
     return rows

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float64, Int64
 
-from shared.rod.rod import ENDS
+from shared.rod.checks import check_launch, check_state
+from shared.rod.filling import ENDS
 from shared.rod.state import RodState
 from shared.rod.xpbd import layout
-from shared.rod.xpbd.checks import check_launch, check_state
 from shared.rod.xpbd.layout import Sizes
 from shared.rod.xpbd.sheet import Sheet
 

@@ -14,7 +14,7 @@ from jaxtyping import Float64, Int64
 
 from shared.geometry import poses
 from shared.geometry.poses import Pose
-from shared.rod.rod import ENDS, End
+from shared.rod.filling import ENDS, End
 from shared.rod.state import Gradient, Rest, RodState, Rollout
 from shared.rod.xpbd import layout, rest
 from shared.rod.xpbd.answers import PARAMETERS, positions, rolled, slopes

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from jaxtyping import Float64, Int64
 
@@ -11,25 +13,34 @@ from shared.rod.state import RodState
 def check_launch(
     count: int,
     actions: Float64[np.ndarray, "B K 2 6"],
-    dt: float,
+    dt: float | Float64[np.ndarray, "H"],
     steps: int | None,
     block_of_step: Int64[np.ndarray, "H"] | None,
     substeps: int,
 ) -> Int64[np.ndarray, "H"]:
-    """The block of every step."""
+    """The block of every step.
+
+    Args:
+        count: Rods.
+        dt: Of a step, or of each [s].
+        steps: Steps that were asked for, if any were.
+    """
     if actions.ndim != 4 or actions.shape[2:] != (2, 6) or len(actions) != count:
         raise ValueError(
             f"actions must be (blocks, 2 ends, 6), got shape {actions.shape[1:]} for {count} rod(s)"
         )
-    if not (dt > 0.0 and np.isfinite(dt)):
+    durations = np.atleast_1d(np.asarray(dt, float))
+    if not (durations.min() > 0.0 and math.isfinite(durations.max())):
         raise ValueError(f"dt must be positive, got {dt} s; try 0.01")
     if substeps < 1:
         raise ValueError(f"substeps must be at least 1, got {substeps}")
-    if not np.all(np.isfinite(actions)):
+    if not np.isfinite(actions).all():
         raise ValueError("actions hold a number that is not finite; were they clipped?")
     blocks = actions.shape[1]
     if block_of_step is None:
         block_of_step = np.minimum(np.arange(steps or blocks), blocks - 1)
+        if len(block_of_step) and blocks:
+            return block_of_step
     block_of_step = np.asarray(block_of_step, dtype=np.int64)
     if len(block_of_step) < 1 or (steps is not None and steps != len(block_of_step)):
         raise ValueError(
@@ -57,7 +68,8 @@ def check_state(state: RodState, n: int) -> None:
                 f"state.{name} must be ({rows}, {width}), got {np.shape(value)}; this rod has {n} "
                 "nodes"
             )
-        if not np.all(np.isfinite(value)):
+        if not np.isfinite(value).all():
             raise ValueError(f"state.{name} holds a number that is not finite")
-    if np.any(np.abs(np.linalg.norm(state.orientations, axis=1) - 1.0) > 1e-3):
+    lengths = np.einsum("ij,ij->i", state.orientations, state.orientations)
+    if lengths.min() < 0.998 or lengths.max() > 1.002:
         raise ValueError("state.orientations must be unit quaternions; normalise them")

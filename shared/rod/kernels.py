@@ -259,8 +259,8 @@ def advance(ni: ti.template(), w: ti.template(), rod):
                     moved = ti.max(moved, size)
                     if j < first or j >= end:
                         driven = ti.max(driven, size)
-            # Newton's next step shrinks by the square of the last two's ratio: the ratio alone, with
-            # a hundredfold margin, leaves errors that differences of roll-outs do not notice.
+            # Newton's next step shrinks by the square of the last two's ratio: the ratio alone,
+            # with a hundredfold margin, leaves errors that differences of roll-outs do not notice.
             # Derivatives want the factors of where it ends.
             size = ti.max(moved, length * rotated)
             left = size

@@ -33,6 +33,7 @@ VERBS = {
     "repair": ("lariat.repair:main", "make a cut recording whole"),
     "identify": ("lariat.identify:main", "a rope's material from its measured motion"),
     "calibrate": ("lariat.calibrate:main", "where the camera stands, by a marker on an arm"),
+    "see": ("lariat.see:main", "the rope in one picture, from any camera"),
     "bench": ("", "a table of the paper, or a speed"),
 }
 TALKING = ("status", "goal", "start", "pause", "stop", "reset", "arm", "disarm", "ack", "grip")

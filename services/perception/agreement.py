@@ -19,6 +19,8 @@ from shared.geometry.cameras import Camera
 
 SEEN_PAST = 0.02
 """Depth behind the chain from which on the camera has looked past it [m]."""
+IN_FRONT = 0.02
+"""Depth before the chain from which on something else hides it [m]."""
 SUBPIXEL = 4
 """Bits of the fixed-point coordinates that lines are drawn with."""
 
@@ -31,6 +33,8 @@ class Agreement:
     """Part of the bright pixels away from the chain."""
     contradicted: float
     """Part of the chain where the camera sees what lies behind it."""
+    covered: float
+    """Part of the chain that something nearer hides."""
 
     def doubt(self, hidden: float) -> float:
         """0 where both agree, 1 and more where one is surely wrong.
@@ -62,7 +66,7 @@ def agreement(
     dense = polylines.resampled(nodes, 4 * len(nodes))
     pixels, z = camera.project(dense)
     if not np.all(z > 0.0):
-        return Agreement(1.0, 1.0)
+        return Agreement(1.0, 1.0, 0.0)
     local = pixels - np.array([region.left, region.top], float)
     drawn = np.zeros_like(region.mask)
     fixed = np.rint(np.clip(local, -1e4, 1e4) * 2**SUBPIXEL).astype(np.int32)
@@ -71,7 +75,8 @@ def agreement(
     bright = int(np.count_nonzero(region.mask))
     left_over = int(np.count_nonzero(region.mask & ~drawn & 1))
 
-    near = cv2.dilate(region.mask, np.ones((5, 5), np.uint8))
+    reach = 2 * max(2, round(0.4 * width)) + 1
+    near = cv2.dilate(region.mask, np.ones((reach, reach), np.uint8))
     at = np.rint(local).astype(int)
     height, across = region.mask.shape
     inside = (at >= 0).all(axis=1) & (at[:, 0] < across) & (at[:, 1] < height)
@@ -79,4 +84,5 @@ def agreement(
     lit = inside & (near[clipped[:, 1], clipped[:, 0]] > 0)
     behind = sampled(depth, pixels)
     past = ~lit & (behind > z + SEEN_PAST)
-    return Agreement(left_over / max(bright, 1), float(np.mean(past)))
+    covered = ~lit & (behind > 0.0) & (behind < z - IN_FRONT)
+    return Agreement(left_over / max(bright, 1), float(np.mean(past)), float(np.mean(covered)))

@@ -38,11 +38,17 @@ from shared.geometry.cameras import Camera
 from shared.geometry.poses import Pose
 
 CERTAIN = 0.15
-"""A hypothesis with less doubt ends the search."""
+"""A hypothesis with less doubt ends the search, if it leaves little of the rope unseen."""
+FAINT = 0.15
+"""Part of the usual number of ranges that a node needs: a few stray ones are no sight of it."""
+UNSEEN = 0.25
+"""Part of the rope that nothing hides and that is not seen: another topology may show more."""
 DOUBTFUL = 0.3
 """With more doubt nothing counts as observed, and every sigma is wide."""
 RIVALRY = 0.3
 """Hypotheses that differ by less doubt cannot be told apart."""
+TORN = 0.005
+"""A node that rivals put so far apart is not seen, whatever lies there [m]."""
 BRIDGED = 1.6
 """Factor on the deviation of what was not seen: its stiffness and its motion are not known."""
 WRONG = 0.12
@@ -139,27 +145,34 @@ class CenterlineEstimator:
         model: Callable[[], Expected | None] | None,
     ) -> Estimate:
         """Tries hypotheses until one leaves no doubt; what rivals it widens its sigma."""
-        tried: list[tuple[float, Estimate]] = []
+        tried: list[tuple[float, float, Estimate]] = []
         for start in self._starts(view, left, right, expected, model):
             found = self._fitted(view, start, left, right)
             fits = agreement(found.positions, self.camera, view.region, view.depth, view.width)
-            doubt = fits.doubt(1.0 - float(np.mean(found.observed)))
-            tried.append((doubt + max(0.0, found.misfit - 1.0), found))
-            if tried[-1][0] < CERTAIN:
+            unseen = 1.0 - float(np.mean(found.observed))
+            doubt = fits.doubt(unseen) + max(0.0, found.misfit - 1.0)
+            missing = max(0.0, unseen - fits.covered)
+            # Of two that nothing contradicts, the image speaks for the one that it shows more of.
+            tried.append((doubt + missing, doubt, found))
+            followed = expected is not None and start.expected is expected
+            if doubt < CERTAIN and (followed or missing < UNSEEN):
                 break
         if not tried:
             return _lost("nothing bright lies where the rope can be")
-        tried.sort(key=lambda t: t[0])
-        doubt, best = tried[0]
-        sigma = best.sigma
-        for other, rival in tried[1:]:
-            if other < doubt + RIVALRY:
-                sigma = np.hypot(sigma, np.linalg.norm(rival.positions - best.positions, axis=1))
+        tried.sort(key=lambda t: t[:2])
+        rank, doubt, best = tried[0]
+        spread = np.zeros(len(best.sigma))
+        # Who shows little of the rope has more rivals: what it hides is easily blamed on them.
+        near = rank + RIVALRY + 2.0 * (1.0 - float(np.mean(best.observed)))
+        for other, _, rival in tried[1:]:
+            if other < near:
+                away = np.linalg.norm(rival.positions - best.positions, axis=1)
+                spread = np.hypot(spread, away)
         wrong = min(1.0, (doubt / DOUBTFUL) ** 2)
         return replace(
             best,
-            sigma=np.hypot(sigma, wrong * self._reach(left, right)),
-            observed=best.observed & (doubt < DOUBTFUL),
+            sigma=np.hypot(np.hypot(best.sigma, spread), wrong * self._reach(left, right)),
+            observed=best.observed & (spread < TORN) & (doubt < DOUBTFUL),
             doubt=doubt,
         )
 
@@ -275,10 +288,12 @@ class CenterlineEstimator:
         sigma = fit.sigma * max(1.0, fit.misfit)
         if left is None and right is None:
             sigma = np.hypot(sigma, np.hypot(start.sliding, END_SIGMA))
-        seen = fit.support > 1.0
+        usual = float(np.median(np.concatenate([fit.support[fit.support > 1.0], [1.0]])))
+        seen = fit.support > max(1.0, FAINT * usual)
         edge = self.rope.length / (self.rope.node_count - 1)
         held = left is not None, right is not None
         sigma = np.hypot(sigma, slack(fit.nodes, edge, seen, held))
+        sigma = np.hypot(sigma, _sag(fit.nodes))
         return Estimate(fit.nodes, np.where(seen, 1.0, BRIDGED) * sigma, seen, misfit=fit.misfit)
 
     def _samples(
@@ -374,6 +389,13 @@ class _Start:
     """What it rests on."""
     sliding: float = 0.0
     """How far the whole rope may be shifted along itself [m]."""
+
+
+def _sag(nodes: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "n"]:
+    """How far a smooth rope is from the straight edges between its nodes [m]."""
+    sag = np.zeros(len(nodes))
+    sag[1:-1] = np.linalg.norm(np.diff(nodes, 2, axis=0), axis=1) / 8.0
+    return sag
 
 
 def _offsets(width: float) -> list[float]:

@@ -9,6 +9,8 @@ from jaxtyping import Bool, Float64
 
 FOLDS = 0.15
 """Standard deviation of a hidden stretch as a part of what its length allows: loops are rare."""
+FOLDED = 3.0
+"""How much larger it is where both ends of the stretch meet: a fold may point anywhere."""
 
 
 def slack(
@@ -40,7 +42,8 @@ def slack(
         span, chord = (b - a) * edge, float(np.linalg.norm(nodes[b] - nodes[a]))
         bulge = 0.5 * np.sqrt(max(span**2 - chord**2, 0.0))
         along = (np.arange(a, b + 1) - a) / (b - a)
-        sigma[a : b + 1] = FOLDS * bulge * 4.0 * along * (1.0 - along)
+        wide = FOLDS * (1.0 + FOLDED * (2.0 * bulge / span) ** 4)
+        sigma[a : b + 1] = wide * bulge * 4.0 * along * (1.0 - along)
     if len(fixed):
         # Beyond the last seen node nothing holds the rope.
         sigma[: fixed[0]] = FOLDS * edge * np.arange(fixed[0], 0, -1)

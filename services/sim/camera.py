@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from jaxtyping import Float64, UInt8, UInt16
 
@@ -194,4 +195,5 @@ class RgbdCamera:
             return Frame(color, depth)
         start = frame * GRAIN_STRIDE % (self._grain.size - color.size)
         grain = self._grain[start : start + color.size].reshape(color.shape)
-        return Frame(np.clip(color + grain, 0, 255).astype(np.uint8), depth)
+        # One pass that saturates.
+        return Frame(np.asarray(cv2.add(color, grain, dtype=cv2.CV_8U), np.uint8), depth)

@@ -1,0 +1,148 @@
+"""`lariat see IMAGE`: the rope in one picture, from any camera, without a cell."""
+
+from __future__ import annotations
+
+import json as jsons
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+import tyro
+from jaxtyping import Float64, UInt8, UInt16
+
+from shared.configuration import ConfigurationError
+from shared.geometry import poses
+from shared.geometry.cameras import Camera, Intrinsics
+from shared.geometry.poses import Pose
+
+if TYPE_CHECKING:
+    from services.perception.estimate import Estimate
+
+LINE = (255, 0, 255)
+"""Colour that centre lines are drawn in."""
+SEEN, BRIDGED = (0, 120, 255), (255, 160, 0)
+"""Colours of nodes that were seen, and of others."""
+SUBPIXEL = 4
+"""Bits of the fixed-point coordinates that lines are drawn with."""
+
+
+def main(
+    image: tyro.conf.Positional[Path],
+    /,
+    color: tuple[int, int, int] | None = None,
+    depth: Path | None = None,
+    camera: Path | None = None,
+    length: float | None = None,
+    diameter: float | None = None,
+    nodes: int = 40,
+    threshold: int = 128,
+    out: Path | None = None,
+) -> int:
+    """Find the rope in a picture: its centre lines, and its nodes where there is depth as well.
+
+    Answers with one JSON object. Without depth: `lines`, columns and rows of the pixels along
+    each piece of rope. With depth, camera, length and diameter also `nodes`, in metres in the
+    camera's optical frame (x right, y down, z forward), each with `sigma` and `observed`.
+
+    Examples:
+      lariat see cable.jpg --color 230 110 30 --out seen.png
+      lariat see cable.png --depth depth.png --camera k.json --length 0.55 --diameter 0.005
+
+    Args:
+        image: The picture.
+        color: Red, green and blue of the rope; found in the picture without it.
+        depth: 16-bit image of the same pixels in millimetres, 0 where nothing was measured.
+        camera: JSON file with fx, fy, cx and cy in pixels.
+        length: Of the rope [m].
+        diameter: Of the rope [m].
+        nodes: At equal distances along the rope.
+        threshold: Least likeness to the colour, 1..254.
+        out: File for the picture with what was found drawn over it.
+    """
+    from services.perception import photograph
+    from services.perception.centerline import CenterlineEstimator
+    from services.perception.estimate import CenterlineSettings, RopeModel
+
+    picture = _picture(image)
+    drawn = picture.copy()
+    try:
+        rope_color = color or photograph.found_color(picture)[0]
+        answer: dict[str, object] = {"color": list(rope_color)}
+        if depth is None:
+            read = photograph.read(picture, color, threshold=threshold)
+            answer["width"] = round(read.width, 2)
+            answer["lines"] = [np.round(line.pixels, 2).tolist() for line in read.lines]
+            for line in read.lines:
+                _draw(drawn, line.pixels, LINE)
+    except ValueError as error:
+        raise ConfigurationError(f"{image}: {error}") from error
+    if depth is not None:
+        if camera is None or length is None or diameter is None:
+            raise ConfigurationError(
+                "--depth needs --camera, --length and --diameter: nodes are fitted in metres"
+            )
+        settings = CenterlineSettings(threshold=threshold, rope_color=rope_color)
+        view = Camera(_intrinsics(camera, picture), Pose(np.zeros(3), poses.IDENTITY))
+        estimator = CenterlineEstimator(view, RopeModel(length, diameter / 2.0, nodes), settings)
+        found = estimator.estimate(picture, _depth(depth))
+        answer |= _words(found)
+        if not found.lost:
+            _draw_nodes(drawn, view.project(found.positions)[0], found)
+    if out is not None and not cv2.imwrite(str(out), drawn[..., ::-1]):
+        raise ConfigurationError(f"{out} cannot be written; end its name in .png or .jpg")
+    print(jsons.dumps(answer))
+    return 1 if answer.get("lost") else 0
+
+
+def _words(found: Estimate) -> dict[str, object]:
+    if found.lost:
+        return {"lost": found.lost}
+    return {
+        "nodes": np.round(found.positions, 5).tolist(),
+        "sigma": np.round(found.sigma, 5).tolist(),
+        "observed": found.observed.tolist(),
+        "doubt": round(found.doubt, 3),
+    }
+
+
+def _picture(path: Path) -> UInt8[np.ndarray, "h w 3"]:
+    image = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    if image is None:
+        raise ConfigurationError(f"{path} is no picture that can be read; give a PNG or a JPEG")
+    return np.ascontiguousarray(image[..., ::-1])
+
+
+def _depth(path: Path) -> UInt16[np.ndarray, "h w"]:
+    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+    if image is None or image.dtype != np.uint16 or image.ndim != 2:
+        raise ConfigurationError(f"{path} is no depth image; give a 16-bit PNG in millimetres")
+    return np.asarray(image, np.uint16)
+
+
+def _intrinsics(path: Path, picture: UInt8[np.ndarray, "h w 3"]) -> Intrinsics:
+    height, width = picture.shape[:2]
+    try:
+        known = jsons.loads(path.read_text())
+        return Intrinsics(width, height, *(float(known[k]) for k in ("fx", "fy", "cx", "cy")))
+    except (OSError, KeyError, TypeError, ValueError) as error:
+        raise ConfigurationError(
+            f"{path}: {error!r}; give a JSON object with fx, fy, cx and cy in pixels"
+        ) from error
+
+
+def _draw(
+    picture: UInt8[np.ndarray, "h w 3"],
+    pixels: Float64[np.ndarray, "k 2"],
+    color: tuple[int, int, int],
+) -> None:
+    fixed = np.rint(pixels * 2**SUBPIXEL).astype(np.int32)
+    cv2.polylines(picture, [fixed[:, None]], False, color, 2, cv2.LINE_AA, SUBPIXEL)
+
+
+def _draw_nodes(
+    picture: UInt8[np.ndarray, "h w 3"], pixels: Float64[np.ndarray, "n 2"], found: Estimate
+) -> None:
+    _draw(picture, pixels, LINE)
+    for pixel, seen in zip(np.rint(pixels).astype(int).tolist(), found.observed, strict=True):
+        cv2.circle(picture, tuple(pixel), 3, SEEN if seen else BRIDGED, -1, cv2.LINE_AA)

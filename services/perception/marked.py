@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from jaxtyping import UInt8, UInt16
+from jaxtyping import Float64, UInt8, UInt16
 
 from services.perception.markers import (
     QUIET,
@@ -34,8 +34,12 @@ CROOKED = 0.1
 """A tag whose corners are further from a square, as a part of its side, is none."""
 SETTLED = 3
 """Sightings before a marker is believed."""
-EVERY = 3
-"""Frames between two searches: a third of the frames is often enough, and costs a third."""
+INTERVAL = 90_000_000
+"""Between two searches [ns]: every third frame of 30 a second, which costs a third."""
+WANDERED = 0.15
+"""How far from its last place a plate is looked for that nobody sees [m]."""
+WIDE = 1.7
+"""What is so many times as wide as the rope is not the rope."""
 RAISED = 0.006
 """What is so much nearer than a plate is no part of it [m]."""
 
@@ -52,23 +56,27 @@ class Move:
 class MarkedObstacles:
     """Watches the markers of a scenario's obstacles."""
 
-    def __init__(self, marked: dict[int, Obstacle], sides: dict[int, float]) -> None:
+    def __init__(
+        self, marked: dict[int, Obstacle], sides: dict[int, float], rope_diameter: float
+    ) -> None:
         """
         Args:
             marked: Obstacles by the identity of their markers.
             sides: Of those markers [m].
+            rope_diameter: Of what else is bright [m].
         """
-        self._marked, self._sides = marked, sides
+        self._marked, self._sides, self._rope_diameter = marked, sides, rope_diameter
         self._detector = MarkerDetector()
         self._steady = {identity: SteadyPlacement() for identity in marked}
         self._count = dict.fromkeys(marked, 0)
-        self._frame = 0
+        self._searched: int | None = None
         self._sightings: list[Sighting] = []
 
     def look(
         self,
         color: UInt8[np.ndarray, "h w 3"],
         depth: UInt16[np.ndarray, "h w"],
+        stamp: int,
         camera: Camera,
         obstacles: Sequence[Obstacle],
     ) -> tuple[UInt8[np.ndarray, "h w 3"], list[Move]]:
@@ -77,16 +85,26 @@ class MarkedObstacles:
         Args:
             color: Red, green, blue.
             depth: [mm], 0 where nothing was measured.
+            stamp: Of both [ns].
             camera: That took both.
             obstacles: As they are thought to be.
         """
         moves: list[Move] = []
-        if self._frame % EVERY == 0:
+        if self._searched is None or not 0 <= stamp - self._searched < INTERVAL:
+            self._searched = stamp
             self._sightings = self._detector.find(color)
             moves = self._moves(camera, {o.name: o for o in obstacles})
-        self._frame += 1
         dark = without_markers(color, self._sightings)
-        return self._without_plates(dark, depth, camera, obstacles), moves
+        seen = {s.identity for s in self._sightings}
+        identities = {o.name: identity for identity, o in self._marked.items()}
+        for obstacle in obstacles:
+            identity = identities.get(obstacle.name)
+            if identity is None:
+                continue
+            self._blacken_plate(dark, depth, camera, obstacle, self._sides[identity])
+            if identity not in seen:
+                self._blacken_face(dark, depth, camera, obstacle)
+        return dark, moves
 
     def _moves(self, camera: Camera, now: dict[str, Obstacle]) -> list[Move]:
         moves = []
@@ -113,33 +131,79 @@ class MarkedObstacles:
                 moves.append(Move(start.name, (x, y, height), tuple(turn.tolist())))
         return moves
 
-    def _without_plates(
+    def _blacken_plate(
         self,
         color: UInt8[np.ndarray, "h w 3"],
         depth: UInt16[np.ndarray, "h w"],
         camera: Camera,
-        obstacles: Sequence[Obstacle],
-    ) -> UInt8[np.ndarray, "h w 3"]:
-        """Blackens the plates of known markers, which a rope across them keeps from being found.
+        obstacle: Obstacle,
+        side: float,
+    ) -> None:
+        """Blackens the plate of a known marker, which a rope across it keeps from being found.
 
         Only what lies on the plate: a rope above it is nearer to the camera.
         """
-        identities = {o.name: identity for identity, o in self._marked.items()}
-        for obstacle in obstacles:
-            if obstacle.name not in identities:
-                continue
-            half = (0.5 + QUIET) * self._sides[identities[obstacle.name]]
-            square = half * np.array([[-1, 1, 0], [1, 1, 0], [1, -1, 0], [-1, -1, 0]], float)
-            pixels, z = camera.project(marker_on(obstacle).apply(square))
-            if np.any(z <= 0.0):
-                continue
-            x, y, w, h = cv2.boundingRect(np.rint(pixels).astype(np.int32))
-            x, y, right, low = max(x, 0), max(y, 0), x + w, y + h
-            part = depth[y:low, x:right]
-            if part.size == 0:
-                continue
-            inside = np.zeros(part.shape, np.uint8)
-            cv2.fillConvexPoly(inside, np.rint(pixels - (x, y)).astype(np.int32), 1)
-            above = (part > 0) & (part < 1e3 * (float(np.min(z)) - RAISED))
-            color[y:low, x:right][(inside > 0) & ~above] = 0
-        return color
+        half = (0.5 + QUIET) * side
+        square = half * np.array([[-1, 1, 0], [1, 1, 0], [1, -1, 0], [-1, -1, 0]], float)
+        plate = marker_on(obstacle)
+        pixels, z = camera.project(plate.apply(square))
+        window = _window(pixels, z, depth.shape)
+        if window is None:
+            return
+        part = depth[window]
+        corner = (window[1].start, window[0].start)
+        inside = np.zeros(part.shape, np.uint8)
+        cv2.fillConvexPoly(inside, np.rint(pixels - corner).astype(np.int32), 1)
+        face = _depth_at(plate.position[2], camera, window)
+        above = (part > 0) & (1e-3 * part < face - RAISED)
+        color[window][(inside > 0) & ~above] = 0
+
+    def _blacken_face(
+        self,
+        color: UInt8[np.ndarray, "h w 3"],
+        depth: UInt16[np.ndarray, "h w"],
+        camera: Camera,
+        obstacle: Obstacle,
+    ) -> None:
+        """Blackens the plate of a marker that may have been moved while the rope hid it.
+
+        It lies at the height that it always had, on a face that is wider than any rope.
+        """
+        centre = marker_on(obstacle).position
+        square = WANDERED * np.array([[-1, 1, 0], [1, 1, 0], [1, -1, 0], [-1, -1, 0]], float)
+        pixels, z = camera.project(centre + square)
+        window = _window(pixels, z, depth.shape)
+        if window is None:
+            return
+        level = np.abs(1e-3 * depth[window] - _depth_at(centre[2], camera, window)) < RAISED
+        width = camera.intrinsics.fx * self._rope_diameter / float(np.mean(z))
+        size = 2 * round(0.5 * WIDE * width) + 1
+        # Pixels without depth are no holes; then what is as narrow as a rope goes.
+        level = cv2.morphologyEx(level.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3)))
+        wide = cv2.morphologyEx(level, cv2.MORPH_OPEN, np.ones((size, size)))
+        color[window][wide > 0] = 0
+
+
+def _window(
+    pixels: Float64[np.ndarray, "k 2"], z: Float64[np.ndarray, "k"], shape: tuple[int, int]
+) -> tuple[slice, slice] | None:
+    """Rows and columns of an image around some of its pixels; None where it does not show them."""
+    if np.any(z <= 0.0):
+        return None
+    x, y, w, h = cv2.boundingRect(np.rint(pixels).astype(np.int32))
+    rows, columns = slice(max(y, 0), min(y + h, shape[0])), slice(max(x, 0), min(x + w, shape[1]))
+    if rows.stop <= rows.start or columns.stop <= columns.start:
+        return None
+    return rows, columns
+
+
+def _depth_at(
+    height: float, camera: Camera, window: tuple[slice, slice]
+) -> Float64[np.ndarray, "h w"]:
+    """Depth of a horizontal plane at a height in part of an image [m]."""
+    rows, columns = np.mgrid[window]
+    rays = camera.rays(np.stack([columns, rows], axis=-1).reshape(-1, 2).astype(float))
+    eye = camera.T_world_camera
+    forward = poses.rotate(eye.orientation, np.array([0.0, 0.0, 1.0]))
+    down = np.minimum(rays[:, 2], -1e-6)
+    return ((height - eye.position[2]) / down * (rays @ forward)).reshape(rows.shape)

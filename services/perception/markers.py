@@ -30,6 +30,10 @@ EDGE_STEP = 0.25
 QUIET = 0.25
 """Width of the white border around a tag as a part of its side, masked with it."""
 
+JUMP = 0.004
+"""More than this is no noise of a tag's place [m]."""
+SWING = math.radians(3.0)
+
 
 @dataclass(frozen=True)
 class Sighting:
@@ -166,9 +170,23 @@ class SteadyPlacement:
 
     def add(self, placement: Placement) -> Placement:
         """Takes one more and answers with the steady one."""
+        if len(self._last) > 1:
+            newest, before = self._last[-1], self._median()
+            if not _near(placement, before) and not _near(newest, before):
+                # Two in a row that are elsewhere: what was seen before that is history.
+                self._last.clear()
+                self._last.append(newest)
         self._last.append(placement)
+        return self._median()
+
+    def _median(self) -> Placement:
+        newest, first = self._last[-1], self._last[0].yaw
         position = np.median([p.position for p in self._last], axis=0)
-        first = self._last[0].yaw
         turns = [math.remainder(p.yaw - first, 2.0 * math.pi) for p in self._last]
         yaw = math.remainder(first + float(np.median(turns)), 2.0 * math.pi)
-        return Placement(position, yaw, placement.side, placement.residual)
+        return Placement(position, yaw, newest.side, newest.residual)
+
+
+def _near(one: Placement, other: Placement) -> bool:
+    way = np.linalg.norm(one.position - other.position)
+    return bool(way < JUMP and abs(math.remainder(one.yaw - other.yaw, 2.0 * math.pi)) < SWING)

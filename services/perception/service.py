@@ -97,6 +97,7 @@ class PerceptionService:
             MarkedObstacles(
                 {o.marker: bodies[name] for name, o in marked.items()},
                 {o.marker: o.marker_size for o in marked.values()},
+                scenario.rope.diameter,
             )
             if marked or scenario.sensing.flange_marker is not None
             else None
@@ -177,7 +178,7 @@ class PerceptionService:
             yield self._lost(str(images), stamp)
             return
         if self._marked is not None:
-            images = (self._followed(*images, tracker.estimator.camera), images[1])
+            images = (self._followed(*images, stamp, tracker.estimator.camera), images[1])
         left, right = self._grips(stamp)
         if self._scenario.sensing.method == "paper":
             estimate = self._as_in_the_paper(images, tracker.estimator.camera, left)
@@ -189,11 +190,12 @@ class PerceptionService:
         self,
         color: UInt8[np.ndarray, "h w 3"],
         depth: UInt16[np.ndarray, "h w"],
+        stamp: int,
         camera: Camera,
     ) -> UInt8[np.ndarray, "h w 3"]:
         """Moves marked obstacles to where they are seen; the image comes back without markers."""
         assert self._marked is not None
-        dark, moves = self._marked.look(color, depth, camera, self._surroundings.obstacles)
+        dark, moves = self._marked.look(color, depth, stamp, camera, self._surroundings.obstacles)
         for move in moves:
             try:
                 # What is seen is true, whether or not it lies on the rope.

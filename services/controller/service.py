@@ -53,8 +53,9 @@ from shared.service import SECOND, Inbox, Publication
 
 log = logging.getLogger(__name__)
 
-BLIND = SECOND // 2
-"""Control goes on without a fresh look at the rope for this long [ns]."""
+BLIND = 9 * SECOND // 20
+"""Control goes on without a fresh look at the rope for this long [ns]: half a second, less what an
+arm takes to follow, so that it has begun to brake in time."""
 STRAYED = 0.04
 """Distance between command and arm at which the command is given up [m]: a CR5 is 0.1 s behind, and
 the gateway watches how far it is off its path."""
@@ -354,7 +355,7 @@ class ControllerService:
         if now - self._seen > BLIND or self._seen == 0:
             if self.loop.path is not None:
                 task.ask_for_path()
-            return "the rope has not been seen for 0.5 s"
+            return f"the rope has not been seen for {BLIND / SECOND:g} s"
         if self.loop.strayed() > STRAYED:
             task.ask_for_path()
             return f"an arm is {1e3 * self.loop.strayed():.0f} mm from where it should be"

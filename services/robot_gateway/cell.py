@@ -109,7 +109,8 @@ class Cell:
             self._refuse(refused, sequence)
             return
         self._last_fresh, self._sequence = now, sequence
-        if self.safety.may_move:
+        # A controller that has nothing to do holds all the time; the way to the start is not its.
+        if self.safety.may_move and not self._approach.running:
             self.safety = self.safety.stopped("writer_holds", reason or "the controller holds")
             self.guidance.halt()
 
@@ -186,15 +187,17 @@ class Cell:
             return
         # What the next tick would find too late is stopped now.
         if (now - self._last_fresh) * NANOSECONDS + h > SILENCE:
-            if self.guidance.arrived:
+            if self.guidance.arrived(now):
                 self.guidance.halt()
             else:
                 silent = f"no fresh setpoints for {1e3 * SILENCE:.0f} ms"
                 self._halt("silence", f"{silent}: controller, bus or network dead or stopped")
             return
-        behind = self.guidance.behind(now)
-        if behind > 2.0 * self.guidance.tolerances.step:
-            self._halt("left_behind", f"{1e3 * behind:.0f} mm behind its setpoints")
+        behind, turn = self.guidance.behind(now)
+        tolerances = self.guidance.tolerances
+        if behind > 2.0 * tolerances.step or turn > 2.0 * tolerances.turn:
+            far = f"{1e3 * behind:.0f} mm and {turn:.2f} rad"
+            self._halt("left_behind", f"{far} behind its setpoints")
 
     def _halt(self, cause: str, detail: str) -> None:
         self.safety = self.safety.stopped(cause, detail)

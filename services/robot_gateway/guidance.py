@@ -24,6 +24,10 @@ from shared.geometry.poses import Pose
 
 MARGIN = 0.0015
 """Slack that a chunk keeps from every boundary [m], so that following it never touches one."""
+NEAR = (1e-4, 3e-4)
+"""Distance and angle up to which the command is where its chunk ends [m, rad]."""
+INSTANTS = 8
+"""Of the rest of a chunk that must all be where the command is, if it has arrived."""
 UNITS: dict[Rule, str] = {"joint_limits": "rad", "joint_speed": "rad/s", "singularity": "m/rad"}
 BLEND = (0.06, 0.3)
 """Least and most time in which a chunk takes over from the motion before it [s]."""
@@ -72,25 +76,34 @@ class Guidance:
         """Whether a chunk is being followed."""
         return self._reference is not None
 
-    @property
-    def arrived(self) -> bool:
-        """Whether the command is where its chunk ends; braking may have let it rest before that."""
+    def arrived(self, now: int) -> bool:
+        """Whether the command is where its chunk stays; braking may have let it rest before."""
         if self._reference is None:
             return self.resting
-        gap = self._reference(self._reference.end).position - self.state.position
+        left = max(self._reference.end - now, 0)
+        ahead = [now + left * k // INSTANTS for k in range(INSTANTS + 1)]
+        gaps = np.array([self._behind(at) for at in ahead])
         still = np.all(np.abs(self.state.velocity) < 1e-3)
-        return bool(np.all(np.abs(gap) < 1e-4) and still)
+        return bool(np.all(gaps < NEAR) and still)
 
     def finished(self, now: int) -> bool:
         """Whether the chunk's resting end has been reached."""
-        return self._reference is not None and now >= self._reference.end and self.arrived
+        return self._reference is not None and now >= self._reference.end and self.arrived(now)
 
-    def behind(self, now: int) -> float:
-        """Distance between the command and its chunk [m]."""
+    def behind(self, now: int) -> tuple[float, float]:
+        """Between the command and its chunk, the farthest end [m, rad]."""
         if self._reference is None or not self.driven:
-            return 0.0
-        gap = self._reference(now).position - self.state.position
-        return float(np.max(np.linalg.norm(gap, axis=-1)))
+            return 0.0, 0.0
+        return self._behind(now)
+
+    def _behind(self, now: int) -> tuple[float, float]:
+        assert self._reference is not None
+        there = self._reference(now)
+        back = poses.conjugate(self.state.orientation)
+        turn = poses.logarithm(poses.multiply(there.orientation, back))
+        gap = there.position - self.state.position
+        farthest = (np.max(np.linalg.norm(way, axis=-1), initial=0.0) for way in (gap, turn))
+        return tuple(float(f) for f in farthest)
 
     def check(self, chunk: Chunk, now: int, offset: int = 0) -> Spline:
         """The curve of a chunk that may be followed from now on.

@@ -21,10 +21,8 @@ PROMISE = 0.15
 """Within which braking must have begun [s]."""
 STILL = 2e-3
 """Angle by which a joint that rests may still settle [rad]."""
-
-
-UNDER_WAY = 0.03
-"""The same where one servo point that was on its way still reaches the arm."""
+UNDER_WAY = 0.032
+"""Motion that one servo point holds, where it still reaches the arm [s]."""
 
 
 @dataclass(frozen=True)
@@ -98,9 +96,8 @@ def trial(cell: FaultCell, name: str) -> Finding:
     except (Missing, Unanswered) as missing:
         trouble = str(missing)
     joints = cell.joints()
-    stops = bool(case.causes)
-    braking = joints.braking_after(effect, ended) if stops else None
-    rest = joints.rest_after(effect, ended) if stops else None
+    braking = joints.braking_after(effect, ended) if cause else None
+    rest = joints.rest_after(effect, ended) if cause else None
     crept = _crept(joints, effect, rest, asked) if resumed != "by itself" else 0.0
     complaints = [trouble] if trouble else []
     if cause not in (case.causes or ("",)):
@@ -109,7 +106,8 @@ def trial(cell: FaultCell, name: str) -> Finding:
         )
     if case.promised and braking is not None and braking > PROMISE:
         complaints.append(f"braking began after {1e3 * braking:.0f} ms")
-    if crept > (UNDER_WAY if case.delivers else STILL):
+    under_way = UNDER_WAY * cell.scenario.limits.joint_speed if case.delivers else 0.0
+    if crept > under_way + STILL:
         complaints.append(f"a joint moved by {crept:.4f} rad before anybody agreed")
     if cause in CAUSES and not resumed.startswith(WORDS[CAUSES[cause].resumes]):
         complaints.append(f"resumed {resumed}, not {CAUSES[cause].resumes}")

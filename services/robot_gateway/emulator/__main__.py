@@ -93,7 +93,8 @@ class Shell:
             if writer.is_closing():
                 connection.close()
             while (segment := connection.take()) is not None:
-                if not full and not connection.closed:
+                # The first one may find that the client is gone.
+                if not full and not connection.closed and not writer.is_closing():
                     writer.write(segment)
             if connection.closed:
                 self._writers.pop(connection, None)

@@ -3,8 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from shared.geometry import poses
 from shared.geometry.obstacles import TABLE, Obstacle
-from tests.services.robot_gateway.cells import START, World, smooth_step
+from tests.services.robot_gateway.cells import ALONG_X, START, World, smooth_step
 
 REST = np.array([[0.2, 0.0, 0.3]])
 
@@ -203,3 +204,27 @@ def test_writer_that_holds_stops_the_arm_and_goes_on_by_itself() -> None:
     at = world.cell.guidance.state.position
     world.follow(lambda t: at, 0.1)
     assert world.report.safety.mode == "moving"
+
+
+def test_silence_in_the_middle_of_a_turn_on_the_spot_is_said() -> None:
+    world = World()
+    axis = np.array([0.0, 0.0, 1.0])
+    # The position is right all the time, and the turn slow enough to be at rest again before the
+    # 100 ms of silence are over.
+    angles = 0.1 * np.array([smooth_step(0.02 * k, 1.6) for k in range(81)])
+    turns = poses.multiply(poses.exponential(angles[:, None] * axis), ALONG_X)
+    world.send_points(resting_points(count=81), orientations=turns[:, None])
+    world.run(0.3)
+    assert world.cell.guidance.resting
+    safety = world.report.safety
+    assert (safety.mode, safety.cause, safety.needs_acknowledgement) == ("holding", "silence", True)
+
+
+def test_silence_before_a_way_that_ends_where_it_begins_is_said() -> None:
+    world = World()
+    # To and fro by 10 mm, so slowly at first that nothing has moved when the silence begins.
+    there = [smooth_step(0.02 * k, 1.0) - smooth_step(0.02 * k - 1.0, 1.0) for k in range(102)]
+    world.send_points(REST + np.array(there)[:, None, None] * np.array([[0.0, 0.01, 0.0]]))
+    world.run(0.2)
+    safety = world.report.safety
+    assert (safety.mode, safety.cause) == ("holding", "silence")

@@ -137,9 +137,13 @@ def test_arm_away_from_the_start_is_refused_until_a_person_agrees_to_a_slow_appr
     assert "arm again" in answer
     assert world.mode == "disarmed"
     assert world.command("arm") == ""
-    world.run(1.0)
+    # A writer that is already there waits, and says so as long as it has nothing to do.
+    for k in range(125):
+        if k % 3 == 0:
+            world.cell.take_hold("writer", world._sequence, world.now, "no task")
+            world._sequence += 1
+        world.step()
     assert world.mode == "moving"
-    # A writer that is already there waits.
     world.follow(lambda t: GRIPS[1].position, 3.0)
     np.testing.assert_allclose(world.measured[-1], GRIPS[1].position, atol=1e-3)
     speeds = np.linalg.norm(np.diff(np.array(world.commanded)[60:], axis=0), axis=1) / 0.008

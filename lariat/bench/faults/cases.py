@@ -95,6 +95,7 @@ CASES: dict[str, Case] = {
     "gateway-frozen": _frozen("robot_gateway", "stalled", "lost_link"),
     "gateway-killed": _killed("robot_gateway", "boot"),
     "gateway-killed-coast": _killed("robot_gateway", "boot", silence="coast", promised=False),
+    "gateway-killed-alarm": _killed("robot_gateway", "boot", silence="alarm", promised=False),
     "arm-killed": Case(
         "arm: its controller dies",
         _emulator_killed,

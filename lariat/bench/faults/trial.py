@@ -57,12 +57,13 @@ class Finding:
 def trial(cell: FaultCell, name: str) -> Finding:
     """Injects one fault and sees it through."""
     case = CASES[name]
-    cell.set_out()
     try:
+        cell.set_out()
         cell.until_fast(FAST)
-    except Missing as missing:
+    except (Missing, Unanswered) as missing:
         # A machine that is too busy stops the cell too; a person looks, and goes on.
         print(f"{name}: {missing}; once more", file=sys.stderr)
+        cell.look()
         if cell.arms.needs_acknowledgement:
             cell.acknowledge()
         cell.set_out()

@@ -20,15 +20,13 @@ from services.robot_gateway.drivers.link_quality import LinkQuality
 from services.robot_gateway.drivers.pull import Pull
 from services.robot_gateway.joint_rules import Posture
 from services.robot_gateway.link import MemoryNetwork, Network
-from shared.geometry import poses
 from shared.geometry.poses import Pose
 
 POINT_TICKS = 4
-"""Ticks between servo points: 32 ms, just above the 30 ms that the maker recommends."""
+"""Ticks between servo points, at rest too, where an arm might take their end for a fault: 32 ms,
+just above the 30 ms that the maker recommends."""
 POINT_TIME = 0.04
 """In which V4 reaches a point [s]: a little longer than it takes for the next one to come."""
-KEEP_ALIVE_TICKS = 125
-"""Between points while the arm rests: the motion port may close when idle."""
 PLACED = 0.004
 """Distance at which an emulated arm is where it was put [m]: its geometry may be calibrated."""
 LONGEST_STEP = 0.12
@@ -62,7 +60,7 @@ class Cr5Driver:
         self._closed = True
         self._wanted = False
         self._ticks = 0
-        self._sent: Pose | None = None
+        self._streaming = False
         self._joints: np.ndarray | None = None
         self._placing: Pose | None = None
         self._quality = LinkQuality()
@@ -75,17 +73,17 @@ class Cr5Driver:
         self._make_ready()
 
     def disable(self) -> None:
-        self._wanted, self._sent = False, None
+        self._wanted = self._streaming = False
         self._client.disable()
 
     def recover(self) -> None:
-        self._sent = None
+        self._streaming = False
         if self._client.enabled and not self._client.lost:
             return
         self._make_ready()
 
     def _make_ready(self) -> None:
-        self._wanted, self._sent = True, None
+        self._wanted, self._streaming = True, False
         self._client.enable()
 
     def grip(self, close: bool) -> None:
@@ -99,7 +97,7 @@ class Cr5Driver:
         vector = units.to_vector(self._kinematics.flange_of_grip(pose))
         # The emulator alone knows this command; a real arm would answer that there is none.
         self._client.request(f"EmulatorPlace({','.join(f'{v:.6f}' for v in vector)})")
-        self._placing, self._sent = pose, None
+        self._placing, self._streaming = pose, False
         return True
 
     def close(self) -> None:
@@ -116,18 +114,18 @@ class Cr5Driver:
         if target is not None and feedback.ready and feedback.pose is not None:
             self._follow(target, feedback.pose)
         else:
-            self._sent = self._joints = None
+            self._streaming, self._joints = False, None
         return feedback
 
     def _follow(self, target: Pose, measured: Pose) -> None:
         """Sends a point when one is due; never a second one in flight within one period."""
         self._ticks += 1
-        same = self._sent is not None and _same(self._sent, target)
-        if self._ticks < (KEEP_ALIVE_TICKS if same else POINT_TICKS):
+        if self._ticks < POINT_TICKS:
             return
-        if self._sent is None and np.linalg.norm(target.position - measured.position) > FIRST_STEP:
+        far = np.linalg.norm(target.position - measured.position)
+        if not self._streaming and far > FIRST_STEP:
             return
-        self._ticks, self._sent = 0, target
+        self._ticks, self._streaming = 0, True
         flange = self._kinematics.flange_of_grip(target)
         if self._client.firmware == "v3" and self._client.times_joints:
             self._send_joints(flange)
@@ -212,8 +210,3 @@ class Cr5Driver:
         if client.refusal:
             words.append(client.refusal)
         return tuple(words)
-
-
-def _same(a: Pose, b: Pose) -> bool:
-    turn = poses.logarithm(poses.multiply(a.orientation, poses.conjugate(b.orientation)))
-    return bool(np.max(np.abs(a.position - b.position)) < 1e-6 and np.max(np.abs(turn)) < 1e-6)

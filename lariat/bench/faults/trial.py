@@ -79,8 +79,11 @@ def trial(cell: FaultCell, name: str) -> Finding:
     ended = cell.now()
     if case.heal:
         case.heal(cell)
-    healed = cell.now()
+    healed, heard = cell.now(), len(cell.states)
     watch(cell, healed + QUIET)
+    if case.routed:
+        # This one, too, must find the router again.
+        cell.until(lambda: len(cell.states) > heard, 10.0, "the gateway says nothing")
     states += [s for s in cell.states if s not in states[-1:]]
     cause, noticed, reason = _named(states, effect, case.causes)
     resumed, reached, trouble, held_again = "", False, "", 0

@@ -35,6 +35,7 @@ class World:
         obstacles: Sequence[Obstacle] = (TABLE,),
         automatic: bool = True,
         workspace: tuple = ((-0.8, -0.8, 0.01), (0.8, 0.8, 1.2)),
+        spacing: float = 0.03,
     ) -> None:
         starts = (
             Pose(np.array([-0.2, 0.0, 0.3]), ALONG_X),
@@ -46,7 +47,8 @@ class World:
         )
         driven = [k for k, d in enumerate(drivers) if d.moves]
         bodies = (Body(end=(0.0, 0.0, -0.048)), Body(end=(0.0, 0.0, 0.048)))
-        guidance = Guidance(LIMITS, Boundaries(length, workspace, bodies), starts, driven)
+        boundaries = Boundaries(length, workspace, bodies, spacing=spacing)
+        guidance = Guidance(LIMITS, boundaries, starts, driven)
         self.cell = Cell(guidance, drivers, starts, BOOT, automatic)
         self.cell.take_scene(obstacles)
         self.now = START

@@ -5,7 +5,7 @@ import pytest
 
 from shared.geometry import poses
 from shared.geometry.obstacles import TABLE, Obstacle
-from tests.services.robot_gateway.cells import ALONG_X, START, World, smooth_step
+from tests.services.robot_gateway.cells import ALONG_X, LIMITS, START, World, smooth_step
 
 REST = np.array([[0.2, 0.0, 0.3]])
 
@@ -66,6 +66,16 @@ def test_silence_is_said_even_if_braking_for_it_has_come_to_rest_before() -> Non
     assert rested < 0.1
     safety = world.report.safety
     assert (safety.mode, safety.cause, safety.needs_acknowledgement) == ("holding", "silence", True)
+
+
+def test_command_begins_to_brake_before_an_arm_that_lags_must() -> None:
+    world = World()
+    world.follow(lambda t: REST + np.array([[0.0, 0.2 * t**2, 0.0]]), 0.7)
+    before = len(world.states)
+    world.run(0.3)
+    speeds = [np.linalg.norm(s.velocity[0, 0]) for _, s in world.states[before:]]
+    # 50 ms without a chunk, two ticks, and what acceleration there was is shed.
+    assert np.argmax(speeds) * 0.008 <= 0.05 + 0.016 + 0.4 / LIMITS.jerk
 
 
 def test_new_writer_holds_until_a_person_acknowledges() -> None:
@@ -155,12 +165,20 @@ def test_way_across_a_boundary_is_refused_by_its_rule(rule: str, to: list, obsta
     assert world.step().rule == rule, world.report.refusal
 
 
-def test_obstacle_that_appears_in_the_way_stops_the_gripper_before_it() -> None:
+@pytest.mark.parametrize(
+    "wall",
+    [
+        Obstacle("box", (0.2, 0.32, 0.3), size=(0.4, 0.02, 0.4), name="wall"),
+        Obstacle("cylinder", (0.2, 0.34, 0.3), radius=0.03, height=0.4, name="post"),
+        Obstacle("sphere", (0.2, 0.34, 0.3), radius=0.03, name="ball"),
+    ],
+    ids=lambda wall: wall.shape,
+)
+def test_obstacle_that_appears_in_the_way_stops_the_gripper_before_it(wall: Obstacle) -> None:
     world = World()
     since = world.now
     ahead = lambda t: REST + np.array([[0.0, 0.35 * smooth_step(t, 2.0), 0.0]])  # noqa: E731
     world.follow(ahead, 0.8, since)
-    wall = Obstacle("box", (0.2, 0.32, 0.3), size=(0.4, 0.02, 0.4), name="wall")
     world.cell.take_scene([TABLE, wall])
     world.follow(ahead, 1.5, since)
     assert world.cell.guidance.state.position[0, 1] + 0.012 + 0.005 <= 0.31

@@ -102,8 +102,7 @@ class Guidance:
         back = poses.conjugate(self.state.orientation)
         turn = poses.logarithm(poses.multiply(there.orientation, back))
         gap = there.position - self.state.position
-        farthest = (np.max(np.linalg.norm(way, axis=-1), initial=0.0) for way in (gap, turn))
-        return tuple(float(f) for f in farthest)
+        return _longest(gap), _longest(turn)
 
     def check(self, chunk: Chunk, now: int, offset: int = 0) -> Spline:
         """The curve of a chunk that may be followed from now on.
@@ -259,6 +258,10 @@ class Guidance:
         all_positions[:, self.driven] = positions
         all_orientations[:, self.driven] = orientations
         return all_positions, all_orientations
+
+
+def _longest(vectors: Float64[np.ndarray, "n 3"]) -> float:
+    return float(np.max(np.linalg.norm(vectors, axis=-1), initial=0.0))
 
 
 def stops(positions: Float64[np.ndarray, "m driven 3"]) -> list[int]:

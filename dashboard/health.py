@@ -11,7 +11,8 @@ from dashboard.palette import Color
 from shared.messages import Health, RecordState, StackState
 
 SILENT = 2.5
-"""Health comes each second: older than this [s], a process is frozen or gone."""
+"""Health comes each second: older than this [s], on top of what a step may last, a process is
+frozen or gone."""
 
 
 @dataclass(frozen=True)
@@ -39,9 +40,9 @@ def verdict(health: Health | None, age: float, process: str = "") -> Verdict:
     if health is None:
         # Not every process of the stack is a service: an emulator has no step to speak of.
         return Verdict("ready", palette.GOOD) if process else Verdict("no sign", palette.QUIET)
-    if age > SILENT:
+    if age > SILENT + 1e-3 * health.longest_step_ms:
         return Verdict("silent" if not process else "frozen", palette.BAD)
-    if health.step_p99_ms > health.period_ms > 0.0:
+    if health.step_p99_ms > max(health.period_ms, health.longest_step_ms) > 0.0:
         return Verdict("slow", palette.WARNING)
     return Verdict("ok", palette.GOOD)
 

@@ -29,7 +29,7 @@ from shared.messages import (
 TICK = 0.05
 """Longest time between two looks at everything [s]."""
 FROZEN = 2.0
-"""Age of health at which a process counts as frozen [s]."""
+"""Age of health at which a process counts as frozen [s], on top of what a step may last."""
 DEATHS = 3
 DEATH_WINDOW = 60.0
 """So many deaths within so many seconds end the stack."""
@@ -110,6 +110,7 @@ class Launcher:
             process = self._by_pid.get(item.message.process)
             if process and process.running:
                 process.heard = time.monotonic()
+                process.longest_step = 1e-3 * item.message.longest_step_ms
                 if process.state in ("starting", "frozen"):
                     if process.state == "frozen":
                         self._lines.say(process.program.name, "answers again", "warning")
@@ -134,7 +135,7 @@ class Launcher:
             return self._bury(process, code, now)
         if process.state == "ready" and not process.program.ready_line:
             silence = now - process.heard
-            if silence > FROZEN:
+            if silence > FROZEN + process.longest_step:
                 text = f"frozen: no health for {silence:.1f} s"
                 self._lines.say(process.program.name, text, "error")
                 self._change(process, "frozen")

@@ -49,6 +49,8 @@ class Process:
     restart_at: float = 0.0
     heard: float = 0.0
     """When its health came last [s, monotonic]."""
+    longest_step: float = 0.0
+    """What it says a step may last, during which no health comes [s]."""
     _popen: subprocess.Popen[bytes] | None = None
     _rest: bytes = b""
 

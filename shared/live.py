@@ -6,7 +6,9 @@ ones are left out: a backlog would only make the next one later.
 Besides the contract of `shared.service` a service may have
 * `tap(raw: shared.bus.Raw)`: is given every message of the bus before each step,
 * `close()`: is called before a clean exit,
-* `note: str`: what it does or lacks at the moment, shown in its health.
+* `note: str`: what it does or lacks at the moment, shown in its health,
+* `longest_step: float`: how long a step may last [s] where that is more than its period. No health
+  comes during a step: whoever watches must wait so much longer before calling the service frozen.
 """
 
 from __future__ import annotations
@@ -205,6 +207,7 @@ class Runner:
         if self._everything:
             health.drops += self._everything.lost
         health.note = getattr(self._service, "note", "")
+        health.longest_step_ms = 1e3 * getattr(self._service, "longest_step", 0.0)
         self._health.put(health)
 
 

@@ -52,6 +52,8 @@ class PlannerService:
     writes = (topics.CONTROLLER_PATH,)
     rate = 10.0
     latency = 0.200
+    longest_step = 10.0
+    """A plan takes one to four seconds beside everything else [s]."""
 
     def __init__(self, scenario: Scenario) -> None:
         rope = {k: v for k, v in vars(scenario.rope).items() if k != "node_count"}

@@ -7,7 +7,7 @@ from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 DESCRIPTOR: _descriptor.FileDescriptor
 
 class Health(_message.Message):
-    __slots__ = ("service", "stamp", "boot", "process", "version", "period_ms", "step_p50_ms", "step_p99_ms", "step_max_ms", "steps", "overruns", "drops", "input_age_ms", "note")
+    __slots__ = ("service", "stamp", "boot", "process", "version", "period_ms", "step_p50_ms", "step_p99_ms", "step_max_ms", "steps", "overruns", "drops", "input_age_ms", "note", "longest_step_ms")
     class InputAgeMsEntry(_message.Message):
         __slots__ = ("key", "value")
         KEY_FIELD_NUMBER: _ClassVar[int]
@@ -29,6 +29,7 @@ class Health(_message.Message):
     DROPS_FIELD_NUMBER: _ClassVar[int]
     INPUT_AGE_MS_FIELD_NUMBER: _ClassVar[int]
     NOTE_FIELD_NUMBER: _ClassVar[int]
+    LONGEST_STEP_MS_FIELD_NUMBER: _ClassVar[int]
     service: str
     stamp: int
     boot: str
@@ -43,7 +44,8 @@ class Health(_message.Message):
     drops: int
     input_age_ms: _containers.ScalarMap[str, float]
     note: str
-    def __init__(self, service: _Optional[str] = ..., stamp: _Optional[int] = ..., boot: _Optional[str] = ..., process: _Optional[int] = ..., version: _Optional[str] = ..., period_ms: _Optional[float] = ..., step_p50_ms: _Optional[float] = ..., step_p99_ms: _Optional[float] = ..., step_max_ms: _Optional[float] = ..., steps: _Optional[int] = ..., overruns: _Optional[int] = ..., drops: _Optional[int] = ..., input_age_ms: _Optional[_Mapping[str, float]] = ..., note: _Optional[str] = ...) -> None: ...
+    longest_step_ms: float
+    def __init__(self, service: _Optional[str] = ..., stamp: _Optional[int] = ..., boot: _Optional[str] = ..., process: _Optional[int] = ..., version: _Optional[str] = ..., period_ms: _Optional[float] = ..., step_p50_ms: _Optional[float] = ..., step_p99_ms: _Optional[float] = ..., step_max_ms: _Optional[float] = ..., steps: _Optional[int] = ..., overruns: _Optional[int] = ..., drops: _Optional[int] = ..., input_age_ms: _Optional[_Mapping[str, float]] = ..., note: _Optional[str] = ..., longest_step_ms: _Optional[float] = ...) -> None: ...
 
 class TraceInput(_message.Message):
     __slots__ = ("topic", "publisher", "sequence", "received")

@@ -7,6 +7,9 @@ from shared.messages import Health, ProcessState, StackState
 
 WELL = Health(service="sim", period_ms=8.3, step_p50_ms=2.0, step_p99_ms=4.0)
 
+PLANNING = Health(period_ms=100.0, step_p99_ms=900.0, longest_step_ms=10_000.0)
+"""A service whose steps may be long, and that says so."""
+
 
 @pytest.mark.parametrize(
     ("message", "age", "process", "word"),
@@ -14,6 +17,8 @@ WELL = Health(service="sim", period_ms=8.3, step_p50_ms=2.0, step_p99_ms=4.0)
         (WELL, 0.5, "ready", "ok"),
         (WELL, 4.0, "ready", "frozen"),
         (WELL, 0.5, "frozen", "frozen"),
+        (PLANNING, 4.0, "ready", "ok"),
+        (PLANNING, 13.0, "ready", "frozen"),
         (None, 0.0, "ready", "ready"),
         (WELL, 4.0, "", "silent"),
         (WELL, 0.5, "dead", "dead"),

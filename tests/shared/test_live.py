@@ -77,6 +77,7 @@ def test_a_service_keeps_its_rate_traces_every_step_and_ends_in_order(cell: Cell
     assert answers[0].last_request == "please-hello"
     assert answers[0].run == first.boot
     reports = beacon.reports(3)
+    assert reports[-1].longest_step_ms == 300.0
     seconds = 1e-9 * (reports[-1].stamp - reports[0].stamp)
     # No rate above what was asked for, whatever was late; half of it on the busiest machine.
     rate = (reports[-1].steps - reports[0].steps) / seconds

@@ -16,6 +16,7 @@ class BeaconService:
     writes = (topics.TASK_STATE,)
     rate = 100.0
     latency = 0.0
+    longest_step = 0.3
 
     def __init__(self, scenario: Scenario, session: str, options: BeaconOptions) -> None:
         self.name = options.name

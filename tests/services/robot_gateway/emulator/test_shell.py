@@ -22,8 +22,9 @@ HOST = "127.0.0.47"
 
 
 @pytest.fixture
-def process() -> Iterator[subprocess.Popen[str]]:
+def process(request: pytest.FixtureRequest) -> Iterator[subprocess.Popen[str]]:
     command = [sys.executable, "-m", "services.robot_gateway.emulator", "--host", HOST]
+    command += ["--firmware", getattr(request, "param", "v3")]
     started = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     try:
         assert started.stdout is not None
@@ -64,12 +65,20 @@ def test_process_answers_sends_whole_packets_and_ends_in_order(
     assert process.wait(5.0) == 0
 
 
+@pytest.mark.parametrize(
+    ("process", "ports"),
+    [
+        ("v3", (29999, 30003, 30004, 30005, 30006)),
+        ("v4", (29999, 30004, 30005, 30006)),
+    ],
+    indirect=["process"],
+)
 def test_a_million_random_bytes_on_every_port_leave_it_answering(
-    process: subprocess.Popen[str],
+    process: subprocess.Popen[str], ports: tuple[int, ...]
 ) -> None:
     rng = np.random.default_rng(4)
     deadline = time.monotonic() + 60.0
-    for port in (29999, 30003, 30004, 30005, 30006):
+    for port in ports:
         with connect(port) as line:
             left = 1_000_000
             while left > 0:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
-from jaxtyping import Float64, Int64
+from jaxtyping import Float64, Int32, Int64
 
 from shared.geometry import poses
 from shared.rod import layout
@@ -30,6 +30,8 @@ ENDS: tuple[End, ...] = get_args(End)
 HELD_BLOCKS = {"free": 0, "pinned": 1, "clamped": 3}
 MAX_ITERATIONS = 1000
 MAX_SAMPLES = 64
+TOUCHES_PER_NODE, MOST_TOUCHES = 8, 512
+"""Places for touches of the rod with itself."""
 OVERSTRETCHED = 1.5
 """Distance between the ends of a state, in lengths, beyond which it is a mistake [-].
 
@@ -70,6 +72,11 @@ def opened(
         carries: Whether velocity goes on from step to step.
     """
     wanted = Wanted() if wanted is None else wanted
+    if rod.self_contact and wanted.kinds:
+        raise ValueError(
+            "a rod with self_contact=True has no derivatives; take them of a rod without, whose "
+            "strands pass through each other"
+        )
     n = rod.node_count
     actions = np.asarray(actions, float)
     block_of_step = check_launch(len(states), actions, dt, steps, block_of_step, substeps)
@@ -100,6 +107,7 @@ def opened(
         2 * blocks if wanted.with_actions else 0,
         wanted.kinds,
         HISTORY[rod.scheme] if carries else 1,
+        min(MOST_TOUCHES, TOUCHES_PER_NODE * n) if rod.self_contact else 0,
     )
     sheet = rod.launch.open(sizes, block_of_step, numbered(wanted.parameters, rod.properties))
     integers = sheet.integers
@@ -109,6 +117,8 @@ def opened(
     integers[layout.MAX_ITERATIONS] = MAX_ITERATIONS
     samples = math.ceil(2.0 * rod.edge_length / rod.properties.diameter)
     integers[layout.SAMPLES] = min(MAX_SAMPLES, max(1, samples))
+    if rod.self_contact:
+        _tell_touches(rod, integers)
     sheet.rods[:, : len(rod.constants)] = rod.constants
     if wanted.parameters:
         # What a step leaves unsolved counts a hundred times more in these derivatives.
@@ -126,6 +136,14 @@ def opened(
         _start_adjoint(sheet, wanted.cost)
     sheet.obstacles()[:] = rows
     return sheet
+
+
+def _tell_touches(rod: Rod, integers: Int32[np.ndarray, "k"]) -> None:
+    edge, diameter = rod.edge_length, rod.properties.diameter
+    integers[layout.TOUCH_SAMPLES] = min(8, max(1, math.ceil(edge / diameter)))
+    # The tightest bend, a half circle of the rod's own radius, does not touch itself.
+    apart = 0.5 * math.pi * (diameter + rod.properties.contact_margin)
+    integers[layout.TOUCH_GAP] = 1 + max(2, math.ceil(apart / edge))
 
 
 def _start(sheet: Sheet, states: Sequence[RodState]) -> None:

@@ -10,6 +10,7 @@ of a solve over a time h is, with x1, x0 and so on the solves before it,
     sum over bends    (k1, k2, k3) |y - rest|^2 / 2, y = log(conj(q_i) q_i+1)     (eq. 7)
                       + tau / h (k1, k2, k3) |y - y1|^2 / 2
     contact           l p(distance - radius), at evenly spaced samples of every edge
+    touches           l p(distance - diameter) / 2, between points of edges that are no neighbours
 
 with wt = (1 + c h) / h^2 and carry = 1 / (1 + c h): the damping c only rescales inertia. y is where
 inertia alone would lead, and q^ the same for orientations, in the chart of the last one. For
@@ -140,6 +141,10 @@ def advance(ni: ti.template(), w: ti.template(), rod):
     if ni[at.OBSTACLES] > 0:
         thickness = scalar(ni, w, rod, at.CONTACT_REACH) - scalar(ni, w, rod, at.CONTACT_MARGIN)
         reach = ti.min(reach, 4.0 * thickness)
+    touching = ni[at.MOST_TOUCHES] > 0
+    if touching:
+        # Nor over another strand.
+        reach = ti.min(reach, scalar(ni, w, rod, at.CONTACT_REACH))
     iterations = 0
     strides = 0
     attempts = 0
@@ -210,7 +215,10 @@ def advance(ni: ti.template(), w: ti.template(), rod):
         elif task == at.BENDS:
             energy += value
             task = at.CONTACTS
-        elif task == at.CONTACTS:
+        elif task == at.CONTACTS and touching:
+            energy += value
+            task = at.TOUCHES
+        elif task == at.CONTACTS or task == at.TOUCHES:
             energy += value
             attempts += 1
             task = at.FACTOR
@@ -269,7 +277,8 @@ def advance(ni: ti.template(), w: ti.template(), rod):
                 left = ti.min(1.0, 100.0 * ratio) * size
             largest = size
             share = 1.0
-            if iterations > 0 or (ni[at.OBSTACLES] > 0 and moved > 4.0 * reach + 2.0 * driven):
+            near = ni[at.OBSTACLES] > 0 or touching
+            if iterations > 0 or (near and moved > 4.0 * reach + 2.0 * driven):
                 share = ti.min(share, ti.min(reach / (moved + 1e-30), 0.8 / (rotated + 1e-30)))
             if iterations == 0 or share == 1.0:
                 strides += 1
@@ -291,6 +300,10 @@ def advance(ni: ti.template(), w: ti.template(), rod):
                 stepped = 0
                 if iterations > 0 and left < tolerance and share == 1.0:
                     converged = 1
+                    if touching:
+                        # Touches without a place are not pushed apart.
+                        lost = w[rod + ni[at.AT_TOUCHES] + 1]
+                        converged = ti.cast(lost == 0.0, ti.i32)
                     # Derivatives want the true Hessian.
                     finishing = ti.cast(exact == 0 or shift > 0.0, ti.i32)
                     if finishing == 0:

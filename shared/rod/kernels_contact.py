@@ -12,31 +12,15 @@ from shared.rod.kernels_access import (
     position_at,
     scalar,
 )
-from shared.rod.kernels_band import factor
+from shared.rod.kernels_law import contact_law
 from shared.rod.kernels_math import (
     add3,
     add33,
     load3,
     load33,
 )
+from shared.rod.kernels_touch import touches
 from shared.rod.kernels_types import Doubles, Integers
-
-
-@ti.func
-def contact_law(ni: ti.template(), w: ti.template(), rod, depth):
-    """Energy, force and stiffness of a penalty that is smooth at first touch."""
-    stiffness = scalar(ni, w, rod, at.CONTACT_STIFFNESS)
-    margin = scalar(ni, w, rod, at.CONTACT_MARGIN)
-    rest = depth - margin
-    soft = depth < margin
-    energy = ti.select(
-        soft,
-        depth * depth * depth / (6.0 * margin),
-        0.5 * rest * rest + 0.5 * margin * rest + margin * margin / 6.0,
-    )
-    force = ti.select(soft, depth * depth / (2.0 * margin), depth - 0.5 * margin)
-    slope = ti.select(soft, depth / margin, 1.0)
-    return stiffness * energy, stiffness * force, stiffness * slope
 
 
 @ti.real_func
@@ -164,5 +148,5 @@ def contacts(
                                 add33(w, m + 54, (s * s) * stiff)
         result = total
     else:
-        result = factor(ni, w, task, rod, step, arg, real)
+        result = touches(ni, w, task, rod, step, arg, real)
     return result

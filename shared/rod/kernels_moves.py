@@ -151,7 +151,7 @@ def predict(
             x1 = load3(w, position_at(ni, rod, step + at.NEW - 1, i))
             leap = ti.max(leap, (load3(w, rod + ni[at.AT_TARGETS] + 3 * i) - x1).norm())
         bound = 2.0 * length
-        if ni[at.OBSTACLES] > 0:
+        if ni[at.OBSTACLES] > 0 or ni[at.MOST_TOUCHES] > 0:
             bound = ti.min(bound, scalar(ni, w, rod, at.CONTACT_REACH))
         share = 0.0
         if arg == 1 and leap < bound:

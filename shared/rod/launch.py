@@ -31,6 +31,7 @@ def _plan(
     integers[layout.DIRECTIONS] = sizes.directions
     integers[layout.DRIVEN] = sizes.driven
     integers[layout.WANT] = sizes.want
+    integers[layout.MOST_TOUCHES] = sizes.touches
     integers[layout.STRIDE] = stride
     for name, (start, _) in offsets.items():
         integers[name] = start

@@ -54,7 +54,12 @@ DRIVEN = 45
 """Count of groups of six sensitivities to actions: two a block, or none at all."""
 HISTORY = 46
 """How many of the solves before enter one: at most NEW."""
-INTEGERS = 48
+MOST_TOUCHES = 47
+"""Places for touches of the rod with itself; none where that is not looked for."""
+AT_TOUCHES, AT_TOUCH_COLUMNS, AT_TOUCH_MATRIX = range(48, 51)
+TOUCH_SAMPLES, TOUCH_GAP = range(51, 53)
+"""Points of an edge that may touch, and how many edges further on others may be touched."""
+INTEGERS = 53
 """Here the block of every step begins, followed by code, knot and knot count of each parameter."""
 PARAMETER_WIDTH = 3
 
@@ -77,6 +82,10 @@ TIME_WIDTH = 12
 EFFECTIVE_WIDTH = 9
 """Stiffness (3) and rest (3) with internal damping, and the turn that damping counts from (3)."""
 HESSIAN_WIDTH = 27
+TOUCH_HEAD = 2
+"""Before the touches: how many there are, and how many found no place."""
+TOUCH_WIDTH = 8
+"""Of a touch: both edges, the places along them, the normal (3), compliance [m/N]."""
 REPORT_WIDTH = 4
 """Of a step: iterations, converged, last step [m], definite (the Hessian's pivots positive)."""
 OBSTACLE_WIDTH = 17
@@ -91,6 +100,7 @@ FREE, PINNED, CLAMPED = range(3)
     EDGES,
     BENDS,
     CONTACTS,
+    TOUCHES,
     FACTOR,
     SOLVE,
     COUPLE,
@@ -107,7 +117,7 @@ FREE, PINNED, CLAMPED = range(3)
     ADJOINT,
     SOLVED,
     DONE,
-) = range(19)
+) = range(20)
 """Tasks of the compiled parts."""
 
 (
@@ -144,6 +154,8 @@ class Sizes:
     want: int
     history: int
     """How many of the solves before enter one."""
+    touches: int
+    """Places for touches of the rod with itself."""
 
     @property
     def columns(self) -> int:
@@ -178,6 +190,9 @@ def sections(sizes: Sizes) -> tuple[dict[int, tuple[int, int]], int]:
         AT_INERTIA_COUPLINGS: 9 * NEW * (n - 1),
         AT_EFFECTIVE_BENDS: EFFECTIVE_WIDTH * (n - 2),
         AT_BEND_JACOBIANS: 27 * (n - 2),
+        AT_TOUCHES: TOUCH_HEAD + TOUCH_WIDTH * sizes.touches,
+        AT_TOUCH_COLUMNS: 3 * unknowns * sizes.touches,
+        AT_TOUCH_MATRIX: (sizes.touches + 1) * sizes.touches,
         AT_REPORT: REPORT_WIDTH * steps,
         AT_SENSITIVITIES: forward * (NEW + 1) * 18 * unknowns * sizes.columns,
         AT_SENSITIVITIES_OUT: forward * sizes.horizon * n * 18 * sizes.columns,

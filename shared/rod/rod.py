@@ -44,6 +44,7 @@ class Rod:
         gravity: tuple[float, float, float] = (0.0, 0.0, -9.81),
         tolerance: float = 1e-7,
         scheme: Scheme = "euler",
+        self_contact: bool = False,
     ) -> None:
         """
         Args:
@@ -56,6 +57,8 @@ class Rod:
                 no derivative is wanted, when the next one would not, judged by the last two.
             scheme: How time goes on: "euler" is of first order, one solve a step, and never adds
                 energy; "sdirk2" is of second order, two solves a step.
+            self_contact: Whether the rod's strands touch each other instead of passing through;
+                not with derivatives. They must not come closer by a diameter within a step.
         """
         if node_count < 5:
             raise ValueError(f"node_count must be at least 5, got {node_count}; try 40")
@@ -70,6 +73,7 @@ class Rod:
             raise ValueError(f"scheme must be one of {', '.join(HISTORY)}, got {scheme!r}")
         self.properties = properties
         self.scheme: Scheme = scheme
+        self.self_contact = self_contact
         self.node_count = node_count
         self.left: End = left
         self.right: End = right

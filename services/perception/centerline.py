@@ -144,7 +144,7 @@ class CenterlineEstimator:
         expected: Expected | None,
         model: Callable[[], Expected | None] | None,
     ) -> Estimate:
-        """Tries hypotheses until one leaves no doubt; what rivals it widens its sigma."""
+        """The best hypothesis; those that rival it widen its sigma."""
         tried: list[tuple[float, float, Estimate]] = []
         for start in self._starts(view, left, right, expected, model):
             found = self._fitted(view, start, left, right)
@@ -154,8 +154,10 @@ class CenterlineEstimator:
             missing = max(0.0, unseen - fits.covered)
             # Of two that nothing contradicts, the image speaks for the one that it shows more of.
             tried.append((doubt + missing, doubt, found))
+            # Once the simplest guess has failed, all others are heard before one is believed.
+            clear = len(tried) == 1 and missing < UNSEEN
             followed = expected is not None and start.expected is expected
-            if doubt < CERTAIN and (followed or missing < UNSEEN):
+            if doubt < CERTAIN and (clear or followed):
                 break
         if not tried:
             return _lost("nothing bright lies where the rope can be")

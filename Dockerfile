@@ -44,6 +44,17 @@ COPY services/perception services/perception
 USER lariat
 ENTRYPOINT ["python", "-m", "services.perception"]
 
+# A camera from outside; its library speaks to the device over USB.
+FROM base AS camera
+RUN apt-get update -qq \
+ && apt-get install -y -qq --no-install-recommends libusb-1.0-0 libudev1 \
+ && rm -rf /var/lib/apt/lists/*
+RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --find-links=/wheels --editable '.[camera]'
+COPY services/camera services/camera
+USER lariat
+ENTRYPOINT ["python", "-m", "services.camera"]
+
 FROM compiled AS planner
 RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
     pip install --quiet --find-links=/wheels --editable '.[planner]'

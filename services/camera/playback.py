@@ -30,12 +30,12 @@ class Playback:
         try:
             self._recording = Recording.open(path)
         except ValueError as error:
-            raise ConfigurationError(f"--options.recording {path}: {error}") from error
+            raise ConfigurationError(f"--recording {path}: {error}") from error
         self._shots = self._all()
         self._next = next(self._shots, None)
         if self._next is None:
             raise ConfigurationError(
-                f"--options.recording {path}: no colour and depth of one stamp with a calibration "
+                f"--recording {path}: no colour and depth of one stamp with a calibration "
                 f"on {', '.join(self._keys)}"
             )
         self._begin: tuple[int, int] | None = None

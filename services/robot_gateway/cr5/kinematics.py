@@ -1,8 +1,8 @@
 """The CR5's joints for a pose of its grip.
 
 The geometry is the nominal one of `cr5.urdf`. A real arm differs from it by about a millimetre and
-a third of a degree, so that joints found here are good for limits and singularities and are never
-sent: the arm's own controller solves for the pose it is asked for.
+a third of a degree, so that joints found here are good for limits and singularities, and are sent
+only where the driver has laid them over the arm's own geometry.
 """
 
 from __future__ import annotations

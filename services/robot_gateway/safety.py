@@ -83,8 +83,10 @@ class Safety:
         Args:
             obstacle: What keeps the cell from being armed, in words.
         """
+        if self.may_move:
+            raise Rejected(f"armed already ({self.mode}: {self.detail})")
         if self.mode != "disarmed":
-            raise Rejected(f"cannot arm while {self.mode}; disarm or acknowledge first")
+            raise Rejected(f"cannot arm while {self.mode}; acknowledge first, or disarm")
         if obstacle:
             raise Rejected(obstacle)
         return replace(self, mode="armed", cause="", detail="armed", session="", waiting_session="")

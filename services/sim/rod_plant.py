@@ -22,9 +22,13 @@ class RodPlant:
     """A clamped rod."""
 
     def __init__(
-        self, properties: RodProperties, node_count: int, obstacles: Sequence[Obstacle] = ()
+        self,
+        properties: RodProperties,
+        node_count: int,
+        obstacles: Sequence[Obstacle] = (),
+        self_contact: bool = False,
     ) -> None:
-        self._rod = Rod(properties, node_count)
+        self._rod = Rod(properties, node_count, self_contact=self_contact)
         half = properties.length / 2.0
         self._state = self._rod.straight([-half, 0.0, 1.0], [half, 0.0, 1.0])
         self._ends = tuple(EndMotion(pose) for pose in self._grips())

@@ -37,7 +37,7 @@ def build_plant(scenario: Scenario) -> Plant:
     if scenario.plant.model == "rod":
         from services.sim.rod_plant import RodPlant
 
-        return RodPlant(true, count, scenario.bodies)
+        return RodPlant(true, count, scenario.bodies, scenario.plant.self_contact)
     # MuJoCo is imported only where it plays.
     from services.sim.mujoco_model import RopeTruth
     from services.sim.mujoco_plant import MujocoPlant

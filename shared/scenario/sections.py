@@ -67,6 +67,8 @@ class Plant:
 
     model: Literal["rod", "mujoco"] = "rod"
     rope: PlantRope = PlantRope()
+    self_contact: bool = False
+    """Whether strands of the rod model touch each other instead of passing through."""
     friction: Annotated[float, Within(0.0, 5.0)] = 0.3
     color: Color = (255, 255, 255)
     """Of the rope."""

@@ -6,9 +6,11 @@ import pytest
 from services.sim.mujoco_model import RopeTruth, rest_shape
 from services.sim.mujoco_plant import MujocoPlant
 from services.sim.plant import EndMotion, between, slack_curve
+from services.sim.rod_plant import RodPlant
 from shared.geometry import polylines, poses
 from shared.geometry.obstacles import TABLE, Obstacle, chain_clearance
 from shared.geometry.poses import Pose
+from shared.rod import RodProperties
 
 ALONG_X = np.array([0.5, 0.5, 0.5, 0.5])
 ROPE = RopeTruth(0.45, 0.008, 30, 0.044, 1.0e6, damping=2.0)
@@ -150,3 +152,27 @@ def test_grips_out_of_reach_are_refused() -> None:
     far = Pose(RIGHT.position + np.array([0.3, 0.0, 0.0]), ALONG_X)
     with pytest.raises(ValueError, match="closer together"):
         MujocoPlant(ROPE).reset(LEFT, far)
+
+
+def curled(self_contact: bool) -> float:
+    """How near strands come when an end of a slack rope is turned six times, in diameters."""
+    plant = RodPlant(RodProperties(0.45, 0.008, 0.044, 1e6, damping=5.0), 40, (), self_contact)
+    right = Pose(np.array([0.07, 0.0, 0.3]), ALONG_X)
+    plant.reset(LEFT, right)
+    closest = np.inf
+    for k, angle in enumerate(np.linspace(0.0, 12.0 * np.pi, 241)[1:]):
+        turn = poses.exponential(np.array([angle, 0.0, 0.0]))
+        turned = Pose(right.position, poses.multiply(turn, ALONG_X))
+        plant.step(EndMotion(LEFT), EndMotion(turned, angular=np.array([5.0 * np.pi, 0, 0])), 0.01)
+        if k % 8:
+            continue
+        fine = polylines.resampled(plant.nodes, 240)
+        apart = np.linalg.norm(fine[:, None] - fine[None], axis=2)
+        along = np.abs(np.arange(240)[:, None] - np.arange(240)[None]) * 0.45 / 239
+        closest = min(closest, np.min(apart[along > 4.0 * 0.008]) / 0.008)
+    return closest
+
+
+def test_strands_of_a_rope_that_curls_up_touch_where_they_are_asked_to() -> None:
+    assert curled(False) < 0.6
+    assert curled(True) > 0.95

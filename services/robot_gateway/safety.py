@@ -86,7 +86,7 @@ class Safety:
         if self.may_move:
             raise Rejected(f"armed already ({self.mode}: {self.detail})")
         if self.mode != "disarmed":
-            raise Rejected(f"cannot arm while {self.mode}; acknowledge first, or disarm")
+            raise Rejected(f"cannot arm while {self.mode}; disarm or acknowledge first")
         if obstacle:
             raise Rejected(obstacle)
         return replace(self, mode="armed", cause="", detail="armed", session="", waiting_session="")

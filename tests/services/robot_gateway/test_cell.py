@@ -106,7 +106,7 @@ def test_a_person_arms_and_only_with_this_boot_and_in_time() -> None:
     assert world.report.safety.mode == "armed"
     assert "armed already" in world.command("arm")
     world.command("hold")
-    assert "acknowledge first" in world.command("arm")
+    assert "disarm or acknowledge first" in world.command("arm")
 
 
 @pytest.mark.parametrize(

@@ -160,19 +160,17 @@ def curled(self_contact: bool) -> float:
     right = Pose(np.array([0.07, 0.0, 0.3]), ALONG_X)
     plant.reset(LEFT, right)
     closest = np.inf
-    for k, angle in enumerate(np.linspace(0.0, 12.0 * np.pi, 241)[1:]):
+    for angle in np.linspace(0.0, 12.0 * np.pi, 241)[1:]:
         turn = poses.exponential(np.array([angle, 0.0, 0.0]))
         turned = Pose(right.position, poses.multiply(turn, ALONG_X))
         plant.step(EndMotion(LEFT), EndMotion(turned, angular=np.array([5.0 * np.pi, 0, 0])), 0.01)
-        if k % 8:
-            continue
-        fine = polylines.resampled(plant.nodes, 240)
+        fine = polylines.resampled(plant.nodes, 160)
         apart = np.linalg.norm(fine[:, None] - fine[None], axis=2)
-        along = np.abs(np.arange(240)[:, None] - np.arange(240)[None]) * 0.45 / 239
+        along = np.abs(np.arange(160)[:, None] - np.arange(160)[None]) * 0.45 / 159
         closest = min(closest, np.min(apart[along > 4.0 * 0.008]) / 0.008)
     return closest
 
 
 def test_strands_of_a_rope_that_curls_up_touch_where_they_are_asked_to() -> None:
-    assert curled(False) < 0.6
+    assert curled(False) < 0.7
     assert curled(True) > 0.95

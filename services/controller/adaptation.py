@@ -272,6 +272,7 @@ class Adaptation:
             SETTLING,
             steps=SETTLING_STEPS,
             block_of_step=np.zeros(SETTLING_STEPS, dtype=np.int64),
+            obstacles=estimate.supports,
             parameters=names,
             with_actions=False,
         )
@@ -344,7 +345,9 @@ class _Swing:
             action = twist_between(self._motion, estimate.motion, elapsed).reshape(1, 2, 6)
             blocks = np.zeros(steps, dtype=np.int64)
             self._states = [
-                rod.rollout(state, action, elapsed / steps, steps=steps, block_of_step=blocks).final
+                rod.rollout(
+                    state, action, elapsed / steps, steps, blocks, obstacles=estimate.supports
+                ).final
                 for rod, state in zip(_pair(estimate.rod), self._states, strict=True)
             ]
             there, here = (state.positions for state in self._states)

@@ -53,6 +53,11 @@ class Task:
     last_request: str = ""
     refusal: str = ""
 
+    @property
+    def adapts(self) -> bool:
+        """Whether the rope is learnt."""
+        return self.settings.get("adapt") == "true"
+
     def enter(self, state: State, reason: str) -> None:
         """Goes to a state, or gives its reason new words."""
         if (state, reason) != (self.state, self.reason):

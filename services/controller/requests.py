@@ -1,0 +1,70 @@
+"""What a person asks for: goals, starts and stops, or a look at a goal that is being dragged."""
+
+from __future__ import annotations
+
+from services.controller.goals import GoalMaker
+from services.controller.publications import goal_message, goal_of
+from services.controller.task import Refused, Task
+from shared.geometry.obstacles import Obstacle
+from shared.messages import ArmStates, GoalDraft, GoalPreview, TaskRequest, grip_pose
+
+
+def carry_out(
+    request: TaskRequest,
+    task: Task,
+    goals: GoalMaker,
+    obstacles: tuple[Obstacle, ...],
+    arms: ArmStates | None,
+    now: int,
+) -> bool:
+    """Does what is asked, or answers why not; whether a run has begun with it."""
+    begun, refusal = False, ""
+    try:
+        match request.action:
+            case TaskRequest.SET_GOAL:
+                goal = goal_of(request.goal, goals, obstacles)
+                goals.check(goal, obstacles)
+                task.set_goal(goal)
+            case TaskRequest.START:
+                resumed = task.state == "paused"
+                _check(arms)
+                task.start(now)
+                begun = not resumed
+            case TaskRequest.PAUSE:
+                task.pause()
+            case TaskRequest.STOP:
+                task.stop()
+            case TaskRequest.RESET:
+                task.reset()
+            case TaskRequest.SET:
+                task.set(request.key, request.value)
+    except Refused as error:
+        refusal = str(error)
+    task.answered(request.id, refusal)
+    return begun
+
+
+def preview(
+    draft: GoalDraft, goals: GoalMaker, obstacles: tuple[Obstacle, ...], now: int
+) -> GoalPreview:
+    """The rod at rest between grips that are being dragged, or why it cannot be there."""
+    answer = GoalPreview(draft=draft.id, stamp=now)
+    try:
+        grips = goals.held(grip_pose(draft.left), grip_pose(draft.right))
+        goal = goals.between(*grips, obstacles)
+        answer.goal.CopyFrom(goal_message(goal))
+        goals.check(goal, obstacles)
+        answer.reachable = True
+    except ValueError as error:
+        answer.reason = str(error)
+    return answer
+
+
+def _check(arms: ArmStates | None) -> None:
+    """Refuses a run that could not begin."""
+    if arms is None:
+        raise Refused("the arms have not said yet where they are; is the gateway running?")
+    if arms.mode == ArmStates.DISARMED:
+        raise Refused(f"the arms are disarmed ({arms.reason}); arm them first")
+    if arms.mode == ArmStates.FAULT or arms.needs_acknowledgement:
+        raise Refused(f"the arms hold ({arms.reason}); acknowledge first")

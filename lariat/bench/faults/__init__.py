@@ -95,7 +95,19 @@ def _findings(chosen: list[str], scenario: Path, folder: Path, firmware: str) ->
 
 def _line(f: Finding) -> str:
     words = "ok" if f.ok else f"NOT OK: {f.trouble}"
-    return f"{f.case}: {f.cause or 'nothing stops'} ({f.reason}); {f.resumed}; {words}"
+    return f"{f.case}: {f.cause or 'nothing stops'} ({f.reason}); {_times(f)}; {f.resumed}; {words}"
+
+
+def _times(f: Finding) -> str:
+    """All that a run which is cut short would lose."""
+    noticed, braking, rest = (_milliseconds(t) for t in (f.noticed_s, f.braking_s, f.rest_s))
+    return (
+        f"noticed {noticed}, braking {braking}, rest {rest} ms, crept {1e3 * f.crept_rad:.2f} mrad"
+    )
+
+
+def _milliseconds(seconds: float | None) -> str:
+    return "–" if seconds is None else f"{1e3 * seconds:.0f}"
 
 
 def _print(findings: list[Finding]) -> None:
@@ -107,9 +119,7 @@ def _print(findings: list[Finding]) -> None:
     for head in (*heads, "resumed", "goal", ""):
         table.add_column(head, justify="right" if head.endswith(("ms", "mrad")) else "left")
     for f in findings:
-        times = (
-            "–" if t is None else f"{1e3 * t:.0f}" for t in (f.noticed_s, f.braking_s, f.rest_s)
-        )
+        times = (_milliseconds(t) for t in (f.noticed_s, f.braking_s, f.rest_s))
         table.add_row(
             f.case,
             f.what,

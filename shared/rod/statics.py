@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -140,8 +139,8 @@ def framed(
     z = np.array([0.0, 0.0, 1.0])
     q = poses.multiply(poses.between(poses.rotate(first, z), tangents[0]), first)
     frames = [q]
-    for old, new in pairwise(tangents):
-        q = poses.multiply(poses.between(old, new), q)
+    for step in poses.between(tangents[:-1], tangents[1:]):
+        q = poses.multiply(step, q)
         frames.append(q)
     end = poses.multiply(poses.between(poses.rotate(last, z), tangents[-1]), last)
     twist = poses.logarithm(poses.multiply(poses.conjugate(q), end))[2]

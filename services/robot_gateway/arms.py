@@ -18,6 +18,8 @@ SIDES = ("left", "right")
 
 LAG = 0.5
 """How far back the command is searched for where an arm is now [s]."""
+STILL = (0.01, 0.05)
+"""Linear and angular speed of a gripper below which its arm rests [m/s, rad/s]."""
 
 
 class Arms:
@@ -31,7 +33,8 @@ class Arms:
         """Of all ends, as measured when the cell last came to rest for a person."""
         self.feedback: tuple[Feedback, ...] = ()
         self._trail: deque[tuple[int, np.ndarray]] = deque()
-        self._powered = False
+        self.powered = False
+        """Whether they have had power since it was last taken from them."""
 
     def exchange(self, now: int, guidance: Guidance, live: Sequence[bool]) -> None:
         """Commands to the arms, feedback from them. Args: live: Which ends are sent points."""
@@ -59,19 +62,19 @@ class Arms:
     # What they are told
 
     def enable(self) -> None:
-        self._powered = True
+        self.powered = True
         for driver in self.drivers:
             driver.enable()
 
     def recover(self) -> None:
-        self._powered = True
+        self.powered = True
         for driver in self.drivers:
             driver.recover()
 
     def disable(self) -> None:
         """Takes the power off arms that rest, once after each time they had it."""
-        if self._powered:
-            self._powered = False
+        if self.powered:
+            self.powered = False
             for driver in self.drivers:
                 driver.disable()
 
@@ -101,6 +104,12 @@ class Arms:
     def on_their_own(self) -> bool:
         """Whether any of them is a device, which may be elsewhere than it is commanded to be."""
         return any(d.moves and np.isfinite(d.tracking_limit) for d in self.drivers)
+
+    @property
+    def still(self) -> bool:
+        """Whether no arm moves: they follow their command some time behind it."""
+        speeds = [np.linalg.norm(f.velocity, axis=-1) for f in self.feedback]
+        return all(bool(np.all(speed < STILL)) for speed in speeds)
 
     @property
     def sound(self) -> list[bool]:

@@ -33,6 +33,8 @@ SILENCE = 0.1
 LATE = 0.05
 """Age at which it begins to brake, without holding yet [s]: an arm follows its command some 80 ms
 later, and it must have begun to brake within 150 ms."""
+FOLLOWING = 0.3
+"""Time after the command's rest within which an arm must have come to rest too [s]."""
 PATIENCE = 30.0
 """Time that an arm has to become ready [s]."""
 
@@ -62,6 +64,7 @@ class Cell:
         self._late = False
         self._waits_since: int | None = None
         self._stalled = False
+        self._moved = 0
         self._rule: Rule | None = None
         self._refusal = self._command = self._rejection = ""
         self._sequence = self._refused_sequence = 0
@@ -152,7 +155,9 @@ class Cell:
             self._late = (now - self._last_fresh) * NANOSECONDS + h > LATE
             rule = self.guidance.step(now - round(h / NANOSECONDS), now, self._late)
             self._rule = rule or self._rule
-        if not self.guidance.following and self.guidance.resting:
+        if not self.guidance.resting:
+            self._moved = now
+        elif not self.guidance.following:
             self.safety = self.safety.moving(False)
             self._reset_when_asked(now)
         self.arms.exchange(now, self.guidance, self._points_go())
@@ -305,7 +310,9 @@ class Cell:
             self._halt(feedback.fault, f"{name}: {words or feedback.fault}")
             self._waits_since = None
         if self.safety.mode == "disarmed":
-            if self.guidance.resting:
+            # Power goes when the arms rest, not already when their command does.
+            behind = self.arms.powered and (now - self._moved) * NANOSECONDS < FOLLOWING
+            if self.guidance.resting and (self.arms.still or not behind):
                 self._waits_since = None
                 self.arms.disable()
                 self.arms.measure(self.guidance)

@@ -19,7 +19,7 @@ def bring_to_rest(cell: Cell, clock: Clock) -> None:
     begun = clock.now()
     while (clock.now() - begun) * 1e-9 < PATIENCE:
         cell.step(clock.now())
-        if cell.guidance.resting:
+        if cell.guidance.resting and not cell.arms.powered:
             break
         time.sleep(TICK)
     ended = clock.now() + round(FAREWELL * 1e9)

@@ -107,6 +107,26 @@ def test_arm_has_power_only_while_it_is_armed() -> None:
     assert (world.mode, world.emulator.controller.mode) == ("disarmed", 4)
 
 
+@pytest.mark.parametrize("firmware", ["v3", "v4"])
+def test_power_goes_when_the_arm_rests_and_not_already_when_its_command_does(firmware: str) -> None:
+    world = ArmWorld(firmware, automatic=False)
+    world.run(0.5)
+    assert world.command("arm") == ""
+    world.until_ready()
+    world.follow(circle(world.cell.guidance.state.position[0], 0.06, 0.15), 0.9)
+    assert world.joint_speeds[-1][1] > 0.1
+    assert world.command("disarm") == ""
+    rested = None
+    while world.emulator.controller.enabled:
+        world.step()
+        if rested is None and world.cell.guidance.resting:
+            rested = world.now
+            assert world.joint_speeds[-1][1] > 0.1, "the arm does not lag: nothing is tested"
+    assert world.joint_speeds[-1][1] < 0.05
+    assert rested is not None
+    assert (world.now - rested) * 1e-9 < 0.3
+
+
 def test_way_through_a_singularity_or_past_a_joint_is_refused() -> None:
     world = ArmWorld()
     world.until_ready()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import mujoco
@@ -9,7 +10,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from services.sim.mujoco_model import TIMESTEP, RopeTruth, mjcf
-from services.sim.plant import EndMotion, between, slack_curve
+from services.sim.plant import EndMotion, slack_curve, way
 from shared.geometry import polylines
 from shared.geometry.obstacles import Obstacle
 from shared.geometry.poses import Pose
@@ -76,17 +77,16 @@ class MujocoPlant:
         """
         goals = [left, right]
         if duration > 0.0:
-            time = TIMESTEP - self._ahead
-            while time <= duration + 1e-12:
-                self._place(
-                    [
-                        EndMotion(between(a, b, duration, min(time, duration)))
-                        for a, b in zip(self._ends, goals, strict=True)
-                    ]
-                )
+            first = TIMESTEP - self._ahead
+            count = max(0, 1 + math.floor((duration - first) / TIMESTEP + 1e-9))
+            times = np.minimum(first + TIMESTEP * np.arange(count), duration)
+            ways = [way(a, b, duration, times) for a, b in zip(self._ends, goals, strict=True)]
+            for k in range(count):
+                for row, (positions, orientations) in enumerate(ways):
+                    self._state.mocap_pos[row] = positions[k]
+                    self._state.mocap_quat[row] = orientations[k]
                 mujoco.mj_step(self._model, self._state)
-                time += TIMESTEP
-            self._ahead = duration - (time - TIMESTEP)
+            self._ahead = duration - (first + TIMESTEP * (count - 1))
         self._ends = goals
         # The clamped vertices follow the grips at once.
         self._place(goals)

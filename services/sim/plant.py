@@ -54,17 +54,26 @@ class Plant(Protocol):
         ...
 
 
-def between(start: EndMotion, end: EndMotion, duration: float, time: float) -> Pose:
-    """The grip on its way, `time` [s] after the start of a motion of `duration` [s]."""
+def way(
+    start: EndMotion, end: EndMotion, duration: float, times: Float64[np.ndarray, "t"]
+) -> tuple[Float64[np.ndarray, "t 3"], Float64[np.ndarray, "t 4"]]:
+    """Positions [m] and orientations of a grip on its way.
+
+    Args:
+        start: Where it was and how it moved.
+        end: Where it arrives and how it then moves.
+        duration: Between the two [s].
+        times: Since the start [s].
+    """
     turn = poses.multiply(end.pose.orientation, poses.conjugate(start.pose.orientation))
-    s = time / duration
+    s = times[:, None] / duration
     # Cubic Hermite weights of the end value and of both slopes; the start value is the origin.
     value, first, last = s * s * (3.0 - 2.0 * s), s * (s - 1.0) ** 2, s * s * (s - 1.0)
     shift = end.pose.position - start.pose.position
     rotation = poses.logarithm(turn)
     position = value * shift + duration * (first * start.linear + last * end.linear)
     vector = value * rotation + duration * (first * start.angular + last * end.angular)
-    return Pose(
+    return (
         start.pose.position + position,
         poses.multiply(poses.exponential(vector), start.pose.orientation),
     )

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float64
 
-from services.sim.plant import EndMotion, between
+from services.sim.plant import EndMotion, way
 from shared.geometry import polylines, poses
 from shared.geometry.obstacles import Obstacle, pack
 from shared.geometry.poses import Pose
@@ -65,12 +65,12 @@ class RodPlant:
             for end, (start, goal) in enumerate(zip(self._ends, goals, strict=True)):
                 # From where the rod's end is, so that rounding never adds up.
                 here = self._grips()[end]
-                for k in range(count):
-                    there = between(start, goal, duration, (k + 1) * dt)
-                    turn = poses.multiply(there.orientation, poses.conjugate(here.orientation))
-                    actions[k, end, :3] = (there.position - here.position) / dt
-                    actions[k, end, 3:] = poses.logarithm(turn) / dt
-                    here = there
+                there = way(start, goal, duration, dt * np.arange(1, count + 1))
+                positions = np.vstack([here.position, there[0]])
+                orientations = np.vstack([here.orientation, there[1]])
+                turns = poses.multiply(orientations[1:], poses.conjugate(orientations[:-1]))
+                actions[:, end, :3] = np.diff(positions, axis=0) / dt
+                actions[:, end, 3:] = poses.logarithm(turns) / dt
             rollout = self._rod.rollout(self._state, actions, dt, obstacles=self._obstacles)
             self._state = rollout.final
         self._ends = goals

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float64
 
-from services.sim.plant import EndMotion, Plant, between
+from services.sim.plant import EndMotion, Plant, way
 from shared.geometry import poses
 from shared.geometry.obstacles import Obstacle
 from shared.geometry.poses import Pose
@@ -108,16 +108,14 @@ class World:
         if duration <= 0.0:
             return
         count = math.ceil(duration / LONGEST_STEP)
-        start = self._ends
-        for k in range(1, count + 1):
-            way = (left, right)
-            if k < count:
-                part = k * duration / count
-                way = tuple(
-                    EndMotion(between(a, b, duration, part))
-                    for a, b in zip(start, (left, right), strict=True)
-                )
-            self._plant.step(way[0], way[1], duration / count)
+        ends = (left, right)
+        if count > 1:
+            parts = duration / count * np.arange(1, count)
+            ways = [way(a, b, duration, parts) for a, b in zip(self._ends, ends, strict=True)]
+            for k in range(count - 1):
+                on_the_way = (EndMotion(Pose(p[k], q[k])) for p, q in ways)
+                self._plant.step(*on_the_way, duration / count)
+        self._plant.step(*ends, duration / count)
         self._ends = (left, right)
         self.instant = instant
 

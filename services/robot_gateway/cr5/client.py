@@ -51,7 +51,7 @@ class Client:
         self.times_joints = True
         """Whether ServoJ takes the time in which a point is to be reached."""
         self.control_lost = ""
-        """Why the arm listens to somebody else, in words."""
+        """Why the arm does not listen, in words, though it is not in alarm."""
         self._readers: dict[int, ReplyReader] = {}
         self._packets = PacketReader()
         self._outliers = Outliers()
@@ -61,6 +61,8 @@ class Client:
         self._spoke = 0
         self._pointed = -1
         self._knows_alarms = False
+        self._queue_ran = False
+        """Whether the arm has said so since it was enabled."""
 
     @property
     def phase(self) -> Phase:
@@ -175,6 +177,7 @@ class Client:
         self._check_links()
         if self.phase == "online":
             self._watch_alarms()
+            self._watch_queue()
             self._procedure.advance(now)
             self._ask_next()
 
@@ -254,6 +257,14 @@ class Client:
             self._procedure.begin(self._read_alarms())
         elif not alarmed and not self.busy and self.mode in FOLLOWING:
             self.alarms, self._knows_alarms = (), False
+
+    def _watch_queue(self) -> None:
+        """Points that wait in a queue that stands still would be gone to when it runs again."""
+        runs = self.feedback is not None and bool(self.feedback["queue_running"])
+        if self.enabled and self._queue_ran and not runs:
+            self.control_lost = "its motion queue is blocked"
+            self.enabled = False
+        self._queue_ran = self.enabled and (self._queue_ran or runs)
 
     # Procedures
 

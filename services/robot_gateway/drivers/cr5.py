@@ -202,7 +202,7 @@ class Cr5Driver:
         client = self._client
         if client.lost:
             return (client.trouble or f"no feedback for {client.age:.2f} s",)
-        words = [client.control_lost] if client.control_lost else list(client.alarms)
+        words = [word for word in (client.control_lost, *client.alarms) if word]
         if client.failure and client.failure not in words and not words:
             words.append(client.failure)
         if self._wanted and not client.enabled and not client.busy and not words:

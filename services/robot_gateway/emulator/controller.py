@@ -45,6 +45,7 @@ class Controller:
         self.target: Joints = np.radians(options.joints)
         """What the drives follow [rad]."""
         self.target_speed = np.zeros(6)
+        self.target_acceleration = np.zeros(6)
         self.joints = self.target.copy()
         self.joint_speed = np.zeros(6)
         self.time = 0.0
@@ -164,6 +165,8 @@ class Controller:
         self.alarms += [n for n in numbers if n not in self.alarms]
         self.stop()
         self.dragging = 0
+        # On V3 the queue stays shut behind an alarm until EnableRobot or Continue.
+        self.queue_running = self.queue_running and self.v4
         overspeed = any(48 <= n <= 53 for n in numbers)
         if EMERGENCY in numbers or (overspeed and not self.v4):
             self.enabled = False
@@ -282,7 +285,8 @@ class Controller:
         except Alarm as alarm:
             self.target = before
             self.alarm(*alarm.numbers)
-        self.target_speed = (self.target - before) / h
+        speed = (self.target - before) / h
+        self.target_acceleration, self.target_speed = (speed - self.target_speed) / h, speed
         lag = self._stream.lag
         share = 1.0 - np.exp(-h / lag) if lag > 0.0 else 1.0
         joints = self.joints + share * (self.target - self.joints)
@@ -307,7 +311,7 @@ class Controller:
             if self.alone.done:
                 self.alone = None
             return target
-        if self.paused:
+        if self.paused or not self.queue_running:
             return self.target
         if self._stream.leads:
             return self._follow(h)
@@ -320,7 +324,7 @@ class Controller:
         return target
 
     def _queue(self, h: float) -> Joints:
-        while self.current is None and self.queue and self.queue_running:
+        while self.current is None and self.queue:
             entry = self.queue.popleft()
             self.finished = entry.number
             motion = entry.start(self.target)

@@ -15,12 +15,17 @@ from services.robot_gateway.emulator.controller import COLLISION, Controller
 from services.robot_gateway.emulator.feedback import Feedback
 from services.robot_gateway.emulator.grammar import Call, CommandReader, reply
 from services.robot_gateway.emulator.options import Options
+from services.robot_gateway.emulator.pages import Pages, RequestReader
 
 TICK = 0.008
 """Of the controller and of port 30004 [s]."""
 COMMAND_PORTS = {"v3": (29999, 30003), "v4": (29999,)}
-FEEDBACK_TICKS = {"v3": {30004: 1, 30005: 25, 30006: 6}, "v4": {30004: 1, 30005: 25, 30006: 125}}
-"""Packets every so many ticks."""
+FEEDBACK_PERIODS = {
+    "v3": {30004: 8, 30005: 200, 30006: 50},
+    "v4": {30004: 8, 30005: 200, 30006: 1000},
+}
+"""Between packets [ms]; where that is no whole number of ticks, on the average."""
+PAGE_PORTS = {"v3": (), "v4": (22000,)}
 IDLE = 10.0
 LATE = 1.5
 JOINED = 0.05
@@ -41,6 +46,7 @@ class Connection:
         self.heard = now
         """When the client last said something [s]."""
         self.reader = CommandReader()
+        self.requests = RequestReader()
         self.waiting: deque[Call] = deque()
         """Calls behind a Sync."""
         self._segments: deque[bytes] = deque()
@@ -84,11 +90,12 @@ class Emulator:
         self.controller = Controller(options)
         self.commands = Commands(self.controller)
         self.feedback = Feedback(self.controller)
+        self.pages = Pages(self.controller)
         self.now = start
         self._start = start
         self._ticks = 0
         self._connections: list[Connection] = []
-        self._syncs: list[tuple[Connection, Call, int]] = []
+        self._syncs: list[tuple[Connection, Call]] = []
         self._late: deque[tuple[float, Connection, bytes]] = deque()
         self._joined: dict[Connection, tuple[float, bytes]] = {}
         self._pending = dict(options.fault_times)
@@ -98,17 +105,18 @@ class Emulator:
     @property
     def ports(self) -> tuple[int, ...]:
         """On which it listens."""
-        return tuple(dict.fromkeys((*self._command_ports, *self._feedback_ticks)))
+        pages = PAGE_PORTS[self.options.firmware]
+        return tuple(dict.fromkeys((*self._command_ports, *self._feedback_periods, *pages)))
 
     @property
     def _command_ports(self) -> tuple[int, ...]:
         return COMMAND_PORTS[self.options.firmware]
 
     @property
-    def _feedback_ticks(self) -> dict[int, int]:
+    def _feedback_periods(self) -> dict[int, int]:
         """The oldest firmware sends feedback where it takes motion."""
         legacy = self.options.version < "3.5.2"
-        return {30003: 1} if legacy else FEEDBACK_TICKS[self.options.firmware]
+        return {30003: 8} if legacy else FEEDBACK_PERIODS[self.options.firmware]
 
     def connect(self, port: int) -> Connection | None:
         """A client connects; None when it is refused."""
@@ -140,6 +148,9 @@ class Emulator:
             return
         for connection in self._connections:
             data = connection.received()
+            if connection.port in PAGE_PORTS[self.options.firmware]:
+                for request in connection.requests.feed(data):
+                    connection.write(self.pages.answer(*request))
             if connection.closed or connection.port not in self._command_ports:
                 continue
             if data:
@@ -159,9 +170,10 @@ class Emulator:
         self._begin_faults()
         self.process()
         self.controller.advance(TICK)
-        for connection, call, number in list(self._syncs):
-            if self.controller.finished >= number and not self.controller.busy:
-                self._syncs.remove((connection, call, number))
+        self.pages.watch(self.now)
+        for connection, call in list(self._syncs):
+            if not self.controller.busy:
+                self._syncs.remove((connection, call))
                 self._send(connection, reply(0, "", call))
                 self._work_off(connection)
         while self._late and self._late[0][0] <= self.now:
@@ -184,11 +196,11 @@ class Emulator:
     # Commands
 
     def _work_off(self, connection: Connection) -> None:
-        while connection.waiting and not any(c is connection for c, _, _ in self._syncs):
+        while connection.waiting and not any(c is connection for c, _ in self._syncs):
             call = connection.waiting.popleft()
             text = self.commands.answer(call, connection.port)
             if text is None:
-                self._syncs.append((connection, call, self.controller.number))
+                self._syncs.append((connection, call))
             elif self._answers(call):
                 self._send(connection, text)
 
@@ -221,8 +233,8 @@ class Emulator:
             return
         packet = None
         for connection in self._connections:
-            every = self._feedback_ticks.get(connection.port)
-            if connection.closed or every is None or self._ticks % every:
+            period = self._feedback_periods.get(connection.port)
+            if connection.closed or period is None or 8 * self._ticks % period >= 8:
                 continue
             packet = packet or self._spoiled(self.feedback.packet(self.now))
             if "torn_feedback" in self._active:

@@ -45,6 +45,7 @@ class Feedback:
         c = self._controller
         user, tool = c.users[c.user], c.tools[c.tool]
         r["q_target"], r["qd_target"] = np.degrees(c.target), np.degrees(c.target_speed)
+        r["qdd_target"] = np.degrees(c.target_acceleration)
         r["q_actual"], r["qd_actual"] = np.degrees(c.joints), np.degrees(c.joint_speed)
         from_user = np.linalg.inv(frames.transform(user))[:3, :3]
         r["tcp_force"][:3] = from_user @ self._force()
@@ -76,6 +77,9 @@ class Feedback:
         r["user"], r["tool"] = c.user, c.tool
         r["queue_running"], r["queue_paused"] = c.queue_running, c.paused
         r["velocity_ratio"], r["acceleration_ratio"] = c.ratios["speedj"], c.ratios["accj"]
+        for kind in ("xyz", "r"):
+            r[f"{kind}_velocity_ratio"] = c.ratios["speedl"]
+            r[f"{kind}_acceleration_ratio"] = c.ratios["accl"]
         # Bit 0 is J6, bit 5 is J1; 1 means released.
         r["brake_status"] = sum(
             1 << (5 - k) for k, free in enumerate(c.brakes) if free or c.enabled

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 NAME = re.compile(r"\s*([A-Za-z_][A-Za-z0-9_]*)\s*\(")
+NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 LONGEST = 4096
 """Bytes without a closing parenthesis after which what came is thrown away."""
 
@@ -114,10 +115,8 @@ def _split(text: str) -> list[str]:
 
 def number(text: str) -> float | None:
     """A finite number, or None."""
-    try:
-        value = float(text)
-    except ValueError:
-        return None
+    # Python would read underscores and other alphabets' digits as well.
+    value = float(text) if NUMBER.fullmatch(text.strip()) else np.inf
     return value if np.isfinite(value) else None
 
 

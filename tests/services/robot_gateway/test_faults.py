@@ -16,6 +16,7 @@ STOPPING = {
     "power_off": ("alarm", "no power"),
     "drag": ("alarm", "guided by hand"),
     "taken_over": ("alarm", "not TCP"),
+    "queue_blocked": ("alarm", "motion queue is blocked"),
     "stale_feedback": ("lost_link", "no feedback"),
     "wrong_test_value": ("lost_link", "no feedback"),
     "wrong_size": ("lost_link", "no feedback"),
@@ -139,7 +140,7 @@ def test_late_answers_never_count_for_another_question() -> None:
     assert world.mode == "armed"
 
 
-def test_blocked_queue_does_not_stop_servo_points_and_arming_frees_it() -> None:
+def test_queue_that_is_blocked_before_arming_is_freed_by_it() -> None:
     world = ArmWorld("v3", faults=("queue_blocked",))
     world.until_ready()
     assert world.emulator.controller.queue_running

@@ -102,6 +102,7 @@ class Following:
             arm.alarm(*alarm.numbers)
             raise Failure(-1) from alarm
         arm.number += 1
+        arm.finished = arm.number
         return self._do.numbered(arm.number)
 
     # Jogging

@@ -76,7 +76,7 @@ class Moves:
             "RelMovL": self._motion(self._relative("L", "User"), (NUMBER,) * 3, linear),
             "RelJointMovJ": self._motion(self._relative_joints, SIX, joint),
             **relative,
-            "Sync": Command(lambda a, o: None, ports=(MOTION_PORT,)),
+            "Sync": Command(lambda a, o: None if self._arm.busy else "", ports=(MOTION_PORT,)),
             "Wait": pause,
         }
 

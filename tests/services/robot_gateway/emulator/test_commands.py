@@ -25,6 +25,7 @@ POSE = "473.000000,-141.000000,469.000000,180.000000,0.000000,-90.000000"
         ("v3", "DO(17,1)", -40001),
         ("v3", "DO(1,2)", -40002),
         ("v3", "DO(1)", -20000),
+        ("v3", "DO(1_0,1)", -30001),
         ("v3", "User(5)", -1),
         ("v3", "GetPose(User=0)", -20000),
         ("v3", "BrakeControl(7,1)", -40001),
@@ -137,6 +138,32 @@ def test_impossible_motion_raises_the_alarm_of_its_kind(
         bench.run(0.4)
     bench.enable()
     assert int(bench.run(0.1)[-1]["robot_mode"]) == 5
+
+
+def test_sync_is_answered_when_what_it_waited_for_was_dropped() -> None:
+    bench = Bench()
+    bench.enable()
+    for _ in range(2):
+        bench.ask("RelJointMovJ(10,0,0,0,0,0)", motion=True)
+    assert bench.ask("Sync()", motion=True) == ""
+    bench.run(0.1)
+    bench.ask("ResetRobot()")
+    bench.run(0.4)
+    assert read(bench.motion) == "0,{},Sync();"
+
+
+def test_queue_of_v3_stays_shut_behind_an_alarm_until_continue() -> None:
+    bench = Bench()
+    bench.enable()
+    bench.ask("MovL(473,-141,1200,180,0,-90)", motion=True)
+    bench.run(0.1)
+    bench.ask("ClearError()")
+    assert bench.ask("RelJointMovJ(1,0,0,0,0,0)", motion=True).startswith("0,")
+    shut = bench.run(0.5)[-1]
+    assert (int(shut["enable_status"]), int(shut["queue_running"])) == (1, 0)
+    assert abs(shut["q_actual"][0]) < 1e-6
+    bench.ask("Continue()")
+    np.testing.assert_allclose(bench.run(1.0)[-1]["q_actual"][0], 1.0, atol=1e-3)
 
 
 def test_line_through_the_wrist_singularity_is_refused_with_alarm_26() -> None:

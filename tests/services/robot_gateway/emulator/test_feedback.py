@@ -40,6 +40,9 @@ def test_packet_is_1440_bytes_with_every_field_at_its_offset(firmware: str) -> N
     quaternion = np.array(struct.unpack_from("<4d", data, 1384))
     assert abs(quaternion @ [0.0, np.sqrt(0.5), -np.sqrt(0.5), 0.0]) > 1.0 - 1e-12
     assert data[1014] == 1
+    assert data[1016:1024] == bytes(
+        [50, 50, 0, 50, 50, 50, 50, 0] if firmware == "v3" else [100, 100, 0, 100, 100, 100, 100, 0]
+    )
     assert data[1026] == 1
     assert data[1031] == 5
 
@@ -70,7 +73,7 @@ def test_slow_ports_send_every_200_and_50_milliseconds() -> None:
         while connection.take() is not None:
             count += 1
         counts.append(count)
-    assert counts == [10, 41]
+    assert counts == [10, 40]
 
 
 def test_reader_finds_packets_that_are_torn_joined_or_follow_rubbish() -> None:

@@ -178,6 +178,8 @@ MOTION: list[tuple[str, int | str]] = [
     ("MoveJog(j2-,CoordType=1,User=0,Tool=0)", 0),
     ("MoveJog(X+,1,0,0)", 0),
     ("MoveJog()", 0),
+    # Whatever the queue had: points are in no queue that could be waited for for ever.
+    ("Sync()", 0),
     ("GetPose()", -10000),
 ]
 """Port 30003, on an arm that is enabled and stands at POSE."""

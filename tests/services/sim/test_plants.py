@@ -5,7 +5,7 @@ import pytest
 
 from services.sim.mujoco_model import RopeTruth, rest_shape
 from services.sim.mujoco_plant import MujocoPlant
-from services.sim.plant import EndMotion, between, slack_curve
+from services.sim.plant import EndMotion, slack_curve, way
 from services.sim.rod_plant import RodPlant
 from shared.geometry import polylines, poses
 from shared.geometry.obstacles import TABLE, Obstacle, chain_clearance
@@ -45,18 +45,19 @@ def test_a_grip_meets_both_poses_and_both_twists() -> None:
         Pose(LEFT.position + 0.02, turned), np.array([0.0, -0.1, 0.2]), np.array([0.1, 0.2, 0.3])
     )
     tiny = 1e-6
-    for motion, at in ((start, 0.0), (end, 0.1)):
-        here = between(start, end, 0.1, at)
-        np.testing.assert_allclose(here.position, motion.pose.position, atol=1e-12)
+    times = np.array([0.0, tiny, 0.1, 0.1 + tiny])
+    positions, orientations = way(start, end, 0.1, times)
+    turns = poses.multiply(orientations[1::2], poses.conjugate(orientations[::2]))
+    rates = poses.logarithm(turns) / tiny
+    for k, motion in enumerate((start, end)):
+        here = 2 * k
+        np.testing.assert_allclose(positions[here], motion.pose.position, atol=1e-12)
         np.testing.assert_allclose(
-            np.abs(here.orientation @ motion.pose.orientation), 1.0, atol=1e-12
+            np.abs(orientations[here] @ motion.pose.orientation), 1.0, atol=1e-12
         )
-        near = between(start, end, 0.1, at + tiny)
-        np.testing.assert_allclose((near.position - here.position) / tiny, motion.linear, atol=1e-4)
-    turn = poses.multiply(
-        between(start, end, 0.1, tiny).orientation, poses.conjugate(start.pose.orientation)
-    )
-    np.testing.assert_allclose(poses.logarithm(turn) / tiny, start.angular, atol=1e-4)
+        rate = (positions[here + 1] - positions[here]) / tiny
+        np.testing.assert_allclose(rate, motion.linear, atol=1e-4)
+    np.testing.assert_allclose(rates[0], start.angular, atol=1e-4)
 
 
 def test_a_slack_curve_has_its_length_between_its_grips() -> None:

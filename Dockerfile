@@ -24,10 +24,11 @@ FROM base AS router
 USER lariat
 ENTRYPOINT ["python", "-m", "shared.router"]
 
-# Taichi's core links against X11, though nothing here opens a window.
+# Taichi's core links against X11, though nothing here opens a window; the rod's kernel is kept
+# as a library, which binutils make.
 FROM base AS compiled
 RUN apt-get update -qq \
- && apt-get install -y -qq --no-install-recommends libx11-6 \
+ && apt-get install -y -qq --no-install-recommends binutils libx11-6 \
  && rm -rf /var/lib/apt/lists/*
 
 FROM compiled AS sim

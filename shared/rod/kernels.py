@@ -56,6 +56,7 @@ from shared.rod.kernels_types import Doubles, Integers
 @ti.kernel
 def roll(ni: Integers, w: Doubles, batch: ti.i32):
     """Roll every rod of a batch out, with what is wanted of its derivatives; see `layout`."""
+    ti.loop_config(serialize=True)
     for b in range(batch):
         rod = b * ni[at.STRIDE]
         begin(ni, w, rod)

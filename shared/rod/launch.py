@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float64, Int32, Int64
 
-from shared.rod import layout, runtime
+from shared.rod import layout, machine_code
 from shared.rod.layout import Sizes
 
 
@@ -86,8 +86,16 @@ class Sheet:
 
     def run(self) -> None:
         """Launch the kernel on what has been filled in."""
-        runtime.start()
-        # Kernels compile against the runtime, which must therefore stand first.
-        from shared.rod import kernels
+        (machine_code.kernel() or _through_taichi)(self.integers, self.doubles, self.sizes.batch)
 
-        runtime.launch(kernels.roll, self.integers, self.doubles, self.sizes.batch)
+
+def _through_taichi(
+    integers: Int32[np.ndarray, "k"], doubles: Float64[np.ndarray, "m"], count: int
+) -> None:
+    # Taichi is slow to import, and kernels compile against its runtime, which must stand first.
+    from shared.rod import runtime
+
+    runtime.start()
+    from shared.rod import kernels
+
+    runtime.launch(kernels.roll, integers, doubles, count)

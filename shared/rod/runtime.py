@@ -21,8 +21,12 @@ _started = False
 _compiled: dict[Any, tuple[Any, Any]] = {}
 
 
-def start() -> None:
-    """Start Taichi on the CPU in double precision, once; further calls do nothing."""
+def start(*, writes_assembly: bool = False) -> None:
+    """Start Taichi on the CPU in double precision, once; further calls do nothing.
+
+    Args:
+        writes_assembly: Whether it writes what it compiles into the working folder, as assembly.
+    """
     global _started
     if not _started:
         _hasten()
@@ -32,7 +36,9 @@ def start() -> None:
                 arch=ti.cpu,
                 default_fp=ti.f64,
                 cpu_max_num_threads=1,
-                offline_cache=True,
+                # What comes from there has been assembled already.
+                offline_cache=not writes_assembly,
+                print_kernel_asm=writes_assembly,
                 # LLVM optimises as well; without Taichi's own passes the rod compiles in a quarter
                 # of the time and runs 5 % slower.
                 advanced_optimization=False,

@@ -8,7 +8,6 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float64, Int32, Int64
 
-from shared.rod import runtime
 from shared.rod.scene import unpacked
 from shared.rod.xpbd import layout
 from shared.rod.xpbd.layout import Sizes
@@ -92,8 +91,10 @@ class Sheet:
 
     def run(self, *, forward: bool, backward: bool) -> None:
         """Launch the kernel on what has been filled in."""
+        # Taichi is slow to import, and kernels compile against its runtime, which must stand first.
+        from shared.rod import runtime
+
         runtime.start()
-        # Kernels compile against the runtime, which must therefore stand first.
         from shared.rod.xpbd import kernels
 
         kernels.run(self.integers, self.doubles, self.sizes.batch, forward, backward)

@@ -1,0 +1,150 @@
+"""The kernel as machine code, kept from one process to the next.
+
+Taichi's own cache keeps what LLVM makes of the kernel's source, but reads the source anew in every
+process, to know that it has not changed, and lets LLVM write the machine code anew: four seconds.
+Where a computer has an assembler, the first process that needs the kernel has another one write it
+into a library (see `assembling`), under a key of everything that it comes from. The others load
+that, and need no Taichi. Where there is none, or the library does not answer as Taichi does,
+everything goes through Taichi.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import fcntl
+import functools
+import hashlib
+import importlib.metadata
+import logging
+import os
+import platform
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float64, Int32
+
+Kernel = Callable[[Int32[np.ndarray, "k"], Float64[np.ndarray, "m"], int], object]
+"""Of the two arrays of `layout` and the count of rods."""
+
+KEPT = 4
+"""Libraries that stay in the folder; those used least recently go."""
+SYMBOL = "roll"
+_HERE = Path(__file__).parent
+_LIMIT = 300.0
+"""Time that the other process may take [s]; it takes 15 s of a processor."""
+
+logger = logging.getLogger(__name__)
+
+
+@functools.cache
+def kernel() -> Kernel | None:
+    """The kernel from its library, which is made where it is missing; None where it cannot be."""
+    if not sys.platform.startswith("linux") or not (shutil.which("as") and shutil.which("ld")):
+        return None
+    try:
+        return loaded(_library(Path.home() / ".cache" / "lariat"))
+    except (OSError, RuntimeError, subprocess.SubprocessError) as error:
+        logger.warning("the rod's kernel goes through Taichi, at 4 s a process: %s", error)
+        return None
+
+
+def _library(folder: Path) -> Path:
+    """The library of this source on this computer, made if it is missing."""
+    path = folder / f"rod-{_key()}.so"
+    if not path.exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        # Of processes that start together one makes it, and the others wait for that.
+        with (folder / "rod.lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not path.exists():
+                _make(path)
+        for old in sorted(folder.glob("rod-*.so"), key=lambda p: p.stat().st_mtime)[:-KEPT]:
+            old.unlink(missing_ok=True)
+    with contextlib.suppress(OSError):
+        # In a folder that only others may write to nothing is thrown out either.
+        path.touch()
+    return path
+
+
+def _make(path: Path) -> None:
+    root = str(_HERE.parents[1])
+    search = os.pathsep.join([root, *filter(None, [os.environ.get("PYTHONPATH")])])
+    done = subprocess.run(
+        [sys.executable, "-m", "shared.rod.assembling", str(path)],
+        env={**os.environ, "PYTHONPATH": search},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=_LIMIT,
+        check=False,
+    )
+    if done.returncode != 0:
+        said = done.stderr.strip().splitlines() or ["it said nothing"]
+        raise OSError(f"its machine code could not be made: {said[-1]}")
+
+
+def _key() -> str:
+    """Of all that machine code depends on: the source, the compiler and the processor."""
+    known = hashlib.sha256()
+    for name in sorted(_HERE.glob("kernels*.py")):
+        known.update(name.read_bytes())
+    for name in ("layout.py", "runtime.py", "assembling.py"):
+        known.update((_HERE / name).read_bytes())
+    known.update(importlib.metadata.version("taichi").encode())
+    known.update(platform.machine().encode())
+    for line in Path("/proc/cpuinfo").read_text().split("\n\n")[0].splitlines():
+        if line.startswith(("model", "flags", "Features", "CPU ")):
+            known.update(line.encode())
+    return known.hexdigest()[:16]
+
+
+class _Arguments(ctypes.Structure):
+    """How Taichi lays out two arrays and a count."""
+
+    _fields_ = (
+        ("integer_count", ctypes.c_int32),
+        ("integers", ctypes.c_void_p),
+        ("double_count", ctypes.c_int32),
+        ("doubles", ctypes.c_void_p),
+        ("count", ctypes.c_int32),
+    )
+
+
+class _Context(ctypes.Structure):
+    """What Taichi hands to a kernel; only the arguments are of use to one that is serial."""
+
+    _fields_ = (
+        ("arguments", ctypes.POINTER(_Arguments)),
+        ("runtime", ctypes.c_void_p),
+        ("thread", ctypes.c_int32),
+        ("results", ctypes.c_void_p),
+    )
+
+
+def loaded(library: Path) -> Kernel:
+    """The kernel of a library.
+
+    Raises:
+        OSError: This is no library with a kernel.
+    """
+    try:
+        function = getattr(ctypes.CDLL(str(library)), SYMBOL)
+    except AttributeError as error:
+        raise OSError(f"{library} has no {SYMBOL}; delete it") from error
+    function.restype = None
+    function.argtypes = (ctypes.POINTER(_Context),)
+
+    def run(
+        integers: Int32[np.ndarray, "k"], doubles: Float64[np.ndarray, "m"], count: int
+    ) -> None:
+        arguments = _Arguments(
+            len(integers), integers.ctypes.data, len(doubles), doubles.ctypes.data, count
+        )
+        function(_Context(ctypes.pointer(arguments)))
+
+    return run

@@ -116,6 +116,8 @@ def _verb_first(argv: list[str]) -> list[str]:
 def _missing(prog: str, module: str, error: ImportError) -> str:
     library = (error.name or str(error)).partition(".")[0]
     if library in ("lariat", "shared", "services", "dashboard"):
+        if not isinstance(error, ModuleNotFoundError):
+            raise error  # The file is there and asks for what is not: a mistake of ours.
         return f"{prog} is not part of this installation ({error.name or error})"
     return f"{prog} needs {library}, which is not installed; pip install 'lariat[all]' brings it"
 

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
+from lariat.bench.paper import whole_path
 from lariat.bench.paper.figures import draw
 from lariat.bench.paper.speed import compare
 from lariat.bench.paper.studies import Bench, Outcome, adaptation_studies, studies
@@ -28,8 +29,9 @@ def run(
     """The paper's ten goals behind three cylinders, by its scheme and by ours.
 
     Methods: its network, Adam on the actions, and Gauss-Newton; models: its rod (xpbd), which is
-    then the plant as well, and the continuous one (direct). Then its online adaptation, and how
-    long gradients take by Taichi's reverse mode, which is the paper's way, and by adjoints.
+    then the plant as well, and the continuous one (direct). Then its online adaptation, the same
+    goals by all that Lariat has, and how long gradients take by Taichi's reverse mode, which is
+    the paper's way, and by adjoints.
 
     Args:
         goals: How many.
@@ -46,7 +48,8 @@ def run(
     wanted += [(s, adaptation_goals) for s in adaptation_studies()]
     outcomes: list[Outcome] = []
     with Progress(console=Console(stderr=True)) as bars:
-        whole = bars.add_task("studies", total=sum(count for _, count in wanted))
+        total = sum(count for _, count in wanted) + goals
+        whole = bars.add_task("studies", total=total)
         for study, count in wanted:
             done = sum(len(o.runs) for o in outcomes)
 
@@ -57,12 +60,16 @@ def run(
             outcomes.append(bench.run(study, count, steps, told))
             # A campaign takes minutes: what is known is said.
             bars.console.print(", ".join(f"{k} {v}" for k, v in outcomes[-1].row().items()))
-        bars.update(whole, completed=sum(count for _, count in wanted))
+        scores = []
+        for k, score in enumerate(whole_path.runs(bench.direct, bench.direct_goals(goals), steps)):
+            scores.append(score)
+            done = total - goals + k + 1
+            bars.update(whole, completed=done, description=f"{whole_path.NAME}: goal {k + 1}")
     times = compare(bench.xpbd, bench.direct) if speed else {}
     split = len(outcomes) - len(list(adaptation_studies()))
     if plot is not None:
         draw(outcomes[:split], outcomes[split:], plot)
-    rows = [outcome.row() for outcome in outcomes]
+    rows = [*(outcome.row() for outcome in outcomes), whole_path.row(scores)]
     if json:
         print(encoder.dumps({"studies": rows, "adaptation": _adapted(outcomes), "speed": times}))
     else:

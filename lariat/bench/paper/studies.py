@@ -148,6 +148,10 @@ class Bench:
             )
         return outcome
 
+    def direct_goals(self, count: int) -> list[Goal]:
+        """The same goals as the continuous rod takes them."""
+        return self._goals_of(Study("gauss_newton", "direct"), self.direct, count)
+
     def _goals_of(self, study: Study, plant: Rod | XpbdRod, count: int) -> list[Goal]:
         key = study.solver, study.softer, count
         if key not in self._goals:

@@ -20,6 +20,8 @@ STALLED = 5 * SECOND
 where the rope rests and comes no nearer."""
 STUCK = 3 * SECOND // 2
 """At the end of a path for so long before a rope that rests counts as stuck [ns]."""
+LEFT = 3.0
+"""Error, in tolerances, from which a rope that nobody controls has left the goal it had reached."""
 PATIENCE = 2
 """New paths that are asked for after stalling, in one run."""
 
@@ -93,6 +95,17 @@ class Course:
             task.enter("failed", f"stalled {error}, {PATIENCE} new paths did not help")
         elif stuck:
             task.enter("failed", path.reason)
+
+    def let_go(self) -> None:
+        """While the arms do not follow: a rope that left the goal is not led back without a start.
+
+        An arm may be moved by hand meanwhile, or be another one when it comes back.
+        """
+        error = self._monitor.error
+        if self._task.state == "reached" and error > LEFT * self._monitor.tolerance:
+            self._task.enter(
+                "idle", f"the rope has left the goal, {1e3 * error:.0f} mm; start again"
+            )
 
     def _learnt_since(self, stiffness: float) -> bool:
         """Whether the rope has turned out to be another one than a path was planned for.

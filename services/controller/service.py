@@ -244,6 +244,7 @@ class ControllerService:
         halted = self._halted(now)
         if halted:
             self.loop.disengage()
+            self.course.let_go()
             yield self._hold(now, halted)
             return
         waiting = self._waiting(inbox, now)

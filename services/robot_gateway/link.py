@@ -10,6 +10,7 @@ import time
 from typing import Literal, Protocol
 
 from services.robot_gateway.emulator.core import Connection, Emulator
+from shared.configuration import ConfigurationError
 
 State = Literal["opening", "open", "closed"]
 
@@ -67,7 +68,22 @@ class TcpNetwork:
     """
 
     def __init__(self, host: str) -> None:
-        self._host = host
+        """
+        Args:
+            host: Its address, or a name that is looked up once, now: nobody may wait for an answer
+                while arms move.
+
+        Raises:
+            ConfigurationError: The name is not known.
+        """
+        try:
+            (_, _, _, _, place), *_ = socket.getaddrinfo(host, None, socket.AF_INET)
+        except OSError as error:
+            raise ConfigurationError(
+                f"address = {host!r} of an arm is not known here ({error}); write its IP address, "
+                "without a port"
+            ) from error
+        self._host = str(place[0])
         self._now: int | None = None
         self._least = 0
 

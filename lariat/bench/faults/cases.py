@@ -35,6 +35,8 @@ class Case:
     """Whether a servo point that was on its way reaches the arm after all."""
     silence: str = "hold"
     """What the arm does when servo points stop coming."""
+    two_arms: bool = False
+    """Whether it is the other arm's, while the right one is watched."""
     promised: bool = True
     """Whether software promises that the arm brakes in time."""
 
@@ -82,6 +84,12 @@ def _emulator_killed(cell: FaultCell) -> None:
     cell.emulator.wait()
 
 
+def _other_emulator_killed(cell: FaultCell) -> None:
+    assert cell.other_emulator is not None
+    cell.other_emulator.kill()
+    cell.other_emulator.wait()
+
+
 BLIND = 0.5
 """For so long the controller goes on without seeing the rope [s]."""
 
@@ -101,6 +109,13 @@ CASES: dict[str, Case] = {
         _emulator_killed,
         ("lost_link",),
         heal=lambda cell: cell.start_emulator(),
+    ),
+    "other-arm-killed": Case(
+        "the other arm: its controller dies",
+        _other_emulator_killed,
+        ("lost_link",),
+        heal=lambda cell: cell.start_other_emulator(),
+        two_arms=True,
     ),
     "arm-frozen": _frozen("emulator", "lost_link", delivers=True),
     "line-cut": Case(

@@ -31,8 +31,10 @@ from shared.scenario import Scenario
 
 HOST, ARM_HOST = "127.0.0.41", "127.0.0.42"
 """Where the gateway finds its arm, and where that is."""
+OTHER_HOST = "127.0.0.43"
+"""Where a second arm is, without anything between."""
 PORTS = (29999, 30003, 30004)
-SIDE = "right"
+SIDE, OTHER = "right", "left"
 NICENESS = -16
 """Where the system allows it."""
 TICK = 0.01
@@ -60,8 +62,13 @@ class FaultCell:
         self.log = folder / "joints.csv"
         self._source = folder / "arm.toml"
         arm = load_with(scenario, [f"ends.{SIDE}.firmware={firmware}"])
+        addresses = [f"ends.{SIDE}.address={HOST}"]
+        self.has_other = arm.end(OTHER).driver == "cr5"
+        if self.has_other:
+            arm = load_with(scenario, [f"ends.{s}.firmware={firmware}" for s in (SIDE, OTHER)])
+            addresses.append(f"ends.{OTHER}.address={OTHER_HOST}")
         self._source.write_text(arm.text, encoding="utf-8")
-        addressed = load_with(self._source, [f"ends.{SIDE}.address={HOST}"])
+        addressed = load_with(self._source, addresses)
         self._file = folder / "cell.toml"
         self._file.write_text(addressed.text, encoding="utf-8")
         self.scenario: Scenario = addressed
@@ -70,9 +77,12 @@ class FaultCell:
         self.port = _free_port()
         self.namespace = f"faults-{secrets.token_hex(4)}"
         self.emulator: subprocess.Popen[bytes] | None = None
+        self.other_emulator: subprocess.Popen[bytes] | None = None
         self.stack: subprocess.Popen[bytes] | None = None
         self.pids: dict[str, int] = {}
         self.start_emulator()
+        if self.has_other:
+            self.start_other_emulator()
         ports = PORTS if firmware == "v3" else (29999, 30004)
         proxy = ("-m", "lariat.bench.faults.proxy", HOST, ARM_HOST, *(str(p) for p in ports))
         self.proxy = self._start(proxy)
@@ -82,10 +92,17 @@ class FaultCell:
 
     def start_emulator(self, silence: str = "hold") -> None:
         """The arm, where the scenario begins."""
-        command = ["-m", "services.robot_gateway.emulator", "--host", ARM_HOST]
-        command += ["--scenario", str(self._source), "--side", SIDE, "--log", str(self.log)]
-        command += ["--arm.silence", silence, "--arm.power-on-time", "0.5"]
-        self.emulator = self._start(command)
+        arguments = ("--log", str(self.log), "--arm.silence", silence)
+        self.emulator = self._start(self._emulator(ARM_HOST, SIDE, *arguments))
+
+    def start_other_emulator(self) -> None:
+        """The arm at the other end."""
+        self.other_emulator = self._start(self._emulator(OTHER_HOST, OTHER))
+
+    def _emulator(self, host: str, side: str, *more: str) -> list[str]:
+        command = ["-m", "services.robot_gateway.emulator", "--host", host]
+        command += ["--scenario", str(self._source), "--side", side]
+        return [*command, "--arm.power-on-time", "0.5", *more]
 
     def _start(self, arguments: Sequence[str]) -> subprocess.Popen[bytes]:
         """A process that goes before the stack, as an arm and a network do; raises Missing."""
@@ -196,7 +213,8 @@ class FaultCell:
     def close(self) -> None:
         """Ends everything."""
         self.leave()
-        for process in (*self._services.values(), self.stack, self.emulator, self.proxy):
+        arms = (self.emulator, self.other_emulator)
+        for process in (*self._services.values(), self.stack, *arms, self.proxy):
             if process is None or process.poll() is not None:
                 continue
             process.send_signal(signal.SIGCONT)
@@ -238,6 +256,11 @@ class FaultCell:
     def arms(self) -> ArmStates:
         """Newest."""
         return self.states[-1] if self.states else ArmStates()
+
+    @property
+    def heard(self) -> bool:
+        """Whether every arm is."""
+        return all(a.driver != "cr5" or a.link_rate > 100.0 for a in self.arms.arms)
 
     def process_state(self, name: str) -> str:
         states = {p.service: p.state for p in self.stack_state.processes}
@@ -301,7 +324,7 @@ class FaultCell:
         self._goal = 1
         self.states.clear()
         self.until(lambda: self.arms.needs_acknowledgement, 5.0, "the change went unnoticed")
-        self.until(lambda: self.arms.arms[-1].link_rate > 100.0, 20.0, "the arm is not heard")
+        self.until(lambda: self.heard, 20.0, "the arm is not heard")
         self.acknowledge()
 
     def acknowledge(self) -> None:

@@ -7,7 +7,7 @@ import time
 from dataclasses import dataclass
 
 from lariat.bench.faults.cases import CASES
-from lariat.bench.faults.cell import SIDE, TICK, FaultCell, Missing
+from lariat.bench.faults.cell import TICK, FaultCell, Missing
 from lariat.bench.faults.motion import JointLog
 from lariat.conversation import Unanswered
 from services.robot_gateway.causes import CAUSES
@@ -160,17 +160,13 @@ def _go_on(cell: FaultCell) -> str:
     cell.states.clear()
     cell.until(lambda: bool(cell.states), 10.0, "the gateway says nothing")
     if cell.arms.mode == ArmStates.DISARMED:
-        cell.until(lambda: _heard(cell), 20.0, "the arm is not heard")
+        cell.until(lambda: cell.heard, 20.0, "the arm is not heard")
         return cell.arm()
     if cell.arms.needs_acknowledgement:
-        cell.until(lambda: _heard(cell), 20.0, "the arm is not heard")
+        cell.until(lambda: cell.heard, 20.0, "the arm is not heard")
         cell.acknowledge()
         return "acknowledged"
     return "by itself"
-
-
-def _heard(cell: FaultCell) -> bool:
-    return any(a.arm == SIDE and a.link_rate > 100.0 for a in cell.arms.arms)
 
 
 def _crept(joints: JointLog, effect: float, rest: float | None, asked: float) -> float:

@@ -55,6 +55,8 @@ class Client:
         self._readers: dict[int, ReplyReader] = {}
         self._packets = PacketReader()
         self._outliers = Outliers()
+        self._oddity = ""
+        """What is wrong with what has come since the arm was last heard, in words."""
         self._now = 0
         self._asked: tuple[str, int] | None = None
         self._queue: deque[str] = deque()
@@ -110,6 +112,13 @@ class Client:
     def lost(self) -> bool:
         """Whether the arm cannot be heard."""
         return self.phase != "online" or self.age > STALE
+
+    @property
+    def silence(self) -> str:
+        """That the arm is not heard, and what comes instead, in words."""
+        age = f"for {self.age:.2f} s" if self.age < np.inf else "yet"
+        why = f": {self._oddity}" if self._oddity else ""
+        return f"no feedback on port {FEEDBACK} {age}{why}"
 
     # What the driver asks for
 
@@ -197,15 +206,7 @@ class Client:
     # Reading
 
     def _read(self) -> None:
-        packet = self._packets.feed(self._dial.links[FEEDBACK].receive())
-        # A number that is none passes every comparison: such a packet was not heard.
-        if packet is not None and credible(packet) and self._outliers.believes(packet, self._now):
-            # A packet that repeats its time is an arm that has stopped thinking.
-            before = None if self.feedback is None else int(self.feedback["time_stamp"])
-            if before != int(packet["time_stamp"]):
-                self.heard = self._now
-                self._dial.settled()
-            self.feedback = packet
+        self._read_feedback(self._dial.links[FEEDBACK].receive())
         for port, reader in self._readers.items():
             if port not in self._dial.links:
                 continue
@@ -214,6 +215,22 @@ class Client:
             if reader.not_tcp:
                 reader.not_tcp = False
                 self._lose_control()
+
+    def _read_feedback(self, data: bytes) -> None:
+        packet = self._packets.feed(data)
+        if packet is None:
+            self._oddity = self._oddity or ("what comes is no packet" if data else "")
+        # A number that is none passes every comparison: such a packet was not heard.
+        elif not credible(packet) or not self._outliers.believes(packet, self._now):
+            self._oddity = "what it says of itself is impossible"
+        else:
+            # A packet that repeats its time is an arm that has stopped thinking.
+            before = None if self.feedback is None else int(self.feedback["time_stamp"])
+            self._oddity = "the same packet comes again and again"
+            if before != int(packet["time_stamp"]):
+                self.heard, self._oddity = self._now, ""
+                self._dial.settled()
+            self.feedback = packet
 
     def _take(self, reply: Reply) -> None:
         if self._asked is not None and reply.answers(self._asked[0]):
@@ -243,9 +260,9 @@ class Client:
         elif self.enabled and self.age > STALE:
             # A point that the arm has not read yet must not reach it when the line is well again.
             self._dial.abort()
-            self._give_up(f"no feedback for {self.age:.2f} s")
+            self._give_up(self.silence)
         elif self._now - max(self.heard or 0, self._dial.since) > ANSWER_TIME * SECOND:
-            self._give_up(f"no feedback on port {FEEDBACK} for {ANSWER_TIME:.0f} s")
+            self._give_up(self.silence)
 
     def _watch_alarms(self) -> None:
         """Asks what the alarm is, once for each time that one comes."""

@@ -201,7 +201,7 @@ class Cr5Driver:
     def _words(self) -> tuple[str, ...]:
         client = self._client
         if client.lost:
-            return (client.trouble or f"no feedback for {client.age:.2f} s",)
+            return (client.trouble or client.silence,)
         words = [word for word in (client.control_lost, *client.alarms) if word]
         if client.failure and client.failure not in words and not words:
             words.append(client.failure)

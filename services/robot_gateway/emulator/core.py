@@ -98,6 +98,7 @@ class Emulator:
         self._syncs: list[tuple[Connection, Call]] = []
         self._late: deque[tuple[float, Connection, bytes]] = deque()
         self._joined: dict[Connection, tuple[float, bytes]] = {}
+        self._sent = b""
         self._pending = dict(options.fault_times)
         self._active: dict[str, float] = {}
         self._begin_faults()
@@ -205,6 +206,8 @@ class Emulator:
                 self._send(connection, text)
 
     def _answers(self, call: Call) -> bool:
+        if "no_reply" in self._active:
+            return False
         if call.name.lower() not in ("servoj", "servop"):
             return True
         silent = self.options.firmware == "v3" and not self.options.servo_reply
@@ -234,14 +237,21 @@ class Emulator:
         packet = None
         for connection in self._connections:
             period = self._feedback_periods.get(connection.port)
+            if period is not None and "slow_feedback" in self._active:
+                period = max(period, 40)
             if connection.closed or period is None or 8 * self._ticks % period >= 8:
                 continue
-            packet = packet or self._spoiled(self.feedback.packet(self.now))
+            packet = packet or self._spoiled(self._packet())
             if "torn_feedback" in self._active:
                 for k in range(0, len(packet), 400):
                     connection.write(packet[k : k + 400])
             else:
                 connection.write(packet)
+
+    def _packet(self) -> bytes:
+        if "repeated_feedback" not in self._active or not self._sent:
+            self._sent = self.feedback.packet(self.now)
+        return self._sent
 
     def _spoiled(self, packet: bytes) -> bytes:
         data = bytearray(packet)

@@ -17,13 +17,21 @@ STOPPING = {
     "drag": ("alarm", "guided by hand"),
     "taken_over": ("alarm", "not TCP"),
     "queue_blocked": ("alarm", "motion queue is blocked"),
-    "stale_feedback": ("lost_link", "no feedback"),
-    "wrong_test_value": ("lost_link", "no feedback"),
-    "wrong_size": ("lost_link", "no feedback"),
+    "stale_feedback": ("lost_link", "no feedback on port 30004"),
+    "wrong_test_value": ("lost_link", "what comes is no packet"),
+    "wrong_size": ("lost_link", "what comes is no packet"),
     "links_closed": ("lost_link", "closed"),
     "frozen": ("lost_link", "no feedback"),
+    "repeated_feedback": ("lost_link", "again and again"),
 }
-HARMLESS = ["no_servo_reply", "torn_replies", "joined_replies", "torn_feedback", "idle_close"]
+HARMLESS = [
+    "slow_feedback",
+    "no_servo_reply",
+    "torn_replies",
+    "joined_replies",
+    "torn_feedback",
+    "idle_close",
+]
 
 
 def moving(firmware: str, **options: object) -> tuple[ArmWorld, int]:
@@ -89,6 +97,14 @@ def test_oddity_of_the_line_stops_nothing(fault: str) -> None:
     world.follow(world.path, 1.0, since)
     assert world.mode == "moving", world.report
     assert world.report.arms[1].alarms == ()
+
+
+def test_arm_that_answers_no_question_any_more_is_lost_within_seconds() -> None:
+    world, since = moving("v3")
+    world.emulator.inject("no_reply")
+    world.follow(world.path, 3.5, since)
+    assert (world.mode, world.report.safety.cause) == ("fault", "lost_link"), world.report
+    assert "RobotMode() was not answered within 2 s" in world.report.safety.detail
 
 
 def test_clock_of_the_arm_may_jump() -> None:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from services.robot_gateway.link import Link, TcpNetwork
+from shared.configuration import ConfigurationError
 
 
 @pytest.fixture
@@ -35,6 +36,12 @@ def until(condition: Callable[[], object]) -> None:
     while not condition():
         assert time.monotonic() < deadline
         time.sleep(0.002)
+
+
+def test_address_that_nobody_knows_is_bad_input_before_anything_moves() -> None:
+    for host in ("192.168.5.1:29999", "no such arm"):
+        with pytest.raises(ConfigurationError, match="write its IP address"):
+            TcpNetwork(host)
 
 
 def test_process_that_was_stopped_within_a_step_does_not_say_what_it_meant_before(server) -> None:

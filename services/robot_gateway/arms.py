@@ -155,6 +155,13 @@ class Arms:
             if not feedback.ready
         )
 
+    def near(self, factor: float) -> list[bool]:
+        """Which are within `factor` times their tracking limit of their path."""
+        limits = [factor * driver.tracking_limit for driver in self.drivers]
+        if not self.feedback:
+            return [True] * len(limits)
+        return [lag <= limit for lag, limit in zip(self.lags(), limits, strict=True)]
+
     def lags(self) -> list[float]:
         """Distance of every arm to the nearest place it was commanded to be lately [m].
 

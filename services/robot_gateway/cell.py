@@ -329,14 +329,15 @@ class Cell:
     def _points_go(self) -> list[bool]:
         """To which ends: those that brake get theirs until they rest, whatever the cell's mode.
 
-        Only an arm that has failed gets none, and all that stood still while the gateway did.
+        Only an arm that has failed gets none, or that something has taken far from its path, where
+        a point would make it jump back; and all that stood still while the gateway did.
         """
         if self._stalled:
             return [False] * len(self.arms.drivers)
         if self.guidance.resting:
             live = self.safety.mode not in ("disarmed", "fault") and self._waits_since is None
-            return [live] * len(self.arms.drivers)
-        return self.arms.sound
+            return [live and near for near in self.arms.near(1.0)]
+        return [a and b for a, b in zip(self.arms.sound, self.arms.near(2.0), strict=True)]
 
     def _finish_waiting(self, now: int) -> None:
         if self.arms.ready and self.guidance.resting:
@@ -349,8 +350,9 @@ class Cell:
             self._halt("alarm", f"not ready after {PATIENCE:.0f} s: {self.arms.unready}")
 
     def _judge_tracking(self) -> None:
-        for driver, name, lag in zip(self.arms.drivers, SIDES, self.arms.lags(), strict=False):
-            if lag > driver.tracking_limit:
+        lags, near = self.arms.lags(), self.arms.near(1.0)
+        for name, lag, close in zip(SIDES, lags, near, strict=False):
+            if not close:
                 self._halt("tracking", f"{name}: {1e3 * lag:.0f} mm off its command")
 
     def _judge_pulls(self) -> None:

@@ -117,6 +117,29 @@ def test_clock_of_the_arm_may_jump() -> None:
     assert world.mode == "moving", world.report
 
 
+@pytest.mark.parametrize("firmware", ["v3", "v4"])
+def test_arm_that_is_pushed_away_while_it_holds_does_not_jump_back(firmware: str) -> None:
+    world, _ = moving(firmware)
+    world.command("hold")
+    world.run(0.6)
+    controller = world.emulator.controller
+    begun = controller.joints.copy()
+    for k in range(25):
+        # By something that is stronger than its drives.
+        controller.target = begun + [0.008 * (k + 1), 0.0, 0.0, 0.0, 0.0, 0.0]
+        controller.joints = controller.target.copy()
+        world.run(0.008)
+    pushed = controller.joints.copy()
+    world.run(0.5)
+    np.testing.assert_allclose(controller.joints, pushed, atol=1e-3)
+    assert world.report.tracking[1] > 0.1
+    assert world.command("acknowledge") == ""
+    world.until_ready()
+    np.testing.assert_allclose(controller.joints, pushed, atol=1e-3)
+    world.follow(circle(world.cell.guidance.state.position[0], 0.05, 0.1), 0.5)
+    assert world.mode == "moving", world.report
+
+
 @pytest.mark.parametrize("silence", ["hold", "coast", "alarm"])
 def test_writer_that_dies_leaves_the_arm_at_rest_whatever_it_does_in_silence(silence: str) -> None:
     world, _ = moving("v4", silence=silence)

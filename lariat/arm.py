@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json as jsons
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
 import tyro
@@ -93,6 +94,19 @@ def in_words(state: ArmStates) -> str:
     if state.needs_acknowledgement:
         words += " (acknowledge with `lariat ack`)"
     return words
+
+
+def each_in_words(state: ArmStates) -> Iterator[str]:
+    """What every device says of itself, and what is wrong with it."""
+    for arm in state.arms:
+        if not arm.mode and not arm.alarms:
+            continue
+        words = [arm.mode or "not heard"]
+        if arm.link_rate:
+            words.append(f"heard at {arm.link_rate:.0f} Hz")
+        if arm.tracking_error > 1e-3:
+            words.append(f"{1e3 * arm.tracking_error:.0f} mm off its path")
+        yield f"{arm.arm} ({arm.driver}): {', '.join([*words, *arm.alarms])}"
 
 
 def as_json(state: ArmStates) -> dict[str, object]:

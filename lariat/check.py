@@ -8,7 +8,7 @@ from pathlib import Path
 import tyro
 
 from lariat import installation, preflight, services
-from shared.scenario import load
+from shared.scenario import SIDES, Scenario, load
 
 
 def main(scenario: tyro.conf.Positional[Path], /, json: bool = False) -> int:
@@ -28,13 +28,15 @@ def main(scenario: tyro.conf.Positional[Path], /, json: bool = False) -> int:
     cell = load(scenario)
     installation.check(cell, services.NAMES)
     reports = preflight.check(cell)
+    starts = arm_starts(cell)
     if json:
         shapes = {
             key: {"clearance_mm": round(1e3 * r.clearance, 3), "nearest": r.nearest}
             for key, r in reports.items()
             if r.nearest
         }
-        print(jsons.dumps({"scenario": cell.name, "ok": True, "shapes": shapes}))
+        answer = {"scenario": cell.name, "ok": True, "shapes": shapes, "start_joints_deg": starts}
+        print(jsons.dumps(answer))
         return 0
     print(f"{scenario} is in order: {cell.description or cell.name}")
     for key, report in reports.items():
@@ -42,4 +44,17 @@ def main(scenario: tyro.conf.Positional[Path], /, json: bool = False) -> int:
             f"{1e3 * report.clearance:.1f} mm from {report.nearest}" if report.nearest else "free"
         )
         print(f"  {key}: {near}")
+    for side, joints in starts.items():
+        print(f"  {side} arm at the start: joints {', '.join(f'{j:.1f}' for j in joints)} deg")
     return 0
+
+
+def arm_starts(cell: Scenario) -> dict[str, list[float]]:
+    """Joints of every CR5 where the scenario begins [deg]: where to jog a real one to."""
+    sides = [side for side in SIDES if cell.end(side).driver == "cr5"]
+    if not sides:
+        return {}
+    # Only a cell with such an arm needs Pinocchio.
+    from services.robot_gateway.cr5.placing import scenario_joints
+
+    return {side: [round(j, 2) for j in scenario_joints(cell, side)] for side in sides}

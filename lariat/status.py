@@ -10,7 +10,7 @@ from typing import Any
 from lariat import arm, conversation, task
 from lariat.task import HERE, ToCell
 from shared import topics
-from shared.messages import Health, RunState
+from shared.messages import ArmStates, Health, RunState
 
 GATHERING = 1.5
 """Every state comes at least once a second [s]."""
@@ -61,6 +61,8 @@ def main(json: bool = False, cell: ToCell = HERE) -> int:
         else:
             print("run   no controller answers")
         print(f"arms  {arm.in_words(arms)}" if arms else "arms  no gateway answers")
+        for line in arm.each_in_words(arms or ArmStates()):
+            print(f"      {line}")
         _print_table(rows)
     return 0 if rows and run and arms and all(r["ok"] for r in rows.values()) else 1
 

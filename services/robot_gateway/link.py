@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import os
 import socket
 import struct
 import time
@@ -117,7 +118,7 @@ class TcpLink:
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         code = self._socket.connect_ex((host, port))
         if code not in (0, errno.EINPROGRESS):
-            self._fail(errno.errorcode.get(code, str(code)))
+            self._fail(os.strerror(code).lower())
 
     @property
     def state(self) -> State:
@@ -140,7 +141,7 @@ class TcpLink:
             if len(self._unsent) > 65536:
                 self._fail("it takes no more bytes")
         except OSError as error:
-            self._fail(str(error))
+            self._fail((error.strerror or str(error)).lower())
 
     def receive(self) -> bytes:
         if self.state != "open":
@@ -156,7 +157,7 @@ class TcpLink:
         except BlockingIOError:
             pass
         except OSError as error:
-            self._fail(str(error))
+            self._fail((error.strerror or str(error)).lower())
         return b"".join(parts)
 
     def close(self) -> None:
@@ -179,7 +180,7 @@ class TcpLink:
         except OSError:
             code = self._socket.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
             if code:
-                self._fail(errno.errorcode.get(code, str(code)))
+                self._fail(os.strerror(code).lower())
 
     def _fail(self, reason: str) -> None:
         self._reason = f"{self._place}: {reason}"

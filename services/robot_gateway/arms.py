@@ -140,10 +140,11 @@ class Arms:
     def trouble(self) -> str:
         """What keeps them from being armed, in words; empty when nothing does."""
         for name, feedback in zip(SIDES, self.feedback, strict=False):
+            words = "; ".join(feedback.alarms)
             if feedback.fault:
-                return f"{name}: {'; '.join(feedback.alarms) or feedback.fault}"
+                return f"{name}: {words or feedback.fault}"
             if feedback.pose is None:
-                return f"{name}: its pose is not known yet"
+                return f"{name}: {words or 'its pose is not known yet'}"
         return "" if self.feedback else "the arms have not been heard yet"
 
     @property

@@ -10,6 +10,7 @@ import numpy as np
 from services.robot_gateway.cell import Cell
 from services.robot_gateway.drivers.choose import bodies_of, drivers_of
 from services.robot_gateway.guidance import Guidance
+from services.robot_gateway.journal import Journal
 from services.robot_gateway.limits import MotionLimits
 from services.robot_gateway.pulls import Pulls
 from services.robot_gateway.report import CellReport
@@ -62,6 +63,7 @@ class RobotGatewayService:
         """Args: simulated: Whether a reset may put the ends back to the start."""
         self.cell = cell
         self.simulated = simulated
+        self._journal = Journal()
         self._scene_revision: int | None = None
 
     def warm_up(self) -> None:
@@ -82,7 +84,9 @@ class RobotGatewayService:
         task = inbox.fresh(topics.TASK_STATE)
         if task is not None and self.simulated:
             self.cell.take_reset(task.message.reset_count)
-        yield Publication(topics.ARM_STATE, self._state(self.cell.step(now), now))
+        state = self._state(self.cell.step(now), now)
+        self._journal.take(state)
+        yield Publication(topics.ARM_STATE, state)
 
     def close(self) -> None:
         """Brings arms on a wire to rest before the process ends."""

@@ -28,6 +28,7 @@ HEARTBEAT = 1.0
 """Between RobotMode requests when nothing else is asked [s]: the ports may close when idle."""
 STALE = 0.1
 """Age of the feedback from which the link counts as lost [s]."""
+OCCUPIED = ", as soon as it was opened; does another program or a pendant hold it?"
 
 
 class Client:
@@ -254,7 +255,8 @@ class Client:
     def _check_links(self) -> None:
         broken = self._dial.broken()
         if broken:
-            self._give_up(broken)
+            soon = self._now - self._dial.since < SECOND and not self.enabled
+            self._give_up(broken + OCCUPIED if soon else broken)
         elif self._asked is not None and self._now - self._asked[1] > ANSWER_TIME * SECOND:
             self._give_up(f"{self._asked[0]} was not answered within {ANSWER_TIME:.0f} s")
         elif self.enabled and self.age > STALE:

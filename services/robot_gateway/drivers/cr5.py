@@ -152,9 +152,14 @@ class Cr5Driver:
         still = np.zeros((2, 3))
         packet = client.feedback
         if packet is None:
-            words = (client.trouble,) if client.trouble else ()
             return Feedback(
-                None, still, False, self._fault(), words, gripper_closed=self._closed, age=np.inf
+                pose=None,
+                velocity=still,
+                ready=False,
+                fault=self._fault(),
+                alarms=self._words(),
+                gripper_closed=self._closed,
+                age=np.inf,
             )
         flange = units.from_vector(packet["tool_vector_actual"])
         pose = self._kinematics.grip_of_flange(flange)

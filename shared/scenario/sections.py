@@ -99,6 +99,14 @@ class End:
     tool_position: Annotated[Vector, Within(-1.0, 1.0, "m")] = (0.0, 0.0, 0.12)
     """Of the grip in the flange's frame."""
     tool_orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
+    tool_output: Annotated[int, Within(1, 2)] = 1
+    """Output at the flange that closes the gripper."""
+    load: Annotated[float, Within(0.0, 5.0, "kg")] = 0.0
+    """Of the gripper and what it holds, which a CR5 is told: it takes a wrong load for a push."""
+    load_center: Annotated[Vector, Within(-0.5, 0.5, "m")] = (0.0, 0.0, 0.0)
+    """Centre of that mass in the flange's frame."""
+    collision_level: Annotated[int, Within(0, 5)] = 3
+    """How soon a CR5 takes a push for a collision: 0 never, 5 soonest."""
     calibrated: bool = False
     """The emulator's geometry differs from the nominal one, as a real arm's does."""
 

@@ -23,6 +23,8 @@ class Settings:
 
     load: float = 0.0
     """On the flange [kg]."""
+    load_center: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Of that mass in the flange's frame [m]."""
     collision_level: int = 3
     """0 (off) to 5 (most sensitive)."""
 
@@ -57,7 +59,10 @@ def make_ready(
         if not (yield Until(lambda: mode() in (4, *FOLLOWING), POWER_TIME)):
             words = reply.words if isinstance(reply, Reply) and reply.error else ""
             return f"no power after PowerOn: {describe()} {words}".strip()
-    reply = yield Request(f"EnableRobot({settings.load:.6f})")
+    load = [settings.load]
+    if any(settings.load_center):
+        load += [1e3 * c for c in settings.load_center]
+    reply = yield Request(f"EnableRobot({','.join(f'{v:.6f}' for v in load)})")
     if isinstance(reply, Reply) and reply.error:
         why = "; ".join(alarms())
         return f"EnableRobot: {reply.words}{f' ({why})' if why else ''}"

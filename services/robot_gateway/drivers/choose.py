@@ -48,6 +48,7 @@ def _driver(scenario: Scenario, side: Side, start: Pose, emulator: str) -> Drive
 def _cr5(scenario: Scenario, side: Side, start: Pose, emulator: str) -> Driver:
     # Only a cell with such an arm needs Pinocchio.
     from services.robot_gateway.cr5.placing import kinematics_of, start_joints, tether_of
+    from services.robot_gateway.cr5.readying import Settings
     from services.robot_gateway.drivers.cr5 import Cr5Driver
     from services.robot_gateway.emulator.core import Emulator
     from services.robot_gateway.emulator.options import Options
@@ -66,5 +67,11 @@ def _cr5(scenario: Scenario, side: Side, start: Pose, emulator: str) -> Driver:
             tether=tether_of(scenario, side),
         )
         network = MemoryNetwork(Emulator(options))
-    speed = scenario.limits.joint_speed
-    return Cr5Driver(network, kinematics, speed, emulated=not end.address)
+    return Cr5Driver(
+        network,
+        kinematics,
+        scenario.limits.joint_speed,
+        emulated=not end.address,
+        tool_output=end.tool_output,
+        settings=Settings(end.load, end.load_center, end.collision_level),
+    )

@@ -15,6 +15,7 @@ from services.robot_gateway.cr5 import units
 from services.robot_gateway.cr5.alarms import FOLLOWING
 from services.robot_gateway.cr5.client import Client
 from services.robot_gateway.cr5.kinematics import Kinematics
+from services.robot_gateway.cr5.readying import Settings
 from services.robot_gateway.drivers.driver import Feedback
 from services.robot_gateway.drivers.link_quality import LinkQuality
 from services.robot_gateway.drivers.pull import Pull
@@ -49,13 +50,14 @@ class Cr5Driver:
         joint_speed: float,
         emulated: bool,
         tool_output: int = 1,
+        settings: Settings | None = None,
     ) -> None:
         """Args: emulated: Whether it may be put somewhere. tool_output: Closes the gripper."""
         self._emulated = emulated
         self.posture: Posture | None = Posture(kinematics, joint_speed)
         self._kinematics = kinematics
         self._network = network
-        self._client = Client(network)
+        self._client = Client(network, settings)
         self._output = tool_output
         self._closed = True
         self._wanted = False

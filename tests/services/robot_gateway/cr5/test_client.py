@@ -35,7 +35,7 @@ class Line:
 
 
 def test_arm_without_power_is_powered_enabled_and_set_in_this_order() -> None:
-    line = Line(Settings(load=1.25, collision_level=4), powered=False)
+    line = Line(Settings(1.25, (0.0, 0.01, 0.08), 4), powered=False)
     line.run(0.1)
     assert line.client.mode_words == "no power"
     line.client.enable()
@@ -46,7 +46,7 @@ def test_arm_without_power_is_powered_enabled_and_set_in_this_order() -> None:
         "ClearError()",
         "ResetRobot()",
         "PowerOn()",
-        "EnableRobot(1.250000)",
+        "EnableRobot(1.250000,0.000000,10.000000,80.000000)",
         "SpeedFactor(100)",
         "User(0)",
         "Tool(0)",

@@ -78,11 +78,7 @@ class RunFiles:
         if self._writer is None:
             return
         try:
-            free = shutil.disk_usage(self._options.folder).free / 1e9
-            if free < self._options.least_free:
-                raise OSError(
-                    f"only {free:.2f} GB are left on its disk; make room, or lower --least-free"
-                )
+            self._check_room()
             self._writer.flush(now)
         except OSError as error:
             self._give_up(f"cannot write {self._writer.path}: {error}", now)
@@ -106,9 +102,19 @@ class RunFiles:
         if self._writer is None and now >= self._retry_at:
             self._begin(now)
 
+    def _check_room(self) -> None:
+        free = shutil.disk_usage(self._options.folder).free / 1e9
+        if free < self._options.least_free:
+            raise OSError(
+                f"only {free:.2f} GB are left on its disk; make room, or lower --least-free"
+            )
+
     def _begin(self, now: int) -> None:
         path = self._path(now)
         try:
+            # Else every attempt would leave a file on a disk that has no room for it.
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._check_room()
             self._writer = Writer(path, self._scenario, now, {"time": "live"})
         except OSError as error:
             self._give_up(f"cannot record to {path}: {error}", now)

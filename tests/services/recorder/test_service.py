@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -167,12 +168,17 @@ def test_a_folder_that_cannot_be_written_is_said_and_tried_again(tmp_path: Path,
     assert cell.recorder.note == ""
 
 
-def test_recording_stops_before_the_disk_is_full(tmp_path: Path):
-    cell = Cell(tmp_path, least_free=1e9)
+def test_recording_stops_before_the_disk_is_full(tmp_path: Path, monkeypatch):
+    cell = Cell(tmp_path)
     cell.live(1.0)
+    assert cell.states()[-1].recording
+    full = shutil.disk_usage(tmp_path)._replace(free=0)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: full)
+    cell.live(25.0)
     assert not cell.states()[-1].recording
     assert "make room" in cell.recorder.note
-    (file, *_) = tmp_path.glob("*.mcap")
+    # No attempt leaves another one behind.
+    (file,) = tmp_path.glob("*.mcap")
     list(Recording(file).messages())
 
 

@@ -16,8 +16,14 @@ def carry_out(
     obstacles: tuple[Obstacle, ...],
     arms: ArmStates | None,
     now: int,
+    waits: str = "",
 ) -> bool:
-    """Does what is asked, or answers why not; whether a run has begun with it."""
+    """Does what is asked, or answers why not; whether a run has begun with it.
+
+    Args:
+        arms: None while it is not known where they are, or no rope reaches between them.
+        waits: Why no run can begin, in words, where the controller knows.
+    """
     begun, refusal = False, ""
     try:
         match request.action:
@@ -27,7 +33,7 @@ def carry_out(
                 task.set_goal(goal)
             case TaskRequest.START:
                 resumed = task.state == "paused"
-                _check(arms)
+                _check(arms, waits)
                 task.start(now)
                 begun = not resumed
             case TaskRequest.PAUSE:
@@ -60,8 +66,10 @@ def preview(
     return answer
 
 
-def _check(arms: ArmStates | None) -> None:
+def _check(arms: ArmStates | None, waits: str) -> None:
     """Refuses a run that could not begin."""
+    if waits:
+        raise Refused(waits)
     if arms is None:
         raise Refused("the arms have not said yet where they are; is the gateway running?")
     if arms.mode == ArmStates.DISARMED:

@@ -107,6 +107,7 @@ class ControllerService:
         self.estimate.supports = self.vicinity.supports
         self._reports = Reports(self.task, self.monitor, self.estimate, self.adaptation)
         self._arms: ArmStates | None = None
+        self.note = ""
         self._resets: int | None = None
         self._seen = 0
         self._followed: tuple[int, int] | None = None
@@ -152,12 +153,32 @@ class ControllerService:
         self._arms = arms
         motion = motion_of(arms)
         if self._resets != arms.reset_count or self.estimate.time == 0:
-            self._resets = arms.reset_count
-            self.estimate.restart(motion, arms.stamp, turns=round(self._scenario.start.turns))
             self.loop.disengage()
             self._seen = 0
+            turns = round(self._scenario.start.turns)
+            if not self._begin_anew(motion, arms.stamp, turns=turns):
+                self._arms = None
+                return
+            self._resets = arms.reset_count
         else:
             self.estimate.advance(motion, arms.stamp)
+
+    def _begin_anew(
+        self, motion: Motion, stamp: int, nodes: np.ndarray | None = None, turns: int = 0
+    ) -> bool:
+        """Lets the estimate begin again; False where no rope reaches from grip to grip.
+
+        An arm may stand anywhere before it is armed.
+        """
+        try:
+            self.estimate.restart(motion, stamp, nodes, turns)
+        except ValueError as error:
+            if not self.note:
+                log.warning("waiting for the grips: %s", error)
+            self.note = f"waiting for the grips: {error}"
+            return False
+        self.note = ""
+        return True
 
     def _take_rope(self, inbox: Inbox, now: int) -> None:
         item = inbox.fresh(topics.ROPE_NODES)
@@ -172,7 +193,7 @@ class ControllerService:
         observed = np.array(rope.observed) if rope.observed else np.ones(count, dtype=bool)
         self.estimate.observe(rope.stamp, nodes, sigma, observed)
         if self.estimate.astray and self.loop.resting:
-            self.estimate.restart(
+            self._begin_anew(
                 self.estimate.motion, self.estimate.time, nodes, self.estimate.turns
             )
         if np.any(observed):
@@ -235,7 +256,7 @@ class ControllerService:
 
     def _answer(self, request: TaskRequest, now: int) -> None:
         obstacles = self.vicinity.obstacles
-        if carry_out(request, self.task, self._goals, obstacles, self._arms, now):
+        if carry_out(request, self.task, self._goals, obstacles, self._arms, now, self.note):
             self._events_done = 0
             self.course.begin()
             self.monitor.begin(now, self.task.replan_count)

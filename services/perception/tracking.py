@@ -42,6 +42,7 @@ class Tracker:
         self._last: Estimate | None = None
         self._stamp = 0
         self._grips: tuple[Pose | None, Pose | None] = (None, None)
+        self._complaint = ""
 
     def forget(self) -> None:
         """Starts anew with the next frame."""
@@ -76,7 +77,10 @@ class Tracker:
         try:
             rest = self._rod.rest(left, right)
         except ValueError as error:
-            log.warning("no shape to expect: %s", error)
+            # Once, not with every frame in which an arm stands too far off.
+            if str(error) != self._complaint:
+                self._complaint = str(error)
+                log.warning("no shape to expect: %s", error)
             return None
         count = self.estimator.rope.node_count
         return Expected(rest.state.positions, np.full(count, MODEL_SIGMA))

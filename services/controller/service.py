@@ -193,9 +193,7 @@ class ControllerService:
         observed = np.array(rope.observed) if rope.observed else np.ones(count, dtype=bool)
         self.estimate.observe(rope.stamp, nodes, sigma, observed)
         if self.estimate.astray and self.loop.resting:
-            self._begin_anew(
-                self.estimate.motion, self.estimate.time, nodes, self.estimate.turns
-            )
+            self._begin_anew(self.estimate.motion, self.estimate.time, nodes, self.estimate.turns)
         if np.any(observed):
             # Guesses at what is hidden are no look at the rope.
             self._seen, self._image_stamp = now, rope.stamp

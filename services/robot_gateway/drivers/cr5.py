@@ -213,7 +213,7 @@ class Cr5Driver:
         if client.failure and client.failure not in words and not words:
             words.append(client.failure)
         if self._wanted and not client.enabled and not client.busy and not words:
-            words.append(f"the arm is {client.mode_words}")
+            words.append(f"the arm is {client.mode_words}; acknowledge to make it ready")
         if client.refusal:
             words.append(client.refusal)
         return tuple(words)

@@ -32,7 +32,9 @@ def step(service: ControllerService, now: int, apart: float, *requests: TaskRequ
     rows = [item(topics.ARM_STATE, arms(now, apart))]
     rows += [item(topics.TASK_REQUEST, request) for request in requests]
     said = list(service.step(Inbox({}, dict(rows)), now))
-    return next(p.message for p in said if p.topic is topics.TASK_STATE)
+    (state,) = (p.message for p in said if p.topic is topics.TASK_STATE)
+    assert isinstance(state, TaskState)
+    return state
 
 
 def test_arms_farther_apart_than_the_rope_is_long_are_waited_for() -> None:

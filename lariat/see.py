@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json as jsons
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,11 +19,22 @@ from shared.geometry.poses import Pose
 
 if TYPE_CHECKING:
     from services.perception.estimate import Estimate
+    from services.perception.photograph import Photograph
 
 LINE = (255, 0, 255)
 """Colour that centre lines are drawn in."""
 SEEN, BRIDGED = (0, 120, 255), (255, 160, 0)
 """Colours of nodes that were seen, and of others."""
+FINE = 640
+"""Longer side of a picture per pixel of a line's thickness, from two on."""
+SHADOW = 0.5
+"""Part of a rope that could be a shadow from which on that is said."""
+MAY_BE_SHADOW = (
+    "what was found has the colours of what lies around it, only darker: it may be a shadow; if it "
+    "is, give the rope's --color"
+)
+BRIGHT = 99.5
+"""Percentile of a picture of more than eight bits that becomes white."""
 SUBPIXEL = 4
 """Bits of the fixed-point coordinates that lines are drawn with."""
 
@@ -36,14 +48,14 @@ def main(
     length: float | None = None,
     diameter: float | None = None,
     nodes: int = 40,
-    threshold: int = 128,
     out: Path | None = None,
 ) -> int:
     """Find the rope in a picture: its centre lines, and its nodes where there is depth as well.
 
-    Answers with one JSON object. Without depth: `lines`, columns and rows of the pixels along
-    each piece of rope. With depth, camera, length and diameter also `nodes`, in metres in the
-    camera's optical frame (x right, y down, z forward), each with `sigma` and `observed`.
+    Answers with one JSON object: `lines`, columns and rows of the pixels along each piece of the
+    rope that stands out most, `color` and `width` of it, and `others` where more ropes stand out.
+    With depth, camera, length and diameter also `nodes`, in metres in the camera's optical frame
+    (x right, y down, z forward), each with `sigma` and `observed`.
 
     Examples:
       lariat see cable.jpg --color 230 110 30 --out seen.png
@@ -57,7 +69,6 @@ def main(
         length: Of the rope [m].
         diameter: Of the rope [m].
         nodes: At equal distances along the rope.
-        threshold: Least likeness to the colour, 1..254.
         out: File for the picture with what was found drawn over it.
     """
     from services.perception import photograph
@@ -67,32 +78,52 @@ def main(
     picture = _picture(image)
     drawn = picture.copy()
     try:
-        rope_color = color or photograph.found_color(picture)[0]
-        answer: dict[str, object] = {"color": list(rope_color)}
-        if depth is None:
-            read = photograph.read(picture, color, threshold=threshold)
-            answer["width"] = round(read.width, 2)
-            answer["lines"] = [np.round(line.pixels, 2).tolist() for line in read.lines]
-            for line in read.lines:
-                _draw(drawn, line.pixels, LINE)
+        rope = photograph.read(picture, color)
     except ValueError as error:
         raise ConfigurationError(f"{image}: {error}") from error
-    if depth is not None:
+    if rope.shadow > SHADOW:
+        print(f"lariat: {image}: {MAY_BE_SHADOW}", file=sys.stderr)
+    answer = _lines(rope)
+    if depth is None:
+        answer["others"] = [_lines(other) for other in rope.others]
+        thick = max(2, round(max(picture.shape) / FINE))
+        for line in [line for found in (rope, *rope.others) for line in found.lines]:
+            _draw(drawn, line.pixels, LINE, thick)
+    else:
         if camera is None or length is None or diameter is None:
             raise ConfigurationError(
                 "--depth needs --camera, --length and --diameter: nodes are fitted in metres"
             )
-        settings = CenterlineSettings(threshold=threshold, rope_color=rope_color)
         view = Camera(_intrinsics(camera, picture), Pose(np.zeros(3), poses.IDENTITY))
-        estimator = CenterlineEstimator(view, RopeModel(length, diameter / 2.0, nodes), settings)
-        found = estimator.estimate(picture, _depth(depth))
+        model = RopeModel(length, diameter / 2.0, nodes)
+        # What is rope is known already: brightness says it.
+        likeness = cv2.cvtColor(rope.likeness, cv2.COLOR_GRAY2RGB)
+        estimator = CenterlineEstimator(view, model, CenterlineSettings())
+        found = estimator.estimate(np.asarray(likeness, np.uint8), _depth(depth))
         answer |= _words(found)
         if not found.lost:
             _draw_nodes(drawn, view.project(found.positions)[0], found)
-    if out is not None and not cv2.imwrite(str(out), drawn[..., ::-1]):
+    if out is not None and not _written(out, drawn):
         raise ConfigurationError(f"{out} cannot be written; end its name in .png or .jpg")
     print(jsons.dumps(answer))
     return 1 if answer.get("lost") else 0
+
+
+def _lines(rope: Photograph) -> dict[str, object]:
+    return {
+        "color": list(rope.color),
+        "width": round(rope.width, 2),
+        "shadow": round(rope.shadow, 2),
+        "lines": [np.round(line.pixels, 2).tolist() for line in rope.lines],
+    }
+
+
+def _written(path: Path, picture: UInt8[np.ndarray, "h w 3"]) -> bool:
+    try:
+        return cv2.imwrite(str(path), picture[..., ::-1])
+    except cv2.error:
+        # No encoder is known for the name's ending.
+        return False
 
 
 def _words(found: Estimate) -> dict[str, object]:
@@ -107,9 +138,14 @@ def _words(found: Estimate) -> dict[str, object]:
 
 
 def _picture(path: Path) -> UInt8[np.ndarray, "h w 3"]:
-    image = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    # As the camera was held, and with all the bits that it has.
+    image = cv2.imread(str(path), cv2.IMREAD_COLOR | cv2.IMREAD_ANYDEPTH)
     if image is None:
         raise ConfigurationError(f"{path} is no picture that can be read; give a PNG or a JPEG")
+    if image.dtype != np.uint8:
+        # Sixteen bits seldom hold more than twelve or fourteen.
+        bright = float(np.percentile(image[::4, ::4], BRIGHT)) or 1.0
+        image = np.clip(image * (255.0 / bright), 0.0, 255.0).astype(np.uint8)
     return np.ascontiguousarray(image[..., ::-1])
 
 
@@ -135,9 +171,10 @@ def _draw(
     picture: UInt8[np.ndarray, "h w 3"],
     pixels: Float64[np.ndarray, "k 2"],
     color: tuple[int, int, int],
+    thick: int = 2,
 ) -> None:
     fixed = np.rint(pixels * 2**SUBPIXEL).astype(np.int32)
-    cv2.polylines(picture, [fixed[:, None]], False, color, 2, cv2.LINE_AA, SUBPIXEL)
+    cv2.polylines(picture, [fixed[:, None]], False, color, thick, cv2.LINE_AA, SUBPIXEL)
 
 
 def _draw_nodes(

@@ -1,125 +1,234 @@
 """Centre lines in one picture, whatever took it: no camera, no cell, no rope model.
 
-The rope's colour is given, or found: that of the long and thin piece that stands out most from
-what lies around it.
+Long thin pieces that stand out, or have the given colour, are guesses; from each the colours of
+rope and background are learnt. The guess whose ribbon is longest and differs most from what lies
+on both of its sides is the rope; other ribbons that do not overlap it are ropes as well.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from jaxtyping import Float64, UInt8, UInt16
-from skimage.morphology import skeletonize
+from jaxtyping import Float64, UInt8
 
+from services.perception.ribbon import LEAST_RATIO, Piece, Ribbon, contrasts, learnt, measured
 from services.perception.ridge import Ridge, ridge
-from services.perception.segmentation import Color, ColorLikeness, Region, rope_region
+from services.perception.segmentation import Color, Region
 from services.perception.skeleton import strands
+from services.perception.standout import pieces, pieces_of, unlike
 
-SMALL = 400
-"""Longer side of the picture in which a colour is sought [pixels]."""
-AROUND = 61
-"""Width of what a pixel is compared with there [pixels]: a rope is less than half as wide."""
-LEAST_CONTRAST = 14.0
-"""Distance in Lab from there, as OpenCV scales it, that stands out."""
-THIN = 8.0
-"""Length over width from which on a piece is long and thin."""
-LEAST_PIECE = 60
-"""Pixels of the small picture; what is smaller is noise."""
-SHARE = 0.012
-"""Part of the picture that a rope of a given colour is taken to cover."""
+SMALL = 480
+"""Longer side of the picture in which ropes are sought [pixels]."""
+LARGE = 1600
+"""Longer side in which they are measured, if they are wide enough there [pixels]."""
+WIDE = 6.0
+"""What is wide enough [pixels]."""
+LEAST_CONTRAST = 6.0
+"""Distance in Lab, as OpenCV scales it, by which a rope differs from both of its sides."""
+SAME_COLOR, OTHER_COLOR = 12.0, 45.0
+"""Distances in Lab from the given colour that light explains easily, and not at all."""
+SHADOWED, DIM = 0.5, 0.2
+"""Part of a guess that could be a shadow from which on it is worth less, and how much."""
+STRIPED = 30.0
+"""Percentile of those distances along a rope that must be near."""
+MOST_CONTRAST = 60.0
+"""More does not make a guess worthier."""
+BRANCHING = 0.3
+"""How much a junction shortens a piece: ropes cross themselves, grids are nothing else."""
+TRIED = 10
+"""Guesses that are looked at closely."""
+SAME, OVERLAP = 0.7, 0.25
+"""Part that guesses share from which on they are one, and that ropes share."""
+FAINT = 0.4
+"""Contrast of a piece that is kept, against the whole ribbon's."""
+ALSO = 0.5
+"""Worth of another rope, against the best."""
+PART = 0.04
+"""Length of a piece that is kept, against the longest."""
+STEEP = 31.0
+"""Brightness for a factor of e in likelihood."""
 
 
 @dataclass(frozen=True)
 class Photograph:
-    """A picture and the rope in it."""
+    """A rope in a picture."""
 
-    region: Region
-    """The part of it that holds everything that looks like rope."""
+    color: Color
+    """Of its middle, in this light."""
     width: float
-    """Of the rope [pixels]."""
+    """[pixels]."""
     lines: list[Ridge]
     """Sub-pixel centre lines, longest first."""
+    shadow: float
+    """Part of it that could be a shadow, 0..1: of its surroundings' colour, only darker."""
+    likeness: UInt8[np.ndarray, "h w"]
+    """How much every pixel looks like this rope: 128 is as likely as not."""
+    others: tuple[Photograph, ...] = ()
+    """Ropes that stand out less."""
 
 
-def read(
-    color: UInt8[np.ndarray, "h w 3"],
-    rope_color: Color | None = None,
-    depth: UInt16[np.ndarray, "h w"] | None = None,
-    threshold: int = 128,
-) -> Photograph:
-    """The centre lines of everything in a picture that has the rope's colour.
+@dataclass(frozen=True)
+class _Guess:
+    worth: float
+    ribbon: Ribbon
+    shadow: float
+
+
+def read(color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = None) -> Photograph:
+    """The rope in a picture; the clearest where there are several.
 
     Args:
         color: Red, green, blue.
-        rope_color: Of the rope; None: found in the picture.
-        depth: Of the same pixels [mm], 0 where nothing was measured.
-        threshold: Least likeness to the colour, 1..254.
+        rope_color: Of the rope; None: whatever stands out.
 
     Raises:
         ValueError: Nothing in the picture looks like rope.
     """
-    share = SHARE
+    guesses = _guesses(_lab(_resized(color, SMALL)), rope_color)
+    ropes = [rope for rope in (_measured(color, guess) for guess in guesses) if rope is not None]
+    if ropes:
+        return replace(ropes[0], others=tuple(ropes[1:]))
     if rope_color is None:
-        rope_color, share = found_color(color)
-    region = rope_region(ColorLikeness(rope_color)(color, share), threshold)
-    if region is None:
         raise ValueError(
-            f"no pixel looks like the rope's colour {list(rope_color)}; take a colour from the "
-            "picture itself"
+            "nothing in the picture is long, thin and unlike what lies on both of its sides; give "
+            "the rope's colour, or a picture in which it is larger or differs more from the table"
         )
-    width = _width(region.mask)
-    if depth is None:
-        depth = np.zeros(color.shape[:2], np.uint16)
-    lines = [ridge(s, region, depth, width) for s in strands(region.mask, width)]
+    raise ValueError(
+        f"nothing of the colour {list(rope_color)} in the picture is long, thin and unlike what "
+        "lies on both of its sides; take a colour from the picture itself, or no colour at all"
+    )
+
+
+def _resized(color: UInt8[np.ndarray, "h w 3"], longer: int) -> UInt8[np.ndarray, "h w 3"]:
+    scale = min(1.0, longer / max(color.shape[:2]))
+    if scale == 1.0:
+        return color
+    return cv2.resize(color, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+
+
+def _lab(color: UInt8[np.ndarray, "h w 3"]) -> UInt8[np.ndarray, "h w 3"]:
+    return cv2.cvtColor(color, cv2.COLOR_RGB2LAB)
+
+
+def _guesses(lab: UInt8[np.ndarray, "h w 3"], rope_color: Color | None) -> list[_Guess]:
+    """Ribbons that do not overlap, the worthiest first."""
+    wanted = None if rope_color is None else _lab(np.array([[rope_color]], np.uint8))[0, 0] * 1.0
+    parts: list[_Guess] = []
+    for part in pieces(lab) if wanted is None else pieces_of(lab, wanted):
+        width, middle = measured(part)
+        guess = _judged(lab, Ribbon(np.zeros(0, np.float32), part, middle, width), wanted)
+        if guess is not None:
+            parts.append(guess)
+    found: list[_Guess] = []
+    for guess in _apart(parts, SAME)[:TRIED]:
+        ribbon = learnt(lab, guess.ribbon.mask)
+        judged = None if ribbon is None else _judged(lab, ribbon, wanted)
+        if judged is not None:
+            found.append(judged)
+    kept = _apart(found, OVERLAP)
+    if wanted is not None:
+        return kept[:1]
+    return kept[:1] + [
+        g for g in kept[1:] if g.worth > ALSO * kept[0].worth and g.shadow <= SHADOWED
+    ]
+
+
+def _apart(guesses: list[_Guess], most: float) -> list[_Guess]:
+    """Those that do not share a part with a worthier one."""
+    kept: list[_Guess] = []
+    for guess in sorted(guesses, key=lambda g: -g.worth):
+        if all(_shared(guess.ribbon, k.ribbon) < most for k in kept):
+            kept.append(guess)
+    return kept
+
+
+def _shared(one: Ribbon, other: Ribbon) -> float:
+    """Part of the longer one's middle that lies in both."""
+    near = cv2.dilate(other.mask, np.ones((5, 5), np.uint8))
+    both = np.count_nonzero(near[one.middle])
+    return both / max(np.count_nonzero(one.middle), np.count_nonzero(other.middle))
+
+
+def _judged(
+    lab: UInt8[np.ndarray, "h w 3"], ribbon: Ribbon, wanted: Float64[np.ndarray, "3"] | None
+) -> _Guess | None:
+    """A ribbon and what it is worth; None when it is not even a guess."""
+    found = contrasts(lab, ribbon) if np.any(ribbon.middle) else []
+    gap = _mean(found, [p.gap for p in found]) if found else 0.0
+    if gap < LEAST_CONTRAST:
+        return None
+    # Grain and print are many pieces, a grid is one of many junctions: neither runs far.
+    run = _mean(found, [p.length / (1.0 + BRANCHING * p.junctions) for p in found])
+    steady = _mean(found, [p.steady for p in found])
+    shadow = _mean(found, [p.shadow for p in found])
+    worth = run * min(gap, MOST_CONTRAST) * steady**2
+    if shadow > SHADOWED:
+        worth *= DIM
+    if wanted is not None:
+        # Of a striped rope only a part has the colour.
+        away = float(np.percentile(unlike(lab[ribbon.middle], wanted), STRIPED))
+        if away > OTHER_COLOR:
+            return None
+        worth /= 1.0 + (away / SAME_COLOR) ** 2
+    return _Guess(worth, ribbon, shadow)
+
+
+def _measured(color: UInt8[np.ndarray, "h w 3"], guess: _Guess) -> Photograph | None:
+    """A rope in as many pixels as it needs."""
+    height, width = color.shape[:2]
+    wide = guess.ribbon.width * width / guess.ribbon.mask.shape[1]
+    longer = max(height, width)
+    picture = _resized(color, max(LARGE, round(longer * min(1.0, WIDE / wide))))
+    scale = width / picture.shape[1]
+    size = (picture.shape[1], picture.shape[0])
+    lab = _lab(picture)
+    part = cv2.resize(guess.ribbon.mask, size, interpolation=cv2.INTER_NEAREST)
+    ribbon = learnt(lab, part, 2)
+    if ribbon is None:
+        return None
+    mask, shadow = _without_faint(lab, ribbon)
+    likeness = np.clip(128.0 + STEEP * (ribbon.likeness - LEAST_RATIO), 0.0, 255.0).astype(np.uint8)
+    # Of what is not this rope only the edge that sub-pixel lines are weighed with.
+    likeness *= cv2.dilate(mask, np.ones((5, 5), np.uint8))
+    region, nothing = Region(likeness, mask, 0, 0), np.zeros(likeness.shape, np.uint16)
+    lines = [ridge(s, region, nothing, ribbon.width) for s in strands(mask, ribbon.width)]
     # Shorter than three widths a piece has no direction that would make it rope.
-    long = [line for line in lines if len(line.pixels) > 3.0 * width]
-    return Photograph(region, width, long)
+    lines = [_scaled(line, scale) for line in lines if len(line.pixels) > 3.0 * ribbon.width]
+    if not lines:
+        return None
+    red, green, blue = np.median(picture[ribbon.middle & (mask > 0)], axis=0)
+    return Photograph(
+        (int(red), int(green), int(blue)),
+        ribbon.width * scale,
+        lines,
+        shadow,
+        cv2.resize(likeness, (width, height), interpolation=cv2.INTER_LINEAR),
+    )
 
 
-def found_color(color: UInt8[np.ndarray, "h w 3"]) -> tuple[Color, float]:
-    """The colour of the long and thin piece that stands out most from what lies around it.
-
-    Returns:
-        The colour, and the part of the picture that the piece covers.
-
-    Raises:
-        ValueError: Nothing does.
-    """
-    scale = min(1.0, SMALL / max(color.shape[:2]))
-    small = cv2.resize(color, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    lab = cv2.cvtColor(small, cv2.COLOR_RGB2LAB)
-    # What is thinner than half the window does not show in its median: light and table do.
-    around = cv2.medianBlur(lab, AROUND)
-    out = np.linalg.norm(lab.astype(np.float32) - around, axis=2)
-    out = np.minimum(out, 255.0).astype(np.uint8)
-    least = max(LEAST_CONTRAST, cv2.threshold(out, 0, 255, cv2.THRESH_OTSU)[0])
-    mask = (out > least).view(np.uint8)
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
-    away = cv2.distanceTransform(mask, cv2.DIST_L2, 5)
-    middle = skeletonize(mask.view(bool))
-    best, chosen, share = 0.0, None, 0.0
-    for k in range(1, count):
-        line = middle & (labels == k)
-        half = away[line]
-        if stats[k, cv2.CC_STAT_AREA] < LEAST_PIECE or len(half) < THIN * 2.0 * np.mean(half):
-            continue
-        worth = len(half) * float(np.mean(out[line]))
-        if worth > best:
-            best, chosen = worth, small[line & (away >= np.median(half))]
-            share = stats[k, cv2.CC_STAT_AREA] / mask.size
-    if chosen is None:
-        raise ValueError(
-            "nothing in the picture is long, thin and of one colour; give the rope's colour"
-        )
-    red, green, blue = np.median(chosen, axis=0)
-    return (int(red), int(green), int(blue)), float(share)
+def _without_faint(
+    lab: UInt8[np.ndarray, "h w 3"], ribbon: Ribbon
+) -> tuple[UInt8[np.ndarray, "h w"], float]:
+    """A ribbon's mask without pieces that hardly differ from what lies beside them; its shadow."""
+    found = contrasts(lab, ribbon)
+    longest = max(found, key=lambda p: p.length)
+    kept = [
+        p
+        for p in found
+        if p.gap * p.steady > FAINT * longest.gap and p.length > PART * longest.length
+    ]
+    _, labels = cv2.connectedComponents(ribbon.mask, connectivity=8)
+    mask = np.isin(labels, [p.label for p in kept or [longest]])
+    return mask.view(np.uint8), _mean(kept or [longest], [p.shadow for p in kept or [longest]])
 
 
-def _width(mask: UInt8[np.ndarray, "h w"]) -> float:
-    """Of what is long and thin in a mask [pixels]."""
-    away = cv2.distanceTransform(mask, cv2.DIST_L2, 5)
-    # The distance reaches to the middle of the first pixel outside.
-    half: Float64[np.ndarray, "k"] = away[skeletonize(mask.view(bool))].astype(float)
-    return max(2.0 * float(np.median(half)) - 1.0, 1.5)
+def _mean(pieces: list[Piece], values: list[float]) -> float:
+    """Weighed with the pieces' lengths."""
+    return float(np.average(values, weights=[p.length for p in pieces]))
+
+
+def _scaled(line: Ridge, scale: float) -> Ridge:
+    # The middle of the first pixel is at zero in every size.
+    return Ridge((line.pixels + 0.5) * scale - 0.5, line.normals, line.clear, line.depth)

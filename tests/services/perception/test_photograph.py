@@ -9,6 +9,7 @@ from jaxtyping import Float64
 from services.perception import photograph
 from services.perception.segmentation import Color
 from shared.geometry import polylines
+from tests.services.perception.pictures import Look, photographed, winding
 from tests.services.perception.scenes import CAMERA, curve
 from tests.services.perception.test_segmentation import GREY, ORANGE, WOOD, taken
 
@@ -27,10 +28,9 @@ def away(lines: list[np.ndarray], nodes: Float64[np.ndarray, "n 3"]) -> Float64[
 )
 def test_colour_and_centre_line_are_found_in_a_picture(rope: Color, table: Color) -> None:
     picture = taken(rope, table, seed=3).color
-    found, _ = photograph.found_color(picture)
-    # A headlight dims the flanks of a rope and never brightens it.
-    assert np.max(np.abs(np.subtract(found, rope))) < 60
     read = photograph.read(picture)
+    # A headlight dims the flanks of a rope and never brightens it.
+    assert np.max(np.abs(np.subtract(read.color, rope))) < 60
     error = away([line.pixels for line in read.lines], curve(3))
     assert np.median(error) < 0.3
     assert np.percentile(error, 95) < 1.0
@@ -49,4 +49,43 @@ def test_a_given_colour_picks_one_of_two_ropes() -> None:
 
 def test_a_picture_without_a_rope_is_refused() -> None:
     with pytest.raises(ValueError, match="long, thin"):
-        photograph.found_color(np.full((240, 320, 3), 120, np.uint8))
+        photograph.read(np.full((240, 320, 3), 120, np.uint8))
+
+
+@pytest.mark.parametrize(
+    ("rope", "table", "shape"),
+    [
+        (Look((225, 225, 220)), "wood", 1),
+        (Look((225, 225, 220)), "grey", 2),
+        (Look((28, 28, 30), width=6.0), "print", 3),
+        (Look((190, 35, 40), (225, 225, 220)), "cloth", 4),
+        (Look((30, 60, 160), width=30.0), "tiles", 5),
+    ],
+)
+def test_a_glossy_cable_is_followed_over_any_table(rope: Look, table: str, shape: int) -> None:
+    axis = winding(shape)
+    picture = photographed(axis, rope, table, shape)
+    for read in (photograph.read(picture), photograph.read(picture, rope.color)):
+        found = np.concatenate([line.pixels for line in read.lines])
+        gap = np.linalg.norm(found[:, None] - axis[None, ::4], axis=2)
+        # Light falls from one side: the dark one of a bright cable may look like the table.
+        assert np.percentile(np.min(gap, axis=1), 98) < 0.25 * rope.width + 1.0
+        assert np.mean(np.min(gap, axis=0) < 0.25 * rope.width + 1.0) > 0.95
+
+
+def test_two_cables_of_two_colours_are_two_ropes() -> None:
+    red, black = winding(6), winding(7)
+    picture = photographed(red, Look((190, 35, 40)), "white", 6)
+    picture = photographed(black, Look((230, 200, 40)), "wood", 7, over=picture)
+    read = photograph.read(picture)
+    seen = [line.pixels for rope in (read, *read.others) for line in rope.lines]
+    for axis in (red, black):
+        gap = np.linalg.norm(np.concatenate(seen)[:, None] - axis[None, ::8], axis=2)
+        assert np.mean(np.min(gap, axis=0) < 4.0) > 0.9
+
+
+def test_a_shadow_alone_is_called_one() -> None:
+    axis = winding(8)
+    shadow = photographed(axis, None, "white", 8)
+    assert photograph.read(shadow).shadow > 0.8
+    assert photograph.read(photographed(axis, Look((28, 28, 30)), "white", 8)).shadow < 0.3

@@ -29,10 +29,8 @@ FINE = 640
 """Longer side of a picture per pixel of a line's thickness, from two on."""
 SHADOW = 0.5
 """Part of a rope that could be a shadow from which on that is said."""
-MAY_BE_SHADOW = (
-    "what was found has the colours of what lies around it, only darker: it may be a shadow; if it "
-    "is, give the rope's --color"
-)
+MANY = 12
+"""Pieces of a rope from which on that is said."""
 BRIGHT = 99.5
 """Percentile of a picture of more than eight bits that becomes white."""
 SUBPIXEL = 4
@@ -53,7 +51,8 @@ def main(
     """Find the rope in a picture: its centre lines, and its nodes where there is depth as well.
 
     Answers with one JSON object: `lines`, columns and rows of the pixels along each piece of the
-    rope that stands out most, `color` and `width` of it, and `others` where more ropes stand out.
+    rope that stands out most, `color` and `width` of it, `others` where more ropes stand out, and
+    `notes` on what may be wrong.
     With depth, camera, length and diameter also `nodes`, in metres in the camera's optical frame
     (x right, y down, z forward), each with `sigma` and `observed`.
 
@@ -75,31 +74,35 @@ def main(
     from services.perception.centerline import CenterlineEstimator
     from services.perception.estimate import CenterlineSettings, RopeModel
 
+    measured = None
+    if depth is not None:
+        if camera is None or length is None or diameter is None:
+            raise ConfigurationError(
+                "--depth needs --camera, --length and --diameter: nodes are fitted in metres"
+            )
+        measured = _depth(depth), camera, RopeModel(length, diameter / 2.0, nodes)
     picture = _picture(image)
     drawn = picture.copy()
     try:
         rope = photograph.read(picture, color)
     except ValueError as error:
         raise ConfigurationError(f"{image}: {error}") from error
-    if rope.shadow > SHADOW:
-        print(f"lariat: {image}: {MAY_BE_SHADOW}", file=sys.stderr)
     answer = _lines(rope)
-    if depth is None:
+    answer["notes"] = notes = _notes(rope)
+    for note in notes:
+        print(f"lariat: {image}: {note}", file=sys.stderr)
+    if measured is None:
         answer["others"] = [_lines(other) for other in rope.others]
         thick = max(2, round(max(picture.shape) / FINE))
         for line in [line for found in (rope, *rope.others) for line in found.lines]:
             _draw(drawn, line.pixels, LINE, thick)
     else:
-        if camera is None or length is None or diameter is None:
-            raise ConfigurationError(
-                "--depth needs --camera, --length and --diameter: nodes are fitted in metres"
-            )
-        view = Camera(_intrinsics(camera, picture), Pose(np.zeros(3), poses.IDENTITY))
-        model = RopeModel(length, diameter / 2.0, nodes)
+        ranges, known, model = measured
+        view = Camera(_intrinsics(known, picture), Pose(np.zeros(3), poses.IDENTITY))
         # What is rope is known already: brightness says it.
         likeness = cv2.cvtColor(rope.likeness, cv2.COLOR_GRAY2RGB)
         estimator = CenterlineEstimator(view, model, CenterlineSettings())
-        found = estimator.estimate(np.asarray(likeness, np.uint8), _depth(depth))
+        found = estimator.estimate(np.asarray(likeness, np.uint8), ranges)
         answer |= _words(found)
         if not found.lost:
             _draw_nodes(drawn, view.project(found.positions)[0], found)
@@ -116,6 +119,22 @@ def _lines(rope: Photograph) -> dict[str, object]:
         "shadow": round(rope.shadow, 2),
         "lines": [np.round(line.pixels, 2).tolist() for line in rope.lines],
     }
+
+
+def _notes(rope: Photograph) -> list[str]:
+    """Why it may be no rope."""
+    notes = []
+    if rope.shadow > SHADOW:
+        notes.append(
+            "what was found has the colours of what lies around it, only darker: it may be a "
+            "shadow; if it is, give the rope's --color"
+        )
+    if len(rope.lines) > MANY:
+        notes.append(
+            f"what was found is in {len(rope.lines)} pieces: it may be a pattern and no rope; if "
+            "it is, give the rope's --color"
+        )
+    return notes
 
 
 def _written(path: Path, picture: UInt8[np.ndarray, "h w 3"]) -> bool:

@@ -19,6 +19,8 @@ from services.perception.segmentation import Color, Region
 from services.perception.skeleton import strands
 from services.perception.standout import pieces, pieces_of, unlike
 
+LEAST_SIZE = 48
+"""Shorter side of a picture [pixels]."""
 SMALL = 480
 """Longer side of the picture in which ropes are sought [pixels]."""
 LARGE = 1600
@@ -45,6 +47,8 @@ FAINT = 0.4
 """Contrast of a piece that is kept, against the whole ribbon's."""
 ALSO = 0.5
 """Worth of another rope, against the best."""
+FEW = 6
+"""Pieces that another rope is in at most."""
 PART = 0.04
 """Length of a piece that is kept, against the longest."""
 STEEP = 31.0
@@ -86,10 +90,17 @@ def read(color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = None) -> 
     Raises:
         ValueError: Nothing in the picture looks like rope.
     """
+    if min(color.shape[:2]) < LEAST_SIZE:
+        raise ValueError(
+            f"the picture has {color.shape[1]} x {color.shape[0]} pixels, too few for a rope; give "
+            f"at least {LEAST_SIZE} x {LEAST_SIZE}"
+        )
     guesses = _guesses(_lab(_resized(color, SMALL)), rope_color)
     ropes = [rope for rope in (_measured(color, guess) for guess in guesses) if rope is not None]
     if ropes:
-        return replace(ropes[0], others=tuple(ropes[1:]))
+        # A pattern is many pieces: only the first guess may be one.
+        others = (rope for rope in ropes[1:] if len(rope.lines) <= FEW)
+        return replace(ropes[0], others=tuple(others))
     if rope_color is None:
         raise ValueError(
             "nothing in the picture is long, thin and unlike what lies on both of its sides; give "

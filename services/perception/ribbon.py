@@ -36,7 +36,7 @@ MOSTLY = 0.5
 """Part of a mask's skeleton from which on it is not a rope with a shadow, but as dark as one."""
 BESIDE = 1.4
 """Where what lies beside it is looked at, off the axis [widths]."""
-SHADOW = (0.3, 0.93)
+SHADOW = (0.45, 0.93)
 """How dark a shadow is, against what lies beside it."""
 SHADOW_TINT = 7.0
 """By how much its chroma may differ from that, in Lab."""

@@ -51,3 +51,17 @@ def test_nodes_with_depth_are_in_the_cameras_frame(
 
 def test_depth_alone_is_refused(folder: Path) -> None:
     assert main(["see", str(folder / "rope.png"), "--depth", str(folder / "depth.png")]) == 2
+
+
+def test_pictures_of_any_kind_are_read(folder: Path, capsys: pytest.CaptureFixture) -> None:
+    picture = cv2.imread(str(folder / "rope.png"))
+    assert picture is not None
+    # Twelve bits in sixteen, grey: brightness alone tells an orange rope from a grey table.
+    grey = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
+    cv2.imwrite(str(folder / "grey.png"), grey.astype(np.uint16) * 16)
+    assert main(["see", str(folder / "grey.png")]) == 0
+    assert len(json.loads(capsys.readouterr().out)["lines"][0]) > 100
+    assert main(["see", str(folder / "k.json")]) == 2
+    cv2.imwrite(str(folder / "small.png"), picture[:9, :9])
+    assert main(["see", str(folder / "small.png")]) == 2
+    assert "9 x 9 pixels" in capsys.readouterr().err

@@ -21,6 +21,8 @@ from shared.geometry.obstacles import Obstacle, signed_distance
 
 ANCHORS = 32
 """Ways round obstacles that are remembered."""
+FAR = 0.05
+"""Slack from which on nobody asks how much it is exactly [m]."""
 
 Slacks = dict[Rule, Float64[np.ndarray, "m"]]
 """By rule, for every pose of a row [m, or rad for joints]."""
@@ -82,10 +84,11 @@ class Rules:
     def replace_obstacles(self, obstacles: Sequence[Obstacle]) -> None:
         """Takes a new scene."""
         self.obstacles = tuple(obstacles)
+        self._planes = [o for o in self.obstacles if o.shape == "half_space"]
         # A half space is convex and both grips are outside, so it blocks no straight way.
-        bodies = [o for o in self.obstacles if o.shape != "half_space"]
-        self._block_centres = np.array([o.position for o in bodies]).reshape(-1, 3)
-        self._block_radii = np.array([_reach(o) for o in bodies])
+        self._blocks = [o for o in self.obstacles if o.shape != "half_space"]
+        self._block_centres = np.array([o.position for o in self._blocks]).reshape(-1, 3)
+        self._block_radii = np.array([_reach(o) for o in self._blocks])
         self._anchors: deque[tuple[np.ndarray, float]] = deque(maxlen=ANCHORS)
 
     def slacks(
@@ -132,19 +135,21 @@ class Rules:
     def clearances(
         self, centres: Float64[np.ndarray, "m k 3"], radii: Float64[np.ndarray, "k"]
     ) -> Slacks:
-        """Slack of the rules on obstacles for spheres [m]."""
-        result: Slacks = {
-            "keep_out": np.full(len(centres), np.inf),
-            "table": np.full(len(centres), np.inf),
+        """Slack of the rules on obstacles for spheres; beyond `FAR` at least that much [m]."""
+        if not len(radii):
+            free = np.full(len(centres), np.inf)
+            return {"keep_out": free, "table": free}
+        table = [np.min(signed_distance(centres, o) - radii, axis=1) for o in self._planes]
+        apart = np.linalg.norm(centres[:, :, None] - self._block_centres, axis=-1)
+        clear = np.min(apart - radii[:, None], axis=1) - self._block_radii
+        clear -= self.boundaries.keep_out
+        for k in np.flatnonzero(np.any(clear < FAR, axis=0)):
+            distances = signed_distance(centres, self._blocks[k]) - radii
+            clear[:, k] = np.min(distances, axis=1) - self.boundaries.keep_out
+        return {
+            "keep_out": np.min(clear, axis=1, initial=np.inf),
+            "table": np.min(table, axis=0) if table else np.full(len(centres), np.inf),
         }
-        for obstacle in self.obstacles:
-            nearest = np.min(signed_distance(centres, obstacle) - radii, axis=1, initial=np.inf)
-            if obstacle.shape == "half_space":
-                result["table"] = np.minimum(result["table"], nearest)
-            else:
-                clear = nearest - self.boundaries.keep_out
-                result["keep_out"] = np.minimum(result["keep_out"], clear)
-        return result
 
     def _taut(
         self, positions: Float64[np.ndarray, "m 2 3"], distance: Float64[np.ndarray, "m"]

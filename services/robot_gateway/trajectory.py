@@ -150,7 +150,7 @@ class Blend:
     def __init__(self, spline: Spline, origin: Sample, now: int, duration: float) -> None:
         """Args: origin: The motion to take over from at `now`. duration: Of the fade [s]."""
         self.spline, self.now, self.duration = spline, now, duration
-        self._newest: tuple[int, Sample] | None = None
+        self._known: dict[int, Sample] = {}
         target = spline(now)
         back = poses.conjugate(target.orientation)
         self.position = np.stack(
@@ -170,9 +170,12 @@ class Blend:
 
     def __call__(self, now: int) -> Sample:
         """The reference at a time not before the blend began [ns]."""
-        if self._newest is None or self._newest[0] != now:
-            self._newest = (now, self._sample(now))
-        return self._newest[1]
+        # A tick asks for where it begins and, twice, for where it ends.
+        if now not in self._known:
+            if len(self._known) == 2:
+                del self._known[min(self._known)]
+            self._known[now] = self._sample(now)
+        return self._known[now]
 
     def _sample(self, now: int) -> Sample:
         target = self.spline(now)

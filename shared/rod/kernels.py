@@ -137,11 +137,12 @@ def advance(ni: ti.template(), w: ti.template(), rod):
     step = 0
     backward = 0
     d = rod + ni[at.AT_STEP]
-    # Longer strides than this could jump over an obstacle.
+    # Longer strides than this could jump over an obstacle. The shortest of edges set no limit: a
+    # rod is as fast with many nodes as with few.
     reach = 2.0 * length
     if ni[at.OBSTACLES] > 0:
         thickness = scalar(ni, w, rod, at.CONTACT_REACH) - scalar(ni, w, rod, at.CONTACT_MARGIN)
-        reach = ti.min(reach, 4.0 * thickness)
+        reach = ti.max(ti.min(reach, 4.0 * thickness), thickness)
     touching = ni[at.MOST_TOUCHES] > 0
     if touching:
         # Nor over another strand.

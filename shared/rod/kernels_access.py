@@ -87,7 +87,7 @@ def bend_turn(ni: ti.template(), w: ti.template(), rod, slot, j):
         load4(w, orientation_at(ni, rod, slot, j + 1)),
     )
     y = logarithm(u)
-    c, d = log_coefficients(y.dot(y), u)
+    c, d = log_coefficients(u)
     return y, left_jacobian_inverse(y, c), c, d
 
 

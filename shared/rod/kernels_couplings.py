@@ -79,7 +79,7 @@ def couple_inertia(
             for back in range(2, history + 1):
                 u = past_turn(ni, w, rod, step, i, back)
                 theta = logarithm(u)
-                c, _d = log_coefficients(theta.dot(theta), u)
+                c, _d = log_coefficients(u)
                 inverse = left_jacobian_inverse(theta, c)
                 share = target_share(ni, w, rod, step, back, carry)
                 store33(w, to + 9 * (back - 1), share * (through @ inverse.transpose()))

@@ -139,7 +139,8 @@ def predict(
 ) -> ti.f64:
     """The start of the iteration: where inertia leads (`arg` 1), or everything where it was.
 
-    Inertia must not carry the rod into an obstacle, whose far side might then be the nearer one.
+    Inertia must not carry the rod into an obstacle, whose far side might then be the nearer one,
+    nor tear edges far out of their length.
     """
     result = 0.0
     if task == at.PREDICT:
@@ -147,14 +148,19 @@ def predict(
         stretch = scalar(ni, w, rod, at.STRETCH)
         length = scalar(ni, w, rod, at.EDGE_LENGTH)
         leap = 0.0
+        strain = 0.0
+        before = ti.Vector([0.0, 0.0, 0.0])
         for i in range(n):
             x1 = load3(w, position_at(ni, rod, step + at.NEW - 1, i))
-            leap = ti.max(leap, (load3(w, rod + ni[at.AT_TARGETS] + 3 * i) - x1).norm())
-        bound = 2.0 * length
-        if ni[at.OBSTACLES] > 0 or ni[at.MOST_TOUCHES] > 0:
-            bound = ti.min(bound, scalar(ni, w, rod, at.CONTACT_REACH))
+            away = load3(w, rod + ni[at.AT_TARGETS] + 3 * i) - x1
+            leap = ti.max(leap, away.norm())
+            if i > 0:
+                strain = ti.max(strain, (away - before).norm())
+            before = away
+        near = ni[at.OBSTACLES] > 0 or ni[at.MOST_TOUCHES] > 0
+        clear = not near or leap < scalar(ni, w, rod, at.CONTACT_REACH)
         share = 0.0
-        if arg == 1 and leap < bound:
+        if arg == 1 and clear and strain < 2.0 * length:
             share = 1.0
         for i in range(n):
             x1 = load3(w, position_at(ni, rod, step + at.NEW - 1, i))

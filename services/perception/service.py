@@ -51,6 +51,9 @@ TRUTH_SIGMA = 1e-5
 """Of nodes that are copied from the truth [m]; never zero, since weights divide by it."""
 PATIENCE = 3 * SECOND // 10
 """Without a frame for this long the camera is called silent [ns]."""
+CALIBRATION_DUE = 2 * SECOND
+"""So long after its first frame a camera must have told its calibration [ns]; it does so every
+second."""
 REMINDER = SECOND // 4
 """How often silence is repeated [ns]."""
 FROZEN = 8
@@ -110,6 +113,7 @@ class PerceptionService:
         self._request = ("", "")
         self._published = -SECOND
         self._published_revision = 0
+        self._first_frame: int | None = None
         self._last_frame: int | None = None
         self._reminded = 0
         self._doubtful = 0
@@ -163,9 +167,13 @@ class PerceptionService:
                 yield self._lost(reason, now)
             return
         self._last_frame = now
+        if self._first_frame is None:
+            self._first_frame = now
         color, depth = frame[0].message, frame[1].message
         stamp = stamp_of(color)
         calibration = inbox.latest(CALIBRATION)
+        if calibration is None and now - self._first_frame < CALIBRATION_DUE:
+            return
         if self._view.repeated(color, depth):
             # No news is not a look at the rope, even before it is called frozen.
             if self._view.repeats >= FROZEN:

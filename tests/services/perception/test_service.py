@@ -194,6 +194,23 @@ def test_a_frozen_camera_is_said_to_be_frozen() -> None:
     assert "frozen" in seen[-1].lost
 
 
+def test_a_camera_has_two_seconds_for_its_calibration() -> None:
+    cell = Cell(scenario())
+    cell.run(2.3)
+    color, depth = (cell.heard[topic.key] for topic in (COLOR, DEPTH))
+    uncalibrated = Cell(scenario("outside = true\n"))
+    told = []
+    for messages in zip(color, depth, strict=False):
+        for topic, message in zip((COLOR, DEPTH), messages, strict=True):
+            uncalibrated.stack.send(topic, message)
+        uncalibrated.run(0.033)
+        told.append(topics.ROPE_NODES.key in uncalibrated.heard)
+    assert not any(told[:58])
+    assert (
+        "no calibration of camera 'overhead'" in uncalibrated.heard[topics.ROPE_NODES.key][-1].lost
+    )
+
+
 def test_images_that_cannot_be_read_are_named() -> None:
     jpeg = cv2.imencode(".jpg", np.zeros((4, 4, 3), np.uint8))[1].tobytes()
     good = CompressedImage(data=jpeg, format="jpeg")

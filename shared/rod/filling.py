@@ -72,11 +72,6 @@ def opened(
         carries: Whether velocity goes on from step to step.
     """
     wanted = Wanted() if wanted is None else wanted
-    if rod.self_contact and wanted.kinds:
-        raise ValueError(
-            "a rod with self_contact=True has no derivatives; take them of a rod without, whose "
-            "strands pass through each other"
-        )
     n = rod.node_count
     actions = np.asarray(actions, float)
     block_of_step = check_launch(len(states), actions, dt, steps, block_of_step, substeps)

@@ -49,6 +49,7 @@ from shared.rod.kernels_math import (
     store3,
     store4,
 )
+from shared.rod.kernels_sensitivities import columns_at
 from shared.rod.kernels_sensitivities import sensitivities as work
 from shared.rod.kernels_types import Doubles, Integers
 
@@ -147,6 +148,7 @@ def advance(ni: ti.template(), w: ti.template(), rod):
     if touching:
         # Nor over another strand.
         reach = ti.min(reach, scalar(ni, w, rod, at.CONTACT_REACH))
+    column = 0
     iterations = 0
     strides = 0
     attempts = 0
@@ -180,20 +182,48 @@ def advance(ni: ti.template(), w: ti.template(), rod):
             arg = d
             if backward == 1:
                 arg = slope
+        elif task == at.TOUCH_COUPLE or task == at.SOLVE_AGAIN:
+            arg = columns_at(ni, rod, step, column // 6)[0] + column % 6
+            real = 6.0
+        elif task == at.SOLVE_EXACTLY or task == at.TOUCH_FOLD:
+            arg = slope
+            real = 1.0
+            if backward == 0:
+                arg = columns_at(ni, rod, step, 0)[0]
+                real = 6.0
         value = work(ni, w, task, rod, step, arg, real)
         judge = 0
         if finishing == 2:
             if task == at.TARGETS:
                 task = at.INERTIA
             elif task == at.INERTIA:
-                task = ti.select(asked, at.CONTACTS, at.PARAMETER_FORCES)
+                forces = ti.select(touching, at.TOUCHES, at.PARAMETER_FORCES)
+                task = ti.select(asked, at.CONTACTS, forces)
             elif task == at.CONTACTS:
+                task = ti.select(touching, at.TOUCHES, at.PARAMETER_FORCES)
+            elif task == at.TOUCHES:
                 task = at.PARAMETER_FORCES
             elif task == at.PARAMETER_FORCES:
-                task = ti.select(backward, at.SOLVE, at.GRIP_SENSITIVITIES)
+                solving = ti.select(touching, at.SOLVE_EXACTLY, at.SOLVE)
+                task = ti.select(backward, solving, at.GRIP_SENSITIVITIES)
             elif task == at.GRIP_SENSITIVITIES:
                 task = at.SENSITIVITIES
-            elif task == at.SOLVE:
+            elif task == at.SENSITIVITIES:
+                column = 0
+                task = ti.select(touching, at.TOUCH_COUPLE, at.WRITE)
+            elif task == at.TOUCH_COUPLE:
+                # The first column makes what the others use.
+                task = ti.select(column == 0, at.SOLVE_EXACTLY, at.SOLVE_AGAIN)
+            elif task == at.SOLVE_AGAIN or task == at.SOLVE_EXACTLY:
+                if value > 0.0:
+                    w[rod + ni[at.AT_REPORT] + at.REPORT_WIDTH * step + 1] = 0.0
+                column += 1
+                task = at.TOUCH_COUPLE
+                if backward == 1:
+                    task = at.TOUCH_FOLD
+                elif column == 6 * columns_at(ni, rod, step, 0)[1]:
+                    task = at.WRITE
+            elif task == at.SOLVE or task == at.TOUCH_FOLD:
                 task = at.ADJOINT
             elif task == at.ADJOINT:
                 task = at.GRIP_ADJOINT

@@ -21,25 +21,68 @@ from shared.rod.kernels_types import Doubles, Integers
 @ti.func
 def across(w: ti.template(), entry, d):
     """u v of a touch: how fast its two points part where blocks move by `d`."""
+    return load3(w, entry + 4).dot(parting(w, entry, d))
+
+
+@ti.func
+def parting(w: ti.template(), entry, d):
+    """How the two points of a touch move against each other where blocks move by `d`."""
     first = d + 6 * ti.cast(w[entry], ti.i32)
     other = d + 6 * ti.cast(w[entry + 1], ti.i32)
     s, t = w[entry + 2], w[entry + 3]
     here = (1.0 - s) * load3(w, first) + s * load3(w, first + 6)
     there = (1.0 - t) * load3(w, other) + t * load3(w, other + 6)
-    return load3(w, entry + 4).dot(here - there)
+    return here - there
+
+
+@ti.func
+def turning(w: ti.template(), entry, d):
+    """What a touch's Hessian beside c u u^T makes of `d`: at its points, and at the other's nodes.
+
+    The force f keeps to the line between the points, which turns, and the nearer of the other
+    edge's points slides. With n normal, e along the other edge, L its length, r the distance, P
+    the plane across n and v the parting:  -f (P v / r + q e), and f q r / L n with opposite signs
+    at the other edge's nodes, where  q = n (d_j - d_j+1) / L - e v / r.
+    """
+    moved = parting(w, entry, d)
+    normal = load3(w, entry + 4)
+    along = load3(w, entry + 8)
+    over, distance, force = w[entry + 11], w[entry + 12], w[entry + 13]
+    other = d + 6 * ti.cast(w[entry + 1], ti.i32)
+    lean = normal.dot(load3(w, other) - load3(w, other + 6))
+    slide = over * lean - along.dot(moved) / distance
+    flat = moved - normal.dot(moved) * normal
+    return -force * (flat / distance + slide * along), force * slide * distance * over * normal
+
+
+@ti.func
+def take(w: ti.template(), entry, to, at_points, at_other):
+    """Subtract what `turning` found from the blocks of `to`."""
+    first = to + 6 * ti.cast(w[entry], ti.i32)
+    other = to + 6 * ti.cast(w[entry + 1], ti.i32)
+    s, t = w[entry + 2], w[entry + 3]
+    add3(w, first, (s - 1.0) * at_points)
+    add3(w, first + 6, -s * at_points)
+    add3(w, other, (1.0 - t) * at_points - at_other)
+    add3(w, other + 6, t * at_points + at_other)
 
 
 @ti.real_func
 def solve(
     ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
 ) -> ti.f64:
-    """H v = b for vector `d` in place, free blocks only.
+    """H v = b for vector `arg` in place, free blocks only.
 
     Touches add c u u^T each to the band B. With columns B^-1 u their forces f solve
     f / c + u B^-1 u f = u v, and B^-1 u f is taken from v (Woodbury).
+
+    Newton does without the rest G of their Hessian. Derivatives do not: `SOLVE_EXACTLY` repeats
+    v = (H - G)^-1 (b - G v), for a vector with `real` numbers from one of its entries to the next,
+    and returns whether it failed. `SOLVE_AGAIN` does so with the columns of the last time.
     """
     result = 0.0
-    if task == at.SOLVE:
+    newton = task == at.SOLVE
+    if newton or task == at.SOLVE_EXACTLY or task == at.SOLVE_AGAIN:
         first = ni[at.FIRST_FREE]
         end = ni[at.END_FREE]
         most = ni[at.MOST_TOUCHES]
@@ -49,8 +92,27 @@ def solve(
         entries = rod + ni[at.AT_TOUCHES] + at.TOUCH_HEAD
         width = 3 * (2 * ni[at.NODES] - 1)
         columns = rod + ni[at.AT_TOUCH_COLUMNS]
-        for c in range(count + 1):
-            d = arg
+        matrix = rod + ni[at.AT_TOUCH_MATRIX]
+        forces = matrix + most * count
+        right = rod + ni[at.AT_TOUCH_VECTORS]
+        last = right + width
+        target = arg
+        stride = 1
+        rounds = 1
+        if not newton:
+            target = last + width
+            stride = ti.cast(real, ti.i32)
+            rounds = 100
+            for k in range(width):
+                w[right + k] = 0.0
+                w[last + k] = 0.0
+            for k in range(3 * first, 3 * end):
+                w[right + k] = w[arg + stride * k]
+        c = 0
+        if task == at.SOLVE_AGAIN:
+            c = count
+        while c < count + rounds:
+            d = target
             if c < count:
                 d = columns + width * c
                 for k in range(width):
@@ -68,6 +130,16 @@ def solve(
                     store3(w, d + 3 * j, ti.Vector([0.0, 0.0, 0.0]))
                 for k in range(3 * end, width):
                     w[d + k] = 0.0
+            elif not newton:
+                for k in range(width):
+                    w[d + k] = w[right + k]
+                for a in range(count):
+                    entry = entries + at.TOUCH_WIDTH * a
+                    at_points, at_other = turning(w, entry, last)
+                    take(w, entry, d, at_points, at_other)
+                for k in range(width):
+                    if k < 3 * first or k >= 3 * end:
+                        w[d + k] = 0.0
             for j in range(first, end):
                 m = hessian_at(ni, rod, step, j)
                 v = load3(w, d + 3 * j)
@@ -84,37 +156,81 @@ def solve(
                 if j + 2 < end:
                     v -= load33(w, m + 18).transpose() @ load3(w, d + 3 * j + 6)
                 store3(w, d + 3 * j, v)
-        if count > 0:
             # Cholesky by rows, with the right-hand side as one row more: L^-1 of it comes along.
-            matrix = rod + ni[at.AT_TOUCH_MATRIX]
-            for a in range(count + 1):
-                row = matrix + most * a
-                for b in range(count):
-                    if b <= a:
-                        entry = entries + at.TOUCH_WIDTH * b
-                        value = 0.0
-                        if a < count:
-                            value = across(w, entry, columns + width * a)
-                        else:
-                            value = across(w, entry, arg)
-                        if a == b:
-                            value += w[entry + 7]
-                        for k in range(b):
-                            value -= w[row + k] * w[matrix + most * b + k]
-                        if a == b:
-                            w[row + b] = ti.sqrt(ti.max(value, 1e-300))
-                        else:
-                            w[row + b] = value / w[matrix + most * b + b]
-            forces = matrix + most * count
-            for back in range(count):
-                a = count - 1 - back
-                value = w[forces + a]
-                for k in range(a + 1, count):
-                    value -= w[matrix + most * k + a] * w[forces + k]
-                force = value / w[matrix + most * a + a]
-                w[forces + a] = force
-                for k in range(3 * first, 3 * end):
-                    w[arg + k] = w[arg + k] - force * w[columns + width * a + k]
+            a = ti.min(c, count)
+            row = matrix + most * a
+            for b in range(count):
+                if b <= a:
+                    entry = entries + at.TOUCH_WIDTH * b
+                    value = across(w, entry, d)
+                    if a == b:
+                        value += w[entry + 7]
+                    for k in range(b):
+                        value -= w[row + k] * w[matrix + most * b + k]
+                    if a == b:
+                        w[row + b] = ti.sqrt(ti.max(value, 1e-300))
+                    else:
+                        w[row + b] = value / w[matrix + most * b + b]
+            if c >= count:
+                for back in range(count):
+                    b = count - 1 - back
+                    value = w[forces + b]
+                    for k in range(b + 1, count):
+                        value -= w[matrix + most * k + b] * w[forces + k]
+                    force = value / w[matrix + most * b + b]
+                    w[forces + b] = force
+                    for k in range(3 * first, 3 * end):
+                        w[d + k] = w[d + k] - force * w[columns + width * b + k]
+                if not newton:
+                    size = 0.0
+                    change = 0.0
+                    for k in range(3 * first, 3 * end):
+                        size = ti.max(size, ti.abs(w[d + k]))
+                        change = ti.max(change, ti.abs(w[d + k] - w[last + k]))
+                        w[last + k] = w[d + k]
+                    if change <= 1e-13 * size:
+                        rounds = 0
+                    elif c == count + rounds - 1:
+                        result = 1.0
+            c += 1
+        if not newton:
+            for k in range(3 * first, 3 * end):
+                w[arg + stride * k] = w[last + k]
+    return result
+
+
+@ti.real_func
+def fold_touches(
+    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+) -> ti.f64:
+    """Take from blocks what touches make there of the steps of others.
+
+    `TOUCH_COUPLE` takes from free ones what driven ones cause, `TOUCH_FOLD` the other way about;
+    `arg` and `real` as in `solve`.
+    """
+    result = 0.0
+    if task == at.TOUCH_COUPLE or task == at.TOUCH_FOLD:
+        stride = ti.cast(real, ti.i32)
+        width = 3 * (2 * ni[at.NODES] - 1)
+        from_free = task == at.TOUCH_FOLD
+        moves = rod + ni[at.AT_TOUCH_VECTORS]
+        to = moves + width
+        entries = rod + ni[at.AT_TOUCHES] + at.TOUCH_HEAD
+        for k in range(width):
+            free = k >= 3 * ni[at.FIRST_FREE] and k < 3 * ni[at.END_FREE]
+            w[moves + k] = ti.select(free == from_free, w[arg + stride * k], 0.0)
+            w[to + k] = 0.0
+        for a in range(ti.cast(w[rod + ni[at.AT_TOUCHES]], ti.i32)):
+            entry = entries + at.TOUCH_WIDTH * a
+            at_points, at_other = turning(w, entry, moves)
+            at_points += (across(w, entry, moves) / w[entry + 7]) * load3(w, entry + 4)
+            take(w, entry, to, at_points, at_other)
+        for k in range(width):
+            free = k >= 3 * ni[at.FIRST_FREE] and k < 3 * ni[at.END_FREE]
+            if free != from_free:
+                w[arg + stride * k] = w[arg + stride * k] + w[to + k]
+    else:
+        result = solve(ni, w, task, rod, step, arg, real)
     return result
 
 
@@ -152,5 +268,5 @@ def factor(
                 store33(w, m + 9, near_factor)
         result = definite
     else:
-        result = solve(ni, w, task, rod, step, arg, real)
+        result = fold_touches(ni, w, task, rod, step, arg, real)
     return result

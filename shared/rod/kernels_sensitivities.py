@@ -48,6 +48,15 @@ def add36(w: ti.template(), start, m):
             w[start + 6 * a + b] = w[start + 6 * a + b] + m[a, b]
 
 
+@ti.func
+def columns_at(ni: ti.template(), rod, step, group):
+    """Where a group of six columns of a step lies, and how many groups there are."""
+    groups = ni[at.DRIVEN] + (ni[at.PARAMETERS] + 5) // 6 + (ni[at.DIRECTIONS] + 5) // 6
+    size = 18 * (2 * ni[at.NODES] - 1)
+    ring = at.NEW + 1
+    return rod + ni[at.AT_SENSITIVITIES] + size * (ring * group + (step + at.NEW) % ring), groups
+
+
 @ti.real_func
 def grip_sensitivities(
     ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
@@ -113,13 +122,17 @@ def grip_sensitivities(
 def sensitivities(
     ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
 ) -> ti.f64:
-    """Carry all columns over one step; at the end of a control step write them out."""
+    """Carry all columns over one step, or write them out.
+
+    Where strands may touch each other, the solve is left to `SOLVE_EXACTLY`, column by column.
+    """
     result = 0.0
     if task == at.SENSITIVITIES:
         n = ni[at.NODES]
         count = 2 * n - 1
         first = ni[at.FIRST_FREE]
         end = ni[at.END_FREE]
+        stop = ti.select(ni[at.MOST_TOUCHES] > 0, first, end)
         ring = at.NEW + 1
         driven = ni[at.DRIVEN]
         steady = driven + (ni[at.PARAMETERS] + 5) // 6
@@ -184,14 +197,14 @@ def sensitivities(
                             m = hessian_at(ni, rod, step, j) + 9 + 9 * k
                             v = load36(w, new + 18 * to)
                             add36(w, new + 18 * j, -(load33(w, m).transpose() @ v))
-                for j in range(first, end):
+                for j in range(first, stop):
                     m = hessian_at(ni, rod, step, j)
                     v = load36(w, new + 18 * j)
                     if j + 1 < end:
                         add36(w, new + 18 * j + 18, -(load33(w, m + 9) @ v))
                     if j + 2 < end:
                         add36(w, new + 18 * j + 36, -(load33(w, m + 18) @ v))
-                for back in range(end - first):
+                for back in range(stop - first):
                     j = end - 1 - back
                     m = hessian_at(ni, rod, step, j)
                     v = load33(w, m) @ load36(w, new + 18 * j)
@@ -200,13 +213,17 @@ def sensitivities(
                     if j + 2 < end:
                         v -= load33(w, m + 18).transpose() @ load36(w, new + 18 * j + 36)
                     store36(w, new + 18 * j, v)
-                if (step + 1) % ni[at.SUBSTEPS] == 0:
-                    out = rod + ni[at.AT_SENSITIVITIES_OUT]
-                    out += 18 * groups * n * (step // ni[at.SUBSTEPS]) + 6 * group
-                    for i in range(n):
-                        for a in ti.static(range(3)):
-                            for b in ti.static(range(6)):
-                                w[out + 6 * groups * (3 * i + a) + b] = w[new + 36 * i + 6 * a + b]
+    elif task == at.WRITE:
+        n = ni[at.NODES]
+        groups = columns_at(ni, rod, step, 0)[1]
+        for group in range(groups):
+            new, _groups = columns_at(ni, rod, step, group)
+            out = rod + ni[at.AT_SENSITIVITIES_OUT]
+            out += 18 * groups * n * (step // ni[at.SUBSTEPS]) + 6 * group
+            for i in range(n):
+                for a in ti.static(range(3)):
+                    for b in ti.static(range(6)):
+                        w[out + 6 * groups * (3 * i + a) + b] = w[new + 36 * i + 6 * a + b]
     else:
         result = grip_sensitivities(ni, w, task, rod, step, arg, real)
     return result

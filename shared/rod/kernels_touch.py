@@ -92,6 +92,8 @@ def touches(
                             add3(w, g + 6 * i + 6, s * pull)
                             add3(w, g + 6 * touched, (place - 1.0) * pull)
                             add3(w, g + 6 * touched + 6, -place * pull)
+                            inside = ti.cast(place > 0.0 and place < 1.0, ti.f64)
+                            over = inside / along.norm()
                             entry = head + at.TOUCH_HEAD + at.TOUCH_WIDTH * count
                             w[entry] = i
                             w[entry + 1] = touched
@@ -99,6 +101,10 @@ def touches(
                             w[entry + 3] = place
                             store3(w, entry + 4, normal)
                             w[entry + 7] = 1.0 / (share * slope + 1e-12)
+                            store3(w, entry + 8, over * along)
+                            w[entry + 11] = over
+                            w[entry + 12] = nearest
+                            w[entry + 13] = share * force
                             count += 1
                         else:
                             lost += 1

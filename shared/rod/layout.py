@@ -56,10 +56,10 @@ HISTORY = 46
 """How many of the solves before enter one: at most NEW."""
 MOST_TOUCHES = 47
 """Places for touches of the rod with itself; none where that is not looked for."""
-AT_TOUCHES, AT_TOUCH_COLUMNS, AT_TOUCH_MATRIX = range(48, 51)
-TOUCH_SAMPLES, TOUCH_GAP = range(51, 53)
+AT_TOUCHES, AT_TOUCH_COLUMNS, AT_TOUCH_MATRIX, AT_TOUCH_VECTORS = range(48, 52)
+TOUCH_SAMPLES, TOUCH_GAP = range(52, 54)
 """Points of an edge that may touch, and how many edges further on others may be touched."""
-INTEGERS = 53
+INTEGERS = 54
 """Here the block of every step begins, followed by code, knot and knot count of each parameter."""
 PARAMETER_WIDTH = 3
 
@@ -84,8 +84,9 @@ EFFECTIVE_WIDTH = 9
 HESSIAN_WIDTH = 27
 TOUCH_HEAD = 2
 """Before the touches: how many there are, and how many found no place."""
-TOUCH_WIDTH = 8
-"""Of a touch: both edges, the places along them, the normal (3), compliance [m/N]."""
+TOUCH_WIDTH = 14
+"""Of a touch: both edges, the places along them, the normal (3), compliance [m/N], direction (3)
+and one over the length of the other edge (zero at its ends), distance [m], force [N]."""
 REPORT_WIDTH = 4
 """Of a step: iterations, converged, last step [m], definite (the Hessian's pivots positive)."""
 OBSTACLE_WIDTH = 17
@@ -113,11 +114,16 @@ FREE, PINNED, CLAMPED = range(3)
     PARAMETER_FORCES,
     GRIP_SENSITIVITIES,
     SENSITIVITIES,
+    TOUCH_COUPLE,
+    SOLVE_EXACTLY,
+    SOLVE_AGAIN,
+    WRITE,
+    TOUCH_FOLD,
     GRIP_ADJOINT,
     ADJOINT,
     SOLVED,
     DONE,
-) = range(20)
+) = range(25)
 """Tasks of the compiled parts."""
 
 (
@@ -193,6 +199,7 @@ def sections(sizes: Sizes) -> tuple[dict[int, tuple[int, int]], int]:
         AT_TOUCHES: TOUCH_HEAD + TOUCH_WIDTH * sizes.touches,
         AT_TOUCH_COLUMNS: 3 * unknowns * sizes.touches,
         AT_TOUCH_MATRIX: (sizes.touches + 1) * sizes.touches,
+        AT_TOUCH_VECTORS: 9 * unknowns if sizes.touches else 0,
         AT_REPORT: REPORT_WIDTH * steps,
         AT_SENSITIVITIES: forward * (NEW + 1) * 18 * unknowns * sizes.columns,
         AT_SENSITIVITIES_OUT: forward * sizes.horizon * n * 18 * sizes.columns,

@@ -57,8 +57,8 @@ class Rod:
                 no derivative is wanted, when the next one would not, judged by the last two.
             scheme: How time goes on: "euler" is of first order, one solve a step, and never adds
                 energy; "sdirk2" is of second order, two solves a step.
-            self_contact: Whether the rod's strands touch each other instead of passing through;
-                not with derivatives. They must not come closer by a diameter within a step.
+            self_contact: Whether the rod's strands touch each other instead of passing through.
+                They must not come closer by a diameter within a step.
         """
         if node_count < 5:
             raise ValueError(f"node_count must be at least 5, got {node_count}; try 40")

@@ -230,12 +230,13 @@ class Client:
             self._oddity = "the same packet comes again and again"
             if before != int(packet["time_stamp"]):
                 self.heard, self._oddity = self._now, ""
-                self._dial.settled()
             self.feedback = packet
 
     def _take(self, reply: Reply) -> None:
         if self._asked is not None and reply.answers(self._asked[0]):
             self._asked = None
+            # Not by its feedback: that goes on while another program holds the command port.
+            self._dial.settled()
             self._procedure.answer(reply)
             if reply.error and not self.busy:
                 self.refusal = f"{reply.echo}: {reply.words}"

@@ -55,7 +55,7 @@ class Dial:
         self._attempts += 1
 
     def settled(self) -> None:
-        """The arm was heard: the next pause is the shortest one again."""
+        """The arm has answered: the next pause is the shortest one again."""
         self._attempts = 0
 
     def abort(self) -> None:

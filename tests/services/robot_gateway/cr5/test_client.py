@@ -117,6 +117,20 @@ def test_attempts_to_connect_come_ever_more_seldom_until_the_arm_is_heard() -> N
     assert not line.client.enabled, "nothing is enabled by itself"
 
 
+def test_feedback_alone_does_not_make_it_knock_more_often() -> None:
+    line = Line()
+    knocks = 0
+    for _ in range(200):
+        line.run(0.1)
+        for connection in line.emulator._connections:
+            # As a controller does whose command port is somebody else's.
+            if connection.port == 29999 and not connection.closed:
+                knocks += 1
+                connection.close()
+    assert "does another program or a pendant hold it?" in line.client.trouble
+    assert 5 <= knocks <= 7, "within 20 s"
+
+
 def test_connection_that_is_lost_ends_what_was_under_way_and_says_why() -> None:
     line = Line(powered=False)
     line.run(0.1)

@@ -112,7 +112,8 @@ CAUSES: dict[str, Cause] = {
         "overstretch",
     ),
     "alarm": Cause(
-        "the arm reports an alarm, a collision, an emergency stop, power off or another operator",
+        "the arm reports an alarm, a collision, an emergency stop, power off, a blocked queue or "
+        "another operator",
         "from its feedback, 8 ms",
         "by the arm",
         "after acknowledgement",

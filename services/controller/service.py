@@ -111,6 +111,8 @@ class ControllerService:
         self._resets: int | None = None
         self._seen = 0
         self._followed: tuple[int, int] | None = None
+        self._planned_anew = ""
+        """Run for which another path was asked for because the one at hand was none."""
         self._sequence = 0
         self._image_stamp = 0
         self._events = sorted(
@@ -323,6 +325,11 @@ class ControllerService:
         if (path.goal_revision, path.replan_count) != wanted:
             return "waiting for a path"
         if not path.left_positions:
+            if path.stamp < task.run_started and self._planned_anew != task.run:
+                # What stood in the way before this run began may be gone.
+                self._planned_anew = task.run
+                task.ask_for_path()
+                return "waiting for a path"
             task.enter("failed", path.reason)
             return path.reason
         if self.course.learning(now):

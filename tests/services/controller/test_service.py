@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from services.controller.service import ControllerService, build
-from shared import topics
+from shared import messages, topics
 from shared.messages import ArmState, ArmStates, TaskRequest, TaskState
 from shared.scenario import load
 from shared.service import SECOND, Inbox, Received
@@ -23,15 +23,24 @@ def arms(now: int, apart: float) -> ArmStates:
     return ArmStates(stamp=now, mode=ArmStates.ARMED, arms=places)
 
 
+def inbox(now: int, apart: float, newest: dict[str, Received], *requests: TaskRequest) -> Inbox:
+    def items(*messages: object) -> list[Received]:
+        return [Received(message, "somebody", 0, now) for message in messages]
+
+    arrived = {topics.ARM_STATE.key: items(arms(now, apart))}
+    return Inbox(newest, {**arrived, topics.TASK_REQUEST.key: items(*requests)})
+
+
+def look(service: ControllerService, now: int) -> None:
+    """Perception has just seen the rope where it is believed to be."""
+    rope = messages.NodeChain(stamp=now, positions=service.estimate.nodes.ravel())
+    arrived = {topics.ROPE_NODES.key: [Received(rope, "perception", 0, now)]}
+    list(service.step(Inbox({}, arrived), now))
+
+
 def step(service: ControllerService, now: int, apart: float, *requests: TaskRequest) -> TaskState:
     """The task's state a second after the one before."""
-
-    def item(topic: topics.Topic, message: object) -> tuple[str, list[Received]]:
-        return topic.key, [Received(message, "somebody", 0, now)]
-
-    rows = [item(topics.ARM_STATE, arms(now, apart))]
-    rows += [item(topics.TASK_REQUEST, request) for request in requests]
-    said = list(service.step(Inbox({}, dict(rows)), now))
+    said = list(service.step(inbox(now, apart, {}, *requests), now))
     (state,) = (p.message for p in said if p.topic is topics.TASK_STATE)
     assert isinstance(state, TaskState)
     return state
@@ -50,3 +59,30 @@ def test_arms_farther_apart_than_the_rope_is_long_are_waited_for() -> None:
     # Torn apart again under way, the model of the rope stretches, and nothing falls.
     for k in range(3, 6):
         step(service, k * SECOND, 0.6)
+
+
+def test_run_asks_once_for_another_path_when_the_one_before_it_was_none() -> None:
+    service = build(SCENARIO, "session")
+    step(service, SECOND, 0.4)
+    task = service.task
+
+    def told(now: int, stamp: int, *requests: TaskRequest) -> None:
+        refused = messages.Path(
+            stamp=stamp,
+            goal_revision=task.goal_revision,
+            replan_count=task.replan_count,
+            reason="no way",
+        )
+        newest = {topics.CONTROLLER_PATH.key: Received(refused, "planner", 0, now)}
+        look(service, now)
+        list(service.step(inbox(now, 0.4, newest, *requests), now))
+
+    told(2 * SECOND, SECOND, TaskRequest(id="1", action=TaskRequest.START))
+    assert (task.state, task.replan_count) == ("running", 1)
+    told(3 * SECOND, SECOND)
+    assert (task.state, task.reason) == ("failed", "no way")
+    told(4 * SECOND, SECOND, TaskRequest(id="2", action=TaskRequest.START))
+    assert task.state == "running"
+    # One that was tried while the run waits says how it is now.
+    told(5 * SECOND, 5 * SECOND)
+    assert task.state == "failed"

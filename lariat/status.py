@@ -91,13 +91,15 @@ def _print_table(rows: dict[str, dict[str, Any]]) -> None:
     from rich.table import Table
 
     table = Table(box=None, pad_edge=False)
-    columns = ("process", "state", "Hz", "p50 ms", "p99 ms", "max ms", "overruns", "drops", "note")
+    columns = ("process", "state", "Hz", "p50 ms", "p99 ms", "max ms", "overruns", "drops")
     for column in columns:
-        table.add_column(
-            column, justify="left" if column in ("process", "state", "note") else "right"
-        )
+        table.add_column(column, justify="left" if column in ("process", "state") else "right")
     for name, row in rows.items():
-        keys = ("rate_hz", "step_p50_ms", "step_p99_ms", "step_max_ms", "overruns", "drops", "note")
+        keys = ("rate_hz", "step_p50_ms", "step_p99_ms", "step_max_ms", "overruns", "drops")
         color = "green" if row["ok"] else "red"
         table.add_row(name, f"[{color}]{row['state']}[/]", *(str(row.get(k, "")) for k in keys))
     Console(file=sys.stdout).print(table)
+    for name, row in rows.items():
+        # Whole sentences, which a column would tear.
+        if row.get("note"):
+            print(f"{name}: {row['note']}")

@@ -19,6 +19,10 @@ AT_START = 0.02
 """Distance from the start up to which an arm counts as there [m]."""
 TURNED = 0.1
 """The same for its orientation [rad]."""
+PACES = (1.0, 0.5, 0.25, 0.1)
+"""Shares of these speeds that are tried, where a cell's limits are lower."""
+TOO_FAST = ("speed", "acceleration", "jerk", "joint_speed")
+"""Rules that a slower way may keep."""
 AGREEMENT = 30.0
 """In which a person may arm again to agree [s]."""
 
@@ -71,11 +75,15 @@ def is_away(grip: Pose, start: Pose) -> bool:
     return far > AT_START or turn > TURNED
 
 
-def slow_chunk(grips: Sequence[Pose], goals: Sequence[Pose], now: int) -> Chunk:
-    """Straight from some grips to others, all arriving together, at rest at both ends."""
+def slow_chunk(grips: Sequence[Pose], goals: Sequence[Pose], now: int, pace: float = 1.0) -> Chunk:
+    """Straight from some grips to others, all arriving together, at rest at both ends.
+
+    Args:
+        pace: Share of the greatest speeds.
+    """
     ways = [distance(a, b) for a, b in zip(grips, goals, strict=True)]
     # The middle of the quintic is 15/8 times as fast as its mean.
-    duration = max([1.0, *(1.875 * max(far / SPEED, turn / TURN) for far, turn in ways)])
+    duration = max([1.0, *(1.875 * max(far / SPEED, turn / TURN) for far, turn in ways)]) / pace
     dt = max(0.02, duration / 1500.0)
     u = np.clip(np.arange(int(np.ceil(duration / dt)) + 3) * dt / duration, 0.0, 1.0)
     share = 10.0 * u**3 - 15.0 * u**4 + 6.0 * u**5

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from services.robot_gateway.admission import Refused
-from services.robot_gateway.approach import Approach, slow_chunk
+from services.robot_gateway.approach import PACES, TOO_FAST, Approach, slow_chunk
 from services.robot_gateway.arms import SIDES, Arms
 from services.robot_gateway.causes import CAUSES
 from services.robot_gateway.drivers.driver import Driver
@@ -288,17 +288,21 @@ class Cell:
     def _begin_approach(self, now: int) -> None:
         self._approach.wanted = False
         driven = self.guidance.driven
-        chunk = slow_chunk(
-            [self.arms.grips[k] for k in driven], [self.arms.starts[k] for k in driven], now
-        )
-        try:
-            self.guidance.follow(self.guidance.check(chunk, now), now)
-        except Refused as refused:
-            self._refuse(refused, 0)
-            self.safety = self.safety.disarmed(f"the way to the start is barred: {refused}")
+        grips = [self.arms.grips[k] for k in driven]
+        starts = [self.arms.starts[k] for k in driven]
+        for pace in PACES:
+            try:
+                chunk = slow_chunk(grips, starts, now, pace)
+                self.guidance.follow(self.guidance.check(chunk, now), now)
+            except Refused as refused:
+                if refused.rule in TOO_FAST and pace != PACES[-1]:
+                    continue
+                self._refuse(refused, 0)
+                self.safety = self.safety.disarmed(f"the way to the start is barred: {refused}")
+                return
+            self._approach.running = True
+            self.safety = self.safety.moving(True)
             return
-        self._approach.running = True
-        self.safety = self.safety.moving(True)
 
     # Arms
 

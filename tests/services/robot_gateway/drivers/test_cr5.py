@@ -171,6 +171,19 @@ def test_arm_away_from_the_start_is_refused_until_a_person_agrees_to_a_slow_appr
     assert world.mode in ("armed", "moving")
 
 
+def test_slow_approach_is_slower_still_where_the_limits_are() -> None:
+    away = Pose(GRIPS[1].position + np.array([0.0, 0.03, 0.0]), GRIPS[1].orientation)
+    world = ArmWorld("v3", automatic=False, begin=away)
+    assert world.driver.posture is not None
+    world.driver.posture.joint_speed = 0.04
+    world.run(0.3)
+    world.command("arm")
+    assert world.command("arm") == ""
+    world.run(6.0)
+    np.testing.assert_allclose(world.measured[-1], GRIPS[1].position, atol=1e-3)
+    assert 0.02 < max(speed for _, speed in world.joint_speeds) < 0.045
+
+
 @pytest.mark.parametrize(("firmware", "alarm"), [("v3", 16), ("v4", 16), ("v3", 117)])
 def test_arm_recovers_from_its_alarms_when_a_person_acknowledges(firmware: str, alarm: int) -> None:
     world = ArmWorld(firmware)

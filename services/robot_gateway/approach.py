@@ -59,7 +59,7 @@ class Approach:
             words.append(f"{name} is {1e3 * far:.0f} mm and {turn:.2f} rad from the start")
         return (
             f"{', '.join(words)}; arm again within {AGREEMENT:.0f} s to let it go there straight "
-            f"at {1e3 * SPEED:.0f} mm/s, or jog it there first"
+            f"at most at {1e3 * SPEED:.0f} mm/s, or jog it there first"
         )
 
 

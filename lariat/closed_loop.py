@@ -53,7 +53,9 @@ class Score:
     parameters: dict[str, list[float]]
     """Value and standard deviation by name."""
     prediction_error_mm: float | None
-    """Mean over the run."""
+    """Of what is seen from what was expected of it, mean over the run; it holds the noise."""
+    horizon_error_mm: float | None
+    """Of the true rope from the ends of all horizons, root mean square while it moved."""
     recording: str | None
 
 
@@ -239,6 +241,7 @@ def _score(
         replans=scorer.replans,
         parameters=scorer.parameters,
         prediction_error_mm=_mm(float(np.mean(predictions))) if predictions else None,
+        horizon_error_mm=None if scorer.foresight.error is None else _mm(scorer.foresight.error),
         recording=str(record) if record else None,
     )
 

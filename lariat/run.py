@@ -139,6 +139,7 @@ def _table(outcome: Outcome) -> Table:
         "time in contact": _unit(score.contact_time_s, "s"),
         "length error": _unit(score.length_error_mm, "mm"),
         "prediction error": _unit(score.prediction_error_mm, "mm"),
+        "error of the horizons": _unit(score.horizon_error_mm, "mm"),
         "replans": str(score.replans),
         "simulated": f"{score.sim_s} s in {score.wall_s} s ({score.real_time_factor} x real time)",
         "control step": "p50 {p50}, p99 {p99}, max {max} ms".format(**score.plan_ms),

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.foresight import Foresight
 from lariat.simulated_time import Delivery
 from services.sim.standing import StandingObstacles
 from shared import topics
@@ -44,6 +45,8 @@ class Scorer:
     """Stamp [ns], mean and largest node distance to the goal [m] of every true rope."""
     prediction_errors: list[float] = field(default_factory=list)
     """Mean node distance of prediction and observation [m]."""
+    foresight: Foresight = field(default_factory=Foresight)
+    """Of the run's horizons."""
     parameters: dict[str, list[float]] = field(default_factory=dict)
     """The newest: value and standard deviation by name."""
     replans: int = 0
@@ -73,7 +76,11 @@ class Scorer:
             case topics.ROPE_TRUTH.key:
                 message = delivery.parse()
                 if self.started and message.stamp >= self.started:
-                    self._take_rope(message.stamp, chain(message.positions))
+                    nodes = chain(message.positions)
+                    self._take_rope(message.stamp, nodes)
+                    self.foresight.take_rope(message.stamp, nodes)
+            case topics.CONTROLLER_PLAN.key:
+                self.foresight.take_plan(delivery.parse())
             case topics.CONTROLLER_PARAMETERS.key:
                 message = delivery.parse()
                 self.parameters = {

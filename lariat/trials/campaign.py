@@ -149,7 +149,7 @@ def summary(trials: Sequence[Trial]) -> dict[str, float]:
     errors = [np.inf if s.final_error_mm is None else s.final_error_mm for s in scores]
     times = [s.reached_s for s in scores if s.reached_s is not None]
     plans = [s for t in trials for s in t.plan_s] or [np.nan]
-    predictions = [s.prediction_error_mm for s in scores if s.prediction_error_mm is not None]
+    predictions = [s.horizon_error_mm for s in scores if s.horizon_error_mm is not None]
     clearances = [s.min_clearance_mm for s in scores if s.min_clearance_mm is not None]
     figures = {
         "trials": len(trials),
@@ -167,7 +167,7 @@ def summary(trials: Sequence[Trial]) -> dict[str, float]:
         "speed most [of limit]": max(t.speed for t in trials),
         "acceleration most [of limit]": max(t.acceleration for t in trials),
         "grips apart most [of length]": max(t.apart for t in trials),
-        "prediction error median [mm]": np.median(predictions) if predictions else np.nan,
+        "horizon error median [mm]": np.median(predictions) if predictions else np.nan,
         "plan median [s]": np.median(plans),
         "plan longest [s]": np.max(plans),
         "step p50 [ms]": np.median([s.plan_ms["p50"] for s in scores]),

@@ -121,7 +121,8 @@ def between_grips(
         h01, h11 = 1.0 - h00, s**3 - s**2
         return h00 * a + h01 * b + slope * (h10 * t_a + h11 * t_b) + bulge * (s - s**2) ** 2 * down
 
-    slope = length
+    # Wide tangents between near grips would lay a loop, which has another link than a hanging rope.
+    slope = min(length, float(np.linalg.norm(chord)))
     if polylines.length(curve(slope, 0.0)) > length:
         slope = _bisected(lambda k: polylines.length(curve(k, 0.0)) - length, 0.0, slope)
     bulge = _bisected(lambda k: polylines.length(curve(slope, k)) - length, 0.0, 40.0 * length)

@@ -114,6 +114,15 @@ def test_rest_is_an_equilibrium_from_a_bad_start() -> None:
     assert np.allclose(still.positions, found.state.positions, atol=1e-6)
 
 
+def test_rest_between_near_grips_is_where_a_rope_comes_whose_ends_are_brought_together() -> None:
+    rod = Rod(PROPERTIES, 40)
+    wide, near = grips(0.3), grips(0.12)
+    actions = np.zeros((40, 2, 6))
+    actions[:36, 0, 0], actions[:36, 1, 0] = 0.09 / 36.0, -0.09 / 36.0
+    brought = rod.rollout(rod.rest(*wide).state, actions, 1.0).final.positions
+    assert polylines.mean_node_distance(brought, rod.rest(*near).state.positions) < 1e-3
+
+
 def test_rest_lies_on_the_table_and_not_in_it() -> None:
     rod = Rod(PROPERTIES, 40)
     found = rod.rest(*grips(0.3, height=0.05), obstacles=pack([TABLE]))

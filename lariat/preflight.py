@@ -65,11 +65,14 @@ def _report(scenario: Scenario, key: str, shape: Shape) -> ShapeReport:
 
 def _at_rest(scenario: Scenario, key: str, shape: Shape) -> Float64[np.ndarray, "n 3"]:
     # Starts the compiler; nobody who only reads files should wait for it.
+    from services.controller.goals import GoalMaker
     from shared.rod import Rod, RodProperties
 
     rope = {k: v for k, v in vars(scenario.rope).items() if k != "node_count"}
     rod = Rod(RodProperties(**rope), scenario.rope.node_count)
-    left, right = scenario.grips(shape)
+    goals = GoalMaker(scenario, rod, scenario.grips(scenario.start))
+    # An end that does not rotate keeps the orientation of the start.
+    left, right = goals.held(*scenario.grips(shape))
     try:
         return rod.rest(left, right).state.positions
     except ValueError as error:

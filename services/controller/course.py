@@ -24,6 +24,8 @@ LEFT = 3.0
 """Error, in tolerances, from which a rope that nobody controls has left the goal it had reached."""
 PATIENCE = 2
 """New paths that are asked for after stalling, in one run."""
+BARRED = 1
+"""New paths that are asked for in one run after arms could not follow one."""
 
 
 class Course:
@@ -39,7 +41,7 @@ class Course:
 
     def begin(self) -> None:
         """A run begins anew."""
-        self._stalls = self._relearnt = 0
+        self._stalls = self._relearnt = self._barred = 0
 
     def follow(self, stiffness: float) -> None:
         """A path is followed from now on.
@@ -62,6 +64,14 @@ class Course:
         self._relearnt += 1
         self._task.ask_for_path()
         return True
+
+    def barred(self, reason: str) -> None:
+        """The arms cannot follow the path at hand: another one may lead elsewhere, once."""
+        if self._barred >= BARRED:
+            self._task.enter("failed", f"{reason}; another path did not help")
+            return
+        self._barred += 1
+        self._task.ask_for_path()
 
     def judge(self, now: int, path: PathTrack, arrived: bool) -> None:
         """Whether the goal is reached, or given up.

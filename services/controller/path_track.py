@@ -27,6 +27,8 @@ class PathTrack:
     """Whether it ends at the goal."""
     reason: str = ""
     """Why it does not."""
+    blocked: bool = False
+    """Whether obstacles lie between its end and the goal."""
     _steps: Float64[np.ndarray, "t 2 2 3"] = field(init=False, repr=False)
     _velocities: Float64[np.ndarray, "t 2 2 3"] = field(init=False, repr=False)
     _accelerations: Float64[np.ndarray, "t 2 2 3"] = field(init=False, repr=False)
@@ -75,7 +77,11 @@ class PathTrack:
         count: int,
         goal: Float64[np.ndarray, "n 3"],
     ) -> Float64[np.ndarray, "h n 3"]:
-        """Nodes after each of the same steps; the goal once the path has ended [m]."""
+        """Nodes after each of the same steps; the goal once the path has ended [m].
+
+        A rope that is drawn on towards a goal behind an obstacle would come to rest against it.
+        """
+        goal = self.nodes[-1] if self.blocked else goal
         rows = []
         for at in start + stride * np.arange(1, count + 1):
             if at >= self.end:

@@ -118,6 +118,7 @@ def track_of(path: Path) -> PathTrack:
         nodes,
         path.reached,
         path.reason,
+        path.blocked,
     )
 
 

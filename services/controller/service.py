@@ -48,6 +48,8 @@ arm takes to follow, so that it has begun to brake in time."""
 STRAYED = 0.04
 """Distance between command and arm at which the command is given up [m]: a CR5 is 0.1 s behind, and
 the gateway watches how far it is off its path."""
+REFUSED = 8
+"""Chunks that the gateway refuses in a row before it is taken for more than a passing matter."""
 TAUT = 0.98
 """Distance of the grips, as a share of the rope's length, from which a rod has no rest shape to be
 put into that is worth the name [-]."""
@@ -225,10 +227,14 @@ class ControllerService:
             self.snag.begin()
             return
         caught = self.snag.look(stamp, nodes, self.estimate.modelled_at(stamp), observed)
-        if caught:
-            log.warning(caught)
-            self.snag.begin()
-            self.task.enter("failed", caught)
+        if not caught:
+            return
+        self.snag.begin()
+        if self.estimate.other_shape(nodes, observed):
+            log.info("the rope rests in another shape than the model; the model takes it")
+            return
+        log.warning(caught)
+        self.task.enter("failed", caught)
 
     def _take_events(self, now: int) -> None:
         if self.task.state not in ("running", "reached"):
@@ -300,8 +306,17 @@ class ControllerService:
             if self.loop.path is not None:
                 task.ask_for_path()
             return f"the rope has not been seen for {BLIND / SECOND:g} s"
+        barred = self._barred(arms)
+        if barred:
+            self.course.barred(barred)
+        return barred
+
+    def _barred(self, arms: ArmStates) -> str:
+        """Why the arms do not follow what they are sent; empty when they do."""
+        refused = arms.session == self._session and arms.refused_sequence > arms.sequence + REFUSED
+        if refused and self.loop.path is not None:
+            return f"the gateway refuses the way ({arms.refusal})"
         if self.loop.strayed() > STRAYED:
-            task.ask_for_path()
             return f"an arm is {1e3 * self.loop.strayed():.0f} mm from where it should be"
         return ""
 

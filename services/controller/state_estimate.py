@@ -31,6 +31,8 @@ QUICKEST = 0.12
 """Least time constant of the offset, so that swinging is not taken for an offset [s]."""
 UNKNOWN = 0.03
 """Standard deviation of the offset before the first observation [m]."""
+ALIKE = 0.35
+"""Of the model's distance, below which another shape of rest is the one that is seen [-]."""
 FAR = 0.08
 """Mean offset at which the model is another shape than the rope [m]."""
 
@@ -122,6 +124,37 @@ class StateEstimate:
         self.offset = self.offset + before - self.state.positions
         self.offset[[0, 1, -2, -1]] = 0.0
         self._history = deque([(self.time, self.state.positions)])
+
+    def other_shape(
+        self,
+        nodes: Float64[np.ndarray, "n 3"],
+        observed: Bool[np.ndarray, "n"],
+    ) -> bool:
+        """Goes on from another shape of rest between the same grips, if the rope is seen in one.
+
+        Where a rope has two, it does not always leave the one for the other with the model.
+
+        Args:
+            nodes: As seen [m].
+            observed: Which of them count.
+        """
+        seen = np.where(observed[:, None], nodes, self.nodes)
+        guess = wound(framed(seen, *self.motion.orientations), self.turns)
+        try:
+            found = self.rod.rest(*self.motion.grips, guess=guess, obstacles=self.supports)
+        except ValueError:
+            # Grips that hold the rope taut leave it no other shape.
+            return False
+        if not found.converged:
+            return False
+        now, then = (
+            np.linalg.norm(nodes - shape.positions, axis=1)[observed]
+            for shape in (self.state, found.state)
+        )
+        if np.max(then) > ALIKE * np.max(now):
+            return False
+        self.restart(self.motion, self.time, seen, self.turns)
+        return True
 
     def rolled(
         self, state: RodState, twist: Float64[np.ndarray, "2 2 3"], dt: float, steps: int

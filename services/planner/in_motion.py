@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float64
 
-from services.planner.optimisation import PathOptimisation, Trial
+from services.planner.optimisation import PathOptimisation, Trial, least_apart
 from services.planner.problem import Problem, WholePath
 from services.planner.timing import Pace, timed
 from shared.geometry import poses
-from shared.geometry.clearance import swept_gripper_points
+from shared.geometry.clearance import grippers_apart, swept_gripper_points
 from shared.geometry.obstacles import segment_distance, signed_distance
 
 DT = 0.02
@@ -40,6 +40,8 @@ AFTER = 40
 """Points after the end for which swinging is watched."""
 LEAST_CLEARANCE = 0.005
 """Below this a path does not count [m]."""
+SPARE = 0.0015
+"""Distance of the grips beyond what is asked for, as the gateway wants it [m]."""
 SLACK = 5e-4
 """Clearance that may be missing [m]."""
 
@@ -71,7 +73,24 @@ def on_the_clock(problem: Problem, optimisation: PathOptimisation, trial: Trial)
     assert best is not None
     positions, orientations, nodes, clearance = best
     reason = _reason(problem, trial, clearance, least_clearance(optimisation))
+    crowded = _crowded(problem, positions, orientations)
+    if crowded > 0.0:
+        short = f"{1e3 * crowded:.1f} mm too near to each other"
+        reason, clearance = f"blocked: on every way found the grippers come {short}", -crowded
     return WholePath(DT, positions, orientations, nodes, not reason, reason, trial.error, clearance)
+
+
+def _crowded(
+    problem: Problem,
+    positions: Float64[np.ndarray, "t 2 3"],
+    orientations: Float64[np.ndarray, "t 2 4"],
+) -> float:
+    """By how much the grippers come nearer to each other than they may and than they begin [m]."""
+    limits = problem.limits
+    bodies, _ = grippers_apart(positions, orientations, limits.gripper_reach)
+    grips = np.linalg.norm(positions[:, 1] - positions[:, 0], axis=1)
+    lacks = [least_apart(limits) - bodies, limits.spacing + SPARE - grips]
+    return max(float(np.max(lack) - max(lack[0], 0.0)) for lack in lacks)
 
 
 def _reason(problem: Problem, trial: Trial, clearance: float, least: float) -> str:

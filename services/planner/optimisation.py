@@ -16,9 +16,16 @@ from jaxtyping import Float64
 from services.planner.problem import Problem
 from shared.geometry import obstacles as geometry
 from shared.geometry import poses
-from shared.geometry.clearance import Near, near, swept_gripper_points, with_midpoints
+from shared.geometry.clearance import (
+    Near,
+    grippers_apart,
+    near,
+    swept_gripper_points,
+    with_midpoints,
+)
 from shared.geometry.obstacles import Obstacle
 from shared.rod import RodState, winding
+from shared.scenario.sections import Limits
 
 BLOCKS = 12
 STEPS = 3
@@ -34,12 +41,16 @@ NEARNESS = 0.5
 LIFTING = 0.2
 """Weight of staying off what the rope may lean on, except where start and goal lean: laid down
 from above a rope is not dragged along its support, where friction would hold it."""
+CROWDING = 3.0
+"""Weight of a millimetre that the ends are too near to each other, or too far apart."""
 LEAVING = 5e-4
 """Below its own clearance a start or goal may be passed by so much [m]."""
 NEAR_BLOCKS = 2
 """Blocks at the start and at the end in which the clearance of start or goal is enough."""
 PARTING = 0.008
 """Clearance gained with each block beyond those [m]."""
+DAMPINGS = 8
+"""Tenfold ones that are tried before a way counts as the best of its kind."""
 RESERVE = 0.004
 """Kept on top of the wanted clearance, for what motion adds to the quasi-static way [m]."""
 
@@ -110,7 +121,7 @@ class PathOptimisation:
         for _ in range(iterations):
             hessian, slope = self._normal_equations(trial)
             scale = np.diag(np.diag(hessian)) + 1e-6 * np.eye(len(hessian))
-            for _ in range(5):
+            for _ in range(DAMPINGS):
                 step = -np.linalg.solve(hessian + damping * scale, slope)
                 change = np.zeros_like(trial.displacements)
                 change[:, self.problem.moves] = step.reshape(BLOCKS, -1)
@@ -287,19 +298,24 @@ class PathOptimisation:
                 row = scaled[:, end, 3:].sum(axis=0)
                 miss = (way - np.pad(self.turn, ((0, 0), (0, 0), (3, 0))))[:, end, 3:]
                 found.append((unit[3:] * miss.sum(axis=0), row))
-        positions = self.grips(way)[0][1:]
+        positions, orientations = (part[1:] for part in self.grips(way))
         chord = positions[:, 1] - positions[:, 0]
         distance = np.linalg.norm(chord, axis=1)
+        direction = chord / np.maximum(distance, 1e-9)[:, None]
         most = 0.985 * limits.overstretch * problem.rod.properties.length
-        least = limits.spacing + 0.005
-        (bad,) = np.nonzero((distance > most) | (distance < least))
-        if len(bad):
-            excess = distance[bad] - np.clip(distance[bad], least, most)
-            row = np.zeros((len(bad), BLOCKS, 2, 6))
-            direction = chord[bad] / np.maximum(distance[bad], 1e-9)[:, None]
-            pull = self.share[bad][:, :, None] * direction[:, None, :]
-            row[:, :, 1, :3], row[:, :, 0, :3] = pull, -pull
-            found.append((3.0 * MILLIMETRE * excess, 3.0 * MILLIMETRE * row))
+        bodies = grippers_apart(positions, orientations, limits.gripper_reach)
+        for apart, towards, least, farthest in (
+            (distance, direction, limits.spacing + 0.005, most),
+            (*bodies, least_apart(limits) + self.reserve, np.inf),
+        ):
+            (bad,) = np.nonzero((apart > farthest) | (apart < least))
+            if len(bad):
+                excess = apart[bad] - np.clip(apart[bad], least, farthest)
+                row = np.zeros((len(bad), BLOCKS, 2, 6))
+                pull = self.share[bad][:, :, None] * towards[bad][:, None, :]
+                row[:, :, 1, :3], row[:, :, 0, :3] = pull, -pull
+                weight = CROWDING * MILLIMETRE
+                found.append((weight * excess, weight * row))
         low, high = np.array(limits.workspace) + np.array([[0.003], [-0.003]])
         outside = positions - np.clip(positions, low, high)
         step, end, axis = np.nonzero(outside)
@@ -350,3 +366,11 @@ class PathOptimisation:
                 steps = poses.multiply(ways[1:], poses.conjugate(ways[:-1]))
                 turns[:, end] = poses.logarithm(steps)
         return turns
+
+
+def least_apart(limits: Limits) -> float:
+    """Of the axes of both grippers' capsules, as the gateway keeps them [m].
+
+    It covers a capsule by spheres, which stand out a little.
+    """
+    return 2.2 * limits.gripper_radius + limits.keep_out + 0.002

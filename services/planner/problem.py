@@ -78,3 +78,5 @@ class WholePath:
     """Mean node distance to the goal at its end, once at rest [m]."""
     clearance: float
     """Least distance of rope and grippers from obstacles along it [m]."""
+    blocked: bool = False
+    """Whether obstacles keep it from the goal: nearer than its end means nearer to them."""

@@ -136,6 +136,7 @@ class PlannerService:
             scene_obstacles(scene),
             (task.goal.left_oriented, task.goal.right_oriented),
             round(task.goal.turns),
+            task.replan_count,
         )
         _fill(message, whole_path.plan(problem))
         return message
@@ -171,6 +172,7 @@ class PlannerService:
         obstacles: tuple,
         oriented: tuple[bool, bool] = (False, False),
         turns: int = 0,
+        count: int = 0,
     ) -> Problem:
         scenario = self._scenario
         return Problem(
@@ -187,7 +189,8 @@ class PlannerService:
             tolerance=scenario.run.tolerance,
             oriented=oriented,
             turns=turns,
-            seed=scenario.seed,
+            # What did not help before is not tried in the same way again.
+            seed=scenario.seed + count,
         )
 
 
@@ -207,6 +210,7 @@ def _standing(arms: ArmStates) -> bool:
 
 def _fill(message: Path, path: WholePath) -> None:
     message.reached, message.reason = path.reached, path.reason
+    message.blocked = path.blocked
     message.dt = round(path.dt * SECOND)
     message.left_positions.extend(path.positions[:, 0].ravel())
     message.left_orientations.extend(path.orientations[:, 0].ravel())

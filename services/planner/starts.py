@@ -18,6 +18,9 @@ Displacements = Float64[np.ndarray, "k 2 3"]
 RANDOM_COUNT = 10
 SPREAD = 0.25
 """Standard deviation of a random detour [m]."""
+OTHER_COUNT = 24
+LEAST_TAUT, MOST_TAUT = 0.3, 0.95
+"""Distances of the grips on the ways of `others`, as shares of the rope's length."""
 
 
 def starts(problem: Problem, blocks: int) -> list[Displacements]:
@@ -31,6 +34,33 @@ def starts(problem: Problem, blocks: int) -> list[Displacements]:
     # Held taut while it is carried, the rope sags less.
     ways += [_carried(problem, offset, blocks, 0.93) for offset in found[: 1 + len(over(problem))]]
     return ways
+
+
+def others(problem: Problem, blocks: int) -> list[Displacements]:
+    """More ways, by chance, for a goal that the usual ones do not lead to.
+
+    Between the same grips a rope may rest in several shapes; in which it ends depends on where each
+    end comes from. So both ends make detours of their own here, at any distance from each other.
+    """
+    random = np.random.default_rng([problem.seed, 1])
+    begin = np.stack([g.position for g in problem.grips])
+    end = np.stack([g.position for g in problem.goal_grips])
+    moves = problem.moves[:, :3]
+    low, high = np.array(problem.limits.workspace)
+    found = []
+    for _ in range(OTHER_COUNT):
+        share = random.uniform(0.4, 0.8)
+        middle = begin.mean(axis=0) + random.uniform(0.3, 1.0) * (end - begin).mean(axis=0)
+        middle = middle + random.normal(scale=SPREAD / 2.0, size=3)
+        heading = random.normal(size=3) + (end[1] - end[0]) / problem.rod.properties.length
+        half = 0.5 * random.uniform(LEAST_TAUT, MOST_TAUT) * problem.rod.properties.length
+        chord = half * poses.normalized(heading)
+        via = np.clip(np.stack([middle - chord, middle + chord]), low, high)
+        s = np.linspace(0.0, 1.0, blocks + 1)[:, None, None]
+        there, back = np.minimum(s / share, 1.0), np.maximum((s - share) / (1.0 - share), 0.0)
+        ways = begin + there * (via - begin) + back * (end - via)
+        found.append(np.diff(np.where(moves, ways, begin), axis=0))
+    return found
 
 
 def over(problem: Problem) -> list[Float64[np.ndarray, "3"]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +18,7 @@ from services.planner.in_motion import (
 )
 from services.planner.optimisation import RESERVE, PathOptimisation, Trial
 from services.planner.problem import Problem, WholePath
-from services.planner.starts import starts
+from services.planner.starts import others, starts
 from shared.geometry import obstacles as geometry
 from shared.geometry import polylines
 
@@ -47,17 +48,26 @@ def plan(problem: Problem) -> WholePath:
         candidates = optimisation.trials([displacements(sought.grips, blocks)]) + candidates
     elif sought is not None:
         candidates = candidates[:1]
-    best: WholePath | None = None
-    for candidate in candidates:
-        path = _refined(problem, optimisation, candidate)
-        if best is None or _worth(path) > _worth(best):
-            best = path
-        if path.reached and path.clearance > ENOUGH * optimisation.wanted:
-            break
-    assert best is not None
+    best = _best(problem, optimisation, candidates)
     if best.clearance < least_clearance(optimisation) - SLACK:
         return _as_near_as_can_be(problem, sought or _sought(problem, optimisation), best.reason)
+    if not best.reached:
+        more = sorted(optimisation.trials(others(problem, blocks)), key=lambda t: t.cost)
+        found = _best(problem, optimisation, _different(more)[:TRIES])
+        best = max(best, found, key=lambda path: _worth(path, optimisation))
     return best
+
+
+def _best(
+    problem: Problem, optimisation: PathOptimisation, candidates: Sequence[Trial]
+) -> WholePath:
+    """Of the paths that first guesses lead to; the first that is good enough."""
+    paths: list[WholePath] = []
+    for candidate in candidates:
+        paths.append(_refined(problem, optimisation, candidate))
+        if paths[-1].reached and paths[-1].clearance > ENOUGH * optimisation.wanted:
+            return paths[-1]
+    return max(paths, key=lambda path: _worth(path, optimisation))
 
 
 def _sought(problem: Problem, optimisation: PathOptimisation) -> Corridor | None:
@@ -81,7 +91,8 @@ def _refined(problem: Problem, optimisation: PathOptimisation, start: Trial) -> 
         # Rounding the corners and swinging took from the clearance: ask for more of it.
         wider = PathOptimisation(problem, RESERVE + 1.3 * (wanted - path.clearance))
         again = wider.refined(wider.again(trial), MORE_ITERATIONS)
-        path = max(path, on_the_clock(problem, wider, again), key=_worth)
+        found = on_the_clock(problem, wider, again)
+        path = max(path, found, key=lambda p: _worth(p, optimisation))
     return path
 
 
@@ -100,7 +111,7 @@ def _as_near_as_can_be(problem: Problem, sought: Corridor | None, reason: str) -
         "blocked: no way to the goal was found; the nearest shape that can be reached is "
         f"{1e3 * left:.0f} mm from it on average"
     )
-    return replace(path, reached=False, reason=reason, final_error=left)
+    return replace(path, reached=False, reason=reason, final_error=left, blocked=True)
 
 
 def _standing(problem: Problem, reason: str) -> WholePath:
@@ -111,7 +122,7 @@ def _standing(problem: Problem, reason: str) -> WholePath:
     left = polylines.mean_node_distance(here, problem.goal)
     own = geometry.chain_clearance(here, problem.radius, problem.obstacles)
     nodes = np.repeat(here[None], 2, axis=0)
-    return WholePath(DT, positions, orientations, nodes, False, reason, left, own)
+    return WholePath(DT, positions, orientations, nodes, False, reason, left, own, blocked=True)
 
 
 def _culprit(problem: Problem) -> str:
@@ -123,8 +134,10 @@ def _culprit(problem: Problem) -> str:
     return f"obstacle {worst.name!r}"
 
 
-def _worth(path: WholePath) -> tuple[bool, float]:
-    return path.reached, path.clearance
+def _worth(path: WholePath, optimisation: PathOptimisation) -> tuple[bool, bool, float]:
+    clear = path.clearance >= least_clearance(optimisation) - SLACK
+    counts = path.clearance if path.reached or not clear else -path.final_error
+    return path.reached, clear, counts
 
 
 def _different(trials: list[Trial]) -> list[Trial]:

@@ -62,6 +62,19 @@ def swept_gripper_points(
     return points.reshape(-1, 3)
 
 
+def grippers_apart(
+    positions: Float64[np.ndarray, "s 2 3"],
+    orientations: Float64[np.ndarray, "s 2 4"],
+    reach: float,
+) -> tuple[Float64[np.ndarray, "s"], Float64[np.ndarray, "s 3"]]:
+    """Distance of the axes of both grippers' capsules [m], and the direction from left to right."""
+    points = swept_gripper_points(positions, orientations, reach).reshape(-1, 2, 3, 3)
+    ways = (points[:, 1, None] - points[:, 0, :, None]).reshape(len(points), -1, 3)
+    distances = np.linalg.norm(ways, axis=-1)
+    at = np.arange(len(points)), np.argmin(distances, axis=1)
+    return distances[at], ways[at] / np.maximum(distances[at], 1e-9)[:, None]
+
+
 def gripper_points(left: Pose, right: Pose, reach: float) -> Float64[np.ndarray, "6 3"]:
     """Points on the axes of both grippers' capsules, which point away from the rope [m].
 

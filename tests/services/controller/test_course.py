@@ -1,6 +1,6 @@
-from __future__ import annotations
+"""A run whose path the arms cannot follow tries another one once, and ends."""
 
-import numpy as np
+from __future__ import annotations
 
 from services.controller.adaptation import Adaptation
 from services.controller.course import Course
@@ -9,18 +9,17 @@ from tests.services.controller.cell import PROPERTIES
 from tests.services.controller.test_task import task
 
 
-def test_rope_that_nobody_controls_and_that_leaves_its_goal_waits_for_a_start() -> None:
-    t, monitor = task(), RunMonitor(tolerance=0.005, radius=0.004)
-    course = Course(t, monitor, Adaptation(PROPERTIES))
+def test_way_that_is_refused_again_ends_the_run_with_the_reason() -> None:
+    t = task()
     t.start(1)
-    t.enter("reached", "there")
-    nodes = t.goal.nodes
-    for off, state in ((0.004, "reached"), (0.012, "reached"), (0.2, "idle")):
-        monitor.look(2, nodes + np.array([off, 0.0, 0.0]), nodes, [])
-        course.let_go()
-        assert t.state == state, off
-    assert "200 mm" in t.reason
-    # A run that is held on its way goes on by itself.
-    t.start(3)
-    course.let_go()
+    course = Course(t, RunMonitor(0.003, 0.004), Adaptation(PROPERTIES))
+    asked = t.replan_count
+    course.barred("the gateway refuses the way (joint_limits)")
+    assert (t.state, t.replan_count) == ("running", asked + 1)
+    course.barred("the gateway refuses the way (joint_limits)")
+    assert (t.state, t.replan_count) == ("failed", asked + 1)
+    assert "joint_limits" in t.reason
+    course.begin()
+    t.start(2)
+    course.barred("the gateway refuses the way (joint_limits)")
     assert t.state == "running"

@@ -9,6 +9,8 @@ import pytest
 
 from services.planner.problem import Problem, WholePath
 from services.planner.whole_path import plan
+from shared.geometry import poses
+from shared.geometry.clearance import grippers_apart
 from shared.geometry.obstacles import TABLE, Obstacle, chain_clearance
 from shared.geometry.poses import Pose
 from shared.rod import Rod, RodProperties
@@ -122,3 +124,22 @@ def test_goal_out_of_the_workspace_is_unreachable(behind_the_wall: Problem) -> N
     path = plan(replace(behind_the_wall, limits=narrow))
     assert not path.reached
     assert path.reason.startswith("unreachable")
+
+
+def test_ends_that_change_places_go_round_each_other(behind_the_wall: Problem) -> None:
+    start = tuple(Pose(np.array([x, 0.0, 0.45]), LEVEL) for x in (-0.15, 0.15))
+    round_ = poses.multiply(poses.exponential(np.array([0.0, 0.0, np.pi - 0.05])), LEVEL)
+    goal = tuple(Pose(np.array([x, 0.1, 0.45]), round_) for x in (0.15, -0.15))
+    rod = behind_the_wall.rod
+    problem = replace(
+        behind_the_wall,
+        state=rod.rest(start[0], start[1]).state,
+        grips=(start[0], start[1]),
+        goal=rod.rest(goal[0], goal[1]).state.positions,
+        goal_grips=(goal[0], goal[1]),
+        moves=np.ones((2, 6), dtype=bool),
+    )
+    path = plan(problem)
+    assert path.reached, path.reason
+    bodies, _ = grippers_apart(path.positions, path.orientations, Limits().gripper_reach)
+    assert bodies.min() > 2.0 * Limits().gripper_radius + Limits().keep_out

@@ -26,6 +26,9 @@ ANSWER_TIME = 2.0
 """In which a request is answered, or the connection is begun anew [s]."""
 HEARTBEAT = 1.0
 """Between RobotMode requests when nothing else is asked [s]: the ports may close when idle."""
+BLOCKED = 0.1
+"""For which the queue stands still before it counts as blocked [s]: what the flag does between two
+motions is not documented."""
 STALE = 0.1
 """Age of the feedback from which the link counts as lost [s]."""
 OCCUPIED = ", as soon as it was opened; does another program or a pendant hold it?"
@@ -64,8 +67,8 @@ class Client:
         self._spoke = 0
         self._pointed = -1
         self._knows_alarms = False
-        self._queue_ran = False
-        """Whether the arm has said so since it was enabled."""
+        self._queue_ran = 0
+        """When the arm said so last since it was enabled [ns]; 0: it has not."""
 
     @property
     def phase(self) -> Phase:
@@ -280,11 +283,13 @@ class Client:
 
     def _watch_queue(self) -> None:
         """Points that wait in a queue that stands still would be gone to when it runs again."""
-        runs = self.feedback is not None and bool(self.feedback["queue_running"])
-        if self.enabled and self._queue_ran and not runs:
+        if not self.enabled or self.feedback is None:
+            self._queue_ran = 0
+        elif self.feedback["queue_running"]:
+            self._queue_ran = self._now
+        elif self._queue_ran and self._now - self._queue_ran > BLOCKED * SECOND:
             self.control_lost = "its motion queue is blocked"
             self.enabled = False
-        self._queue_ran = self.enabled and (self._queue_ran or runs)
 
     # Procedures
 

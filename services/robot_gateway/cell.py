@@ -64,6 +64,8 @@ class Cell:
         self._late = False
         self._waits_since: int | None = None
         self._stalled = False
+        self._planned = False
+        """Whether the tick before took its time over the way to the start, while all rested."""
         self._moved = 0
         self._rule: Rule | None = None
         self._refusal = self._command = self._rejection = ""
@@ -148,7 +150,7 @@ class Cell:
         """One tick at `now` [ns]."""
         self.wake(now)
         elapsed = self._elapsed(now)
-        self._last_tick = now
+        self._last_tick, self._planned = now, False
         h = min(elapsed, 3.0 * TICK)
         self._watch(now, h)
         if h > 0.0:
@@ -168,7 +170,7 @@ class Cell:
         """Notices that the gateway stood still, before it believes what waited for it meanwhile."""
         elapsed = self._elapsed(now)
         moved = self.safety.mode == "moving" or not self.guidance.resting
-        if elapsed <= SILENCE or not moved or self._stalled:
+        if elapsed <= SILENCE or not moved or self._stalled or self._planned:
             return
         self._halt("stalled", f"the gateway stood still for {elapsed:.3f} s")
         if self.arms.on_their_own:
@@ -286,7 +288,7 @@ class Cell:
         self.arms.grip(command)
 
     def _begin_approach(self, now: int) -> None:
-        self._approach.wanted = False
+        self._approach.wanted, self._planned = False, True
         driven = self.guidance.driven
         grips = [self.arms.grips[k] for k in driven]
         starts = [self.arms.starts[k] for k in driven]

@@ -229,3 +229,21 @@ def test_a_million_random_bytes_on_every_port_hold_the_arm_and_fell_nobody(firmw
     here = world.cell.guidance.state.position[0]
     world.follow(circle(here, 0.05, 0.1), 0.9, session="after")
     assert world.report.arms[1].alarms == ()
+
+
+def test_time_that_planning_the_slow_approach_takes_is_no_stall() -> None:
+    away = Pose(GRIPS[1].position + np.array([0.0, 0.03, 0.0]), GRIPS[1].orientation)
+    world = ArmWorld("v3", automatic=False, begin=away)
+    world.run(0.3)
+    world.command("arm")
+    assert world.command("arm") == ""
+    check = world.cell.guidance.check
+
+    def slow(*arguments):  # as the guidance's
+        world.now += 150_000_000
+        return check(*arguments)
+
+    world.cell.guidance.check = slow
+    world.run(4.0)
+    assert world.mode == "armed", world.report.safety
+    np.testing.assert_allclose(world.measured[-1], GRIPS[1].position, atol=1e-3)

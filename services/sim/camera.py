@@ -12,11 +12,12 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from jaxtyping import Float64, UInt8, UInt16
+from jaxtyping import Float32, Float64, UInt8, UInt16
 
 from services.sim.kernels_bodies import draw_bodies
 from services.sim.kernels_noise import measure
 from services.sim.kernels_plates import draw_plates
+from services.sim.kernels_rays import FAR
 from services.sim.kernels_rope import draw_chains
 from services.sim.plates import Plate
 from shared.geometry import poses
@@ -89,6 +90,17 @@ class Frame:
     """Depth [mm], 0 where nothing was measured."""
 
 
+@dataclass(frozen=True)
+class _Planes:
+    """What lies behind everything else."""
+
+    scene: bytes
+    """Of what was drawn."""
+    color: UInt8[np.ndarray, "h w3"]
+    z_buffer: Float32[np.ndarray, "h w"]
+    """[m]."""
+
+
 class RgbdCamera:
     """Takes pictures of a rope, obstacles and grippers."""
 
@@ -117,6 +129,7 @@ class RgbdCamera:
         self._background = background
         shape = (camera.intrinsics.height, camera.intrinsics.width)
         self._scratch = [np.zeros(shape, np.float32) for _ in range(3)]
+        self._planes: _Planes | None = None
         random = np.random.default_rng(seed)
         self._gaussian = random.standard_normal(GAUSSIAN_COUNT, np.float32)
         # A frame's grain is a window of a longer strip: drawing it afresh would cost 10 ms.
@@ -162,14 +175,13 @@ class RgbdCamera:
         depth = np.empty((i.height, i.width), np.uint16)
         flat = color.reshape(i.height, 3 * i.width)
         z_buffer, cover, shade = self._scratch
-        draw_bodies(
-            flat,
-            z_buffer,
-            self._packed_camera,
-            pack(obstacles).reshape(-1, 12),
-            np.minimum(np.array(colors, float).reshape(-1, 3) * n.exposure, 255.0),
-            min(round(self._background * n.exposure), 255),
-        )
+        bodies = pack(obstacles).reshape(-1, 12)
+        tints = np.minimum(np.array(colors, float).reshape(-1, 3) * n.exposure, 255.0)
+        endless = np.array([o.shape == "half_space" for o in obstacles], bool)
+        planes = self._drawn_planes(bodies[endless], tints[endless])
+        np.copyto(flat, planes.color)
+        np.copyto(z_buffer, planes.z_buffer)
+        draw_bodies(flat, z_buffer, self._packed_camera, bodies[~endless], tints[~endless])
         if plates:
             packed = np.array([plate.packed for plate in plates])
             patterns = np.stack([plate.pattern for plate in plates])
@@ -197,3 +209,17 @@ class RgbdCamera:
         grain = self._grain[start : start + color.size].reshape(color.shape)
         # One pass that saturates.
         return Frame(np.asarray(cv2.add(color, grain, dtype=cv2.CV_8U), np.uint8), depth)
+
+    def _drawn_planes(
+        self, bodies: Float64[np.ndarray, "m 12"], tints: Float64[np.ndarray, "m 3"]
+    ) -> _Planes:
+        """Half spaces alone, drawn when they change: they fill the image and stand still."""
+        scene = bodies.tobytes() + tints.tobytes()
+        if self._planes is None or self._planes.scene != scene:
+            i = self.camera.intrinsics
+            grey = min(round(self._background * self.noise.exposure), 255)
+            color = np.full((i.height, 3 * i.width), grey, np.uint8)
+            z_buffer = np.full((i.height, i.width), FAR, np.float32)
+            draw_bodies(color, z_buffer, self._packed_camera, bodies, tints)
+            self._planes = _Planes(scene, color, z_buffer)
+        return self._planes

@@ -84,29 +84,21 @@ def draw_bodies(
     camera: vector_f64,
     bodies: rows_f64,
     body_colors: rows_f64,
-    background: ti.u8,
 ):
-    """Clears an image and draws obstacles into it.
+    """Draws obstacles over what is there.
 
     Args:
-        color: (H, 3 W), written: red, green and blue of each pixel.
-        z_buffer: (H, W), written [m].
+        color: (H, 3 W): red, green and blue of each pixel.
+        z_buffer: (H, W) [m].
         camera: fx, fy, cx, cy, R_world_camera by rows (9), position (3) [pixels, m].
         bodies: Packed obstacles (m, 12).
         body_colors: (m, 3) in 0..255.
-        background: Grey value where a ray hits nothing.
     """
     height = z_buffer.shape[0]
     width = z_buffer.shape[1]
     fx, fy, cx, cy = camera[0], camera[1], camera[2], camera[3]
     R = rotation_of(camera)
     eye = ti.Vector([camera[13], camera[14], camera[15]], dt=ti.f64)
-    for v in range(height):
-        for u in range(width):
-            z_buffer[v, u] = ti.f32(FAR)
-        for j in range(3 * width):
-            color[v, j] = background
-
     for _ in range(1):
         for m in range(bodies.shape[0]):
             shape = ti.cast(bodies[m, 0], ti.i32)

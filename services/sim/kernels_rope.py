@@ -39,7 +39,19 @@ def draw_chains(
     fx, fy, cx, cy = camera[0], camera[1], camera[2], camera[3]
     R = rotation_of(camera)
     eye = ti.Vector([camera[13], camera[14], camera[15]], dt=ti.f64)
-    for v in range(height):
+    # Rows that the rope is seen in; all others stay as they are.
+    first, last = height, -1
+    for _ in range(1):
+        for s in range(chains.shape[0]):
+            p = R.transpose() @ (ti.Vector([chains[s, 0], chains[s, 1], chains[s, 2]]) - eye)
+            q = R.transpose() @ (ti.Vector([chains[s, 3], chains[s, 4], chains[s, 5]]) - eye)
+            z0 = ti.min(p[2], q[2]) - chains[s, 6]
+            if z0 > NEAR:
+                margin = chains[s, 6] / z0 * ti.max(fx, fy) + 3.0
+                va, vb = fy * p[1] / p[2] + cy, fy * q[1] / q[2] + cy
+                first = ti.min(first, ti.cast(ti.max(0.0, ti.min(va, vb) - margin), ti.i32))
+                last = ti.max(last, ti.cast(ti.min(height - 1.0, ti.max(va, vb) + margin), ti.i32))
+    for v in range(first, last + 1):
         for u in range(width):
             cover[v, u] = ti.f32(0.0)
 
@@ -113,7 +125,7 @@ def draw_chains(
                                 elif shaded == 0:
                                     shade[v, u] = ti.f32(0.0)
 
-    for v in range(height):
+    for v in range(first, last + 1):
         for u in range(width):
             part = cover[v, u]
             if part > ti.f32(0.0):

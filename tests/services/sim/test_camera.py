@@ -104,6 +104,18 @@ def test_a_frame_repeats_with_its_seed() -> None:
     assert take(5, 7)[1] != take(6, 7)[1]
 
 
+def test_a_frame_depends_on_its_scene_and_on_none_before() -> None:
+    # Half out of view at the top, and on a lower table, after the usual scene.
+    chain, lower = arch() + np.array([0.0, 0.1, 0.35]), Obstacle("half_space", (0.0, 0.0, -0.1))
+    camera = RgbdCamera(VIEW, seed=2)
+    camera.take(arch(), RADIUS, BODIES)
+    for bodies, colors in (((lower, *BODIES[1:]), None), (BODIES, [(90, 60, 30)] * len(BODIES))):
+        after = camera.take(chain, RADIUS, bodies, colors, frame=1)
+        alone = RgbdCamera(VIEW, seed=2).take(chain, RADIUS, bodies, colors, frame=1)
+        np.testing.assert_array_equal(after.color, alone.color)
+        np.testing.assert_array_equal(after.depth, alone.depth)
+
+
 def test_an_obstacle_in_front_hides_the_rope() -> None:
     chain = arch()
     camera = RgbdCamera(VIEW, PERFECT)

@@ -11,10 +11,10 @@ class CameraOptions:
     """Which camera plays; a RealSense where no recording is named."""
 
     recording: Path | None = None
-    """MCAP file whose camera plays instead of a device."""
+    """File whose camera plays instead of a device: an MCAP, or a .db3 or .bag of a RealSense."""
     camera: str = "overhead"
-    """Name of the camera in the recording."""
+    """Name of the camera in an MCAP."""
     repeat: bool = True
-    """The recording begins again when it is over."""
+    """An MCAP begins again when it is over; a RealSense's recording always does."""
     serial: str = ""
     """Of the device; empty: the first one."""

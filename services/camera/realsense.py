@@ -1,6 +1,11 @@
-"""An Intel RealSense through its maker's library, which is an optional extra: lariat[camera]."""
+"""An Intel RealSense through its maker's library, which is an optional extra: lariat[camera].
+
+The library's own recordings (.db3, .bag) play in the device's place.
+"""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -24,25 +29,36 @@ MODELS = {
 class RealSense:
     """One device; depth is registered to colour by the library."""
 
-    def __init__(self, serial: str, resolution: tuple[int, int], rate: int) -> None:
+    def __init__(
+        self, serial: str, resolution: tuple[int, int], rate: int, recording: Path | None = None
+    ) -> None:
         """Starts both streams.
+
+        Args:
+            serial: Of the device; empty: the first one.
+            resolution: Of both streams [pixels].
+            rate: [Hz].
+            recording: File that plays instead, as large and as fast as it was recorded.
 
         Raises:
             ConfigurationError: There is no such device, or it cannot do what is asked.
         """
         self._pipeline = rs.pipeline()
+        self._exposed = -1.0
         config = rs.config()
-        if serial:
-            config.enable_device(serial)
-        config.enable_stream(rs.stream.color, *resolution, rs.format.rgb8, rate)
-        config.enable_stream(rs.stream.depth, *resolution, rs.format.z16, rate)
+        if recording is not None:
+            config.enable_device_from_file(str(recording))
+        else:
+            if serial:
+                config.enable_device(serial)
+            config.enable_stream(rs.stream.color, *resolution, rs.format.rgb8, rate)
+            config.enable_stream(rs.stream.depth, *resolution, rs.format.z16, rate)
         try:
             profile = self._pipeline.start(config)
         except RuntimeError as error:
             width, height = resolution
-            raise ConfigurationError(
-                f"camera {serial or '(any)'} at {width} x {height}, {rate} Hz: {error}"
-            ) from error
+            asked = f"camera {serial or '(any)'} at {width} x {height}, {rate} Hz"
+            raise ConfigurationError(f"{recording or asked}: {error}") from error
         self._millimetres = 1e3 * profile.get_device().first_depth_sensor().get_depth_scale()
         self._align = rs.align(rs.stream.color)
 
@@ -53,8 +69,10 @@ class RealSense:
             return None
         frames = self._align.process(frames)
         color, depth = frames.get_color_frame(), frames.get_depth_frame()
-        if not color or not depth:
+        # A new depth may come with the colour of the exposure before.
+        if not color or not depth or color.get_timestamp() == self._exposed:
             return None
+        self._exposed = color.get_timestamp()
         bgr = np.asanyarray(color.get_data())[..., ::-1]
         jpeg = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1]
         z = np.rint(np.asanyarray(depth.get_data()) * self._millimetres).astype("<u2")
@@ -65,7 +83,7 @@ class RealSense:
                 width=width, height=height, encoding="16UC1", step=2 * width, data=z.tobytes()
             ),
             _calibration(color.profile.as_video_stream_profile().intrinsics),
-            round(1e6 * color.get_timestamp()),
+            round(1e6 * self._exposed),
         )
 
     def close(self) -> None:

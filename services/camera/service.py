@@ -17,6 +17,8 @@ from shared.service import SECOND, Inbox, Publication
 COLOR = topics.CAMERA_COLOR.at(topics.CAMERA)
 DEPTH = topics.CAMERA_DEPTH.at(topics.CAMERA)
 CALIBRATION = topics.CAMERA_CALIBRATION.at(topics.CAMERA)
+MAKERS = (".bag", ".db3")
+"""Endings of recordings that a device's own library plays."""
 
 
 class CameraService:
@@ -80,11 +82,12 @@ def build(scenario: Scenario, session: str, options: CameraOptions | None = None
             f"scenario {scenario.name!r} sees with its own camera; set sensing.source = 'camera' "
             "and sensing.outside = true"
         )
-    if options.recording is not None:
+    devices = options.recording is None or options.recording.suffix in MAKERS
+    if options.recording is not None and not devices:
         playback = Playback(options.recording, options.camera, options.repeat)
         return CameraService(playback, latency=0.0)
     # Only who has a device needs its library.
     from services.camera.realsense import RealSense
 
-    device = RealSense(options.serial, sensing.resolution, round(sensing.rate))
+    device = RealSense(options.serial, sensing.resolution, round(sensing.rate), options.recording)
     return CameraService(device, sensing.latency)

@@ -86,6 +86,7 @@ class CenterlineEstimator:
         right: Pose | None = None,
         expected: Expected | None = None,
         model: Callable[[], Expected | None] | None = None,
+        bias: float = 0.0,
     ) -> Estimate:
         """The rope in one frame.
 
@@ -96,6 +97,7 @@ class CenterlineEstimator:
             right: Grip that holds the right end.
             expected: The last estimate or a prediction.
             model: Asked for a shape only where the image alone leaves doubt.
+            bias: Of every depth [m].
         """
         i = self.camera.intrinsics
         if color.shape[:2] != (i.height, i.width) or depth.shape != (i.height, i.width):
@@ -103,6 +105,10 @@ class CenterlineEstimator:
                 f"images are {color.shape[1]} x {color.shape[0]} and {depth.shape[1]} x "
                 f"{depth.shape[0]}, the calibration says {i.width} x {i.height}"
             )
+        whole = round(1e3 * bias)
+        if whole:
+            near = np.clip(depth.astype(np.int32) - whole, 0, 65535)
+            depth = np.where(depth > 0, near, 0).astype(np.uint16)
         region = rope_region(self._likeness(color, depth), self.settings.threshold)
         if region is None:
             return _lost(self._nothing())
@@ -115,7 +121,7 @@ class CenterlineEstimator:
         seen = sum(polylines.length(p) for p in points)
         if seen < LEAST_LENGTH * self.rope.length:
             return _lost(f"only {1e3 * seen:.0f} mm of rope in view")
-        view = _View(region, depth, width, ridges, points)
+        view = _View(region, depth, width, ridges, points, bias - 1e-3 * whole)
         return self._best(view, left, right, expected, model)
 
     def _likeness(
@@ -299,7 +305,7 @@ class CenterlineEstimator:
         return Estimate(fit.nodes, np.where(seen, 1.0, BRIDGED) * sigma, seen, misfit=fit.misfit)
 
     def _samples(
-        self, found: Ridge, depth: UInt16[np.ndarray, "h w"], width: float
+        self, found: Ridge, depth: UInt16[np.ndarray, "h w"], width: float, bias: float
     ) -> tuple[Float64[np.ndarray, "m 7"], np.ndarray]:
         """Rows for the fit and the ridge point that each belongs to."""
         s, i = self.settings, self.camera.intrinsics
@@ -318,7 +324,7 @@ class CenterlineEstimator:
         flat = (at[:, 1] * i.width + at[:, 0]).astype(np.int64)
         _, once = np.unique(flat, return_index=True)
         measured = sampled(depth, at[once])
-        once, measured = once[measured > 0.0], measured[measured > 0.0]
+        once, measured = once[measured > 0.0], measured[measured > 0.0] - bias
         beside = once % len(pixels)
         away = np.sum((at[once] - pixels[beside]) * normals[beside], axis=1) * measured / i.fx
         rays = self.camera.rays(at[once])
@@ -364,6 +370,8 @@ class _View:
     ridges: list[Ridge]
     points: list[Float64[np.ndarray, "k 3"]]
     """Along the axis of each strand [m]."""
+    bias: float
+    """Of every depth, less than a millimetre [m]."""
 
     def __post_init__(self) -> None:
         self._samples: dict[int, tuple[Float64[np.ndarray, "m 7"], np.ndarray]] = {}
@@ -375,7 +383,7 @@ class _View:
     ) -> tuple[Float64[np.ndarray, "m 7"], np.ndarray]:
         """Rows of one strand for the fit, read once."""
         if strand not in self._samples:
-            self._samples[strand] = read(self.ridges[strand], self.depth, self.width)
+            self._samples[strand] = read(self.ridges[strand], self.depth, self.width, self.bias)
         return self._samples[strand]
 
 

@@ -223,7 +223,8 @@ class PerceptionService:
         return paper_estimate(*images, camera, start.position, self._rope, threshold)
 
     def _tracker(self, intrinsics: Intrinsics) -> Tracker:
-        return Tracker(self._estimator(intrinsics), self._believed)
+        planes = [o for o in self._scenario.bodies if o.shape == "half_space"]
+        return Tracker(self._estimator(intrinsics), self._believed, planes)
 
     def _estimator(self, intrinsics: Intrinsics) -> CenterlineEstimator:
         s = self._scenario.sensing

@@ -7,12 +7,15 @@ shape that it would have.
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float64, UInt8, UInt16
 
 from services.perception.centerline import DOUBTFUL, CenterlineEstimator
+from services.perception.depth_bias import DepthBias
 from services.perception.estimate import Estimate, Expected
+from shared.geometry.obstacles import Obstacle
 from shared.geometry.poses import Pose
 from shared.rod import Rod, RodProperties
 
@@ -31,11 +34,17 @@ MODEL_SIGMA = 0.02
 class Tracker:
     """Remembers where the rope was."""
 
-    def __init__(self, estimator: CenterlineEstimator, believed: RodProperties) -> None:
+    def __init__(
+        self,
+        estimator: CenterlineEstimator,
+        believed: RodProperties,
+        planes: Sequence[Obstacle] = (),
+    ) -> None:
         """
         Args:
             estimator: Reads single frames.
             believed: The rope as far as it is known.
+            planes: Half spaces in view, which say how far depth is off.
         """
         self.estimator = estimator
         self._rod = Rod(believed, estimator.rope.node_count)
@@ -43,6 +52,7 @@ class Tracker:
         self._stamp = 0
         self._grips: tuple[Pose | None, Pose | None] = (None, None)
         self._complaint = ""
+        self._bias = DepthBias(estimator.camera, planes)
 
     def forget(self) -> None:
         """Starts anew with the next frame."""
@@ -63,7 +73,13 @@ class Tracker:
         """
         expected = self._expected(left, right, stamp)
         estimate = self.estimator.estimate(
-            color, depth, left, right, expected, lambda: self.at_rest(left, right)
+            color,
+            depth,
+            left,
+            right,
+            expected,
+            lambda: self.at_rest(left, right),
+            self._bias.look(depth),
         )
         # What is doubtful must not become tomorrow's certainty.
         if not estimate.lost and estimate.doubt < DOUBTFUL:

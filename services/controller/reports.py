@@ -29,10 +29,16 @@ class Reports:
         self._estimate, self._adaptation = estimate, adaptation
         self._sent: dict[str, int] = {}
         self._revision = 0
+        self._over: int | None = None
 
     def due(self, now: int, *, arms_known: bool) -> Iterator[Publication]:
         """What is to be said at `now` [ns]."""
         task = self._task
+        if task.state in ("running", "paused"):
+            self._over = None
+        elif self._over is None:
+            self._over = now
+            self._sent.pop("result", None)  # What came of a run is told at once.
         busy = task.state in ("running", "reached")
         period = SECOND // 5 if busy else SECOND
         if task.revision != self._revision or self._due("task", now, period):
@@ -95,7 +101,7 @@ class Reports:
             stamp=now,
             run=task.run,
             reached=task.state == "reached",
-            duration=(now - task.run_started) / SECOND,
+            duration=((self._over or now) - task.run_started) / SECOND,
             error=monitor.error,
             max_node_error=monitor.max_node_error,
             min_clearance=monitor.min_clearance,

@@ -8,7 +8,7 @@ from services.controller.service import ControllerService, build
 from shared import messages, topics
 from shared.messages import ArmState, ArmStates, TaskRequest, TaskState
 from shared.scenario import load
-from shared.service import SECOND, Inbox, Received
+from shared.service import SECOND, Inbox, Publication, Received
 
 SCENARIO = load(Path(__file__).parents[3] / "scenarios" / "three-cylinders.toml")
 LEVEL = [0.5, 0.5, 0.5, 0.5]
@@ -38,10 +38,17 @@ def look(service: ControllerService, now: int) -> None:
     list(service.step(Inbox({}, arrived), now))
 
 
+def said(
+    service: ControllerService, now: int, apart: float, *requests: TaskRequest
+) -> list[Publication]:
+    """All that is published a second after the step before."""
+    return list(service.step(inbox(now, apart, {}, *requests), now))
+
+
 def step(service: ControllerService, now: int, apart: float, *requests: TaskRequest) -> TaskState:
     """The task's state a second after the one before."""
-    said = list(service.step(inbox(now, apart, {}, *requests), now))
-    (state,) = (p.message for p in said if p.topic is topics.TASK_STATE)
+    published = said(service, now, apart, *requests)
+    (state,) = (p.message for p in published if p.topic is topics.TASK_STATE)
     assert isinstance(state, TaskState)
     return state
 
@@ -86,3 +93,13 @@ def test_run_asks_once_for_another_path_when_the_one_before_it_was_none() -> Non
     # One that was tried while the run waits says how it is now.
     told(5 * SECOND, 5 * SECOND)
     assert task.state == "failed"
+
+
+def test_a_run_that_is_over_lasts_no_longer() -> None:
+    service = build(SCENARIO, "session")
+    said(service, SECOND, 0.4, TaskRequest(id="1", action=TaskRequest.START))
+    said(service, 2 * SECOND, 0.4)
+    said(service, 3 * SECOND, 0.4, TaskRequest(id="2", action=TaskRequest.STOP))
+    published = said(service, 9 * SECOND, 0.4)
+    (result,) = (p.message for p in published if p.topic is topics.RUN_RESULT)
+    assert result.duration == 2.0

@@ -34,6 +34,9 @@ class Rope:
     poisson_ratio: Annotated[float, Within(-0.5, 0.5)] = 0.3
     stretch_stiffness: Annotated[float, Within(1.0, 1e8, "N")] = 2000.0
     damping: Annotated[float, Within(0.0, 100.0, "1/s")] = 1.0
+    """Velocity lost to the surroundings."""
+    internal_damping: Annotated[float, Within(0.0, 1.0, "s")] = 0.0
+    """Time over which the material itself resists bending and twisting (Kelvin-Voigt)."""
 
     def __post_init__(self) -> None:
         if self.diameter > 0.25 * self.length:
@@ -55,6 +58,8 @@ class PlantRope:
     poisson_ratio: Annotated[float, Within(-0.5, 0.5)] | None = None
     stretch_stiffness: Annotated[float, Within(1.0, 1e8, "N")] | None = None
     damping: Annotated[float, Within(0.0, 100.0, "1/s")] | None = None
+    internal_damping: Annotated[float, Within(0.0, 1.0, "s")] | None = None
+    """Of the rod model."""
     stiffness_profile: tuple[float, ...] = ()
     """Factors on the bending stiffness along the rope, from left to right, evenly spread."""
     rest_curvature: Annotated[Vector, Within(-200.0, 200.0, "1/m")] = (0.0, 0.0, 0.0)

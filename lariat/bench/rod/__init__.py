@@ -6,14 +6,14 @@ import json as encoder
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-Part = Literal["gradients", "speed", "start", "hard", "diagram"]
-ALL: tuple[Part, ...] = ("gradients", "speed", "start", "hard", "diagram")
+Part = Literal["gradients", "speed", "start", "hard", "against-paper", "diagram"]
+ALL: tuple[Part, ...] = get_args(Part)
 
 
 def run(
@@ -23,6 +23,8 @@ def run(
     json: bool = False,
 ) -> int:
     """Measures gradients, speed, the first start, hard cases and error against time.
+
+    And what a gradient takes by Taichi's reverse mode through the paper's solver.
 
     Examples:
       lariat bench rod --part speed gradients
@@ -78,6 +80,13 @@ def _measured(name: Part, cases: int, told: Callable[[int], None]) -> list[Mappi
             from lariat.bench.rod import hard
 
             return [dict(hard.measured(cases, told))]
+        case "against-paper":
+            from lariat.bench.paper import speed as paper
+            from lariat.bench.paper.studies import Bench
+
+            bench = Bench(0)
+            times = paper.compare(bench.xpbd, bench.direct)
+            return [{"what": what, "comes to": value} for what, value in times.items()]
         case "diagram":
             from lariat.bench.rod import diagram
 

@@ -7,11 +7,12 @@ closed forms. A clamp holds an edge and acts at its middle.
 
 from __future__ import annotations
 
-import json
+import json as encoder
 import math
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float64
@@ -24,6 +25,10 @@ from shared.rod.strains import curvatures, moments
 ALONG_X = poses.between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
 STIFF = 1e6
 """Stretch stiffness that no case can notice [N]."""
+
+
+Shapes = tuple[Float64[np.ndarray, "m 2"], Float64[np.ndarray, "k 2"]]
+"""Points of the rod and of the closed form, in lengths of the rod where nothing else is said."""
 
 
 @dataclass(frozen=True)
@@ -40,15 +45,20 @@ class Case:
 
 def heavy_cantilever(node_count: int) -> float:
     """Clamped rod whose tip sinks by 0.27 L; largest node error, against the elastica [L]."""
-    return _cantilever(node_count, 4e8)
+    return _furthest(*cantilever(node_count, 4e8))
 
 
 def limp_cantilever(node_count: int) -> float:
     """The same, four times softer: its tip sinks by 0.67 L [L]."""
-    return _cantilever(node_count, 1e8)
+    return _furthest(*cantilever(node_count, 1e8))
 
 
-def _cantilever(node_count: int, youngs_modulus: float) -> float:
+def cantilever(node_count: int, youngs_modulus: float, points: int | None = None) -> Shapes:
+    """Nodes of a rod that is clamped at one end and bends under its weight, and the elastica.
+
+    Args:
+        points: Of the elastica, evenly spaced; at the nodes where this is not given.
+    """
     properties = RodProperties(0.5, 0.006, 0.05, youngs_modulus, stretch_stiffness=STIFF)
     rod = Rod(properties, node_count, right="free", tolerance=1e-10)
     grip = Pose(np.zeros(3), ALONG_X)
@@ -57,14 +67,20 @@ def _cantilever(node_count: int, youngs_modulus: float) -> float:
     length = properties.length - half
     load = properties.linear_density * 9.81 / properties.bending_stiffness
     s = half * (2.0 * np.arange(1, node_count) - 1.0)
+    if points is not None:
+        s = np.linspace(0.0, length, points)
     exact = _heavy_elastica(load, length, s)
-    errors = found.state.positions[1:, [0, 2]] - exact
-    errors[:, 0] -= half
-    return float(np.max(np.linalg.norm(errors, axis=1))) / properties.length
+    exact[:, 0] += half
+    return found.state.positions[1:, [0, 2]] / properties.length, exact / properties.length
 
 
 def catenary(node_count: int) -> float:
     """Largest node error of a limp rod hung by its ends, against the catenary [L]."""
+    return _furthest(*hung(node_count))
+
+
+def hung(node_count: int) -> Shapes:
+    """Nodes of a limp rod that hangs by its ends, and the catenary at their arc lengths."""
     properties = RodProperties(0.6, 0.004, 0.05, 20.0, stretch_stiffness=STIFF)
     rod = Rod(properties, node_count, "pinned", "pinned", tolerance=1e-10)
     span, length = 0.4, properties.length
@@ -75,12 +91,18 @@ def catenary(node_count: int) -> float:
     s = np.linspace(-length / 2.0, length / 2.0, node_count)
     exact = np.stack([a * np.arcsinh(s / a), np.sqrt(a**2 + s**2)], axis=1)
     exact[:, 1] -= exact[0, 1]
-    errors = np.linalg.norm(found.state.positions[:, [0, 2]] - exact, axis=1)
-    return float(np.max(errors)) / length
+    return found.state.positions[:, [0, 2]] / length, exact / length
 
 
 def pinned_elastica(node_count: int) -> float:
     """Error of the rise of a weightless strut buckled between pins, against Euler [L]."""
+    nodes, exact = strut(node_count)
+    # An even count of nodes has none at the crown: a parabola through the highest three.
+    return abs(_crown(-nodes[:, 1]) + exact[len(exact) // 2, 1])
+
+
+def strut(node_count: int) -> Shapes:
+    """Nodes of a weightless strut that has buckled between pins, and Euler's elastica."""
     properties = RodProperties(0.5, 0.006, 0.05, 2e6, stretch_stiffness=STIFF)
     rod = Rod(properties, node_count, "pinned", "pinned", gravity=(0.0, 0.0, 0.0), tolerance=1e-10)
     k = math.sin(math.radians(70.0) / 2.0)
@@ -92,9 +114,9 @@ def pinned_elastica(node_count: int) -> float:
     guess = _framed(start)
     left = Pose(np.zeros(3), ALONG_X)
     found = rod.rest(left, Pose(np.array([span, 0.0, 0.0]), ALONG_X), guess)
-    # An even count of nodes has none at the crown: a parabola through the highest three.
-    rise = _crown(-found.state.positions[:, 2])
-    return abs(rise - length * k / first) / length
+    # theta'' = -(2 K)^2 sin(theta), which is the moment of the pins' force.
+    exact = _elastica(math.radians(70.0), 0.0, lambda _, theta: -4.0 * first**2 * math.sin(theta))
+    return found.state.positions[:, [0, 2]] / length, exact[:, :2] * np.array([1.0, -1.0])
 
 
 def twist_torque(node_count: int) -> float:
@@ -142,6 +164,12 @@ def helical_buckling(node_count: int) -> float:
     Van der Heijden & Thompson 2000, in the numbers of Bergou et al. 2008: EI = 1.345,
     GJ = 0.789, length 9.29, 27 turns, ends brought 0.3 together.
     """
+    nodes, exact = buckled(node_count)
+    return float(np.sqrt(np.mean((nodes[:, 1] - exact[:, 1]) ** 2)))
+
+
+def buckled(node_count: int) -> Shapes:
+    """Envelope of a localised helix over arc length, in its own width, and tanh^2 of that."""
     bending, twisting, length, turns, slack = 1.345, 0.789, 9.29, 27.0, 0.3
     properties = RodProperties(length, 0.2, 1.0, 1e6, stretch_stiffness=STIFF).with_stiffness(
         bending, twisting
@@ -173,8 +201,8 @@ def helical_buckling(node_count: int) -> float:
     width = 2.0 * bending / moment * math.sqrt((1.0 - least) / (1.0 + least))
     middle = rod.edge_length * (np.arange(node_count - 1) + 0.5)
     centre = float(np.sum(middle * (1.0 - turned)) / np.sum(1.0 - turned))
-    exact = np.tanh((middle - centre) / width) ** 2
-    return float(np.sqrt(np.mean((turned - exact) ** 2)))
+    away = (middle - centre) / width
+    return np.stack([away, turned], axis=1), np.stack([away, np.tanh(away) ** 2], axis=1)
 
 
 def natural_helix(node_count: int) -> float:
@@ -199,8 +227,13 @@ CASES: dict[str, Case] = {
 }
 
 
-def run(as_json: bool = False) -> int:
-    """Measure every case, print a table or one JSON object, and say whether all bounds hold."""
+def run(plot: Path | None = None, json: bool = False) -> int:
+    """Measure every case, print a table or one JSON object, and say whether all bounds hold.
+
+    Args:
+        plot: Where a picture of shapes and errors goes, as a PNG.
+        json: One JSON object on standard output instead of a table.
+    """
     rows = []
     for name, case in CASES.items():
         for count, bound in zip(case.node_counts, case.bounds, strict=True):
@@ -215,8 +248,12 @@ def run(as_json: bool = False) -> int:
                 }
             )
     held = all(row["bound"] is None or row["error"] <= row["bound"] for row in rows)
-    if as_json:
-        print(json.dumps({"cases": rows, "held": held}))
+    if plot is not None:
+        from lariat.bench.physics.plot import draw
+
+        draw(rows, plot)
+    if json:
+        print(encoder.dumps({"cases": rows, "held": held}))
     else:
         print(f"{'case':<18}{'nodes':>6}{'error':>12} {'unit':<5}{'at most':>9}")
         for row in rows:
@@ -228,6 +265,10 @@ def run(as_json: bool = False) -> int:
     return 0 if held else 1
 
 
+def _furthest(nodes: Float64[np.ndarray, "m 2"], exact: Float64[np.ndarray, "m 2"]) -> float:
+    return float(np.max(np.linalg.norm(nodes - exact, axis=1)))
+
+
 def _heavy_elastica(
     load: float, length: float, s: Float64[np.ndarray, "m"]
 ) -> Float64[np.ndarray, "m 2"]:
@@ -235,25 +276,11 @@ def _heavy_elastica(
 
     theta(0) = 0 and theta'(length) = 0, theta measured upwards; shooting on theta'(0), RK4.
     """
-    steps = 4000
-    h = length / steps
 
     def shot(slope: float) -> Float64[np.ndarray, "k 4"]:
-        def rate(at: float, y: Float64[np.ndarray, "4"]) -> Float64[np.ndarray, "4"]:
-            theta = y[2]
-            bending = load * (length - at) * math.cos(theta)
-            return np.array([math.cos(theta), math.sin(theta), y[3], bending])
-
-        y = np.array([0.0, 0.0, 0.0, slope])
-        path = [y]
-        for k in range(steps):
-            k1 = rate(k * h, y)
-            k2 = rate((k + 0.5) * h, y + 0.5 * h * k1)
-            k3 = rate((k + 0.5) * h, y + 0.5 * h * k2)
-            k4 = rate((k + 1) * h, y + h * k3)
-            y = y + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-            path.append(y)
-        return np.array(path)
+        return _elastica(
+            0.0, slope, lambda at, theta: load * (length - at) * math.cos(theta), length
+        )
 
     # The secant method: the moment at the tip grows with the slope at the clamp.
     old, new = -0.5 * load * length**2, -0.3 * load * length**2
@@ -268,8 +295,33 @@ def _heavy_elastica(
         )
         value_new = shot(new)[-1, 3]
     path = shot(new)
-    at = np.linspace(0.0, length, steps + 1)
+    at = np.linspace(0.0, length, len(path))
     return np.stack([np.interp(s, at, path[:, k]) for k in range(2)], axis=1)
+
+
+def _elastica(
+    angle: float,
+    slope: float,
+    bending: Callable[[float, float], float],
+    length: float = 1.0,
+    steps: int = 4000,
+) -> Float64[np.ndarray, "k 4"]:
+    """x, z, theta and theta' along a curve with theta'' = bending(s, theta), by Runge and Kutta."""
+    h = length / steps
+
+    def rate(at: float, y: Float64[np.ndarray, "4"]) -> Float64[np.ndarray, "4"]:
+        return np.array([math.cos(y[2]), math.sin(y[2]), y[3], bending(at, y[2])])
+
+    y = np.array([0.0, 0.0, angle, slope])
+    path = [y]
+    for k in range(steps):
+        k1 = rate(k * h, y)
+        k2 = rate((k + 0.5) * h, y + 0.5 * h * k1)
+        k3 = rate((k + 0.5) * h, y + 0.5 * h * k2)
+        k4 = rate((k + 1) * h, y + h * k3)
+        y = y + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+        path.append(y)
+    return np.array(path)
 
 
 def _elliptic(k: float) -> tuple[float, float]:

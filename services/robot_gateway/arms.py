@@ -33,6 +33,8 @@ class Arms:
         """Of all ends, as measured when the cell last came to rest for a person."""
         self.feedback: tuple[Feedback, ...] = ()
         self._trail: deque[tuple[int, np.ndarray]] = deque()
+        self._lags: list[float] | None = None
+        """Until the next exchange."""
         self.powered = False
         """Whether they have had power since it was last taken from them."""
 
@@ -47,6 +49,7 @@ class Arms:
         self._trail.append((now, guidance.state.position))
         while (now - self._trail[0][0]) * NANOSECONDS > LAG:
             self._trail.popleft()
+        self._lags = None
 
     def measure(self, guidance: Guidance) -> None:
         """Starts the command from where the arms are."""
@@ -58,6 +61,7 @@ class Arms:
                 posture.begin(feedback.joints)
         guidance.place(self.grips)
         self._trail.clear()
+        self._lags = None
 
     # What they are told
 
@@ -168,6 +172,11 @@ class Arms:
 
         An arm follows some time behind; what counts is how far it is off its path.
         """
+        if self._lags is None:
+            self._lags = self._find_lags()
+        return self._lags
+
+    def _find_lags(self) -> list[float]:
         rows = []
         driven = -1
         for driver, feedback in zip(self.drivers, self.feedback, strict=True):

@@ -51,7 +51,7 @@ class Tracker:
         self._last: Estimate | None = None
         self._stamp = 0
         self._grips: tuple[Pose | None, Pose | None] = (None, None)
-        self._complaint = ""
+        self._complained = False
         self._bias = DepthBias(estimator.camera, planes)
 
     def forget(self) -> None:
@@ -94,10 +94,11 @@ class Tracker:
             rest = self._rod.rest(left, right)
         except ValueError as error:
             # Once, not with every frame in which an arm stands too far off.
-            if str(error) != self._complaint:
-                self._complaint = str(error)
+            if not self._complained:
                 log.warning("no shape to expect: %s", error)
+            self._complained = True
             return None
+        self._complained = False
         count = self.estimator.rope.node_count
         return Expected(rest.state.positions, np.full(count, MODEL_SIGMA))
 

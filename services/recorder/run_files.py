@@ -117,7 +117,7 @@ class RunFiles:
             self._check_room()
             self._writer = Writer(path, self._scenario, now, {"time": "live"})
         except OSError as error:
-            self._give_up(f"cannot record to {path}: {error}", now)
+            self._give_up(f"cannot record to {path.parent}: {error}", now)
             return
         self._opened, self.trouble = now, ""
 

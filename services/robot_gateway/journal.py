@@ -37,7 +37,8 @@ class Journal:
         if said == self._said:
             return
         self._said = said
-        words = f"{ArmStates.Mode.Name(mode).lower()}: {state.reason}"
+        name = "the arms may move" if mode == ArmStates.ARMED else ArmStates.Mode.Name(mode).lower()
+        words = f"{name}: {state.reason}"
         log.log(logging.WARNING if stopped else logging.INFO, words)
 
     def _take_arm(self, arm: ArmState, now: int) -> None:

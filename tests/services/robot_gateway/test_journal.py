@@ -49,7 +49,7 @@ def test_what_stops_the_cell_is_written_and_its_small_holds_are_not(
         return lines
 
     assert tell(ArmStates.DISARMED, "boot", "started; a person arms") == []
-    assert tell(ArmStates.ARMED, "", "armed") == [("INFO", "armed: armed")]
+    assert tell(ArmStates.ARMED, "", "armed") == [("INFO", "the arms may move: armed")]
     assert tell(ArmStates.HOLDING, "writer_holds", "waiting for a path") == []
     assert tell(ArmStates.MOVING, "", "following setpoints") == []
     stop = "no fresh setpoints for 100 ms"
@@ -58,5 +58,7 @@ def test_what_stops_the_cell_is_written_and_its_small_holds_are_not(
     assert tell(ArmStates.FAULT, "alarm", "right: collision", True) == [
         ("WARNING", "fault: right: collision")
     ]
-    assert tell(ArmStates.ARMED, "", "acknowledged") == [("INFO", "armed: acknowledged")]
+    assert tell(ArmStates.ARMED, "", "acknowledged") == [
+        ("INFO", "the arms may move: acknowledged")
+    ]
     assert tell(ArmStates.DISARMED, "disarm", "by a person") == [("INFO", "disarmed: by a person")]

@@ -22,6 +22,7 @@ import platform
 import shutil
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -35,6 +36,8 @@ KEPT = 4
 """Libraries that stay in the folder; those used least recently go."""
 SYMBOL = "roll"
 _HERE = Path(__file__).parent
+AGAIN = 86400.0
+"""After a failure nobody tries for so long [s]: every start would be 15 s slower for nothing."""
 _LIMIT = 300.0
 """Time that the other process may take [s]; it takes 15 s of a processor."""
 
@@ -48,7 +51,7 @@ def kernel() -> Kernel | None:
         return None
     try:
         return loaded(_library(Path.home() / ".cache" / "lariat"))
-    except (OSError, RuntimeError, subprocess.SubprocessError) as error:
+    except (OSError, RuntimeError) as error:
         logger.warning("the rod's kernel goes through Taichi, at 4 s a process: %s", error)
         return None
 
@@ -58,11 +61,14 @@ def _library(folder: Path) -> Path:
     path = folder / f"rod-{_key()}.so"
     if not path.exists():
         folder.mkdir(parents=True, exist_ok=True)
+        note = path.with_suffix(".failed")
         # Of processes that start together one makes it, and the others wait for that.
         with (folder / "rod.lock").open("w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
+            if note.exists() and time.time() - note.stat().st_mtime < AGAIN:
+                raise OSError(f"{note.read_text()} (delete {note} to try again at once)")
             if not path.exists():
-                _make(path)
+                _make(path, note)
         for old in sorted(folder.glob("rod-*.so"), key=lambda p: p.stat().st_mtime)[:-KEPT]:
             old.unlink(missing_ok=True)
     with contextlib.suppress(OSError):
@@ -71,21 +77,25 @@ def _library(folder: Path) -> Path:
     return path
 
 
-def _make(path: Path) -> None:
+def _make(path: Path, note: Path) -> None:
     root = str(_HERE.parents[1])
     search = os.pathsep.join([root, *filter(None, [os.environ.get("PYTHONPATH")])])
-    done = subprocess.run(
-        [sys.executable, "-m", "shared.rod.assembling", str(path)],
-        env={**os.environ, "PYTHONPATH": search},
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        timeout=_LIMIT,
-        check=False,
-    )
-    if done.returncode != 0:
-        said = done.stderr.strip().splitlines() or ["it said nothing"]
-        raise OSError(f"its machine code could not be made: {said[-1]}")
+    try:
+        subprocess.run(
+            [sys.executable, "-m", "shared.rod.assembling", str(path)],
+            env={**os.environ, "PYTHONPATH": search},
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=_LIMIT,
+            check=True,
+        )
+    except subprocess.SubprocessError as error:
+        said = str(getattr(error, "stderr", None) or error).strip().splitlines()[-1]
+        reason = f"its machine code could not be made: {said}"
+        note.write_text(reason)
+        raise OSError(reason) from error
+    note.unlink(missing_ok=True)
 
 
 def _key() -> str:
@@ -132,6 +142,8 @@ def loaded(library: Path) -> Kernel:
     Raises:
         OSError: This is no library with a kernel.
     """
+    # Sines come from there; who loads a library that lacks one learns of it only when it is called.
+    ctypes.CDLL("libm.so.6", mode=ctypes.RTLD_GLOBAL)
     try:
         function = getattr(ctypes.CDLL(str(library)), SYMBOL)
     except AttributeError as error:

@@ -65,3 +65,28 @@ def test_what_is_no_library_leaves_the_rod_to_taichi(
     monkeypatch.setattr(Path, "home", lambda: tmp_path)
     assert machine_code.kernel.__wrapped__() is None
     assert "through Taichi" in caplog.text
+
+
+@has_assembler
+def test_after_a_failure_nobody_tries_again_at_every_start(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tries = []
+
+    def fail(*command: object, **options: object) -> None:
+        tries.append(command)
+        raise subprocess.CalledProcessError(1, "python", "", "no room on the disk")
+
+    monkeypatch.setattr(subprocess, "run", fail)
+    for _ in range(2):
+        with pytest.raises(OSError, match="no room on the disk"):
+            machine_code._library(tmp_path)
+    assert len(tries) == 1
+
+
+@has_assembler
+def test_a_home_that_cannot_be_written_leaves_the_rod_to_taichi(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(Path, "home", lambda: Path("/proc"))
+    assert machine_code.kernel.__wrapped__() is None

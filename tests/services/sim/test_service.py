@@ -125,9 +125,13 @@ def test_both_plants_agree_on_a_hanging_rope() -> None:
 
 
 def test_the_truth_may_differ_from_what_is_believed() -> None:
-    of = scenario("[plant.rope]\nyoungs_modulus = 4.0e6\nstiffness_profile = [1.0, 2.0]\n")
+    of = scenario(
+        "[plant.rope]\nyoungs_modulus = 4.0e6\nstiffness_profile = [1.0, 2.0]\n"
+        "internal_damping = 0.02\n"
+    )
     assert true_properties(of).youngs_modulus == 4.0e6
     assert true_properties(of).stiffness_profile == (1.0, 2.0)
+    assert true_properties(of).internal_damping == 0.02
     assert of.rope.youngs_modulus == 1.0e6
 
 

@@ -57,6 +57,8 @@ SQRT3 = 3.0**0.5
 """Half width over standard deviation of what may be anywhere in a range."""
 END_SIGMA = 0.002
 """How well an end is seen that no grip holds: skeletons shrink by about the radius [m]."""
+DARK = 0.3
+"""Part of the threshold below which an image shows nothing at all."""
 LEAST_LENGTH = 0.1
 """Less than this part of the rope in view is no view of it."""
 
@@ -109,9 +111,10 @@ class CenterlineEstimator:
         if whole:
             near = np.clip(depth.astype(np.int32) - whole, 0, 65535)
             depth = np.where(depth > 0, near, 0).astype(np.uint16)
-        region = rope_region(self._likeness(color, depth), self.settings.threshold)
+        likeness = self._likeness(color, depth)
+        region = rope_region(likeness, self.settings.threshold)
         if region is None:
-            return _lost(self._nothing())
+            return _lost(self._nothing(int(np.max(likeness))))
         width = self._width(depth, region.mask, region.left, region.top)
         if width is None:
             return _lost("no depth where the image is bright")
@@ -136,8 +139,13 @@ class CenterlineEstimator:
             color, 2.0 * self.rope.radius * self.rope.length / pixel**2 / depth.size
         )
 
-    def _nothing(self) -> str:
+    def _nothing(self, most: int) -> str:
         color, threshold = self.settings.rope_color, self.settings.threshold
+        if color is None and most > DARK * threshold:
+            return (
+                f"no pixel is brighter than {threshold}, the brightest has {most}: more light, or "
+                "a lower sensing.threshold"
+            )
         if color is None:
             return f"no pixel is brighter than {threshold}"
         return f"no pixel looks like the rope's colour {list(color)} (threshold {threshold})"

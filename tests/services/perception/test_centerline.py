@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from services.perception.centerline import CenterlineEstimator
-from services.perception.estimate import Estimate, Expected, RopeModel
+from services.perception.estimate import CenterlineSettings, Estimate, Expected, RopeModel
 from services.sim.camera import SensorNoise
 from shared.geometry import polylines
 from shared.geometry.cameras import Camera, Intrinsics
@@ -100,6 +100,15 @@ def test_a_dark_image_says_lost() -> None:
     )
     assert "no pixel is brighter than 128" in estimate.lost
     assert estimate.positions.shape == (0, 3)
+
+
+def test_a_dim_image_says_what_would_help() -> None:
+    frame = taken(curve(1), noise=SensorNoise(exposure=0.45))
+    estimate = CenterlineEstimator(CAMERA, ROPE).estimate(frame.color, frame.depth)
+    assert "lower sensing.threshold" in estimate.lost
+    settings = CenterlineSettings(threshold=60)
+    estimate = CenterlineEstimator(CAMERA, ROPE, settings).estimate(frame.color, frame.depth)
+    assert np.mean(errors(estimate, curve(1))) < 4e-3
 
 
 def test_an_image_without_depth_says_lost() -> None:

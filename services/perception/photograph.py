@@ -51,6 +51,8 @@ FEW = 6
 """Pieces that another rope is in at most."""
 PART = 0.04
 """Length of a piece that is kept, against the longest."""
+ROUNDS, ROUNDS_MORE = 3, 2
+"""Of learning, in the small picture and in the large one."""
 STEEP = 31.0
 """Brightness for a factor of e in likelihood."""
 
@@ -134,7 +136,7 @@ def _guesses(lab: UInt8[np.ndarray, "h w 3"], rope_color: Color | None) -> list[
             parts.append(guess)
     found: list[_Guess] = []
     for guess in _apart(parts, SAME)[:TRIED]:
-        ribbon = learnt(lab, guess.ribbon.mask)
+        ribbon = _followed(lab, guess.ribbon.mask, ROUNDS)
         judged = None if ribbon is None else _judged(lab, ribbon, wanted)
         if judged is not None:
             found.append(judged)
@@ -196,10 +198,12 @@ def _measured(color: UInt8[np.ndarray, "h w 3"], guess: _Guess) -> Photograph | 
     size = (picture.shape[1], picture.shape[0])
     lab = _lab(picture)
     part = cv2.resize(guess.ribbon.mask, size, interpolation=cv2.INTER_NEAREST)
-    ribbon = learnt(lab, part, 2)
+    ribbon = _followed(lab, part, ROUNDS_MORE)
     if ribbon is None:
         return None
-    mask, shadow = _without_faint(lab, ribbon)
+    mask = ribbon.mask
+    found = contrasts(lab, ribbon)
+    shadow = _mean(found, [p.shadow for p in found])
     likeness = np.clip(128.0 + STEEP * (ribbon.likeness - LEAST_RATIO), 0.0, 255.0).astype(np.uint8)
     # Of what is not this rope only the edge that sub-pixel lines are weighed with.
     likeness *= cv2.dilate(mask, np.ones((5, 5), np.uint8))
@@ -219,20 +223,34 @@ def _measured(color: UInt8[np.ndarray, "h w 3"], guess: _Guess) -> Photograph | 
     )
 
 
-def _without_faint(
-    lab: UInt8[np.ndarray, "h w 3"], ribbon: Ribbon
-) -> tuple[UInt8[np.ndarray, "h w"], float]:
-    """A ribbon's mask without pieces that hardly differ from what lies beside them; its shadow."""
+def _followed(
+    lab: UInt8[np.ndarray, "h w 3"], part: UInt8[np.ndarray, "h w"], rounds: int
+) -> Ribbon | None:
+    """The ribbon that a part belongs to, learnt again and again from what is surely like it."""
+    ribbon = None
+    for _ in range(rounds):
+        ribbon = learnt(lab, part)
+        if ribbon is None:
+            return None
+        ribbon = _without_faint(lab, ribbon)
+        part = ribbon.mask
+    return ribbon
+
+
+def _without_faint(lab: UInt8[np.ndarray, "h w 3"], ribbon: Ribbon) -> Ribbon:
+    """A ribbon without pieces that hardly differ from what lies beside them, or are shadows."""
     found = contrasts(lab, ribbon)
     longest = max(found, key=lambda p: p.length)
-    kept = [
-        p
+    kept = [longest.label] + [
+        p.label
         for p in found
-        if p.gap * p.steady > FAINT * longest.gap and p.length > PART * longest.length
+        if p.gap * p.steady > FAINT * longest.gap
+        and p.length > PART * longest.length
+        and (p.shadow <= SHADOWED or longest.shadow > SHADOWED)
     ]
     _, labels = cv2.connectedComponents(ribbon.mask, connectivity=8)
-    mask = np.isin(labels, [p.label for p in kept or [longest]])
-    return mask.view(np.uint8), _mean(kept or [longest], [p.shadow for p in kept or [longest]])
+    mask = np.isin(labels, kept)
+    return replace(ribbon, mask=mask.view(np.uint8), middle=ribbon.middle & mask)
 
 
 def _mean(pieces: list[Piece], values: list[float]) -> float:

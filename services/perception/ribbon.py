@@ -26,8 +26,6 @@ SUREST = 4.0
 """Where the logarithm of the ratio ends: no single pixel speaks louder than its neighbours."""
 LEAST_RATIO = 0.8
 """From which on a pixel is rope: there is more background than rope."""
-ROUNDS = 3
-"""Of learning and cleaning."""
 WIDEST, THINNEST = 1.35, 0.45
 """Half width over the rope's width, width over the rope's: other things have others."""
 SHORTEST = 4.0
@@ -74,28 +72,20 @@ class Ribbon:
     """[pixels]."""
 
 
-def learnt(
-    lab: UInt8[np.ndarray, "h w 3"], part: UInt8[np.ndarray, "h w"], rounds: int = ROUNDS
-) -> Ribbon | None:
+def learnt(lab: UInt8[np.ndarray, "h w 3"], part: UInt8[np.ndarray, "h w"]) -> Ribbon | None:
     """Everything that looks like a part of a picture; None when it does not look like rope.
 
     Args:
         lab: The picture in Lab, as OpenCV scales it.
         part: 1 on a piece of rope.
-        rounds: Of learning, at least one.
     """
-    cells = _cells(lab)
-    mask, found = part, None
-    width, _ = measured(mask)
-    for _ in range(rounds):
-        mask = _unshadowed(lab, mask, width)
-        likeness = _likeness(cells, mask, width)
-        mask, middle, half = _cleaned((likeness > LEAST_RATIO).view(np.uint8), width)
-        if not np.any(middle):
-            return None
-        width = width_of(half[middle])
-        found = Ribbon(likeness, mask, middle, width)
-    return found
+    width, _ = measured(part)
+    mask = _unshadowed(lab, part, width)
+    likeness = _likeness(_cells(lab), mask, width)
+    mask, middle, half = _cleaned((likeness > LEAST_RATIO).view(np.uint8), width)
+    if not np.any(middle):
+        return None
+    return Ribbon(likeness, mask, middle, width_of(half[middle]))
 
 
 def measured(mask: UInt8[np.ndarray, "h w"]) -> tuple[float, Bool[np.ndarray, "h w"]]:

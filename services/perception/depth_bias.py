@@ -15,20 +15,22 @@ from jaxtyping import Float64, UInt16
 
 from shared.geometry import poses
 from shared.geometry.cameras import Camera
-from shared.geometry.obstacles import Obstacle
+from shared.geometry.obstacles import Obstacle, scene_distance
 
 log = logging.getLogger(__name__)
 
 SPARSE = 12
 """Every so many-th row and column is looked at."""
-LARGEST = 0.03
-"""What is further off is no bias: something stands there [m]."""
+LARGEST = 0.012
+"""What is further off is no bias: something lies there [m]."""
+BESIDE = 0.02
+"""From other obstacles, within which a point says nothing of the table [m]."""
 FEWEST = 0.1
 """Part of the pixels looked at that must show the table."""
 UNEVEN = 0.004
 """Difference of the bias between halves of the picture from which on it is something else [m]."""
-MEMORY = 30
-"""Looks that are averaged."""
+MEMORY, EVERY = 30, 10
+"""Looks that are averaged, and frames from one to the next after so many."""
 IGNORED, FULL = 0.0007, 0.0014
 """Biases that nothing is made of, and that are corrected in full; between them in part [m]."""
 
@@ -36,19 +38,22 @@ IGNORED, FULL = 0.0007, 0.0014
 class DepthBias:
     """Averages looks at the table."""
 
-    def __init__(self, camera: Camera, planes: Sequence[Obstacle]) -> None:
+    def __init__(self, camera: Camera, bodies: Sequence[Obstacle]) -> None:
         """
         Args:
             camera: As it is said to stand.
-            planes: Half spaces; the first on a ray is what is seen.
+            bodies: Half spaces, of which the first on a ray is what is seen, and what stands on
+                them.
         """
+        planes = [o for o in bodies if o.shape == "half_space"]
+        self._camera, self._standing = camera, [o for o in bodies if o.shape != "half_space"]
         i = camera.intrinsics
         rows, columns = np.mgrid[SPARSE // 2 : i.height : SPARSE, SPARSE // 2 : i.width : SPARSE]
         self._at = rows.ravel(), columns.ravel()
         pixels = np.stack([columns.ravel(), rows.ravel()], axis=1).astype(float)
-        self._expected = _depths(camera, planes, pixels)
+        self._pixels, self._expected = pixels, _depths(camera, planes, pixels)
         self._halves = np.stack([pixels[:, 0] < i.width / 2.0, pixels[:, 1] < i.height / 2.0])
-        self._mean, self._looks, self._said = 0.0, 0, False
+        self._mean, self._looks, self._frames, self._said = 0.0, 0, 0, False
 
     def look(self, depth: UInt16[np.ndarray, "h w"]) -> float:
         """What to take off every depth, this frame's included [m].
@@ -56,15 +61,22 @@ class DepthBias:
         Args:
             depth: [mm], 0 where nothing was measured.
         """
-        measured = depth[self._at] / 1e3
-        error = measured - self._expected
-        table = (measured > 0.0) & (np.abs(error) < LARGEST)
-        if np.mean(table) >= FEWEST and self._even(error, table):
-            self._looks = min(self._looks + 1, MEMORY)
-            self._mean += (float(np.median(error[table])) - self._mean) / self._looks
+        self._frames += 1
+        if self._looks < MEMORY or self._frames % EVERY == 0:
+            self._add(depth[self._at] / 1e3)
         part = float(np.clip((abs(self._mean) - IGNORED) / (FULL - IGNORED), 0.0, 1.0))
         self._say(part)
         return part * self._mean
+
+    def _add(self, measured: Float64[np.ndarray, "k"]) -> None:
+        error = measured - self._expected
+        table = (measured > 0.0) & (np.abs(error) < LARGEST)
+        if self._standing and np.any(table):
+            points = self._camera.back_project(self._pixels[table], measured[table])
+            table[table] = scene_distance(points, self._standing) > BESIDE
+        if np.mean(table) >= FEWEST and self._even(error, table):
+            self._looks = min(self._looks + 1, MEMORY)
+            self._mean += (float(np.median(error[table])) - self._mean) / self._looks
 
     def _even(self, error: Float64[np.ndarray, "k"], table: np.ndarray) -> bool:
         for half in self._halves:

@@ -223,8 +223,7 @@ class PerceptionService:
         return paper_estimate(*images, camera, start.position, self._rope, threshold)
 
     def _tracker(self, intrinsics: Intrinsics) -> Tracker:
-        planes = [o for o in self._scenario.bodies if o.shape == "half_space"]
-        return Tracker(self._estimator(intrinsics), self._believed, planes)
+        return Tracker(self._estimator(intrinsics), self._believed, self._scenario.bodies)
 
     def _estimator(self, intrinsics: Intrinsics) -> CenterlineEstimator:
         s = self._scenario.sensing

@@ -38,13 +38,13 @@ class Tracker:
         self,
         estimator: CenterlineEstimator,
         believed: RodProperties,
-        planes: Sequence[Obstacle] = (),
+        bodies: Sequence[Obstacle] = (),
     ) -> None:
         """
         Args:
             estimator: Reads single frames.
             believed: The rope as far as it is known.
-            planes: Half spaces in view, which say how far depth is off.
+            bodies: In view; the table among them says how far depth is off.
         """
         self.estimator = estimator
         self._rod = Rod(believed, estimator.rope.node_count)
@@ -52,7 +52,7 @@ class Tracker:
         self._stamp = 0
         self._grips: tuple[Pose | None, Pose | None] = (None, None)
         self._complained = False
-        self._bias = DepthBias(estimator.camera, planes)
+        self._bias = DepthBias(estimator.camera, bodies)
 
     def forget(self) -> None:
         """Starts anew with the next frame."""

@@ -42,10 +42,21 @@ def test_the_rope_is_seen_where_it_is_although_depth_is_off(bias: float, camera:
 
 
 def test_right_depth_is_left_as_it_is() -> None:
-    bodies = (Obstacle("box", (0.1, 0.0, 0.01), size=(0.3, 0.4, 0.02)),)
     bias = DepthBias(CAMERA, (TABLE,))
     for frame in range(5):
-        assert bias.look(taken(curve(4), bodies, frame=frame).depth) == 0.0
+        assert bias.look(taken(curve(4), frame=frame).depth) == 0.0
+
+
+def test_a_board_on_the_table_is_not_the_table() -> None:
+    thin, thick = (
+        Obstacle("box", (0.0, 0.0, height / 2.0), size=(2.0, 2.0, height))
+        for height in (0.008, 0.02)
+    )
+    depth = taken(curve(4), (thin,)).depth
+    assert DepthBias(CAMERA, (TABLE,)).look(depth) == pytest.approx(-0.008, abs=5e-4)
+    # Known, or thicker than any bias.
+    assert DepthBias(CAMERA, (TABLE, thin)).look(depth) == 0.0
+    assert DepthBias(CAMERA, (TABLE,)).look(taken(curve(4), (thick,)).depth) == 0.0
 
 
 def test_what_is_no_bias_is_not_taken_off() -> None:

@@ -28,6 +28,8 @@ APPROACH = 12
 """Steps over which the grips of a guess walk to where they should be."""
 TRAPPED = 0.25
 """Overlap with an obstacle beyond which a shape counts as caught inside, in diameters [-]."""
+SUPPORT = 11
+"""Column of packed obstacles that says whether the rope may lean on one."""
 SETTLED = 1e-6
 """Movement in the last step, relative to length, below which a shape counts as at rest [-]."""
 
@@ -66,8 +68,17 @@ def _clearance(rod: Rod, state: RodState, obstacles: Float64[np.ndarray, "m 12"]
 def _clear_start(
     rod: Rod, left: Pose, right: Pose, obstacles: Float64[np.ndarray, "m 12"] | None
 ) -> RodState:
-    """The curve that sags, or where that runs into an obstacle, the clearest of its kind."""
+    """The curve that sags, or where that runs into an obstacle, the clearest of its kind.
+
+    Where there are supports it hangs so far above that the rope is laid on them from there.
+    """
     start = between_grips(rod, left, right)
+    if obstacles is not None and np.any(obstacles[:, SUPPORT]):
+        depths = start.positions @ _down(rod)
+        lift = max(depths) - min(depths) + rod.properties.diameter
+        raised = replace(start, positions=start.positions - lift * _down(rod))
+        if _clearance(rod, raised, obstacles) > 0.0:
+            return raised
     if _clearance(rod, start, obstacles) > 0.0:
         return start
     chord = poses.normalized(right.position - left.position + np.array([1e-12, 0.0, 0.0]))

@@ -1,7 +1,7 @@
 """The kernel as machine code, kept from one process to the next.
 
 Taichi's own cache keeps what LLVM makes of the kernel's source, but reads the source anew in every
-process, to know that it has not changed, and lets LLVM write the machine code anew: four seconds.
+process, to know that it has not changed, and lets LLVM write the machine code anew: five seconds.
 Where a computer has an assembler, the first process that needs the kernel has another one write it
 into a library (see `assembling`), under a key of everything that it comes from. The others load
 that, and need no Taichi. Where there is none, or the library does not answer as Taichi does,
@@ -52,7 +52,7 @@ def kernel() -> Kernel | None:
     try:
         return loaded(_library(Path.home() / ".cache" / "lariat"))
     except (OSError, RuntimeError) as error:
-        logger.warning("the rod's kernel goes through Taichi, at 4 s a process: %s", error)
+        logger.warning("the rod's kernel goes through Taichi, at 5 s a process: %s", error)
         return None
 
 

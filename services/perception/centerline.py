@@ -57,6 +57,8 @@ SQRT3 = 3.0**0.5
 """Half width over standard deviation of what may be anywhere in a range."""
 END_SIGMA = 0.002
 """How well an end is seen that no grip holds: skeletons shrink by about the radius [m]."""
+FLOODED, CROWDED = 0.15, 6.0
+"""Part of the image, and multiple of the rope's own area, that no rope looks like."""
 DARK = 0.3
 """Part of the threshold below which an image shows nothing at all."""
 LEAST_LENGTH = 0.1
@@ -118,6 +120,9 @@ class CenterlineEstimator:
         width = self._width(depth, region.mask, region.left, region.top)
         if width is None:
             return _lost("no depth where the image is bright")
+        part = float(np.mean(region.mask)) * region.mask.size / depth.size
+        if part > max(FLOODED, CROWDED * self._share(width) / depth.size):
+            return _lost(self._everything(part))
         ridges = [ridge(s, region, depth, width) for s in strands(region.mask, width)]
         ridges = [r for r in ridges if np.any(np.isfinite(r.depth))]
         points = [self._axis(r) for r in ridges]
@@ -137,6 +142,22 @@ class CenterlineEstimator:
         pixel = far / self.camera.intrinsics.fx
         return self._colored(
             color, 2.0 * self.rope.radius * self.rope.length / pixel**2 / depth.size
+        )
+
+    def _share(self, width: float) -> float:
+        """Pixels that the rope covers at most."""
+        return width**2 * self.rope.length / (2.0 * self.rope.radius)
+
+    def _everything(self, part: float) -> str:
+        color, threshold = self.settings.rope_color, self.settings.threshold
+        if color is None:
+            return (
+                f"{100.0 * part:.0f} % of the image is brighter than {threshold}, far more than a "
+                "rope: give sensing.rope_color, or a higher sensing.threshold"
+            )
+        return (
+            f"{100.0 * part:.0f} % of the image looks like the rope's colour {list(color)}, far "
+            "more than a rope: give another sensing.rope_color or a higher sensing.threshold"
         )
 
     def _nothing(self, most: int) -> str:

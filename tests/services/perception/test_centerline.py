@@ -7,9 +7,10 @@ import pytest
 
 from services.perception.centerline import CenterlineEstimator
 from services.perception.estimate import CenterlineSettings, Estimate, Expected, RopeModel
-from services.sim.camera import SensorNoise
+from services.sim.camera import RgbdCamera, SensorNoise
 from shared.geometry import polylines
 from shared.geometry.cameras import Camera, Intrinsics
+from shared.geometry.obstacles import TABLE
 from tests.services.perception.scenes import CAMERA, ROPE, curve, grips, screen, taken
 
 CABLE = RopeModel(length=0.55, radius=0.0025, node_count=40)
@@ -109,6 +110,14 @@ def test_a_dim_image_says_what_would_help() -> None:
     settings = CenterlineSettings(threshold=60)
     estimate = CenterlineEstimator(CAMERA, ROPE, settings).estimate(frame.color, frame.depth)
     assert np.mean(errors(estimate, curve(1))) < 4e-3
+
+
+def test_a_bright_table_is_said_to_be_no_rope() -> None:
+    for table in ((140, 140, 140), (200, 195, 180)):
+        camera = RgbdCamera(CAMERA, seed=1)
+        frame = camera.take(curve(1), ROPE.radius, (TABLE,), [table])
+        estimate = CenterlineEstimator(CAMERA, ROPE).estimate(frame.color, frame.depth)
+        assert "give sensing.rope_color" in estimate.lost
 
 
 def test_an_image_without_depth_says_lost() -> None:

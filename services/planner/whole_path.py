@@ -24,6 +24,8 @@ from shared.geometry import polylines
 
 ITERATIONS = 12
 MORE_ITERATIONS = 5
+NEARER = 0.7
+"""Share of the distance that is left, below which another shape is worth refining."""
 TRIES = 3
 """Ways that are refined, at most."""
 
@@ -53,8 +55,10 @@ def plan(problem: Problem) -> WholePath:
         return _as_near_as_can_be(problem, sought or _sought(problem, optimisation), best.reason)
     if not best.reached:
         more = sorted(optimisation.trials(others(problem, blocks)), key=lambda t: t.cost)
-        found = _best(problem, optimisation, _different(more)[:TRIES])
-        best = max(best, found, key=lambda path: _worth(path, optimisation))
+        # A rope that is not what it is believed to be is off its goal in all ways alike.
+        more = [t for t in more if t.error < NEARER * best.final_error]
+        found = [_best(problem, optimisation, _different(more)[:TRIES])] if more else []
+        best = max([best, *found], key=lambda path: _worth(path, optimisation))
     return best
 
 

@@ -107,10 +107,13 @@ class GaussNewton:
             linear = rod.linearize(horizon.state, actions, self.dt, obstacles=horizon.supports)
             slopes = linear.d_positions_d_actions[..., self.moves]
             slopes = np.einsum("hnckm,kj->hncjm", slopes, means, optimize=True)
+            felt = self._felt(slopes)
+            units = np.maximum(units, felt)
             slopes = slopes.reshape(*slopes.shape[:3], self.horizon * count)
             values, rows = overstretch(linear.rollout.positions, slopes, surroundings)
             nodes = linear.rollout.positions + horizon.offset
-            rope = least_squares(nodes, slopes, horizon.reference, surroundings)
+            model = linear.rollout.positions
+            rope = least_squares(nodes, model, slopes, horizon.reference, surroundings, self.dt)
             own = effort(
                 velocities[:, self.moves], before[self.moves], units, self.weights, self.dt
             )
@@ -133,6 +136,15 @@ class GaussNewton:
             velocities, cost = changed, {**rope.cost, **own.cost, **turn.cost}
         self._velocities = velocities
         return HorizonPlan(velocities.reshape(self.horizon, 2, 2, 3), nodes, cost, self.iterations)
+
+    def _felt(self, slopes: Float64[np.ndarray, "h n 3 h m"]) -> Float64[np.ndarray, "m"]:
+        """How far the nodes move at the horizon's end for each unit of a grip's way [m].
+
+        A rope near where it snaps over answers to a small turn of a grip by a large motion: there a
+        turn is as much effort as the motion.
+        """
+        moved = slopes[-1].sum(axis=2) / (self.horizon * self.dt)
+        return np.sqrt(np.mean(np.sum(moved**2, axis=1), axis=0))
 
     def _bounded(
         self, velocities: Float64[np.ndarray, "h 2 6"], before: Float64[np.ndarray, "2 6"]

@@ -5,16 +5,20 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float64
 
-from services.controller.objective import Surroundings
+from services.controller.objective import Surroundings, gripper_bodies
 from services.controller.task import Task
 from shared.geometry import obstacles as geometry
-from shared.geometry.obstacles import Obstacle
+from shared.geometry.obstacles import Obstacle, signed_distance
 from shared.scenario import Scenario
 
 NEAR_GOAL = 0.03
 """Mean node distance to the goal from which its own clearance is enough [m]."""
 STRETCH = 0.002
 """By which the rope may be pulled longer, as a share of its length [-]."""
+BODY = 1.12
+"""Radius of the spheres by which the gateway covers a gripper, in those of its capsule [-]."""
+APART = 0.003
+"""That is kept beyond what the gateway wants of a gripper's body [m]."""
 LENIENCE = 5e-4
 """By which a goal's own clearance may be missed [m]."""
 
@@ -24,7 +28,7 @@ class Vicinity:
 
     def __init__(self, scenario: Scenario) -> None:
         self._scenario = scenario
-        self._goal_clearance: tuple[tuple[int, int], float] = (-1, -1), np.inf
+        self._goal_clearances: tuple[tuple[int, int], float, float] = (-1, -1), np.inf, np.inf
         self.lay(scenario.bodies, 0)
 
     def lay(self, obstacles: tuple[Obstacle, ...], revision: int) -> None:
@@ -46,20 +50,28 @@ class Vicinity:
             error: Mean node distance to the goal now [m].
         """
         rope, limits = self._scenario.rope, self._scenario.limits
+        own, grippers_own = self._own(task)
+        wanted = self._scenario.control.clearance
+        body = limits.keep_out + BODY * limits.gripper_radius + APART
         return Surroundings(
             self.avoided,
-            self._clearance(task, error),
+            # All that is wanted on the way, no more than the goal has at its end.
+            min(wanted, own - LENIENCE) if error < NEAR_GOAL else wanted,
             rope.diameter / 2.0,
             0.99 * limits.overstretch * rope.length,
             (1.0 + STRETCH) * rope.length,
+            self.obstacles,
+            limits.gripper_reach,
+            min(body, grippers_own - LENIENCE),
         )
 
-    def _clearance(self, task: Task, error: float) -> float:
-        """What to keep: all that is wanted on the way, no more than the goal has at its end [m]."""
-        wanted = self._scenario.control.clearance
+    def _own(self, task: Task) -> tuple[float, float]:
+        """Clearances that the goal has itself: of the rope, and of the grippers' axes [m]."""
         key = (task.goal_revision, self.revision)
-        if self._goal_clearance[0] != key:
-            radius = self._scenario.rope.diameter / 2.0
-            own = geometry.chain_clearance(task.goal.nodes, radius, self.avoided)
-            self._goal_clearance = key, own
-        return min(wanted, self._goal_clearance[1] - LENIENCE) if error < NEAR_GOAL else wanted
+        if self._goal_clearances[0] != key:
+            scenario, nodes = self._scenario, task.goal.nodes
+            own = geometry.chain_clearance(nodes, scenario.rope.diameter / 2.0, self.avoided)
+            bodies = gripper_bodies(nodes, scenario.limits.gripper_reach)
+            distances = [float(np.min(signed_distance(bodies, o))) for o in self.obstacles]
+            self._goal_clearances = key, own, min(distances, default=np.inf)
+        return self._goal_clearances[1:]

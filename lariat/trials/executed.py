@@ -12,7 +12,7 @@ from shared import topics
 from shared.geometry.clearance import gripper_points
 from shared.geometry.obstacles import Obstacle, segment_distance
 from shared.geometry.poses import Pose
-from shared.messages import ArmStates, TaskState, arm_pose, chain, scene_obstacles
+from shared.messages import ArmStates, TaskState, arm_pose, chain, poses_known, scene_obstacles
 from shared.scenario import Scenario
 from shared.scenario.sections import Limits
 from shared.service import SECOND
@@ -55,6 +55,8 @@ class Executed:
                     self.shapes.append(chain(message.positions))
 
     def _take_arms(self, arms: ArmStates) -> None:
+        if not poses_known(arms):
+            return
         velocity = np.zeros((2, 2, 3))
         for row, arm in zip(velocity, arms.arms, strict=False):
             if arm.linear_velocity:

@@ -59,5 +59,6 @@ def draw(prediction: Prediction, title: str, path: Path) -> None:
     errors.plot(seconds[first:], 100.0 * prediction.errors.mean(axis=0), color=PREDICTED, lw=2)
     errors.set_title("mean absolute error of every sequence, and their mean")
     errors.set(xlabel="time [s]", ylabel="[cm]", ylim=(0.0, None))
+    path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=80)
     plt.close(figure)

@@ -44,16 +44,16 @@ def run(
                 name, cases, lambda done, t=task: progress.update(t, completed=done)
             )
             progress.remove_task(task)
-    if plots is not None and "diagram" in tables:
-        from lariat.bench.rod.plot import draw
-
-        draw(tables["diagram"], plots / "rod-error-against-time.png")
     if json:
         print(encoder.dumps(tables))
     else:
         console = Console()
         for name, rows in tables.items():
             console.print(_table(name, rows))
+    if plots is not None and "diagram" in tables:
+        from lariat.bench.rod.plot import draw
+
+        draw(tables["diagram"], plots / "rod-error-against-time.png")
     return 0
 
 

@@ -32,5 +32,6 @@ def draw(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
     axes[0].set_ylabel("mean node error [mm]")
     axes[0].legend(fontsize=8)
     figure.tight_layout()
+    path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=90)
     pyplot.close(figure)

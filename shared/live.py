@@ -31,7 +31,7 @@ from typing import Annotated, Any
 import tyro
 
 from shared import bus as buses
-from shared import topics
+from shared import memory, topics
 from shared.bus import Bus, BusError, BusOptions
 from shared.clock import Clock, SystemClock
 from shared.configuration import ConfigurationError
@@ -112,6 +112,7 @@ def run(
     logging.getLogger().addHandler(handler)
     runner = Runner(service, bus, clock, session, heartbeat)
     bus.declare_alive(service.name)
+    memory.reserve()
     # What exists now stays: a collection must not walk through it in the middle of a step.
     gc.collect()
     gc.freeze()

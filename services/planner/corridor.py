@@ -300,7 +300,7 @@ def _back(order: Int16[np.ndarray, "s x y z"], end: Cell) -> list[Cell]:
             inside = all(0 <= p < n for p, n in zip(place, order.shape, strict=True))
             if inside and order[place] == wanted:
                 last = tuple(b - a for a, b in zip(here, place, strict=True))
-                cells.append(place)  # type: ignore[arg-type]
+                cells.append(place)
                 break
     return cells[::-1]
 

@@ -1,4 +1,3 @@
-# type: ignore
 """Obstacles as the simulated camera sees them.
 
 Rays have unit depth, so the parameter of a hit is its depth. Geometry is double precision (a

@@ -1,4 +1,3 @@
-# type: ignore
 """What the simulated sensor adds to exact depth."""
 
 import taichi as ti

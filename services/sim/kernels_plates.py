@@ -1,4 +1,3 @@
-# type: ignore
 """Printed plates as the simulated camera sees them: flat squares with a pattern of cells."""
 
 import taichi as ti

@@ -1,4 +1,3 @@
-# type: ignore
 """What the camera's kernels share: types, limits, and one intersection."""
 
 import taichi as ti

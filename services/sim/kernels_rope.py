@@ -1,4 +1,3 @@
-# type: ignore
 """The rope as the simulated camera sees it: capsules, their edges blended into partly covered
 pixels."""
 

@@ -1,4 +1,3 @@
-# type: ignore
 """The one kernel of the implicit rod: roll-outs, their derivatives, and statics as a roll-out.
 
 One implicit step is the minimiser of the rod's incremental energy, by Newton's method. The energy

@@ -1,4 +1,3 @@
-# type: ignore
 """Where things lie, and short expressions of them; inlined, hence without branches."""
 
 import taichi as ti

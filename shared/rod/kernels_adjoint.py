@@ -1,4 +1,3 @@
-# type: ignore
 """The adjoint."""
 
 import taichi as ti

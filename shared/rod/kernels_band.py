@@ -1,4 +1,3 @@
-# type: ignore
 """The banded linear system: block LDL^T and its solves, with what touches add to it."""
 
 import taichi as ti

@@ -1,4 +1,3 @@
-# type: ignore
 """Signed distances with normals and curvatures inside kernels.
 
 The twin of `shared.geometry.obstacles.signed_distance`, on rows of `layout.OBSTACLE_WIDTH`.

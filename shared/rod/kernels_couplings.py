@@ -1,4 +1,3 @@
-# type: ignore
 """How the gradient of a step answers the steps before and the parameters."""
 
 import taichi as ti

@@ -1,4 +1,3 @@
-# type: ignore
 """Energy, gradient and Hessian of a step."""
 
 import taichi as ti

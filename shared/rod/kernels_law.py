@@ -1,4 +1,3 @@
-# type: ignore
 """What contact costs."""
 
 import taichi as ti

@@ -1,4 +1,3 @@
-# type: ignore
 """Rotations inside kernels; conventions as in `shared.geometry.poses`.
 
 Without branches, as everything that is inlined here must be: see `kernels`. Nowhere is there

@@ -1,4 +1,3 @@
-# type: ignore
 """How iterates move."""
 
 import taichi as ti

@@ -1,4 +1,3 @@
-# type: ignore
 """Forward sensitivities."""
 
 import taichi as ti

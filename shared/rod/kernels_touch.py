@@ -1,4 +1,3 @@
-# type: ignore
 """The rod's contact with itself.
 
 A touch pushes a point of one edge and the nearest of another apart, along the line between them.

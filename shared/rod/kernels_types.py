@@ -1,4 +1,3 @@
-# type: ignore
 """Types of the two arrays that every compiled function takes."""
 
 import taichi as ti

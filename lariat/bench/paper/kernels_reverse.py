@@ -1,4 +1,3 @@
-# type: ignore
 """The paper's way to its gradients: Algorithm 1 with all momentary states kept, differentiated by
 Taichi's own reverse mode.
 

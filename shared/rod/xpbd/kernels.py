@@ -1,4 +1,3 @@
-# type: ignore
 """The one kernel of the position-based rod: roll-outs, and their derivatives backwards.
 
 Everything is inlined into it; it compiles in 3 s.

@@ -1,4 +1,3 @@
-# type: ignore
 """A step of Algorithm 1 backwards: from the slopes in slot step + 1 to those in slot step.
 
 The rod that J sweeps end with depends on where they began, so that no implicit function stands for

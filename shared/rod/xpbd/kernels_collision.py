@@ -1,4 +1,3 @@
-# type: ignore
 """Where nodes enter obstacles: the planes of the collision constraint, and their slopes.
 
 The way of a node is the ray from where it was to where it would go. Obstacles are convex, and so is

@@ -1,4 +1,3 @@
-# type: ignore
 """One correction (11) of one constraint, and its adjoint.
 
 A correction takes the constraint's value C and slopes J at what it finds, changes the multiplier by

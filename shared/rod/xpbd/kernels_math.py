@@ -1,4 +1,3 @@
-# type: ignore
 """Products of quaternions (wxyz) that the constraints and their derivatives are made of.
 
 With u a vector, (0, u) the quaternion without real part, and Im the vector part.

@@ -1,4 +1,3 @@
-# type: ignore
 """One step of Algorithm 1: lines 4 to 14 and the velocities after them."""
 
 import taichi as ti

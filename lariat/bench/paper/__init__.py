@@ -67,13 +67,13 @@ def run(
             bars.update(whole, completed=done, description=f"{whole_path.NAME}: goal {k + 1}")
     times = compare(bench.xpbd, bench.direct) if speed else {}
     split = len(outcomes) - len(list(adaptation_studies()))
-    if plot is not None:
-        draw(outcomes[:split], outcomes[split:], plot)
     rows = [*(outcome.row() for outcome in outcomes), whole_path.row(scores)]
     if json:
         print(encoder.dumps({"studies": rows, "adaptation": _adapted(outcomes), "speed": times}))
     else:
         _show(rows, _adapted(outcomes), times)
+    if plot is not None:
+        draw(outcomes[:split], outcomes[split:], plot)
     return 0 if _reproduced(outcomes) else 1
 
 

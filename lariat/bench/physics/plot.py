@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from lariat.bench import physics
+from lariat.bench.physics import cases
 
 COARSE, FINE = 10, 320
 """Nodes of the rod that is shown, and points of the closed form."""
@@ -26,15 +26,15 @@ def draw(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
     figure, axes = pyplot.subplots(2, 2, figsize=(10, 7))
     hanging, strut, helix, errors = axes.ravel()
     for name, color, shapes in (
-        ("heavy cantilever", "tab:blue", physics.cantilever(COARSE, 4e8, FINE)),
-        ("limp cantilever", "tab:orange", physics.cantilever(COARSE, 1e8, FINE)),
-        ("catenary", "tab:green", (physics.hung(COARSE)[0], physics.hung(FINE)[1])),
+        ("heavy cantilever", "tab:blue", cases.cantilever(COARSE, 4e8, FINE)),
+        ("limp cantilever", "tab:orange", cases.cantilever(COARSE, 1e8, FINE)),
+        ("catenary", "tab:green", (cases.hung(COARSE)[0], cases.hung(FINE)[1])),
     ):
         nodes, exact = shapes
         hanging.plot(*exact.T, color=color, label=name)
         hanging.plot(*nodes.T, "o", color=color, markersize=4)
     hanging.set_title(f"Under their weight: closed form (line), rod of {COARSE} nodes", fontsize=9)
-    nodes, exact = physics.strut(COARSE)
+    nodes, exact = cases.strut(COARSE)
     strut.plot(exact[:, 0], -exact[:, 1], color="black", label="Euler's elastica")
     strut.plot(nodes[:, 0], -nodes[:, 1], "o", markersize=4, label=f"rod, {COARSE} nodes")
     strut.set_title("A strut between pins, buckled", fontsize=9)
@@ -42,8 +42,8 @@ def draw(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
         axis.set_aspect("equal", "datalim")
         axis.set_xlabel("x [L]")
         axis.set_ylabel("z [L]")
-    nodes, _ = physics.buckled(80)
-    _, exact = physics.buckled(180)
+    nodes, _ = cases.buckled(80)
+    _, exact = cases.buckled(180)
     helix.plot(*exact.T, color="black", label="tanh$^2$")
     helix.plot(*nodes.T, "o", markersize=3, label="rod, 80 nodes")
     helix.set_title("Helical buckling, localised: envelope of the tangent", fontsize=9)

@@ -38,12 +38,12 @@ clean:
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --upgrade pip
 
-.venv/installed: pyproject.toml | .venv/bin/python
+.venv/installed: pyproject.toml stack/pyproject.toml | .venv/bin/python
 	@echo "Installing Lariat and what it needs into .venv; the first time takes some minutes"
-	$(BIN)/python -m pip install --quiet --editable '.[all]'
+	$(BIN)/python -m pip install --quiet --editable . --editable './stack[all]'
 	@touch $@
 
-.venv/installed-dev: pyproject.toml | .venv/bin/python
+.venv/installed-dev: pyproject.toml stack/pyproject.toml | .venv/bin/python
 	@echo "Installing Lariat, what it needs and its tests' tools into .venv; the first time takes some minutes"
-	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+	$(BIN)/python -m pip install --quiet --editable . --editable './stack[dev]'
 	@touch $@ .venv/installed

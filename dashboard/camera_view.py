@@ -12,8 +12,8 @@ from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from jaxtyping import Float64, UInt8
 
 from dashboard.scene_view import certainty_colors
-from shared.geometry.cameras import Camera, Intrinsics
-from shared.geometry.poses import Pose
+from lariat.geometry.cameras import Camera, Intrinsics
+from lariat.geometry.poses import Pose
 from shared.messages import NodeChain, chain
 
 PERIOD = 0.125

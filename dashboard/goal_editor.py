@@ -13,7 +13,7 @@ from dashboard.actions import Actions
 from dashboard.outbox import Complaint, Outbox
 from dashboard.scene_view import SceneView
 from dashboard.wording import Line
-from shared.geometry.poses import Pose
+from lariat.geometry.poses import Pose
 from shared.messages import Goal, GoalPreview, TaskRequest, TaskState, chain, grip_pose
 from shared.scenario import SIDES, Scenario, Side
 from shared.service import SECOND

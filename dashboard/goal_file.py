@@ -6,8 +6,8 @@ import io
 
 import numpy as np
 
-from shared.geometry import polylines, poses
-from shared.geometry.poses import Pose
+from lariat.geometry import polylines, poses
+from lariat.geometry.poses import Pose
 from shared.messages import Goal, grip
 from shared.scenario import Scenario
 from shared.scenario.scenario import LEVEL

@@ -10,7 +10,7 @@ import viser
 from dashboard import palette
 from dashboard.actions import Actions
 from dashboard.outbox import Complaint, Outbox
-from shared.geometry.obstacles import Obstacle
+from lariat.geometry.obstacles import Obstacle
 from shared.messages import SceneRequest, obstacle_message
 from shared.scenario import Scenario
 

@@ -8,8 +8,8 @@ import numpy as np
 import viser
 
 from dashboard import palette, solids
-from shared.geometry import poses
-from shared.geometry.obstacles import Obstacle
+from lariat.geometry import poses
+from lariat.geometry.obstacles import Obstacle
 
 PLANE = 1.6
 """Drawn side of a half space [m]."""

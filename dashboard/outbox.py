@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from google.protobuf.message import Message
 
+from lariat.geometry.poses import Pose
 from shared import topics
-from shared.geometry.poses import Pose
 from shared.messages import (
     ArmCommand,
     ArmStates,

@@ -12,10 +12,10 @@ from jaxtyping import Float64, UInt8
 from dashboard import palette, solids
 from dashboard.obstacle_view import ObstacleView
 from dashboard.tube_view import TubeView
-from shared.geometry import poses
-from shared.geometry.cameras import looking_at
-from shared.geometry.obstacles import Obstacle
-from shared.geometry.poses import Pose
+from lariat.geometry import poses
+from lariat.geometry.cameras import looking_at
+from lariat.geometry.obstacles import Obstacle
+from lariat.geometry.poses import Pose
 from shared.messages import ArmStates, GoalPreview, NodeChain, Path, Plan, chain
 from shared.scenario import SIDES, Scenario
 

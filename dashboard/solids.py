@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float64, Int64
 
-from shared.geometry import poses
+from lariat.geometry import poses
 
 Z = np.array([0.0, 0.0, 1.0])
 

@@ -261,11 +261,11 @@ def _scenario(options: LiveOptions) -> Scenario:
 
 def _missing(module: str, extra: str, error: ImportError) -> int:
     library = (error.name or str(error)).partition(".")[0]
-    if library in ("services", "shared", "dashboard", "lariat"):
+    if library in ("services", "shared", "dashboard", "lariat", "stack", "benchmarks", "cli"):
         log.exception("%s does not import", module)
         return EXIT_EXCEPTION
     print(
-        f"{extra}: {library} is not installed; install it with: pip install 'lariat[{extra}]'",
+        f"{extra}: {library} is not installed; pip install 'lariat-stack[{extra}]' brings it",
         file=sys.stderr,
     )
     return EXIT_BAD_INPUT

@@ -1,8 +1,8 @@
 """The contract of a service: a step from inbox to publications, and nothing else.
 
 A step opens no socket, reads no clock, sleeps never and keeps no global. What drives it is a
-runner: `shared.live` over Zenoh in real time, `lariat.simulated_time` in one process, or
-`lariat.replay` from a recording.
+runner: `shared.live` over Zenoh in real time, `stack.simulation.simulated_time` in one process, or
+`cli.replay` from a recording.
 """
 
 from __future__ import annotations

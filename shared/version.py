@@ -11,7 +11,7 @@ from pathlib import Path
 @cache
 def version() -> str:
     """The installed version."""
-    return metadata.version("lariat")
+    return metadata.version("lariat-stack")
 
 
 @cache

@@ -7,25 +7,21 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from services.controller.control_loop import SETPOINT, Command, ControlLoop
-from services.controller.course import Course
-from services.controller.goals import GoalMaker
-from services.controller.models import adaptation_of, check, model_of
-from services.controller.motion import Motion
-from services.controller.path_track import PathTrack
-from services.controller.publications import (
-    chunk_message,
-    motion_of,
-    plan_message,
-    track_of,
-)
-from services.controller.reports import Reports
-from services.controller.requests import carry_out, preview
-from services.controller.run_monitor import RunMonitor
-from services.controller.snag import SnagWatch
-from services.controller.state_estimate import StateEstimate
-from services.controller.task import Task
-from services.controller.vicinity import Vicinity
+from lariat.rod import Rod, RodProperties
+from services.controller.estimation.state_estimator import StateEstimate
+from services.controller.messages import chunk_message, motion_of, plan_message, track_of
+from services.controller.model_factory import adaptation_of, check, model_of
+from services.controller.mpc.collision_scene import Vicinity
+from services.controller.mpc.horizon import SETPOINT, Command, ControlLoop
+from services.controller.mpc.motion import Motion
+from services.controller.mpc.reference_trajectory import PathTrack
+from services.controller.run.goals import GoalMaker
+from services.controller.run.progress import RunMonitor
+from services.controller.run.requests import carry_out, preview
+from services.controller.run.snag_detector import SnagWatch
+from services.controller.run.state_machine import Course
+from services.controller.run.task import Task
+from services.controller.status import Reports
 from shared import topics
 from shared.messages import (
     ArmStates,
@@ -36,7 +32,6 @@ from shared.messages import (
     poses_known,
     scene_obstacles,
 )
-from shared.rod import Rod, RodProperties
 from shared.scenario import SIDES, Scenario
 from shared.service import SECOND, Inbox, Publication
 

@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float64
 
-from shared.geometry import obstacles as geometry
-from shared.geometry import poses
-from shared.geometry.obstacles import Obstacle
+from lariat.geometry import obstacles as geometry
+from lariat.geometry import poses
+from lariat.geometry.obstacles import Obstacle
 from shared.scenario import Event
 
 FARTHEST = 20.0

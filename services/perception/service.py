@@ -11,17 +11,18 @@ from collections.abc import Iterator
 import numpy as np
 from jaxtyping import UInt8, UInt16
 
-from services.perception.camera_view import CameraView
-from services.perception.centerline import DOUBTFUL, CenterlineEstimator
-from services.perception.estimate import CenterlineSettings, Estimate, RopeModel
-from services.perception.marked import MarkedObstacles
-from services.perception.paper import paper_estimate
+from lariat.geometry import polylines, poses
+from lariat.geometry.cameras import Camera, Intrinsics
+from lariat.geometry.poses import Pose
+from lariat.rod import RodProperties
+from services.perception.markers.marker_obstacles import MarkedObstacles
+from services.perception.rgbd.camera_view import CameraView
+from services.perception.rgbd.centerline import DOUBTFUL, CenterlineEstimator
+from services.perception.rgbd.estimate import CenterlineSettings, Estimate, RopeModel
+from services.perception.rgbd.paper_baseline import paper_estimate
 from services.perception.scene import Refused, Surroundings
-from services.perception.tracking import Tracker
+from services.perception.tracking.rope_tracker import Tracker
 from shared import topics
-from shared.geometry import polylines, poses
-from shared.geometry.cameras import Camera, Intrinsics
-from shared.geometry.poses import Pose
 from shared.messages import (
     ArmStates,
     NodeChain,
@@ -35,7 +36,6 @@ from shared.messages import (
     scene_obstacles,
     stamp_of,
 )
-from shared.rod import RodProperties
 from shared.scenario import Scenario
 from shared.service import SECOND, Inbox, Publication
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from shared.geometry.obstacles import Obstacle, pack
-from shared.geometry.poses import Pose
-from shared.rod import Rod, RodState
+from lariat.geometry.obstacles import Obstacle, pack
+from lariat.geometry.poses import Pose
+from lariat.rod import Rod, RodState
 from shared.scenario.sections import Limits
 
 
@@ -40,7 +40,7 @@ class Problem:
     oriented: tuple[bool, bool] = (False, False)
     """Whether the orientation of each goal grip must be met."""
     turns: int = 0
-    """Whole turns of twist that the goal asks for (`shared.rod.winding`)."""
+    """Whole turns of twist that the goal asks for (`lariat.rod.twist`)."""
     seed: int = 0
 
     @property

@@ -6,13 +6,16 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from lariat.geometry import polylines
+from lariat.geometry.obstacles import Obstacle, pack
+from lariat.geometry.poses import Pose
+from lariat.rod import Rod, RodProperties, RodState
+from lariat.rod.statics import framed
+from lariat.rod.twist import wound
 from services.planner import whole_path
-from services.planner.learnt_rope import learnt_rope
+from services.planner.parameter_update import learnt_rope
 from services.planner.problem import Problem, WholePath
 from shared import topics
-from shared.geometry import polylines
-from shared.geometry.obstacles import Obstacle, pack
-from shared.geometry.poses import Pose
 from shared.messages import (
     ArmStates,
     NodeChain,
@@ -26,9 +29,6 @@ from shared.messages import (
     poses_known,
     scene_obstacles,
 )
-from shared.rod import Rod, RodProperties, RodState
-from shared.rod.statics import framed
-from shared.rod.winding import wound
 from shared.scenario import SIDES, Scenario
 from shared.service import SECOND, Inbox, Publication
 

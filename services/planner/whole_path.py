@@ -8,19 +8,13 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float64
 
-from services.planner.corridor import Corridor, corridor, displacements
-from services.planner.in_motion import (
-    DT,
-    ENOUGH,
-    SLACK,
-    least_clearance,
-    on_the_clock,
-)
-from services.planner.optimisation import RESERVE, PathOptimisation, Trial
+from lariat.geometry import obstacles as geometry
+from lariat.geometry import polylines
+from services.planner.dynamic_check import DT, ENOUGH, SLACK, least_clearance, on_the_clock
+from services.planner.grid_search import Corridor, corridor, displacements
+from services.planner.path_optimization import RESERVE, PathOptimisation, Trial
 from services.planner.problem import Problem, WholePath
-from services.planner.starts import others, starts
-from shared.geometry import obstacles as geometry
-from shared.geometry import polylines
+from services.planner.seeds import others, starts
 
 ITERATIONS = 12
 MORE_ITERATIONS = 5

@@ -16,10 +16,10 @@ from foxglove_schemas_protobuf.SpherePrimitive_pb2 import SpherePrimitive
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from jaxtyping import Float64
 
+from lariat.geometry import poses
+from lariat.geometry.obstacles import Obstacle
+from lariat.geometry.poses import Pose
 from shared import topics
-from shared.geometry import poses
-from shared.geometry.obstacles import Obstacle
-from shared.geometry.poses import Pose
 from shared.messages import ArmStates, arm_pose, chain, scene_obstacles, timestamp
 from shared.scenario import SIDES, Scenario
 

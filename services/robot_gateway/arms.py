@@ -7,12 +7,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from services.robot_gateway import approach
+from lariat.geometry.poses import Pose
+from lariat.trajectory.chunk import NANOSECONDS
 from services.robot_gateway.drivers.driver import Driver, Feedback
-from services.robot_gateway.guidance import Guidance
-from services.robot_gateway.safety import Command, Rejected
-from services.robot_gateway.trajectory import NANOSECONDS
-from shared.geometry.poses import Pose
+from services.robot_gateway.motion import approach
+from services.robot_gateway.motion.follower import Guidance
+from services.robot_gateway.safety.state_machine import Command, Rejected
 
 SIDES = ("left", "right")
 

@@ -11,20 +11,30 @@ from dataclasses import replace
 
 import numpy as np
 
-from services.robot_gateway.admission import Refused
-from services.robot_gateway.approach import PACES, TOO_FAST, Approach, slow_chunk
+from lariat.geometry.obstacles import Obstacle
+from lariat.geometry.poses import Pose
+from lariat.trajectory.chunk import NANOSECONDS, Chunk
+from lariat.trajectory.limits import Rule
 from services.robot_gateway.arms import SIDES, Arms
-from services.robot_gateway.causes import CAUSES
 from services.robot_gateway.drivers.driver import Driver
-from services.robot_gateway.guidance import Guidance
-from services.robot_gateway.limits import Rule
-from services.robot_gateway.pulls import Pulls
-from services.robot_gateway.report import CellReport
-from services.robot_gateway.safety import DEVICE_CAUSES, Command, Rejected, Safety
-from services.robot_gateway.trajectory import NANOSECONDS, Chunk
-from services.robot_gateway.writers import Writers
-from shared.geometry.obstacles import Obstacle
-from shared.geometry.poses import Pose
+from services.robot_gateway.motion.approach import (
+    PACES,
+    TOO_FAST,
+    Approach,
+    slow_chunk,
+)
+from services.robot_gateway.motion.follower import Guidance
+from services.robot_gateway.motion.setpoint_sources import Writers
+from services.robot_gateway.motion.validation import Refused
+from services.robot_gateway.safety.force_limit import Pulls
+from services.robot_gateway.safety.state_machine import (
+    DEVICE_CAUSES,
+    Command,
+    Rejected,
+    Safety,
+)
+from services.robot_gateway.safety.stop_causes import CAUSES
+from services.robot_gateway.status import CellReport
 
 TICK = 0.008
 """Period of the gateway [s]."""

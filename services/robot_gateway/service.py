@@ -7,17 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lariat.trajectory.chunk import NANOSECONDS, Chunk
+from lariat.trajectory.limits import MotionLimits
 from services.robot_gateway.cell import Cell
-from services.robot_gateway.drivers.choose import bodies_of, drivers_of
-from services.robot_gateway.guidance import Guidance
-from services.robot_gateway.journal import Journal
-from services.robot_gateway.limits import MotionLimits
-from services.robot_gateway.pulls import Pulls
-from services.robot_gateway.report import CellReport
-from services.robot_gateway.rules import Boundaries
-from services.robot_gateway.safety import Action, Command
-from services.robot_gateway.shutdown import bring_to_rest
-from services.robot_gateway.trajectory import NANOSECONDS, Chunk
+from services.robot_gateway.constraints.motion_constraints import Boundaries
+from services.robot_gateway.drivers.factory import bodies_of, drivers_of
+from services.robot_gateway.motion.follower import Guidance
+from services.robot_gateway.safety.force_limit import Pulls
+from services.robot_gateway.safety.shutdown import bring_to_rest
+from services.robot_gateway.safety.state_logger import Journal
+from services.robot_gateway.safety.state_machine import Action, Command
+from services.robot_gateway.status import CellReport
 from shared import topics
 from shared.clock import SystemClock
 from shared.messages import ArmCommand, ArmState, ArmStates, Setpoints, scene_obstacles

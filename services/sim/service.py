@@ -12,16 +12,16 @@ from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
-from services.sim.camera import DARK, RgbdCamera, SensorNoise
-from services.sim.plant import EndMotion
-from services.sim.plates import Plate
-from services.sim.standing import StandingObstacles
+from lariat.geometry import poses
+from lariat.geometry.cameras import Camera, Intrinsics
+from lariat.geometry.obstacles import Obstacle
+from lariat.geometry.poses import Pose
+from services.sim.camera.camera import DARK, RgbdCamera, SensorNoise
+from services.sim.camera.marker_plates import Plate
+from services.sim.placed_obstacles import StandingObstacles
+from services.sim.plants.plant import EndMotion
 from services.sim.world import World
 from shared import topics
-from shared.geometry import poses
-from shared.geometry.cameras import Camera, Intrinsics
-from shared.geometry.obstacles import Obstacle
-from shared.geometry.poses import Pose
 from shared.messages import ArmStates, NodeChain, poses_known, scene_obstacles, timestamp
 from shared.scenario import Scenario
 from shared.service import SECOND, Inbox, Publication

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float64
 
-from services.sim.plant import EndMotion, Plant, way
-from shared.geometry import poses
-from shared.geometry.obstacles import Obstacle
-from shared.geometry.poses import Pose
-from shared.rod import RodProperties
+from lariat.geometry import poses
+from lariat.geometry.obstacles import Obstacle
+from lariat.geometry.poses import Pose
+from lariat.rod import RodProperties
+from services.sim.plants.plant import EndMotion, Plant, way
 from shared.scenario import Scenario
 
 LONGEST_STEP = 0.05
@@ -35,12 +35,12 @@ def build_plant(scenario: Scenario) -> Plant:
     true = true_properties(scenario)
     count = scenario.plant_rope.node_count
     if scenario.plant.model == "rod":
-        from services.sim.rod_plant import RodPlant
+        from services.sim.plants.rod_plant import RodPlant
 
         return RodPlant(true, count, scenario.bodies, scenario.plant.self_contact)
     # MuJoCo is imported only where it plays.
-    from services.sim.mujoco_model import RopeTruth
-    from services.sim.mujoco_plant import MujocoPlant
+    from services.sim.plants.mujoco_model import RopeTruth
+    from services.sim.plants.mujoco_plant import MujocoPlant
 
     rope = RopeTruth(
         length=true.length,

@@ -10,8 +10,8 @@ from google.protobuf.message import Message
 from google.protobuf.timestamp_pb2 import Timestamp
 from jaxtyping import Float64
 
-from shared.geometry import obstacles as geometry
-from shared.geometry.poses import Pose
+from lariat.geometry import obstacles as geometry
+from lariat.geometry.poses import Pose
 from shared.messages.arm_pb2 import ArmCommand, ArmSetpoints, ArmState, ArmStates, Setpoints
 from shared.messages.control_pb2 import Parameter, Parameters, Path, Plan, RunResult
 from shared.messages.rope_pb2 import NodeChain

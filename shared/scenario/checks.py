@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from lariat.geometry import obstacles as geometry
+from lariat.geometry import polylines
 from shared.configuration import ConfigurationError
-from shared.geometry import obstacles as geometry
-from shared.geometry import polylines
 from shared.scenario.scenario import Scenario
 from shared.scenario.sections import SIDES, Shape, Side
 

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.geometry import obstacles as geometry
+from lariat.geometry import polylines, poses
+from lariat.geometry.cameras import looking_at
+from lariat.geometry.poses import Pose
 from shared.configuration import ConfigurationError
-from shared.geometry import obstacles as geometry
-from shared.geometry import polylines, poses
-from shared.geometry.cameras import looking_at
-from shared.geometry.poses import Pose
 from shared.scenario.sections import (
     Control,
     End,

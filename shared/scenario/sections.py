@@ -7,10 +7,10 @@ from typing import Annotated, Literal
 
 import numpy as np
 
+from lariat.geometry import obstacles as geometry
+from lariat.geometry import poses
+from lariat.geometry.poses import Pose
 from shared.configuration import Within
-from shared.geometry import obstacles as geometry
-from shared.geometry import poses
-from shared.geometry.poses import Pose
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]

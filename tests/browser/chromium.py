@@ -18,7 +18,7 @@ from jaxtyping import Float64
 from playwright.sync_api import Page, sync_playwright
 
 from dashboard.scene_view import first_look
-from shared.geometry.cameras import Camera, Intrinsics, looking_at
+from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from shared.scenario import Scenario
 
 EXECUTABLE = shutil.which("chromium")

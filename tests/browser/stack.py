@@ -33,7 +33,7 @@ def running(scenario: str, patience: float = 300.0) -> Iterator[str]:
         The page's address.
     """
     port, page = free_port(), free_port()
-    command = [sys.executable, "-m", "lariat", "up", scenario, "--no-record"]
+    command = [sys.executable, "-m", "cli", "up", scenario, "--no-record"]
     command += ["--port", str(port), "--dashboard-port", str(page), "--namespace", f"test-{port}"]
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, bufsize=1

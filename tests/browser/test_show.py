@@ -12,7 +12,7 @@ from playwright.sync_api import expect
 
 from tests.browser.chromium import NO_CHROMIUM, opened
 from tests.browser.stack import free_port
-from tests.lariat.test_show import record
+from tests.cli.test_show import record
 
 pytestmark = NO_CHROMIUM
 
@@ -20,7 +20,7 @@ pytestmark = NO_CHROMIUM
 def test_recording_plays_and_can_be_scrubbed(tmp_path: Path) -> None:
     port = free_port()
     file = record(tmp_path / "run.mcap", seconds=3.0)
-    command = [sys.executable, "-m", "lariat", "show", str(file), "--port", str(port)]
+    command = [sys.executable, "-m", "cli", "show", str(file), "--port", str(port)]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     try:
         assert process.stderr is not None

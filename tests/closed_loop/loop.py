@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from lariat import closed_loop
-from lariat.closed_loop import Outcome
-from lariat.overrides import load_with
-from lariat.simulated_time import Delivery
+from stack.scenario_overrides import load_with
+from stack.simulation import closed_loop
+from stack.simulation.closed_loop import Outcome
+from stack.simulation.simulated_time import Delivery
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 

@@ -12,13 +12,14 @@ import pytest
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
-from lariat import closed_loop, services
-from lariat.overrides import load_with
-from lariat.simulated_time import Delivery, session
 from services.sim.service import CALIBRATION, COLOR, DEPTH, SimService
 from shared import topics
 from shared.messages import NodeChain, Setpoints, stamp_of
 from shared.service import SECOND, Inbox, Publication
+from stack import services
+from stack.scenario_overrides import load_with
+from stack.simulation import closed_loop
+from stack.simulation.simulated_time import Delivery, session
 from tests.closed_loop.loop import SCENARIOS
 
 Fault = Callable[[Publication], Publication | None]

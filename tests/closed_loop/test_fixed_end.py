@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lariat.closed_loop import Outcome
 from shared import topics
 from shared.messages import arm_pose
+from stack.simulation.closed_loop import Outcome
 from tests.closed_loop.loop import first_difference, messages, run
 
 NAME = "fixed-end"

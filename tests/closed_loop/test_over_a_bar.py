@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from lariat.closed_loop import Outcome
+from lariat.geometry.obstacles import chain_clearance
 from shared import topics
-from shared.geometry.obstacles import chain_clearance
 from shared.messages import chain
+from stack.simulation.closed_loop import Outcome
 from tests.closed_loop.loop import run
 
 

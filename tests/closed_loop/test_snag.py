@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lariat import closed_loop, services
-from lariat.closed_loop import Outcome
-from lariat.overrides import load_with
-from lariat.simulated_time import session
+from lariat.geometry.obstacles import Obstacle
 from services.sim.service import SimService
 from shared import topics
-from shared.geometry.obstacles import Obstacle
 from shared.messages import FAILED
+from stack import services
+from stack.scenario_overrides import load_with
+from stack.simulation import closed_loop
+from stack.simulation.closed_loop import Outcome
+from stack.simulation.simulated_time import session
 from tests.closed_loop.loop import SCENARIOS
 
 HIDDEN = Obstacle("cylinder", (0.03, 0.0, 0.4), radius=0.01, height=0.8, name="hidden")

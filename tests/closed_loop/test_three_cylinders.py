@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from lariat import replay
-from lariat.closed_loop import Outcome
+from cli import replay
 from shared import topics
 from shared.messages import REACHED
 from shared.recording import Recording
+from stack.simulation.closed_loop import Outcome
 from tests.closed_loop.loop import first_difference, messages, run
 
 NAME = "three-cylinders"

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from lariat import closed_loop
-from lariat.overrides import load_with
-from lariat.simulated_time import Delivery
 from shared import topics
 from shared.messages import ArmStates
 from shared.scenario import SIDES
+from stack.scenario_overrides import load_with
+from stack.simulation import closed_loop
+from stack.simulation.simulated_time import Delivery
 from tests.closed_loop.loop import SCENARIOS
 
 

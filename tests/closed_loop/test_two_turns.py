@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lariat.closed_loop import Outcome
+from lariat.rod import Rod, RodProperties
 from shared import topics
 from shared.messages import chain
-from shared.rod import Rod, RodProperties
+from stack.simulation.closed_loop import Outcome
 from tests.closed_loop.loop import run
 
 

@@ -10,8 +10,8 @@ import numpy as np
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 
 from dashboard.page import CAMERA_COLOR, SERVICES
+from lariat.geometry import polylines
 from shared import topics
-from shared.geometry import polylines
 from shared.messages import (
     IDLE,
     RUNNING,

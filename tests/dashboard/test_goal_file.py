@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from dashboard import goal_file
-from shared.geometry import polylines
+from lariat.geometry import polylines
 from shared.messages import chain, grip_pose
 from shared.scenario import Shape, load
 

@@ -5,8 +5,8 @@ import pytest
 
 from dashboard.obstacle_editor import SHAPES, new_obstacle
 from dashboard.obstacle_view import top
-from shared.geometry import obstacles, poses
-from shared.geometry.obstacles import Obstacle
+from lariat.geometry import obstacles, poses
+from lariat.geometry.obstacles import Obstacle
 
 TILTED = tuple(poses.exponential(np.array([0.4, -0.7, 0.2])).tolist())
 

@@ -1,8 +1,8 @@
 from __future__ import annotations
 
 from dashboard.outbox import VALIDITY, Complaint, Outbox
+from lariat.geometry.poses import IDENTITY, Pose
 from shared import topics
-from shared.geometry.poses import IDENTITY, Pose
 from shared.messages import ArmCommand, ArmStates, Obstacle, Scene, SceneRequest, TaskRequest
 from shared.messages import TaskState as Task
 from shared.service import SECOND

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dashboard import solids
-from shared.geometry import poses
+from lariat.geometry import poses
 
 
 def volume(mesh: solids.Mesh) -> float:

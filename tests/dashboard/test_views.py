@@ -5,7 +5,7 @@ import numpy as np
 from dashboard import palette
 from dashboard.camera_view import decoded, draw_rope
 from dashboard.scene_view import VAGUE_SIGMA, camera_pose, certainty_colors
-from shared.geometry.cameras import Camera, Intrinsics
+from lariat.geometry.cameras import Camera, Intrinsics
 from shared.messages import NodeChain
 from shared.scenario import load
 

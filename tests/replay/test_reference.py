@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from lariat import replay
+from cli import replay
 from shared.recording import Recording
 
 REFERENCE = Path(__file__).parent / "three-cylinders.mcap"

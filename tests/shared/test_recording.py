@@ -16,7 +16,7 @@ from google.protobuf.json_format import MessageToDict
 from google.protobuf.message_factory import GetMessageClass
 from mcap.reader import make_reader
 
-from lariat.repair import repair
+from cli.repair import repair
 from shared import topics
 from shared.messages import NodeChain, timestamp
 from shared.recording import Recording, Writer

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lariat.geometry import poses
 from shared.configuration import ConfigurationError
-from shared.geometry import poses
 from shared.scenario import load, parse
 
 FOLDER = Path(__file__).parents[2] / "scenarios"

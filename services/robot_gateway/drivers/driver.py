@@ -8,8 +8,8 @@ from typing import Protocol
 import numpy as np
 from jaxtyping import Float64
 
-from services.robot_gateway.joint_rules import Posture
-from shared.geometry.poses import Pose
+from lariat.geometry.poses import Pose
+from services.robot_gateway.constraints.joints import Posture
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.geometry.poses import Pose
+from services.robot_gateway.constraints.joints import Posture
 from services.robot_gateway.drivers.driver import Feedback
-from services.robot_gateway.joint_rules import Posture
-from shared.geometry.poses import Pose
 
 
 class IdealDriver:

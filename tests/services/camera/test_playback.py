@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lariat.recorder_tap import RecorderTap
 from services.camera.options import CameraOptions
 from services.camera.service import CALIBRATION, COLOR, DEPTH, build
 from services.perception.service import PerceptionService
@@ -16,6 +15,7 @@ from shared import topics
 from shared.configuration import ConfigurationError
 from shared.messages import chain, stamp_of
 from shared.service import SECOND, Mailbox, Received
+from stack.simulation.recorder_tap import RecorderTap
 from tests.services.perception.cell import Cell, scenario
 
 

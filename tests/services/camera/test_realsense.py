@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 
+from lariat.geometry import poses
+from lariat.geometry.cameras import Camera, Intrinsics
+from lariat.geometry.obstacles import TABLE
+from lariat.geometry.poses import Pose
 from services.camera.service import CameraService
-from services.perception.centerline import CenterlineEstimator
-from services.perception.images import decoded
-from services.sim.camera import PERFECT, Frame, RgbdCamera
+from services.perception.rgbd.centerline import CenterlineEstimator
+from services.perception.rgbd.images import decoded
+from services.sim.camera.camera import PERFECT, Frame, RgbdCamera
 from shared.configuration import ConfigurationError
-from shared.geometry import poses
-from shared.geometry.cameras import Camera, Intrinsics
-from shared.geometry.obstacles import TABLE
-from shared.geometry.poses import Pose
 from shared.messages import stamp_of
 from shared.service import Inbox, Publication
 from tests.services.perception.scenes import CAMERA, ROPE, curve, grips

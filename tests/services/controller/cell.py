@@ -7,15 +7,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Float64
 
-from services.controller.adaptation import Adaptation
-from services.controller.control_loop import ControlLoop
-from services.controller.motion import Motion, twist_between
-from services.controller.objective import Surroundings
-from services.controller.path_track import PathTrack
-from services.controller.state_estimate import StateEstimate
-from shared.geometry.obstacles import TABLE, Obstacle
-from shared.geometry.poses import Pose
-from shared.rod import Rod, RodProperties
+from lariat.geometry.obstacles import TABLE, Obstacle
+from lariat.geometry.poses import Pose
+from lariat.rod import Rod, RodProperties
+from services.controller.estimation.material_filter import Adaptation
+from services.controller.estimation.state_estimator import StateEstimate
+from services.controller.mpc.horizon import ControlLoop
+from services.controller.mpc.motion import Motion, twist_between
+from services.controller.mpc.objective import Surroundings
+from services.controller.mpc.reference_trajectory import PathTrack
 from shared.scenario.sections import Control, Limits
 
 LEVEL = np.array([0.5, 0.5, 0.5, 0.5])

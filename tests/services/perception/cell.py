@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from lariat.simulated_time import START, SimulatedStack
 from services.perception.service import PerceptionService
 from services.sim.service import SimService
 from shared import topics
 from shared.messages import ArmState, ArmStates, NodeChain
 from shared.scenario import Scenario, parse
 from shared.service import SECOND, Inbox, Publication
+from stack.simulation.simulated_time import START, SimulatedStack
 
 TEXT = """
 name = "seen"

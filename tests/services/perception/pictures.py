@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from jaxtyping import Float32, Float64, UInt8
 
-from services.perception.segmentation import Color
-from shared.geometry import polylines
+from lariat.geometry import polylines
+from services.perception.rgbd.segmentation import Color
 
 WIDTH, HEIGHT = 960, 720
 LIGHT = np.array([-0.5, -0.7])

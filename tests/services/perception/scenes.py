@@ -7,12 +7,12 @@ import math
 import numpy as np
 from jaxtyping import Float64
 
-from services.perception.estimate import RopeModel
-from services.sim.camera import Frame, RgbdCamera, SensorNoise
-from shared.geometry import polylines, poses
-from shared.geometry.cameras import Camera, Intrinsics, looking_at
-from shared.geometry.obstacles import TABLE, Obstacle
-from shared.geometry.poses import Pose
+from lariat.geometry import polylines, poses
+from lariat.geometry.cameras import Camera, Intrinsics, looking_at
+from lariat.geometry.obstacles import TABLE, Obstacle
+from lariat.geometry.poses import Pose
+from services.perception.rgbd.estimate import RopeModel
+from services.sim.camera.camera import Frame, RgbdCamera, SensorNoise
 
 CAMERA = Camera(
     Intrinsics.symmetric(640, 480, math.radians(65.0)),

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from lariat.geometry import poses
+from lariat.geometry.clearance import grippers_apart
+from lariat.geometry.obstacles import TABLE, Obstacle, chain_clearance
+from lariat.geometry.poses import Pose
+from lariat.rod import Rod, RodProperties
 from services.planner.problem import Problem, WholePath
 from services.planner.whole_path import plan
-from shared.geometry import poses
-from shared.geometry.clearance import grippers_apart
-from shared.geometry.obstacles import TABLE, Obstacle, chain_clearance
-from shared.geometry.poses import Pose
-from shared.rod import Rod, RodProperties
 from shared.scenario.sections import Limits
 
 LEVEL = np.array([0.5, 0.5, 0.5, 0.5])

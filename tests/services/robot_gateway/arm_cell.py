@@ -6,22 +6,22 @@ from collections.abc import Callable
 
 import numpy as np
 
+from lariat.geometry import poses
+from lariat.geometry.obstacles import TABLE
+from lariat.geometry.poses import Pose
+from lariat.trajectory.chunk import Chunk
+from services.cr5_emulator.core import Emulator
+from services.cr5_emulator.options import Options
 from services.robot_gateway.cell import Cell
-from services.robot_gateway.cr5.kinematics import Kinematics
-from services.robot_gateway.drivers.cr5 import Cr5Driver
+from services.robot_gateway.constraints.motion_constraints import Body, Boundaries
+from services.robot_gateway.drivers.cr5.driver import Cr5Driver
+from services.robot_gateway.drivers.cr5.link import MemoryNetwork
 from services.robot_gateway.drivers.ideal import FixedDriver
-from services.robot_gateway.emulator.core import Emulator
-from services.robot_gateway.emulator.options import Options
-from services.robot_gateway.guidance import Guidance
-from services.robot_gateway.link import MemoryNetwork
-from services.robot_gateway.pulls import Pulls
-from services.robot_gateway.report import CellReport
-from services.robot_gateway.rules import Body, Boundaries
-from services.robot_gateway.safety import Command
-from services.robot_gateway.trajectory import Chunk
-from shared.geometry import poses
-from shared.geometry.obstacles import TABLE
-from shared.geometry.poses import Pose
+from services.robot_gateway.motion.follower import Guidance
+from services.robot_gateway.safety.force_limit import Pulls
+from services.robot_gateway.safety.state_machine import Command
+from services.robot_gateway.status import CellReport
+from shared.cr5.kinematics import Kinematics
 from tests.services.robot_gateway.cells import ALONG_X, BOOT, LIMITS, START, TICK, stopping
 
 BASE = Pose(np.array([0.72, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 1.0]))

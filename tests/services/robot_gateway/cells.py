@@ -6,17 +6,17 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from lariat.geometry.obstacles import TABLE, Obstacle
+from lariat.geometry.poses import Pose
+from lariat.trajectory.chunk import Chunk
+from lariat.trajectory.limits import MotionLimits
 from services.robot_gateway.cell import Cell
+from services.robot_gateway.constraints.motion_constraints import Body, Boundaries
 from services.robot_gateway.drivers.ideal import FixedDriver, IdealDriver
-from services.robot_gateway.guidance import Guidance
-from services.robot_gateway.limits import MotionLimits
-from services.robot_gateway.motion import Kinematics
-from services.robot_gateway.report import CellReport
-from services.robot_gateway.rules import Body, Boundaries
-from services.robot_gateway.safety import Command
-from services.robot_gateway.trajectory import Chunk
-from shared.geometry.obstacles import TABLE, Obstacle
-from shared.geometry.poses import Pose
+from services.robot_gateway.motion.follower import Guidance
+from services.robot_gateway.motion.reference_tracking import Kinematics
+from services.robot_gateway.safety.state_machine import Command
+from services.robot_gateway.status import CellReport
 
 TICK = 8_000_000
 START = 1_000_000_000

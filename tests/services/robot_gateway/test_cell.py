@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from shared.geometry import poses
-from shared.geometry.obstacles import TABLE, Obstacle
+from lariat.geometry import poses
+from lariat.geometry.obstacles import TABLE, Obstacle
 from tests.services.robot_gateway.cells import ALONG_X, START, World, smooth_step
 
 REST = np.array([[0.2, 0.0, 0.3]])

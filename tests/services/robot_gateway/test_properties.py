@@ -6,10 +6,10 @@ import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from services.robot_gateway.detour import taut_length
-from services.robot_gateway.motion import Kinematics
-from shared.geometry import poses
-from shared.geometry.obstacles import TABLE, Obstacle, signed_distance
+from lariat.geometry import poses
+from lariat.geometry.obstacles import TABLE, Obstacle, signed_distance
+from services.robot_gateway.constraints.shortest_path import taut_length
+from services.robot_gateway.motion.reference_tracking import Kinematics
 from tests.services.robot_gateway.cells import LIMITS, TICK, World, stopping
 
 LENGTH = 0.5

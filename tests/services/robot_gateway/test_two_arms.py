@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from services.robot_gateway.between import Spheres, distances
+from lariat.trajectory.chunk import Chunk
 from services.robot_gateway.cell import CellReport
-from services.robot_gateway.safety import Command
+from services.robot_gateway.constraints.sphere_distance import Spheres, distances
+from services.robot_gateway.safety.state_machine import Command
 from services.robot_gateway.service import build
-from services.robot_gateway.trajectory import Chunk
 from shared.scenario import load
 from tests.services.robot_gateway.cells import ALONG_X, START, TICK, smooth_step, stopping
 

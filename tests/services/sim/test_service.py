@@ -5,15 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from services.perception.images import decoded
+from lariat.geometry import polylines
+from lariat.geometry.obstacles import Obstacle, chain_clearance, signed_distance
+from lariat.geometry.poses import Pose
+from services.perception.rgbd.images import decoded
 from services.perception.service import COLOR, DEPTH
-from services.sim.plant import EndMotion
+from services.sim.plants.plant import EndMotion
 from services.sim.service import gripper
 from services.sim.world import World, true_properties
 from shared import topics
-from shared.geometry import polylines
-from shared.geometry.obstacles import Obstacle, chain_clearance, signed_distance
-from shared.geometry.poses import Pose
 from shared.messages import chain, stamp_of
 from shared.service import SECOND
 from tests.services.perception.cell import Cell, scenario

@@ -1,0 +1,111 @@
+"""Real cables that hang and are twisted: `lariat bench cables FILE...`.
+
+A file is a .npz with `hanging` (shapes, points, 2), metres, planar, y downwards, from one level
+clamp to the other; `linear_density` [kg/m]; `critical_twist_deg`, one for each time that the cable
+was twisted until it jumped out of its plane. Each shape is predicted with the EI of the others,
+each critical twist with the GJ / EI that another one says.
+"""
+
+from __future__ import annotations
+
+import json as encoder
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tyro
+
+from lariat.rod.identification.hanging import (
+    Hanging,
+    bending_stiffness,
+    critical_twist,
+    hang,
+    shape_error,
+    twist_ratio,
+)
+from shared.configuration import ConfigurationError
+
+KEYS = ("hanging", "linear_density", "critical_twist_deg")
+
+
+def run(files: tyro.conf.Positional[tuple[Path, ...]], /, json: bool = False) -> int:
+    """Predicts each shape with the EI of the others, and critical twists with the GJ / EI of one.
+
+    Args:
+        files: Measured cables.
+        json: One JSON object instead of a table.
+    """
+    if not files:
+        raise ConfigurationError("name at least one .npz of a measured cable")
+    rows = []
+    for file in files:
+        shapes, twists = read(file)
+        print(f"{file} ...", file=sys.stderr)
+        rows.append({"file": str(file)} | measured(shapes, twists))
+    if json:
+        print(encoder.dumps({"rows": rows}))
+        return 0
+    for row in rows:
+        print(
+            f"{Path(row['file']).stem}: EI {row['EI']:.3g} N m^2 ({row['EI_spread']:.1%} between "
+            f"the fits), shape left out {row['shape_error_mm']:.1f} mm = "
+            f"{row['shape_error_L']:.2%} of its length, worst {row['worst_shape_error_L']:.2%}; "
+            f"GJ/EI {row['GJ_EI']:.3g}, other twists {row['twist_error']:.1%}, worst "
+            f"{row['worst_twist_error']:.1%}"
+        )
+    return 0
+
+
+def read(path: Path) -> tuple[list[Hanging], np.ndarray]:
+    """Shapes and critical twists [rad] of one cable.
+
+    Raises:
+        ConfigurationError: The file is not of a cable.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            missing = [key for key in KEYS if key not in stored]
+            if missing:
+                raise ConfigurationError(
+                    f"{path} has no {missing[0]!r}; see lariat bench cables -h"
+                )
+            hanging, density, twists = (np.asarray(stored[key], float) for key in KEYS)
+    except (OSError, ValueError) as error:
+        raise ConfigurationError(f"{path} cannot be read: {error}") from error
+    if hanging.ndim != 3 or hanging.shape[2] != 2 or len(hanging) < 2 or density.size != 1:
+        raise ConfigurationError(
+            f"{path}: hanging must be (2 or more shapes, points, 2), got {hanging.shape}"
+        )
+    if twists.ndim != 1 or len(twists) < 2 or not np.all(twists > 0.0):
+        raise ConfigurationError(f"{path}: critical_twist_deg must be 2 or more, got {twists}")
+    if not (np.all(np.isfinite(hanging)) and float(density.reshape(())) > 0.0):
+        raise ConfigurationError(f"{path}: hanging must be finite and linear_density positive")
+    return [Hanging(points, float(density.reshape(()))) for points in hanging], np.radians(twists)
+
+
+def measured(shapes: list[Hanging], twists: np.ndarray) -> dict[str, Any]:
+    """How well each shape and each twist is predicted from the others."""
+    length = float(np.mean([shape.arcs[-1] for shape in shapes]))
+    found, errors = [], []
+    for k, shape in enumerate(shapes):
+        found.append(bending_stiffness([*shapes[:k], *shapes[k + 1 :]]))
+        errors.append(shape_error(shape, found[-1]))
+    bending = float(np.mean(found))
+    ratios = [twist_ratio(s, bending, t) for s, t in zip(shapes, twists, strict=False)]
+    misses = [
+        critical_twist(hang(shapes[j], bending, ratio)) / twists[j] - 1.0
+        for k, ratio in enumerate(ratios)
+        for j in range(len(ratios))
+        if j != k
+    ]
+    return {
+        "EI": bending,
+        "EI_spread": float(np.ptp(found)) / bending,
+        "shape_error_mm": 1e3 * float(np.mean(errors)),
+        "shape_error_L": float(np.mean(errors)) / length,
+        "worst_shape_error_L": float(np.max(errors)) / length,
+        "GJ_EI": float(np.mean(ratios)),
+        "twist_error": float(np.mean(np.abs(misses))),
+        "worst_twist_error": float(np.max(np.abs(misses))),
+    }

@@ -1,0 +1,157 @@
+"""The paper's way to its gradients: Algorithm 1 with all momentary states kept, differentiated by
+Taichi's own reverse mode.
+
+Reverse mode keeps nothing of what a kernel overwrites and is silently wrong for a roll-out in one
+kernel, with sibling loops inside a step: so every phase of every sweep is a kernel of its own, from
+one stage of the states to the next. Ends are clamped and only translate; nothing collides.
+"""
+
+import taichi as ti
+
+from lariat.rod.xpbd.kernels.quaternions import (
+    between,
+    director,
+    director_pull,
+    led,
+    times,
+    turned_by,
+)
+
+Vector3 = ti.types.vector(3, ti.f64)
+Vector4 = ti.types.vector(4, ti.f64)
+
+
+@ti.data_oriented
+class ReverseRod:
+    """One rod, one horizon; fields hold every stage of it."""
+
+    def __init__(self, nodes, iterations, horizon, length, dt, damping, angular_damping):
+        """
+        Args:
+            length: Of an edge at rest [m].
+            dt: Of a step [s].
+            damping, angular_damping: xi_v and xi_omega.
+        """
+        self.n, self.m, self.J, self.H = nodes, nodes - 1, iterations, horizon
+        self.length, self.dt = length, dt
+        self.keep, self.keep_turn = (1.0 - damping) ** dt, (1.0 - angular_damping) ** dt
+
+        def vectors(kind, *shape):
+            return kind.field(shape=shape, needs_grad=True)
+
+        self.x = vectors(Vector3, horizon, 2 * iterations + 1, nodes)
+        self.q = vectors(Vector4, horizon, 4 * iterations + 1, nodes - 1)
+        self.multipliers = vectors(Vector3, horizon, iterations + 1, nodes - 2)
+        self.positions = vectors(Vector3, horizon + 1, nodes)
+        self.orientations = vectors(Vector4, horizon + 1, nodes - 1)
+        self.velocities = vectors(Vector3, horizon + 1, nodes)
+        self.turning = vectors(Vector3, horizon + 1, nodes - 1)
+        self.actions = vectors(Vector3, horizon, 2)
+        self.slope = Vector3.field(shape=(horizon, nodes))
+        # Inverse mass, inverse inertia, compliance.
+        self.theta = ti.field(ti.f64, shape=3, needs_grad=True)
+        self.cost = ti.field(ti.f64, shape=(), needs_grad=True)
+
+    def run(self):
+        """The roll-out and, by `ti.ad.Tape`, its gradient."""
+        with ti.ad.Tape(loss=self.cost):
+            self.roll()
+            self.sum_cost()
+
+    def roll(self):
+        """The roll-out alone."""
+        for t in range(self.H):
+            self.predict(t)
+            for j in range(self.J):
+                for color in range(2):
+                    self.stretch(t, j, color)
+                for color in range(2):
+                    self.bend(t, j, color)
+            self.settle(t)
+
+    @ti.func
+    def weight(self, i):
+        return ti.select(i > 1 and i < self.n - 2, self.theta[0], 0.0)
+
+    @ti.func
+    def edge_weight(self, i):
+        return ti.select(i > 0 and i < self.m - 1, self.theta[1], 0.0)
+
+    @ti.kernel
+    def predict(self, t: ti.i32):
+        for i in range(self.n):
+            h = self.dt
+            if i < 2 or i > self.n - 3:
+                end = i // (self.n - 2)
+                self.x[t, 0, i] = self.positions[t, i] + h * self.actions[t, end]
+            else:
+                fall = Vector3(0.0, 0.0, -9.81 * h * h)
+                self.x[t, 0, i] = self.positions[t, i] + h * self.velocities[t, i] + fall
+        for i in range(self.m):
+            p = self.orientations[t, i]
+            if i > 0 and i < self.m - 1:
+                p += (0.5 * self.dt) * led(self.turning[t, i], p)
+            self.q[t, 0, i] = p / ti.sqrt(p.dot(p))
+
+    @ti.kernel
+    def stretch(self, t: ti.i32, j: ti.i32, color: ti.i32):
+        for i in range(1, self.m - 1):
+            if (i - 1) % 2 == color:
+                x1, x2 = self.x[t, 2 * j + color, i], self.x[t, 2 * j + color, i + 1]
+                q = self.q[t, 4 * j + color, i]
+                w1, w2, wq = self.weight(i), self.weight(i + 1), self.edge_weight(i)
+                per = 1.0 / self.length
+                inverse = 1.0 / ((w1 + w2) * per * per + 4.0 * wq)
+                dl = -inverse * (per * (x2 - x1) - director(q))
+                self.x[t, 2 * j + color + 1, i] = x1 - (w1 * per) * dl
+                self.x[t, 2 * j + color + 1, i + 1] = x2 + (w2 * per) * dl
+                p = q - wq * director_pull(q, dl)
+                self.q[t, 4 * j + color + 1, i] = p / ti.sqrt(p.dot(p))
+            else:
+                self.q[t, 4 * j + color + 1, i] = self.q[t, 4 * j + color, i]
+        for end in range(2):
+            edge = end * (self.m - 1)
+            self.q[t, 4 * j + color + 1, edge] = self.q[t, 4 * j + color, edge]
+        for i in range(self.n):
+            # Nodes of no edge of this color.
+            loose = i == 0 or i == self.n - 1
+            loose = loose or (i == 1 and color == 1)
+            loose = loose or (i == self.n - 2 and (self.m - 3) % 2 != color)
+            if loose:
+                self.x[t, 2 * j + color + 1, i] = self.x[t, 2 * j + color, i]
+
+    @ti.kernel
+    def bend(self, t: ti.i32, j: ti.i32, color: ti.i32):
+        for i in range(self.n - 2):
+            if i % 2 == color:
+                q1, q2 = self.q[t, 4 * j + 2 + color, i], self.q[t, 4 * j + 2 + color, i + 1]
+                w1, w2 = self.edge_weight(i), self.edge_weight(i + 1)
+                soft = self.theta[2] / (self.dt * self.dt)
+                multiplier = self.multipliers[t, j, i]
+                dl = -(between(q1, q2) + soft * multiplier) / (w1 + w2 + soft)
+                self.multipliers[t, j + 1, i] = multiplier + dl
+                p1, p2 = q1 - w1 * times(q2, dl), q2 + w2 * times(q1, dl)
+                self.q[t, 4 * j + 3 + color, i] = p1 / ti.sqrt(p1.dot(p1))
+                self.q[t, 4 * j + 3 + color, i + 1] = p2 / ti.sqrt(p2.dot(p2))
+        for i in range(self.m):
+            loose = i == 0 and color == 1
+            loose = loose or (i == self.m - 1 and (self.n - 3) % 2 != color)
+            if loose:
+                self.q[t, 4 * j + 3 + color, i] = self.q[t, 4 * j + 2 + color, i]
+
+    @ti.kernel
+    def settle(self, t: ti.i32):
+        for i in range(self.n):
+            x = self.x[t, 2 * self.J, i]
+            self.positions[t + 1, i] = x
+            self.velocities[t + 1, i] = (self.keep / self.dt) * (x - self.positions[t, i])
+        for i in range(self.m):
+            q = self.q[t, 4 * self.J, i]
+            self.orientations[t + 1, i] = q
+            turn = turned_by(self.orientations[t, i], q)
+            self.turning[t + 1, i] = (2.0 * self.keep_turn / self.dt) * turn
+
+    @ti.kernel
+    def sum_cost(self):
+        for t, i in ti.ndrange(self.H, self.n):
+            self.cost[None] += self.slope[t, i].dot(self.positions[t + 1, i])

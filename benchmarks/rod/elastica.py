@@ -1,0 +1,138 @@
+"""The diagram's motion by PyElastica: explicit steps of a Cosserat rod in Python and numba."""
+
+from __future__ import annotations
+
+import math
+
+import elastica
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.geometry import poses
+from lariat.geometry.poses import Pose
+from lariat.rod import RodProperties, RodState
+
+
+class _Simulator(
+    elastica.BaseSystemCollection, elastica.Constraints, elastica.Forcing, elastica.Damping
+):
+    """A rod with driven ends that falls and is slowed."""
+
+
+class _Grips(elastica.ConstraintBase):
+    """Holds the edges at both ends as two grips hold them; all is worked out before the run."""
+
+    def __init__(
+        self,
+        grips: list[Pose],
+        moves: Float64[np.ndarray, "H 2 6"],
+        dt: float,
+        half: float,
+        edge: float,
+        **given: object,
+    ) -> None:
+        """Args: dt: Of the moves [s]. half: Half a step of the solver [s]. edge: Length [m]."""
+        super().__init__(**given)
+        self._half = half
+        count = round(dt / half)
+        rates = np.repeat(moves, count, axis=0)
+        since = half * np.arange(1, count + 1)[:, None]
+        # Nodes 0, 1, -2, -1 and the first and last edge, at every half step.
+        self._positions = np.empty((len(rates) + 1, 3, 4))
+        self._velocities = np.zeros((len(rates) + 1, 3, 4))
+        self._frames = np.empty((len(rates) + 1, 3, 3, 2))
+        self._spins = np.zeros((len(rates) + 1, 3, 2))
+        for end, grip in enumerate(grips):
+            outer, inner = (0, 1) if end == 0 else (3, 2)
+            positions, turns = [grip.position[None]], [grip.orientation[None]]
+            for action in moves[:, end]:
+                positions.append(positions[-1][-1] + since * action[:3])
+                turned = poses.exponential(since * action[3:])
+                turns.append(poses.multiply(turned, turns[-1][-1]))
+            position, q = np.concatenate(positions), np.concatenate(turns)
+            arm = poses.rotate(q, np.array([0.0, 0.0, edge * (1 - 2 * end)]))
+            frames = poses.matrix(q).transpose(0, 2, 1)
+            self._positions[..., outer], self._positions[..., inner] = position, position + arm
+            self._frames[..., end] = frames
+            v, omega = rates[:, end, :3], rates[:, end, 3:]
+            self._velocities[:-1, :, outer] = v
+            self._velocities[:-1, :, inner] = v + np.cross(omega, arm[:-1])
+            self._spins[:-1, :, end] = np.einsum("kij,kj->ki", frames[:-1], omega)
+
+    def constrain_values(self, system: elastica.CosseratRod, time: float) -> None:
+        k = round(time / self._half)
+        system.position_collection[:, :2] = self._positions[k, :, :2]
+        system.position_collection[:, -2:] = self._positions[k, :, 2:]
+        system.director_collection[:, :, 0] = self._frames[k, :, :, 0]
+        system.director_collection[:, :, -1] = self._frames[k, :, :, 1]
+
+    def constrain_rates(self, system: elastica.CosseratRod, time: float) -> None:
+        k = round(time / self._half)
+        system.velocity_collection[:, :2] = self._velocities[k, :, :2]
+        system.velocity_collection[:, -2:] = self._velocities[k, :, 2:]
+        system.omega_collection[:, 0] = self._spins[k, :, 0]
+        system.omega_collection[:, -1] = self._spins[k, :, 1]
+
+
+def rolled(
+    properties: RodProperties,
+    start: RodState,
+    grips: list[Pose],
+    moves: Float64[np.ndarray, "H 2 6"],
+    dt: float,
+    step: float,
+    damping: float,
+    stiff: bool,
+) -> Float64[np.ndarray, "H n 3"]:
+    """Positions after every action [m].
+
+    Args:
+        dt: Of the actions [s].
+        step: Of the solver [s].
+        damping: Velocity lost [1/s].
+        stiff: Stretch and shear are as stiff as the properties say; else as stiff as E and G make
+            the cross-section, which for a rope is far softer and kind to explicit steps.
+    """
+    count = len(start.positions)
+    radius = 0.5 * properties.diameter
+    rod = elastica.CosseratRod.straight_rod(
+        count - 1,
+        np.zeros(3),
+        np.array([0.0, 0.0, 1.0]),
+        np.array([1.0, 0.0, 0.0]),
+        properties.length,
+        radius,
+        properties.linear_density / (math.pi * radius**2),
+        youngs_modulus=properties.youngs_modulus,
+        shear_modulus=0.5 * properties.youngs_modulus / (1.0 + properties.poisson_ratio),
+    )
+    if stiff:
+        rod.shear_matrix[:] = (properties.stretch_stiffness * np.eye(3))[:, :, None]
+    rod.position_collection[:] = start.positions.T
+    rod.director_collection[:] = np.stack([poses.matrix(q).T for q in start.orientations], axis=2)
+    simulator = _Simulator()
+    simulator.append(rod)
+    simulator.constrain(rod).using(
+        _Grips,
+        grips=grips,
+        moves=moves,
+        dt=dt,
+        half=0.5 * step,
+        edge=properties.length / (count - 1),
+    )
+    simulator.add_forcing_to(rod).using(
+        elastica.GravityForces, acc_gravity=np.array([0.0, 0.0, -9.81])
+    )
+    simulator.dampen(rod).using(
+        elastica.AnalyticalLinearDamper, uniform_damping_constant=damping, time_step=step
+    )
+    simulator.finalize()
+    stepper = elastica.PositionVerlet()
+    path = np.empty((len(moves), count, 3))
+    steps = round(dt / step)
+    for k in range(len(moves)):
+        time = k * dt
+        for _ in range(steps):
+            time = stepper.step(simulator, time, step)
+        path[k] = rod.position_collection.T
+    return path

@@ -1,0 +1,130 @@
+"""The adjoint against fourth-order differences of the roll-out, in contact."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.geometry import poses
+from lariat.geometry.obstacles import TABLE, Obstacle, pack
+from lariat.rod import PARAMETERS, Rod, RodProperties, RodState
+
+PROPERTIES = RodProperties(
+    0.45, 0.008, 0.044, 1e6, internal_damping=0.004, rest_curvature=((1.0, 0.5, 0.3),)
+)
+LYING = (0.7071067811865476, 0.7071067811865476, 0.0, 0.0)
+BAR = pack([Obstacle("cylinder", (0.0, 0.0, 0.25), LYING, radius=0.03, height=0.2), TABLE])
+DT, BLOCKS = 0.01, 5
+PARTS = {"positions": 1e-6, "velocities": 1e-4, "angular_velocities": 1e-1, "rotations": 1e-4}
+"""Of the state, with the step of its differences."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """Errors of one rod's gradients, relative in norm."""
+
+    nodes: int
+    tolerance: float
+    """Of the solver whose gradient it is [m]; differences are always taken at 1e-10 m."""
+    actions: float
+    positions: float
+    velocities: float
+    angular_velocities: float
+    rotations: float
+    parameters: float
+    """All at once, each scaled by its value."""
+    worst_parameter: float
+    """Relative error of the one that is furthest off."""
+
+
+def row(node_count: int, tolerance: float) -> Row:
+    """One line of the table."""
+    rng = np.random.default_rng(node_count)
+    fine = Rod(PROPERTIES, node_count, tolerance=1e-10)
+    moves = np.zeros((8, 2, 6))
+    moves[:, 1] = [-1.2, 0.0, 0.0, 2.0, 0.0, 2.0]
+    moves[:, 0] = [0.0, 0.3, 0.0, 0.0, 1.0, 0.0]
+    start = fine.straight([-0.225, 0.0, 0.3], [0.225, 0.0, 0.3])
+    state = fine.rollout(start, moves, DT, obstacles=BAR).final
+    actions = 0.5 * rng.normal(size=(BLOCKS, 2, 6))
+    slope = rng.normal(size=(BLOCKS, node_count, 3))
+
+    def cost(
+        actions: Float64[np.ndarray, "K 2 6"] = actions, state: RodState = state, rod: Rod = fine
+    ) -> float:
+        return float(np.sum(slope * rod.rollout(state, actions, DT, obstacles=BAR).positions))
+
+    rod = Rod(PROPERTIES, node_count, tolerance=tolerance)
+    found = rod.gradient(state, actions, DT, obstacles=BAR, d_cost_d_positions=slope)
+    exact = np.zeros_like(actions)
+    for index in np.ndindex(*exact.shape):
+        bump = np.zeros_like(exact)
+        bump[index] = 1.0
+        exact[index] = _slope(lambda h, bump=bump: cost(actions=actions + h * bump), 1e-4)
+    parts = {}
+    for part, h in PARTS.items():
+        value = getattr(found.state, part)
+        error = 0.0
+        for _ in range(4):
+            along = rng.normal(size=value.shape)
+            truth = _slope(
+                lambda h, part=part, along=along: cost(state=_moved(state, part, h * along)), h
+            )
+            scale = np.linalg.norm(value) * np.linalg.norm(along)
+            error = max(error, float(abs(np.sum(value * along) - truth) / scale))
+        parts[part] = error
+    truth = np.array(
+        [
+            _slope(
+                lambda h, name=name: cost(rod=fine.with_properties(changed(name, h))),
+                1e-5 if name == "length" else 1e-3,
+            )
+            for name in PARAMETERS
+        ]
+    )
+    ours = np.array([found.parameters[name] * _scale(name) for name in PARAMETERS])
+    return Row(
+        node_count,
+        tolerance,
+        _relative(found.actions, exact),
+        **parts,
+        parameters=_relative(ours, truth),
+        worst_parameter=float(np.max(np.abs(ours / truth - 1.0))),
+    )
+
+
+def changed(name: str, by: float) -> RodProperties:
+    """The rod with one parameter changed by a share of its scale."""
+    p = PROPERTIES
+    if name == "bending_stiffness":
+        return p.with_stiffness(p.bending_stiffness * (1.0 + by), p.twisting_stiffness)
+    if name == "twisting_stiffness":
+        return p.with_stiffness(p.bending_stiffness, p.twisting_stiffness * (1.0 + by))
+    if name.startswith("rest"):
+        rest = np.array(p.rest_curvature[0])
+        rest[PARAMETERS.index(name) - PARAMETERS.index("rest_curvature_1")] += by
+        return replace(p, rest_curvature=(tuple(rest),))
+    return replace(p, **{name: getattr(p, name) * (1.0 + by)})
+
+
+def _scale(name: str) -> float:
+    return 1.0 if name.startswith("rest") else getattr(PROPERTIES, name)
+
+
+def _moved(state: RodState, part: str, by: Float64[np.ndarray, "m 3"]) -> RodState:
+    if part == "rotations":
+        turned = poses.multiply(poses.exponential(by), state.orientations)
+        return replace(state, orientations=turned)
+    return replace(state, **{part: getattr(state, part) + by})
+
+
+def _slope(function: Callable[[float], float], h: float) -> float:
+    near = function(h) - function(-h)
+    return (8.0 * near - (function(2.0 * h) - function(-2.0 * h))) / (12.0 * h)
+
+
+def _relative(found: Float64[np.ndarray, "*a"], exact: Float64[np.ndarray, "*a"]) -> float:
+    return float(np.linalg.norm(found - exact) / np.linalg.norm(exact))

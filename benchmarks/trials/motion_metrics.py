@@ -1,0 +1,89 @@
+"""What the arms did: speed, acceleration, distance of the grips, clearance of their bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.geometry.clearance import gripper_points
+from lariat.geometry.obstacles import Obstacle, segment_distance
+from lariat.geometry.poses import Pose
+from shared import topics
+from shared.messages import ArmStates, TaskState, arm_pose, chain, poses_known, scene_obstacles
+from shared.scenario import Scenario
+from shared.scenario.sections import Limits
+from shared.service import SECOND
+from stack.simulation.simulated_time import Delivery
+
+EVERY = SECOND // 30
+"""Between two looks at the gripper's bodies [ns]."""
+
+
+class Executed:
+    """A tap that measures the motion of the grips, as shares of what is allowed."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.speed = self.acceleration = 0.0
+        """Most, of linear or angular, as a share of the limit [-]."""
+        self.apart = 0.0
+        """Most distance of the grips, as a share of the rope's length [-]."""
+        self.gripper_clearance = np.inf
+        """Least distance of a gripper's body from an obstacle that is no support [m]."""
+        self.shapes: list[Float64[np.ndarray, "n 3"]] = []
+        """The true rope ten times a second, for pictures [m]."""
+        self.task: TaskState | None = None
+        self._limits, self._length = scenario.limits, scenario.rope.length
+        self._obstacles: tuple[Obstacle, ...] = scenario.bodies
+        self._last: tuple[int, Float64[np.ndarray, "2 2 3"]] | None = None
+        self._looked = self._drawn = 0
+
+    def __call__(self, delivery: Delivery) -> None:
+        """Takes one message."""
+        match delivery.key:
+            case topics.ARM_STATE.key:
+                self._take_arms(delivery.parse())
+            case topics.SCENE_STATE.key:
+                self._obstacles = scene_obstacles(delivery.parse())
+            case topics.TASK_STATE.key:
+                self.task = delivery.parse()
+            case topics.ROPE_TRUTH.key:
+                message = delivery.parse()
+                if message.stamp - self._drawn >= SECOND // 10:
+                    self._drawn = message.stamp
+                    self.shapes.append(chain(message.positions))
+
+    def _take_arms(self, arms: ArmStates) -> None:
+        if not poses_known(arms):
+            return
+        velocity = np.zeros((2, 2, 3))
+        for row, arm in zip(velocity, arms.arms, strict=False):
+            if arm.linear_velocity:
+                row[0], row[1] = arm.linear_velocity, arm.angular_velocity
+        limits = self._limits
+        rates = np.linalg.norm(velocity, axis=2) / (limits.speed, limits.angular_speed)
+        self.speed = max(self.speed, float(np.max(rates)))
+        if self._last is not None and arms.stamp > self._last[0]:
+            dt = (arms.stamp - self._last[0]) / SECOND
+            change = np.linalg.norm(velocity - self._last[1], axis=2) / dt
+            shares = change / (limits.acceleration, limits.angular_acceleration)
+            self.acceleration = max(self.acceleration, float(np.max(shares)))
+        self._last = arms.stamp, velocity
+        left, right = arm_pose(arms, "left"), arm_pose(arms, "right")
+        apart = float(np.linalg.norm(right.position - left.position)) / self._length
+        self.apart = max(self.apart, apart)
+        if arms.stamp - self._looked >= EVERY:
+            self._looked = arms.stamp
+            avoid = [o for o in self._obstacles if not o.support]
+            near = gripper_clearance(left, right, avoid, limits)
+            self.gripper_clearance = min(self.gripper_clearance, near)
+
+
+def gripper_clearance(
+    left: Pose, right: Pose, obstacles: Sequence[Obstacle], limits: Limits
+) -> float:
+    """Least distance between the gripper's capsules and any obstacle [m]."""
+    points = gripper_points(left, right, limits.gripper_reach)
+    distances = [segment_distance(points[::3], points[2::3], o) for o in obstacles]
+    return float(np.min(distances, initial=np.inf)) - limits.gripper_radius

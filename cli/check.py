@@ -1,0 +1,60 @@
+"""`lariat check`: says what is wrong with a scenario."""
+
+from __future__ import annotations
+
+import json as jsons
+from pathlib import Path
+
+import tyro
+
+from shared.scenario import SIDES, Scenario, load
+from stack import installation, preflight, services
+
+
+def main(scenario: tyro.conf.Positional[Path], /, json: bool = False) -> int:
+    """Read a scenario, let the rope hang at its start and goal, and say what is wrong.
+
+    Examples:
+      lariat check scenarios/three-cylinders.toml
+      lariat check my-cell.toml --json
+
+    Args:
+        scenario: The scenario's TOML file.
+        json: Answer with one JSON object on standard output.
+
+    Returns:
+        0 when nothing is wrong; 2 with one line that says what.
+    """
+    cell = load(scenario)
+    installation.check(cell, services.NAMES)
+    reports = preflight.check(cell)
+    starts = arm_starts(cell)
+    if json:
+        shapes = {
+            key: {"clearance_mm": round(1e3 * r.clearance, 3), "nearest": r.nearest}
+            for key, r in reports.items()
+            if r.nearest
+        }
+        answer = {"scenario": cell.name, "ok": True, "shapes": shapes, "start_joints_deg": starts}
+        print(jsons.dumps(answer))
+        return 0
+    print(f"{scenario} is in order: {cell.description or cell.name}")
+    for key, report in reports.items():
+        near = (
+            f"{1e3 * report.clearance:.1f} mm from {report.nearest}" if report.nearest else "free"
+        )
+        print(f"  {key}: {near}")
+    for side, joints in starts.items():
+        print(f"  {side} arm at the start: joints {', '.join(f'{j:.1f}' for j in joints)} deg")
+    return 0
+
+
+def arm_starts(cell: Scenario) -> dict[str, list[float]]:
+    """Joints of every CR5 where the scenario begins [deg]: where to jog a real one to."""
+    sides = [side for side in SIDES if cell.end(side).driver == "cr5"]
+    if not sides:
+        return {}
+    # Only a cell with such an arm needs Pinocchio.
+    from shared.cr5.installation import scenario_joints
+
+    return {side: [round(j, 2) for j in scenario_joints(cell, side)] for side in sides}

@@ -1,0 +1,207 @@
+"""`lariat identify`: a rope's material from its measured motion."""
+
+from __future__ import annotations
+
+import json as jsons
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tyro
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from lariat.rod import RodProperties
+from lariat.rod.identification import (
+    Fit,
+    Motion,
+    Prediction,
+    cannot_tell,
+    findings,
+    identify,
+    motion,
+    predict,
+    unknown_rope,
+)
+from lariat.rod.identification.fit import Report
+from shared.configuration import ConfigurationError
+
+KEYS = ("vertices", "dt", "prescribed")
+
+
+def main(
+    file: tyro.conf.Positional[Path],
+    /,
+    fit_seconds: float | None = None,
+    train: Path | None = None,
+    predictions: Path | None = None,
+    plot: Path | None = None,
+    bending_stiffness: float | None = None,
+    linear_density: float | None = None,
+    diameter: float = 0.008,
+    json: bool = False,
+) -> int:
+    """Fit a rope's material to measured motion, and score the rod's open-loop prediction of it.
+
+    FILE is a .npz with `vertices` (sequences, frames, vertices, 3) [m], z up, `dt` [s], and
+    `prescribed`, the indices of the vertices at the ends that something holds.
+
+    Examples:
+      lariat identify rope.npz
+      lariat identify rope.npz --fit-seconds 2 --json
+      lariat identify other.npz --train rope.npz --predictions predicted.npz --plot plot.png
+
+    Args:
+        file: What was measured.
+        fit_seconds: Fit on so many first seconds of every sequence; score the rest.
+        train: Fit on this file instead, and score FILE.
+        predictions: Write the predicted vertices of the open-loop roll-out to this .npz.
+        plot: Write a picture of prediction against measurement to this .png.
+        bending_stiffness: EI to begin with [N m^2]; without, a search over decades finds a start.
+        linear_density: Mass per length [kg/m]; with it the answer holds EI in N m^2.
+        diameter: Of the rope [m]; it matters little.
+        json: Answer with one JSON object on standard output.
+
+    Returns:
+        0 with an answer; 2 with one line when a file cannot be used.
+    """
+    measured = read(file)
+    source = read(train) if train else measured
+    for flag, path in (("--predictions", predictions), ("--plot", plot)):
+        if path is not None and not path.parent.is_dir():
+            raise ConfigurationError(f"{flag} {path}: there is no folder {path.parent}")
+    messages = Console(stderr=True, highlight=False)
+    try:
+        start = _start(bending_stiffness, linear_density, diameter)
+        with _progress(messages) as report:
+            fit = identify(source, start, fit_seconds, report)
+        first = 1
+        if fit_seconds is not None and train is None:
+            first = round(fit_seconds / measured.dt) - 1
+            frames = measured.vertices.shape[1]
+            if first >= frames - 1:
+                raise ValueError(
+                    f"--fit-seconds {fit_seconds} leaves nothing of {frames * measured.dt:g} s to "
+                    "score; give less"
+                )
+        predicted = predict(measured, fit.properties, fit.length_scale, first)
+    except ValueError as error:
+        raise ConfigurationError(str(error)) from error
+    if predictions is not None:
+        np.savez_compressed(
+            predictions,
+            vertices=predicted.vertices,
+            dt=measured.dt,
+            prescribed=np.nonzero(~measured.free)[0],
+            first_predicted=predicted.first,
+        )
+    if plot is not None:
+        from cli.identification_plot import draw
+
+        draw(predicted, str(file.stem), plot)
+    answer = _answer(file, train, fit, predicted, linear_density)
+    if json:
+        print(jsons.dumps(answer))
+    else:
+        _show(answer, Console())
+    return 0
+
+
+def read(path: Path) -> Motion:
+    """A motion file.
+
+    Raises:
+        ConfigurationError: It is not one; says why.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            missing = [key for key in KEYS if key not in stored]
+            if missing:
+                raise ConfigurationError(
+                    f"{path} has no {missing[0]!r}; a motion file holds {', '.join(KEYS)}, this "
+                    f"one {', '.join(stored.files) or 'nothing'}"
+                )
+            values = [stored[key] for key in KEYS]
+    except FileNotFoundError as error:
+        raise ConfigurationError(f"{path}: there is no such file") from error
+    except (OSError, ValueError, EOFError, AttributeError, TypeError, zipfile.BadZipFile) as error:
+        raise ConfigurationError(f"{path} is not a .npz of plain arrays: {error}") from error
+    try:
+        return motion(*values)
+    except ValueError as error:
+        raise ConfigurationError(f"{path}: {error}") from error
+
+
+def _start(
+    bending_stiffness: float | None, linear_density: float | None, diameter: float
+) -> RodProperties:
+    start = unknown_rope()
+    start = replace(start, diameter=diameter, linear_density=linear_density or start.linear_density)
+    if linear_density is not None and not linear_density > 0.0:
+        raise ValueError(f"--linear-density must be positive, got {linear_density} kg/m")
+    if bending_stiffness is None:
+        # The ratio to weight that was believed, whatever diameter and density are.
+        return start.with_stiffness(unknown_rope().bending_stiffness)
+    if not (np.isfinite(bending_stiffness) and bending_stiffness > 0.0):
+        raise ValueError(f"--bending-stiffness must be positive, got {bending_stiffness} N m^2")
+    return start.with_stiffness(bending_stiffness)
+
+
+def _answer(
+    file: Path, train: Path | None, fit: Fit, predicted: Prediction, linear_density: float | None
+) -> dict[str, Any]:
+    measured = predicted.motion
+    scores = 100.0 * predicted.scores
+    frames = predicted.vertices.shape[1] - predicted.first
+    answer: dict[str, Any] = {
+        "file": str(file),
+        "fitted_to": str(train or file),
+        "fit_seconds": fit.seconds,
+        "predicted_seconds": frames * measured.dt,
+        "error_cm": float(np.mean(scores)),
+        "error_cm_per_sequence": scores.tolist(),
+        "parameters": {f.name: _without_name(asdict(f)) for f in findings(fit)},
+        "cannot_tell": cannot_tell(fit, linear_density is not None),
+    }
+    if linear_density is not None:
+        answer["bending_stiffness_N_m2"] = fit.properties.bending_stiffness
+    return answer
+
+
+def _without_name(finding: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in finding.items() if key != "name"}
+
+
+def _show(answer: dict[str, Any], console: Console) -> None:
+    table = Table("", "value", "± 1 sd", "unit", "known")
+    for name, f in answer["parameters"].items():
+        known = "yes" if f["known"] else "no"
+        table.add_row(
+            name.replace("[", r"\["),
+            f"{f['value']:.4g}",
+            f"{f['standard_deviation']:.2g}",
+            f["unit"],
+            known,
+        )
+    console.print(table)
+    console.print("This motion cannot tell")
+    for line in answer["cannot_tell"]:
+        console.print(f"  {line}", markup=False)
+    each = " ".join(f"{score:.2f}" for score in answer["error_cm_per_sequence"])
+    console.print(
+        f"Mean absolute error over {answer['predicted_seconds']:.2f} s open loop: "
+        f"{answer['error_cm']:.3f} cm  ({each})"
+    )
+
+
+@contextmanager
+def _progress(console: Console) -> Iterator[Report]:
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as progress:
+        bar = progress.add_task("", total=1.0)
+        yield lambda what, share: progress.update(bar, description=what, completed=share)

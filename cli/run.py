@@ -1,0 +1,164 @@
+"""`lariat run SCENARIO`: the closed loop on simulated time, scored by the true rope."""
+
+from __future__ import annotations
+
+import json as jsons
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from shared import topics
+from shared.configuration import ConfigurationError
+from shared.messages import RunState
+from shared.scenario import SIDES, Scenario
+from shared.service import SECOND
+from stack import preflight
+from stack.scenario_overrides import load_with
+from stack.simulation.closed_loop import Outcome, Watch, as_json, run
+from stack.simulation.scoring import Scorer
+from stack.simulation.simulated_time import START, SimulatedStack
+
+
+def main(
+    scenario: tyro.conf.Positional[Path],
+    /,
+    record: Path | None = None,
+    json: bool = False,
+    stop_when_reached: bool = False,
+    seed: int | None = None,
+    set: Annotated[
+        tyro.conf.UseAppendAction[tuple[str, ...]], tyro.conf.arg(metavar="KEY=VALUE")
+    ] = (),
+) -> int:
+    """Run a scenario on simulated time, without a screen and as fast as the machine can.
+
+    Examples:
+      lariat run scenarios/three-cylinders.toml
+      lariat run scenarios/three-cylinders.toml --set sensing.source=truth --json
+      lariat run scenarios/three-cylinders.toml --record run.mcap --stop-when-reached
+
+    Args:
+        scenario: The scenario's TOML file.
+        record: Write everything that is said to this MCAP file, which must not exist.
+        json: Answer with one JSON object on standard output.
+        stop_when_reached: End as soon as the controller says that the goal is reached.
+        seed: Replaces the scenario's seed.
+        set: Replaces one value of the scenario, e.g. sensing.source=truth; may be repeated.
+
+    Returns:
+        0 when the goal was reached, 1 when not.
+    """
+    loaded = load_with(scenario, set, seed)
+    real = {s: loaded.end(s).address for s in SIDES if loaded.end(s).address}
+    if real:
+        # Written into the scenario, so that a recording holds what was run.
+        loaded = load_with(scenario, [*set, *(f'ends.{s}.address=""' for s in real)], seed)
+    if record and record.exists():
+        raise ConfigurationError(f"--record {record}: the file exists; name another or remove it")
+    if record:
+        _check_folder(record)
+    messages = Console(stderr=True, highlight=False)
+    for side, address in real.items():
+        messages.print(f"{side} arm: the emulator plays the one at {address}")
+    with _progress(loaded, messages) as watch:
+        preflight.check(loaded)
+        try:
+            outcome = run(loaded, record, 0.0 if stop_when_reached else None, watch)
+        except OSError as error:
+            raise ConfigurationError(f"--record {record}: {error}") from error
+    if json:
+        print(jsons.dumps(as_json(outcome.score)))
+    else:
+        Console().print(_table(outcome))
+    if not outcome.score.reached:
+        messages.print(f"[bold]Not reached[/]: {outcome.reason}.{_worry(outcome.stack)}")
+    return 0 if outcome.score.reached else 1
+
+
+def _check_folder(record: Path) -> None:
+    """Says before the work what would otherwise be known after it."""
+    try:
+        record.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=record.parent):
+            pass
+    except OSError as error:
+        raise ConfigurationError(f"--record {record}: {error}") from error
+
+
+@contextmanager
+def _progress(scenario: Scenario, console: Console) -> Iterator[Watch]:
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:5.1f} of {task.total:g} s  {task.fields[seen]}"),
+        TimeElapsedColumn(),
+    )
+    shown = 0.0
+    with Progress(
+        *columns, console=console, transient=True, redirect_stdout=False, redirect_stderr=False
+    ) as progress:
+        bar = progress.add_task("Warming up", total=scenario.run.time_limit, seen="")
+
+        def watch(stack: SimulatedStack, scorer: Scorer) -> None:
+            nonlocal shown
+            # A person reads no faster, and the bar must not cost what it shows.
+            if time.monotonic() - shown < 0.1:
+                return
+            shown = time.monotonic()
+            task = stack.latest(topics.TASK_STATE)
+            began = scorer.started or START
+            progress.update(
+                bar,
+                description=RunState.Name(task.state).capitalize() if task else "Starting",
+                completed=(stack.now - began) / SECOND if scorer.started else 0.0,
+                seen=f"error {1e3 * task.error:.1f} mm  clearance {1e3 * task.clearance:.0f} mm"
+                if task and scorer.started
+                else "",
+            )
+
+        yield watch
+
+
+def _table(outcome: Outcome) -> Table:
+    score = outcome.score
+    table = Table(title=score.scenario, show_header=False, title_justify="left")
+    verdict = f"after {score.reached_s} s" if score.reached else "no"
+    rows = {
+        "reached": verdict,
+        "final error": _unit(score.final_error_mm, "mm (mean of the nodes)"),
+        "largest node error": _unit(score.max_node_error_mm, "mm"),
+        "least clearance": _unit(score.min_clearance_mm, "mm"),
+        "time in contact": _unit(score.contact_time_s, "s"),
+        "length error": _unit(score.length_error_mm, "mm"),
+        "prediction error": _unit(score.prediction_error_mm, "mm"),
+        "error of the horizons": _unit(score.horizon_error_mm, "mm"),
+        "replans": str(score.replans),
+        "simulated": f"{score.sim_s} s in {score.wall_s} s ({score.real_time_factor} x real time)",
+        "control step": "p50 {p50}, p99 {p99}, max {max} ms".format(**score.plan_ms),
+    }
+    for name, (value, deviation) in score.parameters.items():
+        rows[name] = f"{value:.4g}" + (f" ± {deviation:.2g}" if deviation else "")
+    if score.recording:
+        rows["recording"] = score.recording
+    for name, value in rows.items():
+        table.add_row(name, value)
+    return table
+
+
+def _unit(value: float | None, unit: str) -> str:
+    return "-" if value is None else f"{value:.2f} {unit}"
+
+
+def _worry(stack: SimulatedStack) -> str:
+    arms = stack.latest(topics.ARM_STATE)
+    if arms and arms.needs_acknowledgement:
+        return f" The arms hold: {arms.reason}."
+    return ""

@@ -1,0 +1,106 @@
+"""`lariat status`: how a live stack is."""
+
+from __future__ import annotations
+
+import json as jsons
+import sys
+import time
+from typing import Any
+
+from cli import arm, task
+from cli.task import HERE, ToCell
+from shared import topics
+from shared.messages import ArmStates, Health, RunState
+from stack import client
+
+GATHERING = 1.5
+"""Every state comes at least once a second [s]."""
+
+
+def main(json: bool = False, cell: ToCell = HERE) -> int:
+    """Show the run, the arms and the health of every process.
+
+    Examples:
+      lariat status
+      lariat status --json
+
+    Args:
+        json: Answer with one JSON object on standard output.
+        cell: Which stack.
+
+    Returns:
+        0 when every process is there and answers, 1 when one does not.
+    """
+    wanted = (topics.TASK_STATE, topics.ARM_STATE, topics.HEALTH, topics.STACK_STATE)
+    newest: dict[str, Any] = {}
+    with client.open(cell) as talk:
+        subscriptions = [talk.bus.subscribe(topic) for topic in wanted]
+        deadline = time.monotonic() + GATHERING
+        while time.monotonic() < deadline:
+            for subscription in subscriptions:
+                newest.update({key: item.message for key, item in subscription.take()})
+            time.sleep(0.02)
+        alive = talk.bus.alive()
+    states = {}
+    if stack := newest.get(topics.STACK_STATE.key):
+        states = {p.service: p.state for p in stack.processes}
+    health = {k.partition("/")[2]: m for k, m in newest.items() if k.startswith("health/")}
+    names = list(dict.fromkeys([*states, *sorted(alive | health.keys())]))
+    rows = {n: _row(n, states.get(n, ""), health.get(n), n in alive) for n in names}
+    run, arms = newest.get(topics.TASK_STATE.key), newest.get(topics.ARM_STATE.key)
+    if json:
+        answer = {
+            "task": task.as_json(run) if run else None,
+            "arms": arm.as_json(arms) if arms else None,
+            "processes": rows,
+        }
+        print(jsons.dumps(answer))
+    else:
+        if run:
+            name = RunState.Name(run.state).lower()
+            print(f"run   {name}: {run.reason}; error {1e3 * run.error:.2f} mm")
+        else:
+            print("run   no controller answers")
+        print(f"arms  {arm.in_words(arms)}" if arms else "arms  no gateway answers")
+        for line in arm.each_in_words(arms or ArmStates()):
+            print(f"      {line}")
+        _print_table(rows)
+    return 0 if rows and run and arms and all(r["ok"] for r in rows.values()) else 1
+
+
+def _row(name: str, state: str, health: Health | None, alive: bool) -> dict[str, Any]:
+    if not state:
+        state = "ready" if health else "frozen" if alive else "gone"
+    row: dict[str, Any] = {"state": state, "ok": state == "ready"}
+    if health:
+        row |= {
+            "rate_hz": round(1e3 / health.period_ms, 1),
+            "step_p50_ms": round(health.step_p50_ms, 3),
+            "step_p99_ms": round(health.step_p99_ms, 3),
+            "step_max_ms": round(health.step_max_ms, 3),
+            "steps": health.steps,
+            "overruns": health.overruns,
+            "drops": health.drops,
+            "note": health.note,
+        }
+    return row
+
+
+def _print_table(rows: dict[str, dict[str, Any]]) -> None:
+    # Half a second to import; not where one JSON object is asked for.
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False)
+    columns = ("process", "state", "Hz", "p50 ms", "p99 ms", "max ms", "overruns", "drops")
+    for column in columns:
+        table.add_column(column, justify="left" if column in ("process", "state") else "right")
+    for name, row in rows.items():
+        keys = ("rate_hz", "step_p50_ms", "step_p99_ms", "step_max_ms", "overruns", "drops")
+        color = "green" if row["ok"] else "red"
+        table.add_row(name, f"[{color}]{row['state']}[/]", *(str(row.get(k, "")) for k in keys))
+    Console(file=sys.stdout).print(table)
+    for name, row in rows.items():
+        # Whole sentences, which a column would tear.
+        if row.get("note"):
+            print(f"{name}: {row['note']}")

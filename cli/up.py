@@ -1,0 +1,164 @@
+"""`lariat up`: the whole stack, live."""
+
+from __future__ import annotations
+
+import logging
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from shared import bus as buses
+from shared.bus import BusOptions
+from shared.configuration import ConfigurationError
+from shared.scenario import SIDES, Scenario, load
+from shared.scenario.sections import End
+from stack import installation, services
+from stack.launcher.console import LineHandler, Lines
+from stack.launcher.launcher import Launcher
+from stack.launcher.process import Program
+
+EMULATOR_HOSTS = {"left": "127.0.0.31", "right": "127.0.0.32"}
+"""Loopback addresses of the emulated arms: the protocol's ports are fixed."""
+EMULATOR_PORTS = (29999, 30003, 30004)
+NICENESS = {
+    "robot_gateway": -15,
+    "controller": -10,
+    "sim": -5,
+    "perception": -5,
+    "planner": 5,
+    "dashboard": 5,
+    "recorder": 5,
+}
+"""Who waits for whom when cores are short. Below 0 only where the system allows it."""
+
+
+def main(
+    scenario: Annotated[Path, tyro.conf.Positional] = Path("scenarios/three-cylinders.toml"),
+    /,
+    port: int = 7447,
+    dashboard_port: int = 8080,
+    namespace: str = "cell",
+    dashboard: bool = True,
+    record: bool = True,
+) -> int:
+    """Start the whole stack of a scenario and keep it running until Ctrl-C.
+
+    Examples:
+      lariat up
+      lariat up scenarios/fixed-end.toml --dashboard-port 9000
+
+    Args:
+        scenario: The TOML file.
+        port: Where the bus's hub listens, on 127.0.0.1.
+        dashboard_port: Where the dashboard's page is, on 127.0.0.1.
+        namespace: Name of the cell on the bus.
+        dashboard: Whether to serve the dashboard.
+        record: Whether to record every run to recordings/.
+    """
+    cell = load(scenario)
+    parts = [*services.NAMES, *["dashboard"] * dashboard, *["recorder"] * record]
+    installation.check(cell, parts)
+    _check_free("127.0.0.1", port, "is another stack running? choose another --port")
+    if dashboard:
+        _check_free("127.0.0.1", dashboard_port, "choose another --dashboard-port")
+    emulated = _emulated(cell)
+    _preflight(scenario)
+    common = ("--scenario", str(scenario.resolve()), "--namespace", namespace)
+    common += ("--connect", f"tcp/127.0.0.1:{port}")
+    programs = [_emulator(side, scenario) for side in emulated]
+    programs += [_service(name, common, emulated, dashboard_port) for name in parts]
+    lines = Lines()
+    logging.basicConfig(level=logging.INFO, handlers=[LineHandler(lines)], force=True)
+    options = BusOptions(namespace, connect=(), listen=(f"tcp/127.0.0.1:{port}",))
+
+    def say_ready(seconds: float) -> None:
+        lines.say("lariat", f"all {len(programs)} processes are ready after {seconds:.1f} s")
+        if dashboard:
+            print(f"dashboard at http://127.0.0.1:{dashboard_port}  (Ctrl-C stops all)", flush=True)
+        else:
+            print("the stack is up  (Ctrl-C stops all)", flush=True)
+
+    with buses.open(options, "lariat") as bus:
+        return Launcher(programs, bus, lines).run(say_ready)
+
+
+def _service(
+    name: str, common: tuple[str, ...], emulated: dict[str, End], dashboard_port: int
+) -> Program:
+    more: tuple[str, ...] = ()
+    if name == "dashboard":
+        more = ("--port", str(dashboard_port))
+    if name == "robot_gateway":
+        more = tuple(a for s in emulated for a in (f"--{s}-emulator", EMULATOR_HOSTS[s]))
+    return Program(
+        name,
+        ("-m", "dashboard" if name == "dashboard" else f"services.{name}", *common, *more),
+        restart_arguments=("--restarted",),
+        # The gateway goes after all that talk to it, the recorder after all that it records.
+        stage={"robot_gateway": 1, "recorder": 2}.get(name, 0),
+        niceness=NICENESS.get(name, 0),
+        # These two put things in order even when the launcher was killed.
+        death_signal=signal.SIGTERM if name in ("robot_gateway", "recorder") else signal.SIGKILL,
+    )
+
+
+def _emulator(side: str, scenario: Path) -> Program:
+    return Program(
+        f"cr5-{side}",
+        (
+            "-m",
+            "services.cr5_emulator",
+            "--host",
+            EMULATOR_HOSTS[side],
+            "--scenario",
+            str(scenario.resolve()),
+            "--side",
+            side,
+        ),
+        stage=2,
+        niceness=NICENESS["robot_gateway"],
+        ready_line="ready",
+    )
+
+
+def _preflight(scenario: Path) -> None:
+    """Checks what only the rod can say, in a process of its own.
+
+    This one needs no compiler afterwards, and the services find the kernels compiled.
+    """
+    command = [sys.executable, "-m", "cli", "check", str(scenario)]
+    code = subprocess.run(command, stdout=subprocess.DEVNULL, check=False).returncode
+    if code:
+        # It has said why.
+        sys.exit(128 - code if code < 0 else code)
+
+
+def _emulated(scenario: Scenario) -> dict[str, End]:
+    """The ends whose arm the emulator plays.
+
+    Raises:
+        ConfigurationError: One of its ports is taken.
+    """
+    ends = {side: scenario.end(side) for side in SIDES}
+    emulated = {s: e for s, e in ends.items() if e.driver == "cr5" and not e.address}
+    for side in emulated:
+        for port in EMULATOR_PORTS:
+            _check_free(EMULATOR_HOSTS[side], port, f"the emulator of ends.{side} needs it")
+    return emulated
+
+
+def _check_free(host: str, port: int, way_out: str) -> None:
+    with socket.socket() as probe:
+        # As servers do: a connection that ended a moment ago is no hindrance.
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((host, port))
+        except (OSError, OverflowError) as error:
+            raise ConfigurationError(
+                f"port {port} of {host} cannot be opened ({error}); {way_out}"
+            ) from None

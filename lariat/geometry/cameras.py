@@ -1,0 +1,139 @@
+"""Pinhole cameras.
+
+Conventions: the optical frame has x to the right, y down and z forward; the centre of the pixel in
+column u and row v has the coordinates (u, v), so the principal point of a symmetric camera is
+((width - 1) / 2, (height - 1) / 2); depth is the z coordinate in the optical frame, not the range.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.geometry import poses
+from lariat.geometry.poses import Pose
+
+
+@dataclass(frozen=True)
+class Intrinsics:
+    """A pinhole without distortion."""
+
+    width: int
+    """Columns [pixels]."""
+    height: int
+    """Rows [pixels]."""
+    fx: float
+    """Focal length along the columns [pixels]."""
+    fy: float
+    """Focal length along the rows [pixels]."""
+    cx: float
+    """Column of the principal point [pixels]."""
+    cy: float
+    """Row of the principal point [pixels]."""
+
+    def __post_init__(self) -> None:
+        if self.width < 1 or self.height < 1:
+            raise ValueError(
+                f"an image needs at least one pixel, got {self.width} x {self.height}; "
+                "give width and height in pixels"
+            )
+        numbers = (self.fx, self.fy, self.cx, self.cy)
+        if not all(map(math.isfinite, numbers)) or self.fx <= 0.0 or self.fy <= 0.0:
+            raise ValueError(
+                f"focal lengths must be positive and finite, got (fx, fy, cx, cy) = {numbers}; "
+                "calibrate the camera or use Intrinsics.symmetric"
+            )
+
+    @staticmethod
+    def symmetric(width: int, height: int, horizontal_view: float) -> Intrinsics:
+        """Square pixels, principal point in the middle.
+
+        Args:
+            width: Columns [pixels].
+            height: Rows [pixels].
+            horizontal_view: Angle between the left and the right edge of the image [rad].
+        """
+        f = width / 2.0 / math.tan(horizontal_view / 2.0)
+        return Intrinsics(width, height, f, f, (width - 1) / 2.0, (height - 1) / 2.0)
+
+    def project(
+        self, points: Float64[np.ndarray, "*b 3"]
+    ) -> tuple[Float64[np.ndarray, "*b 2"], Float64[np.ndarray, "*b"]]:
+        """Pixel coordinates (u, v) and depth [m] of points in the optical frame [m].
+
+        Points behind the camera have a depth <= 0 and meaningless pixels.
+        """
+        points = np.asarray(points, float)
+        depth = points[..., 2]
+        safe = np.where(depth == 0.0, np.nan, depth)
+        u = self.fx * points[..., 0] / safe + self.cx
+        v = self.fy * points[..., 1] / safe + self.cy
+        return np.stack([u, v], axis=-1), depth
+
+    def back_project(
+        self, pixels: Float64[np.ndarray, "*b 2"], depth: Float64[np.ndarray, "*b"]
+    ) -> Float64[np.ndarray, "*b 3"]:
+        """Points in the optical frame [m] seen at pixels (u, v) at a depth [m]."""
+        pixels, depth = np.asarray(pixels, float), np.asarray(depth, float)
+        x = (pixels[..., 0] - self.cx) / self.fx * depth
+        y = (pixels[..., 1] - self.cy) / self.fy * depth
+        return np.stack([x, y, np.broadcast_to(depth, x.shape)], axis=-1)
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole somewhere in the world."""
+
+    intrinsics: Intrinsics
+    """Of the image."""
+    T_world_camera: Pose
+    """Optical frame to world."""
+
+    def project(
+        self, points: Float64[np.ndarray, "*b 3"]
+    ) -> tuple[Float64[np.ndarray, "*b 2"], Float64[np.ndarray, "*b"]]:
+        """Pixel coordinates (u, v) and depth [m] of points in the world [m]."""
+        return self.intrinsics.project(self.T_world_camera.inverse().apply(points))
+
+    def back_project(
+        self, pixels: Float64[np.ndarray, "*b 2"], depth: Float64[np.ndarray, "*b"]
+    ) -> Float64[np.ndarray, "*b 3"]:
+        """Points in the world [m] seen at pixels (u, v) at a depth [m]."""
+        return self.T_world_camera.apply(self.intrinsics.back_project(pixels, depth))
+
+    def rays(self, pixels: Float64[np.ndarray, "*b 2"]) -> Float64[np.ndarray, "*b 3"]:
+        """Directions in the world of the rays through pixels (u, v), of unit depth: not unit."""
+        pixels = np.asarray(pixels, float)
+        local = self.intrinsics.back_project(pixels, np.ones(pixels.shape[:-1]))
+        return poses.rotate(self.T_world_camera.orientation, local)
+
+
+def looking_at(
+    eye: tuple[float, float, float],
+    target: tuple[float, float, float],
+    up: tuple[float, float, float] | None = None,
+) -> Pose:
+    """T_world_camera of a camera at `eye` with `target` on its optical axis.
+
+    Args:
+        eye: Centre of projection [m].
+        target: A point in front of it [m].
+        up: Direction that points upwards in the image; must not be along the optical axis. By
+            default the world's z, or its y for a camera that looks straight up or down.
+    """
+    forward = np.subtract(target, eye)
+    if up is None:
+        upright = np.hypot(forward[0], forward[1]) > 1e-6 * np.linalg.norm(forward)
+        up = (0.0, 0.0, 1.0) if upright else (0.0, 1.0, 0.0)
+    right = np.cross(forward, up)
+    if np.linalg.norm(right) < 1e-9 * np.linalg.norm(forward) * np.linalg.norm(up):
+        raise ValueError(
+            f"cannot tell which way is up: eye={eye} target={target} up={up} lie on one line; "
+            "give another `up`"
+        )
+    z = forward / np.linalg.norm(forward)
+    x = right / np.linalg.norm(right)
+    return Pose(np.asarray(eye, float), poses.from_matrix(np.stack([x, np.cross(z, x), z], 1)))

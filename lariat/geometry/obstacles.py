@@ -1,0 +1,158 @@
+"""Obstacles as signed distances.
+
+Signs: the distance is negative inside; normals point outwards. Cylinders and capsules stand along
+the local z axis and are centred at their position; a capsule's `height` is the distance between
+the centres of its two caps; `size` of a box holds its full extents; a half space is the side of
+the plane through `position` towards which `normal` (in the local frame) does not point.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal, get_args
+
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.geometry import poses
+
+Shape = Literal["cylinder", "box", "sphere", "capsule", "half_space"]
+SHAPES: tuple[Shape, ...] = get_args(Shape)
+
+PACKED_WIDTH = 12
+"""Columns of `pack`: shape index, position (3), orientation (4), three sizes, support."""
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """One convex body."""
+
+    shape: Shape
+    position: tuple[float, float, float]
+    """Centre, or a point of the plane for a half space [m]."""
+    orientation: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+    """Local to world, wxyz."""
+    radius: float = 0.0
+    """Of a cylinder, sphere or capsule [m]."""
+    height: float = 0.0
+    """Of a cylinder, or of a capsule between the centres of its caps [m]."""
+    size: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Full extents of a box [m]."""
+    normal: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    """Outward normal of a half space, in its local frame."""
+    support: bool = False
+    """Whether the rope may lean on it."""
+    name: str = ""
+    """Unique in a scene."""
+
+    def moved(
+        self,
+        position: tuple[float, float, float],
+        orientation: tuple[float, float, float, float] | None = None,
+    ) -> Obstacle:
+        """The same body elsewhere."""
+        return replace(self, position=position, orientation=orientation or self.orientation)
+
+
+TABLE = Obstacle("half_space", (0.0, 0.0, 0.0), name="table")
+"""The plane z = 0."""
+
+
+def signed_distance(
+    points: Float64[np.ndarray, "*b 3"], obstacle: Obstacle
+) -> Float64[np.ndarray, "*b"]:
+    """Distance of points to the surface of one obstacle, negative inside [m]."""
+    local = poses.rotate(
+        poses.conjugate(np.array(obstacle.orientation)),
+        np.asarray(points, float) - np.array(obstacle.position),
+    )
+    match obstacle.shape:
+        case "sphere":
+            return np.linalg.norm(local, axis=-1) - obstacle.radius
+        case "half_space":
+            return local @ poses.normalized(np.array(obstacle.normal))
+        case "capsule":
+            half = obstacle.height / 2.0
+            axis = np.zeros_like(local)
+            axis[..., 2] = np.clip(local[..., 2], -half, half)
+            return np.linalg.norm(local - axis, axis=-1) - obstacle.radius
+        case "cylinder":
+            radial = np.hypot(local[..., 0], local[..., 1]) - obstacle.radius
+            axial = np.abs(local[..., 2]) - obstacle.height / 2.0
+            excess = np.stack([radial, axial], axis=-1)
+        case "box":
+            excess = np.abs(local) - np.array(obstacle.size) / 2.0
+    outside = np.linalg.norm(np.maximum(excess, 0.0), axis=-1)
+    return outside + np.minimum(np.max(excess, axis=-1), 0.0)
+
+
+def scene_distance(
+    points: Float64[np.ndarray, "*b 3"], obstacles: Sequence[Obstacle]
+) -> Float64[np.ndarray, "*b"]:
+    """Distance of points to the nearest obstacle, infinite in an empty scene [m]."""
+    points = np.asarray(points, float)
+    nearest = np.full(points.shape[:-1], np.inf)
+    for obstacle in obstacles:
+        nearest = np.minimum(nearest, signed_distance(points, obstacle))
+    return nearest
+
+
+def segment_distance(
+    starts: Float64[np.ndarray, "m 3"], ends: Float64[np.ndarray, "m 3"], obstacle: Obstacle
+) -> Float64[np.ndarray, "m"]:
+    """Least distance of straight segments to one obstacle [m], to within 1e-5 of their length.
+
+    The signed distance to a convex body is convex along a line: the least of a few samples and its
+    two neighbours enclose the minimum.
+    """
+    directions = (ends - starts)[:, None]
+    low, width = np.zeros((len(starts), 1)), 1.0
+    fractions = np.linspace(0.0, 1.0, 9)
+    least = np.full(len(starts), np.inf)
+    for _ in range(8):
+        at = low + width * fractions
+        distances = signed_distance(starts[:, None] + at[..., None] * directions, obstacle)
+        best = np.argmin(distances, axis=1)
+        least = np.minimum(least, np.take_along_axis(distances, best[:, None], axis=1)[:, 0])
+        low = np.clip(low + width * fractions[np.clip(best - 1, 0, 6)][:, None], 0.0, 1.0)
+        width /= 4.0
+    return least
+
+
+def chain_clearance(
+    nodes: Float64[np.ndarray, "n 3"], radius: float, obstacles: Sequence[Obstacle]
+) -> float:
+    """Least distance between the surface of a chain of segments and any obstacle [m]."""
+    lengths = np.linalg.norm(np.diff(nodes, axis=0), axis=1)
+    nearest = np.inf
+    for obstacle in obstacles:
+        at_nodes = signed_distance(nodes, obstacle)
+        nearest = min(nearest, float(np.min(at_nodes)))
+        # A distance changes by no more than the way: most segments cannot hold the least.
+        bound = 0.5 * (at_nodes[:-1] + at_nodes[1:] - lengths)
+        (near,) = np.nonzero(bound < nearest)
+        if len(near):
+            between = segment_distance(nodes[near], nodes[near + 1], obstacle)
+            nearest = min(nearest, float(np.min(between)))
+    return nearest - radius
+
+
+def pack(obstacles: Sequence[Obstacle]) -> Float64[np.ndarray, "m 12"]:
+    """One row an obstacle for compiled kernels, columns as in `PACKED_WIDTH`.
+
+    The three sizes are (radius, half height, 0) of cylinders, capsules and spheres, the half
+    extents of a box and the unit normal of a half space.
+    """
+    rows = np.zeros((len(obstacles), PACKED_WIDTH))
+    for row, o in zip(rows, obstacles, strict=True):
+        row[0] = SHAPES.index(o.shape)
+        row[1:4], row[4:8] = o.position, o.orientation
+        if o.shape == "box":
+            row[8:11] = np.array(o.size) / 2.0
+        elif o.shape == "half_space":
+            row[8:11] = poses.normalized(np.array(o.normal))
+        else:
+            row[8:11] = o.radius, o.height / 2.0, 0.0
+        row[11] = o.support
+    return rows

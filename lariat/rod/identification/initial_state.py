@@ -1,0 +1,155 @@
+"""The state of a rod from where a few vertices on it are.
+
+Between the vertices a rope is taken to bend as little as it can: a cubic spline over arc length,
+moved to the nearest chain whose edges have their own length. Frames follow the chain without
+twist but for what the clamps impose.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from lariat.geometry import poses
+
+PROJECTIONS = 25
+
+
+def splined(
+    knots: Float64[np.ndarray, "V"],
+    values: Float64[np.ndarray, "B V 3"],
+    first: Float64[np.ndarray, "B 3"] | None,
+    last: Float64[np.ndarray, "B 3"] | None,
+    at: Float64[np.ndarray, "n"],
+) -> Float64[np.ndarray, "B n 3"]:
+    """Cubic splines through values at knots, with given end slopes or else straight ends."""
+    h = np.diff(knots)
+    count = len(knots)
+    system = np.zeros((count, count))
+    right = np.zeros((len(values), count, 3))
+    slopes = np.diff(values, axis=1) / h[:, None]
+    for k in range(1, count - 1):
+        system[k, k - 1 : k + 2] = 1.0 / h[k - 1], 2.0 / h[k - 1] + 2.0 / h[k], 1.0 / h[k]
+        right[:, k] = 3.0 * (slopes[:, k - 1] / h[k - 1] + slopes[:, k] / h[k])
+    for row, near, gap, given in ((0, 1, 0, first), (count - 1, count - 2, -1, last)):
+        if given is None:
+            system[row, row], system[row, near] = 2.0, 1.0
+            right[:, row] = 3.0 * slopes[:, gap]
+        else:
+            system[row, row] = 1.0
+            right[:, row] = given
+    m = np.einsum("ij,bjc->bic", np.linalg.inv(system), right)
+    k = np.clip(np.searchsorted(knots, at, side="right") - 1, 0, count - 2)
+    gap = h[k][:, None]
+    t = (at - knots[k])[:, None] / gap
+    # Beyond the ends it goes on straight.
+    inside = np.clip(t, 0.0, 1.0)
+    s = inside
+    curve = (
+        (2 * s**3 - 3 * s**2 + 1) * values[:, k]
+        + (s**3 - 2 * s**2 + s) * gap * m[:, k]
+        + (3 * s**2 - 2 * s**3) * values[:, k + 1]
+        + (s**3 - s**2) * gap * m[:, k + 1]
+    )
+    beyond = (t - inside) * gap
+    return curve + beyond * np.where(t > 1.0, m[:, k + 1], m[:, k])
+
+
+def inextensible(
+    nodes: Float64[np.ndarray, "B n 3"], edge: float, movable: Bool[np.ndarray, "n"]
+) -> Float64[np.ndarray, "B n 3"]:
+    """Near chains whose edges are `edge` long [m]; nodes that are not movable stay."""
+    for _ in range(PROJECTIONS):
+        d = np.diff(nodes, axis=1)
+        stretch = np.sum(d * d, axis=2) - edge**2
+        loose = movable[1:] | movable[:-1]
+        if np.max(np.abs(stretch[:, loose]), initial=0.0) < 1e-7 * edge**2:
+            break
+        nodes = nodes - 0.5 * _corrections(d, stretch, movable)
+    return nodes
+
+
+def unstretching(
+    nodes: Float64[np.ndarray, "B n 3"],
+    velocities: Float64[np.ndarray, "B n 3"],
+    movable: Bool[np.ndarray, "n"],
+) -> Float64[np.ndarray, "B n 3"]:
+    """The nearest velocities that change no edge's length [m/s]."""
+    d = np.diff(nodes, axis=1)
+    rate = np.sum(d * np.diff(velocities, axis=1), axis=2)
+    return velocities - _corrections(d, rate, movable)
+
+
+def _corrections(
+    d: Float64[np.ndarray, "B m 3"],
+    wanted: Float64[np.ndarray, "B m"],
+    movable: Bool[np.ndarray, "n"],
+) -> Float64[np.ndarray, "B n 3"]:
+    """Least moves c of movable nodes with d . (c_i+1 - c_i) = wanted, edge by edge."""
+    w = movable.astype(float)
+    m = d.shape[1]
+    system = np.zeros((len(d), m, m))
+    at = np.arange(m)
+    system[:, at, at] = (w[1:] + w[:-1]) * np.sum(d * d, axis=2)
+    between = -w[1:-1] * np.sum(d[:, 1:] * d[:, :-1], axis=2)
+    system[:, at[1:], at[:-1]] = between
+    system[:, at[:-1], at[1:]] = between
+    stiff = (w[1:] + w[:-1]) == 0.0
+    system[:, at[stiff], at[stiff]] = 1.0
+    # A taut chain has no way to be lengthened: what cannot be corrected must not blow up.
+    system[:, at, at] *= 1.0 + 1e-4
+    share = np.linalg.solve(system, (wanted * ~stiff)[..., None])
+    moves = np.zeros((len(d), m + 1, 3))
+    moves[:, 1:] += share * d
+    moves[:, :-1] -= share * d
+    return w[:, None] * moves
+
+
+def framed(
+    nodes: Float64[np.ndarray, "B n 3"],
+    first: Float64[np.ndarray, "B 4"],
+    last: Float64[np.ndarray, "B 4"] | None,
+) -> Float64[np.ndarray, "B n-1 4"]:
+    """Orientations along chains from those of their end edges, twist spread evenly.
+
+    Without a last one there is no twist.
+    """
+    z = np.array([0.0, 0.0, 1.0])
+    tangents = poses.normalized(np.diff(nodes, axis=1))
+    q = poses.multiply(poses.between(poses.rotate(first, z), tangents[:, 0]), first)
+    chain = [q]
+    for k in range(1, tangents.shape[1]):
+        q = poses.multiply(poses.between(tangents[:, k - 1], tangents[:, k]), q)
+        chain.append(q)
+    frames = np.stack(chain, axis=1)
+    if last is not None:
+        end = poses.multiply(poses.between(poses.rotate(last, z), tangents[:, -1]), last)
+        twist = poses.logarithm(poses.multiply(poses.conjugate(q), end))[:, 2]
+        angles = twist[:, None] * np.linspace(0.0, 1.0, tangents.shape[1])
+        frames = poses.multiply(frames, poses.exponential(angles[..., None] * z))
+    return poses.normalized(frames)
+
+
+def transported(
+    first: Float64[np.ndarray, "B 4"], tangents: Float64[np.ndarray, "B T 3"]
+) -> Float64[np.ndarray, "B T 4"]:
+    """Orientations along tangents that turn as little as they can, from given first ones."""
+    turns = poses.between(tangents[:, :-1], tangents[:, 1:])
+    q = first
+    frames = [q]
+    for k in range(turns.shape[1]):
+        q = poses.normalized(poses.multiply(turns[:, k], q))
+        frames.append(q)
+    return np.stack(frames, axis=1)
+
+
+def upright(
+    tangents: Float64[np.ndarray, "B 3"], reference: Float64[np.ndarray, "3"]
+) -> Float64[np.ndarray, "B 4"]:
+    """Orientations whose third axis is the tangent and whose first is nearest to a reference."""
+    frames = []
+    for t in tangents:
+        d1 = reference - (reference @ t) * t
+        d1 = d1 / np.linalg.norm(d1)
+        frames.append(poses.from_matrix(np.stack([d1, np.cross(t, d1), t], axis=1)))
+    return np.array(frames)

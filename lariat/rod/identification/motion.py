@@ -1,0 +1,133 @@
+"""Measured motion of a rope whose ends were driven."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from lariat.geometry import poses
+
+LONGEST = 100.0
+"""A rope beyond this was surely not given in metres [m]."""
+LEAST_FRAMES = 10
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Vertices on a rope over time, in a frame whose z axis points up.
+
+    The vertices that something holds are inputs, known at every frame: a run of them at the left
+    end, a run at the right end, or both. One held vertex is a pin; two or more clamp the rope
+    along the innermost two.
+    """
+
+    vertices: Float64[np.ndarray, "S T V 3"]
+    """In S sequences of T frames [m]."""
+    dt: float
+    """Between frames [s]."""
+    left: int
+    """How many vertices are held at the left end."""
+    right: int
+    """How many are held at the right end."""
+
+    @property
+    def free(self) -> Bool[np.ndarray, "V"]:
+        """Which vertices nothing holds."""
+        count = self.vertices.shape[2]
+        at = np.arange(count)
+        return (at >= self.left) & (at < count - self.right)
+
+    @property
+    def spanned(self) -> slice:
+        """The free vertices with the held ones next to them."""
+        return slice(max(self.left - 1, 0), self.vertices.shape[2] - max(self.right - 1, 0))
+
+    def until(self, frames: int) -> Motion:
+        """The first frames of every sequence."""
+        return Motion(self.vertices[:, :frames], self.dt, self.left, self.right)
+
+    def tangents(self, end: int) -> Float64[np.ndarray, "S T 3"]:
+        """Unit vectors from left to right along the clamp at an end (0 left, 1 right)."""
+        inner = self.left - 1 if end == 0 else -self.right
+        outer = inner - 1 if end == 0 else inner + 1
+        along = self.vertices[:, :, inner] - self.vertices[:, :, outer]
+        return poses.normalized(along if end == 0 else -along)
+
+
+def motion(vertices: object, dt: object, prescribed: object) -> Motion:
+    """A checked motion from what a file says.
+
+    Args:
+        vertices: (S, T, V, 3) [m].
+        dt: Between frames [s].
+        prescribed: Indices of the held vertices.
+
+    Raises:
+        ValueError: Something is not as it must be; the message names it.
+    """
+    v = np.asarray(vertices)
+    if v.ndim != 4 or v.shape[3] != 3:
+        raise ValueError(
+            f"vertices must be (sequences, frames, vertices, 3), got shape {v.shape}; one sequence "
+            "is vertices[None]"
+        )
+    if not np.issubdtype(v.dtype, np.number) or np.iscomplexobj(v):
+        raise ValueError(f"vertices must be numbers, got {v.dtype}")
+    v = v.astype(np.float64)
+    sequences, frames, count, _ = v.shape
+    if sequences < 1 or frames < LEAST_FRAMES or count < 3:
+        raise ValueError(
+            f"vertices must hold at least 1 sequence of {LEAST_FRAMES} frames of 3 vertices, got "
+            f"{sequences} of {frames} of {count}"
+        )
+    bad = np.argwhere(~np.isfinite(v).all(axis=3))
+    if len(bad):
+        s, t, k = bad[0]
+        raise ValueError(
+            f"vertices[{s}, {t}, {k}] is {v[s, t, k]}, one of {len(bad)} that are not finite; fill "
+            "gaps or cut the sequence there"
+        )
+    step = np.asarray(dt)
+    if step.size != 1 or not np.issubdtype(step.dtype, np.number):
+        raise ValueError(f"dt must be one number of seconds, got {dt}")
+    step = float(step.reshape(()))
+    if not (np.isfinite(step) and 0.0 < step <= 1.0):
+        raise ValueError(f"dt must be between 0 and 1 s, got {step} s; 100 Hz is 0.01")
+    left, right = _runs(prescribed, count)
+    chords = np.linalg.norm(np.diff(v, axis=2), axis=3)
+    s, t, k = np.unravel_index(int(np.argmin(chords)), chords.shape)
+    if chords[s, t, k] < 1e-6:
+        raise ValueError(
+            f"vertices {k} and {k + 1} of sequence {s} coincide in frame {t}; every vertex needs "
+            "a place of its own on the rope"
+        )
+    length = float(np.median(chords.sum(axis=2)))
+    if length > LONGEST:
+        raise ValueError(f"the rope would be {length:.4g} m long; are vertices in metres?")
+    return Motion(v, step, left, right)
+
+
+def _runs(prescribed: object, count: int) -> tuple[int, int]:
+    """How many vertices are held at the left and at the right end."""
+    held = np.asarray(prescribed)
+    if held.dtype == bool and held.shape == (count,):
+        (held,) = np.nonzero(held)
+    if held.ndim != 1 or not (np.issubdtype(held.dtype, np.integer) or held.size == 0):
+        raise ValueError(f"prescribed must be a row of vertex indices, got {prescribed}")
+    if held.size == 0:
+        raise ValueError("prescribed is empty; a rope that nothing holds cannot be rolled out")
+    if np.any(held < -count) or np.any(held >= count):
+        raise ValueError(f"prescribed must lie within 0 and {count - 1}, got {held.tolist()}")
+    mask = np.zeros(count, dtype=bool)
+    mask[held] = True
+    if mask.all():
+        raise ValueError("all vertices are prescribed; nothing is left to predict")
+    (free,) = np.nonzero(~mask)
+    if not np.array_equal(free, np.arange(free[0], free[-1] + 1)):
+        raise ValueError(
+            f"prescribed must be vertices at the ends, such as [0, 1, {count - 2}, {count - 1}], "
+            f"got {sorted(set(held.tolist()))}; vertices held in the middle are not supported"
+        )
+    return int(free[0]), int(count - 1 - free[-1])

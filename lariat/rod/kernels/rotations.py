@@ -1,0 +1,199 @@
+"""Rotations inside kernels; conventions as in `lariat.geometry.poses`.
+
+Without branches, as everything that is inlined here must be: see `kernels`. Nowhere is there
+`w[i] += v`, which Taichi makes an atomic addition of, with a lock for every number.
+"""
+
+import taichi as ti
+
+# Polynomials in z = 1 - cos(t / 2), exact to rounding for angles t up to half a turn: all three are
+# smooth in z up to a whole one. Interpolated at Chebyshev nodes with 60 digits. The library's arcus
+# tangent took a fifth of the time of a whole roll-out, roots and quotients a tenth.
+ANGLE, CURVE, CURVE_SLOPE = range(3)
+# fmt: off
+SERIES = (
+    # t / sin(t / 2)
+    (
+        2.0, 0.6666666666669252, 0.2666666666323836, 0.11428571608572231,
+        0.05079360093602386, 0.02308886458730117, 0.010646583266642305, 0.005046899599081766,
+        0.001915998849504018, 0.002922896249558827, -0.005373022757655533, 0.014995625517545042,
+        -0.028303527090735622, 0.04228417309711461, -0.04790428375445948, 0.04088020629449461,
+        -0.025371105568824655, 0.010871279959957838, -0.002882615566316569, 0.0003620305855296003,
+    ),
+    # c of `log_coefficients`
+    (
+        0.08333333333333333, 0.011111111111114432, 0.00396825396781365, 0.001622574979026938,
+        0.0007027945068837536, 0.00031430439214841005, 0.00014331938047718197,
+        6.734397467742443e-05, 2.5600892162115942e-05, 3.7939649575344635e-05,
+        -6.885210325382492e-05, 0.00019267998779079902, -0.000363529493018898,
+        0.0005431622599653166, -0.0006153564673606193, 0.0005251538614860343,
+        -0.0003259344991775923, 0.00013966898382363732, -3.703731148977058e-05,
+        4.652236360101222e-06,
+    ),
+    # c'/t
+    (
+        0.002777777777777776, 0.001058201058202379, 0.0004938271603186931, 0.00023836246977912727,
+        0.00011655358149204461, 5.737171241752032e-05, 2.8297169889642786e-05,
+        1.4418640073087067e-05, 4.802784701333202e-06, 1.2714597112271104e-05,
+        -2.835839979323209e-05, 7.596640105850816e-05, -0.00014428578672184998,
+        0.00021501238486147095, -0.00024348446564669387, 0.00020748666208824217,
+        -0.0001285963214149807, 5.4990745659375256e-05, -1.4545531400955639e-05,
+        1.81876076201023e-06,
+    ),
+)
+# fmt: on
+
+
+@ti.func
+def load3(w: ti.template(), at):
+    return ti.Vector([w[at], w[at + 1], w[at + 2]])
+
+
+@ti.func
+def store3(w: ti.template(), at, v):
+    for a in ti.static(range(3)):
+        w[at + a] = v[a]
+
+
+@ti.func
+def add3(w: ti.template(), at, v):
+    for a in ti.static(range(3)):
+        w[at + a] = w[at + a] + v[a]
+
+
+@ti.func
+def load4(w: ti.template(), at):
+    return ti.Vector([w[at], w[at + 1], w[at + 2], w[at + 3]])
+
+
+@ti.func
+def store4(w: ti.template(), at, v):
+    for a in ti.static(range(4)):
+        w[at + a] = v[a]
+
+
+@ti.func
+def load33(w: ti.template(), at):
+    return ti.Matrix(
+        [
+            [w[at], w[at + 1], w[at + 2]],
+            [w[at + 3], w[at + 4], w[at + 5]],
+            [w[at + 6], w[at + 7], w[at + 8]],
+        ]
+    )
+
+
+@ti.func
+def store33(w: ti.template(), at, m):
+    for a in ti.static(range(3)):
+        for b in ti.static(range(3)):
+            w[at + 3 * a + b] = m[a, b]
+
+
+@ti.func
+def add33(w: ti.template(), at, m):
+    for a in ti.static(range(3)):
+        for b in ti.static(range(3)):
+            w[at + 3 * a + b] = w[at + 3 * a + b] + m[a, b]
+
+
+@ti.func
+def cross_matrix(v):
+    """[v]x, so that [v]x a = v x a."""
+    return ti.Matrix([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+
+
+@ti.func
+def quaternion_product(a, b):
+    return ti.Vector(
+        [
+            a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+            a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+            a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+            a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+        ]
+    )
+
+
+@ti.func
+def relative(a, b):
+    """conj(a) b on the short way round."""
+    u = quaternion_product(ti.Vector([a[0], -a[1], -a[2], -a[3]]), b)
+    return ti.select(u[0] < 0.0, -1.0, 1.0) * u
+
+
+@ti.func
+def rotation_matrix(q):
+    w, x, y, z = q[0], q[1], q[2], q[3]
+    return ti.Matrix(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+@ti.func
+def turned(q, phi):
+    """q after a small rotation `phi` in its own frame; exp(phi) to second order, and cheaper."""
+    p = quaternion_product(q, ti.Vector([1.0, 0.5 * phi[0], 0.5 * phi[1], 0.5 * phi[2]]))
+    return p / ti.sqrt(p.dot(p))
+
+
+@ti.func
+def exponential(y):
+    """Unit quaternion of a rotation vector."""
+    t2 = y.dot(y)
+    t = ti.sqrt(ti.max(t2, 1e-6))
+    small = t2 < 1e-6
+    s = ti.select(small, 0.5 - t2 / 48.0, ti.sin(0.5 * t) / t)
+    c = ti.select(small, 1.0 - t2 / 8.0, ti.cos(0.5 * t))
+    return ti.Vector([c, s * y[0], s * y[1], s * y[2]])
+
+
+@ti.func
+def logarithm(u):
+    """Rotation vector of a unit quaternion with u[0] >= 0."""
+    return series(1.0 - u[0], ANGLE) * ti.Vector([u[1], u[2], u[3]])
+
+
+@ti.func
+def log_coefficients(u):
+    """c and c'/t of J_l^-1(y) = I - [y]x / 2 + c [y]x^2, where y = log(u) and t = |y|.
+
+    c = (1 - (t/2) cot(t/2)) / t^2.
+    """
+    return series(1.0 - u[0], CURVE), series(1.0 - u[0], CURVE_SLOPE)
+
+
+@ti.func
+def series(z, which: ti.template()):
+    """One of `SERIES` for z from 0 to 1, as five short sums that a processor does side by side."""
+    z2 = z * z
+    z4 = z2 * z2
+    total = 0.0
+    for k in ti.static(range(16, -1, -4)):
+        low = SERIES[which][k] + SERIES[which][k + 1] * z
+        high = SERIES[which][k + 2] + SERIES[which][k + 3] * z
+        total = total * z4 + (low + z2 * high)
+    return total
+
+
+@ti.func
+def left_jacobian_inverse(y, c):
+    """J_l^-1(y), with c of `log_coefficients`; its transpose is the right one."""
+    k = cross_matrix(y)
+    return ti.Matrix.identity(ti.f64, 3) - 0.5 * k + c * (k @ k)
+
+
+@ti.func
+def left_jacobian(y):
+    """J_l(y): exp(y + dy) = exp(J_l(y) dy) exp(y); its transpose is the right one."""
+    t2 = y.dot(y)
+    t = ti.sqrt(ti.max(t2, 1e-4))
+    small = t2 < 1e-4
+    a = ti.select(small, 0.5 + t2 * (-1 / 24 + t2 / 720), (1.0 - ti.cos(t)) / (t * t))
+    b = ti.select(small, 1 / 6 + t2 * (-1 / 120 + t2 / 5040), (t - ti.sin(t)) / (t * t * t))
+    k = cross_matrix(y)
+    return ti.Matrix.identity(ti.f64, 3) + a * k + b * (k @ k)

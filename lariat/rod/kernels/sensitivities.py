@@ -1,0 +1,222 @@
+"""Forward sensitivities."""
+
+import taichi as ti
+
+from lariat.rod.kernels.access import (
+    hessian_at,
+    internal_rate,
+    orientation_at,
+    scalar,
+    step_times,
+    target_share,
+    time_at,
+)
+from lariat.rod.kernels.adjoint import adjoint
+from lariat.rod.kernels.rotations import left_jacobian, load3, load4, load33, rotation_matrix
+from lariat.rod.kernels.step_derivatives import parameter_code_at, parameter_forces_at
+from lariat.rod.kernels.types import Doubles, Integers
+from lariat.rod.launch import layout as at
+
+
+@ti.func
+def load36(w: ti.template(), start):
+    m = ti.Matrix.zero(ti.f64, 3, 6)
+    for a in ti.static(range(3)):
+        for b in ti.static(range(6)):
+            m[a, b] = w[start + 6 * a + b]
+    return m
+
+
+@ti.func
+def store36(w: ti.template(), start, m):
+    for a in ti.static(range(3)):
+        for b in ti.static(range(6)):
+            w[start + 6 * a + b] = m[a, b]
+
+
+@ti.func
+def add36(w: ti.template(), start, m):
+    for a in ti.static(range(3)):
+        for b in ti.static(range(6)):
+            w[start + 6 * a + b] = w[start + 6 * a + b] + m[a, b]
+
+
+@ti.func
+def columns_at(ni: ti.template(), rod, step, group):
+    """Where a group of six columns of a step lies, and how many groups there are."""
+    groups = ni[at.DRIVEN] + (ni[at.PARAMETERS] + 5) // 6 + (ni[at.DIRECTIONS] + 5) // 6
+    size = 18 * (2 * ni[at.NODES] - 1)
+    ring = at.NEW + 1
+    return rod + ni[at.AT_SENSITIVITIES] + size * (ring * group + (step + at.NEW) % ring), groups
+
+
+@ti.real_func
+def grip_sensitivities(
+    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+) -> ti.f64:
+    """Rows of driven blocks of every column, from the same rows one step before."""
+    result = 0.0
+    if task == at.GRIP_SENSITIVITIES:
+        n = ni[at.NODES]
+        count = 2 * n - 1
+        times = time_at(ni, rod, step)
+        back = ti.cast(w[times + at.GRIP_BACK], ti.i32)
+        h = w[times + at.GRIP_DURATION]
+        ring = at.NEW + 1
+        block = ni[at.INTEGERS + step // ni[at.SUBSTEPS]]
+        actions = ni[at.DRIVEN]
+        groups = actions + (ni[at.PARAMETERS] + 5) // 6 + (ni[at.DIRECTIONS] + 5) // 6
+        for group in range(groups):
+            start = rod + ni[at.AT_SENSITIVITIES] + 18 * count * ring * group
+            new = start + 18 * count * ((step + at.NEW) % ring)
+            old = start + 18 * count * ((step + at.NEW - back) % ring)
+            for end in range(2):
+                kind = ni[at.LEFT + end]
+                driven = 0.0
+                if group < actions and group == 2 * block + end:
+                    driven = h
+                if kind != at.FREE:
+                    outer = 18 * 2 * end * (n - 1)
+                    moved = load36(w, old + outer)
+                    for a in ti.static(range(3)):
+                        moved[a, a] += driven
+                    store36(w, new + outer, moved)
+                    if kind == at.CLAMPED:
+                        edge = end * (n - 2)
+                        rotation = 18 * (2 * edge + 1)
+                        inner = 18 * 2 * (1 + end * (n - 3))
+                        r = rotation_matrix(load4(w, orientation_at(ni, rod, step + at.NEW, edge)))
+                        action = rod + ni[at.AT_ACTIONS] + 12 * block + 6 * end
+                        turn = driven * (r.transpose() @ left_jacobian(h * load3(w, action + 3)))
+                        turned = load36(w, old + rotation)
+                        for a in ti.static(range(3)):
+                            for b in ti.static(range(3)):
+                                turned[a, 3 + b] += turn[a, b]
+                        store36(w, new + rotation, turned)
+                        reach = scalar(ni, w, rod, at.EDGE_LENGTH) * (1.0 - 2.0 * end)
+                        for a in ti.static(range(3)):
+                            for b in ti.static(range(6)):
+                                moved[a, b] += reach * (
+                                    r[a, 0] * turned[1, b] - r[a, 1] * turned[0, b]
+                                )
+                        store36(w, new + inner, moved)
+                        for p in range(ni[at.PARAMETERS]):
+                            code = ni[parameter_code_at(ni, p)]
+                            if code == at.LENGTH_PARAMETER and group == actions + p // 6:
+                                for a in ti.static(range(3)):
+                                    to = new + inner + 6 * a + p % 6
+                                    w[to] = w[to] + (1.0 - 2.0 * end) / (n - 1) * r[a, 2]
+    else:
+        result = adjoint(ni, w, task, rod, step, arg, real)
+    return result
+
+
+@ti.real_func
+def sensitivities(
+    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+) -> ti.f64:
+    """Carry all columns over one step, or write them out.
+
+    Where strands may touch each other, the solve is left to `SOLVE_EXACTLY`, column by column.
+    """
+    result = 0.0
+    if task == at.SENSITIVITIES:
+        n = ni[at.NODES]
+        count = 2 * n - 1
+        first = ni[at.FIRST_FREE]
+        end = ni[at.END_FREE]
+        stop = ti.select(ni[at.MOST_TOUCHES] > 0, first, end)
+        ring = at.NEW + 1
+        driven = ni[at.DRIVEN]
+        steady = driven + (ni[at.PARAMETERS] + 5) // 6
+        groups = steady + (ni[at.DIRECTIONS] + 5) // 6
+        rate = internal_rate(ni, w, rod, step)
+        block = ni[at.INTEGERS + step // ni[at.SUBSTEPS]]
+        _h, weight, carry = step_times(ni, w, rod, step)
+        for group in range(groups):
+            alive = group >= driven
+            if not alive:
+                alive = group // 2 <= block and ni[at.LEFT + group % 2] != at.FREE
+            if alive:
+                start = rod + ni[at.AT_SENSITIVITIES] + 18 * count * ring * group
+                new = start + 18 * count * ((step + at.NEW) % ring)
+                for j in range(first, end):
+                    i = j // 2
+                    moved = ti.Matrix.zero(ti.f64, 3, 6)
+                    for back in range(1, ni[at.HISTORY] + 1):
+                        past = start + 18 * count * ((step + at.NEW - back) % ring) + 18 * j
+                        if j % 2 == 0:
+                            mass = weight * w[rod + ni[at.AT_MASSES] + i]
+                            share = target_share(ni, w, rod, step, back, carry)
+                            moved += (mass * share) * load36(w, past)
+                        else:
+                            c = rod + ni[at.AT_INERTIA_COUPLINGS] + 9 * (at.NEW * i + back - 1)
+                            moved -= load33(w, c) @ load36(w, past)
+                    store36(w, new + 18 * j, moved)
+                    if group >= driven and group < steady:
+                        force = parameter_forces_at(ni, rod, group - driven, j)
+                        add36(w, new + 18 * j, -load36(w, force))
+                if rate > 0.0:
+                    for i in range(n - 2):
+                        j = 2 * i + 1
+                        after = rod + ni[at.AT_BEND_JACOBIANS] + 27 * i
+                        moment = ti.Matrix.zero(ti.f64, 3, 6)
+                        for back in range(1, 3):
+                            share = w[time_at(ni, rod, step) + at.BASE + back - 1]
+                            if share != 0.0:
+                                past = start + 18 * count * ((step + at.NEW - back) % ring) + 18 * j
+                                jacobian = share * load33(w, after + 9 * back)
+                                moment += jacobian.transpose() @ load36(w, past + 36)
+                                moment -= jacobian @ load36(w, past)
+                        for a in ti.static(range(3)):
+                            for b in ti.static(range(6)):
+                                moment[a, b] *= rate * w[rod + ni[at.AT_BENDS] + 6 * i + a]
+                        latest = load33(w, after)
+                        if j >= first:
+                            add36(w, new + 18 * j, -(latest.transpose() @ moment))
+                        if j + 2 < end:
+                            add36(w, new + 18 * j + 36, latest @ moment)
+                for j in range(ti.max(first - 2, 0), first):
+                    v = load36(w, new + 18 * j)
+                    for k in range(2):
+                        to = j + 1 + k
+                        if to >= first and to < end:
+                            m = hessian_at(ni, rod, step, j) + 9 + 9 * k
+                            add36(w, new + 18 * to, -(load33(w, m) @ v))
+                for j in range(ti.max(end - 2, first), end):
+                    for k in range(2):
+                        to = j + 1 + k
+                        if to >= end and to < count:
+                            m = hessian_at(ni, rod, step, j) + 9 + 9 * k
+                            v = load36(w, new + 18 * to)
+                            add36(w, new + 18 * j, -(load33(w, m).transpose() @ v))
+                for j in range(first, stop):
+                    m = hessian_at(ni, rod, step, j)
+                    v = load36(w, new + 18 * j)
+                    if j + 1 < end:
+                        add36(w, new + 18 * j + 18, -(load33(w, m + 9) @ v))
+                    if j + 2 < end:
+                        add36(w, new + 18 * j + 36, -(load33(w, m + 18) @ v))
+                for back in range(stop - first):
+                    j = end - 1 - back
+                    m = hessian_at(ni, rod, step, j)
+                    v = load33(w, m) @ load36(w, new + 18 * j)
+                    if j + 1 < end:
+                        v -= load33(w, m + 9).transpose() @ load36(w, new + 18 * j + 18)
+                    if j + 2 < end:
+                        v -= load33(w, m + 18).transpose() @ load36(w, new + 18 * j + 36)
+                    store36(w, new + 18 * j, v)
+    elif task == at.WRITE:
+        n = ni[at.NODES]
+        groups = columns_at(ni, rod, step, 0)[1]
+        for group in range(groups):
+            new, _groups = columns_at(ni, rod, step, group)
+            out = rod + ni[at.AT_SENSITIVITIES_OUT]
+            out += 18 * groups * n * (step // ni[at.SUBSTEPS]) + 6 * group
+            for i in range(n):
+                for a in ti.static(range(3)):
+                    for b in ti.static(range(6)):
+                        w[out + 6 * groups * (3 * i + a) + b] = w[new + 36 * i + 6 * a + b]
+    else:
+        result = grip_sensitivities(ni, w, task, rod, step, arg, real)
+    return result

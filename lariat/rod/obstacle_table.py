@@ -1,0 +1,65 @@
+"""Obstacles as the kernels read them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.geometry import poses
+from lariat.geometry.obstacles import PACKED_WIDTH, SHAPES, Obstacle
+from lariat.rod.launch.layout import OBSTACLE_WIDTH
+
+
+def unpacked(packed: Float64[np.ndarray, "m 12"]) -> Float64[np.ndarray, "m 17"]:
+    """Rows of `lariat.geometry.obstacles.pack` with rotation matrix and bounding radius."""
+    packed = np.asarray(packed, float)
+    if packed.ndim != 2 or packed.shape[1] != PACKED_WIDTH or not np.all(np.isfinite(packed)):
+        raise ValueError(
+            f"obstacles must be finite rows of {PACKED_WIDTH} numbers, got shape {packed.shape}; "
+            "make them with lariat.geometry.obstacles.pack"
+        )
+    return _rows(packed.tobytes())
+
+
+@lru_cache(maxsize=64)
+def _rows(content: bytes) -> Float64[np.ndarray, "m 17"]:
+    """Cached, for a controller asks for the same scene a hundred times a second."""
+    packed = np.frombuffer(content).reshape(-1, PACKED_WIDTH)
+    rows = np.zeros((len(packed), OBSTACLE_WIDTH))
+    rows[:, :4] = packed[:, :4]
+    for row, source in zip(rows, packed, strict=True):
+        row[4:13] = poses.matrix(source[4:8]).ravel()
+        row[13:16] = source[8:11]
+        match SHAPES[int(source[0])]:
+            case "half_space":
+                row[16] = 1e12
+            case "sphere":
+                row[16] = source[8]
+            case "capsule":
+                row[16] = source[8] + source[9]
+            case "cylinder":
+                row[16] = np.hypot(source[8], source[9])
+            case "box":
+                row[16] = np.linalg.norm(source[8:11])
+    rows.setflags(write=False)
+    return rows
+
+
+def bodies(packed: Float64[np.ndarray, "m 12"]) -> list[Obstacle]:
+    """The obstacles that `lariat.geometry.obstacles.pack` packed, but for their names."""
+    found = []
+    for row in np.asarray(packed, float):
+        shape = SHAPES[int(row[0])]
+        body = Obstacle(shape, tuple(row[1:4]), tuple(row[4:8]), support=bool(row[11]))
+        match shape:
+            case "box":
+                body = replace(body, size=tuple(2.0 * row[8:11]))
+            case "half_space":
+                body = replace(body, normal=tuple(row[8:11]))
+            case _:
+                body = replace(body, radius=float(row[8]), height=float(2.0 * row[9]))
+        found.append(body)
+    return found

@@ -1,0 +1,202 @@
+"""One correction (11) of one constraint, and its adjoint.
+
+A correction takes the constraint's value C and slopes J at what it finds, changes the multiplier by
+dl = -(J W J^T + compliance)^-1 (C + compliance * multiplier) and positions and quaternions by
+W J^T dl (3), normalising the quaternions. Both slopes have J J^T of a multiple of the identity, so
+that the inverse is a number. The printed signs of (4) and the slopes (9), (10) do not fit the rest:
+what stands here is derived.
+"""
+
+import taichi as ti
+
+from lariat.rod.xpbd.kernels.quaternions import (
+    add,
+    between,
+    director,
+    director_pull,
+    director_slope,
+    load3,
+    load4,
+    place,
+    scalar,
+    store,
+    times,
+)
+from lariat.rod.xpbd.launch import layout as at
+
+Constants = ti.types.struct(
+    mass=ti.f64, inertia=ti.f64, per_length=ti.f64, bending=ti.f64, contact=ti.f64
+)
+"""Inverse mass, inverse inertia, inverse edge length, compliances over the step squared."""
+
+
+@ti.func
+def constants(ni: ti.template(), w: ti.template(), rod):
+    """What every correction needs: read once, as stores would make each read it anew."""
+    h = scalar(ni, w, rod, at.STEP)
+    return Constants(
+        mass=scalar(ni, w, rod, at.NODE_WEIGHT),
+        inertia=scalar(ni, w, rod, at.EDGE_WEIGHT),
+        per_length=1.0 / scalar(ni, w, rod, at.EDGE_LENGTH),
+        bending=scalar(ni, w, rod, at.COMPLIANCE) / (h * h),
+        contact=scalar(ni, w, rod, at.CONTACT_COMPLIANCE) / (h * h),
+    )
+
+
+@ti.func
+def node_weight(ni: ti.template(), c, i):
+    return ti.select(i >= ni[at.FIRST_NODE] and i < ni[at.END_NODE], c.mass, 0.0)
+
+
+@ti.func
+def edge_weight(ni: ti.template(), c, i):
+    return ti.select(i >= ni[at.FIRST_EDGE] and i < ni[at.END_EDGE], c.inertia, 0.0)
+
+
+@ti.func
+def stretch(ni: ti.template(), w: ti.template(), c, rod, slot, sweep, i):
+    """(4): the edge lies along its own third axis, at its own length; without compliance."""
+    n = ni[at.NODES]
+    w1, w2 = node_weight(ni, c, i), node_weight(ni, c, i + 1)
+    wq = edge_weight(ni, c, i)
+    x = place(ni, rod, at.AT_POSITIONS, 3 * (slot * n + i))
+    q_at = place(ni, rod, at.AT_ORIENTATIONS, 4 * (slot * (n - 1) + i))
+    x1, x2, q = load3(w, x), load3(w, x + 3), load4(w, q_at)
+    inverse = 1.0 / ((w1 + w2) * c.per_length * c.per_length + 4.0 * wq)
+    dl = -inverse * ((x2 - x1) * c.per_length - director(q))
+    store(w, x, x1 - (w1 * c.per_length) * dl)
+    store(w, x + 3, x2 + (w2 * c.per_length) * dl)
+    p = q - wq * director_pull(q, dl)
+    shrink = 1.0 / ti.sqrt(p.dot(p))
+    store(w, q_at, shrink * p)
+    tape = place(ni, rod, at.AT_STRETCH_TAPE, at.STRETCH_WIDTH * (sweep * (n - 1) + i))
+    store(w, tape, q)
+    store(w, tape + 4, dl)
+    w[tape + 7] = shrink
+
+
+@ti.func
+def stretch_adjoint(ni: ti.template(), w: ti.template(), c, rod, sweep, i):
+    """Slopes in the inverse mass and the inverse inertia."""
+    n = ni[at.NODES]
+    w1, w2 = node_weight(ni, c, i), node_weight(ni, c, i + 1)
+    wq = edge_weight(ni, c, i)
+    tape = place(ni, rod, at.AT_STRETCH_TAPE, at.STRETCH_WIDTH * (sweep * (n - 1) + i))
+    q, dl, shrink = load4(w, tape), load3(w, tape + 4), w[tape + 7]
+    x = place(ni, rod, at.AT_D_NODES, 3 * i)
+    q_at = place(ni, rod, at.AT_D_EDGES, 4 * i)
+    x1, x2, after = load3(w, x), load3(w, x + 3), load4(w, q_at)
+    pull = director_pull(q, dl)
+    unit = shrink * (q - wq * pull)
+    p = shrink * (after - unit.dot(after) * unit)
+    inverse = 1.0 / ((w1 + w2) * c.per_length * c.per_length + 4.0 * wq)
+    d_dl = c.per_length * (w2 * x2 - w1 * x1) - wq * director_slope(q, p)
+    d_value = -inverse * d_dl
+    store(w, x, x1 - c.per_length * d_value)
+    store(w, x + 3, x2 + c.per_length * d_value)
+    store(w, q_at, p - wq * director_pull(p, dl) - director_pull(q, d_value))
+    d_denominator = -inverse * dl.dot(d_dl)
+    d_mass = (w1 + w2) * c.per_length * c.per_length * d_denominator
+    d_mass += c.per_length * dl.dot(w2 * x2 - w1 * x1)
+    d_inertia = wq * (4.0 * d_denominator - pull.dot(p))
+    return d_mass / c.mass, d_inertia / c.inertia
+
+
+@ti.func
+def bend(ni: ti.template(), w: ti.template(), c, rod, step, slot, sweep, i):
+    """(7), (8): the turn from edge i to the next is the one at rest, but for the compliance."""
+    n = ni[at.NODES]
+    w1, w2 = edge_weight(ni, c, i), edge_weight(ni, c, i + 1)
+    q_at = place(ni, rod, at.AT_ORIENTATIONS, 4 * (slot * (n - 1) + i))
+    kept = ti.select(ni[at.TAPED] > 0, step, 0)
+    l_at = place(ni, rod, at.AT_MULTIPLIERS, 3 * (kept * (n - 2) + i))
+    q1, q2, multiplier = load4(w, q_at), load4(w, q_at + 4), load3(w, l_at)
+    turn, rest = between(q1, q2), load3(w, place(ni, rod, at.AT_DARBOUX, 3 * i))
+    sign = ti.select(turn.dot(rest) < 0.0, -1.0, 1.0)
+    inverse = 1.0 / (w1 + w2 + c.bending)
+    dl = -inverse * (turn - sign * rest + c.bending * multiplier)
+    store(w, l_at, multiplier + dl)
+    p1, p2 = q1 - w1 * times(q2, dl), q2 + w2 * times(q1, dl)
+    shrink1, shrink2 = 1.0 / ti.sqrt(p1.dot(p1)), 1.0 / ti.sqrt(p2.dot(p2))
+    store(w, q_at, shrink1 * p1)
+    store(w, q_at + 4, shrink2 * p2)
+    tape = place(ni, rod, at.AT_BEND_TAPE, at.BEND_WIDTH * (sweep * (n - 2) + i))
+    store(w, tape, q1)
+    store(w, tape + 4, q2)
+    store(w, tape + 8, dl)
+    w[tape + 11] = shrink1
+    w[tape + 12] = shrink2
+
+
+@ti.func
+def bend_adjoint(ni: ti.template(), w: ti.template(), c, rod, step, sweep, i):
+    """Slopes in the inverse inertia and in the compliance over h squared."""
+    n = ni[at.NODES]
+    w1, w2 = edge_weight(ni, c, i), edge_weight(ni, c, i + 1)
+    tape = place(ni, rod, at.AT_BEND_TAPE, at.BEND_WIDTH * (sweep * (n - 2) + i))
+    q1, q2, dl = load4(w, tape), load4(w, tape + 4), load3(w, tape + 8)
+    shrink1, shrink2 = w[tape + 11], w[tape + 12]
+    q_at = place(ni, rod, at.AT_D_EDGES, 4 * i)
+    after1, after2 = load4(w, q_at), load4(w, q_at + 4)
+    pull1, pull2 = -times(q2, dl), times(q1, dl)
+    unit1, unit2 = shrink1 * (q1 + w1 * pull1), shrink2 * (q2 + w2 * pull2)
+    p1 = shrink1 * (after1 - unit1.dot(after1) * unit1)
+    p2 = shrink2 * (after2 - unit2.dot(after2) * unit2)
+    inverse = 1.0 / (w1 + w2 + c.bending)
+    l_at = place(ni, rod, at.AT_MULTIPLIERS, 3 * (step * (n - 2) + i))
+    d_l_at = place(ni, rod, at.AT_D_MULTIPLIERS, 3 * i)
+    multiplier = load3(w, l_at) - dl
+    store(w, l_at, multiplier)
+    d_multiplier = load3(w, d_l_at)
+    d_dl = d_multiplier + w2 * between(q1, p2) - w1 * between(q2, p1)
+    d_value = -inverse * d_dl
+    store(w, d_l_at, d_multiplier + c.bending * d_value)
+    store(w, q_at, p1 - w2 * times(p2, dl) - times(q2, d_value))
+    store(w, q_at + 4, p2 + w1 * times(p1, dl) + times(q1, d_value))
+    d_denominator = -inverse * dl.dot(d_dl)
+    d_inertia = (w1 + w2) * d_denominator + w1 * pull1.dot(p1) + w2 * pull2.dot(p2)
+    return d_inertia / c.inertia, d_denominator + d_value.dot(multiplier)
+
+
+@ti.func
+def push(ni: ti.template(), w: ti.template(), c, rod, step, slot, sweep, k):
+    """The collision constraint (x - entry) . normal >= 0; its multiplier never pulls."""
+    n = ni[at.NODES]
+    limit = ni[at.CONTACT_LIMIT]
+    kept = ti.select(ni[at.TAPED] > 0, step, 0)
+    contact = place(ni, rod, at.AT_CONTACTS, at.CONTACT_WIDTH * (kept * limit + k))
+    i = ti.cast(w[contact], ti.i32)
+    x_at = place(ni, rod, at.AT_POSITIONS, 3 * (slot * n + i))
+    l_at = place(ni, rod, at.AT_CONTACT_MULTIPLIERS, kept * limit + k)
+    x, normal = load3(w, x_at), load3(w, contact + 7)
+    value = (x - load3(w, contact + 4)).dot(normal)
+    wanted = -(value + c.contact * w[l_at]) / (c.mass + c.contact)
+    bound = ti.select(wanted < -w[l_at], 1.0, 0.0)
+    dl = ti.max(wanted, -w[l_at])
+    w[l_at] = w[l_at] + dl
+    store(w, x_at, x + c.mass * dl * normal)
+    tape = place(ni, rod, at.AT_CONTACT_TAPE, at.CONTACT_TAPE_WIDTH * (sweep * limit + k))
+    store(w, tape, x)
+    w[tape + 3] = dl
+    w[tape + 4] = bound
+
+
+@ti.func
+def push_adjoint(ni: ti.template(), w: ti.template(), c, rod, step, sweep, k):
+    """Slope in the inverse mass."""
+    limit = ni[at.CONTACT_LIMIT]
+    contact = place(ni, rod, at.AT_CONTACTS, at.CONTACT_WIDTH * (step * limit + k))
+    tape = place(ni, rod, at.AT_CONTACT_TAPE, at.CONTACT_TAPE_WIDTH * (sweep * limit + k))
+    x, dl, free = load3(w, tape), w[tape + 3], 1.0 - w[tape + 4]
+    x_at = place(ni, rod, at.AT_D_NODES, 3 * ti.cast(w[contact], ti.i32))
+    l_at = place(ni, rod, at.AT_D_CONTACT_MULTIPLIERS, k)
+    d_x, normal = load3(w, x_at), load3(w, contact + 7)
+    inverse = 1.0 / (c.mass + c.contact)
+    d_dl = w[l_at] + c.mass * normal.dot(d_x)
+    d_value = -free * inverse * d_dl
+    # At its bound the multiplier becomes zero whatever it was.
+    w[l_at] = free * (w[l_at] + c.contact * d_value) - (1.0 - free) * (d_dl - w[l_at])
+    store(w, x_at, d_x + d_value * normal)
+    d_normal = c.mass * dl * d_x + d_value * (x - load3(w, contact + 4))
+    add(w, place(ni, rod, at.AT_D_NORMALS, 3 * k), d_normal)
+    return dl * normal.dot(d_x) - free * inverse * dl * d_dl

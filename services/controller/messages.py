@@ -1,0 +1,139 @@
+"""Between the controller's own words and the messages of the bus."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lariat.geometry import polylines
+from lariat.geometry.obstacles import Obstacle
+from lariat.rod.xpbd import PARAMETERS
+from services.controller.mpc.horizon import SETPOINT, Command
+from services.controller.mpc.motion import Motion
+from services.controller.mpc.reference_trajectory import PathTrack
+from services.controller.mpc.setpoint_stream import Chunk
+from services.controller.paper.adaptation import PaperAdaptation
+from services.controller.run.goals import GoalMaker
+from services.controller.run.task import Goal
+from shared import messages
+from shared.messages import ArmSetpoints, ArmStates, Path, Plan, Setpoints, arm_pose, chain
+from shared.scenario import SIDES
+
+STATES = {
+    "idle": messages.IDLE,
+    "running": messages.RUNNING,
+    "paused": messages.PAUSED,
+    "reached": messages.REACHED,
+    "failed": messages.FAILED,
+}
+
+
+def motion_of(arms: ArmStates) -> Motion:
+    """What both grips do."""
+    rest = Motion.at_rest(arm_pose(arms, "left"), arm_pose(arms, "right"))
+    velocity = np.zeros((2, 2, 3))
+    for state in arms.arms:
+        row = velocity[SIDES.index("left" if state.arm == "left" else "right")]
+        if state.linear_velocity:
+            row[0] = state.linear_velocity
+        if state.angular_velocity:
+            row[1] = state.angular_velocity
+    return Motion(rest.positions, rest.orientations, velocity, rest.acceleration)
+
+
+def goal_message(goal: Goal) -> messages.Goal:
+    """The message of a goal."""
+    return messages.Goal(
+        positions=goal.nodes.ravel(),
+        left=messages.grip(goal.left),
+        right=messages.grip(goal.right),
+        left_oriented=goal.left_oriented,
+        right_oriented=goal.right_oriented,
+        turns=goal.turns,
+    )
+
+
+def goal_of(message: messages.Goal, maker: GoalMaker, obstacles: tuple[Obstacle, ...]) -> Goal:
+    """The goal of a request: by its nodes, or the rod at rest between its grips."""
+    if not message.positions:
+        left, right = messages.grip_pose(message.left), messages.grip_pose(message.right)
+        return maker.between(*maker.held(left, right), obstacles, message.turns)
+    nodes = chain(message.positions)
+    count = maker.scenario.rope.node_count
+    if len(nodes) != count and len(nodes) >= 3:
+        nodes = polylines.resampled(nodes, count)
+    grips = maker.start
+    if message.left.position and message.right.position:
+        grips = messages.grip_pose(message.left), messages.grip_pose(message.right)
+    held = maker.held(*grips)
+    return Goal(nodes, *held, message.left_oriented, message.right_oriented, message.turns)
+
+
+def chunk_message(
+    chunk: Chunk, now: int, session: str, sequence: int, image_stamp: int
+) -> Setpoints:
+    """The setpoints of a chunk."""
+    positions = np.stack([m.positions for m in chunk.motions], axis=1)
+    orientations = np.stack([m.orientations for m in chunk.motions], axis=1)
+    arms = [
+        ArmSetpoints(arm=side, positions=p.ravel(), orientations=q.ravel())
+        for side, p, q in zip(SIDES, positions, orientations, strict=True)
+    ]
+    return Setpoints(
+        stamp=now,
+        session=session,
+        sequence=sequence,
+        t0=chunk.t0,
+        dt=SETPOINT,
+        arms=arms,
+        image_stamp=image_stamp,
+    )
+
+
+def plan_message(command: Command, dt: int) -> Plan:
+    """What is expected of the horizon; its first chain is one step ahead of the plan's start."""
+    return Plan(
+        stamp=command.plan_start + dt,
+        dt=dt,
+        node_count=command.plan.nodes.shape[1],
+        nodes=command.plan.nodes.ravel(),
+        cost=command.plan.cost,
+        iterations=command.plan.iterations,
+    )
+
+
+def track_of(path: Path) -> PathTrack:
+    """A planned path as the controller follows it."""
+    if path.dt != SETPOINT:
+        raise ValueError(f"a path's points are {path.dt} ns apart; setpoints take {SETPOINT} ns")
+    left, right = chain(path.left_positions), chain(path.right_positions)
+    turned = [
+        np.asarray(q, dtype=float).reshape(-1, 4)
+        for q in (path.left_orientations, path.right_orientations)
+    ]
+    nodes = chain(path.nodes).reshape(len(left), path.node_count, 3)
+    return PathTrack(
+        SETPOINT * 1e-9,
+        np.stack([left, right], axis=1),
+        np.stack(turned, axis=1),
+        nodes,
+        path.reached,
+        path.reason,
+        path.blocked,
+    )
+
+
+def paper_parameters(adaptation: PaperAdaptation, now: int, error: float) -> messages.Parameters:
+    """The message of the paper's five parameters; its gradient descent knows no deviations.
+
+    Args:
+        error: Of the last prediction [m].
+    """
+    units = ("kg", "kg m^2", "", "", "m^2/N")
+    return messages.Parameters(
+        stamp=now,
+        parameters=[
+            messages.Parameter(name=name, value=getattr(adaptation.properties, name), unit=unit)
+            for name, unit in zip(PARAMETERS, units, strict=True)
+        ],
+        prediction_error=error,
+    )

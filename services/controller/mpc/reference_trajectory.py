@@ -1,0 +1,93 @@
+"""A path as the controller follows it: sampled at any place, in steps of the setpoints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.geometry import poses
+from services.controller.mpc.motion import Motion
+
+
+@dataclass(frozen=True)
+class PathTrack:
+    """Points of both grips one setpoint apart, from rest to rest, and the rope along them."""
+
+    dt: float
+    """Between points [s]."""
+    positions: Float64[np.ndarray, "t 2 3"]
+    """[m]"""
+    orientations: Float64[np.ndarray, "t 2 4"]
+    """wxyz"""
+    nodes: Float64[np.ndarray, "t n 3"]
+    """[m]"""
+    reached: bool = True
+    """Whether it ends at the goal."""
+    reason: str = ""
+    """Why it does not."""
+    blocked: bool = False
+    """Whether obstacles lie between its end and the goal."""
+    _steps: Float64[np.ndarray, "t 2 2 3"] = field(init=False, repr=False)
+    _velocities: Float64[np.ndarray, "t 2 2 3"] = field(init=False, repr=False)
+    _accelerations: Float64[np.ndarray, "t 2 2 3"] = field(init=False, repr=False)
+
+    @property
+    def end(self) -> int:
+        """Index of the last point."""
+        return len(self.positions) - 1
+
+    @classmethod
+    def standing(cls, motion: Motion, nodes: Float64[np.ndarray, "n 3"], dt: float) -> PathTrack:
+        """Stays where it is."""
+        twice = np.repeat(motion.positions[None], 2, axis=0)
+        turned = np.repeat(motion.orientations[None], 2, axis=0)
+        return cls(dt, twice, turned, np.repeat(nodes[None], 2, axis=0))
+
+    def __post_init__(self) -> None:
+        turned = poses.multiply(self.orientations[1:], poses.conjugate(self.orientations[:-1]))
+        steps = np.stack([np.diff(self.positions, axis=0), poses.logarithm(turned)], axis=2)
+        still = np.zeros((1, 2, 2, 3))
+        rates = np.concatenate([still, steps / self.dt, still])
+        object.__setattr__(self, "_steps", np.concatenate([steps, still]))
+        object.__setattr__(self, "_velocities", 0.5 * (rates[1:] + rates[:-1]))
+        object.__setattr__(self, "_accelerations", np.diff(rates, axis=0) / self.dt)
+
+    def motion(self, index: int) -> Motion:
+        """Poses at a point, velocity and acceleration by central differences."""
+        k = min(max(index, 0), self.end)
+        return Motion(
+            self.positions[k], self.orientations[k], self._velocities[k], self._accelerations[k]
+        )
+
+    def twists(self, start: float, stride: float, count: int) -> Float64[np.ndarray, "h 2 6"]:
+        """Mean velocities of the grips in `count` steps of `stride` points from `start` on."""
+        done = np.concatenate([np.zeros((1, 2, 2, 3)), np.cumsum(self._steps, axis=0)])
+        corners = np.clip(start + stride * np.arange(count + 1), 0.0, self.end)
+        before = corners.astype(int)
+        share = (corners - before)[:, None, None, None]
+        travelled = done[before] + share * (done[np.minimum(before + 1, self.end)] - done[before])
+        return (np.diff(travelled, axis=0) / (stride * self.dt)).reshape(count, 2, 6)
+
+    def shapes(
+        self,
+        start: float,
+        stride: float,
+        count: int,
+        goal: Float64[np.ndarray, "n 3"],
+    ) -> Float64[np.ndarray, "h n 3"]:
+        """Nodes after each of the same steps; the goal once the path has ended [m].
+
+        A rope that is drawn on towards a goal behind an obstacle would come to rest against it.
+        """
+        goal = self.nodes[-1] if self.blocked else goal
+        rows = []
+        for at in start + stride * np.arange(1, count + 1):
+            if at >= self.end:
+                rows.append(goal)
+                continue
+            k = max(int(at), 0)
+            share = max(at - k, 0.0)
+            rows.append((1.0 - share) * self.nodes[k] + share * self.nodes[k + 1])
+        return np.stack(rows)

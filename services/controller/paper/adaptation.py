@@ -1,0 +1,141 @@
+"""Online adaptation of the paper, eq. (15): theta follows what a horizon has shown, by Adam.
+
+After a horizon the same actions are rolled out once more from where it began, and all five
+parameters move against the distance of its last shape from the seen one, so many times as the
+horizon was optimised. Readings: the norm is the sum of node distances, as in (12); m, I and beta_b
+move by their logarithms, so that none becomes negative; Adam goes on from horizon to horizon.
+Scaled together m, I and 1 / beta_b leave every motion as it is: only their ratios can be found.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from lariat.rod import RodState
+from lariat.rod.xpbd import PARAMETERS, XpbdProperties, XpbdRod
+from services.controller.estimation.state_estimator import StateEstimate
+from services.controller.paper.policies import Adam
+from shared.scenario.sections import PaperControl
+
+RATE = 2e-3
+"""Of Adam, on logarithms and on the damping's shares [-]. The paper does not give its own."""
+MOST_DAMPING = 0.999
+_LOGARITHMIC = ("mass", "inertia", "bending_compliance")
+
+
+@dataclass(frozen=True)
+class _Record:
+    """Where a horizon began."""
+
+    time: int
+    """[ns]"""
+    state: RodState
+    """Of the model, with its nodes where they were seen."""
+
+
+class PaperAdaptation:
+    """Adapts the parameters of one `XpbdRod`."""
+
+    def __init__(self, rod: XpbdRod, settings: PaperControl) -> None:
+        self.properties: XpbdProperties = rod.properties
+        self.standing = False
+        self.settled = True
+        """It learns from horizons alone: a rope that stands still tells it nothing."""
+        self._rod, self._settings = rod, settings
+        self._adam = Adam((len(PARAMETERS),), RATE)
+        self._record: _Record | None = None
+
+    @property
+    def bending_stiffness(self) -> float:
+        """EI that the ratio of bending to weight stands for, at the mass first given [N m^2]."""
+        scale = self._rod.properties.mass / self.properties.mass
+        return scale * self.properties.material(self._rod.node_count).bending_stiffness
+
+    def adapt(
+        self,
+        begun: RodState,
+        actions: Float64[np.ndarray, "H 2 6"],
+        dt: float,
+        seen: Float64[np.ndarray, "n 3"],
+        observed: Bool[np.ndarray, "n"],
+        obstacles: Float64[np.ndarray, "m 12"] | None = None,
+    ) -> Float64[np.ndarray, "n 3"]:
+        """Lines 14 to 19 of Algorithm 2; how the predicted last shape changes with it [m].
+
+        Args:
+            begun: The model when the horizon began.
+            actions: What was executed in it.
+            seen: Nodes at its end [m].
+            observed: Those that count.
+        """
+        shapes = []
+
+        def slope(positions: Float64[np.ndarray, "H n 3"]) -> Float64[np.ndarray, "H n 3"]:
+            shapes.append(positions[-1])
+            miss = np.where(observed[:, None], positions[-1] - seen, 0.0)
+            pull = np.zeros_like(positions)
+            pull[-1] = miss / np.maximum(np.linalg.norm(miss, axis=1, keepdims=True), 1e-9)
+            return pull
+
+        for _ in range(self._settings.optimizer_steps):
+            rod = self._rod.with_properties(self.properties)
+            answer = rod.gradient(begun, actions, dt, obstacles=obstacles, d_cost_d_positions=slope)
+            self._move(answer.parameters)
+        return shapes[-1] - shapes[0]
+
+    def look(
+        self,
+        estimate: StateEstimate,
+        stamp: int,
+        nodes: Float64[np.ndarray, "n 3"],
+        sigma: Float64[np.ndarray, "n"],
+        observed: Bool[np.ndarray, "n"],
+    ) -> Float64[np.ndarray, "n 3"] | None:
+        """Takes in an observation; how the model changes with it [m], if a horizon has passed.
+
+        Args:
+            estimate: Whose model shall become the rope's.
+            stamp: Of the observation [ns].
+            sigma: Not used: all that is observed counts the same.
+        """
+        record = self._record
+        if record is not None and not estimate.begun <= record.time:
+            record = None
+        if record is None:
+            self._begin(estimate)
+            return None
+        dt = self._settings.time_step
+        elapsed = (stamp - record.time) * 1e-9
+        if elapsed < self._settings.horizon * dt:
+            return None
+        steps = round(elapsed / dt)
+        times = record.time + np.arange(steps + 1) * (stamp - record.time) // steps
+        ends = np.stack([estimate.modelled_at(int(t))[[0, -1]] for t in times])
+        actions = np.zeros((steps, 2, 6))
+        actions[:, :, :3] = np.diff(ends, axis=0) / (elapsed / steps)
+        change = self.adapt(record.state, actions, elapsed / steps, nodes, observed)
+        self._begin(estimate)
+        return change
+
+    def _begin(self, estimate: StateEstimate) -> None:
+        seen = replace(estimate.state, positions=estimate.nodes)
+        self._record = _Record(estimate.time, seen)
+
+    def _move(self, slopes: dict[str, float]) -> None:
+        """One step of Adam."""
+        p = self.properties
+        pull = [
+            slopes[name] * (getattr(p, name) if name in _LOGARITHMIC else 1.0)
+            for name in PARAMETERS
+        ]
+        steps = dict(zip(PARAMETERS, self._adam.step(np.array(pull)).tolist(), strict=True))
+        changed = {
+            name: getattr(p, name) * np.exp(step)
+            if name in _LOGARITHMIC
+            else float(np.clip(getattr(p, name) + step, 0.0, MOST_DAMPING))
+            for name, step in steps.items()
+        }
+        self.properties = replace(p, **{name: float(value) for name, value in changed.items()})

@@ -1,0 +1,123 @@
+"""Goals: the rod at rest between grips, and what makes a goal impossible before anything moves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lariat.geometry import obstacles as geometry
+from lariat.geometry import polylines
+from lariat.geometry.obstacles import Obstacle
+from lariat.geometry.poses import Pose
+from lariat.rod import Rod
+from lariat.rod.twist import wound
+from services.controller.run.task import Goal, Refused
+from shared.scenario import SIDES, Scenario, Shape
+
+
+@dataclass(frozen=True)
+class GoalMaker:
+    """Makes goals for one cell."""
+
+    scenario: Scenario
+    rod: Rod
+    start: tuple[Pose, Pose]
+    """Grips at the scenario's start; an end that does not rotate keeps this orientation."""
+
+    def of_shape(self, shape: Shape) -> Goal:
+        """The goal of a scenario's section."""
+        grips = self.held(*self.scenario.grips(shape))
+        nodes = self.scenario.nodes(shape)
+        if nodes is None:
+            return self.between(*grips, self.scenario.bodies, shape.turns)
+        rotates = [self.scenario.end(side).rotates for side in SIDES]
+        # Twist is nothing without the orientations between which it is counted.
+        asked = [
+            o is not None or shape.turns != 0.0
+            for o in (shape.left_orientation, shape.right_orientation)
+        ]
+        return Goal(
+            nodes,
+            *grips,
+            left_oriented=rotates[0] and asked[0],
+            right_oriented=rotates[1] and asked[1],
+            turns=shape.turns,
+        )
+
+    def held(self, left: Pose, right: Pose) -> tuple[Pose, Pose]:
+        """Grips as these ends can hold them: what does not rotate or move stays as it started."""
+        grips = []
+        for side, wanted, start in zip(SIDES, (left, right), self.start, strict=True):
+            end = self.scenario.end(side)
+            position = start.position if end.driver == "fixed" else wanted.position
+            turned = wanted.orientation if end.rotates else start.orientation
+            grips.append(Pose(position, turned))
+        return grips[0], grips[1]
+
+    def between(
+        self, left: Pose, right: Pose, obstacles: Sequence[Obstacle], turns: float = 0.0
+    ) -> Goal:
+        """The rod at rest between two grips, leaning on what it may lean on.
+
+        Args:
+            turns: Whole turns of twist in it.
+
+        Raises:
+            Refused: It does not come to rest there, or the grips are too far apart.
+        """
+        try:
+            supports = [o for o in obstacles if o.support]
+            packed = geometry.pack(supports) if supports else None
+            rest = self.rod.rest(left, right, obstacles=packed)
+            if turns:
+                guess = wound(rest.state, turns)
+                rest = self.rod.rest(left, right, guess=guess, obstacles=packed)
+        except ValueError as error:
+            raise Refused(str(error)) from error
+        if not rest.converged:
+            raise Refused(
+                f"the rope does not come to rest between these grips (still moves "
+                f"{1e3 * rest.residual:.2f} mm); bring them further apart"
+            )
+        rotates = [self.scenario.end(side).rotates for side in SIDES]
+        return Goal(rest.state.positions, left, right, rotates[0], rotates[1], turns)
+
+    def check(self, goal: Goal, obstacles: tuple[Obstacle, ...]) -> None:
+        """Raises Refused when the goal cannot be, in words for a person."""
+        scenario = self.scenario
+        rope, limits = scenario.rope, scenario.limits
+        if not np.all(np.isfinite(goal.nodes)) or len(goal.nodes) != rope.node_count:
+            raise Refused(
+                f"a goal has {rope.node_count} nodes of finite numbers, got {len(goal.nodes)}"
+            )
+        if goal.turns and not any(scenario.end(side).rotates for side in SIDES):
+            raise Refused(f"the goal has {goal.turns:g} turns of twist, but no end rotates")
+        if goal.turns != round(goal.turns):
+            raise Refused(
+                f"the goal has {goal.turns:g} turns of twist; give whole turns, and the rest as "
+                "the orientation of an end"
+            )
+        length = polylines.length(goal.nodes)
+        if abs(length - rope.length) > 0.03 * rope.length:
+            raise Refused(f"the goal is {length:.4f} m long, the rope {rope.length} m")
+        apart = float(np.linalg.norm(goal.right.position - goal.left.position))
+        if apart > limits.overstretch * rope.length:
+            raise Refused(
+                f"the grips of the goal are {apart:.4f} m apart; at most "
+                f"{limits.overstretch * rope.length:.4f} m keep the rope from being stretched"
+            )
+        low, high = np.array(limits.workspace)
+        for side, grip in zip(SIDES, (goal.left, goal.right), strict=True):
+            if np.any(grip.position < low) or np.any(grip.position > high):
+                raise Refused(
+                    f"the {side} grip of the goal at {grip.position.round(4).tolist()} m is "
+                    "outside limits.workspace"
+                )
+        for obstacle in obstacles:
+            depth = -geometry.chain_clearance(goal.nodes, rope.diameter / 2.0, [obstacle])
+            if depth > (0.002 if obstacle.support else 0.0):
+                raise Refused(
+                    f"the goal lies {1e3 * depth:.1f} mm deep in obstacle {obstacle.name!r}"
+                )

@@ -1,0 +1,254 @@
+"""Motion commands: from their arguments to entries of the queue.
+
+The arm stops at every point: blending (CP, cp, r) is read and not played.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from services.cr5_emulator import frames
+from services.cr5_emulator.commands.execution import Execution, Options, Table, Values
+from services.cr5_emulator.commands.outputs import Outputs
+from services.cr5_emulator.commands.planning import Path, Planning
+from services.cr5_emulator.commands.signature import (
+    COMMAND_PORT,
+    MOTION_PORT,
+    NUMBER,
+    SIX,
+    Command,
+    Failure,
+    Parameter,
+    Run,
+    option,
+)
+from services.cr5_emulator.geometry import Transform
+from services.cr5_emulator.motions import Alarm, Delay
+
+TRIGGER = Parameter("list", count=4)
+ROUNDS = Parameter("integer", 1, 999)
+
+
+class Moves:
+    """Puts motions on a controller's queue."""
+
+    def __init__(self, execution: Execution, outputs: Outputs) -> None:
+        self._do = execution
+        self._arm = execution.controller
+        self._plan = Planning(execution, outputs)
+
+    def table(self) -> Table:
+        """Commands by name."""
+        return self._v4() if self._do.v4 else self._v3()
+
+    def _v3(self) -> Table:
+        frame = self._do.frame_options
+        joint = (*frame, *(option(k, "number", 1, 100) for k in ("speedj", "accj")))
+        linear = (*frame, *(option(k, "number", 1, 100) for k in ("speedl", "accl")))
+        index = self._do.index
+        relative = {
+            f"RelMov{kind}{where}": self._motion(
+                self._relative(kind, where), (*SIX, index), joint if kind == "J" else linear
+            )
+            for kind in "JL"
+            for where in ("User", "Tool")
+        }
+        pause = Command(
+            self._wait,
+            (Parameter("integer", 1, 3_600_000),),
+            ports=(COMMAND_PORT, MOTION_PORT),
+            since="3.5.5",
+        )
+        return {
+            "MovJ": self._motion(self._joint_to_pose, SIX, joint),
+            "JointMovJ": self._motion(self._joint_to_joints, SIX, joint),
+            "MovL": self._motion(self._line, SIX, linear),
+            "MovJIO": self._motion(self._joint_to_pose, SIX, joint, group=(TRIGGER,)),
+            "MovLIO": self._motion(self._line, SIX, linear, group=(TRIGGER,)),
+            "Arc": self._motion(self._arc, SIX * 2, linear),
+            "Circle3": self._motion(self._circle, (*SIX * 2, ROUNDS), linear, since="3.5.5"),
+            # The maker gave these three up, and still lists them.
+            "Circle": self._motion(self._circle_first, (ROUNDS, *SIX * 2), linear),
+            "RelMovJ": self._motion(self._relative("J", "User"), SIX, joint),
+            "RelMovL": self._motion(self._relative("L", "User"), (NUMBER,) * 3, linear),
+            "RelJointMovJ": self._motion(self._relative_joints, SIX, joint),
+            **relative,
+            "Sync": Command(lambda a, o: None if self._arm.busy else "", ports=(MOTION_PORT,)),
+            "Wait": pause,
+        }
+
+    def _v4(self) -> Table:
+        rates = tuple(option(k, "number", 1, 100) for k in ("a", "v"))
+        joint = (*self._do.frame_options, *rates, option("cp", "number", 0, 100))
+        linear = (*joint, option("speed", "number", 1, 2000), option("r", "number", 0, 1000))
+        round_ = (*linear, option("mode", "integer", 0, 2))
+        splined = (*linear, option("freq", "number", 1e-9, 1), Parameter("text", key="file"))
+        relative = {
+            f"RelMov{kind}{where}": self._motion(
+                self._relative(kind, where), SIX, joint if kind == "J" else linear
+            )
+            for kind in "JL"
+            for where in ("User", "Tool")
+        }
+        kinds = option("movetype", "integer", 0, 4)
+        return {
+            "MovJ": self._motion(self._joint_to_pose, (), joint, points=(1, 1)),
+            "MovL": self._motion(self._line, (), linear, points=(1, 1)),
+            "MovJIO": self._motion(self._joint_to_pose, (), joint, points=(1, 1), group=(TRIGGER,)),
+            "MovLIO": self._motion(self._line, (), linear, points=(1, 1), group=(TRIGGER,)),
+            "Arc": self._motion(self._arc, (), round_, points=(2, 2)),
+            "ArcIO": self._motion(
+                self._arc, (), round_, points=(2, 2), group=(TRIGGER,), since="4.6"
+            ),
+            "Circle": self._motion(self._circle, (ROUNDS,), round_, points=(2, 2)),
+            "MovS": self._motion(self._through, (), splined, points=(0, 50), since="4.6"),
+            "RelJointMovJ": self._motion(self._relative_joints, SIX, joint),
+            **relative,
+            "RunTo": self._motion(self._run_to, (), (*joint, kinds), points=(1, 1), since="4.6"),
+            "GetCurrentCommandID": Command(lambda a, o: str(self._arm.finished)),
+            "StartRTOffset": Command(lambda a, o: self._offset(True), since="4.6"),
+            "EndRTOffset": Command(lambda a, o: self._offset(False), since="4.6"),
+            "OffsetPara": Command(self._set_offset, SIX, since="4.6"),
+        }
+
+    def _motion(
+        self,
+        run: Run,
+        required: tuple[Parameter, ...],
+        optional: tuple[Parameter, ...],
+        **more: Any,
+    ) -> Command:
+        port = COMMAND_PORT if self._do.v4 else MOTION_PORT
+        return Command(run, required, optional, ports=(port,), moves=True, **more)
+
+    # The commands
+
+    def _joint_to_pose(self, values: Values, options: Options) -> str:
+        triggers = self._plan.triggers(values, options)
+        return self._do.queued(
+            self._plan.to_joints(self._plan.goal(values, options), options, triggers)
+        )
+
+    def _joint_to_joints(self, values: Values, options: Options) -> str:
+        target = np.radians(values[:6])
+        return self._do.queued(self._plan.to_joints(lambda j: target, options))
+
+    def _relative_joints(self, values: Values, options: Options) -> str:
+        way = np.radians(values[:6])
+        return self._do.queued(self._plan.to_joints(lambda j: j + way, options))
+
+    def _line(self, values: Values, options: Options) -> str:
+        goal = self._plan.line_to(self._plan.point(values, options, 0))
+        return self._do.queued(
+            self._plan.along(goal, options, self._plan.triggers(values, options))
+        )
+
+    def _arc(self, values: Values, options: Options) -> str:
+        through, end = self._plan.point(values, options, 0), self._plan.point(values, options, 1)
+        triggers = self._plan.triggers(values, options) if "points" in options else ()
+        return self._do.queued(
+            self._plan.along(lambda s: frames.arc(s, through, end, full=False), options, triggers)
+        )
+
+    def _circle(self, values: Values, options: Options) -> str:
+        through, end = self._plan.point(values, options, 0), self._plan.point(values, options, 1)
+        rounds = values[0] if "points" in options else values[12]
+
+        def path_from(start: Transform) -> tuple[Path | None, float]:
+            path, length = frames.arc(start, through, end, full=True)
+            if path is None:
+                return None, 0.0
+            return (lambda s: path((s * rounds) % 1.0)), length * rounds
+
+        return self._do.queued(self._plan.along(path_from, options))
+
+    def _circle_first(self, values: Values, options: Options) -> str:
+        """The count stands first."""
+        return self._circle([*values[1:], values[0]], options)
+
+    def _through(self, values: Values, options: Options) -> str:
+        """Straight from point to point; a file would be one of the controller's."""
+        del values
+        if "file" in options:
+            raise Failure(-1)
+        count = len(options.get("points", ()))
+        if count < 4:
+            raise Failure(-20000)
+        for k in range(count):
+            self._do.queued(
+                self._plan.along(self._plan.line_to(self._plan.point([], options, k)), options)
+            )
+        return ""
+
+    def _relative(self, kind: str, where: str) -> Callable[[Values, Options], str]:
+        """RelMovJUser, RelMovLUser, RelMovJTool, RelMovLTool."""
+
+        def run(values: Values, options: Options) -> str:
+            offset = frames.transform(np.array([*values[:6], 0.0, 0.0, 0.0][:6], dtype=float))
+            options = dict(options)
+            if len(values) == 7:
+                options[where.lower()] = values[6]
+            user, tool = self._do.frames(options)
+
+            def goal(start: Transform) -> Transform:
+                pose = frames.in_frames(start, user, tool)
+                return frames.to_flange(frames.moved(pose, offset, where == "Tool"), user, tool)
+
+            if kind == "J":
+                start = self._plan.to_joints(
+                    lambda j: self._do.near(goal(self._arm.flange(j)), j), options
+                )
+            else:
+                start = self._plan.along(lambda s: self._plan.line_to(goal(s))(s), options)
+            return self._do.queued(start)
+
+        return run
+
+    def _run_to(self, values: Values, options: Options) -> str:
+        """At once and alone, as a jog is; nothing else may be under way."""
+        if self._arm.busy:
+            raise Failure(-1)
+        how = options.get("movetype", 1)
+        kind, vector = options["points"][0]
+        if how in (3, 4) and kind == "joint":
+            raise Failure(-30001)
+        if how == 0:
+            start = self._plan.to_joints(self._plan.goal(values, options), options)
+        elif how == 1:
+            start = self._plan.along(
+                self._plan.line_to(self._plan.point(values, options, 0)), options
+            )
+        elif how == 2:
+            way = np.radians(vector)
+            start = self._plan.to_joints(lambda j: j + way, options)
+        else:
+            user, tool = self._do.frames(options)
+            offset = frames.transform(vector)
+            pose = frames.in_frames(self._arm.flange(self._arm.target), user, tool)
+            goal = frames.to_flange(frames.moved(pose, offset, how == 3), user, tool)
+            start = self._plan.along(self._plan.line_to(goal), options)
+        try:
+            self._arm.move_alone(start(self._arm.target))
+        except Alarm as alarm:
+            self._arm.alarm(*alarm.numbers)
+            raise Failure(-1) from alarm
+        return ""
+
+    def _wait(self, values: Values, options: Options) -> str:
+        del options
+        return self._do.queued(lambda j: Delay(values[0] / 1e3))
+
+    def _set_offset(self, values: Values, options: Options) -> str:
+        del options
+        self._arm.preferences.frame_offset = np.array(values, dtype=float)
+        return ""
+
+    def _offset(self, on: bool) -> str:
+        def take() -> None:
+            self._do.shift = self._arm.preferences.frame_offset.copy() if on else np.zeros(6)
+
+        self._do.in_turn(take)
+        return ""

@@ -1,0 +1,196 @@
+"""What a command takes, and the error code for what it was given instead.
+
+The maker's rules: the count of arguments is checked before their types; then the first thing wrong
+from the left is named. V3 numbers every argument alike. V4 numbers required and optional ones
+apart, and named ones, `joint={...}` or `v=20`, have the number 1 wherever they stand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from services.cr5_emulator.grammar import Call, number, numbers
+
+NO_SUCH_COMMAND = -10000
+WRONG_COUNT = -20000
+WRONG_TYPE = -30000
+OUT_OF_RANGE = -40000
+OPTION_TYPE = -50000
+OPTION_RANGE = -60000
+MOST_JOINT = 360.0
+"""Beyond which a named joint angle is refused before it is planned for [deg]."""
+
+Kind = Literal["number", "integer", "flag", "text", "list", "any"]
+COMMAND_PORT, MOTION_PORT = 29999, 30003
+
+
+class Failure(Exception):  # an answer, not a defect
+    """A command is answered with an error code."""
+
+    def __init__(self, code: int) -> None:
+        super().__init__(code)
+        self.code = code
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One argument."""
+
+    kind: Kind = "number"
+    low: float = -1e9
+    high: float = 1e9
+    key: str = ""
+    """Under which an optional one may also come as key=value."""
+    count: int = 0
+    """Numbers in a list; 0: any."""
+    also: tuple[float, float] | None = None
+    """A second range."""
+    words: tuple[str, ...] = ()
+    """That a text may be, in upper case; empty: any."""
+
+    def read(self, text: str, wrong_type: int, out_of_range: int) -> Any:
+        """The value; Failure with one of the codes otherwise."""
+        match self.kind:
+            case "any":
+                return text
+            case "text":
+                return self._text(text, wrong_type, out_of_range)
+            case "list":
+                values = numbers(text)
+                if values is None or (self.count and len(values) != self.count):
+                    raise Failure(wrong_type)
+                if not all(self._fits(v) for v in values):
+                    raise Failure(out_of_range)
+                return values
+            case "flag" if text.lower() in ("true", "false"):
+                return int(text.lower() == "true")
+        value = number(text)
+        if value is None or (self.kind != "number" and value != round(value)):
+            raise Failure(wrong_type)
+        if not self._fits(value):
+            raise Failure(out_of_range)
+        return value if self.kind == "number" else int(value)
+
+    def _text(self, text: str, wrong_type: int, out_of_range: int) -> str:
+        bare = text.strip("\"'")
+        if not bare or text[:1] in "{(":
+            raise Failure(wrong_type)
+        if self.words and bare.upper() not in self.words:
+            raise Failure(out_of_range)
+        return bare
+
+    def _fits(self, value: float) -> bool:
+        second = self.also is not None and self.also[0] <= value <= self.also[1]
+        return self.low <= value <= self.high or second
+
+
+NUMBER = Parameter()
+SIX = (NUMBER,) * 6
+SWITCH = Parameter("flag", 0, 1)
+PERCENT = Parameter("integer", 1, 100)
+TEXT = Parameter("text")
+POSE = Parameter("list", count=6)
+
+
+def option(key: str, kind: Kind = "number", low: float = -1e9, high: float = 1e9) -> Parameter:
+    """An optional argument."""
+    return Parameter(kind, low, high, key)
+
+
+Run = Callable[[list[Any], dict[str, Any]], str | None]
+
+
+@dataclass(frozen=True)
+class Command:
+    """One command of a firmware."""
+
+    run: Run
+    """With the positional values and the options; returns the values to answer, None to wait."""
+    required: tuple[Parameter, ...] = ()
+    optional: tuple[Parameter, ...] = ()
+    group: tuple[Parameter, ...] = ()
+    """Behind the required ones, once or many times."""
+    most: int = 64
+    """Times that the group may come."""
+    counts: tuple[int, ...] | None = None
+    """Allowed numbers of positional arguments, where not every one of the optional ones is."""
+    points: tuple[int, int] = (0, 0)
+    """V4: least and greatest number of joint={...} or pose={...}."""
+    joints_only: bool = False
+    """Whether pose={...} is refused."""
+    ports: tuple[int, ...] = (COMMAND_PORT,)
+    moves: bool = False
+    """Whether the arm must be enabled."""
+    since: str = ""
+    """First release that knows it; empty: every one."""
+
+    def read(self, call: Call, v4: bool) -> tuple[list[Any], dict[str, Any]]:
+        """The values of a call; Failure with the code of the first thing wrong from the left."""
+        points = self._points(call) if self.points[1] else []
+        parameters = self._parameters(len(call.arguments))
+        values = []
+        for k, (text, parameter) in enumerate(zip(call.arguments, parameters, strict=True), 1):
+            # Points stand first, so that what follows them is counted behind them.
+            place = k + len(points)
+            codes = WRONG_TYPE - place, OUT_OF_RANGE - place
+            if v4 and k > len(self.required) and not self.group:
+                codes = (
+                    OPTION_TYPE - k + len(self.required),
+                    OPTION_RANGE - k + len(self.required),
+                )
+            values.append(parameter.read(text, *codes))
+        options = self._options(call, v4)
+        if points:
+            options["points"] = points
+        return values, options
+
+    def _parameters(self, count: int) -> tuple[Parameter, ...]:
+        """One for each positional argument."""
+        if self.group:
+            times, rest = divmod(count - len(self.required), len(self.group))
+            if rest or not 1 <= times <= self.most:
+                raise Failure(WRONG_COUNT)
+            return self.required + self.group * times
+        # Where a point is named, everything behind it is named too.
+        optional = () if self.points[1] else self.optional
+        everything = self.required + optional
+        allowed = self.counts or tuple(range(len(self.required), len(everything) + 1))
+        if count not in allowed:
+            raise Failure(WRONG_COUNT)
+        return everything[:count]
+
+    def _points(self, call: Call) -> list[tuple[str, np.ndarray]]:
+        named = [k for k in call.options if k.partition("#")[0] in ("joint", "pose")]
+        if not self.points[0] <= len(named) <= self.points[1]:
+            raise Failure(WRONG_COUNT)
+        found = []
+        for key in named:
+            kind, values = key.partition("#")[0], numbers(call.options[key])
+            if values is None or (kind == "pose" and self.joints_only):
+                raise Failure(WRONG_TYPE - 1)
+            if kind == "joint" and max(map(abs, values)) > MOST_JOINT:
+                raise Failure(OUT_OF_RANGE - 1)
+            if len(values) != 6:
+                raise Failure(WRONG_TYPE - 1)
+            found.append((kind, np.array(values)))
+        return found
+
+    def _options(self, call: Call, v4: bool) -> dict[str, Any]:
+        known = {p.key: p for p in self.optional if p.key}
+        options: dict[str, Any] = {}
+        for name, text in call.options.items():
+            if self.points[1] and name.partition("#")[0] in ("joint", "pose"):
+                continue
+            if name not in known:
+                raise Failure(WRONG_COUNT)
+            codes = (OPTION_TYPE - 1, OPTION_RANGE - 1) if v4 else self._codes(name)
+            options[name] = known[name].read(text, *codes)
+        return options
+
+    def _codes(self, name: str) -> tuple[int, int]:
+        place = len(self.required) + [p.key for p in self.optional].index(name) + 1
+        return WRONG_TYPE - place, OUT_OF_RANGE - place

@@ -1,0 +1,92 @@
+"""What the emulated arm tells on ports 30004 to 30006."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float64
+
+from services.cr5_emulator import frames
+from services.cr5_emulator.controller import COLLISION, Controller
+from services.cr5_emulator.load import Tether
+from shared.cr5 import packet
+
+
+class Feedback:
+    """Writes packets of one controller."""
+
+    def __init__(self, controller: Controller) -> None:
+        self._controller = controller
+        self._tether = Tether.of(controller.options.tether)
+        self._noise = np.random.default_rng(controller.options.seed)
+
+    def packet(self, now: float) -> bytes:
+        """The packet at a time [s since 1970]."""
+        c = self._controller
+        r = packet.blank()
+        r["digital_inputs"], r["digital_outputs"] = c.inputs, c.outputs
+        r["robot_mode"], r["time_stamp"] = c.mode, round(1e3 * now)
+        r["speed_scaling"], r["robot_voltage"] = c.speed_factor, 48.0 if c.powered else 0.0
+        self._motion(r)
+        self._state(r)
+        if c.v4:
+            r["run_time"] = round(1e3 * c.time)
+            r["current_command_id"] = c.finished
+            r["collision_state"] = COLLISION in c.alarms
+            # Every bit is active low: emergency stop, protective stop, reduced mode, not stopped,
+            # moving, system and user emergency stop, safe home.
+            pressed = (1 << 0 | 1 << 5) if c.pressed else 0
+            r["safety_state"] = 0xFF & ~(pressed | (1 << 4 if c.busy else 1 << 3))
+        else:
+            r["main_voltage"] = 24.0
+            r["elbow_position"] = 1e3 * c.geometry.frames(c.joints)[2, :3, 3]
+        return r.tobytes()
+
+    def _motion(self, r: np.ndarray) -> None:
+        c = self._controller
+        user, tool = c.users[c.user], c.tools[c.tool]
+        r["q_target"], r["qd_target"] = np.degrees(c.target), np.degrees(c.target_speed)
+        r["qdd_target"] = np.degrees(c.target_acceleration)
+        r["q_actual"], r["qd_actual"] = np.degrees(c.joints), np.degrees(c.joint_speed)
+        from_user = np.linalg.inv(frames.transform(user))[:3, :3]
+        r["tcp_force"][:3] = from_user @ self._force()
+        for name, joints, speed in (
+            ("actual", c.joints, c.joint_speed),
+            ("target", c.target, c.target_speed),
+        ):
+            links = c.geometry.frames(joints)
+            pose = frames.in_frames(links[-1], user, tool)
+            r[f"tool_vector_{name}"] = frames.vector(pose)
+            r[f"{name}_quaternion"] = frames.quaternion(pose)
+            linear, angular = (c.geometry.jacobian(links) @ speed).reshape(2, 3)
+            # The tool's tip is carried round the flange.
+            linear = linear + np.cross(angular, links[-1][:3, :3] @ tool[:3] / 1e3)
+            r[f"tcp_speed_{name}"] = np.concatenate(
+                [1e3 * from_user @ linear, np.degrees(from_user @ angular)]
+            )
+
+    def _force(self) -> Float64[np.ndarray, "3"]:
+        """On the gripper, in the base [N]."""
+        c = self._controller
+        force = c.options.force_noise * self._noise.normal(size=3)
+        return force if self._tether is None else force + self._tether.force(c.flange(c.joints))
+
+    def _state(self, r: np.ndarray) -> None:
+        c = self._controller
+        r["motor_temperatures"], r["joint_modes"] = 30.0, 8.0
+        r["joint_voltages"] = 48.0 if c.powered else 0.0
+        r["user"], r["tool"] = c.user, c.tool
+        r["queue_running"], r["queue_paused"] = c.queue_running, c.paused
+        r["velocity_ratio"], r["acceleration_ratio"] = c.ratios["speedj"], c.ratios["accj"]
+        for kind in ("xyz", "r"):
+            r[f"{kind}_velocity_ratio"] = c.ratios["speedl"]
+            r[f"{kind}_acceleration_ratio"] = c.ratios["accl"]
+        # Bit 0 is J6, bit 5 is J1; 1 means released.
+        r["brake_status"] = sum(
+            1 << (5 - k) for k, free in enumerate(c.brakes) if free or c.enabled
+        )
+        r["enable_status"], r["drag_status"] = c.enabled, c.dragging
+        r["running_status"], r["error_status"] = c.busy, bool(c.alarms)
+        r["jog_status"] = c.jogging
+        r["robot_type"] = c.options.robot_type
+        r["load"], r["load_center"] = c.load, c.load_center
+        r["user_frame"], r["tool_frame"] = c.users[c.user], c.tools[c.tool]

@@ -1,0 +1,112 @@
+"""Whether a chunk of setpoints may be followed: refused whole, with the rule that it breaks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lariat.geometry import poses
+from lariat.trajectory.chunk import NANOSECONDS, Chunk, Spline
+from lariat.trajectory.limits import LimitTable, Rule
+from services.robot_gateway.motion.reference_tracking import Kinematics
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """What a chunk is allowed; the commanded motion keeps the limits whatever it says."""
+
+    span: float = 0.25
+    """Least duration [s]."""
+    age: float = 0.25
+    """Most distance of its first pose from the present, either way [s]."""
+    dt: tuple[float, float] = (0.002, 0.2)
+    """Least and most time between two poses [s]."""
+    poses: int = 2000
+    """Most poses."""
+    speed: float = 1.02
+    """Most speed as a fraction of the limit."""
+    acceleration: float = 1.5
+    """The same for acceleration: what is above the limit is smoothed."""
+    jerk: float = 10.0
+    """The same for jerk: a planner that bounds acceleration alone swings it within one dt."""
+    step: float = 0.03
+    """Most distance from the commanded position at the time that it takes over [m]."""
+    turn: float = 0.2
+    """The same for the orientation [rad]."""
+
+
+class Refused(ValueError):
+    """A chunk that is not followed."""
+
+    def __init__(self, rule: Rule, reason: str) -> None:
+        super().__init__(f"{rule}: {reason}")
+        self.rule: Rule = rule
+
+
+def check_finite(chunk: Chunk, ends: int, tolerances: Tolerances) -> None:
+    """Numbers are numbers, shapes fit, quaternions are rotations."""
+    k = len(chunk.positions)
+    shapes = (chunk.positions.shape, chunk.orientations.shape)
+    if shapes != ((k, ends, 3), (k, ends, 4)) or not 2 <= k <= tolerances.poses:
+        raise Refused("finite", f"poses of shapes {shapes} do not fit {ends} driven ends")
+    if not (np.all(np.isfinite(chunk.positions)) and np.all(np.isfinite(chunk.orientations))):
+        raise Refused("finite", "a pose holds a number that is not finite")
+    if np.max(np.abs(chunk.positions)) > 1e3:
+        raise Refused("finite", f"a position of {np.max(np.abs(chunk.positions)):g} m")
+    norms = np.linalg.norm(chunk.orientations, axis=-1)
+    if np.max(np.abs(norms - 1.0)) > 1e-3:
+        raise Refused("finite", f"a quaternion of norm {norms.flat[np.argmax(abs(norms - 1))]:g}")
+    low, high = tolerances.dt
+    if not low <= chunk.dt <= high:
+        raise Refused("finite", f"dt = {chunk.dt:g} s is not within {low:g}…{high:g} s")
+
+
+def check_fresh(chunk: Chunk, now: int, offset: int, tolerances: Tolerances) -> None:
+    """The chunk is about now, and long enough."""
+    age = (now - chunk.start - offset) * NANOSECONDS
+    if abs(age) > tolerances.age:
+        word = "old" if age > 0.0 else "early"
+        raise Refused("fresh", f"its first pose is {abs(age):.3f} s too {word}")
+    # One dt of grace: whether the span counts poses or gaps is a matter of taste.
+    if chunk.span + chunk.dt < tolerances.span:
+        raise Refused("rest", f"spans {chunk.span:.3f} s, less than {tolerances.span} s")
+
+
+def check_limits(spline: Spline, now: int, limits: LimitTable, tolerances: Tolerances) -> None:
+    """Speed, acceleration and jerk of what is still to come, and rest at the end."""
+    past = max(int((now - spline.start) * NANOSECONDS / spline.dt) - 1, 0)
+    table = (
+        ("speed", 1, limits.speed, tolerances.speed, ("m/s", "rad/s")),
+        ("acceleration", 2, limits.acceleration, tolerances.acceleration, ("m/s²", "rad/s²")),
+        ("jerk", 3, limits.jerk, tolerances.jerk, ("m/s³", "rad/s³")),
+    )
+    last = spline.count - 1
+    stopping = spline.differences(1)[last - 1] / spline.dt
+    if np.any(stopping > tolerances.acceleration * limits.acceleration[..., 0]):
+        worst = float(np.max(stopping * spline.dt))
+        raise Refused("rest", f"does not end at rest: its last poses move at {worst:.3f} m/s")
+    for rule, order, limit, factor, units in table:
+        found = spline.differences(order)[past:]
+        excess = found / (factor * limit[..., 0])
+        if np.any(excess > 1.0 + 1e-9):
+            _, end, kind = np.unravel_index(int(np.argmax(excess)), excess.shape)
+            worst = float(np.max(found[:, end, kind]))
+            raise Refused(
+                rule,
+                f"asks for {worst:.3f} {units[kind]}; "
+                f"the limit is {float(limit[end, kind, 0]):.3f} {units[kind]}",
+            )
+
+
+def check_step(spline: Spline, now: int, state: Kinematics, tolerances: Tolerances) -> None:
+    """The chunk takes over near where the command is."""
+    target = spline(now)
+    distance = float(np.max(np.linalg.norm(target.position - state.position, axis=-1)))
+    if distance > tolerances.step:
+        raise Refused("step", f"jumps by {1e3 * distance:.1f} mm from the commanded position")
+    back = poses.conjugate(state.orientation)
+    turn = poses.logarithm(poses.multiply(target.orientation, back))
+    angle = float(np.max(np.linalg.norm(turn, axis=-1)))
+    if angle > tolerances.turn:
+        raise Refused("step", f"jumps by {angle:.3f} rad from the commanded orientation")

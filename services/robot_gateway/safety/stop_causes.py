@@ -1,0 +1,150 @@
+"""Everything that stops an arm, in one table.
+
+`docs/safety.md` shows it, `safety.py` acts on it, and the tests walk through it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from lariat.trajectory.limits import Rule
+
+Stop = Literal["none", "jerk-limited", "by the arm", "not in our hands"]
+Resumes = Literal["by itself", "after acknowledgement", "after arming"]
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One row."""
+
+    what: str
+    """In words."""
+    noticed: str
+    """How, and within what time."""
+    stop: Stop
+    """How the commanded motion ends."""
+    resumes: Resumes
+    """What must happen before anything moves again."""
+    then: str
+    """What is begun anew."""
+    rule: Rule | None = None
+    """The rule that is named, when one is broken."""
+
+
+CAUSES: dict[str, Cause] = {
+    "boot": Cause(
+        "the gateway started", "at once", "none", "after arming", "a new boot id, no writer"
+    ),
+    "disarm": Cause(
+        "a person disarms", "at the next tick, 8 ms", "jerk-limited", "after arming", "no writer"
+    ),
+    "person": Cause(
+        "a person holds", "at the next tick", "jerk-limited", "after acknowledgement", "a new chunk"
+    ),
+    "writer_holds": Cause(
+        "the controller holds (paused, rope lost)",
+        "at the next tick",
+        "jerk-limited",
+        "by itself",
+        "its next chunk",
+    ),
+    "silence": Cause(
+        "no fresh setpoints: controller, bus or network dead or stopped",
+        "braking after 50 ms without a fresh chunk, by local receipt; held after 100 ms",
+        "jerk-limited",
+        "after acknowledgement",
+        "the next chunk of the same writer",
+        "fresh",
+    ),
+    "new_writer": Cause(
+        "setpoints of another writer session (the controller was restarted)",
+        "at its first chunk",
+        "jerk-limited",
+        "after acknowledgement",
+        "the new writer's chunk; the old one's are refused",
+        "ordered",
+    ),
+    "refused": Cause(
+        "a chunk breaks a rule",
+        "when it arrives, before anything follows it",
+        "none",
+        "by itself",
+        "the chunk before runs to its resting end; the next good one is followed",
+    ),
+    "boundary": Cause(
+        "the stop after the next step would break a rule (an obstacle came, the rope is taut)",
+        "before the step is taken",
+        "jerk-limited",
+        "by itself",
+        "the same chunk, as far as the rule permits",
+    ),
+    "left_behind": Cause(
+        "the command fell too far behind its chunk",
+        "at the next tick",
+        "jerk-limited",
+        "by itself",
+        "a new chunk from where the arm is",
+        "step",
+    ),
+    "stalled": Cause(
+        "the gateway itself was stopped for more than 100 ms",
+        "at the first tick after",
+        "by the arm",
+        "after acknowledgement",
+        "the pose is read; the rest of the old motion is never sent",
+        "fresh",
+    ),
+    "tracking": Cause(
+        "the arm is not where it is commanded to be",
+        "from its feedback, 8 ms",
+        "jerk-limited",
+        "after acknowledgement",
+        "a new chunk from where the arm is",
+        "step",
+    ),
+    "pulled": Cause(
+        "an arm feels a pull that it did not feel at rest: the rope is taut or caught",
+        "from the force in its feedback, its mean over 0.1 s",
+        "jerk-limited",
+        "after acknowledgement",
+        "a new chunk; until it is under the limit the pull may not grow",
+        "overstretch",
+    ),
+    "alarm": Cause(
+        "the arm reports an alarm, a collision, an emergency stop, power off, a blocked queue or "
+        "another operator",
+        "from its feedback, 8 ms",
+        "by the arm",
+        "after acknowledgement",
+        "errors are read and cleared, the arm enabled, its pose read; old motion is never replayed",
+    ),
+    "lost_link": Cause(
+        "no feedback of the arm for 100 ms, or a socket closed",
+        "100 ms",
+        "by the arm",
+        "after acknowledgement",
+        "connection with back-off, the whole handshake, the pose; never old motion",
+        "lost_link",
+    ),
+    "gateway_dies": Cause(
+        "the gateway process dies or its machine stops",
+        "by nobody: no watchdog of the CR5 is documented",
+        "not in our hands",
+        "after arming",
+        "one servo point at most is in flight; what the arm does then its maker does not say",
+    ),
+}
+
+
+def markdown() -> str:
+    """The table as it stands in `docs/safety.md`."""
+    head = (
+        "| cause | what | noticed | stop | resumes | then | rule |\n|---|---|---|---|---|---|---|"
+    )
+    rows = [
+        f"| `{name}` | {c.what} | {c.noticed} | {c.stop} | {c.resumes} | {c.then} | "
+        f"{f'`{c.rule}`' if c.rule else ''} |"
+        for name, c in CAUSES.items()
+    ]
+    return "\n".join([head, *rows])

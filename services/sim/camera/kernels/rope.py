@@ -1,0 +1,134 @@
+"""The rope as the simulated camera sees it: capsules, their edges blended into partly covered
+pixels."""
+
+import taichi as ti
+
+from services.sim.camera.kernels.rays import (
+    FAR,
+    NEAR,
+    images_f32,
+    nearest_of_sphere,
+    rotation_of,
+    rows_f64,
+    vector_f64,
+)
+
+
+@ti.kernel
+def draw_chains(
+    color: ti.types.ndarray(dtype=ti.u8, ndim=2),
+    z_buffer: images_f32,
+    cover: images_f32,
+    shade: images_f32,
+    camera: vector_f64,
+    chains: rows_f64,
+):
+    """Draws chains of capsules over what is there.
+
+    Args:
+        color: (H, 3 W): red, green and blue of each pixel.
+        z_buffer: (H, W) [m].
+        cover: (H, W) scratch, part of the pixel that the rope covers.
+        shade: (H, W) scratch, cosine between the rope's normal and the ray.
+        camera: fx, fy, cx, cy, R_world_camera by rows (9), position (3) [pixels, m].
+        chains: (k, 10): both ends of a capsule, its radius and colour [m, 0..255].
+    """
+    height = z_buffer.shape[0]
+    width = z_buffer.shape[1]
+    fx, fy, cx, cy = camera[0], camera[1], camera[2], camera[3]
+    R = rotation_of(camera)
+    eye = ti.Vector([camera[13], camera[14], camera[15]], dt=ti.f64)
+    # Rows that the rope is seen in; all others stay as they are.
+    first, last = height, -1
+    for _ in range(1):
+        for s in range(chains.shape[0]):
+            p = R.transpose() @ (ti.Vector([chains[s, 0], chains[s, 1], chains[s, 2]]) - eye)
+            q = R.transpose() @ (ti.Vector([chains[s, 3], chains[s, 4], chains[s, 5]]) - eye)
+            z0 = ti.min(p[2], q[2]) - chains[s, 6]
+            if z0 > NEAR:
+                margin = chains[s, 6] / z0 * ti.max(fx, fy) + 3.0
+                va, vb = fy * p[1] / p[2] + cy, fy * q[1] / q[2] + cy
+                first = ti.min(first, ti.cast(ti.max(0.0, ti.min(va, vb) - margin), ti.i32))
+                last = ti.max(last, ti.cast(ti.min(height - 1.0, ti.max(va, vb) + margin), ti.i32))
+    for v in range(first, last + 1):
+        for u in range(width):
+            cover[v, u] = ti.f32(0.0)
+
+    for _ in range(1):
+        for s in range(chains.shape[0]):
+            start = ti.Vector([chains[s, 0], chains[s, 1], chains[s, 2]], dt=ti.f64) - eye
+            end = ti.Vector([chains[s, 3], chains[s, 4], chains[s, 5]], dt=ti.f64) - eye
+            # From here on in the optical frame.
+            p = R.transpose() @ start
+            e = R.transpose() @ end - p
+            r = chains[s, 6]
+            z0 = ti.min(p[2], p[2] + e[2]) - r
+            if z0 > NEAR:
+                margin = r / z0 * ti.max(fx, fy) + 2.0
+                ua, va = fx * p[0] / p[2] + cx, fy * p[1] / p[2] + cy
+                ub, vb = (
+                    fx * (p[0] + e[0]) / (p[2] + e[2]) + cx,
+                    fy * (p[1] + e[1]) / (p[2] + e[2]) + cy,
+                )
+                ee = e.dot(e)
+                oe = -p.dot(e)
+                oo = p.dot(p)
+                for v in range(
+                    ti.cast(ti.max(0.0, ti.min(va, vb) - margin), ti.i32),
+                    ti.cast(ti.min(height - 1.0, ti.max(va, vb) + margin), ti.i32) + 1,
+                ):
+                    for u in range(
+                        ti.cast(ti.max(0.0, ti.min(ua, ub) - margin), ti.i32),
+                        ti.cast(ti.min(width - 1.0, ti.max(ua, ub) + margin), ti.i32) + 1,
+                    ):
+                        d = ti.Vector([(u - cx) / fx, (v - cy) / fy, 1.0], dt=ti.f64)
+                        dd, de, od = d.dot(d), d.dot(e), -p.dot(d)
+                        # Closest approach of ray and axis: how much of the pixel is rope.
+                        across = dd * ee - de * de
+                        t = 0.0
+                        if across > 1e-15:
+                            t = (dd * oe - de * od) / across
+                        t = ti.min(1.0, ti.max(0.0, t))
+                        middle = p + t * e
+                        zc = middle.dot(d) / dd
+                        gap = (middle - zc * d).norm()
+                        part = ti.min(1.0, 0.5 + (r - gap) * fx / zc)
+                        if part > 0.0:
+                            z = FAR
+                            cosine = 0.0
+                            body = dd * ee - de * de
+                            half = ee * od - oe * de
+                            h = half * half - body * (ee * oo - oe * oe - r * r * ee)
+                            if h >= 0.0 and body > 1e-15:
+                                wall = (-half - ti.sqrt(h)) / body
+                                along = oe + wall * de
+                                if along > 0.0 and along < ee:
+                                    z = wall
+                                    n = (wall * d - p - along / ee * e) / r
+                                    cosine = -n.dot(d)
+                            if z >= FAR:
+                                for k in range(2):
+                                    tip = p + k * e
+                                    cap = nearest_of_sphere(-tip, d, r)
+                                    if cap < z:
+                                        z = cap
+                                        cosine = -(z * d - tip).dot(d) / r
+                            if zc - r < z_buffer[v, u] + 2.0 * r or z < z_buffer[v, u]:
+                                shaded = cover[v, u] > ti.f32(0.0)
+                                if part > cover[v, u]:
+                                    cover[v, u] = ti.f32(part)
+                                if z < z_buffer[v, u]:
+                                    z_buffer[v, u] = ti.f32(z)
+                                    # The colour's brightness is kept in the sign-free shade.
+                                    shade[v, u] = ti.f32(cosine / ti.sqrt(dd))
+                                elif shaded == 0:
+                                    shade[v, u] = ti.f32(0.0)
+
+    for v in range(first, last + 1):
+        for u in range(width):
+            part = cover[v, u]
+            if part > ti.f32(0.0):
+                lit = part * (0.6 + 0.4 * shade[v, u])
+                for k in ti.static(range(3)):
+                    value = color[v, 3 * u + k] * (1.0 - part) + chains[0, 7 + k] * lit
+                    color[v, 3 * u + k] = ti.cast(value, ti.u8)

@@ -1,0 +1,58 @@
+"""A CR5 at its place in a scenario's cell."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lariat.geometry import poses
+from lariat.geometry.poses import Pose
+from shared.configuration import ConfigurationError
+from shared.cr5.kinematics import Kinematics
+from shared.scenario import SIDES, Scenario, Side
+from shared.scenario.sections import End
+
+JointDegrees = tuple[float, float, float, float, float, float]
+
+
+def kinematics_of(end: End) -> Kinematics:
+    """The arm of an end, with its base and tool."""
+    return Kinematics(
+        Pose(np.array(end.base_position), poses.normalized(np.array(end.base_orientation))),
+        Pose(np.array(end.tool_position), poses.normalized(np.array(end.tool_orientation))),
+    )
+
+
+def start_joints(kinematics: Kinematics, start: Pose, side: Side) -> JointDegrees:
+    """Joints at the scenario's start [deg].
+
+    Raises:
+        ConfigurationError: The start is out of reach.
+    """
+    joints = kinematics.solve_anywhere(start)
+    if joints is None:
+        raise ConfigurationError(
+            f"ends.{side}: the start grip at {start.position.round(3).tolist()} m is out of the "
+            "CR5's reach; move base_position or turn the tool"
+        )
+    first, second, third, fourth, fifth, sixth = np.degrees(joints).tolist()
+    return first, second, third, fourth, fifth, sixth
+
+
+def tether_of(scenario: Scenario, side: Side) -> tuple[float, ...]:
+    """The true rope, straight, as the emulator takes it; nothing when its far end moves."""
+    other = "right" if side == "left" else "left"
+    if scenario.end(other).driver != "fixed":
+        return ()
+    grips = dict(zip(SIDES, scenario.grips(scenario.start), strict=True))
+    end, rope = scenario.end(side), scenario.plant_rope
+    base = Pose(np.array(end.base_position), poses.normalized(np.array(end.base_orientation)))
+    anchor = base.inverse() @ grips[other]
+    tool = Pose(np.array(end.tool_position), poses.normalized(np.array(end.tool_orientation)))
+    stiffness = rope.stretch_stiffness / rope.length
+    return (*anchor.position.tolist(), rope.length, stiffness, *tool.position.tolist())
+
+
+def scenario_joints(scenario: Scenario, side: Side) -> JointDegrees:
+    """Joints of an end's arm at the scenario's start [deg]."""
+    start = dict(zip(SIDES, scenario.grips(scenario.start), strict=True))[side]
+    return start_joints(kinematics_of(scenario.end(side)), start, side)

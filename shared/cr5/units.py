@@ -1,0 +1,31 @@
+"""Poses as the CR5 writes them: millimetres and degrees, R = Rz(rz) Ry(ry) Rx(rx)."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.geometry import poses
+from lariat.geometry.poses import Pose
+
+
+def from_vector(vector: Float64[np.ndarray, "6"]) -> Pose:
+    """The pose [m] of X, Y, Z [mm], Rx, Ry, Rz [deg]."""
+    halves = np.radians(np.asarray(vector[3:], dtype=float)) / 2.0
+    x, y, z = (
+        np.array([np.cos(h), *(np.sin(h) * axis)])
+        for h, axis in zip(halves, np.eye(3), strict=True)
+    )
+    q = poses.multiply(z, poses.multiply(y, x))
+    return Pose(np.asarray(vector[:3], dtype=float) / 1e3, q)
+
+
+def to_vector(pose: Pose) -> Float64[np.ndarray, "6"]:
+    """X, Y, Z [mm], Rx, Ry, Rz [deg] of a pose; at |Ry| = 90 deg Rx is 0."""
+    R = poses.matrix(pose.orientation)
+    pitch = np.arctan2(-R[2, 0], np.hypot(R[0, 0], R[1, 0]))
+    if np.hypot(R[0, 0], R[1, 0]) < 1e-9:
+        roll, yaw = 0.0, np.arctan2(-R[0, 1], R[1, 1])
+    else:
+        roll, yaw = np.arctan2(R[2, 1], R[2, 2]), np.arctan2(R[1, 0], R[0, 0])
+    return np.concatenate([1e3 * pose.position, np.degrees([roll, pitch, yaw])])

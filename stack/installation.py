@@ -1,0 +1,40 @@
+"""Whether the libraries are there that the processes of a scenario need."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib.util import find_spec
+
+from shared.configuration import ConfigurationError
+from shared.scenario import SIDES, Scenario
+
+
+def check(scenario: Scenario, parts: Sequence[str]) -> None:
+    """Raises ConfigurationError for the first library that a part lacks, with its extra."""
+    for part in parts:
+        for library in _libraries(scenario, part):
+            if find_spec(library) is None:
+                raise ConfigurationError(
+                    f"{part} needs {library}, which is not installed; "
+                    f"install it with: pip install 'lariat-stack[{part}]'"
+                )
+
+
+def _libraries(scenario: Scenario, part: str) -> tuple[str, ...]:
+    match part:
+        case "sim":
+            return ("taichi", "mujoco") if scenario.plant.model == "mujoco" else ("taichi",)
+        case "perception":
+            return ("taichi", "cv2") if scenario.sensing.source == "camera" else ()
+        case "planner":
+            return ("taichi",)
+        case "controller":
+            return ("taichi", "torch") if scenario.control.method == "network" else ("taichi",)
+        case "robot_gateway":
+            driven = any(scenario.end(side).driver == "cr5" for side in SIDES)
+            return ("pinocchio",) if driven else ()
+        case "recorder":
+            return ("mcap",)
+        case "dashboard":
+            return ("viser", "cv2")
+    return ()

@@ -1,0 +1,79 @@
+"""What only the rod can say of a scenario, before anything moves.
+
+`shared.scenario.load` has checked all that numbers alone can show. Here the rope hangs at rest
+between the grips of start and goal, and must be clear of the obstacles there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.geometry import obstacles as geometry
+from shared.configuration import ConfigurationError
+from shared.scenario import Scenario, Shape
+
+
+@dataclass(frozen=True)
+class ShapeReport:
+    """A shape of the scenario, as the rope takes it."""
+
+    clearance: float
+    """Least distance between the rope's surface and an obstacle that is no support [m]."""
+    nearest: str
+    """Name of that obstacle; empty in an empty scene."""
+
+
+def check(scenario: Scenario) -> dict[str, ShapeReport]:
+    """How start, goal and the goals of events fare, by their keys.
+
+    Raises:
+        ConfigurationError: The rope at rest would touch an obstacle, or cannot take a shape.
+    """
+    shapes = {"start": scenario.start, "goal": scenario.goal}
+    for index, event in enumerate(scenario.events):
+        if event.goal:
+            shapes[f"events[{index}].goal"] = event.goal
+    return {key: _report(scenario, key, shape) for key, shape in shapes.items()}
+
+
+def _report(scenario: Scenario, key: str, shape: Shape) -> ShapeReport:
+    nodes = scenario.nodes(shape)
+    hangs = nodes is None
+    if nodes is None:
+        nodes = _at_rest(scenario, key, shape)
+    radius = scenario.rope.diameter / 2.0
+    clearances = {
+        body.name: geometry.chain_clearance(nodes, radius, (body,))
+        for body in scenario.bodies
+        if not body.support
+    }
+    if not clearances:
+        return ShapeReport(np.inf, "")
+    nearest = min(clearances, key=lambda name: clearances[name])
+    clearance = clearances[nearest]
+    if clearance < 0.0:
+        what = "the rope at rest between its grips" if hangs else f"nodes = {shape.nodes!r}"
+        raise ConfigurationError(
+            f"{key}: {what} would be {-1e3 * clearance:.1f} mm inside obstacle {nearest!r}; "
+            "move the one or the other"
+        )
+    return ShapeReport(clearance, nearest)
+
+
+def _at_rest(scenario: Scenario, key: str, shape: Shape) -> Float64[np.ndarray, "n 3"]:
+    # Starts the compiler; nobody who only reads files should wait for it.
+    from lariat.rod import Rod, RodProperties
+    from services.controller.run.goals import GoalMaker
+
+    rope = {k: v for k, v in vars(scenario.rope).items() if k != "node_count"}
+    rod = Rod(RodProperties(**rope), scenario.rope.node_count)
+    goals = GoalMaker(scenario, rod, scenario.grips(scenario.start))
+    # An end that does not rotate keeps the orientation of the start.
+    left, right = goals.held(*scenario.grips(shape))
+    try:
+        return rod.rest(left, right).state.positions
+    except ValueError as error:
+        raise ConfigurationError(f"{key}: {error}") from error

@@ -1,0 +1,47 @@
+"""Records a run on simulated time, with what viewers draw."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from services.recorder.view import View
+from shared import topics
+from shared.recording import Writer
+from shared.scenario import Scenario
+from stack.simulation.simulated_time import Delivery, SimulatedStack
+
+
+class RecorderTap:
+    """Writes every message to one file, and a drawing of each rope that is seen."""
+
+    def __init__(self, path: Path, scenario: Scenario, stack: SimulatedStack) -> None:
+        """Opens the file.
+
+        Raises:
+            OSError: It exists already or cannot be written.
+        """
+        self._writer = Writer(path, scenario, stack.now, {"time": "simulated"})
+        self._view = View(scenario)
+        self._drawings = 0
+
+    def __call__(self, delivery: Delivery) -> None:
+        """Takes one message."""
+        self._writer.write(
+            delivery.topic,
+            delivery.payload,
+            delivery.publisher,
+            delivery.sequence,
+            delivery.received,
+        )
+        self._view.take(delivery.key, delivery.payload)
+        if delivery.key == topics.ROPE_NODES.key:
+            drawing = self._view.draw(delivery.received)
+            payload = drawing.SerializeToString(deterministic=True)
+            self._writer.write(
+                topics.VIEW_SCENE, payload, "recorder-0", self._drawings, delivery.received
+            )
+            self._drawings += 1
+
+    def close(self) -> None:
+        """Ends the file."""
+        self._writer.close()

@@ -1,0 +1,40 @@
+"""What a person reads about the arms."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from cli.arm import each_in_words
+from cli.check import arm_starts
+from shared.cr5.installation import kinematics_of
+from shared.messages import ArmState, ArmStates
+from shared.scenario import load
+
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+
+
+def test_arm_that_is_not_heard_says_why_and_a_fixed_end_says_nothing() -> None:
+    states = ArmStates(
+        arms=[
+            ArmState(arm="left", driver="fixed"),
+            ArmState(arm="right", driver="cr5", alarms=["192.168.5.1:29999: connection refused"]),
+        ]
+    )
+    (line,) = each_in_words(states)
+    assert line == "right (cr5): not heard, 192.168.5.1:29999: connection refused"
+    states.arms[1].mode, states.arms[1].link_rate = "idle", 125.0
+    states.arms[1].tracking_error = 0.012
+    assert "idle, heard at 125 Hz, 12 mm off its path" in next(each_in_words(states))
+
+
+def test_joints_to_jog_to_put_the_grip_at_the_start() -> None:
+    cell = load(SCENARIOS / "two-arms.toml")
+    starts = arm_starts(cell)
+    for side, grip in zip(("left", "right"), cell.grips(cell.start), strict=True):
+        kinematics = kinematics_of(cell.end(side))
+        flange = kinematics.flange(np.radians(starts[side]))
+        reached = kinematics.grip_of_flange(flange)
+        np.testing.assert_allclose(reached.position, grip.position, atol=3e-4)
+    assert arm_starts(load(SCENARIOS / "three-cylinders.toml")) == {}

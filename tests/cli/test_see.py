@@ -1,0 +1,67 @@
+"""`lariat see` reads a picture, and a picture with depth, from files."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from cli.__main__ import main
+from lariat.geometry import poses
+from tests.services.perception.rgbd.test_segmentation import GREY, ORANGE, taken
+from tests.services.perception.scenes import CAMERA, curve
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    frame = taken(ORANGE, GREY, seed=2)
+    i = CAMERA.intrinsics
+    cv2.imwrite(str(tmp_path / "rope.png"), frame.color[..., ::-1])
+    cv2.imwrite(str(tmp_path / "depth.png"), frame.depth)
+    known = {"fx": i.fx, "fy": i.fy, "cx": i.cx, "cy": i.cy}
+    (tmp_path / "k.json").write_text(json.dumps(known))
+    return tmp_path
+
+
+def test_lines_are_drawn_over_the_picture(folder: Path, capsys: pytest.CaptureFixture) -> None:
+    assert main(["see", str(folder / "rope.png"), "--out", str(folder / "seen.png")]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    seen = cv2.imread(str(folder / "seen.png"))
+    assert seen is not None
+    for column, row in np.rint(answer["lines"][0][5:-5:10]).astype(int):
+        assert seen[row, column].tolist() == [255, 0, 255]
+
+
+def test_nodes_with_depth_are_in_the_cameras_frame(
+    folder: Path, capsys: pytest.CaptureFixture
+) -> None:
+    options = ["--depth", str(folder / "depth.png"), "--camera", str(folder / "k.json")]
+    options += ["--length", "0.45", "--diameter", "0.008", "--nodes", "30"]
+    assert main(["see", str(folder / "rope.png"), *options]) == 0
+    nodes = np.array(json.loads(capsys.readouterr().out)["nodes"])
+    T = CAMERA.T_world_camera
+    world = T.position + poses.rotate(T.orientation, nodes)
+    # Nobody says which end is the left one.
+    truth = min(curve(2), curve(2)[::-1], key=lambda c: np.linalg.norm(c[0] - world[0]))
+    assert np.mean(np.linalg.norm(world - truth, axis=1)) < 4e-3
+
+
+def test_depth_alone_is_refused(folder: Path) -> None:
+    assert main(["see", str(folder / "rope.png"), "--depth", str(folder / "depth.png")]) == 2
+
+
+def test_pictures_of_any_kind_are_read(folder: Path, capsys: pytest.CaptureFixture) -> None:
+    picture = cv2.imread(str(folder / "rope.png"))
+    assert picture is not None
+    # Twelve bits in sixteen, grey: brightness alone tells an orange rope from a grey table.
+    grey = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
+    cv2.imwrite(str(folder / "grey.png"), grey.astype(np.uint16) * 16)
+    assert main(["see", str(folder / "grey.png")]) == 0
+    assert len(json.loads(capsys.readouterr().out)["lines"][0]) > 100
+    assert main(["see", str(folder / "k.json")]) == 2
+    cv2.imwrite(str(folder / "small.png"), picture[:9, :9])
+    assert main(["see", str(folder / "small.png")]) == 2
+    assert "9 x 9 pixels" in capsys.readouterr().err

@@ -1,0 +1,166 @@
+"""What the launcher does with processes that die, freeze or outlive it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, suppress
+from pathlib import Path
+
+import pytest
+
+from shared import topics
+from shared.messages import ProcessState, TaskRequest
+from tests.shared.cell import Cell, until
+
+
+class Stack:
+    """A launcher with its processes, and the test's ear on it."""
+
+    def __init__(self, cell: Cell, folder: Path, *names: str) -> None:
+        self._output = folder / "output"
+        launch = [sys.executable, "-m", "tests.stack.launch", str(cell.port), cell.namespace]
+        with self._output.open("w") as output:
+            self.process = subprocess.Popen(
+                [*launch, *names], stdout=output, stderr=subprocess.STDOUT
+            )
+        bus = cell("test")
+        self.requests = bus.publisher(topics.TASK_REQUEST)
+        self._state = bus.subscribe(topics.STACK_STATE)
+        self._health = bus.subscribe(topics.HEALTH)
+        self.pids: dict[str, int] = {}
+        self._processes: dict[str, ProcessState] = {}
+
+    @property
+    def output(self) -> str:
+        return self._output.read_text()
+
+    def state(self, name: str) -> ProcessState:
+        """The newest that the launcher said of a process."""
+        for _, item in self._state.take():
+            self._processes = {p.service: p for p in item.message.processes}
+        for _, item in self._health.take():
+            self.pids[item.message.service] = item.message.process
+        return self._processes.get(name, ProcessState())
+
+    def until_ready(self, *names: str) -> None:
+        until(lambda: all(self.state(n).state == "ready" and n in self.pids for n in names), 30.0)
+
+    def until_gone(self, seconds: float) -> None:
+        until(lambda: not any(_exists(pid) for pid in self.pids.values()), seconds)
+
+    def close(self) -> None:
+        self.process.kill()
+        self.process.wait()
+        for pid in self.pids.values():
+            with suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+
+
+def _exists(pid: int) -> bool:
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except OSError:
+        return False
+    return state != "Z"
+
+
+@pytest.fixture
+def cell() -> Iterator[Cell]:
+    with ExitStack() as stack:
+        yield Cell(stack, hub=False)
+
+
+@pytest.fixture
+def stack(cell: Cell, tmp_path: Path) -> Iterator[Stack]:
+    stack = Stack(cell, tmp_path, "one", "two")
+    try:
+        stack.until_ready("one", "two")
+        yield stack
+    finally:
+        stack.close()
+
+
+def test_ctrl_c_ends_all_in_order_and_says_so(stack: Stack) -> None:
+    start = time.monotonic()
+    stack.process.send_signal(signal.SIGINT)
+    assert stack.process.wait(timeout=10.0) == 0
+    assert time.monotonic() - start < 3.0
+    stack.until_gone(0.1)
+    assert "all ready" in stack.output
+    assert stack.output.count("closed in order") == 2
+    assert "lariat | stopped in" in stack.output
+
+
+def test_a_killed_process_is_replaced_and_never_arms_by_itself(stack: Stack) -> None:
+    assert "one | ready" in stack.output
+    first = stack.pids["one"]
+    os.kill(first, signal.SIGKILL)
+    until(lambda: stack.state("one").state == "restarting")
+    until(lambda: stack.state("one").state == "ready" and stack.pids["one"] != first)
+    assert (stack.state("one").restarts, stack.state("one").exit_code) == (1, 128 + 9)
+    assert stack.state("two").restarts == 0
+    assert "one | died (killed by SIGKILL); restarting in 0.25 s" in stack.output
+    command = Path(f"/proc/{stack.pids['one']}/cmdline").read_bytes().split(b"\0")
+    assert b"--restarted" in command
+
+
+def test_three_deaths_end_the_stack_with_the_exit_code_of_the_last(stack: Stack) -> None:
+    until(lambda: stack.requests.heard)
+    for count in range(3):
+        until(lambda n=count: stack.state("two").restarts == n, 20.0)
+        stack.until_ready("two")
+        os.kill(stack.pids["two"], signal.SIGKILL)
+        until(lambda n=count: stack.state("two").restarts > n or n == 2, 20.0)
+    assert stack.process.wait(timeout=10.0) == 128 + 9
+    stack.until_gone(0.1)
+    assert "died (killed by SIGKILL), 3 times within 60 s: giving up" in stack.output
+
+
+def test_a_frozen_process_is_shown_and_so_is_its_return(stack: Stack) -> None:
+    os.kill(stack.pids["two"], signal.SIGSTOP)
+    until(lambda: stack.state("two").state == "frozen", 5.0)
+    assert "two | frozen: no health for" in stack.output
+    os.kill(stack.pids["two"], signal.SIGCONT)
+    until(lambda: stack.state("two").state == "ready")
+    assert "two | answers again" in stack.output
+    assert stack.state("two").restarts == 0
+
+
+def test_a_frozen_process_does_not_outlive_ctrl_c(stack: Stack) -> None:
+    os.kill(stack.pids["two"], signal.SIGSTOP)
+    start = time.monotonic()
+    stack.process.send_signal(signal.SIGINT)
+    assert stack.process.wait(timeout=10.0) == 0
+    assert time.monotonic() - start < 3.0
+    stack.until_gone(0.1)
+    assert "two | does not end; killed" in stack.output
+
+
+def test_a_killed_launcher_leaves_nothing_behind(stack: Stack) -> None:
+    os.kill(stack.pids["two"], signal.SIGSTOP)
+    stack.process.kill()
+    stack.until_gone(2.0)
+
+
+def test_an_error_of_its_own_ends_a_process_and_not_the_stack(stack: Stack) -> None:
+    until(lambda: stack.requests.heard)
+    stack.requests.put(TaskRequest(id="now", key="crash"))
+    until(lambda: stack.state("one").restarts == stack.state("two").restarts == 1, 20.0)
+    stack.until_ready("one", "two")
+    assert "RuntimeError: asked to by now" in stack.output
+    assert stack.state("one").exit_code == 70
+
+
+def test_bad_input_of_a_service_ends_the_stack_at_once_with_2(cell: Cell, tmp_path: Path) -> None:
+    stack = Stack(cell, tmp_path, "one", "two:refuse")
+    try:
+        assert stack.process.wait(timeout=20.0) == 2
+        assert "two | beacon: rope.colour" in stack.output
+        assert "restarting" not in stack.output
+    finally:
+        stack.close()

@@ -1,0 +1,42 @@
+import numpy as np
+import pytest
+
+from lariat.geometry.obstacles import (
+    TABLE,
+    Obstacle,
+    chain_clearance,
+    segment_distance,
+    signed_distance,
+)
+
+BODIES = [
+    Obstacle("box", (0.01, 0.0, 0.0), (0.8, 0.6, 0.0, 0.0), size=(0.1, 0.05, 0.07)),
+    Obstacle("cylinder", (0.0, 0.02, 0.0), (0.8, 0.0, 0.6, 0.0), radius=0.03, height=0.1),
+    Obstacle("sphere", (0.0, 0.0, 0.0), radius=0.05),
+    Obstacle("capsule", (0.0, 0.0, 0.01), radius=0.03, height=0.1),
+    TABLE,
+]
+
+
+def test_distances_are_those_of_the_shapes():
+    upright = Obstacle("cylinder", (0.0, 0.0, 0.08), radius=0.03, height=0.16)
+    points = np.array([[0.05, 0.0, 0.08], [0.0, 0.0, 0.2], [0.0, 0.0, 0.08], [0.06, 0.0, 0.20]])
+    assert signed_distance(points, upright) == pytest.approx([0.02, 0.04, -0.03, 0.05])
+
+
+@pytest.mark.parametrize("body", BODIES, ids=lambda b: b.shape)
+def test_a_segment_is_as_near_as_its_nearest_point(body: Obstacle):
+    rng = np.random.default_rng(0)
+    starts = rng.normal(size=(50, 3)) * 0.1
+    ends = starts + rng.normal(size=(50, 3)) * 0.05
+    fractions = np.linspace(0.0, 1.0, 5001)[:, None, None]
+    dense = np.min(signed_distance(starts + fractions * (ends - starts), body), axis=0)
+    assert segment_distance(starts, ends, body) == pytest.approx(dense, abs=2e-5)
+
+
+def test_a_chain_is_as_near_as_its_nearest_segment():
+    rng = np.random.default_rng(1)
+    nodes = np.cumsum(rng.normal(size=(40, 3)) * 0.02, axis=0)
+    expected = min(np.min(segment_distance(nodes[:-1], nodes[1:], b)) for b in BODIES)
+    assert chain_clearance(nodes, 0.004, BODIES) == pytest.approx(expected - 0.004, abs=1e-9)
+    assert chain_clearance(nodes, 0.004, []) == np.inf

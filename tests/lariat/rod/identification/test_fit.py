@@ -1,0 +1,51 @@
+"""A material is found from motion."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lariat.rod.identification import (
+    Finding,
+    cannot_tell,
+    findings,
+    identify,
+    predict,
+    unknown_rope,
+)
+from tests.lariat.rod.identification.ropes import CURVED, STIFFNESS, TRUE, recorded
+
+NOISE = 3e-4
+
+
+def named(found: list[Finding], name: str) -> Finding:
+    return next(f for f in found if f.name == name)
+
+
+@pytest.mark.parametrize(("right", "factor"), [("clamped", 10.0), ("clamped", 0.1), ("free", 1.0)])
+def test_stiffness_is_found_from_any_start(right: str, factor: float) -> None:
+    seen = recorded(CURVED, frames=90, right=right, noise=NOISE)
+    start = unknown_rope()
+    start = start.with_stiffness(factor * STIFFNESS * start.linear_density)
+    fit = identify(seen, start)
+    stiffness = named(findings(fit), "stiffness")
+    assert abs(stiffness.value - STIFFNESS) < max(3.0 * stiffness.standard_deviation, 1e-3)
+    assert stiffness.standard_deviation < 0.5 * STIFFNESS
+    unseen = recorded(CURVED, sequences=1, frames=120, right=right, noise=NOISE, seed=5)
+    assert np.mean(predict(unseen, fit.properties, fit.length_scale).scores) < 3e-3
+
+
+def test_what_motion_hides_is_said() -> None:
+    fit = identify(recorded(sequences=1, frames=60, right="free", noise=NOISE))
+    found = findings(fit)
+    assert not named(found, "twist_ratio").known
+    said = " ".join(cannot_tell(fit))
+    assert "Mass" in said
+    assert "Twist ratio" in said
+    assert "Mass" not in " ".join(cannot_tell(fit, weighed=True))
+    assert TRUE.linear_density == pytest.approx(unknown_rope().linear_density)
+
+
+def test_motion_that_is_too_short_is_refused() -> None:
+    with pytest.raises(ValueError, match="too few to fit to"):
+        identify(recorded(sequences=1, frames=30), seconds=0.05)

@@ -1,0 +1,53 @@
+"""What is not a motion is refused by name."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lariat.rod.identification import motion
+
+GOOD = np.zeros((2, 20, 8, 3))
+GOOD[..., 0] = np.arange(8) * 0.1
+HELD = np.array([0, 1, 6, 7])
+
+
+def bent(index: tuple[int, ...], value: float) -> np.ndarray:
+    changed = GOOD.copy()
+    changed[index] = value
+    return changed
+
+
+@pytest.mark.parametrize(
+    ("vertices", "dt", "held", "words"),
+    [
+        (GOOD[0], 0.01, HELD, r"vertices must be \(sequences"),
+        (GOOD[..., :2], 0.01, HELD, "got shape"),
+        (GOOD[:, :4], 0.01, HELD, "at least 1 sequence of 10 frames"),
+        (bent((1, 7, 3, 2), np.nan), 0.01, HELD, r"vertices\[1, 7, 3\] is"),
+        (bent((0, 5, 4, 0), 0.3), 0.01, HELD, "vertices 3 and 4 of sequence 0 coincide"),
+        (1000.0 * GOOD, 0.01, HELD, "are vertices in metres"),
+        (GOOD, 0.0, HELD, "dt must be between"),
+        (GOOD, [0.01, 0.02], HELD, "dt must be one number"),
+        (GOOD, 0.01, np.array([], dtype=int), "prescribed is empty"),
+        (GOOD, 0.01, np.array([0, 1, 8]), "within 0 and 7"),
+        (GOOD, 0.01, np.array([0, 3, 7]), "held in the middle"),
+        (GOOD, 0.01, np.array([3]), "held in the middle"),
+        (GOOD, 0.01, np.arange(8), "nothing is left to predict"),
+        (GOOD, 0.01, np.array([0.5, 1.0]), "row of vertex indices"),
+        (GOOD.astype(str), 0.01, HELD, "must be numbers"),
+    ],
+)
+def test_bad_motion_is_named(vertices: object, dt: object, held: object, words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        motion(vertices, dt, held)
+
+
+@pytest.mark.parametrize(
+    ("held", "ends"),
+    [([0, 1, 6, 7], (2, 2)), ([0, -1], (1, 1)), ([7, 6], (0, 2)), ([0, 1, 2, 7], (3, 1))],
+)
+def test_held_runs_are_counted_from_both_ends(held: list[int], ends: tuple[int, int]) -> None:
+    found = motion(GOOD, 0.01, np.array(held))
+    assert (found.left, found.right) == ends
+    assert found.free.sum() == 8 - len(held)

@@ -1,0 +1,59 @@
+"""What data say, next to what was believed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lariat.rod.identification import posterior
+
+RANDOM = np.random.default_rng(0)
+SLOPES = RANDOM.normal(size=(40, 3, 2))
+TRUE = np.array([0.3, -0.2])
+NOISE = 0.05
+FREE = np.array([True, True])
+
+
+def solved(residuals: np.ndarray) -> np.ndarray:
+    x = np.zeros(2)
+    for _ in range(20):
+        found = posterior.evidence(residuals - SLOPES @ x, SLOPES, NOISE, 1.0)
+        x = x + posterior.step(found, FREE)
+    return x
+
+
+def test_bad_points_pull_little() -> None:
+    residuals = SLOPES @ TRUE + NOISE * RANDOM.normal(size=(40, 3))
+    clean = solved(residuals)
+    residuals[:4] += 100.0 * NOISE
+    assert np.max(np.abs(clean - TRUE)) < 0.02
+    assert np.max(np.abs(solved(residuals) - clean)) < 0.03
+
+
+def test_pull_is_the_slope_of_the_loss() -> None:
+    residuals = SLOPES @ TRUE + NOISE * RANDOM.normal(size=(40, 3))
+    found = posterior.evidence(residuals, SLOPES, NOISE, 0.1)
+    h = 1e-6
+    for p in range(2):
+        dx = h * np.eye(2)[p]
+        costs = [posterior.loss(residuals - sign * SLOPES @ dx, NOISE, 0.1) for sign in (1.0, -1.0)]
+        np.testing.assert_allclose((costs[1] - costs[0]) / (2.0 * h), found.pull[p], rtol=1e-5)
+
+
+def test_standard_deviations_are_what_repeated_experiments_scatter() -> None:
+    answers, claimed = [], []
+    for _ in range(200):
+        residuals = SLOPES @ TRUE + NOISE * RANDOM.normal(size=(40, 3))
+        answers.append(solved(residuals))
+        found = posterior.evidence(residuals - SLOPES @ answers[-1], SLOPES, NOISE, 1.0)
+        claimed.append(np.sqrt(np.diag(posterior.covariance(found, [], FREE))))
+    ratio = np.std(answers, axis=0) / np.mean(claimed, axis=0)
+    assert np.all((ratio > 0.6) & (ratio < 1.4))
+
+
+def test_clusters_that_disagree_widen_the_answer() -> None:
+    found = posterior.evidence(SLOPES @ TRUE, SLOPES, NOISE, 1.0)
+    alike = [found, found]
+    apart = [posterior.Evidence(found.information, found.pull * sign, 0.0) for sign in (2.0, -2.0)]
+    narrow = posterior.covariance(found, alike, FREE)
+    wide = posterior.covariance(found, apart, FREE)
+    assert np.all(np.diag(wide) > 2.0 * np.diag(narrow))

@@ -1,0 +1,59 @@
+"""A rod in the place of a measured rope."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lariat.rod.identification import Motion, predict
+from lariat.rod.identification.fit import linearized, unknown_rope
+from lariat.rod.identification.material import Material
+from lariat.rod.identification.rod_twin import Replica
+from tests.lariat.rod.identification.ropes import STIFFNESS, TRUE, recorded
+
+
+def mirrored(motion: Motion) -> Motion:
+    return Motion(motion.vertices[:, :, ::-1], motion.dt, motion.right, motion.left)
+
+
+@pytest.mark.parametrize("right", ["clamped", "free"])
+def test_true_material_predicts_the_motion(right: str) -> None:
+    motion = recorded(frames=100, right=right)
+    assert np.mean(predict(motion, TRUE, 1.0).scores) < 1e-3
+    soft = TRUE.with_stiffness(TRUE.bending_stiffness / 5.0)
+    assert np.mean(predict(motion, soft, 1.0).scores) > 3e-3
+
+
+def test_mirrored_motion_is_predicted_alike() -> None:
+    motion = recorded(sequences=1, frames=40, right="free")
+    there = predict(motion, TRUE, 1.0).vertices
+    back = predict(mirrored(motion), TRUE, 1.0).vertices[:, :, ::-1]
+    np.testing.assert_allclose(back, there, atol=1e-9)
+    measured = motion.vertices[:, :, ~motion.free]
+    np.testing.assert_array_equal(there[:, :, ~motion.free], measured)
+
+
+def test_slopes_are_those_of_differences(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("lariat.rod.identification.rod_twin.TOLERANCE", 1e-10)
+    replica = Replica(recorded(sequences=1, frames=40))
+    believed = replace(unknown_rope(), length=replica.rod_length(1.0)).with_stiffness(
+        STIFFNESS * unknown_rope().linear_density
+    )
+    material = Material(believed, profile_knots=3, curvature_knots=2)
+    x = 0.1 * np.random.default_rng(1).normal(size=material.count)
+    windows = replica.windows(30)
+    free = np.ones(material.count, dtype=bool)
+    _, slopes = linearized(replica, material, x, windows, free)
+    for name, place in material.groups.items():
+        # The length's slope is a difference too, to one side.
+        bound = 2e-2 if name == "length" else 1e-5
+        for p in range(place.start, place.stop):
+            there, back = (x + h * np.eye(material.count)[p] for h in (1e-5, -1e-5))
+            ahead, behind = (
+                replica.predicted(material.properties(y), windows) for y in (there, back)
+            )
+            difference = (ahead - behind) / 2e-5
+            error = np.linalg.norm(slopes[..., p] - difference) / np.linalg.norm(difference)
+            assert error < bound, name

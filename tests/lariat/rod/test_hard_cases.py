@@ -1,0 +1,36 @@
+"""Rods in trouble, by the cases of `lariat bench rod --part hard`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.rod import hard
+from lariat.rod import Rod, RodProperties
+
+
+def test_yanked_and_overlapped_rods_end_well() -> None:
+    found = hard.measured(60)
+    assert found["finite"] == 60
+    assert found["silently_wrong"] == 0
+    assert found["gave_up"] <= 1
+
+
+def test_a_rod_that_an_obstacle_caught_says_so() -> None:
+    rod = Rod(RodProperties(0.45, 0.008, 0.044, 1e6), 10, tolerance=1e-7)
+    state = rod.straight([0.0, 0.0, 0.3], [1.0, 0.0, 0.3])
+    assert rod.rollout(state, np.zeros((2, 2, 6)), 0.01).trouble is None
+    actions = np.zeros((10, 2, 6))
+    actions[:, 1, 0] = 0.5
+    overstretched = rod.rollout(state, actions, 0.01)
+    assert "off its length" in str(overstretched.trouble)
+
+
+def test_ends_further_apart_than_the_rod_is_long_are_refused() -> None:
+    rod = Rod(RodProperties(0.45, 0.008, 0.044, 1e6), 10)
+    state = rod.straight([0.0, 0.0, 0.3], [1.0, 0.0, 0.3])
+    far = replace(state, positions=2.0 * state.positions)
+    with pytest.raises(ValueError, match=r"apart but the rod is 0\.45 m long"):
+        rod.rollout(far, np.zeros((1, 2, 6)), 0.01)

@@ -1,0 +1,125 @@
+"""Adaptation finds the material, and knows how well."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lariat.geometry import poses
+from lariat.geometry.poses import Pose
+from lariat.rod import Rod
+from services.controller.estimation.material_filter import Adaptation, Estimated
+from services.controller.estimation.state_estimator import StateEstimate
+from services.controller.mpc.motion import Motion
+from tests.services.controller.cell import COUNT, PROPERTIES, Cell, grips
+
+GOAL = grips((-0.14, 0.05, 0.27), (0.16, 0.02, 0.31))
+
+
+def estimated(adaptation: Adaptation, name: str) -> Estimated:
+    return next(e for e in adaptation.estimates if e.name == name)
+
+
+def with_rope(cell: Cell, **changes: object) -> Cell:
+    """The cell with another true rope."""
+    cell.plant = cell.model.with_properties(replace(cell.plant.properties, **changes))
+    cell.rope = cell.plant.rest(*cell.start).state
+    return cell
+
+
+@pytest.mark.parametrize(("factor", "noise"), [(0.4, 0.0), (3.0, 2e-3)])
+def test_stiffness_is_found_within_what_is_claimed(factor: float, noise: float) -> None:
+    cell = Cell(stiffness_factor=factor, noise=noise, adapts=True)
+    goal = cell.plant.rest(*GOAL).state.positions
+    cell.follow()
+    cell.run(4.0, goal)
+    true = factor * PROPERTIES.bending_stiffness
+    found, deviation = cell.adaptation.bending_stiffness, cell.adaptation.standard_deviation
+    assert deviation < 0.3 * found
+    assert abs(found - true) < max(3.0 * deviation, 0.15 * true)
+    assert cell.error(goal) < 4e-3
+
+
+def test_model_with_the_found_stiffness_needs_no_offset() -> None:
+    offsets = []
+    for adapts in (False, True):
+        cell = Cell(stiffness_factor=4.0, adapts=adapts)
+        goal = cell.plant.rest(*GOAL).state.positions
+        cell.follow()
+        cell.run(3.0, goal)
+        offsets.append(abs(cell.estimate.offset).mean())
+    assert offsets[1] < 0.2 * offsets[0]
+
+
+def test_uneven_stiffness_and_length_are_told_apart() -> None:
+    cell = with_rope(Cell(adapts=True), stiffness_profile=(1.5, 1.0, 0.67), length=0.453)
+    cell.follow()
+    cell.run(3.0, cell.plant.rest(*GOAL).state.positions)
+    found = [estimated(cell.adaptation, f"stiffness_profile_{k}") for k in (1, 2, 3)]
+    assert all(f.known for f in found)
+    ratio = found[0].value / found[2].value
+    assert ratio == pytest.approx(1.5 / 0.67, rel=0.2)
+    length = estimated(cell.adaptation, "length")
+    assert abs(length.value - 0.453) < 3.0 * length.standard_deviation < 5e-3
+
+
+def test_what_was_not_seen_stays_as_it_was_given() -> None:
+    adaptation = Adaptation(PROPERTIES)
+    cell = Cell()
+    hidden = np.zeros(len(cell.rope.positions), dtype=bool)
+    far = cell.rope.positions + 0.05
+    change = adaptation.look(cell.estimate, cell.now, far, np.zeros(len(far)), hidden)
+    assert change is None
+    for e in adaptation.estimates:
+        assert not e.known, e.name
+    assert adaptation.bending_stiffness == pytest.approx(PROPERTIES.bending_stiffness)
+    assert estimated(adaptation, "length").value == pytest.approx(PROPERTIES.length)
+
+
+def test_one_bad_frame_moves_little() -> None:
+    cell = Cell()
+    adaptation = Adaptation(PROPERTIES)
+    seen = cell.estimate.state.positions
+    sigma, observed = np.full(len(seen), 1e-3), np.ones(len(seen), dtype=bool)
+    now = cell.now
+    for _ in range(10):
+        adaptation.look(cell.estimate, now, seen, sigma, observed)
+        now += 500_000_000
+    before = adaptation.bending_stiffness
+    bad = seen + np.linspace(0.0, 0.1, len(seen))[:, None]
+    adaptation.look(cell.estimate, now, bad, sigma, observed)
+    assert abs(np.log(adaptation.bending_stiffness / before)) < 0.2
+
+
+@pytest.mark.parametrize("factor", [0.5, 6.0])
+def test_a_rope_that_hangs_still_tells_its_stiffness_before_it_is_moved(factor: float) -> None:
+    given = replace(PROPERTIES, youngs_modulus=1e6)
+    model = Rod(given, COUNT)
+    left, right = grips((-0.14, 0.0, 0.3), (0.14, 0.03, 0.32))
+    tilted = poses.multiply(poses.exponential(np.array([0.4, -0.3, 0.5])), left.orientation)
+    held = Pose(left.position, tilted), right
+    plant = model.with_properties(replace(given, youngs_modulus=1e6 * factor))
+    rope = plant.rest(*held).state.positions
+    arm, now = Motion.at_rest(*held), 1_000_000_000
+    estimate, adaptation = StateEstimate(model, arm, now), Adaptation(given)
+    random = np.random.default_rng(0)
+    sigma, observed = np.full(COUNT, 2e-3), np.ones(COUNT, dtype=bool)
+    for _ in range(40):
+        now += 40_000_000
+        estimate.advance(arm, now)
+        seen = rope + sigma[:, None] * random.normal(size=rope.shape)
+        estimate.observe(now, seen, sigma, observed)
+        change = adaptation.look(estimate, now, seen, sigma, observed)
+        if change is not None and adaptation.standing:
+            estimate.rests_as(model.with_properties(adaptation.properties))
+    assert adaptation.settled
+    assert abs(np.log(adaptation.bending_stiffness / plant.properties.bending_stiffness)) < 0.3
+    assert np.linalg.norm(estimate.state.positions - rope, axis=1).mean() < 1e-3
+    # A shape tells once: what it has told is not told again.
+    before = adaptation.properties
+    for _ in range(20):
+        now += 100_000_000
+        adaptation.look(estimate, now, rope, sigma, observed)
+    assert adaptation.properties == before

@@ -1,0 +1,98 @@
+"""Motion keeps its limits whatever is asked."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lariat.geometry import poses
+from lariat.geometry.poses import Pose
+from services.controller.mpc.motion import Bounds, Motion, jerk_towards, stop
+from services.controller.mpc.setpoint_stream import SetpointRow
+from shared.scenario.sections import Limits
+
+DT = 0.02
+REST = Motion.at_rest(
+    Pose(np.array([-0.2, 0.0, 0.3]), poses.IDENTITY),
+    Pose(np.array([0.2, 0.0, 0.3]), poses.IDENTITY),
+)
+
+
+def integrated(motion: Motion, jerk: np.ndarray) -> Motion:
+    v, a = motion.velocity, motion.acceleration
+    return motion.moved(
+        DT * v + DT**2 / 2 * a + DT**3 / 6 * jerk, v + DT * a + DT**2 / 2 * jerk, a + DT * jerk
+    )
+
+
+def norms(vectors: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(0, 10**6), st.integers(1, 40))
+def test_random_wishes_end_at_rest_within_limits(seed: int, count: int) -> None:
+    random = np.random.default_rng(seed)
+    bounds = Bounds.share(Limits(), 1.0)
+    motion = REST
+    motions = [motion]
+    wanted = np.zeros((2, 2, 3))
+    for _ in range(count):
+        if random.random() < 0.3:
+            wanted = random.normal(size=(2, 2, 3)) * 0.5
+        jerk = jerk_towards(
+            motion.velocity, motion.acceleration, wanted, np.zeros_like(wanted), bounds, DT
+        )
+        motion = integrated(motion, jerk)
+        motions.append(motion)
+    motions += stop(motion, bounds, DT)
+    assert motions[-1].resting
+    speeds = np.array([norms(m.velocity) for m in motions])
+    accelerations = np.array([norms(m.acceleration) for m in motions])
+    jerks = norms(np.diff([m.acceleration for m in motions], axis=0)) / DT
+    assert (speeds <= 1.02 * bounds.speed).all()
+    assert (accelerations <= 1.001 * bounds.acceleration).all()
+    assert (jerks <= 1.001 * bounds.jerk).all()
+    # The points alone, as the gateway sees them.
+    points = np.array([m.positions for m in motions])
+    third = np.linalg.norm(np.diff(points, n=3, axis=0), axis=-1) / DT**3
+    assert (third <= 1.001 * Limits().jerk).all()
+
+
+def test_velocity_is_reached_without_overshoot() -> None:
+    bounds = Bounds.share(Limits(), 1.0)
+    wanted = np.zeros((2, 2, 3))
+    wanted[:, 0, 0] = 0.3
+    motion = REST
+    speeds = []
+    for _ in range(30):
+        motion = integrated(
+            motion,
+            jerk_towards(motion.velocity, motion.acceleration, wanted, 0.0 * wanted, bounds, DT),
+        )
+        speeds.append(motion.velocity[0, 0, 0])
+    assert max(speeds) < 0.303
+    assert abs(speeds[-1] - 0.3) < 1e-3
+    assert speeds[12] > 0.28
+
+
+def test_every_chunk_repeats_the_points_before_its_decision() -> None:
+    dt = 20_000_000
+    row = SetpointRow(REST, 0, dt, Bounds.share(Limits(), 0.7))
+    wanted = np.full((2, 2, 3), 0.05)
+    motions = [REST]
+    for _ in range(5):
+        last = motions[-1]
+        jerk = jerk_towards(last.velocity, last.acceleration, wanted, 0.0 * wanted, row.bounds, DT)
+        motions.append(integrated(last, jerk))
+    commit = row.index_at(30_000_000)
+    first = row.extended(commit, motions[1:])
+    second = row.extended(commit + 1, [])
+    assert second.t0 - first.t0 == dt
+    assert all(a is b for a, b in zip(first.motions[1:], second.motions, strict=False))
+    assert first.motions[-1].resting
+    assert (len(first.motions) - 1) * DT >= 0.25
+    halfway = row.motion_at(row.time_of(commit + 2) + dt // 2).positions
+    ends = [row.motion(commit + k).positions for k in (2, 3)]
+    assert np.all((halfway - ends[0]) * (halfway - ends[1]) < 0.0)

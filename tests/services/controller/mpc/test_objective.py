@@ -1,0 +1,33 @@
+"""The slope of the objective is that of its cost."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lariat.geometry.obstacles import Obstacle
+from services.controller.mpc.objective import LeastSquares, Surroundings, least_squares
+
+HORIZON, COUNT, VARIABLES = 3, 9, 4
+POST = Obstacle("sphere", (0.02, 0.03, 0.0), radius=0.02, name="post")
+CRATE = Obstacle("sphere", (-0.25, 0.02, 0.01), radius=0.015, name="crate")
+AROUND = Surroundings((POST,), 0.012, 0.004, 0.44, 0.45, (POST, CRATE), 0.05, 0.05)
+
+
+def test_slope_is_that_of_the_cost_of_all_terms() -> None:
+    random = np.random.default_rng(0)
+    line = np.stack([np.linspace(-0.2, 0.2, COUNT), *np.zeros((2, COUNT))], axis=1)
+    nodes = line + 0.005 * random.normal(size=(HORIZON, 1, 3))
+    slopes = random.normal(size=(HORIZON, COUNT, 3, VARIABLES))
+    # A clamped edge keeps its length.
+    slopes[:, 1, 0], slopes[:, -2, 0] = slopes[:, 0, 0], slopes[:, -1, 0]
+    goal = nodes + 0.01 * random.normal(size=nodes.shape)
+
+    def at(change: np.ndarray) -> LeastSquares:
+        moved = nodes + slopes @ change
+        return least_squares(moved, moved, slopes, goal, AROUND, 0.05)
+
+    here = at(np.zeros(VARIABLES))
+    assert set(here.cost) == {"tracking", "calm", "obstacles", "grippers"}
+    assert min(here.cost.values()) > 0.0
+    measured = [(at(d).total - at(-d).total) / 2e-7 for d in 1e-7 * np.eye(VARIABLES)]
+    assert np.allclose(2.0 * here.slope, measured, rtol=1e-4)

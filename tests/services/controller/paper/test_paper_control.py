@@ -1,0 +1,124 @@
+"""The paper's methods lower their own objective."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lariat.rod import Rod
+from lariat.rod.xpbd import XpbdProperties, XpbdRod
+from services.controller.mpc.gauss_newton import Horizon
+from services.controller.mpc.motion import Bounds
+from services.controller.mpc.objective import Surroundings
+from services.controller.paper.paper_control import PaperMethod
+from services.controller.paper.policies import Actions, Network, Policy
+from shared.scenario.sections import Limits, PaperControl
+from tests.services.controller.cell import COUNT, PROPERTIES, grips
+
+RODS: dict[str, Rod | XpbdRod] = {
+    "direct": Rod(PROPERTIES, COUNT),
+    "xpbd": XpbdRod(XpbdProperties(0.45, 0.008), COUNT),
+}
+
+
+@pytest.mark.parametrize("solver", RODS)
+@pytest.mark.parametrize("name", ["actions", "network"])
+def test_training_in_a_horizon_lowers_the_objective(name: str, solver: str) -> None:
+    settings = PaperControl()
+    moves = np.zeros((2, 6), dtype=bool)
+    moves[:, :3] = True
+    policy: Policy = Actions(settings.horizon, 6)
+    if name == "network":
+        policy = Network(COUNT, 6, settings.learning_rate, seed=0)
+    method = PaperMethod(policy, settings, moves, Bounds.share(Limits(), 1.0))
+    rod = RODS[solver]
+    state = rod.rest(*grips((-0.19, 0.0, 0.3), (0.19, 0.0, 0.3))).state
+    goal = rod.rest(*grips((-0.16, 0.1, 0.25), (0.18, 0.1, 0.3))).state.positions
+    still = np.zeros((settings.horizon, 2, 6))
+    horizon = Horizon(
+        state,
+        np.zeros_like(goal),
+        still,
+        np.repeat(goal[None], settings.horizon, axis=0),
+        np.zeros((2, 2, 3)),
+        np.zeros((2, 6)),
+        np.zeros((2, 6), dtype=bool),
+    )
+    surroundings = Surroundings((), 0.01, 0.004, 0.44)
+    standing = np.linalg.norm(state.positions - goal, axis=1).sum()
+    plans = [method.plan(rod, horizon, surroundings) for _ in range(2)]
+    total = sum(plans[-1].cost.values())
+    assert total < standing
+    assert plans[-1].cost["error"] < 0.99 * standing
+
+
+class _Outwards:
+    """Pulls the ends apart as fast as it can, and learns nothing."""
+
+    def begin(self, passed: int) -> None:
+        pass
+
+    def velocities(self, nodes: np.ndarray, goal: np.ndarray) -> np.ndarray:
+        return np.tile([-9.0, 0.0, 1.0, 9.0, 0.0, 1.0], (len(nodes), 1))
+
+    def learn(self, slope: np.ndarray) -> None:
+        pass
+
+
+@pytest.mark.parametrize("held", [None, 0])
+def test_ends_stay_within_reach_whatever_was_learnt(held: int | None) -> None:
+    settings = PaperControl(optimizer_steps=1)
+    moves = np.zeros((2, 6), dtype=bool)
+    moves[:, :3] = True
+    policy = _Outwards()
+    if held is not None:
+        moves[held] = False
+        policy.velocities = lambda nodes, goal: np.tile([9.0, 0.0, 1.0], (len(nodes), 1))
+    method = PaperMethod(policy, settings, moves, Bounds.share(Limits(), 1.0))
+    rod = RODS["direct"]
+    state = rod.rest(*grips((-0.19, 0.0, 0.3), (0.19, 0.0, 0.3))).state
+    still = np.zeros((settings.horizon, 2, 6))
+    apart = []
+    for _ in range(30):
+        goal = np.repeat(state.positions[None], settings.horizon, axis=0)
+        nothing = np.zeros((2, 6))
+        horizon = Horizon(
+            state, 0.0 * goal[0], still, goal, np.zeros((2, 2, 3)), nothing, nothing > 0.0
+        )
+        plan = method.plan(rod, horizon, Surroundings((), 0.01, 0.004, 0.44))
+        speeds = np.linalg.norm(plan.velocities[:, :, 0], axis=2)
+        assert speeds.max() <= Limits().speed + 1e-12
+        actions = plan.velocities.reshape(-1, 2, 6)
+        rolled = rod.rollout(state, actions, settings.time_step)
+        apart += np.linalg.norm(rolled.positions[:, -1] - rolled.positions[:, 0], axis=1).tolist()
+        state = rolled.final
+    assert max(apart) < 0.44 + 1e-9
+    assert apart[-1] > 0.4399
+
+
+def test_the_network_learns_what_torch_itself_would_learn() -> None:
+    import torch
+
+    network = Network(4, 6, 1e-3, seed=3)
+    layers = torch.nn.Sequential(
+        torch.nn.Linear(24, 256),
+        torch.nn.ReLU(),
+        torch.nn.Linear(256, 256),
+        torch.nn.ReLU(),
+        torch.nn.Linear(256, 6),
+    )
+    with torch.no_grad():
+        for own, theirs in zip(network.layers, layers.parameters(), strict=True):
+            theirs.copy_(own)
+    adam = torch.optim.Adam(layers.parameters(), lr=1e-3)
+    random = np.random.default_rng(0)
+    goal = random.normal(size=(4, 3))
+    for _ in range(3):
+        nodes, slope = random.normal(size=(5, 4, 3)), random.normal(size=(5, 6))
+        seen = np.concatenate([nodes.reshape(5, 12), np.tile(goal.ravel(), (5, 1))], axis=1)
+        outputs = layers(torch.from_numpy(seen).float())
+        assert np.allclose(network.velocities(nodes, goal), outputs.detach().numpy(), atol=1e-5)
+        adam.zero_grad()
+        outputs.backward(torch.from_numpy(slope).float())
+        adam.step()
+        network.learn(slope)

@@ -1,0 +1,38 @@
+"""The paper's rod predicts where a scenario asks for it, and says where it cannot."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from lariat.rod.xpbd import XpbdRod
+from services.controller.paper.adaptation import PaperAdaptation
+from services.controller.service import build
+from shared.configuration import ConfigurationError
+from shared.scenario import load
+from shared.scenario.sections import End, Ends, PaperControl
+
+SCENARIO = load(Path(__file__).parents[3] / "scenarios" / "three-cylinders.toml")
+
+
+def test_a_controller_of_the_papers_rod_warms_up_and_adapts_its_five_parameters() -> None:
+    paper = PaperControl(bending_compliance=0.002, iterations=7, optimizer_steps=2)
+    control = replace(SCENARIO.control, solver="xpbd", method="network", adapt=True, paper=paper)
+    service = build(replace(SCENARIO, control=control), "session")
+    rod = service.estimate.rod
+    assert isinstance(rod, XpbdRod)
+    assert (rod.properties.bending_compliance, rod.iterations) == (0.002, 7)
+    assert isinstance(service.adaptation, PaperAdaptation)
+    service.warm_up()
+
+
+def test_what_the_papers_rod_cannot_do_is_refused() -> None:
+    control = replace(SCENARIO.control, solver="xpbd")
+    with pytest.raises(ConfigurationError, match="gives no sensitivities to method 'gauss_newton'"):
+        build(replace(SCENARIO, control=control), "session")
+    control = replace(control, method="network", adapt=True)
+    turning = replace(SCENARIO, control=control, ends=Ends(right=End(rotates=True)))
+    with pytest.raises(ConfigurationError, match="whose ends do not rotate"):
+        build(turning, "session")

@@ -1,0 +1,91 @@
+"""Pictures of unknown cameras: the rope's colour is found, its centre lines are sub-pixel."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from jaxtyping import Float64
+
+from lariat.geometry import polylines
+from services.perception.image import detector
+from services.perception.rgbd.segmentation import Color
+from tests.services.perception.pictures import Look, photographed, winding
+from tests.services.perception.rgbd.test_segmentation import GREY, ORANGE, WOOD, taken
+from tests.services.perception.scenes import CAMERA, curve
+
+WHITE: Color = (235, 235, 230)
+
+
+def away(lines: list[np.ndarray], nodes: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "k"]:
+    """Distance of every found pixel from the true axis [pixels]."""
+    truth, _ = CAMERA.project(polylines.resampled(nodes, 1500))
+    found = np.concatenate(lines)
+    return np.min(np.linalg.norm(found[:, None] - truth[None], axis=2), axis=1)
+
+
+@pytest.mark.parametrize(
+    ("rope", "table"), [(ORANGE, GREY), (WHITE, (40, 60, 110)), ((30, 60, 150), WOOD)]
+)
+def test_colour_and_centre_line_are_found_in_a_picture(rope: Color, table: Color) -> None:
+    picture = taken(rope, table, seed=3).color
+    read = detector.read(picture)
+    # A headlight dims the flanks of a rope and never brightens it.
+    assert np.max(np.abs(np.subtract(read.color, rope))) < 60
+    error = away([line.pixels for line in read.lines], curve(3))
+    assert np.median(error) < 0.3
+    assert np.percentile(error, 95) < 1.0
+    along = sum(polylines.length(line.pixels) for line in read.lines)
+    assert along == pytest.approx(polylines.length(CAMERA.project(curve(3))[0]), rel=0.06)
+
+
+def test_a_given_colour_picks_one_of_two_ropes() -> None:
+    one, other = taken(ORANGE, GREY, seed=3).color, taken((40, 60, 160), GREY, seed=5).color
+    blue = other[..., 2].astype(int) - other[..., 0] > 50
+    picture = np.where(blue[..., None], other, one)
+    read = detector.read(picture, (40, 60, 160))
+    error = away([line.pixels for line in read.lines], curve(5))
+    assert np.percentile(error, 95) < 1.0
+
+
+def test_a_picture_without_a_rope_is_refused() -> None:
+    with pytest.raises(ValueError, match="long, thin"):
+        detector.read(np.full((240, 320, 3), 120, np.uint8))
+
+
+@pytest.mark.parametrize(
+    ("rope", "table", "shape"),
+    [
+        (Look((225, 225, 220)), "wood", 1),
+        (Look((225, 225, 220)), "grey", 2),
+        (Look((28, 28, 30), width=6.0), "print", 3),
+        (Look((190, 35, 40), (225, 225, 220)), "cloth", 4),
+        (Look((30, 60, 160), width=30.0), "tiles", 5),
+    ],
+)
+def test_a_glossy_cable_is_followed_over_any_table(rope: Look, table: str, shape: int) -> None:
+    axis = winding(shape)
+    picture = photographed(axis, rope, table, shape)
+    for read in (detector.read(picture), detector.read(picture, rope.color)):
+        found = np.concatenate([line.pixels for line in read.lines])
+        gap = np.linalg.norm(found[:, None] - axis[None, ::4], axis=2)
+        # Light falls from one side: the dark one of a bright cable may look like the table.
+        assert np.percentile(np.min(gap, axis=1), 98) < 0.25 * rope.width + 1.0
+        assert np.mean(np.min(gap, axis=0) < 0.25 * rope.width + 1.0) > 0.95
+
+
+def test_two_cables_of_two_colours_are_two_ropes() -> None:
+    red, black = winding(6), winding(7)
+    picture = photographed(red, Look((190, 35, 40)), "white", 6)
+    picture = photographed(black, Look((230, 200, 40)), "wood", 7, over=picture)
+    read = detector.read(picture)
+    seen = [line.pixels for rope in (read, *read.others) for line in rope.lines]
+    for axis in (red, black):
+        gap = np.linalg.norm(np.concatenate(seen)[:, None] - axis[None, ::8], axis=2)
+        assert np.mean(np.min(gap, axis=0) < 4.0) > 0.9
+
+
+def test_a_shadow_alone_is_called_one() -> None:
+    axis = winding(8)
+    shadow = photographed(axis, None, "white", 8)
+    assert detector.read(shadow).shadow > 0.8
+    assert detector.read(photographed(axis, Look((28, 28, 30)), "white", 8)).shadow < 0.3

@@ -1,0 +1,73 @@
+"""Depth that is off as a whole is measured on the table and taken off."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lariat.geometry import poses
+from lariat.geometry.cameras import Camera
+from lariat.geometry.obstacles import TABLE, Obstacle
+from lariat.geometry.poses import Pose
+from lariat.rod import RodProperties
+from services.perception.rgbd.centerline import CenterlineEstimator
+from services.perception.rgbd.depth_bias import DepthBias
+from services.perception.tracking.rope_tracker import Tracker
+from services.sim.camera.camera import SensorNoise
+from tests.services.perception.scenes import CAMERA, ROPE, curve, grips, taken
+
+BELIEVED = RodProperties(ROPE.length, 2.0 * ROPE.radius, 0.044, 1e6)
+
+
+def moved(camera: Camera, shift: tuple[float, float, float]) -> Camera:
+    pose = camera.T_world_camera
+    return replace(camera, T_world_camera=Pose(pose.position + np.array(shift), pose.orientation))
+
+
+@pytest.mark.parametrize(
+    ("bias", "camera"), [(0.005, CAMERA), (-0.008, CAMERA), (0.0, moved(CAMERA, (0.0, 0.0, 0.006)))]
+)
+def test_the_rope_is_seen_where_it_is_although_depth_is_off(bias: float, camera: Camera) -> None:
+    nodes = curve(4)
+    frame = taken(nodes, camera=camera, noise=SensorNoise(depth_bias=bias))
+    errors = []
+    for planes in ((), (TABLE,)):
+        tracker = Tracker(CenterlineEstimator(CAMERA, ROPE), BELIEVED, planes)
+        found = tracker.follow(frame.color, frame.depth, *grips(nodes), 0)
+        errors.append(float(np.mean(np.linalg.norm(found.positions - nodes, axis=1))))
+    assert errors[0] > 3e-3
+    assert errors[1] < 1.5e-3
+
+
+def test_right_depth_is_left_as_it_is() -> None:
+    bias = DepthBias(CAMERA, (TABLE,))
+    for frame in range(5):
+        assert bias.look(taken(curve(4), frame=frame).depth) == 0.0
+
+
+def test_a_board_on_the_table_is_not_the_table() -> None:
+    thin, thick = (
+        Obstacle("box", (0.0, 0.0, height / 2.0), size=(2.0, 2.0, height))
+        for height in (0.008, 0.02)
+    )
+    depth = taken(curve(4), (thin,)).depth
+    assert DepthBias(CAMERA, (TABLE,)).look(depth) == pytest.approx(-0.008, abs=5e-4)
+    # Known, or thicker than any bias.
+    assert DepthBias(CAMERA, (TABLE, thin)).look(depth) == 0.0
+    assert DepthBias(CAMERA, (TABLE,)).look(taken(curve(4), (thick,)).depth) == 0.0
+
+
+def test_what_is_no_bias_is_not_taken_off() -> None:
+    tilted = Pose(
+        CAMERA.T_world_camera.position,
+        poses.multiply(
+            poses.exponential(np.radians([0.0, 2.0, 0.0])), CAMERA.T_world_camera.orientation
+        ),
+    )
+    depth = taken(curve(4), camera=replace(CAMERA, T_world_camera=tilted)).depth
+    assert DepthBias(CAMERA, (TABLE,)).look(depth) == 0.0
+    # Nothing known lies in view, or nothing is measured at all.
+    assert DepthBias(CAMERA, ()).look(depth) == 0.0
+    assert DepthBias(CAMERA, (TABLE,)).look(np.zeros_like(depth)) == 0.0

@@ -1,0 +1,34 @@
+from __future__ import annotations
+
+from services.robot_gateway.drivers.cr5.link_quality import LinkQuality
+
+TICK = 8_000_000
+
+
+def test_rate_and_longest_gap_are_those_of_the_last_second() -> None:
+    quality = LinkQuality()
+    heard, now = None, 0
+    for k in range(500):
+        now = k * TICK
+        # Ten packets are missing in the second second, and none after that.
+        if not 200 <= k < 210:
+            heard = now
+        quality.take(heard, now)
+        if k == 190:
+            assert quality.rate(now) in (125.0, 126.0)
+            assert abs(quality.gap(now) - 0.008) < 1e-9
+        if k == 230:
+            assert quality.rate(now) in (115.0, 116.0)
+            assert abs(quality.gap(now) - 0.088) < 1e-9
+    assert quality.rate(now) in (125.0, 126.0)
+    assert abs(quality.gap(now) - 0.008) < 1e-9
+
+
+def test_an_arm_that_falls_silent_shows_a_growing_gap() -> None:
+    quality = LinkQuality()
+    assert (quality.rate(0), quality.gap(0)) == (0.0, 0.0)
+    quality.take(TICK, TICK)
+    for k in range(2, 300):
+        quality.take(TICK, k * TICK)
+    assert quality.rate(299 * TICK) == 0.0
+    assert abs(quality.gap(299 * TICK) - 298 * 0.008) < 1e-9

@@ -1,0 +1,66 @@
+"""The table of causes is what people read and what the code does."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from lariat.trajectory.limits import Rule
+from services.robot_gateway.safety.state_machine import Rejected, Safety
+from services.robot_gateway.safety.stop_causes import CAUSES, markdown
+
+PAGE = Path(__file__).parents[4] / "docs" / "safety.md"
+MOVING = Safety("boot-1", "moving", "", "following", session="writer")
+
+
+def test_page_shows_the_table() -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    shown = text.partition("<!-- causes -->")[2].partition("<!-- /causes -->")[0].strip()
+    assert shown == markdown(), (
+        "paste services.robot_gateway.safety.stop_causes.markdown() between the marks"
+    )
+
+
+def test_page_explains_every_rule() -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    for rule in Rule.__args__:
+        assert f"| `{rule}` |" in text, rule
+
+
+@pytest.mark.parametrize("cause", [c for c in CAUSES if CAUSES[c].stop == "jerk-limited"])
+def test_what_a_cause_says_of_resuming_holds(cause: str) -> None:
+    if CAUSES[cause].resumes == "after arming":
+        return
+    stopped = MOVING.stopped(cause, "for a test")
+    waits = CAUSES[cause].resumes == "after acknowledgement"
+    assert stopped.needs_acknowledgement is waits
+    assert stopped.may_move is not waits
+    assert (stopped.moving(True).mode == "moving") is not waits
+    if waits:
+        assert stopped.acknowledged().may_move
+        with pytest.raises(Rejected, match="disarm or acknowledge"):
+            stopped.armed()
+    else:
+        with pytest.raises(Rejected, match="nothing to acknowledge"):
+            stopped.acknowledged()
+
+
+def test_a_weaker_cause_never_replaces_a_stronger_one() -> None:
+    fault = MOVING.stopped("alarm", "alarm 117")
+    for cause in ("silence", "writer_holds", "person"):
+        assert fault.stopped(cause, "later") == fault
+    held = MOVING.stopped("person", "held")
+    assert held.stopped("writer_holds", "paused") == held
+    assert held.stopped("lost_link", "gone").mode == "fault"
+    disarmed = held.disarmed()
+    assert disarmed.stopped("alarm", "late").mode == "disarmed"
+
+
+def test_nothing_but_arming_leaves_disarmed() -> None:
+    disarmed = Safety("boot-1")
+    assert disarmed.written("writer") == disarmed
+    assert disarmed.moving(True) == disarmed
+    with pytest.raises(Rejected):
+        disarmed.acknowledged()
+    assert disarmed.armed().mode == "armed"

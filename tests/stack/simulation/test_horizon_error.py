@@ -1,0 +1,35 @@
+"""What horizons foresaw is weighed by the true rope, while it moves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from shared.messages import Plan
+from stack.simulation.horizon_error import Foresight
+
+NODES = np.stack([np.linspace(0.0, 0.4, 9), np.zeros(9), np.zeros(9)], axis=1)
+FRAME = 33_000_000
+
+
+def foresight(speed: float, off: float) -> Foresight:
+    """Of a rope that rises at `speed` [m/s], foreseen `off` [m] beside where it will be."""
+    found = Foresight()
+    ahead, count = 50_000_000, 5
+    for k in range(30):
+        now = k * FRAME
+        ends = [now + (j + 1) * ahead for j in range(count)]
+        chains = [NODES + np.array([0.0, off, speed * end * 1e-9]) for end in ends]
+        found.take_plan(
+            Plan(stamp=ends[0], dt=ahead, node_count=9, nodes=np.concatenate(chains).ravel())
+        )
+        found.take_rope(now, NODES + np.array([0.0, 0.0, speed * now * 1e-9]))
+    return found
+
+
+def test_error_is_the_distance_at_the_end_of_the_horizon() -> None:
+    assert foresight(0.3, 0.003).error == pytest.approx(0.003, rel=1e-6)
+
+
+def test_rope_at_rest_tells_nothing() -> None:
+    assert foresight(0.0, 0.003).error is None

@@ -136,8 +136,8 @@ def _help() -> str:
         f"{verbs}\n\n"
         "`lariat VERB --help` explains one. --json answers with one JSON object on standard\n"
         "output. Exit codes: 0 success, 1 an honest failure, 2 bad input.\n\n"
-        "  lariat up scenarios/three-cylinders.toml\n"
-        "  lariat run scenarios/three-cylinders.toml --json\n"
+        "  lariat up three-cylinders\n"
+        "  lariat run three-cylinders --json\n"
         "  lariat start"
     )
 

@@ -15,11 +15,11 @@ def main(scenario: tyro.conf.Positional[Path], /, json: bool = False) -> int:
     """Read a scenario, let the rope hang at its start and goal, and say what is wrong.
 
     Examples:
-      lariat check scenarios/three-cylinders.toml
+      lariat check three-cylinders
       lariat check my-cell.toml --json
 
     Args:
-        scenario: The scenario's TOML file.
+        scenario: The scenario's TOML file, or the short name of a shipped one.
         json: Answer with one JSON object on standard output.
 
     Returns:

@@ -29,12 +29,13 @@ def main(
     """Set the goal: a scenario's, a chain of nodes, or the rope at rest between two grips.
 
     Examples:
-      lariat goal scenarios/three-cylinders.toml
+      lariat goal three-cylinders
       lariat goal shape.csv
       lariat goal --line -0.17 0.15 0.22 0.17 0.15 0.24
 
     Args:
-        file: A scenario (its goal is taken) or a CSV of x, y, z [m] in each row, left end first.
+        file: A scenario's file or short name (its goal is taken), or a CSV of x, y, z [m] in each
+            row, left end first.
         line: x, y, z of the left and of the right grip [m]; the rope hangs at rest between them.
         json: Answer with one JSON object on standard output.
         cell: Which stack.
@@ -51,7 +52,8 @@ def main(
 
 def _scenario(file: Path | None, line: Coordinates | None) -> Scenario:
     """One with the wanted goal; what else it says does not matter."""
-    if file and file.suffix == ".toml":
+    named = file is not None and not file.suffix and not file.is_file()
+    if file and (named or file.suffix == ".toml"):
         return load(file)
     if file:
         shape = Shape(nodes=file.name)

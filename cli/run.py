@@ -41,12 +41,12 @@ def main(
     """Run a scenario on simulated time, without a screen and as fast as the machine can.
 
     Examples:
-      lariat run scenarios/three-cylinders.toml
-      lariat run scenarios/three-cylinders.toml --set sensing.source=truth --json
-      lariat run scenarios/three-cylinders.toml --record run.mcap --stop-when-reached
+      lariat run three-cylinders
+      lariat run three-cylinders --set sensing.source=truth --json
+      lariat run three-cylinders --record run.mcap --stop-when-reached
 
     Args:
-        scenario: The scenario's TOML file.
+        scenario: The scenario's TOML file, or the short name of a shipped one.
         record: Write everything that is said to this MCAP file, which must not exist.
         json: Answer with one JSON object on standard output.
         stop_when_reached: End as soon as the controller says that the goal is reached.

@@ -15,7 +15,7 @@ import tyro
 from shared import bus as buses
 from shared.bus import BusOptions
 from shared.configuration import ConfigurationError
-from shared.scenario import SIDES, Scenario, load
+from shared.scenario import SIDES, Scenario, find, load
 from shared.scenario.sections import End
 from stack import installation, services
 from stack.launcher.console import LineHandler, Lines
@@ -38,7 +38,7 @@ NICENESS = {
 
 
 def main(
-    scenario: Annotated[Path, tyro.conf.Positional] = Path("scenarios/three-cylinders.toml"),
+    scenario: Annotated[Path, tyro.conf.Positional] = Path("three-cylinders"),
     /,
     port: int = 7447,
     dashboard_port: int = 8080,
@@ -50,16 +50,17 @@ def main(
 
     Examples:
       lariat up
-      lariat up scenarios/fixed-end.toml --dashboard-port 9000
+      lariat up fixed-end --dashboard-port 9000
 
     Args:
-        scenario: The TOML file.
+        scenario: A scenario's TOML file, or the short name of a shipped one.
         port: Where the bus's hub listens, on 127.0.0.1.
         dashboard_port: Where the dashboard's page is, on 127.0.0.1.
         namespace: Name of the cell on the bus.
         dashboard: Whether to serve the dashboard.
         record: Whether to record every run to recordings/.
     """
+    scenario = find(scenario)
     cell = load(scenario)
     parts = [*services.NAMES, *["dashboard"] * dashboard, *["recorder"] * record]
     installation.check(cell, parts)

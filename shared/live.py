@@ -24,7 +24,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
-from importlib import metadata
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -40,6 +39,7 @@ from shared.logs import BusHandler, to_standard_error
 from shared.messages import Trace
 from shared.scenario import Scenario, load
 from shared.service import SECOND, Mailbox, Service
+from shared.version import version
 
 log = logging.getLogger(__name__)
 
@@ -52,7 +52,8 @@ _COLLECT_PERIOD = 5 * SECOND
 class LiveOptions(BusOptions):
     """What every service takes on its command line."""
 
-    scenario: Path = Path("scenarios/three-cylinders.toml")
+    scenario: Path = Path("three-cylinders")
+    """A scenario's TOML file, or the short name of a shipped one."""
     restarted: bool = False
     """This replaces a process that died: nothing is armed without a person."""
     heartbeat: Path | None = None
@@ -203,7 +204,7 @@ class Runner:
         health.stamp = now
         health.boot = self._session
         health.process = os.getpid()
-        health.version = metadata.version("lariat")
+        health.version = version()
         health.drops = self._mailbox.drops + sum(s.lost for s in self._subscriptions)
         if self._everything:
             health.drops += self._everything.lost

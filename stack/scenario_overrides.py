@@ -19,7 +19,7 @@ def load_with(path: Path, settings: Sequence[str], seed: int | None = None) -> S
     """A scenario file with some of its values replaced.
 
     Args:
-        path: The file.
+        path: The file, or the short name of a shipped scenario.
         settings: Each "dotted.key=value"; the value is TOML, or a text without quotes.
         seed: Replaces the file's.
 

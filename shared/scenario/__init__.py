@@ -14,6 +14,7 @@ from shared.configuration import ConfigurationError, read
 from shared.scenario.checks import check
 from shared.scenario.scenario import Scenario
 from shared.scenario.sections import SIDES, Event, Obstacle, Rope, Shape, Side
+from shared.scenario.shipped import find
 
 __all__ = [
     "SIDES",
@@ -24,6 +25,7 @@ __all__ = [
     "Scenario",
     "Shape",
     "Side",
+    "find",
     "load",
     "parse",
 ]
@@ -32,10 +34,13 @@ __all__ = [
 def load(path: Path | str) -> Scenario:
     """The scenario of a file, checked.
 
+    Args:
+        path: The file, or the short name of a shipped scenario (see `find`).
+
     Raises:
         ConfigurationError: One line that names what is wrong, its value and the way out.
     """
-    path = Path(path)
+    path = find(path)
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:

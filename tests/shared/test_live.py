@@ -16,6 +16,7 @@ from shared import live, topics
 from shared.bus import Bus
 from shared.health import HealthMeter
 from shared.messages import Health, TaskRequest
+from shared.scenario.shipped import shipped_names
 from tests.shared.cell import Cell, until
 
 MODULE = "tests.shared.beacon"
@@ -148,13 +149,13 @@ def test_an_error_in_a_step_is_logged_and_ends_the_process_with_70(cell: Cell) -
         (
             ("--build", "library"),
             2,
-            "beacon: mujoco is not installed; install it with: pip install 'lariat[beacon]'\n",
+            "beacon: mujoco is not installed; pip install 'lariat-stack[beacon]' brings it\n",
         ),
         (
             ("--scenario", "none.toml"),
             2,
-            "beacon: cannot read scenario none.toml: [Errno 2] No such file or directory: "
-            "'none.toml'\n",
+            "beacon: cannot read scenario none.toml: no such file; shipped scenarios: "
+            f"{', '.join(shipped_names())}\n",
         ),
     ],
 )

@@ -1,0 +1,37 @@
+"""Scenario files by short names: `three-cylinders` stands for `scenarios/three-cylinders.toml`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from shared.configuration import ConfigurationError
+
+SHIPPED_FOLDER = Path(__file__).parents[2] / "scenarios"
+"""Scenarios that come with Lariat, in a clone and in images alike."""
+
+
+def shipped_names() -> tuple[str, ...]:
+    """Names of the scenarios that come with Lariat, in alphabetical order."""
+    return tuple(sorted(path.stem for path in SHIPPED_FOLDER.glob("*.toml")))
+
+
+def find(name_or_path: Path | str) -> Path:
+    """The file of a scenario that is given by its path or by its short name.
+
+    Args:
+        name_or_path: An existing file, or the name of a shipped scenario with or without `.toml`.
+
+    Raises:
+        ConfigurationError: There is neither such a file nor such a shipped scenario.
+    """
+    path = Path(name_or_path)
+    if path.is_file():
+        return path
+    is_name = path.name == str(path)
+    shipped = SHIPPED_FOLDER / path.with_suffix(".toml").name
+    if is_name and path.suffix in ("", ".toml") and shipped.is_file():
+        return shipped
+    problem = "it is a folder" if path.is_dir() else "no such file"
+    names = ", ".join(shipped_names())
+    hint = f"; shipped scenarios: {names}" if names else ""
+    raise ConfigurationError(f"cannot read scenario {path}: {problem}{hint}")

@@ -21,8 +21,8 @@ from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from lariat.geometry.obstacles import TABLE, Obstacle
 from lariat.geometry.poses import Pose
 from services.perception.markers.detection import MarkerDetector, SteadyPlacement, placed
-from services.sim.camera.camera import RgbdCamera
 from services.sim.camera.marker_plates import Plate
+from services.sim.camera.rgbd_camera import RgbdCamera
 from services.sim.service import gripper
 
 SIZES = ((640, 480), (1280, 720))

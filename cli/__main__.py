@@ -88,20 +88,21 @@ def _call(target: str, prog: str, arguments: Sequence[str]) -> int:
 
 
 def _bench(arguments: Sequence[str]) -> int:
-    import pkgutil
-
     try:
-        package = importlib.import_module("benchmarks")
+        from benchmarks.benches import BENCHES
     except ModuleNotFoundError:
         return _refuse("there are no benches here; update the installation")
-    names = sorted(m.name for m in pkgutil.iter_modules(package.__path__))
     if not arguments or arguments[0] in ("-h", "--help"):
-        print(f"usage: lariat bench NAME [OPTIONS]\n\nNAME is one of {', '.join(names)}.")
+        benches = "\n".join(f"  {name:12}{bench.summary}" for name, bench in BENCHES.items())
+        print(
+            "usage: lariat bench NAME [OPTIONS]\n\n"
+            f"{benches}\n\n`lariat bench NAME --help` explains one."
+        )
         return SUCCESS if arguments else BAD_INPUT
     name, *rest = arguments
-    if name not in names:
-        return _refuse(f"no bench {name!r}; there are {', '.join(names)}")
-    return _call(f"benchmarks.{name}:run", f"lariat bench {name}", rest)
+    if name not in BENCHES:
+        return _refuse(f"no bench {name!r}; there are {', '.join(BENCHES)}")
+    return _call(f"{BENCHES[name].module}:run", f"lariat bench {name}", rest)
 
 
 def _verb_first(argv: list[str]) -> list[str]:

@@ -11,8 +11,8 @@ from pathlib import Path
 from dashboard import server
 from dashboard.outbox import Outbox
 from dashboard.page import CAMERA_COLOR, READS, Page
-from dashboard.player import Player
-from dashboard.timeline import Moment, Timeline, thinned
+from dashboard.recordings.player import Player
+from dashboard.recordings.timeline import Moment, Timeline, thinned
 from shared.configuration import ConfigurationError
 from shared.recording import Recording
 from shared.service import SECOND

@@ -7,15 +7,17 @@ from collections.abc import Sequence
 import viser
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 
-from dashboard import health, palette, wording
-from dashboard.actions import Actions
-from dashboard.camera_view import CameraView
-from dashboard.controls import ArmControls, RunControls
-from dashboard.goal_editor import GoalEditor
-from dashboard.obstacle_editor import ObstacleEditor
+from dashboard import palette
+from dashboard.action_queue import Actions
+from dashboard.controls import status_text
+from dashboard.controls.run_controls import ArmControls, RunControls
+from dashboard.editors.goal_editor import GoalEditor
+from dashboard.editors.obstacle_editor import ObstacleEditor
 from dashboard.outbox import Complaint, Outbox
-from dashboard.plots import ParameterTable, RunPlots
-from dashboard.scene_view import HIDDEN_AT_FIRST, LAYERS, SceneView, camera_pose
+from dashboard.panels import health_table
+from dashboard.panels.camera_image import CameraView
+from dashboard.panels.run_plots import ParameterTable, RunPlots
+from dashboard.scene.scene_view import HIDDEN_AT_FIRST, LAYERS, SceneView, camera_pose
 from dashboard.server import notify, stop
 from shared import topics
 from shared.messages import (
@@ -163,7 +165,7 @@ class Page:
         arms, arms_age = _latest(inbox, topics.ARM_STATE, now)
         rope, _ = _latest(inbox, topics.ROPE_NODES, now)
         preview, _ = _latest(inbox, topics.TASK_GOAL_PREVIEW, now)
-        self._run.update(wording.headline(task, task_age, arms, rope), task)
+        self._run.update(status_text.headline(task, task_age, arms, rope), task)
         self._arms.update(arms, arms_age)
         self._goal.update(task, preview, now)
         self._draw_scene(inbox, rope, arms)
@@ -224,10 +226,10 @@ class Page:
                 states[name] = (message, age)
         stack, _ = _latest(inbox, topics.STACK_STATE, now)
         record, _ = _latest(inbox, topics.RUN_RECORD, now)
-        content = health.table(SERVICES, states, stack)
+        content = health_table.table(SERVICES, states, stack)
         if self._health.content != content:
             self._health.content = content
-        content = health.recorder_html(record)
+        content = health_table.recorder_html(record)
         if self._recorder.content != content:
             self._recorder.content = content
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from benchmarks.paper.algorithm import Run, shape
+from benchmarks.paper.closed_loop import Run, shape
 from benchmarks.paper.goals import Goal, goals, scene, start
 from lariat.rod import Rod
 from lariat.rod.xpbd import XpbdRod

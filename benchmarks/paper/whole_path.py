@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.paper.algorithm import STEP
+from benchmarks.paper.closed_loop import STEP
 from benchmarks.paper.goals import SCENARIO, START, Goal
 from benchmarks.paper.studies import NODES
 from lariat.rod import Rod

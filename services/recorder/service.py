@@ -6,9 +6,9 @@ import logging
 from collections.abc import Iterator
 from typing import Protocol
 
+from services.recorder.foxglove_scene import View
 from services.recorder.options import RecorderOptions
 from services.recorder.run_files import RunFiles
-from services.recorder.view import View
 from shared import topics
 from shared.messages import RecordState, TaskState
 from shared.scenario import Scenario

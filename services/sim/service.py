@@ -16,9 +16,9 @@ from lariat.geometry import poses
 from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
-from services.sim.camera.camera import DARK, RgbdCamera, SensorNoise
 from services.sim.camera.marker_plates import Plate
-from services.sim.placed_obstacles import StandingObstacles
+from services.sim.camera.rgbd_camera import DARK, RgbdCamera, SensorNoise
+from services.sim.marked_obstacles import StandingObstacles
 from services.sim.plants.plant import EndMotion
 from services.sim.world import World
 from shared import topics

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from services.recorder.view import View
+from services.recorder.foxglove_scene import View
 from shared import topics
 from shared.recording import Writer
 from shared.scenario import Scenario

@@ -9,7 +9,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import chain_clearance, signed_distance
-from services.sim.placed_obstacles import StandingObstacles
+from services.sim.marked_obstacles import StandingObstacles
 from shared import topics
 from shared.messages import IDLE, chain, scene_obstacles
 from shared.scenario import Scenario

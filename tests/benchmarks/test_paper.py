@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.paper.speed import reversed_rod
+from benchmarks.paper.gradient_times import reversed_rod
 from benchmarks.paper.studies import Bench, Study
 from lariat.rod.xpbd import XpbdProperties, XpbdRod
 

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dashboard.obstacle_editor import SHAPES, new_obstacle
-from dashboard.obstacle_view import top
+from dashboard.editors.obstacle_editor import SHAPES, new_obstacle
+from dashboard.scene.obstacle_view import top
 from lariat.geometry import obstacles, poses
 from lariat.geometry.obstacles import Obstacle
 

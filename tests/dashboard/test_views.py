@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 
 from dashboard import palette
-from dashboard.camera_view import decoded, draw_rope
-from dashboard.scene_view import VAGUE_SIGMA, camera_pose, certainty_colors
+from dashboard.panels.camera_image import decoded, draw_rope
+from dashboard.scene.scene_view import VAGUE_SIGMA, camera_pose, certainty_colors
 from lariat.geometry.cameras import Camera, Intrinsics
 from shared.messages import NodeChain
 from shared.scenario import load

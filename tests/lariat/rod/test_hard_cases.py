@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.rod import hard
+from benchmarks.rod import hard_cases
 from lariat.rod import Rod, RodProperties
 
 
 def test_yanked_and_overlapped_rods_end_well() -> None:
-    found = hard.measured(60)
+    found = hard_cases.measured(60)
     assert found["finite"] == 60
     assert found["silently_wrong"] == 0
     assert found["gave_up"] <= 1

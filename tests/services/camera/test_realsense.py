@@ -16,7 +16,7 @@ from lariat.geometry.poses import Pose
 from services.camera.service import CameraService
 from services.perception.rgbd.centerline import CenterlineEstimator
 from services.perception.rgbd.images import decoded
-from services.sim.camera.camera import PERFECT, Frame, RgbdCamera
+from services.sim.camera.rgbd_camera import PERFECT, Frame, RgbdCamera
 from shared.configuration import ConfigurationError
 from shared.messages import stamp_of
 from shared.service import Inbox, Publication

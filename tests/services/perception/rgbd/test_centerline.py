@@ -10,7 +10,7 @@ from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.obstacles import TABLE
 from services.perception.rgbd.centerline import CenterlineEstimator
 from services.perception.rgbd.estimate import CenterlineSettings, Estimate, Expected, RopeModel
-from services.sim.camera.camera import RgbdCamera, SensorNoise
+from services.sim.camera.rgbd_camera import RgbdCamera, SensorNoise
 from tests.services.perception.scenes import CAMERA, ROPE, curve, grips, screen, taken
 
 CABLE = RopeModel(length=0.55, radius=0.0025, node_count=40)

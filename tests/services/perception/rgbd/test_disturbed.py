@@ -7,7 +7,7 @@ from jaxtyping import Float64
 
 from services.perception.rgbd.centerline import CenterlineEstimator
 from services.perception.rgbd.estimate import Expected
-from services.sim.camera.camera import Frame
+from services.sim.camera.rgbd_camera import Frame
 from tests.services.perception.scenes import CAMERA, ROPE, curve, grips, taken
 
 BRIGHT = 60

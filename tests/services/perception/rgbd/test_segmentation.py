@@ -11,7 +11,7 @@ from lariat.geometry.obstacles import TABLE
 from services.perception.rgbd.centerline import CenterlineEstimator
 from services.perception.rgbd.estimate import CenterlineSettings
 from services.perception.rgbd.segmentation import Color
-from services.sim.camera.camera import Frame, RgbdCamera
+from services.sim.camera.rgbd_camera import Frame, RgbdCamera
 from shared import topics
 from tests.services.perception.cell import Cell, scenario
 from tests.services.perception.scenes import CAMERA, ROPE, curve, grips

@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks.perception import GRIPPER, MISTAKEN, ROPES
+from benchmarks.perception.bench import GRIPPER, MISTAKEN, ROPES
 from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties
 from services.perception.rgbd.centerline import CenterlineEstimator
 from services.perception.rgbd.estimate import Expected, RopeModel
-from services.sim.camera.camera import RgbdCamera
+from services.sim.camera.rgbd_camera import RgbdCamera
 from services.sim.plants.mujoco_plant import MujocoPlant
 from services.sim.service import gripper
 

@@ -1,0 +1,28 @@
+"""Benches of `lariat bench NAME`: name, module that holds `run`, one line for `--help`."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Bench(NamedTuple):
+    """One entry of `lariat bench --help`."""
+
+    module: str
+    """Module with a function `run`, whose signature is the command line."""
+    summary: str
+
+
+BENCHES: dict[str, Bench] = {
+    "cables": Bench("benchmarks.cables", "stiffness of real cables, from hanging and twisting"),
+    "camera": Bench("benchmarks.camera", "cost of the simulated camera, accuracy of markers"),
+    "faults": Bench("benchmarks.faults", "faults injected into the live stack, and how arms stop"),
+    "goals": Bench("benchmarks.goals.bench", "closed-loop runs to random goals in random scenes"),
+    "horizon": Bench("benchmarks.horizon", "time to plan one horizon, by method"),
+    "live": Bench("benchmarks.live", "step times of the live stack, from a recording"),
+    "paper": Bench("benchmarks.paper.bench", "the paper's simulations, its methods and ours"),
+    "perception": Bench("benchmarks.perception.bench", "accuracy of the perceived rope"),
+    "physics": Bench("benchmarks.physics.bench", "the rod against closed-form solutions"),
+    "real": Bench("benchmarks.real.bench", "the paper's real experiments, with MuJoCo as the lab"),
+    "rod": Bench("benchmarks.rod.bench", "the rod's gradients, speed, robustness and accuracy"),
+}

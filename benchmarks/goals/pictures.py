@@ -1,0 +1,102 @@
+"""Trials as pictures: a failure is easier to understand when it is seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import cv2
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+
+from benchmarks.goals.campaign import Trial
+from lariat.geometry import poses
+from lariat.geometry.obstacles import Obstacle
+
+VIEWS = (("from above", 0, 1), ("from the front", 0, 2), ("from the side", 1, 2))
+
+
+def draw_trial(trial: Trial, path: Path) -> None:
+    """Three views of the rope on its way, with its goal and what surrounds it."""
+    figure, axes = plt.subplots(1, 3, figsize=(15, 5))
+    for axis, (name, first, second) in zip(axes, VIEWS, strict=True):
+        axis.set_title(name)
+        for obstacle in trial.obstacles:
+            _outline(axis, obstacle, first, second)
+        for k, nodes in enumerate(trial.shapes[::2]):
+            shade = str(0.85 - 0.6 * 2 * k / max(len(trial.shapes), 1))
+            axis.plot(nodes[:, first], nodes[:, second], color=shade, linewidth=0.7)
+        for nodes, color in ((trial.goal, "tab:green"), (trial.shapes[-1], "tab:red")):
+            axis.plot(nodes[:, first], nodes[:, second], color=color, linewidth=2.0)
+        points = np.concatenate([trial.goal, *trial.shapes])
+        low, high = points.min(axis=0) - 0.08, points.max(axis=0) + 0.08
+        axis.set_xlim(low[first], high[first])
+        axis.set_ylim(low[second], high[second])
+        axis.set_aspect("equal")
+        axis.set_xlabel(f"{'xyz'[first]} [m]")
+        axis.set_ylabel(f"{'xyz'[second]} [m]")
+    score = trial.score
+    figure.suptitle(
+        f"{score.scenario} {trial.variant}: error {score.final_error_mm} mm, clearance "
+        f"{score.min_clearance_mm} mm; {trial.reason}"
+    )
+    figure.savefig(path, dpi=70, bbox_inches="tight")
+    plt.close(figure)
+
+
+def draw_summary(groups: dict[str, Sequence[Trial]], path: Path) -> None:
+    """Error, clearance and time of every trial, one colour a group."""
+    figure, axes = plt.subplots(1, 3, figsize=(12, 3.6))
+    names = ("error at the end [mm]", "least clearance [mm]", "within tolerance after [s]")
+    for axis, name in zip(axes, names, strict=True):
+        axis.set_xlabel(name)
+        axis.set_ylabel("share of the trials")
+    for label, trials in groups.items():
+        columns = (
+            [t.score.final_error_mm for t in trials],
+            [t.score.min_clearance_mm for t in trials],
+            [t.score.reached_s for t in trials],
+        )
+        for axis, column in zip(axes, columns, strict=True):
+            values = np.sort([v for v in column if v is not None])
+            axis.step(values, np.arange(1, len(values) + 1) / len(trials), label=label)
+    axes[0].set_xscale("log")
+    axes[0].legend(fontsize=8)
+    figure.tight_layout()
+    figure.savefig(path, dpi=80)
+    plt.close(figure)
+
+
+def _outline(axis: Axes, obstacle: Obstacle, first: int, second: int) -> None:
+    """The projection of a body: the hull of points on its surface."""
+    half = obstacle.height / 2.0
+    angle = np.linspace(0.0, 2.0 * np.pi, 25)
+    ring = obstacle.radius * np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
+    match obstacle.shape:
+        case "half_space":
+            return
+        case "box":
+            corners = np.stack(np.meshgrid(*[[-0.5, 0.5]] * 3), axis=-1).reshape(-1, 3)
+            points = corners * np.array(obstacle.size)
+        case "cylinder":
+            points = np.concatenate([ring + _up(z) for z in (-half, half)])
+        case _:
+            ball = [ring * c + _up(obstacle.radius * s) for c, s in _latitudes()]
+            points = np.concatenate([b + _up(z) for b in ball for z in (-half, half)])
+    world = poses.rotate(np.array(obstacle.orientation), points) + np.array(obstacle.position)
+    flat = world[:, (first, second)]
+    hull = cv2.convexHull(flat.astype(np.float32))[:, 0]
+    axis.fill(*hull.T, color="tab:blue", alpha=0.25)
+
+
+def _up(height: float) -> np.ndarray:
+    return np.array([0.0, 0.0, height])
+
+
+def _latitudes() -> list[tuple[float, float]]:
+    return [(float(np.cos(a)), float(np.sin(a))) for a in np.linspace(-np.pi / 2, np.pi / 2, 9)]

@@ -1,0 +1,139 @@
+"""Gradients the paper's way against ours: one horizon's roll-out and gradient, side by side.
+
+n = 40, H = 5 steps of 10 ms, J as given, translating clamped ends, nothing in the way; the same
+state, actions and slope for all. CPU time, kernels and all, the best of several.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+from jaxtyping import Float64
+
+from benchmarks.paper.closed_loop import horizon_of
+from benchmarks.paper.goals import LEVEL, Goal, scene, start
+from lariat.geometry.poses import Pose
+from lariat.rod import Rod, RodState
+from lariat.rod.launch import taichi_runtime
+from lariat.rod.xpbd import XpbdRod
+from services.controller.mpc.gauss_newton import GaussNewton
+from services.controller.mpc.motion import Bounds
+from services.controller.mpc.objective import Surroundings, Weights
+from shared.scenario.sections import Control, Limits
+
+HORIZON, DT = 5, 0.01
+ADAM = 30
+"""Gradients that a horizon of the paper takes, its I."""
+
+
+def compare(xpbd: XpbdRod, direct: Rod) -> dict[str, float]:
+    """Times of the three ways [ms], how long their kernels took to come, and ratios."""
+    random = np.random.default_rng(0)
+    actions = np.zeros((HORIZON, 2, 6))
+    actions[:, :, :3] = 0.1 * random.normal(size=(HORIZON, 2, 3))
+    slope = random.normal(size=(HORIZON, xpbd.node_count, 3))
+    state, other = start(xpbd), start(direct)
+    begun = time.process_time()
+    reverse = reversed_rod(xpbd, state, actions, slope)
+    found = reverse()
+    compiled = time.process_time() - begun
+    adjoint = xpbd.gradient(state, actions, DT, d_cost_d_positions=slope)
+    exact = adjoint.actions[:, :, :3]
+    disagreement = float(np.linalg.norm(found - exact) / np.linalg.norm(exact))
+
+    def by_adjoint() -> None:
+        xpbd.gradient(state, actions, DT, d_cost_d_positions=slope)
+
+    def by_implicit_function() -> None:
+        direct.gradient(other, actions, DT, parameters=(), d_cost_d_positions=slope)
+
+    by_implicit_function()
+    times = {
+        "reverse": _best(reverse, 5),
+        "adjoint": _best(by_adjoint, 200),
+        "direct": _best(by_implicit_function, 200),
+        "gauss_newton": _best(_planned(direct, other), 50),
+    }
+    whole = ADAM * times["reverse"]
+    return {
+        "xpbd by Taichi's reverse mode [ms]": times["reverse"],
+        "xpbd by its adjoint [ms]": times["adjoint"],
+        "direct by its adjoint [ms]": times["direct"],
+        "a horizon of 30 by Taichi's reverse mode [ms]": whole,
+        "a horizon planned by gauss_newton through direct [ms]": times["gauss_newton"],
+        "reverse mode / xpbd's adjoint": times["reverse"] / times["adjoint"],
+        "reverse mode / direct": times["reverse"] / times["direct"],
+        "horizon by reverse mode / by gauss_newton": whole / times["gauss_newton"],
+        "relative disagreement of reverse mode and adjoint": disagreement,
+        "first run of reverse mode [s]": compiled,
+    }
+
+
+def reversed_rod(
+    rod: XpbdRod,
+    state: RodState,
+    actions: Float64[np.ndarray, "H 2 6"],
+    slope: Float64[np.ndarray, "H n 3"],
+) -> Callable[[], Float64[np.ndarray, "H 2 3"]]:
+    """A call that rolls out and takes the gradient in the actions by Taichi's reverse mode."""
+    taichi_runtime.start()
+    from benchmarks.paper.kernels.reverse_mode import ReverseRod
+
+    p = rod.properties
+    other = ReverseRod(
+        rod.node_count,
+        rod.iterations,
+        HORIZON,
+        rod.edge_length,
+        DT,
+        p.linear_damping,
+        p.angular_damping,
+    )
+    other.theta.from_numpy(np.array([1.0 / p.mass, 1.0 / p.inertia, p.bending_compliance]))
+    other.actions.from_numpy(actions[:, :, :3].copy())
+    other.slope.from_numpy(slope)
+    for field, value in (
+        (other.positions, state.positions),
+        (other.orientations, state.orientations),
+        (other.velocities, state.velocities),
+        (other.turning, state.angular_velocities),
+    ):
+        field.from_numpy(np.repeat(value[None], HORIZON + 1, axis=0))
+
+    def run() -> Float64[np.ndarray, "H 2 3"]:
+        other.run()
+        return other.actions.grad.to_numpy()
+
+    return run
+
+
+def _planned(rod: Rod, state: RodState) -> Callable[[], object]:
+    """A call that plans the controller's own horizon, five steps of 50 ms, to a goal nearby."""
+    control = Control()
+    moves = np.zeros((2, 6), dtype=bool)
+    moves[:, :3] = True
+    method = GaussNewton(
+        moves,
+        control.horizon,
+        control.time_step,
+        control.iterations,
+        Weights(control.speed_weight, control.acceleration_weight),
+        Bounds.share(Limits(), 1.0),
+    )
+    nodes = state.positions + np.array([0.0, 0.02, 0.0])
+    goal = Goal(nodes, Pose(nodes[0], LEVEL), Pose(nodes[-1], LEVEL))
+    horizon = horizon_of(method, state, goal, np.zeros((2, 2, 3)))
+    length = rod.properties.length
+    surroundings = Surroundings(scene(), 0.012, rod.properties.diameter / 2.0, length)
+    return lambda: method.plan(rod, horizon, surroundings)
+
+
+def _best(call: Callable[[], object], count: int) -> float:
+    times = []
+    for _ in range(count):
+        begun = time.process_time()
+        call()
+        times.append(time.process_time() - begun)
+    return 1e3 * min(times)

@@ -1,0 +1,233 @@
+"""Error against time: what a microsecond buys in each solver.
+
+One motion for all: a rope between two clamps, one of which travels and turns about its axis for
+half a second, then stands still for as long. Every solver starts from the shape at rest. The
+reference of each model is its own with the finest steps, so that what is measured is time
+integration and not what the models mean by a rope; at rest all are compared with the converged
+shape of the rod.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.geometry import poses
+from lariat.geometry.poses import Pose
+from lariat.rod import Rod, RodProperties, RodState
+from lariat.rod.integration_schemes import Scheme
+from lariat.rod.xpbd import XpbdProperties, XpbdRod
+from services.sim.plants.mujoco_model import RopeTruth, mjcf
+
+NODES, DT, STEPS = 40, 0.01, 100
+PROPERTIES = RodProperties(0.45, 0.008, 0.044, 1e6, damping=1.0)
+ALONG_X = poses.between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
+LEFT = Pose(np.array([-0.17, 0.0, 0.4]), ALONG_X)
+RIGHT = Pose(np.array([0.17, 0.0, 0.4]), ALONG_X)
+FINE = 100
+"""Sub-steps of a reference: 0.1 ms each."""
+
+Path = Float64[np.ndarray, "H n 3"]
+
+
+@dataclass(frozen=True)
+class Point:
+    """A solver with one setting."""
+
+    solver: str
+    setting: str
+    us: float
+    """Processor time per 10 ms of motion, best of three [us]."""
+    moving_mm: float
+    """Mean node distance from the solver's own fine reference while in motion [mm]."""
+    worst_mm: float
+    """Largest of these [mm]."""
+    rest_mm: float
+    """Mean node distance from the rod at rest, once it has come to rest [mm]."""
+
+
+def actions() -> Float64[np.ndarray, "H 2 6"]:
+    """Of both grips."""
+    t = (np.arange(STEPS) + 0.5) * DT
+    bell = np.where(t < 0.5, np.sin(np.pi * t / 0.5) ** 2, 0.0)
+    moves = np.zeros((STEPS, 2, 6))
+    moves[:, 1] = bell[:, None] * np.array([-0.3, 0.4, 0.2, 6.0, 0.0, 2.0])
+    return moves
+
+
+def points() -> Iterator[Point]:
+    """One by one: the rod's schemes, the paper's solver, MuJoCo, and PyElastica if installed."""
+    rod = Rod(PROPERTIES, NODES, tolerance=1e-7)
+    start = rod.rest(LEFT, RIGHT).state
+    moves = actions()
+    truth = _rolled(Rod(PROPERTIES, NODES, tolerance=1e-10, scheme="sdirk2"), start, moves, FINE)
+    end = _rest_after(rod, start, moves)
+    schemes: tuple[Scheme, ...] = ("euler", "sdirk2")
+    for scheme in schemes:
+        for substeps in (1, 2, 5, 10, 20):
+            solver = Rod(PROPERTIES, NODES, scheme=scheme)
+
+            def ours(solver: Rod = solver, substeps: int = substeps) -> Path:
+                return _rolled(solver, start, moves, substeps)
+
+            settled = Rod(PROPERTIES, NODES).rest(*_final_grips(), guess=start).state.positions
+            yield _point(f"direct {scheme}", f"{substeps}", ours, truth, _mean(settled - end))
+    yield from _paper(start, moves, end)
+    yield from _mujoco(start, moves, end)
+    if importlib.util.find_spec("elastica") is None:
+        yield Point("PyElastica", "not installed", np.nan, np.nan, np.nan, np.nan)
+    else:
+        yield from _elastica(start, moves, end)
+
+
+def _point(solver: str, setting: str, run: Callable[[], Path], truth: Path, rest: float) -> Point:
+    found = run()
+    times = []
+    for _ in range(3):
+        begin = time.process_time()
+        run()
+        times.append(time.process_time() - begin)
+    errors = np.linalg.norm(found - truth, axis=2)
+    return Point(
+        solver,
+        setting,
+        1e6 * min(times) / STEPS,
+        1e3 * float(errors.mean()),
+        1e3 * float(errors.max()),
+        1e3 * rest,
+    )
+
+
+def _mean(offsets: Float64[np.ndarray, "n 3"]) -> float:
+    return float(np.linalg.norm(offsets, axis=1).mean())
+
+
+def _rolled(rod: Rod, start: RodState, moves: Float64[np.ndarray, "H 2 6"], substeps: int) -> Path:
+    return rod.rollout(start, moves, DT, substeps=substeps).positions
+
+
+def _final_grips() -> tuple[Pose, Pose]:
+    moves = actions()
+    q = ALONG_X
+    for omega in moves[:, 1, 3:]:
+        q = poses.multiply(poses.exponential(DT * omega), q)
+    return LEFT, Pose(RIGHT.position + DT * moves[:, 1, :3].sum(0), q)
+
+
+def _rest_after(rod: Rod, start: RodState, moves: Float64[np.ndarray, "H 2 6"]) -> Path:
+    moved = rod.rollout(start, moves, DT, substeps=10).final
+    exact = Rod(PROPERTIES, NODES, tolerance=1e-10)
+    return exact.rest(*_final_grips(), guess=moved).state.positions
+
+
+def _paper(
+    start: RodState, moves: Float64[np.ndarray, "H 2 6"], end: Float64[np.ndarray, "n 3"]
+) -> Iterator[Point]:
+    properties = XpbdProperties.of_material(PROPERTIES, NODES)
+    truth = XpbdRod(properties, NODES, iterations=400).rollout(start, moves, DT, substeps=20)
+    for substeps, sweeps in ((1, 20), (5, 4), (1, 100), (5, 20), (20, 5)):
+        rod = XpbdRod(properties, NODES, iterations=sweeps)
+
+        def run(rod: XpbdRod = rod, substeps: int = substeps) -> Path:
+            return rod.rollout(start, moves, DT, substeps=substeps).positions
+
+        still = rod.rollout(
+            start, np.concatenate([moves, np.zeros((400, 2, 6))]), DT, substeps=substeps
+        )
+        rest = _mean(still.positions[-1] - end)
+        yield _point("xpbd", f"{substeps} x {sweeps}", run, truth.positions, rest)
+
+
+class _Cable:
+    """MuJoCo's elastic cable as the simulator builds it, with a time step of its own."""
+
+    def __init__(self, start: RodState, step: float, damping: float = 1.0) -> None:
+        p = PROPERTIES
+        rope = RopeTruth(
+            p.length,
+            p.diameter,
+            NODES,
+            p.linear_density,
+            p.youngs_modulus,
+            damping=damping,
+        )
+        text = mjcf(rope, [])
+        begin = text.index('timestep="') + len('timestep="')
+        text = text[:begin] + f"{step:.9g}" + text[text.index('"', begin) :]
+        self.model = mujoco.MjModel.from_xml_string(text)
+        self.state = mujoco.MjData(self.model)
+        self.step = step
+        slides = self.model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE
+        self.slides = self.model.jnt_qposadr[slides]
+        dofs = self.model.jnt_dofadr[slides]
+        masses = self.model.body_mass[self.model.dof_bodyid]
+        self.model.dof_damping[dofs] = damping * masses[dofs]
+        self.bodies = self.model.jnt_bodyid[slides][::3]
+        origins = self.model.body_pos[self.bodies]
+        self.state.qpos[self.slides] = (start.positions[2:-2] - origins).ravel()
+        for end, pose in enumerate((LEFT, RIGHT)):
+            self.state.mocap_pos[end], self.state.mocap_quat[end] = pose.position, pose.orientation
+        mujoco.mj_forward(self.model, self.state)
+
+    def run(self, moves: Float64[np.ndarray, "H 2 6"]) -> Path:
+        """Positions after every step; those of the clamped nodes are the grips'."""
+        grips = [[pose.position.copy(), pose.orientation] for pose in (LEFT, RIGHT)]
+        count = round(DT / self.step)
+        path = np.empty((len(moves), NODES, 3))
+        for k, action in enumerate(moves):
+            for _ in range(count):
+                for end, (position, q) in enumerate(grips):
+                    position = position + self.step * action[end, :3]
+                    q = poses.multiply(poses.exponential(self.step * action[end, 3:]), q)
+                    grips[end] = [position, q]
+                    self.state.mocap_pos[end], self.state.mocap_quat[end] = position, q
+                mujoco.mj_step(self.model, self.state)
+            mujoco.mj_kinematics(self.model, self.state)
+            path[k, 2:-2] = self.state.xpos[self.bodies]
+            reach = PROPERTIES.length / (NODES - 1) * np.array([0.0, 0.0, 1.0])
+            (a, qa), (b, qb) = grips
+            path[k, 0], path[k, 1] = a, a + poses.rotate(qa, reach)
+            path[k, -1], path[k, -2] = b, b - poses.rotate(qb, reach)
+        return path
+
+
+def _mujoco(
+    start: RodState, moves: Float64[np.ndarray, "H 2 6"], end: Float64[np.ndarray, "n 3"]
+) -> Iterator[Point]:
+    truth = _Cable(start, DT / FINE).run(moves)
+    for step in (0.01, 0.005, 0.002, 0.001, 0.0005):
+        calm = _Cable(start, step, damping=6.0)
+        still = calm.run(np.concatenate([moves, np.zeros((200, 2, 6))]))[-1]
+
+        def run(step: float = step) -> Path:
+            return _Cable(start, step).run(moves)
+
+        yield _point("MuJoCo", f"{1e3 * step:g} ms", run, truth, _mean(still - end))
+
+
+def _elastica(
+    start: RodState, moves: Float64[np.ndarray, "H 2 6"], end: Float64[np.ndarray, "n 3"]
+) -> Iterator[Point]:
+    from benchmarks.rod.pyelastica import rolled
+
+    grips = [LEFT, RIGHT]
+    # Twice the longest step of each is unstable.
+    for name, stiff, tried in (
+        ("PyElastica", True, (1e-5,)),
+        ("PyElastica, stretch 40 times softer", False, (5e-5, 1e-4)),
+    ):
+        truth = rolled(PROPERTIES, start, grips, moves, DT, 0.5 * tried[0], 1.0, stiff)
+        longer = np.concatenate([moves, np.zeros((200, 2, 6))])
+        for step in tried:
+            still = rolled(PROPERTIES, start, grips, longer, DT, step, 6.0, stiff)[-1]
+
+            def run(step: float = step, stiff: bool = stiff) -> Path:
+                return rolled(PROPERTIES, start, grips, moves, DT, step, 1.0, stiff)
+
+            yield _point(name, f"{1e3 * step:g} ms", run, truth, _mean(still - end))

@@ -1,1 +1,0 @@
-"""Trials: many seeded scenes, each a whole run, and what arms and rope really did in it."""

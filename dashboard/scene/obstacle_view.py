@@ -1,0 +1,111 @@
+"""Obstacles of all shapes in the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import viser
+
+from dashboard import palette
+from dashboard.scene import meshes
+from lariat.geometry import poses
+from lariat.geometry.obstacles import Obstacle
+
+PLANE = 1.6
+"""Drawn side of a half space [m]."""
+
+
+class ObstacleView:
+    """Bodies by name; only what changed is drawn anew."""
+
+    def __init__(self, scene: viser.SceneApi, on_click: Callable[[str], None]) -> None:
+        """Args:
+        on_click: Called with the name of a clicked body, in a thread of the server.
+        """
+        self._scene = scene
+        self._on_click = on_click
+        self._drawn: dict[str, tuple[Obstacle, list[viser.SceneNodeHandle]]] = {}
+        self._labels = True
+
+    def show(self, obstacles: Sequence[Obstacle]) -> None:
+        """Draws exactly these bodies."""
+        names = {o.name for o in obstacles}
+        for name in [n for n in self._drawn if n not in names]:
+            self._erase(name)
+        for obstacle in obstacles:
+            known = self._drawn.get(obstacle.name)
+            if known is None or known[0] != obstacle:
+                self._erase(obstacle.name)
+                self._drawn[obstacle.name] = (obstacle, self._draw(obstacle))
+
+    def label(self, visible: bool) -> None:
+        """Shows or hides the names."""
+        self._labels = visible
+        for _, handles in self._drawn.values():
+            for handle in handles:
+                if isinstance(handle, viser.LabelHandle):
+                    handle.visible = visible
+
+    def _erase(self, name: str) -> None:
+        for handle in self._drawn.pop(name, (None, []))[1]:
+            handle.remove()
+
+    def _draw(self, obstacle: Obstacle) -> list[viser.SceneNodeHandle]:
+        path = f"/obstacles/{obstacle.name}"
+        if obstacle.shape == "half_space":
+            return [self._plane(path, obstacle)]
+        color = palette.SUPPORT if obstacle.support else palette.OBSTACLE
+        place = {"position": obstacle.position, "wxyz": obstacle.orientation}
+        if obstacle.shape == "box":
+            body = self._scene.add_box(path, color=color, dimensions=obstacle.size, **place)
+        else:
+            mesh = (
+                meshes.cylinder(obstacle.radius, obstacle.height)
+                if obstacle.shape == "cylinder"
+                else meshes.capsule(obstacle.radius, obstacle.height)
+            )
+            body = self._scene.add_mesh_simple(path, *mesh, color=color, **place)
+        name = obstacle.name
+        body.on_click(lambda _: self._on_click(name))
+        label = self._scene.add_label(
+            f"/labels/{name}",
+            name,
+            position=np.add(obstacle.position, (0.0, 0.0, top(obstacle) + 0.015)),
+            font_screen_scale=0.8,
+            anchor="bottom-center",
+            visible=self._labels,
+        )
+        return [body, label]
+
+    def _plane(self, path: str, obstacle: Obstacle) -> viser.SceneNodeHandle:
+        normal = poses.rotate(
+            np.array(obstacle.orientation), poses.normalized(np.array(obstacle.normal))
+        )
+        return self._scene.add_grid(
+            path,
+            width=PLANE,
+            height=PLANE,
+            cell_size=0.05,
+            section_size=0.25,
+            cell_color=palette.GRID,
+            section_color=palette.GRID_SECTION,
+            plane_color=palette.TABLE,
+            plane_opacity=0.85,
+            shadow_opacity=0.35,
+            position=obstacle.position,
+            wxyz=poses.between(np.array([0.0, 0.0, 1.0]), normal),
+        )
+
+
+def top(obstacle: Obstacle) -> float:
+    """How far a bounded body rises above its centre [m]."""
+    up = poses.rotate(poses.conjugate(np.array(obstacle.orientation)), np.array([0.0, 0.0, 1.0]))
+    axial, radial = abs(up[2]), np.hypot(up[0], up[1])
+    match obstacle.shape:
+        case "box":
+            return float(np.abs(up) @ np.array(obstacle.size)) / 2.0
+        case "cylinder":
+            return float(axial * obstacle.height / 2.0 + radial * obstacle.radius)
+        case _:
+            return float(axial * obstacle.height / 2.0 + obstacle.radius)

@@ -1,0 +1,80 @@
+"""What the arms really do keeps every bound, whatever the scene: speed, acceleration, distance."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from benchmarks.goals.campaign import Order, one
+from benchmarks.goals.motion_metrics import gripper_clearance
+from benchmarks.goals.scenes import Kind, draw
+from lariat.geometry import poses
+from lariat.geometry.obstacles import Obstacle
+from lariat.geometry.poses import Pose
+from services.robot_gateway.constraints.motion_constraints import FAR, Boundaries, Rules
+from services.robot_gateway.drivers.factory import bodies_of
+from shared.scenario import Scenario, load
+
+BASE = load(Path(__file__).parents[3] / "scenarios" / "three-cylinders.toml")
+KINDS: list[Kind] = ["hard", "boxes", "moving", "new-goal", "rotating"]
+
+
+@pytest.fixture(scope="module")
+def base() -> Scenario:
+    return replace(
+        BASE,
+        rope=replace(BASE.rope, node_count=16),
+        sensing=replace(BASE.sensing, source="truth"),
+        run=replace(BASE.run, time_limit=2.5),
+    )
+
+
+@settings(max_examples=4, deadline=None, derandomize=True)
+@given(st.sampled_from(KINDS), st.integers(0, 1000))
+def test_executed_path_keeps_its_bounds(base: Scenario, kind: Kind, number: int) -> None:
+    trial = one(Order(kind, number, 7, base))
+    limits = base.limits
+    assert trial.speed <= 1.0 + 1e-6
+    assert trial.acceleration <= 1.02
+    assert trial.apart <= limits.overstretch + 1e-3
+    assert trial.gripper_clearance_mm >= 1e3 * limits.keep_out - 0.5
+    assert trial.score.length_error_mm < 2.0
+    assert not trial.touched
+    # It did move.
+    assert trial.speed > 0.1
+
+
+@settings(max_examples=30, deadline=None, derandomize=True)
+@given(st.integers(0, 1000))
+def test_a_gripper_is_judged_by_the_body_that_the_gateway_keeps_out(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    left, right = (
+        Pose(place, poses.normalized(random.normal(size=4)))
+        for place in random.uniform(-0.1, 0.1, size=(2, 3))
+    )
+    post = Obstacle("capsule", (0.2, 0.1, 0.0), radius=0.02, height=0.1, name="post")
+    limits = BASE.limits
+    boundaries = Boundaries(0.45, limits.workspace, bodies_of(BASE), limits.keep_out)
+    rules = Rules(boundaries, [0, 1])
+    rules.replace_obstacles([post])
+    rows = (
+        np.stack([left.position, right.position]),
+        np.stack([left.orientation, right.orientation]),
+    )
+    kept = rules.slacks(rows[0][None], rows[1][None])["keep_out"][0] + limits.keep_out
+    measured = gripper_clearance(left, right, [post], limits)
+    # The gateway's spheres cover the capsule, and stand out by no more than 1.5 mm.
+    assert kept <= measured + 1e-6
+    assert measured < kept + 1.5e-3 or kept - limits.keep_out >= FAR
+
+
+def test_a_scene_is_the_same_for_the_same_number(base: Scenario, tmp_path: Path) -> None:
+    one, same, other = (draw("boxes", k, 3, base, tmp_path) for k in (5, 5, 6))
+    assert one == same
+    assert one.nodes(one.goal) is not None
+    assert one.obstacles != other.obstacles

@@ -1,0 +1,100 @@
+from __future__ import annotations
+
+import pytest
+
+from dashboard import palette
+from dashboard.controls import status_text
+from shared.messages import (
+    FAILED,
+    IDLE,
+    PAUSED,
+    REACHED,
+    RUNNING,
+    ArmState,
+    ArmStates,
+    NodeChain,
+    TaskState,
+)
+
+ARMED = ArmStates(mode=ArmStates.ARMED)
+
+
+def task(state: int, **fields: object) -> TaskState:
+    return TaskState(**{"state": state, "error": 0.0123, "clearance": 0.023, **fields})
+
+
+@pytest.mark.parametrize(
+    ("state", "text"),
+    [
+        (task(IDLE), "Ready: 12.3 mm to go"),
+        (task(RUNNING), "Running: 12.3 mm to go, clearance 23.0 mm"),
+        (task(PAUSED), "Paused: 12.3 mm to go, clearance 23.0 mm"),
+        (task(REACHED, error=0.0004), "Reached: 0.40 mm from the goal, clearance 23.0 mm"),
+        (task(FAILED, reason="the rope is lost"), "Failed: the rope is lost"),
+        (task(RUNNING, clearance=float("inf")), "Running: 12.3 mm to go"),
+    ],
+)
+def test_headline_says_state_and_distances(state: TaskState, text: str) -> None:
+    assert status_text.headline(state, 0.1, ARMED).text == text
+
+
+def test_headline_does_not_repeat_what_a_silent_controller_said() -> None:
+    line = status_text.headline(task(RUNNING), 4.2, ARMED)
+    assert line.text == "The controller is silent for 4 s"
+    assert line.color == palette.BAD
+
+
+def test_headline_gives_no_distance_of_a_lost_rope() -> None:
+    line = status_text.headline(task(RUNNING), 0.1, ARMED, NodeChain(lost="too few pixels"))
+    assert line.text == "Running: rope lost"
+
+
+def test_cell_is_not_ready_while_the_arms_are_not() -> None:
+    waiting = ArmStates(mode=ArmStates.HOLDING, needs_acknowledgement=True)
+    for arms in (None, ArmStates(mode=ArmStates.DISARMED), waiting):
+        line = status_text.headline(task(IDLE), 0.1, arms)
+        assert line.text.startswith("Not ready")
+        assert line.detail
+
+
+def test_run_that_the_gateway_holds_does_not_look_as_if_it_went_on() -> None:
+    held = ArmStates(mode=ArmStates.HOLDING, needs_acknowledgement=True)
+    line = status_text.headline(task(RUNNING, reason="started"), 0.1, held)
+    assert line.text.startswith("Running, but held: ")
+    assert "acknowledges" in line.detail
+
+
+def test_arms_line_names_rule_reason_and_alarms() -> None:
+    arms = ArmStates(
+        mode=ArmStates.HOLDING,
+        rule="fresh",
+        reason="no setpoints for 100 ms",
+        arms=[ArmState(arm="right", alarms=["joint 3 over temperature"])],
+    )
+    line = status_text.arms_line(arms, 0.0)
+    assert line.text == "Holding still"
+    for words in ("no setpoints for 100 ms", "fresh", "right: joint 3 over temperature"):
+        assert words in line.detail
+
+
+def test_arm_says_what_it_does_how_it_is_heard_and_what_it_feels() -> None:
+    arm = ArmState(
+        arm="right",
+        driver="cr5",
+        mode="running",
+        link_rate=124.0,
+        link_gap=0.017,
+        tracking_error=0.0004,
+        pull=7.2,
+    )
+    assert status_text.arm_words(arm) == (
+        "right: running, heard 124 times a second, longest gap 17 ms, 0.40 mm off its path, "
+        "feels a pull of 7 N, gripper open"
+    )
+    assert status_text.arm_words(ArmState(arm="left", driver="fixed")) == "left: fixed"
+
+
+def test_words_from_the_bus_cannot_become_markup() -> None:
+    assert "<script>" not in status_text.as_html(
+        status_text.Line("<script>", palette.BAD, detail="<script>")
+    )

@@ -1,0 +1,55 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dashboard.editors import goal_file
+from lariat.geometry import polylines
+from shared.messages import chain, grip_pose
+from shared.scenario import Shape, load
+
+SCENARIO = load("scenarios/three-cylinders.toml")
+ARC = np.linspace(0.0, np.pi, 25)
+RADIUS = SCENARIO.rope.length / np.pi
+
+
+def rows(nodes: np.ndarray) -> bytes:
+    return "\n".join(",".join(f"{v:.6f}" for v in row) for row in nodes).encode()
+
+
+def half_circle(scale: float = 1.0) -> np.ndarray:
+    r = scale * RADIUS
+    return np.stack([-r * np.cos(ARC), 0.0 * ARC, 0.3 - r * np.sin(ARC)], axis=1)
+
+
+def test_shape_gets_the_nodes_of_the_rope_and_the_grips_of_a_scenario(tmp_path: Path) -> None:
+    content = b"# x, y, z\n" + rows(half_circle())
+    goal = goal_file.parse(content, SCENARIO)
+    nodes = chain(goal.positions)
+    assert len(nodes) == SCENARIO.rope.node_count
+    assert polylines.length(nodes) == pytest.approx(SCENARIO.rope.length, rel=3e-3)
+    (tmp_path / "goal.csv").write_bytes(rows(nodes))
+    at_file = type(SCENARIO)(**{**vars(SCENARIO), "folder": tmp_path})
+    for message, pose in zip(
+        (goal.left, goal.right), at_file.grips(Shape(nodes="goal.csv")), strict=True
+    ):
+        np.testing.assert_allclose(grip_pose(message).position, pose.position, atol=1e-6)
+        np.testing.assert_allclose(grip_pose(message).orientation, pose.orientation, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (rows(half_circle(1.2)), "scale the shape"),
+        (b"1,2\n3,4\n5,6\n", "at least 3 rows of x, y, z"),
+        (b"0,0,0\n0,0,nan\n1,0,0\n", "at least 3 rows of x, y, z"),
+        (b"\x89PNG\r\n", "no numbers"),
+        (b"", "at least 3 rows of x, y, z"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:loadtxt")
+def test_what_is_no_goal_is_refused_by_name(content: bytes, words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        goal_file.parse(content, SCENARIO)

@@ -1,0 +1,50 @@
+from __future__ import annotations
+
+import pytest
+
+from dashboard.panels import health_table
+from shared.messages import Health, ProcessState, StackState
+
+WELL = Health(service="sim", period_ms=8.3, step_p50_ms=2.0, step_p99_ms=4.0)
+
+PLANNING = Health(period_ms=100.0, step_p99_ms=900.0, longest_step_ms=10_000.0)
+"""A service whose steps may be long, and that says so."""
+
+
+@pytest.mark.parametrize(
+    ("message", "age", "process", "word"),
+    [
+        (WELL, 0.5, "ready", "ok"),
+        (WELL, 4.0, "ready", "frozen"),
+        (WELL, 0.5, "frozen", "frozen"),
+        (PLANNING, 4.0, "ready", "ok"),
+        (PLANNING, 13.0, "ready", "frozen"),
+        (None, 0.0, "ready", "ready"),
+        (WELL, 4.0, "", "silent"),
+        (WELL, 0.5, "dead", "dead"),
+        (WELL, 4.0, "restarting", "restarting"),
+        (None, 0.0, "", "no sign"),
+        (Health(period_ms=8.3, step_p99_ms=9.0), 0.5, "ready", "slow"),
+    ],
+)
+def test_verdict(message: Health | None, age: float, process: str, word: str) -> None:
+    assert health_table.verdict(message, age, process).word == word
+
+
+def test_table_shows_restarts_and_services_that_only_the_launcher_knows() -> None:
+    stack = StackState(
+        processes=[
+            ProcessState(service="sim", state="ready", restarts=2),
+            ProcessState(service="emulator", state="dead"),
+        ]
+    )
+    page = health_table.table(["sim"], {"sim": (WELL, 0.2)}, stack)
+    assert "×2" in page
+    assert "emulator" in page
+    assert "dead" in page
+    assert "2.0 / 4.0" in page
+
+
+def test_notes_cannot_become_markup() -> None:
+    note = Health(service="sim", note="<b>x</b>")
+    assert "<b>" not in health_table.table(["sim"], {"sim": (note, 0.0)}, None)

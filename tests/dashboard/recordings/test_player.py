@@ -1,0 +1,64 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from dashboard import server
+from dashboard.outbox import Outbox
+from dashboard.page import READS, Page
+from dashboard.recordings.player import Player
+from dashboard.recordings.timeline import Moment, Timeline
+from shared import topics
+from shared.messages import RUNNING, TaskState
+from shared.scenario import load
+from shared.service import SECOND
+from tests.dashboard.test_service import free_port
+
+SCENARIO = load("scenarios/three-cylinders.toml")
+
+
+@contextmanager
+def player() -> Iterator[Player]:
+    """Ten seconds of a task, a message each second, at its start."""
+    moments = []
+    for k in range(11):
+        task = TaskState(stamp=k * SECOND, state=RUNNING, error=0.1)
+        payload = task.SerializeToString()
+        moments.append(Moment(topics.TASK_STATE.key, payload, "c", k, k * SECOND))
+    web = server.start("127.0.0.1", free_port(), "test")
+    page = Page(web, SCENARIO, Outbox("show"), live=False)
+    try:
+        yield Player(web, page, Timeline(moments, READS))
+    finally:
+        page.close()
+
+
+def test_playing_takes_the_recordings_time_by_the_chosen_speed() -> None:
+    with player() as shown:
+        shown.step(0.1)
+        assert shown.seconds == 0.0
+        for _ in range(10):
+            shown.step(0.1)
+        assert shown.seconds == pytest.approx(1.0)
+        shown.set_speed(5.0)
+        shown.step(0.4)
+        assert shown.seconds == pytest.approx(3.0)
+
+
+def test_recording_stands_at_its_end_and_where_it_was_put() -> None:
+    with player() as shown:
+        shown.step(0.1)
+        shown.step(60.0)
+        assert shown.seconds == pytest.approx(10.0)
+        shown.seek(4.5)
+        shown.step(0.1)
+        shown.step(0.1)
+        assert shown.seconds == pytest.approx(4.5)
+        shown.play(True)
+        shown.step(0.1)
+        assert shown.seconds == pytest.approx(4.6)
+        shown.seek(-3.0)
+        shown.step(0.1)
+        assert shown.seconds == 0.0

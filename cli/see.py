@@ -18,8 +18,8 @@ from lariat.geometry.poses import Pose
 from shared.configuration import ConfigurationError
 
 if TYPE_CHECKING:
+    from services.perception.centerline.estimate import Estimate
     from services.perception.image.detector import Photograph
-    from services.perception.rgbd.estimate import Estimate
 
 LINE = (255, 0, 255)
 """Colour that centre lines are drawn in."""
@@ -70,9 +70,9 @@ def main(
         nodes: At equal distances along the rope.
         out: File for the picture with what was found drawn over it.
     """
+    from services.perception.centerline.estimate import CenterlineSettings, RopeModel
+    from services.perception.centerline.estimator import CenterlineEstimator
     from services.perception.image import detector
-    from services.perception.rgbd.centerline import CenterlineEstimator
-    from services.perception.rgbd.estimate import CenterlineSettings, RopeModel
 
     measured = None
     if depth is not None:

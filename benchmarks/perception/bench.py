@@ -24,9 +24,14 @@ from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties
-from services.perception.rgbd.centerline import CenterlineEstimator
-from services.perception.rgbd.estimate import CenterlineSettings, Estimate, Expected, RopeModel
-from services.perception.rgbd.paper_baseline import paper_nodes
+from services.perception.centerline.estimate import (
+    CenterlineSettings,
+    Estimate,
+    Expected,
+    RopeModel,
+)
+from services.perception.centerline.estimator import CenterlineEstimator
+from services.perception.tracking.paper_baseline import paper_nodes
 from services.sim.camera.rgbd_camera import RgbdCamera, SensorNoise
 from services.sim.plants.mujoco_model import RopeTruth
 from services.sim.plants.mujoco_plant import MujocoPlant

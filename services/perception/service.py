@@ -15,13 +15,13 @@ from lariat.geometry import polylines, poses
 from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.poses import Pose
 from lariat.rod import RodProperties
+from services.perception.centerline.estimate import CenterlineSettings, Estimate, RopeModel
+from services.perception.centerline.estimator import DOUBTFUL, CenterlineEstimator
 from services.perception.markers.marker_obstacles import MarkedObstacles
 from services.perception.rgbd.camera_view import CameraView
-from services.perception.rgbd.centerline import DOUBTFUL, CenterlineEstimator
-from services.perception.rgbd.estimate import CenterlineSettings, Estimate, RopeModel
-from services.perception.rgbd.paper_baseline import paper_estimate
 from services.perception.scene import Refused, Surroundings
-from services.perception.tracking.rope_tracker import Tracker
+from services.perception.tracking.centerline_tracker import Tracker
+from services.perception.tracking.paper_baseline import paper_estimate
 from shared import topics
 from shared.messages import (
     ArmStates,

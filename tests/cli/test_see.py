@@ -11,7 +11,7 @@ import pytest
 
 from cli.__main__ import main
 from lariat.geometry import poses
-from tests.services.perception.rgbd.test_segmentation import GREY, ORANGE, taken
+from tests.services.perception.centerline.test_segmentation import GREY, ORANGE, taken
 from tests.services.perception.scenes import CAMERA, curve
 
 

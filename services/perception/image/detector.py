@@ -13,6 +13,9 @@ import cv2
 import numpy as np
 from jaxtyping import Float64, UInt8
 
+from services.perception.centerline.ridge import Ridge, ridge
+from services.perception.centerline.segmentation import Color, Region
+from services.perception.centerline.skeleton import strands
 from services.perception.image.color_model import (
     LEAST_RATIO,
     Piece,
@@ -22,9 +25,6 @@ from services.perception.image.color_model import (
     measured,
 )
 from services.perception.image.proposals import pieces, pieces_of, unlike
-from services.perception.rgbd.ridge import Ridge, ridge
-from services.perception.rgbd.segmentation import Color, Region
-from services.perception.rgbd.skeleton import strands
 
 LEAST_SIZE = 48
 """Shorter side of a picture [pixels]."""

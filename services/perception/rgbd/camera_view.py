@@ -11,9 +11,9 @@ from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from jaxtyping import UInt8, UInt16
 
 from lariat.geometry.cameras import Intrinsics
-from services.perception.rgbd.distortion import Undistortion
-from services.perception.rgbd.images import decoded
-from services.perception.tracking.rope_tracker import Tracker
+from services.perception.rgbd.decoding import decoded
+from services.perception.rgbd.lens_distortion import Undistortion
+from services.perception.tracking.centerline_tracker import Tracker
 
 Images = tuple[UInt8[np.ndarray, "h w 3"], UInt16[np.ndarray, "h w"]]
 

@@ -14,8 +14,8 @@ from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.obstacles import TABLE
 from lariat.geometry.poses import Pose
 from services.camera.service import CameraService
-from services.perception.rgbd.centerline import CenterlineEstimator
-from services.perception.rgbd.images import decoded
+from services.perception.centerline.estimator import CenterlineEstimator
+from services.perception.rgbd.decoding import decoded
 from services.sim.camera.rgbd_camera import PERFECT, Frame, RgbdCamera
 from shared.configuration import ConfigurationError
 from shared.messages import stamp_of

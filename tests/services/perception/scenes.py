@@ -11,7 +11,7 @@ from lariat.geometry import polylines, poses
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from lariat.geometry.obstacles import TABLE, Obstacle
 from lariat.geometry.poses import Pose
-from services.perception.rgbd.estimate import RopeModel
+from services.perception.centerline.estimate import RopeModel
 from services.sim.camera.rgbd_camera import Frame, RgbdCamera, SensorNoise
 
 CAMERA = Camera(

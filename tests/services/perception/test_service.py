@@ -8,7 +8,7 @@ import pytest
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
-from services.perception.rgbd.images import decoded
+from services.perception.rgbd.decoding import decoded
 from services.perception.service import COLOR, DEPTH
 from shared import topics
 from shared.messages import (

@@ -8,7 +8,7 @@ import pytest
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle, chain_clearance, signed_distance
 from lariat.geometry.poses import Pose
-from services.perception.rgbd.images import decoded
+from services.perception.rgbd.decoding import decoded
 from services.perception.service import COLOR, DEPTH
 from services.sim.plants.plant import EndMotion
 from services.sim.service import gripper

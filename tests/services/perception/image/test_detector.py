@@ -7,10 +7,10 @@ import pytest
 from jaxtyping import Float64
 
 from lariat.geometry import polylines
+from services.perception.centerline.segmentation import Color
 from services.perception.image import detector
-from services.perception.rgbd.segmentation import Color
+from tests.services.perception.centerline.test_segmentation import GREY, ORANGE, WOOD, taken
 from tests.services.perception.pictures import Look, photographed, winding
-from tests.services.perception.rgbd.test_segmentation import GREY, ORANGE, WOOD, taken
 from tests.services.perception.scenes import CAMERA, curve
 
 WHITE: Color = (235, 235, 230)

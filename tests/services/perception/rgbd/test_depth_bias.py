@@ -12,9 +12,9 @@ from lariat.geometry.cameras import Camera
 from lariat.geometry.obstacles import TABLE, Obstacle
 from lariat.geometry.poses import Pose
 from lariat.rod import RodProperties
-from services.perception.rgbd.centerline import CenterlineEstimator
+from services.perception.centerline.estimator import CenterlineEstimator
 from services.perception.rgbd.depth_bias import DepthBias
-from services.perception.tracking.rope_tracker import Tracker
+from services.perception.tracking.centerline_tracker import Tracker
 from services.sim.camera.rgbd_camera import SensorNoise
 from tests.services.perception.scenes import CAMERA, ROPE, curve, grips, taken
 

@@ -8,8 +8,13 @@ import pytest
 from lariat.geometry import polylines
 from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.obstacles import TABLE
-from services.perception.rgbd.centerline import CenterlineEstimator
-from services.perception.rgbd.estimate import CenterlineSettings, Estimate, Expected, RopeModel
+from services.perception.centerline.estimate import (
+    CenterlineSettings,
+    Estimate,
+    Expected,
+    RopeModel,
+)
+from services.perception.centerline.estimator import CenterlineEstimator
 from services.sim.camera.rgbd_camera import RgbdCamera, SensorNoise
 from tests.services.perception.scenes import CAMERA, ROPE, curve, grips, screen, taken
 

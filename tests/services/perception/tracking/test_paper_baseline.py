@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from services.perception.rgbd.paper_baseline import paper_nodes
+from services.perception.tracking.paper_baseline import paper_nodes
 from services.sim.camera.rgbd_camera import PERFECT
 from tests.services.perception.scenes import CAMERA, ROPE, curve, taken
 

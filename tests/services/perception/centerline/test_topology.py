@@ -12,8 +12,8 @@ from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties
-from services.perception.rgbd.centerline import CenterlineEstimator
-from services.perception.rgbd.estimate import Expected, RopeModel
+from services.perception.centerline.estimate import Expected, RopeModel
+from services.perception.centerline.estimator import CenterlineEstimator
 from services.sim.camera.rgbd_camera import RgbdCamera
 from services.sim.plants.mujoco_plant import MujocoPlant
 from services.sim.service import gripper

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from services.perception.rgbd.occlusion import slack
+from services.perception.centerline.occlusion import slack
 
 EDGE = 0.01
 

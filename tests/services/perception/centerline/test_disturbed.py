@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float64
 
-from services.perception.rgbd.centerline import CenterlineEstimator
-from services.perception.rgbd.estimate import Expected
+from services.perception.centerline.estimate import Expected
+from services.perception.centerline.estimator import CenterlineEstimator
 from services.sim.camera.rgbd_camera import Frame
 from tests.services.perception.scenes import CAMERA, ROPE, curve, grips, taken
 

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 
-from services.perception.rgbd.centerline import CenterlineEstimator
-from services.perception.rgbd.distortion import Undistortion
+from services.perception.centerline.estimator import CenterlineEstimator
+from services.perception.rgbd.lens_distortion import Undistortion
 from tests.services.perception.scenes import CAMERA, ROPE, curve, grips, taken
 
 LENS = (0.09, -0.12, 0.001, -0.0008, 0.03)

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float64, UInt16
 
-from services.perception.rgbd.segmentation import Region
-from services.perception.rgbd.skeleton import Strand
+from services.perception.centerline.segmentation import Region
+from services.perception.centerline.skeleton import Strand
 
 SMOOTHING = 5
 """Half the window of the skeleton's running mean [pixels]."""

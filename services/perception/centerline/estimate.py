@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from services.perception.rgbd.fit import FitSettings
-from services.perception.rgbd.segmentation import Color
+from services.perception.centerline.chain_fit import FitSettings
+from services.perception.centerline.segmentation import Color
 
 
 @dataclass(frozen=True)

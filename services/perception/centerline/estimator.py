@@ -17,20 +17,30 @@ from jaxtyping import Float64, UInt8, UInt16
 from lariat.geometry import polylines, poses
 from lariat.geometry.cameras import Camera
 from lariat.geometry.poses import Pose
-from services.perception.rgbd.estimate import CenterlineSettings, Estimate, Expected, RopeModel
-from services.perception.rgbd.fit import ChainFit
-from services.perception.rgbd.occlusion import slack
-from services.perception.rgbd.reprojection_consistency import agreement
-from services.perception.rgbd.ridge import Ridge, ridge, sampled
-from services.perception.rgbd.segment_ordering import (
+from services.perception.centerline.chain_fit import ChainFit
+from services.perception.centerline.estimate import (
+    CenterlineSettings,
+    Estimate,
+    Expected,
+    RopeModel,
+)
+from services.perception.centerline.occlusion import slack
+from services.perception.centerline.reprojection_consistency import agreement
+from services.perception.centerline.ridge import Ridge, ridge, sampled
+from services.perception.centerline.segment_ordering import (
     Order,
     free_length,
     joined,
     order_along,
     orders_between,
 )
-from services.perception.rgbd.segmentation import ColorLikeness, Region, brightness, rope_region
-from services.perception.rgbd.skeleton import strands
+from services.perception.centerline.segmentation import (
+    ColorLikeness,
+    Region,
+    brightness,
+    rope_region,
+)
+from services.perception.centerline.skeleton import strands
 
 CERTAIN = 0.15
 """A hypothesis with less doubt ends the search, if it leaves little of the rope unseen."""

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float64, Int32
 
 from lariat.rod.launch import taichi_runtime
-from services.perception.rgbd import kernels
+from services.perception.centerline import kernels
 
 
 @dataclass(frozen=True)

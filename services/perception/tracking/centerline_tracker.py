@@ -15,9 +15,9 @@ from jaxtyping import Float64, UInt8, UInt16
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties
-from services.perception.rgbd.centerline import DOUBTFUL, CenterlineEstimator
+from services.perception.centerline.estimate import Estimate, Expected
+from services.perception.centerline.estimator import DOUBTFUL, CenterlineEstimator
 from services.perception.rgbd.depth_bias import DepthBias
-from services.perception.rgbd.estimate import Estimate, Expected
 
 log = logging.getLogger(__name__)
 

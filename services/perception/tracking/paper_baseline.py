@@ -12,8 +12,8 @@ from jaxtyping import Float64, UInt8, UInt16
 from skimage.morphology import skeletonize
 
 from lariat.geometry.cameras import Camera
-from services.perception.rgbd.estimate import Estimate, RopeModel
-from services.perception.rgbd.segmentation import brightness, rope_region
+from services.perception.centerline.estimate import Estimate, RopeModel
+from services.perception.centerline.segmentation import brightness, rope_region
 
 LARGEST_JUMP = 0.03
 """Sorting stops where the next point is further away [m]."""

@@ -14,8 +14,8 @@ from jaxtyping import Float64, UInt16
 
 from lariat.geometry import polylines
 from lariat.geometry.cameras import Camera
-from services.perception.rgbd.ridge import sampled
-from services.perception.rgbd.segmentation import Region
+from services.perception.centerline.ridge import sampled
+from services.perception.centerline.segmentation import Region
 
 SEEN_PAST = 0.02
 """Depth behind the chain from which on the camera has looked past it [m]."""

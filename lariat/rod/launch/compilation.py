@@ -1,8 +1,8 @@
-"""Has Taichi write the kernel as assembly, and makes a library of that; a process of its own.
+"""Compilation of the kernel into a library, in a process of its own.
 
-A process of its own, for Taichi writes into the folder that a process runs in, says what it does on
-standard output, and has to be told before it starts. What comes out answers as Taichi's kernel
-does, or it is not kept.
+Taichi writes assembly into the folder that its process runs in, reports on standard output, and
+must be configured before it starts: hence the separate process. The library is kept only if it
+computes the same numbers as Taichi's own kernel.
 """
 
 from __future__ import annotations
@@ -10,70 +10,87 @@ from __future__ import annotations
 import os
 import re
 import subprocess
-import sys
 import tempfile
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float64
 
 from lariat.geometry.obstacles import Obstacle, pack
 from lariat.rod.launch import layout, machine_code, taichi_runtime
 from lariat.rod.launch.buffers import Sheet
 from lariat.rod.launch.inputs import Wanted, opened
+from lariat.rod.launch.kernel_key import imported_sources, kernel_key
 from lariat.rod.properties import RodProperties
 from lariat.rod.rod import Rod
 
-WITHIN = 1e-9
-"""How far answers may differ, in parts of the largest of their kind [-]."""
+MAX_DEVIATION = 1e-9
+"""Deviation from Taichi's kernel above which a library is rejected, relative to the largest number
+of a section [-]."""
 
 
-def main() -> None:
-    """Make the library that is named on the command line."""
-    target = Path(sys.argv[1])
-    with tempfile.TemporaryDirectory() as folder:
-        os.chdir(folder)
-        library = assembled(Path(folder))
-        moved = target.with_suffix(f".{os.getpid()}")
-        moved.write_bytes(library.read_bytes())
-        # At once there or not at all, whoever looks.
-        moved.replace(target)
+def main(folder: str) -> None:
+    """Compile the kernel into a library in `folder`, named after the sources that were read."""
+    with tempfile.TemporaryDirectory() as workplace:
+        os.chdir(workplace)
+        key, library = assembled(Path(workplace))
+        target = machine_code.library_path(Path(folder), key)
+        finished = target.with_suffix(f".{os.getpid()}")
+        finished.write_bytes(library.read_bytes())
+        # Other processes see either the whole file or none.
+        finished.replace(target)
 
 
-def assembled(folder: Path) -> Path:
-    """A library with the kernel, made and tried in a folder which this process runs in.
+def assembled(folder: Path) -> tuple[str, Path]:
+    """Compile the kernel and compare it with Taichi's; return the key and the library.
+
+    Args:
+        folder: Folder for all files, which must be the current one.
 
     Raises:
-        ValueError: Taichi wrote no such kernel, or it does not answer as Taichi's own does.
+        ValueError: Taichi wrote no kernel, or the library computes other numbers than Taichi.
+        CalledProcessError: The assembler or the linker failed.
     """
     taichi_runtime.start(writes_assembly=True)
     from lariat.rod.kernels import rollout
 
-    sheets = trials()
-    own = [sheet.doubles.copy() for sheet in sheets]
-    for sheet, doubles in zip(sheets, own, strict=True):
-        taichi_runtime.launch(rollout.roll, sheet.integers, doubles, sheet.sizes.batch)
-    written = [path.read_text() for path in sorted(folder.glob("*.s"))]
-    source, symbol = None, re.compile(r"^(roll_\w+_serial):$", re.MULTILINE)
-    for text in written:
-        if found := symbol.search(text):
-            source = re.sub(rf"\b{found[1]}\b", machine_code.SYMBOL, text)
-    if source is None:
-        raise ValueError(f"Taichi wrote {len(written)} files and no serial kernel in them")
-    (folder / "rod.s").write_text(source)
+    launches = trial_launches()
+    expected = [launch.doubles.copy() for launch in launches]
+    for launch, doubles in zip(launches, expected, strict=True):
+        taichi_runtime.launch(rollout.roll, launch.integers, doubles, launch.sizes.batch)
+    # Taichi has read the sources by now: a change since the parent took its own key shows here.
+    key = kernel_key(imported_sources())
+    (folder / "rod.s").write_text(_kernel_assembly(folder) + _key_assembly(key))
     for command in ("as -o rod.o rod.s", "ld -shared -z noexecstack -o rod.so rod.o"):
         subprocess.run(command.split(), check=True)
-    run = machine_code.loaded(folder / "rod.so")
-    for sheet, doubles in zip(sheets, own, strict=True):
-        run(sheet.integers, sheet.doubles, sheet.sizes.batch)
-        off = difference(sheet, doubles)
-        if not off < WITHIN:
-            raise ValueError(f"the library differs from Taichi's kernel by {off}")
-    return folder / "rod.so"
+    library = folder / "rod.so"
+    run = machine_code.load(library, key)
+    for launch, doubles in zip(launches, expected, strict=True):
+        run(launch.integers, launch.doubles, launch.sizes.batch)
+        found = deviation(launch, doubles)
+        if not found < MAX_DEVIATION:
+            raise ValueError(f"the library deviates from Taichi's kernel by {found}")
+    return key, library
 
 
-def trials() -> list[Sheet]:
-    """Launches that go through every part of the kernel."""
+def _kernel_assembly(folder: Path) -> str:
+    """Assembly of the kernel, from the files that Taichi wrote, under the kernel's own symbol."""
+    written = [path.read_text() for path in sorted(folder.glob("*.s"))]
+    symbol = re.compile(r"^(roll_\w+_serial):$", re.MULTILINE)
+    for text in reversed(written):
+        if found := symbol.search(text):
+            return re.sub(rf"\b{found[1]}\b", machine_code.KERNEL_SYMBOL, text)
+    raise ValueError(f"Taichi wrote {len(written)} files and no serial kernel in them")
+
+
+def _key_assembly(key: str) -> str:
+    """Assembly of the text that tells from which sources the library was compiled."""
+    return f'\n.section .rodata\n.asciz "{machine_code.KEY_MARKER}{key}"\n'
+
+
+def trial_launches() -> list[Sheet]:
+    """Prepare launches that together run every part of the kernel."""
     properties = RodProperties(0.45, 0.008, 0.044, 1e6, internal_damping=0.01)
     bar = Obstacle(
         "capsule", (0.2, 0.0, 0.285), (0.7071, 0.7071, 0.0, 0.0), radius=0.01, height=1.0
@@ -83,24 +100,24 @@ def trials() -> list[Sheet]:
     actions = rng.uniform(-0.3, 0.3, (2, 3, 2, 6))
     cost = rng.standard_normal((2, 3, 12, 3))
     names = ("bending_stiffness", "length", "damping", "internal_damping")
-    sheets = []
-    for kinds, touches in (
+    launches = []
+    for kinds, self_contact in (
         (layout.WANT_ADJOINT, False),
         (layout.WANT_SENSITIVITIES, False),
         (0, True),
     ):
-        rod = Rod(properties, 12, scheme="sdirk2", self_contact=touches)
+        rod = Rod(properties, 12, scheme="sdirk2", self_contact=self_contact)
         state = rod.straight((0.0, 0.0, 0.3), (1.0, 0.0, 0.3))
         wanted = Wanted(kinds, names if kinds else (), cost=cost if kinds else None)
         states = [state, replace(state, velocities=state.velocities + 0.1)]
-        sheets.append(opened(rod, states, actions, 0.02, obstacles=scene, wanted=wanted))
-    return sheets
+        launches.append(opened(rod, states, actions, 0.02, obstacles=scene, wanted=wanted))
+    return launches
 
 
-def difference(sheet: Sheet, doubles: np.ndarray) -> float:
-    """How far a launch's sheet is from what another wrote, in parts of each section's largest."""
+def deviation(launch: Sheet, doubles: Float64[np.ndarray, "m"]) -> float:
+    """Largest difference of a launch's results from others, relative to each section's largest."""
     worst = 0.0
-    answers = (
+    results = (
         layout.AT_POSITIONS,
         layout.AT_ORIENTATIONS,
         layout.AT_SENSITIVITIES_OUT,
@@ -108,16 +125,12 @@ def difference(sheet: Sheet, doubles: np.ndarray) -> float:
         layout.AT_PARAMETERS_OUT,
     )
     other = replace(
-        sheet, doubles=doubles, rods=doubles[: sheet.rods.size].reshape(sheet.rods.shape)
+        launch, doubles=doubles, rods=doubles[: launch.rods.size].reshape(launch.rods.shape)
     )
-    for name in answers:
-        here, there = sheet.section(name), other.section(name)
+    for name in results:
+        here, there = launch.section(name), other.section(name)
         if here.size:
             scale = np.abs(there).max() + 1e-300
-            off = np.abs(here - there).max() / scale
-            worst = max(worst, off if np.isfinite(off) else np.inf)
+            difference = np.abs(here - there).max() / scale
+            worst = max(worst, difference if np.isfinite(difference) else np.inf)
     return float(worst)
-
-
-if __name__ == "__main__":
-    main()

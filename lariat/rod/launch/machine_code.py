@@ -1,11 +1,13 @@
 """The kernel as machine code, kept from one process to the next.
 
-Taichi's own cache keeps what LLVM makes of the kernel's source, but reads the source anew in every
-process, to know that it has not changed, and lets LLVM write the machine code anew: five seconds.
-Where a computer has an assembler, the first process that needs the kernel has another one write it
-into a library (see `assembling`), under a key of everything that it comes from. The others load
-that, and need no Taichi. Where there is none, or the library does not answer as Taichi does,
-everything goes through Taichi.
+Taichi's own cache keeps the LLVM code of a kernel, but every process reads the source anew, to find
+out that it has not changed, and has LLVM write the machine code anew: five seconds. On a computer
+with an assembler, the first process that needs the kernel therefore starts another one that writes
+it into a library (see `compilation`). All others load the library and need no Taichi.
+
+The library is named after its key (see `kernel_key`), and carries the key inside. Only a library
+that carries the key of this package's own sources is used; another one is replaced. Without an
+assembler, or when the library cannot be made, the kernel runs through Taichi.
 """
 
 from __future__ import annotations
@@ -14,11 +16,8 @@ import contextlib
 import ctypes
 import fcntl
 import functools
-import hashlib
-import importlib.metadata
 import logging
-import os
-import platform
+import re
 import shutil
 import subprocess
 import sys
@@ -29,104 +28,139 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64, Int32
 
-Kernel = Callable[[Int32[np.ndarray, "k"], Float64[np.ndarray, "m"], int], object]
-"""Of the two arrays of `layout` and the count of rods."""
+from lariat.rod.launch.kernel_key import PACKAGE_ROOT, kernel_key, own_sources
 
-KEPT = 4
-"""Libraries that stay in the folder; those used least recently go."""
-SYMBOL = "roll"
-_HERE = Path(__file__).parent
-AGAIN = 86400.0
-"""After a failure nobody tries for so long [s]: every start would be 15 s slower for nothing."""
-_LIMIT = 300.0
-"""Time that the other process may take [s]; it takes 15 s of a processor."""
+Kernel = Callable[[Int32[np.ndarray, "k"], Float64[np.ndarray, "m"], int], object]
+"""Takes the two arrays of `layout` and the number of rods."""
+
+KERNEL_SYMBOL = "lariat_rod_rollout"
+"""Name of the kernel's function in a library."""
+KEY_MARKER = "lariat-rod-kernel-key:"
+"""Text in a library that precedes its key."""
+MAX_KEPT_LIBRARIES = 4
+"""Number of libraries that stay in the folder; the least recently used are deleted."""
+RETRY_DELAY = 86400.0
+"""Time after a failed compilation before it is tried again [s]; an attempt takes 15 s."""
+COMPILATION_TIME_LIMIT = 300.0
+"""Time after which the compiling process is given up [s]; it takes 15 s of a processor."""
+
+_COMPILING_PROGRAM = """
+import importlib.util, sys
+root, folder = sys.argv[1:]
+spec = importlib.util.spec_from_file_location(
+    "lariat", root + "/__init__.py", submodule_search_locations=[root]
+)
+sys.modules["lariat"] = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(sys.modules["lariat"])
+from lariat.rod.launch import compilation
+compilation.main(folder)
+"""
+"""Program of the compiling process: imports the package `lariat` from its folder alone, so that no
+other one on the search path can take its place."""
 
 logger = logging.getLogger(__name__)
 
 
+class ForeignLibraryError(OSError):
+    """A file that is no library of the kernel, or one that was compiled from other sources."""
+
+
 @functools.cache
 def kernel() -> Kernel | None:
-    """The kernel from its library, which is made where it is missing; None where it cannot be."""
+    """Return the kernel of a library, which is compiled if it is missing; None if that fails."""
     if not sys.platform.startswith("linux") or not (shutil.which("as") and shutil.which("ld")):
         return None
     try:
-        return loaded(_library(Path.home() / ".cache" / "lariat"))
+        return _own_kernel(Path.home() / ".cache" / "lariat")
     except (OSError, RuntimeError) as error:
-        logger.warning("the rod's kernel goes through Taichi, at 5 s a process: %s", error)
+        logger.warning("the rod's kernel runs through Taichi, at 5 s a process: %s", error)
         return None
 
 
-def _library(folder: Path) -> Path:
-    """The library of this source on this computer, made if it is missing."""
-    path = folder / f"rod-{_key()}.so"
+def library_path(folder: Path, key: str) -> Path:
+    """File of the library with a key."""
+    return folder / f"rod-{key[:16]}.so"
+
+
+def _own_kernel(folder: Path) -> Kernel:
+    """Return the kernel that was compiled from this package's sources.
+
+    Raises:
+        OSError: There is no such library, and none can be compiled.
+    """
+    key = kernel_key(own_sources())
+    path = _library(folder, key)
+    try:
+        return load(path, key)
+    except ForeignLibraryError as error:
+        logger.warning("%s; it is compiled anew", error)
+        path.unlink(missing_ok=True)
+        return load(_library(folder, key), key)
+
+
+def _library(folder: Path, key: str) -> Path:
+    """Return the file that a key names, compiled if it is missing.
+
+    Raises:
+        OSError: It cannot be compiled, or could not a while ago.
+    """
+    path = library_path(folder, key)
     if not path.exists():
         folder.mkdir(parents=True, exist_ok=True)
-        note = path.with_suffix(".failed")
-        # Of processes that start together one makes it, and the others wait for that.
+        failure = path.with_suffix(".failed")
+        # Of processes that start together, one compiles and the others wait for it.
         with (folder / "rod.lock").open("w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
-            if note.exists() and time.time() - note.stat().st_mtime < AGAIN:
-                raise OSError(f"{note.read_text()} (delete {note} to try again at once)")
+            if failure.exists() and time.time() - failure.stat().st_mtime < RETRY_DELAY:
+                raise OSError(f"{failure.read_text()} (delete {failure} to try again at once)")
             if not path.exists():
-                _make(path, note)
-        for old in sorted(folder.glob("rod-*.so"), key=lambda p: p.stat().st_mtime)[:-KEPT]:
+                _compile(path, failure)
+        for old in sorted(folder.glob("rod-*.so"), key=lambda p: p.stat().st_mtime)[
+            :-MAX_KEPT_LIBRARIES
+        ]:
             old.unlink(missing_ok=True)
     with contextlib.suppress(OSError):
-        # In a folder that only others may write to nothing is thrown out either.
+        # A folder that only others may write to is not cleaned up by this process either.
         path.touch()
     return path
 
 
-def _make(path: Path, note: Path) -> None:
-    root = str(_HERE.parents[2])
-    search = os.pathsep.join([root, *filter(None, [os.environ.get("PYTHONPATH")])])
+def _compile(path: Path, failure: Path) -> None:
+    """Compile the library in a process of its own, which names it after the sources it read."""
     try:
         subprocess.run(
-            [sys.executable, "-m", "lariat.rod.launch.compilation", str(path)],
-            env={**os.environ, "PYTHONPATH": search},
+            [sys.executable, "-P", "-c", _COMPILING_PROGRAM, str(PACKAGE_ROOT), str(path.parent)],
             stdin=subprocess.DEVNULL,
             capture_output=True,
             text=True,
-            timeout=_LIMIT,
+            timeout=COMPILATION_TIME_LIMIT,
             check=True,
         )
+        reason = "" if path.exists() else "its sources changed while it was compiled"
+        cause = None
     except subprocess.SubprocessError as error:
-        said = str(getattr(error, "stderr", None) or error).strip().splitlines()[-1]
-        reason = f"its machine code could not be made: {said}"
-        note.write_text(reason)
-        raise OSError(reason) from error
-    note.unlink(missing_ok=True)
-
-
-def _key() -> str:
-    """Of all that machine code depends on: the source, the compiler and the processor."""
-    known = hashlib.sha256()
-    for name in sorted((_HERE.parent / "kernels").glob("*.py")):
-        known.update(name.read_bytes())
-    for name in ("layout.py", "taichi_runtime.py", "compilation.py"):
-        known.update((_HERE / name).read_bytes())
-    known.update(importlib.metadata.version("taichi").encode())
-    known.update(platform.machine().encode())
-    for line in Path("/proc/cpuinfo").read_text().split("\n\n")[0].splitlines():
-        if line.startswith(("model", "flags", "Features", "CPU ")):
-            known.update(line.encode())
-    return known.hexdigest()[:16]
+        message = str(getattr(error, "stderr", None) or error).strip().splitlines()[-1]
+        reason, cause = f"its machine code could not be made: {message}", error
+    if reason:
+        failure.write_text(reason)
+        raise OSError(reason) from cause
+    failure.unlink(missing_ok=True)
 
 
 class _Arguments(ctypes.Structure):
-    """How Taichi lays out two arrays and a count."""
+    """Two arrays and a number, laid out as Taichi passes them."""
 
     _fields_ = (
         ("integer_count", ctypes.c_int32),
         ("integers", ctypes.c_void_p),
         ("double_count", ctypes.c_int32),
         ("doubles", ctypes.c_void_p),
-        ("count", ctypes.c_int32),
+        ("rod_count", ctypes.c_int32),
     )
 
 
 class _Context(ctypes.Structure):
-    """What Taichi hands to a kernel; only the arguments are of use to one that is serial."""
+    """Context that Taichi passes to a kernel; a serial kernel reads the arguments alone."""
 
     _fields_ = (
         ("arguments", ctypes.POINTER(_Arguments)),
@@ -136,18 +170,29 @@ class _Context(ctypes.Structure):
     )
 
 
-def loaded(library: Path) -> Kernel:
-    """The kernel of a library.
+def load(path: Path, key: str) -> Kernel:
+    """Return the kernel of a library.
+
+    Args:
+        path: File of the library.
+        key: Key that the library must carry.
 
     Raises:
-        OSError: This is no library with a kernel.
+        ForeignLibraryError: The file carries another key, or none.
+        OSError: The file cannot be read, or not be loaded as a library.
     """
-    # Sines come from there; who loads a library that lacks one learns of it only when it is called.
+    # Read from the file, before any of its code is loaded: a loaded library cannot be replaced.
+    carried = re.search(rf"{KEY_MARKER}([0-9a-f]+)".encode(), path.read_bytes())
+    if carried is None:
+        raise ForeignLibraryError(f"{path} is no library of the rod's kernel")
+    if carried[1].decode() != key:
+        raise ForeignLibraryError(
+            f"{path} was compiled from other sources: its key is {carried[1].decode()[:16]} "
+            f"instead of {key[:16]}"
+        )
+    # The library calls libm's sine, but does not name libm as what it needs.
     ctypes.CDLL("libm.so.6", mode=ctypes.RTLD_GLOBAL)
-    try:
-        function = getattr(ctypes.CDLL(str(library)), SYMBOL)
-    except AttributeError as error:
-        raise OSError(f"{library} has no {SYMBOL}; delete it") from error
+    function = getattr(ctypes.CDLL(str(path)), KERNEL_SYMBOL)
     function.restype = None
     function.argtypes = (ctypes.POINTER(_Context),)
 

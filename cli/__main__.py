@@ -10,7 +10,7 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 
-from stack.launcher.library_settings import LIBRARY_SETTINGS
+from stack.launcher.library_environment import LIBRARY_ENVIRONMENT
 
 SUCCESS, FAILURE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -41,7 +41,7 @@ TALKING = ("status", "goal", "start", "pause", "stop", "reset", "arm", "disarm",
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one verb; its exit code."""
-    for name, value in LIBRARY_SETTINGS.items():
+    for name, value in LIBRARY_ENVIRONMENT.items():
         os.environ.setdefault(name, value)
     argv = list(sys.argv[1:] if arguments is None else arguments)
     if not argv or argv[0] in ("-h", "--help"):
@@ -120,9 +120,7 @@ def _missing(prog: str, module: str, error: ImportError) -> str:
         if not isinstance(error, ModuleNotFoundError):
             raise error  # The file is there and asks for what is not: a mistake of ours.
         return f"{prog} is not part of this installation ({error.name or error})"
-    return (
-        f"{prog} needs {library}, which is not installed; pip install 'lariat-stack[all]' brings it"
-    )
+    return f"{prog} needs {library}, which is not installed; run `make .venv/installed` in the clone"
 
 
 def _refuse(line: str) -> int:

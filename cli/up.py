@@ -18,7 +18,8 @@ from shared.configuration import ConfigurationError
 from shared.scenario import SIDES, Scenario, find, load
 from shared.scenario.sections import End
 from stack import installation, services
-from stack.launcher.console import LineHandler, Lines
+from stack.launcher import module_entry
+from stack.launcher.console import ConsoleHandler, ProcessConsole
 from stack.launcher.launcher import Launcher
 from stack.launcher.process import Program
 
@@ -73,19 +74,20 @@ def main(
     common += ("--connect", f"tcp/127.0.0.1:{port}")
     programs = [_emulator(side, scenario) for side in emulated]
     programs += [_service(name, common, emulated, dashboard_port) for name in parts]
-    lines = Lines()
-    logging.basicConfig(level=logging.INFO, handlers=[LineHandler(lines)], force=True)
+    console = ProcessConsole()
+    logging.basicConfig(level=logging.INFO, handlers=[ConsoleHandler(console)], force=True)
     options = BusOptions(namespace, connect=(), listen=(f"tcp/127.0.0.1:{port}",))
 
     def say_ready(seconds: float) -> None:
-        lines.say("lariat", f"all {len(programs)} processes are ready after {seconds:.1f} s")
+        ready = f"all {len(programs)} processes are ready after {seconds:.1f} s"
+        console.print_line("lariat", ready)
         if dashboard:
             print(f"dashboard at http://127.0.0.1:{dashboard_port}  (Ctrl-C stops all)", flush=True)
         else:
             print("the stack is up  (Ctrl-C stops all)", flush=True)
 
     with buses.open(options, "lariat") as bus:
-        return Launcher(programs, bus, lines).run(say_ready)
+        return Launcher(programs, bus, console).run(say_ready)
 
 
 def _service(
@@ -98,7 +100,8 @@ def _service(
         more = tuple(a for s in emulated for a in (f"--{s}-emulator", EMULATOR_HOSTS[s]))
     return Program(
         name,
-        ("-m", "dashboard" if name == "dashboard" else f"services.{name}", *common, *more),
+        "dashboard" if name == "dashboard" else f"services.{name}",
+        (*common, *more),
         restart_arguments=("--restarted",),
         # The gateway goes after all that talk to it, the recorder after all that it records.
         stage={"robot_gateway": 1, "recorder": 2}.get(name, 0),
@@ -111,9 +114,8 @@ def _service(
 def _emulator(side: str, scenario: Path) -> Program:
     return Program(
         f"cr5-{side}",
+        "services.cr5_emulator",
         (
-            "-m",
-            "services.cr5_emulator",
             "--host",
             EMULATOR_HOSTS[side],
             "--scenario",
@@ -132,7 +134,7 @@ def _preflight(scenario: Path) -> None:
 
     This one needs no compiler afterwards, and the services find the kernels compiled.
     """
-    command = [sys.executable, "-m", "cli", "check", str(scenario)]
+    command = [sys.executable, *module_entry.command("cli", "check", str(scenario))]
     code = subprocess.run(command, stdout=subprocess.DEVNULL, check=False).returncode
     if code:
         # It has said why.

@@ -265,8 +265,6 @@ def _missing(module: str, extra: str, error: ImportError) -> int:
     if library in ("services", "shared", "dashboard", "lariat", "stack", "benchmarks", "cli"):
         log.exception("%s does not import", module)
         return EXIT_EXCEPTION
-    print(
-        f"{extra}: {library} is not installed; pip install 'lariat-stack[{extra}]' brings it",
-        file=sys.stderr,
-    )
+    way_out = f"run in the clone: pip install -e . -e './stack[{extra}]'"
+    print(f"{extra}: {library} is not installed; {way_out}", file=sys.stderr)
     return EXIT_BAD_INPUT

@@ -1,7 +1,7 @@
-"""Talking to a running stack: a request, and the answer in its owner's state.
+"""Client of a running stack: sends a request and waits for the answer in its owner's state.
 
-Nothing is latched on the bus. A request carries an id; the owner publishes the id that it handled
-last, with the reason when it refused.
+Nothing is latched on the bus. A request carries an id; the owner of the state publishes the id that
+it handled last, with a reason when it refused.
 """
 
 from __future__ import annotations
@@ -21,38 +21,40 @@ from shared.clock import SystemClock
 from shared.messages import ArmCommand, ArmStates, TaskRequest, TaskState
 from shared.service import SECOND
 
-JOIN_PATIENCE = 1.5
-"""Longest wait for the hub [s]."""
-PATIENCE = 3.0
+JOIN_TIMEOUT = 1.5
+"""Longest wait for the bus' hub [s]."""
+ANSWER_TIMEOUT = 3.0
 """Longest wait for an answer [s]."""
-EXPIRY = 2 * SECOND
-"""Age at which a command to an arm is void [ns]."""
+POLL_PERIOD = 0.005
+"""Time between two looks for an answer [s]."""
+COMMAND_LIFETIME = 2 * SECOND
+"""Age at which a command to an arm expires [ns]."""
 
 
 @dataclass(frozen=True)
 class Cell:
-    """Which stack to talk to."""
+    """Address of a stack on the bus."""
 
     connect: tuple[str, ...] = (HUB,)
-    """Where its hub or router is."""
+    """Zenoh endpoints of its hub or router."""
     namespace: str = "cell"
     """Name of the cell on the bus."""
     mode: Literal["peer", "client"] = "peer"
-    """A client talks through a router."""
+    """Zenoh mode: a client talks through a router."""
     settings: Path | None = None
-    """A JSON object of further Zenoh settings by their path: TLS, user, password."""
+    """JSON file of further Zenoh settings by their path, e.g. TLS, user and password."""
 
 
-class Unanswered(RuntimeError):
-    """The stack did not do what it was asked; one line that says why."""
+class RequestFailed(RuntimeError):
+    """A request was refused or not answered; the text is one line that says why."""
 
 
 @contextmanager
-def open(cell: Cell) -> Iterator[Conversation]:
-    """A conversation with a running stack.
+def connect(cell: Cell) -> Iterator[Client]:
+    """Client connected to a running stack.
 
     Raises:
-        Unreachable: There is none.
+        Unreachable: No stack runs at that address.
     """
     options = BusOptions(
         namespace=cell.namespace,
@@ -62,12 +64,12 @@ def open(cell: Cell) -> Iterator[Conversation]:
         settings=cell.settings,
     )
     name = f"lariat-{secrets.token_hex(4)}"
-    with buses.open(options, name, timeout=JOIN_PATIENCE) as bus:
-        yield Conversation(bus, name)
+    with buses.open(options, name, timeout=JOIN_TIMEOUT) as bus:
+        yield Client(bus, name)
 
 
-class Conversation:
-    """Requests and their answers."""
+class Client:
+    """Sender of requests that returns their answers."""
 
     def __init__(self, bus: Bus, name: str) -> None:
         self.bus = bus
@@ -75,35 +77,45 @@ class Conversation:
         self._count = 0
         self._clock = SystemClock()
 
-    def task(self, action: TaskRequest.Action, **fields: Any) -> TaskState:
-        """Asks the controller; its state after that.
+    def request_task(self, action: TaskRequest.Action, **fields: Any) -> TaskState:
+        """State of the task after the controller handled a request.
+
+        Args:
+            action: The request.
+            fields: Further fields of `TaskRequest`.
 
         Raises:
-            Unanswered: It refused, or said nothing.
+            RequestFailed: The controller refused, or did not answer.
         """
         states = self.bus.subscribe(topics.TASK_STATE)
-        requests = self._heard(topics.TASK_REQUEST)
-        # Somebody listens, but perhaps only the recorder so far: who speaks to us is connected.
-        self.wait(states, lambda _: True, "the controller says nothing")
+        requests = self._matched_publisher(topics.TASK_REQUEST)
+        # The matched subscriber may be the recorder alone; a state shows that the controller is
+        # connected as well.
+        self.wait(states, lambda _: True, "the controller publishes no state")
         request = TaskRequest(id=self.next_id(), stamp=self._clock.now(), action=action, **fields)
         requests.put(request)
         return self._answer(states, request.id, "controller")
 
-    def arm(self, action: ArmCommand.Action, **fields: Any) -> ArmStates:
-        """Commands the gateway; its state after that.
+    def command_arms(self, action: ArmCommand.Action, **fields: Any) -> ArmStates:
+        """State of the arms after the gateway handled a command.
+
+        Args:
+            action: The command.
+            fields: Further fields of `ArmCommand`.
 
         Raises:
-            Unanswered: It refused, or said nothing.
+            RequestFailed: The gateway refused, or did not answer.
         """
         states = self.bus.subscribe(topics.ARM_STATE)
-        commands = self._heard(topics.ARM_COMMAND)
-        before: ArmStates = self.wait(states, lambda _: True, "the robot gateway says nothing")
+        commands = self._matched_publisher(topics.ARM_COMMAND)
+        silent = "the robot gateway publishes no state"
+        before: ArmStates = self.wait(states, lambda _: True, silent)
         command = ArmCommand(
             id=self.next_id(),
             stamp=self._clock.now(),
             boot=before.boot,
-            # By the gateway's own clock, which need not be this machine's.
-            expires=before.stamp + EXPIRY,
+            # The gateway's clock counts; it may differ from this machine's.
+            expires=before.stamp + COMMAND_LIFETIME,
             action=action,
             **fields,
         )
@@ -111,40 +123,48 @@ class Conversation:
         return self._answer(states, command.id, "robot gateway")
 
     def next_id(self) -> str:
-        """An id that no other request has."""
+        """Unique id of a new request."""
         self._count += 1
         return f"{self._name}-{self._count}"
 
     def wait(self, states: Subscription, condition: Callable[[Any], bool], otherwise: str) -> Any:
-        """The first message that meets a condition.
+        """First message that meets a condition.
+
+        Args:
+            states: Subscription to look in.
+            condition: Predicate of the message.
+            otherwise: Text of the error when no such message comes in time.
 
         Raises:
-            Unanswered: None came in time; it says `otherwise`.
+            RequestFailed: None came within `ANSWER_TIMEOUT`.
         """
-        deadline = time.monotonic() + PATIENCE
+        deadline = time.monotonic() + ANSWER_TIMEOUT
         while time.monotonic() < deadline:
             for _, item in states.take():
                 if condition(item.message):
                     return item.message
-            time.sleep(0.005)
-        raise Unanswered(f"{otherwise}; `lariat status` shows who runs")
+            time.sleep(POLL_PERIOD)
+        raise RequestFailed(f"{otherwise}; `lariat status` shows which processes run")
 
     def _answer(self, states: Subscription, request: str, owner: str) -> Any:
         def handled(state: TaskState | ArmStates) -> bool:
             last = state.last_request if isinstance(state, TaskState) else state.last_command
             return last == request
 
-        state = self.wait(states, handled, f"the {owner} has not answered in {PATIENCE:g} s")
+        silent = f"the {owner} has not answered within {ANSWER_TIMEOUT:g} s"
+        state = self.wait(states, handled, silent)
         if state.refusal:
-            raise Unanswered(f"refused: {state.refusal}")
+            raise RequestFailed(f"refused: {state.refusal}")
         return state
 
-    def _heard(self, topic: topics.Topic) -> Publisher:
-        """A publisher that somebody listens to: who comes later hears nothing of it."""
+    def _matched_publisher(self, topic: topics.Topic) -> Publisher:
+        """Publisher with a subscriber: requests are not kept for one that comes later."""
         publisher = self.bus.publisher(topic)
-        deadline = time.monotonic() + PATIENCE
+        deadline = time.monotonic() + ANSWER_TIMEOUT
         while not publisher.heard:
             if time.monotonic() > deadline:
-                raise Unanswered(f"nobody takes {topic.key}; `lariat status` shows who runs")
-            time.sleep(0.005)
+                raise RequestFailed(
+                    f"no process subscribes to {topic.key}; `lariat status` shows which run"
+                )
+            time.sleep(POLL_PERIOD)
         return publisher

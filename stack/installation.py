@@ -16,7 +16,7 @@ def check(scenario: Scenario, parts: Sequence[str]) -> None:
             if find_spec(library) is None:
                 raise ConfigurationError(
                     f"{part} needs {library}, which is not installed; "
-                    f"install it with: pip install 'lariat-stack[{part}]'"
+                    f"run in the clone: pip install -e . -e './stack[{part}]'"
                 )
 
 

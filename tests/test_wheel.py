@@ -1,4 +1,4 @@
-"""The library's wheel: it holds `lariat` alone, and works in an environment that has nothing else."""
+"""The library's wheel holds `lariat` alone and works in an empty environment."""
 
 from __future__ import annotations
 

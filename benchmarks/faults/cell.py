@@ -11,7 +11,6 @@ import secrets
 import signal
 import socket
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -25,8 +24,9 @@ from shared.messages import REACHED, RUNNING, ArmCommand, ArmStates, StackState,
 from shared.scenario import Scenario
 from stack import client, services
 from stack.client import Conversation, Unanswered
-from stack.launcher.library_settings import LIBRARY_SETTINGS
-from stack.launcher.process import CHILD
+from stack.launcher import module_entry
+from stack.launcher.library_environment import LIBRARY_ENVIRONMENT
+from stack.launcher.process import child_command
 from stack.scenario_overrides import load_with
 
 HOST, ARM_HOST = "127.0.0.41", "127.0.0.42"
@@ -84,7 +84,8 @@ class FaultCell:
         if self.has_other:
             self.start_other_emulator()
         ports = PORTS if firmware == "v3" else (29999, 30004)
-        proxy = ("-m", "benchmarks.faults.proxy", HOST, ARM_HOST, *(str(p) for p in ports))
+        addresses = (HOST, ARM_HOST, *(str(p) for p in ports))
+        proxy = module_entry.command("benchmarks.faults.proxy", *addresses)
         self.proxy = self._start(proxy)
         self.start_stack()
 
@@ -100,15 +101,14 @@ class FaultCell:
         self.other_emulator = self._start(self._emulator(OTHER_HOST, OTHER))
 
     def _emulator(self, host: str, side: str, *more: str) -> list[str]:
-        command = ["-m", "services.cr5_emulator", "--host", host]
+        command = [*module_entry.command("services.cr5_emulator", "--host", host)]
         command += ["--scenario", str(self._source), "--side", side]
         return [*command, "--arm.power-on-time", "0.5", *more]
 
     def _start(self, arguments: Sequence[str]) -> subprocess.Popen[bytes]:
         """A process that goes before the stack, as an arm and a network do; raises Missing."""
-        shim = [sys.executable, "-I", "-S", str(CHILD), str(int(signal.SIGKILL)), str(os.getpid())]
         process = subprocess.Popen(
-            [*shim, str(NICENESS), sys.executable, *arguments],
+            child_command(signal.SIGKILL, NICENESS, arguments),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             env=_environment(),
@@ -116,7 +116,7 @@ class FaultCell:
         )
         assert process.stdout is not None
         if not process.stdout.readline().startswith(b"ready"):
-            raise Missing(f"{arguments[1]} does not start; is another bench running?")
+            raise Missing(f"{arguments[2]} does not start; is another bench running?")
         return process
 
     def reap(self, name: str) -> None:
@@ -144,7 +144,8 @@ class FaultCell:
 
     def start_router(self) -> None:
         """The one that all of them connect to."""
-        self._run("router", ["-m", "shared.router", "--listen", f"tcp/127.0.0.1:{self.port}"])
+        listen = f"tcp/127.0.0.1:{self.port}"
+        self._run("router", module_entry.command("shared.router", "--listen", listen))
 
         def listens() -> bool:
             with socket.socket() as probe:
@@ -153,16 +154,15 @@ class FaultCell:
         until(listens, 20.0, "the router does not listen")
 
     def _start_service(self, name: str) -> None:
-        command = ["-m", f"services.{name}", "--scenario", str(self._file)]
+        command = [*module_entry.command(f"services.{name}", "--scenario", str(self._file))]
         command += ["--connect", f"tcp/127.0.0.1:{self.port}", "--namespace", self.namespace]
         self._run(name, [*command, "--mode", "client", "--listen"])
 
     def _run(self, name: str, arguments: Sequence[str]) -> None:
         """A process that ends with this one."""
-        shim = [sys.executable, "-I", "-S", str(CHILD), str(int(signal.SIGKILL)), str(os.getpid())]
         with (self.folder / f"{name}.txt").open("ab") as file:
             self._services[name] = subprocess.Popen(
-                [*shim, str(PRIORITIES.get(name, 0)), sys.executable, *arguments],
+                child_command(signal.SIGKILL, PRIORITIES.get(name, 0), arguments),
                 stdout=file,
                 stderr=subprocess.STDOUT,
                 env=_environment(),
@@ -175,11 +175,11 @@ class FaultCell:
         with output.open("ab") as file:
             start = file.tell()
             # It puts everything in order when this process is killed.
-            command = [sys.executable, "-I", "-S", str(CHILD), str(int(signal.SIGTERM))]
-            command += [str(os.getpid()), "0", sys.executable, "-m", "cli", "up"]
-            command += [str(self._file)]
-            command += ["--port", str(self.port), "--namespace", self.namespace]
-            command += ["--no-dashboard", "--no-record"]
+            arguments = [str(self._file), "--port", str(self.port), "--namespace", self.namespace]
+            arguments += ["--no-dashboard", "--no-record"]
+            command = child_command(
+                signal.SIGTERM, 0, module_entry.command("cli", "up", *arguments)
+            )
             self.stack = subprocess.Popen(
                 command, stdout=file, stderr=subprocess.STDOUT, env=_environment(), cwd=self.folder
             )
@@ -385,7 +385,7 @@ def until(condition: Callable[[], bool], seconds: float, otherwise: str) -> None
 
 
 def _environment() -> dict[str, str]:
-    return {**os.environ, **LIBRARY_SETTINGS}
+    return {**os.environ, **LIBRARY_ENVIRONMENT}
 
 
 def _free_port() -> int:

@@ -1,4 +1,4 @@
-"""An Intel RealSense through its maker's library, which is an optional extra: lariat[camera].
+"""An Intel RealSense through its maker's library, which is an optional extra: camera of the stack.
 
 The library's own recordings (.db3, .bag) play in the device's place.
 """

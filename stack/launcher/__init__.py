@@ -1,0 +1,1 @@
+"""Launcher: starts, watches, restarts and ends the processes of a live stack."""

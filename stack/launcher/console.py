@@ -1,4 +1,4 @@
-"""Lines of several processes in one terminal."""
+"""Console output of several processes in one terminal."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ _NAME_COLORS = (36, 33, 32, 35, 34, 96, 93, 92, 95, 94)
 _LEVEL_COLORS = {"error": 31, "warning": 33}
 
 
-class Lines:
-    """Prints lines with the name of who said them in front, in colour on a terminal."""
+class ProcessConsole:
+    """Printer of lines, each after the name of its process; in colour on a terminal."""
 
     def __init__(self, stream: TextIO = sys.stderr, width: int = 13) -> None:
         self._stream = stream
@@ -19,8 +19,15 @@ class Lines:
         self._colored = stream.isatty()
         self._colors: dict[str, int] = {}
 
-    def say(self, name: str, text: str, level: str = "") -> None:
-        """Prints one line; a line that begins with a level in words has that level."""
+    def print_line(self, name: str, text: str, level: str = "") -> None:
+        """Print one line.
+
+        Args:
+            name: Name of the process.
+            text: The line.
+            level: "error" or "warning", which are coloured; by default the word before the line's
+                first colon.
+        """
         level = level or text.partition(":")[0]
         color = _LEVEL_COLORS.get(level)
         if not self._colored:
@@ -31,13 +38,14 @@ class Lines:
         print(f"\x1b[{own}m{name:>{self._width}} |\x1b[0m {text}", file=self._stream, flush=True)
 
 
-class LineHandler(logging.Handler):
-    """Prints what the launcher's own process logs among the other lines."""
+class ConsoleHandler(logging.Handler):
+    """Logging handler that prints the launcher's own log records among the processes' lines."""
 
-    def __init__(self, lines: Lines) -> None:
+    def __init__(self, console: ProcessConsole) -> None:
         super().__init__(logging.INFO)
-        self._lines = lines
+        self._console = console
 
     def emit(self, record: logging.LogRecord) -> None:
+        """Print one record."""
         level = "" if record.levelno == logging.INFO else record.levelname.lower()
-        self._lines.say("lariat", self.format(record), level)
+        self._console.print_line("lariat", self.format(record), level)

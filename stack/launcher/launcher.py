@@ -1,8 +1,8 @@
-"""Keeps the processes of a stack: starts them, watches them, replaces the dead, ends all.
+"""Launcher of a stack: starts its processes, watches them, restarts the dead, ends all.
 
-The launcher holds the hub of the bus, so that the others find each other. A process is ready when
-its first health comes. One that dies is started again, later each time; three deaths within a
-minute end the stack. A restarted gateway never arms by itself.
+The launcher holds the hub of the bus, through which the processes find each other. A process is
+ready when its first health message comes. A process that dies is started again, after a delay that
+doubles; three deaths within a minute end the stack. A restarted gateway never arms by itself.
 """
 
 from __future__ import annotations
@@ -23,32 +23,34 @@ from shared.messages import (
     StackState,
     TaskRequest,
 )
-from stack.launcher.console import Lines
+from stack.launcher.console import ProcessConsole
 from stack.launcher.process import Process, Program
 
-TICK = 0.05
-"""Longest time between two looks at everything [s]."""
-FROZEN = 2.0
-"""Age of health at which a process counts as frozen [s], on top of what a step may last."""
-DEATHS = 3
+WATCH_PERIOD = 0.05
+"""Longest time between two checks of all processes [s]."""
+FROZEN_AGE = 2.0
+"""Age of the last health message, beyond the longest step, at which a process is frozen [s]."""
+MAX_DEATHS = 3
+"""Deaths within `DEATH_WINDOW` that end the stack."""
 DEATH_WINDOW = 60.0
-"""So many deaths within so many seconds end the stack."""
-FIRST_DELAY = 0.25
-"""Before the first restart [s]; doubles with each death in the window."""
-HOLD_PATIENCE = 0.6
+"""Duration over which deaths count [s]."""
+FIRST_RESTART_DELAY = 0.25
+"""Delay of the first restart [s]; it doubles with each death in the window."""
+HOLD_TIMEOUT = 0.6
 """Longest wait for the arms to stand before the processes are ended [s]."""
-STAGE_PATIENCE = 0.7
+STAGE_TIMEOUT = 0.7
 """Longest wait for the processes of one stage to end before they are killed [s]."""
-BAD_INPUT = 2
+EXIT_BAD_INPUT = 2
+"""Exit code of a process that refuses its scenario: it is not started again."""
 
 
 class Launcher:
-    """The processes of one stack."""
+    """Launcher of the processes of one stack."""
 
-    def __init__(self, programs: Sequence[Program], bus: Bus, lines: Lines) -> None:
+    def __init__(self, programs: Sequence[Program], bus: Bus, console: ProcessConsole) -> None:
         self._processes = [Process(program) for program in programs]
         self._by_pid: dict[int, Process] = {}
-        self._lines = lines
+        self._console = console
         self._clock = SystemClock()
         self._health = bus.subscribe(topics.HEALTH)
         self._task = bus.subscribe(topics.TASK_STATE)
@@ -61,13 +63,13 @@ class Launcher:
         self._started = 0.0
 
     def run(self, when_ready: Callable[[float], None]) -> int:
-        """Starts everything, keeps it until a signal comes or it fails for good, and ends it.
+        """Start all processes, keep them until a signal or a final failure, and end them.
 
         Args:
-            when_ready: Called once with the seconds that it took until all were ready.
+            when_ready: Called once, with the time until all processes were ready [s].
 
         Returns:
-            0 after a signal; otherwise the exit code of the process that could not be kept.
+            0 after a signal; otherwise the exit code of the process that failed for good.
         """
         handled = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
         former = [signal.signal(number, self._signal) for number in handled]
@@ -89,10 +91,10 @@ class Launcher:
     def _watch(self, when_ready: Callable[[float], None]) -> int:
         waiting = True
         while not self._signals:
-            self._look()
+            self._poll_outputs()
             now = time.monotonic()
             for process in self._processes:
-                code = self._tend(process, now)
+                code = self._supervise(process, now)
                 if code is not None:
                     return code
             if waiting and all(p.state == "ready" for p in self._processes):
@@ -102,65 +104,67 @@ class Launcher:
                 self._publish()
         return 0
 
-    def _look(self) -> None:
-        """Waits a moment for lines, prints them, and reads the bus."""
-        for key, _ in self._selector.select(TICK):
+    def _poll_outputs(self) -> None:
+        """Wait for output for one period, print it, and read health messages."""
+        for key, _ in self._selector.select(WATCH_PERIOD):
             self._print(key.data)
         for _, item in self._health.take():
             process = self._by_pid.get(item.message.process)
             if process and process.running:
-                process.heard = time.monotonic()
+                process.last_health = time.monotonic()
                 process.longest_step = 1e-3 * item.message.longest_step_ms
                 if process.state in ("starting", "frozen"):
                     if process.state == "frozen":
-                        self._lines.say(process.program.name, "answers again", "warning")
+                        self._console.print_line(process.program.name, "answers again", "warning")
                     self._change(process, "ready")
 
     def _print(self, process: Process) -> None:
         for line in process.lines():
-            self._lines.say(process.program.name, line)
+            self._console.print_line(process.program.name, line)
             ready_line = process.program.ready_line
             if ready_line and ready_line in line and process.state == "starting":
                 self._change(process, "ready")
 
-    def _tend(self, process: Process, now: float) -> int | None:
-        """Restarts, notices death and frost; an exit code when the stack cannot go on."""
+    def _supervise(self, process: Process, now: float) -> int | None:
+        """Restart the process if due and notice its death; an exit code when the stack must end."""
         if process.state == "restarting":
             if now >= process.restart_at:
                 process.restarts += 1
                 self._start(process)
             return None
-        code = process.ended()
+        code = process.poll()
         if code is not None:
-            return self._bury(process, code, now)
+            return self._handle_death(process, code, now)
         if process.state == "ready" and not process.program.ready_line:
-            silence = now - process.heard
-            if silence > FROZEN + process.longest_step:
+            silence = now - process.last_health
+            if silence > FROZEN_AGE + process.longest_step:
                 text = f"frozen: no health for {silence:.1f} s"
-                self._lines.say(process.program.name, text, "error")
+                self._console.print_line(process.program.name, text, "error")
                 self._change(process, "frozen")
         return None
 
-    def _bury(self, process: Process, code: int, now: float) -> int | None:
+    def _handle_death(self, process: Process, code: int, now: float) -> int | None:
         name = process.program.name
         self._print(process)
         self._selector.unregister(process.output)
         del self._by_pid[process.pid]
-        process.forget()
+        process.close()
         process.deaths = [t for t in process.deaths if now - t < DEATH_WINDOW] + [now]
         count = len(process.deaths)
-        refused = code == BAD_INPUT and process.state == "starting" and not process.restarts
-        if refused or count >= DEATHS:
+        refused = code == EXIT_BAD_INPUT and process.state == "starting" and not process.restarts
+        if refused or count >= MAX_DEATHS:
             self._change(process, "dead")
             if not refused:
                 text = (
-                    f"died ({meaning(code)}), {count} times within {DEATH_WINDOW:.0f} s: giving up"
+                    f"died ({describe_exit(code)}), {count} times within {DEATH_WINDOW:.0f} s: "
+                    "giving up"
                 )
-                self._lines.say(name, text, "error")
+                self._console.print_line(name, text, "error")
             return code or 1
-        delay = FIRST_DELAY * 2 ** (count - 1)
+        delay = FIRST_RESTART_DELAY * 2 ** (count - 1)
         process.restart_at = now + delay
-        self._lines.say(name, f"died ({meaning(code)}); restarting in {delay:g} s", "error")
+        text = f"died ({describe_exit(code)}); restarting in {delay:g} s"
+        self._console.print_line(name, text, "error")
         self._change(process, "restarting")
         return None
 
@@ -192,20 +196,21 @@ class Launcher:
         )
 
     def _stop(self) -> None:
-        """Ends all processes: first the motion, then stage by stage, at last by force."""
+        """End all processes: hold the arms, then end stage by stage, at last by force."""
         begun = time.monotonic()
-        self._lines.say("lariat", "stopping")
+        self._console.print_line("lariat", "stopping")
         self._hold()
         for stage in sorted({p.program.stage for p in self._processes}):
             group = [p for p in self._processes if p.program.stage == stage and p.running]
             for process in group:
                 process.send(signal.SIGTERM)
-            deadline = time.monotonic() + STAGE_PATIENCE
+            deadline = time.monotonic() + STAGE_TIMEOUT
             while any(p.running for p in group) and time.monotonic() < deadline:
-                self._look_while_stopping()
+                self._print_while_stopping()
             for process in group:
                 if process.running:
-                    self._lines.say(process.program.name, "does not end; killed", "warning")
+                    name = process.program.name
+                    self._console.print_line(name, "does not end; killed", "warning")
                     process.send(signal.SIGKILL)
         self._kill_all()
         for process in self._processes:
@@ -213,19 +218,19 @@ class Launcher:
                 time.sleep(0.005)
             if process.pid:
                 self._print(process)
-                process.forget()
+                process.close()
             if process.state != "dead":
                 process.state = "stopped"
         self._publish()
-        self._lines.say("lariat", f"stopped in {time.monotonic() - begun:.1f} s")
+        self._console.print_line("lariat", f"stopped in {time.monotonic() - begun:.1f} s")
 
-    def _look_while_stopping(self) -> None:
+    def _print_while_stopping(self) -> None:
         for key, _ in self._selector.select(0.01):
             self._print(key.data)
         time.sleep(0.005)
 
     def _hold(self) -> None:
-        """Has a running task stopped, so that the arms stand before their gateway goes."""
+        """Stop a running task, so that the arms stand still before their gateway ends."""
         running = [i.message.state == RUNNING for _, i in self._task.take()]
         if not (running and running[-1]):
             return
@@ -234,10 +239,10 @@ class Launcher:
             TaskRequest(id=request, stamp=self._clock.now(), action=TaskRequest.STOP)
         )
         self._arm.take()
-        deadline = time.monotonic() + HOLD_PATIENCE
+        deadline = time.monotonic() + HOLD_TIMEOUT
         answered = False
         while time.monotonic() < deadline and self._signals < 2:
-            self._look_while_stopping()
+            self._print_while_stopping()
             answered |= any(i.message.last_request == request for _, i in self._task.take())
             arms = [i.message for _, i in self._arm.take()]
             if answered and arms and arms[-1].mode != ArmStates.MOVING and not arms[-1].braking:
@@ -248,8 +253,8 @@ class Launcher:
             process.send(signal.SIGKILL)
 
 
-def meaning(code: int) -> str:
-    """An exit code in words."""
+def describe_exit(code: int) -> str:
+    """Description of an exit code as a shell counts it."""
     if code > 128:
         try:
             return f"killed by {signal.Signals(code - 128).name}"

@@ -1,4 +1,4 @@
-"""One process of the stack: starting it, reading its lines, ending it."""
+"""Process of the stack: started, its output read, signalled, its end noticed."""
 
 from __future__ import annotations
 
@@ -6,62 +6,72 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO
 
-from stack.launcher.library_settings import LIBRARY_SETTINGS
+from stack.launcher import module_entry
+from stack.launcher.library_environment import LIBRARY_ENVIRONMENT
 
-CHILD = Path(__file__).with_name("subprocess_entry.py")
-ENVIRONMENT = {**LIBRARY_SETTINGS, "PYTHONUNBUFFERED": "1"}
+CHILD_PROCESS = Path(__file__).with_name("child_process.py")
+ENVIRONMENT = {**LIBRARY_ENVIRONMENT, "PYTHONUNBUFFERED": "1"}
+"""Environment variables that every process gets."""
+READ_SIZE = 65536
+"""Bytes of output read at once."""
+READS_AT_ONCE = 16
+"""Most reads in a row: a process that prints without end must not keep the launcher busy."""
 
 
 @dataclass(frozen=True)
 class Program:
-    """What to start."""
+    """Program that a process runs."""
 
     name: str
-    arguments: tuple[str, ...]
-    """Of this Python interpreter."""
+    module: str
+    """Dotted name of the module to run, e.g. "services.sim"."""
+    arguments: tuple[str, ...] = ()
+    """Arguments of the module."""
     restart_arguments: tuple[str, ...] = ()
-    """Further ones when it replaces a process that died."""
+    """Further arguments when it replaces a process that died."""
     stage: int = 0
-    """Stages are ended in their order, each after the one before is gone."""
+    """Stage of the shutdown: stages end in ascending order, each after the one before."""
     niceness: int = 0
+    """Scheduling priority, nice(2); below 0 only where the system allows it."""
     ready_line: str = ""
-    """What it prints when it is ready; empty: its first health says so."""
+    """Text of the line that it prints when ready; empty: its first health message says so."""
     death_signal: signal.Signals = signal.SIGKILL
-    """Sent by the kernel when the launcher is killed."""
+    """Signal that the kernel sends it when the launcher is killed."""
 
 
 @dataclass
 class Process:
-    """A program and the process that runs it now."""
+    """A program and the process that runs it."""
 
     program: Program
     state: str = "starting"
-    """starting, ready, frozen, restarting, dead or stopped"""
+    """One of starting, ready, frozen, restarting, dead, stopped."""
     restarts: int = 0
     exit_code: int = 0
-    """Of the death before, as a shell counts: 128 and the signal when one ended it."""
+    """Exit code of the last death as a shell counts: 128 plus the signal that ended it."""
     deaths: list[float] = field(default_factory=list)
-    """When it died [s, monotonic]."""
+    """Instants of its deaths [s, monotonic]."""
     restart_at: float = 0.0
-    heard: float = 0.0
-    """When its health came last [s, monotonic]."""
+    """Instant of the next restart [s, monotonic]."""
+    last_health: float = 0.0
+    """Instant of its last health message [s, monotonic]."""
     longest_step: float = 0.0
-    """What it says a step may last, during which no health comes [s]."""
+    """Longest step that it declares, during which no health message comes [s]."""
     _popen: subprocess.Popen[bytes] | None = None
-    _rest: bytes = b""
+    _unfinished_line: bytes = b""
 
     def start(self) -> None:
-        """Starts the program in a session of its own: Ctrl-C in the terminal must not reach it."""
+        """Start the program in a session of its own: Ctrl-C in the terminal must not reach it."""
         program = self.program
-        shim = [sys.executable, "-I", "-S", str(CHILD), str(int(program.death_signal))]
-        shim += [str(os.getpid()), str(program.niceness), sys.executable]
-        more = program.restart_arguments if self.restarts else ()
+        arguments = program.arguments + (program.restart_arguments if self.restarts else ())
+        command = module_entry.command(program.module, *arguments)
         self._popen = subprocess.Popen(
-            [*shim, *program.arguments, *more],
+            child_command(program.death_signal, program.niceness, command),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -69,44 +79,44 @@ class Process:
             start_new_session=True,
         )
         os.set_blocking(self.output.fileno(), False)
-        self._rest = b""
+        self._unfinished_line = b""
         self.state = "starting"
 
     @property
     def pid(self) -> int:
-        """0 before the first start."""
+        """Process id; 0 before the first start."""
         return self._popen.pid if self._popen else 0
 
     @property
     def output(self) -> IO[bytes]:
-        """What it prints."""
+        """Stream of its standard output and standard error."""
         assert self._popen is not None
         assert self._popen.stdout is not None
         return self._popen.stdout
 
     @property
     def running(self) -> bool:
+        """Whether the process exists."""
         return self._popen is not None and self._popen.poll() is None
 
     def lines(self) -> list[str]:
-        """Whole lines printed since the last call; what is left of one when it has ended."""
+        """Lines printed since the last call; the last one may be unfinished at the process' end."""
         if self._popen is None or self.output.closed:
             return []
-        # A process that talks without end must not keep the launcher from the others.
         chunk = None
-        for _ in range(16):
-            chunk = self.output.read(65536)
+        for _ in range(READS_AT_ONCE):
+            chunk = self.output.read(READ_SIZE)
             if not chunk:
                 break
-            self._rest += chunk
-        *lines, self._rest = self._rest.split(b"\n")
-        if chunk == b"" and self._rest:
-            lines.append(self._rest)
-            self._rest = b""
+            self._unfinished_line += chunk
+        *lines, self._unfinished_line = self._unfinished_line.split(b"\n")
+        if chunk == b"" and self._unfinished_line:
+            lines.append(self._unfinished_line)
+            self._unfinished_line = b""
         return [line.decode(errors="replace").rstrip() for line in lines]
 
-    def ended(self) -> int | None:
-        """Its exit code as a shell counts, None while it runs; cleans up after it."""
+    def poll(self) -> int | None:
+        """Exit code as a shell counts; None while the process runs or before its start."""
         if self._popen is None:
             return None
         code = self._popen.poll()
@@ -115,13 +125,28 @@ class Process:
         self.exit_code = 128 - code if code < 0 else code
         return self.exit_code
 
-    def forget(self) -> None:
-        """Closes what is left of a process that has ended."""
+    def close(self) -> None:
+        """Close the output of a process that has ended."""
         if self._popen is not None:
             self.output.close()
             self._popen = None
 
     def send(self, number: signal.Signals) -> None:
-        """Sends a signal to the process and all that it started."""
+        """Send a signal to the process and to all that it started."""
         if self._popen is not None and self._popen.poll() is None:
             os.killpg(self._popen.pid, number)
+
+
+def child_command(
+    death_signal: signal.Signals, niceness: int, arguments: Sequence[str]
+) -> list[str]:
+    """Command line of a Python process that ends with this one.
+
+    Args:
+        death_signal: Signal that the kernel sends it when this process dies.
+        niceness: Its scheduling priority, nice(2).
+        arguments: Arguments of the Python interpreter.
+    """
+    entry = [sys.executable, "-I", "-S", str(CHILD_PROCESS)]
+    entry += [str(int(death_signal)), str(os.getpid()), str(niceness)]
+    return [*entry, sys.executable, *arguments]

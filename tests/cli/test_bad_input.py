@@ -109,7 +109,7 @@ def test_a_library_that_is_not_installed(
     monkeypatch.setattr(installation, "find_spec", without_mujoco)
     line = refused(capfd, "up", str(scenario))
     assert "sim needs mujoco, which is not installed" in line
-    assert "pip install 'lariat[sim]'" in line
+    assert "pip install -e . -e './stack[sim]'" in line
 
 
 def test_words_that_are_no_verb(capfd: pytest.CaptureFixture[str]) -> None:

@@ -1,4 +1,4 @@
-"""Launches small services as `lariat up` launches the real ones:
+"""Launcher of small services, as `lariat up` launches the real ones:
 
 python -m tests.stack.launch PORT NAMESPACE NAME[:BUILD]...
 """
@@ -9,7 +9,7 @@ import sys
 
 from shared import bus as buses
 from shared.bus import BusOptions
-from stack.launcher.console import Lines
+from stack.launcher.console import ProcessConsole
 from stack.launcher.launcher import Launcher
 from stack.launcher.process import Program
 
@@ -20,12 +20,12 @@ def main() -> int:
     programs = []
     for name in names:
         name, _, build = name.partition(":")
-        arguments = ("-m", "tests.shared.beacon", "--namespace", namespace, "--connect", hub)
-        more = ("--name", name, "--build", build)
-        programs.append(Program(name, arguments + more, restart_arguments=("--restarted",)))
+        arguments = ("--namespace", namespace, "--connect", hub, "--name", name, "--build", build)
+        restarted = ("--restarted",)
+        programs.append(Program(name, "tests.shared.beacon", arguments, restarted))
     options = BusOptions(namespace, connect=(), listen=(hub,))
     with buses.open(options, "lariat") as bus:
-        launcher = Launcher(programs, bus, Lines(sys.stderr))
+        launcher = Launcher(programs, bus, ProcessConsole(sys.stderr))
         return launcher.run(lambda seconds: print("all ready", flush=True))
 
 

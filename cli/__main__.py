@@ -1,6 +1,6 @@
-"""`lariat VERB`: what a person types.
+"""Command line: `lariat VERB`.
 
-A verb is imported when it is asked for: `lariat --help` must not wait for compilers.
+A verb's module is imported when the verb is used: `lariat --help` does not wait for compilers.
 """
 
 from __future__ import annotations
@@ -17,30 +17,37 @@ SUCCESS, FAILURE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 VERBS = {
     "up": ("cli.up:main", "the whole stack, live, with dashboard and recorder"),
     "run": ("cli.run:main", "the closed loop on simulated time, headless"),
-    "check": ("cli.check:main", "say what is wrong with a scenario"),
-    "status": ("cli.status:main", "how a running stack is"),
+    "check": ("cli.check:main", "check a scenario before anything moves"),
+    "status": ("cli.status:main", "state of a running stack"),
     "goal": ("cli.goal:main", "set the goal of a running stack"),
     "start": ("cli.task:start", "start the run, or resume a paused one"),
-    "pause": ("cli.task:pause", "pause the run; the arms hold"),
-    "stop": ("cli.task:stop", "end the run; the arms hold"),
-    "reset": ("cli.task:reset", "rope and arms back to the start; simulation only"),
+    "pause": ("cli.task:pause", "pause the run: the arms hold"),
+    "stop": ("cli.task:stop", "end the run: the arms hold"),
+    "reset": ("cli.task:reset", "return rope and arms to the start (simulation only)"),
     "arm": ("cli.arm:arm", "allow the arms to move"),
     "disarm": ("cli.arm:disarm", "stop the arms and keep them still"),
-    "ack": ("cli.arm:ack", "acknowledge why the arms hold"),
+    "ack": ("cli.arm:ack", "acknowledge the reason of a hold"),
     "grip": ("cli.arm:grip", "open or close a gripper"),
-    "show": ("cli.show:main", "a recording in the dashboard, with a time bar"),
-    "replay": ("cli.replay:main", "feed services their recorded inputs, compare outputs"),
-    "repair": ("cli.repair:main", "make a cut recording whole"),
-    "identify": ("cli.identify:main", "a rope's material from its measured motion"),
-    "calibrate": ("cli.calibrate:main", "where the camera stands, by a marker on an arm"),
-    "see": ("cli.see:main", "the rope in one picture, from any camera"),
-    "bench": ("", "a table of the paper, or a speed"),
+    "show": ("cli.show:main", "open a recording in the dashboard, with a time bar"),
+    "replay": ("cli.replay:main", "feed services their recorded inputs and compare the outputs"),
+    "repair": ("cli.repair:main", "restore what is readable of a damaged recording"),
+    "identify": ("cli.identify:main", "identify a rope's material from its measured motion"),
+    "calibrate": ("cli.calibrate:main", "camera pose from a marker that an arm carries"),
+    "see": ("cli.see:main", "centre lines of the ropes in one picture"),
+    "bench": ("", "run a benchmark and print its table"),
 }
-TALKING = ("status", "goal", "start", "pause", "stop", "reset", "arm", "disarm", "ack", "grip")
+CLIENT_VERBS = ("status", "goal", "start", "pause", "stop", "reset", "arm", "disarm", "ack", "grip")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs one verb; its exit code."""
+    """Run one verb.
+
+    Args:
+        arguments: Words after `lariat`; by default those of the command line.
+
+    Returns:
+        0 for success, 1 for an honest failure, 2 for bad input, 130 after Ctrl-C.
+    """
     for name, value in LIBRARY_ENVIRONMENT.items():
         os.environ.setdefault(name, value)
     argv = list(sys.argv[1:] if arguments is None else arguments)
@@ -62,14 +69,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _call(target: str, prog: str, arguments: Sequence[str]) -> int:
-    """Imports `module:function` and runs it with arguments of the command line."""
+    """Import `module:function` and run it with arguments of the command line."""
     import inspect
 
     import tyro
 
     from shared.bus import BusError, Unreachable
     from shared.configuration import ConfigurationError
-    from stack.client import Unanswered
+    from stack.client import RequestFailed
 
     module, _, function = target.partition(":")
     try:
@@ -78,7 +85,7 @@ def _call(target: str, prog: str, arguments: Sequence[str]) -> int:
         return tyro.cli(verb, prog=prog, description=text, args=list(arguments)) or SUCCESS
     except ImportError as error:
         return _refuse(_missing(prog, module, error))
-    except (Unanswered, Unreachable) as error:
+    except (RequestFailed, Unreachable) as error:
         print(f"lariat: {error}", file=sys.stderr)
         return FAILURE
     except (ConfigurationError, BusError) as error:
@@ -106,11 +113,12 @@ def _bench(arguments: Sequence[str]) -> int:
 
 
 def _verb_first(argv: list[str]) -> list[str]:
-    """Options before a talking verb count as its own, so that an alias can hold the cell:
+    """Arguments with the options before a client verb moved behind it, so that an alias can name
+    a cell:
     `alias cell2="lariat --connect tcp/cell2:7447 --mode client"`, then `cell2 start`."""
     if not argv[0].startswith("-"):
         return argv
-    place = next((k for k, word in enumerate(argv) if word in TALKING), None)
+    place = next((k for k, word in enumerate(argv) if word in CLIENT_VERBS), None)
     return argv if place is None else [argv[place], *argv[place + 1 :], *argv[:place]]
 
 
@@ -118,9 +126,9 @@ def _missing(prog: str, module: str, error: ImportError) -> str:
     library = (error.name or str(error)).partition(".")[0]
     if library in ("lariat", "shared", "services", "dashboard", "stack", "benchmarks", "cli"):
         if not isinstance(error, ModuleNotFoundError):
-            raise error  # The file is there and asks for what is not: a mistake of ours.
+            raise error  # The module exists and imports a name that does not: an error of ours.
         return f"{prog} is not part of this installation ({error.name or error})"
-    return f"{prog} needs {library}, which is not installed; run `make .venv/installed` in the clone"
+    return f"{prog} needs {library}, which is not installed; `make .venv/installed` installs it"
 
 
 def _refuse(line: str) -> int:

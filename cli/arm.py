@@ -1,4 +1,4 @@
-"""`lariat arm`, `disarm`, `ack` and `grip`: the arms of a live stack."""
+"""`lariat arm`, `disarm`, `ack` and `grip`: commands to the arms of a running stack."""
 
 from __future__ import annotations
 
@@ -8,48 +8,50 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from cli.task import HERE, ToCell
+from cli.task import LOCAL, CellOptions
 from shared.messages import ArmCommand, ArmStates
 from shared.scenario import Side
-from stack import client
-from stack.client import Cell
+from stack.client import Cell, connect
+
+TRACKING_ERROR_SHOWN = 1e-3
+"""Tracking error above which it is printed [m]."""
 
 
-def arm(json: bool = False, cell: ToCell = HERE) -> int:
-    """Allow the arms to move. Look at the cell first.
+def arm(json: bool = False, cell: CellOptions = LOCAL) -> int:
+    """Arm: allow the arms to move. Look at the cell first.
 
     Examples:
       lariat arm
 
     Args:
         json: Answer with one JSON object on standard output.
-        cell: Which stack.
+        cell: Address of the stack.
     """
     return _command(ArmCommand.ARM, json, cell)
 
 
-def disarm(json: bool = False, cell: ToCell = HERE) -> int:
-    """Stop the arms and let nothing move them until they are armed again.
+def disarm(json: bool = False, cell: CellOptions = LOCAL) -> int:
+    """Stop the arms and keep them still until they are armed again.
 
     Examples:
       lariat disarm
 
     Args:
         json: Answer with one JSON object on standard output.
-        cell: Which stack.
+        cell: Address of the stack.
     """
     return _command(ArmCommand.DISARM, json, cell)
 
 
-def ack(json: bool = False, cell: ToCell = HERE) -> int:
-    """Acknowledge why the arms hold, so that they may go on. Look at the cell first.
+def ack(json: bool = False, cell: CellOptions = LOCAL) -> int:
+    """Acknowledge the reason of a hold, so that the arms may move again. Look at the cell first.
 
     Examples:
       lariat ack
 
     Args:
         json: Answer with one JSON object on standard output.
-        cell: Which stack.
+        cell: Address of the stack.
     """
     return _command(ArmCommand.ACKNOWLEDGE, json, cell)
 
@@ -59,9 +61,9 @@ def grip(
     /,
     side: Side = "right",
     json: bool = False,
-    cell: ToCell = HERE,
+    cell: CellOptions = LOCAL,
 ) -> int:
-    """Open or close a gripper, while the arms rest.
+    """Open or close a gripper while the arms stand still.
 
     Examples:
       lariat grip open
@@ -69,25 +71,25 @@ def grip(
 
     Args:
         wanted: open or close.
-        side: Whose gripper.
+        side: Arm of the gripper.
         json: Answer with one JSON object on standard output.
-        cell: Which stack.
+        cell: Address of the stack.
     """
     return _command(ArmCommand.GRIPPER, json, cell, arm=side, close=wanted == "close")
 
 
 def _command(action: ArmCommand.Action, json: bool, cell: Cell, **fields: Any) -> int:
-    with client.open(cell) as talk:
-        state = talk.arm(action, **fields)
+    with connect(cell) as client:
+        state = client.command_arms(action, **fields)
     if json:
         print(jsons.dumps(as_json(state)))
     else:
-        print(in_words(state))
+        print(summary_line(state))
     return 0
 
 
-def in_words(state: ArmStates) -> str:
-    """The state of the arms in one line."""
+def summary_line(state: ArmStates) -> str:
+    """State of the arms in one line."""
     words = ArmStates.Mode.Name(state.mode).lower()
     if state.reason:
         words += f": {state.reason}"
@@ -96,21 +98,21 @@ def in_words(state: ArmStates) -> str:
     return words
 
 
-def each_in_words(state: ArmStates) -> Iterator[str]:
-    """What every device says of itself, and what is wrong with it."""
+def device_lines(state: ArmStates) -> Iterator[str]:
+    """State and alarms of each device, a line each."""
     for arm in state.arms:
         if not arm.mode and not arm.alarms:
             continue
-        words = [arm.mode or "not heard"]
+        words = [arm.mode or "no feedback"]
         if arm.link_rate:
-            words.append(f"heard at {arm.link_rate:.0f} Hz")
-        if arm.tracking_error > 1e-3:
+            words.append(f"feedback at {arm.link_rate:.0f} Hz")
+        if arm.tracking_error > TRACKING_ERROR_SHOWN:
             words.append(f"{1e3 * arm.tracking_error:.0f} mm off its path")
         yield f"{arm.arm} ({arm.driver}): {', '.join([*words, *arm.alarms])}"
 
 
 def as_json(state: ArmStates) -> dict[str, object]:
-    """The state of the arms as `--json` says it."""
+    """State of the arms as `--json` prints it."""
     return {
         "mode": ArmStates.Mode.Name(state.mode).lower(),
         "cause": state.cause,

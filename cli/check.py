@@ -1,4 +1,4 @@
-"""`lariat check`: says what is wrong with a scenario."""
+"""`lariat check`: checks a scenario before anything moves."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stack import installation, preflight, services
 
 
 def main(scenario: tyro.conf.Positional[Path], /, json: bool = False) -> int:
-    """Read a scenario, let the rope hang at its start and goal, and say what is wrong.
+    """Check a scenario: its values, and the rope at rest at its start and goal.
 
     Examples:
       lariat check three-cylinders
@@ -23,7 +23,7 @@ def main(scenario: tyro.conf.Positional[Path], /, json: bool = False) -> int:
         json: Answer with one JSON object on standard output.
 
     Returns:
-        0 when nothing is wrong; 2 with one line that says what.
+        0 for a valid scenario; 2 after one line that names the error.
     """
     cell = load(scenario)
     installation.check(cell, services.NAMES)
@@ -50,11 +50,11 @@ def main(scenario: tyro.conf.Positional[Path], /, json: bool = False) -> int:
 
 
 def arm_starts(cell: Scenario) -> dict[str, list[float]]:
-    """Joints of every CR5 where the scenario begins [deg]: where to jog a real one to."""
+    """Joint angles of every CR5 at the scenario's start [deg], to jog a real one to."""
     sides = [side for side in SIDES if cell.end(side).driver == "cr5"]
     if not sides:
         return {}
-    # Only a cell with such an arm needs Pinocchio.
+    # Imported late: only a cell with such an arm needs Pinocchio.
     from shared.cr5.installation import scenario_joints
 
     return {side: [round(j, 2) for j in scenario_joints(cell, side)] for side in sides}

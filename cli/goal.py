@@ -1,4 +1,4 @@
-"""`lariat goal`: another goal for a live stack."""
+"""`lariat goal`: a new goal for a running stack."""
 
 from __future__ import annotations
 
@@ -7,14 +7,13 @@ from typing import Annotated
 
 import tyro
 
-from cli.task import HERE, ToCell, say
+from cli.task import LOCAL, CellOptions, print_state
 from shared import topics
 from shared.clock import SystemClock
 from shared.configuration import ConfigurationError
 from shared.messages import Goal, GoalDraft, GoalPreview, TaskRequest, TaskState, grip
 from shared.scenario import Rope, Scenario, Shape, load
-from stack import client
-from stack.client import Conversation, Unanswered
+from stack.client import Client, RequestFailed, connect
 
 Coordinates = tuple[float, float, float, float, float, float]
 
@@ -24,7 +23,7 @@ def main(
     /,
     line: Coordinates | None = None,
     json: bool = False,
-    cell: ToCell = HERE,
+    cell: CellOptions = LOCAL,
 ) -> int:
     """Set the goal: a scenario's, a chain of nodes, or the rope at rest between two grips.
 
@@ -38,20 +37,22 @@ def main(
             row, left end first.
         line: x, y, z of the left and of the right grip [m]; the rope hangs at rest between them.
         json: Answer with one JSON object on standard output.
-        cell: Which stack.
+        cell: Address of the stack.
     """
     if (file is None) == (line is None):
         raise ConfigurationError("give either a FILE or --line X Y Z X Y Z; see lariat goal --help")
     scenario = _scenario(file, line)
-    scenario.grips(scenario.goal)  # reads its file, before the bus is troubled
-    with client.open(cell) as talk:
-        state = talk.task(TaskRequest.SET_GOAL, goal=goal_of(scenario, scenario.goal, talk))
-    say(state, json)
+    scenario.grips(scenario.goal)  # Reads the goal's file: bad input ends here, before the bus.
+    with connect(cell) as client:
+        state = client.request_task(
+            TaskRequest.SET_GOAL, goal=goal_of(scenario, scenario.goal, client)
+        )
+    print_state(state, json)
     return 0
 
 
 def _scenario(file: Path | None, line: Coordinates | None) -> Scenario:
-    """One with the wanted goal; what else it says does not matter."""
+    """Scenario with the wanted goal; its other values are not used."""
     named = file is not None and not file.suffix and not file.is_file()
     if file and (named or file.suffix == ".toml"):
         return load(file)
@@ -64,12 +65,16 @@ def _scenario(file: Path | None, line: Coordinates | None) -> Scenario:
     return Scenario("goal", Rope(length=1.0, diameter=0.01), start=shape, goal=shape, folder=folder)
 
 
-def goal_of(scenario: Scenario, shape: Shape, talk: Conversation) -> Goal:
-    """A shape as the controller takes it; one between two grips is asked of the controller."""
+def goal_of(scenario: Scenario, shape: Shape, client: Client) -> Goal:
+    """Goal message of a shape; the controller computes the nodes of one given by its grips alone.
+
+    Raises:
+        RequestFailed: The controller does not answer, or no rope reaches between the grips.
+    """
     left, right = scenario.grips(shape)
     nodes = scenario.nodes(shape)
     if nodes is None:
-        goal = _at_rest(GoalDraft(left=grip(left), right=grip(right)), talk)
+        goal = _at_rest(GoalDraft(left=grip(left), right=grip(right)), client)
     else:
         goal = Goal(positions=nodes.ravel(), left=grip(left), right=grip(right))
     goal.left_oriented = shape.left_orientation is not None
@@ -78,18 +83,18 @@ def goal_of(scenario: Scenario, shape: Shape, talk: Conversation) -> Goal:
     return goal
 
 
-def _at_rest(draft: GoalDraft, talk: Conversation) -> Goal:
-    """The rod at rest between two grips, as the controller sees it."""
-    previews = talk.bus.subscribe(topics.TASK_GOAL_PREVIEW)
-    # The controller's first state says that it listens.
-    states = talk.bus.subscribe(topics.TASK_STATE)
-    _: TaskState = talk.wait(states, lambda _: True, "the controller says nothing")
-    draft.id = talk.next_id()
+def _at_rest(draft: GoalDraft, client: Client) -> Goal:
+    """Goal at rest between two grips, computed by the controller."""
+    previews = client.bus.subscribe(topics.TASK_GOAL_PREVIEW)
+    # The controller's first state shows that it is connected.
+    states = client.bus.subscribe(topics.TASK_STATE)
+    _: TaskState = client.wait(states, lambda _: True, "the controller publishes no state")
+    draft.id = client.next_id()
     draft.stamp = SystemClock().now()
-    talk.bus.publisher(topics.TASK_GOAL_DRAFT).put(draft)
-    preview: GoalPreview = talk.wait(
-        previews, lambda p: p.draft == draft.id, "the controller has not answered"
+    client.bus.publisher(topics.TASK_GOAL_DRAFT).put(draft)
+    preview: GoalPreview = client.wait(
+        previews, lambda p: p.draft == draft.id, "the controller has not answered in time"
     )
     if not preview.reachable:
-        raise Unanswered(f"refused: {preview.reason}")
+        raise RequestFailed(f"refused: {preview.reason}")
     return preview.goal

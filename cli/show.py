@@ -18,23 +18,23 @@ from shared.recording import Recording
 from shared.service import SECOND
 
 PICTURE_PERIOD = SECOND // 10
-"""Between two pictures kept in memory [ns]: more the page does not show."""
-STEP = 1.0 / 30.0
-"""[s]"""
+"""Time between two camera pictures kept in memory [ns]; the page shows no more."""
+STEP_PERIOD = 1.0 / 30.0
+"""Time between two steps of the player [s]."""
 
 
 def main(file: Path, /, port: int = 8080, host: str = "127.0.0.1") -> int:
-    """Shows a recording in the browser, with a time bar.
+    """Show a recording in the browser, with a time bar.
 
     Examples:
       lariat show recordings/run.mcap --port 8081
 
     Args:
         file: The MCAP file of a run, whole or cut.
-        port: Of the page.
-        host: Address that the page is served at.
+        port: Port of the page.
+        host: Address at which the page is served.
     """
-    recording, timeline = opened(file)
+    recording, timeline = open_timeline(file)
     with tempfile.TemporaryDirectory() as folder:
         try:
             scenario = recording.scenario(Path(folder))
@@ -58,8 +58,8 @@ def main(file: Path, /, port: int = 8080, host: str = "127.0.0.1") -> int:
     return 0
 
 
-def opened(file: Path) -> tuple[Recording, Timeline]:
-    """A recording, and what the dashboard shows of it.
+def open_timeline(file: Path) -> tuple[Recording, Timeline]:
+    """Recording and the timeline of the topics that the dashboard shows.
 
     Raises:
         ConfigurationError: The file cannot be read or holds nothing to show.
@@ -83,4 +83,4 @@ def _play(player: Player) -> None:
         now = time.monotonic()
         player.step(now - last)
         last = now
-        time.sleep(max(0.0, STEP - (time.monotonic() - now)))
+        time.sleep(max(0.0, STEP_PERIOD - (time.monotonic() - now)))

@@ -1,4 +1,4 @@
-"""`lariat status`: how a live stack is."""
+"""`lariat status`: state of a running stack."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ import time
 from typing import Any
 
 from cli import arm, task
-from cli.task import HERE, ToCell
+from cli.task import LOCAL, CellOptions
 from shared import topics
 from shared.messages import ArmStates, Health, RunState
-from stack import client
+from stack.client import connect
 
-GATHERING = 1.5
-"""Every state comes at least once a second [s]."""
+LISTENING_TIME = 1.5
+"""Duration of listening [s]; every state is published at least once a second."""
 
 
-def main(json: bool = False, cell: ToCell = HERE) -> int:
+def main(json: bool = False, cell: CellOptions = LOCAL) -> int:
     """Show the run, the arms and the health of every process.
 
     Examples:
@@ -26,21 +26,21 @@ def main(json: bool = False, cell: ToCell = HERE) -> int:
 
     Args:
         json: Answer with one JSON object on standard output.
-        cell: Which stack.
+        cell: Address of the stack.
 
     Returns:
-        0 when every process is there and answers, 1 when one does not.
+        0 when every process is ready, 1 when one is not.
     """
     wanted = (topics.TASK_STATE, topics.ARM_STATE, topics.HEALTH, topics.STACK_STATE)
     newest: dict[str, Any] = {}
-    with client.open(cell) as talk:
-        subscriptions = [talk.bus.subscribe(topic) for topic in wanted]
-        deadline = time.monotonic() + GATHERING
+    with connect(cell) as client:
+        subscriptions = [client.bus.subscribe(topic) for topic in wanted]
+        deadline = time.monotonic() + LISTENING_TIME
         while time.monotonic() < deadline:
             for subscription in subscriptions:
                 newest.update({key: item.message for key, item in subscription.take()})
             time.sleep(0.02)
-        alive = talk.bus.alive()
+        alive = client.bus.alive()
     states = {}
     if stack := newest.get(topics.STACK_STATE.key):
         states = {p.service: p.state for p in stack.processes}
@@ -61,8 +61,8 @@ def main(json: bool = False, cell: ToCell = HERE) -> int:
             print(f"run   {name}: {run.reason}; error {1e3 * run.error:.2f} mm")
         else:
             print("run   no controller answers")
-        print(f"arms  {arm.in_words(arms)}" if arms else "arms  no gateway answers")
-        for line in arm.each_in_words(arms or ArmStates()):
+        print(f"arms  {arm.summary_line(arms)}" if arms else "arms  no gateway answers")
+        for line in arm.device_lines(arms or ArmStates()):
             print(f"      {line}")
         _print_table(rows)
     return 0 if rows and run and arms and all(r["ok"] for r in rows.values()) else 1
@@ -87,7 +87,7 @@ def _row(name: str, state: str, health: Health | None, alive: bool) -> dict[str,
 
 
 def _print_table(rows: dict[str, dict[str, Any]]) -> None:
-    # Half a second to import; not where one JSON object is asked for.
+    # Imported late: it takes half a second, which --json does not need.
     from rich.console import Console
     from rich.table import Table
 
@@ -101,6 +101,6 @@ def _print_table(rows: dict[str, dict[str, Any]]) -> None:
         table.add_row(name, f"[{color}]{row['state']}[/]", *(str(row.get(k, "")) for k in keys))
     Console(file=sys.stdout).print(table)
     for name, row in rows.items():
-        # Whole sentences, which a column would tear.
+        # Notes are sentences, too long for a column.
         if row.get("note"):
             print(f"{name}: {row['note']}")

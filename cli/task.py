@@ -1,4 +1,4 @@
-"""`lariat start`, `pause`, `stop` and `reset`: the run of a live stack."""
+"""`lariat start`, `pause`, `stop` and `reset`: requests to the run of a running stack."""
 
 from __future__ import annotations
 
@@ -8,15 +8,14 @@ from typing import Annotated
 import tyro
 
 from shared.messages import RunState, TaskRequest, TaskState
-from stack import client
-from stack.client import Cell
+from stack.client import Cell, connect
 
-ToCell = Annotated[Cell, tyro.conf.arg(name="")]
-HERE = Cell()
-"""The stack of this machine."""
+CellOptions = Annotated[Cell, tyro.conf.arg(name="")]
+LOCAL = Cell()
+"""Stack on this machine."""
 
 
-def start(json: bool = False, cell: ToCell = HERE) -> int:
+def start(json: bool = False, cell: CellOptions = LOCAL) -> int:
     """Start the run towards the goal, or resume a paused one.
 
     Examples:
@@ -25,25 +24,25 @@ def start(json: bool = False, cell: ToCell = HERE) -> int:
 
     Args:
         json: Answer with one JSON object on standard output.
-        cell: Which stack.
+        cell: Address of the stack.
     """
-    return _ask(TaskRequest.START, json, cell)
+    return _request(TaskRequest.START, json, cell)
 
 
-def pause(json: bool = False, cell: ToCell = HERE) -> int:
-    """Pause the run: the arms hold, and `lariat start` goes on.
+def pause(json: bool = False, cell: CellOptions = LOCAL) -> int:
+    """Pause the run: the arms hold; `lariat start` resumes it.
 
     Examples:
       lariat pause
 
     Args:
         json: Answer with one JSON object on standard output.
-        cell: Which stack.
+        cell: Address of the stack.
     """
-    return _ask(TaskRequest.PAUSE, json, cell)
+    return _request(TaskRequest.PAUSE, json, cell)
 
 
-def stop(json: bool = False, cell: ToCell = HERE) -> int:
+def stop(json: bool = False, cell: CellOptions = LOCAL) -> int:
     """End the run: the arms hold.
 
     Examples:
@@ -51,32 +50,32 @@ def stop(json: bool = False, cell: ToCell = HERE) -> int:
 
     Args:
         json: Answer with one JSON object on standard output.
-        cell: Which stack.
+        cell: Address of the stack.
     """
-    return _ask(TaskRequest.STOP, json, cell)
+    return _request(TaskRequest.STOP, json, cell)
 
 
-def reset(json: bool = False, cell: ToCell = HERE) -> int:
-    """Put rope and arms back to the scenario's start; simulation only.
+def reset(json: bool = False, cell: CellOptions = LOCAL) -> int:
+    """Return rope and arms to the scenario's start; in simulation only.
 
     Examples:
       lariat reset
 
     Args:
         json: Answer with one JSON object on standard output.
-        cell: Which stack.
+        cell: Address of the stack.
     """
-    return _ask(TaskRequest.RESET, json, cell)
+    return _request(TaskRequest.RESET, json, cell)
 
 
-def _ask(action: TaskRequest.Action, json: bool, cell: Cell) -> int:
-    with client.open(cell) as talk:
-        say(talk.task(action), json)
+def _request(action: TaskRequest.Action, json: bool, cell: Cell) -> int:
+    with connect(cell) as client:
+        print_state(client.request_task(action), json)
     return 0
 
 
-def say(state: TaskState, json: bool) -> None:
-    """Prints the state of the task."""
+def print_state(state: TaskState, json: bool) -> None:
+    """Print the state of the task, as a line or as one JSON object."""
     if json:
         print(jsons.dumps(as_json(state)))
         return
@@ -85,7 +84,7 @@ def say(state: TaskState, json: bool) -> None:
 
 
 def as_json(state: TaskState) -> dict[str, object]:
-    """The state of the task as `--json` says it."""
+    """State of the task as `--json` prints it."""
     return {
         "state": RunState.Name(state.state).lower(),
         "reason": state.reason,

@@ -1,4 +1,4 @@
-"""Whether the libraries are there that the processes of a scenario need."""
+"""Check of the installation: the libraries that the processes of a scenario need."""
 
 from __future__ import annotations
 
@@ -10,7 +10,15 @@ from shared.scenario import SIDES, Scenario
 
 
 def check(scenario: Scenario, parts: Sequence[str]) -> None:
-    """Raises ConfigurationError for the first library that a part lacks, with its extra."""
+    """Check that every library which a scenario's processes import is installed.
+
+    Args:
+        scenario: The scenario.
+        parts: Names of the processes.
+
+    Raises:
+        ConfigurationError: A library is missing; the text names the extra that brings it.
+    """
     for part in parts:
         for library in _libraries(scenario, part):
             if find_spec(library) is None:

@@ -1,7 +1,7 @@
-"""What only the rod can say of a scenario, before anything moves.
+"""Check of a scenario by the rod, before anything moves.
 
-`shared.scenario.load` has checked all that numbers alone can show. Here the rope hangs at rest
-between the grips of start and goal, and must be clear of the obstacles there.
+`shared.scenario.load` checks what the numbers alone show. Here the rope hangs at rest between the
+grips of start and goal, and must be clear of the obstacles there.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from shared.scenario import Scenario, Shape
 
 @dataclass(frozen=True)
 class ShapeReport:
-    """A shape of the scenario, as the rope takes it."""
+    """Clearance of one shape of the scenario, with the rope at rest in it."""
 
     clearance: float
     """Least distance between the rope's surface and an obstacle that is no support [m]."""
@@ -27,7 +27,7 @@ class ShapeReport:
 
 
 def check(scenario: Scenario) -> dict[str, ShapeReport]:
-    """How start, goal and the goals of events fare, by their keys.
+    """Reports on start, goal and the goals of events, by their keys in the scenario.
 
     Raises:
         ConfigurationError: The rope at rest would touch an obstacle, or cannot take a shape.
@@ -58,13 +58,13 @@ def _report(scenario: Scenario, key: str, shape: Shape) -> ShapeReport:
         what = "the rope at rest between its grips" if hangs else f"nodes = {shape.nodes!r}"
         raise ConfigurationError(
             f"{key}: {what} would be {-1e3 * clearance:.1f} mm inside obstacle {nearest!r}; "
-            "move the one or the other"
+            "move the shape or the obstacle"
         )
     return ShapeReport(clearance, nearest)
 
 
 def _at_rest(scenario: Scenario, key: str, shape: Shape) -> Float64[np.ndarray, "n 3"]:
-    # Starts the compiler; nobody who only reads files should wait for it.
+    # Imported late: the rod starts a compiler, which a check of values alone does not need.
     from lariat.rod import Rod, RodProperties
     from services.controller.run.goals import GoalMaker
 

@@ -1,6 +1,6 @@
-"""Scenarios with single values replaced: `--set sensing.source=truth --set rope.length=0.5`.
+"""Overrides of single values of a scenario: `--set sensing.source=truth --set rope.length=0.5`.
 
-The changed scenario is written out as TOML again, so that a recording holds what was run.
+The changed scenario is written out as TOML again, so that a recording holds the scenario that ran.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from shared.scenario import Scenario, load, parse
 
 
 def load_with(path: Path, settings: Sequence[str], seed: int | None = None) -> Scenario:
-    """A scenario file with some of its values replaced.
+    """Load a scenario file with some of its values replaced.
 
     Args:
         path: The file, or the short name of a shipped scenario.
@@ -24,7 +24,7 @@ def load_with(path: Path, settings: Sequence[str], seed: int | None = None) -> S
         seed: Replaces the file's.
 
     Raises:
-        ConfigurationError: The file or a setting is wrong.
+        ConfigurationError: The file or an override is invalid.
     """
     if seed is not None:
         settings = [*settings, f"seed={seed}"]
@@ -60,7 +60,9 @@ def _put(table: dict[str, Any], key: str, value: Any) -> None:
                 )
             part = int(part)
         elif not isinstance(place, dict):
-            raise ConfigurationError(f"--set {key}: {part!r} is asked of {place!r}, no table")
+            raise ConfigurationError(
+                f"--set {key}: {part!r} is looked up in {place!r}, which is no table"
+            )
         if depth == len(path):
             place[part] = value
         else:
@@ -68,7 +70,7 @@ def _put(table: dict[str, Any], key: str, value: Any) -> None:
 
 
 def to_toml(table: Mapping[str, Any]) -> str:
-    """A table of tables, lists and scalars as TOML."""
+    """TOML text of a table of tables, lists and scalars."""
     return "\n".join(_lines(table, ())) + "\n"
 
 

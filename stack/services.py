@@ -1,4 +1,4 @@
-"""Which services a cell has, and how one is built from a scenario."""
+"""Services of a cell, and how one is built from a scenario."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from shared.scenario import Scenario
 from shared.service import Service
 
 NAMES = ("sim", "perception", "planner", "controller", "robot_gateway")
-"""Those that close the loop, from what happens to what is done about it."""
+"""Services of the closed loop, in the direction of the data."""
 
 
 def build(name: str, scenario: Scenario, session: str) -> Service:
-    """One service of the cell.
+    """Service of a cell, built from its scenario.
 
     Args:
         name: One of `NAMES`, or another package in services/ that has a `service.build`.

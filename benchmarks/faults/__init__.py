@@ -18,7 +18,7 @@ from benchmarks.faults.trial import Finding, trial
 from shared.configuration import ConfigurationError
 from shared.messages import ArmStates
 from shared.scenario import load
-from stack.client import Unanswered
+from stack.client import RequestFailed
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "fixed-end.toml"
 
@@ -93,7 +93,7 @@ def _findings(chosen: list[str], scenario: Path, folder: Path, firmware: str) ->
             if not finding.reached:
                 print("the cell did not recover; what follows is left out", file=sys.stderr)
                 break
-    except (Missing, Unanswered) as missing:
+    except (Missing, RequestFailed) as missing:
         print(f"given up: {missing}", file=sys.stderr)
     finally:
         cell.close()

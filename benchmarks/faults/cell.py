@@ -23,7 +23,7 @@ from shared.clock import SystemClock
 from shared.messages import REACHED, RUNNING, ArmCommand, ArmStates, StackState, TaskRequest
 from shared.scenario import Scenario
 from stack import client, services
-from stack.client import Conversation, Unanswered
+from stack.client import Client, RequestFailed
 from stack.launcher import module_entry
 from stack.launcher.library_environment import LIBRARY_ENVIRONMENT
 from stack.launcher.process import child_command
@@ -196,12 +196,12 @@ class FaultCell:
         """Listens to the stack anew."""
         mode = "client" if self._routed else "peer"
         cell = client.Cell((f"tcp/127.0.0.1:{self.port}",), self.namespace, mode)
-        self._talking = client.open(cell)
-        self.talk: Conversation = self._talking.__enter__()
-        self._arm = self.talk.bus.subscribe(topics.ARM_STATE)
-        self._task = self.talk.bus.subscribe(topics.TASK_STATE)
-        self._health = self.talk.bus.subscribe(topics.HEALTH)
-        self._stack = self.talk.bus.subscribe(topics.STACK_STATE)
+        self._talking = client.connect(cell)
+        self.client: Client = self._talking.__enter__()
+        self._arm = self.client.bus.subscribe(topics.ARM_STATE)
+        self._task = self.client.bus.subscribe(topics.TASK_STATE)
+        self._health = self.client.bus.subscribe(topics.HEALTH)
+        self._stack = self.client.bus.subscribe(topics.STACK_STATE)
         self.states: list[ArmStates] = []
         self.task_state = None
         self.stack_state = StackState()
@@ -295,11 +295,11 @@ class FaultCell:
         """Arms; twice, when the arm asks for leave to go to the start. How it was done."""
         how = "armed"
         try:
-            self.talk.arm(ArmCommand.ARM)
-        except Unanswered as refused:
+            self.client.command_arms(ArmCommand.ARM)
+        except RequestFailed as refused:
             if "arm again" not in str(refused):
                 raise
-            self.talk.arm(ArmCommand.ARM)
+            self.client.command_arms(ArmCommand.ARM)
             how = "armed, agreed to the slow way to the start"
         self.states.clear()
         self.until(
@@ -329,7 +329,7 @@ class FaultCell:
 
     def acknowledge(self) -> None:
         """Has looked at the cell."""
-        self.talk.arm(ArmCommand.ACKNOWLEDGE)
+        self.client.command_arms(ArmCommand.ACKNOWLEDGE)
         self.states.clear()
         self.until(lambda: bool(self.states) and self._ready(), 40.0, "still held after the ack")
 
@@ -338,9 +338,11 @@ class FaultCell:
         self._goal = (self._goal + 1) % 2 if other else self._goal
         shape = (self.scenario.goal, self.scenario.start)[self._goal]
         if self.task_state is not None and self.task_state.state == RUNNING:
-            self.talk.task(TaskRequest.STOP)
-        self.talk.task(TaskRequest.SET_GOAL, goal=goal_of(self.scenario, shape, self.talk))
-        self.talk.task(TaskRequest.START)
+            self.client.request_task(TaskRequest.STOP)
+        self.client.request_task(
+            TaskRequest.SET_GOAL, goal=goal_of(self.scenario, shape, self.stack)
+        )
+        self.client.request_task(TaskRequest.START)
 
     def until_fast(self, speed: float) -> None:
         """Until the gripper moves that fast [m/s]."""

@@ -11,7 +11,7 @@ from benchmarks.faults.cell import TICK, FaultCell, Missing
 from benchmarks.faults.motion import JointLog
 from services.robot_gateway.safety.stop_causes import CAUSES
 from shared.messages import RUNNING, ArmStates
-from stack.client import Unanswered
+from stack.client import RequestFailed
 
 FAST = 0.1
 """Speed of the gripper from which a fault comes [m/s]."""
@@ -60,7 +60,7 @@ def trial(cell: FaultCell, name: str) -> Finding:
     try:
         cell.set_out()
         cell.until_fast(FAST)
-    except (Missing, Unanswered) as missing:
+    except (Missing, RequestFailed) as missing:
         # A machine that is too busy stops the cell too; a person looks, and goes on.
         print(f"{name}: {missing}; once more", file=sys.stderr)
         cell.look()
@@ -97,7 +97,7 @@ def trial(cell: FaultCell, name: str) -> Finding:
             cell.set_out(other=False)
         held_again = cell.until_reached()
         reached = True
-    except (Missing, Unanswered) as missing:
+    except (Missing, RequestFailed) as missing:
         trouble = str(missing)
     joints = cell.joints()
     braking = joints.braking_after(effect, ended) if cause else None

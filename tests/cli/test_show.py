@@ -51,7 +51,7 @@ def record(path: Path, seconds: float = 4.0) -> Path:
 
 
 def test_recording_holds_what_the_page_shows(tmp_path: Path) -> None:
-    recording, timeline = show.opened(record(tmp_path / "run.mcap"))
+    recording, timeline = show.open_timeline(record(tmp_path / "run.mcap"))
     assert recording.damage == ""
     assert (timeline.start, timeline.end) == (START, START + 39 * SECOND // 10)
     inbox = timeline.jump(START + 2 * SECOND)
@@ -65,7 +65,7 @@ def test_cut_recording_is_shown_up_to_the_cut(tmp_path: Path) -> None:
     whole = record(tmp_path / "run.mcap")
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(whole.read_bytes()[: 2 * whole.stat().st_size // 3])
-    recording, timeline = show.opened(cut)
+    recording, timeline = show.open_timeline(cut)
     assert recording.damage
     assert START < timeline.end < START + 39 * SECOND // 10
 
@@ -75,5 +75,5 @@ def test_what_is_no_recording_is_refused_in_one_line(tmp_path: Path) -> None:
     other.write_text("not a recording")
     for file in (other, tmp_path / "missing.mcap"):
         with pytest.raises(ConfigurationError, match=file.name) as refused:
-            show.opened(file)
+            show.open_timeline(file)
         assert "\n" not in str(refused.value)

@@ -1,4 +1,4 @@
-"""A verb and the answer of the service that owns the state."""
+"""Client: a request is answered in its owner's state, refused in words, or reported unanswered."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ import pytest
 from cli import __main__ as lariat
 from shared import topics
 from shared.messages import TaskRequest
-from stack import client
-from stack.client import Conversation, Unanswered
+from stack import client as client_module
+from stack.client import Client, RequestFailed
 from tests.shared.cell import Cell, until
 
 
@@ -35,22 +35,23 @@ def beacon(cell: Cell) -> Iterator[subprocess.Popen[bytes]]:
 
 
 def test_the_owner_of_the_state_answers(cell: Cell, beacon: object) -> None:
-    talk = Conversation(cell("lariat"), "lariat-test")
-    state = talk.task(TaskRequest.START)
+    client = Client(cell("lariat"), "lariat-test")
+    state = client.request_task(TaskRequest.START)
     assert state.last_request == "lariat-test-1"
 
 
 def test_a_refusal_comes_in_words(cell: Cell, beacon: object) -> None:
-    talk = Conversation(cell("lariat"), "lariat-test")
-    with pytest.raises(Unanswered, match=r"^refused: as asked$"):
-        talk.task(TaskRequest.SET, key="refuse")
+    client = Client(cell("lariat"), "lariat-test")
+    with pytest.raises(RequestFailed, match=r"^refused: as asked$"):
+        client.request_task(TaskRequest.SET, key="refuse")
 
 
 def test_a_controller_that_is_not_there_is_said(
     cell: Cell, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(client, "PATIENCE", 0.3)
+    monkeypatch.setattr(client_module, "ANSWER_TIMEOUT", 0.3)
     recorder = cell("recorder").subscribe_all()
     assert lariat.main(["start", *cell.arguments]) == 1
-    assert "the controller says nothing; `lariat status` shows who runs" in capfd.readouterr().err
+    said = capfd.readouterr().err
+    assert "the controller publishes no state; `lariat status` shows which processes run" in said
     assert not [r for r in recorder.take() if r.key == "task/request"]

@@ -23,7 +23,8 @@ from shared.service import Inbox, Publication
 from tests.services.perception.scenes import CAMERA, ROPE, curve, grips
 
 rs = pytest.importorskip(
-    "pyrealsense2", reason="the RealSense library is not installed; it is the extra camera of the stack"
+    "pyrealsense2",
+    reason="the RealSense library is not installed; it is the extra camera of the stack",
 )
 
 from services.camera.realsense import RealSense  # noqa: E402

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cli.arm import each_in_words
+from cli.arm import device_lines
 from cli.check import arm_starts
 from shared.cr5.installation import kinematics_of
 from shared.messages import ArmState, ArmStates
@@ -22,11 +22,11 @@ def test_arm_that_is_not_heard_says_why_and_a_fixed_end_says_nothing() -> None:
             ArmState(arm="right", driver="cr5", alarms=["192.168.5.1:29999: connection refused"]),
         ]
     )
-    (line,) = each_in_words(states)
-    assert line == "right (cr5): not heard, 192.168.5.1:29999: connection refused"
+    (line,) = device_lines(states)
+    assert line == "right (cr5): no feedback, 192.168.5.1:29999: connection refused"
     states.arms[1].mode, states.arms[1].link_rate = "idle", 125.0
     states.arms[1].tracking_error = 0.012
-    assert "idle, heard at 125 Hz, 12 mm off its path" in next(each_in_words(states))
+    assert "idle, feedback at 125 Hz, 12 mm off its path" in next(device_lines(states))
 
 
 def test_joints_to_jog_to_put_the_grip_at_the_start() -> None:

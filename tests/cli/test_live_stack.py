@@ -18,18 +18,25 @@ import pytest
 from shared import topics
 from shared.messages import REACHED, ArmStates
 from shared.recording import Recording
+from stack.launcher import module_entry
 from tests.shared.cell import Cell, free_port, until
 
 SCENARIO = Path(__file__).parents[2] / "scenarios/three-cylinders.toml"
 
 
 class Live:
-    """`lariat up` on free ports, the test's ear on its bus, and its verbs."""
+    """`lariat up` on free ports, the test's ear on its bus, and its verbs.
+
+    It is started where folders bear the names of our packages: none of them may be imported.
+    """
 
     def __init__(self, cell: Cell, folder: Path) -> None:
         self._cell = cell
         self._log = folder / "log"
-        command = [sys.executable, "-m", "cli", "up", str(SCENARIO)]
+        for name in ("shared", "services", "dashboard"):
+            (folder / name).mkdir()
+            (folder / name / "__init__.py").write_text("raise ImportError('shadowed')")
+        command = [sys.executable, *module_entry.command("cli", "up", "three-cylinders")]
         command += ["--port", str(cell.port), "--namespace", cell.namespace]
         command += ["--dashboard-port", str(free_port())]
         with self._log.open("w") as log:

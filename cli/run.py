@@ -1,4 +1,4 @@
-"""`lariat run SCENARIO`: the closed loop on simulated time, scored by the true rope."""
+"""`lariat run SCENARIO`: the closed loop in simulated time, scored by the true rope."""
 
 from __future__ import annotations
 
@@ -27,6 +27,10 @@ from stack.simulation.scoring import Scorer
 from stack.simulation.simulated_time import START, SimulatedStack
 
 
+PROGRESS_PERIOD = 0.1
+"""Time between two updates of the progress bar [s]."""
+
+
 def main(
     scenario: tyro.conf.Positional[Path],
     /,
@@ -38,7 +42,7 @@ def main(
         tyro.conf.UseAppendAction[tuple[str, ...]], tyro.conf.arg(metavar="KEY=VALUE")
     ] = (),
 ) -> int:
-    """Run a scenario on simulated time, without a screen and as fast as the machine can.
+    """Run a scenario in simulated time, headless and as fast as the machine allows.
 
     Examples:
       lariat run three-cylinders
@@ -47,7 +51,7 @@ def main(
 
     Args:
         scenario: The scenario's TOML file, or the short name of a shipped one.
-        record: Write everything that is said to this MCAP file, which must not exist.
+        record: Record all messages to this MCAP file, which must not exist.
         json: Answer with one JSON object on standard output.
         stop_when_reached: End as soon as the controller says that the goal is reached.
         seed: Replaces the scenario's seed.
@@ -59,15 +63,15 @@ def main(
     loaded = load_with(scenario, set, seed)
     real = {s: loaded.end(s).address for s in SIDES if loaded.end(s).address}
     if real:
-        # Written into the scenario, so that a recording holds what was run.
+        # Changed in the scenario itself, so that a recording holds the scenario that ran.
         loaded = load_with(scenario, [*set, *(f'ends.{s}.address=""' for s in real)], seed)
     if record and record.exists():
         raise ConfigurationError(f"--record {record}: the file exists; name another or remove it")
     if record:
-        _check_folder(record)
+        _check_writable(record)
     messages = Console(stderr=True, highlight=False)
     for side, address in real.items():
-        messages.print(f"{side} arm: the emulator plays the one at {address}")
+        messages.print(f"{side} arm: emulated, in the place of the one at {address}")
     with _progress(loaded, messages) as watch:
         preflight.check(loaded)
         try:
@@ -79,12 +83,12 @@ def main(
     else:
         Console().print(_table(outcome))
     if not outcome.score.reached:
-        messages.print(f"[bold]Not reached[/]: {outcome.reason}.{_worry(outcome.stack)}")
+        messages.print(f"[bold]Not reached[/]: {outcome.reason}.{_hold_note(outcome.stack)}")
     return 0 if outcome.score.reached else 1
 
 
-def _check_folder(record: Path) -> None:
-    """Says before the work what would otherwise be known after it."""
+def _check_writable(record: Path) -> None:
+    """Check before the run that its recording can be written."""
     try:
         record.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=record.parent):
@@ -109,8 +113,7 @@ def _progress(scenario: Scenario, console: Console) -> Iterator[Watch]:
 
         def watch(stack: SimulatedStack, scorer: Scorer) -> None:
             nonlocal shown
-            # A person reads no faster, and the bar must not cost what it shows.
-            if time.monotonic() - shown < 0.1:
+            if time.monotonic() - shown < PROGRESS_PERIOD:
                 return
             shown = time.monotonic()
             task = stack.latest(topics.TASK_STATE)
@@ -139,7 +142,7 @@ def _table(outcome: Outcome) -> Table:
         "time in contact": _unit(score.contact_time_s, "s"),
         "length error": _unit(score.length_error_mm, "mm"),
         "prediction error": _unit(score.prediction_error_mm, "mm"),
-        "error of the horizons": _unit(score.horizon_error_mm, "mm"),
+        "horizon error": _unit(score.horizon_error_mm, "mm"),
         "replans": str(score.replans),
         "simulated": f"{score.sim_s} s in {score.wall_s} s ({score.real_time_factor} x real time)",
         "control step": "p50 {p50}, p99 {p99}, max {max} ms".format(**score.plan_ms),
@@ -157,7 +160,7 @@ def _unit(value: float | None, unit: str) -> str:
     return "-" if value is None else f"{value:.2f} {unit}"
 
 
-def _worry(stack: SimulatedStack) -> str:
+def _hold_note(stack: SimulatedStack) -> str:
     arms = stack.latest(topics.ARM_STATE)
     if arms and arms.needs_acknowledgement:
         return f" The arms hold: {arms.reason}."

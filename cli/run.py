@@ -26,7 +26,6 @@ from stack.simulation.closed_loop import Outcome, Watch, as_json, run
 from stack.simulation.scoring import Scorer
 from stack.simulation.simulated_time import START, SimulatedStack
 
-
 PROGRESS_PERIOD = 0.1
 """Time between two updates of the progress bar [s]."""
 

@@ -24,7 +24,7 @@ from lariat.rod import Rod, RodProperties, RodState
 from services.controller.mpc.gauss_newton import Horizon
 from services.controller.mpc.horizon import LONE_SHARE, optimiser
 from services.controller.mpc.motion import Bounds
-from services.controller.mpc.objective import Surroundings
+from services.controller.mpc.objective import AvoidanceSpecification
 from shared.scenario import Scenario, load
 
 BASE = Path(__file__).parents[1] / "scenarios" / "three-cylinders.toml"
@@ -80,7 +80,7 @@ def _times(base: Scenario, method: Method, count: int, calls: int) -> Float64[np
     moves[:, :3] = True
     bounds = Bounds.share(scenario.limits, LONE_SHARE)
     plans, horizon, _ = optimiser(scenario.control, moves, bounds, count)
-    surroundings = Surroundings(
+    avoidance = AvoidanceSpecification(
         scenario.bodies, scenario.control.clearance, scenario.rope.diameter / 2.0, 0.44
     )
     velocity = np.zeros((2, 2, 3))
@@ -100,7 +100,7 @@ def _times(base: Scenario, method: Method, count: int, calls: int) -> Float64[np
         )
         plans.moved_on(STEP)
         began = time.perf_counter()
-        plan = plans.plan(rod, asked, surroundings)
+        plan = plans.plan(rod, asked, avoidance)
         times.append(1e3 * (time.perf_counter() - began))
         velocity = velocity + 0.4 * (plan.velocities[0] - velocity)
         state = _moved(rod, state, velocity)

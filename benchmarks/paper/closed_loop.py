@@ -1,7 +1,7 @@
 """Algorithm 2 of the paper: plan a horizon, execute it all, look, adapt, go on.
 
 The ends follow the velocities directly; no gripper's limits stand between. What plans is the
-controller's own: `PaperMethod` with its policies, or `GaussNewton`.
+controller's own: `PaperOptimizer` with its policies, or `GaussNewton`.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from lariat.geometry.obstacles import chain_clearance, pack
 from lariat.rod import Rod, RodState
 from lariat.rod.xpbd import PARAMETERS, XpbdProperties, XpbdRod
 from services.controller.mpc.gauss_newton import GaussNewton, Horizon
-from services.controller.mpc.objective import Surroundings
+from services.controller.mpc.objective import AvoidanceSpecification
 from services.controller.paper.adaptation import PaperAdaptation
-from services.controller.paper.paper_control import PaperMethod
+from services.controller.paper.optimizer import PaperOptimizer
 
 STEP = 0.01
 """The paper's time step [s]."""
@@ -53,12 +53,12 @@ class Run:
 
 
 def shape(
-    method: PaperMethod | GaussNewton,
+    method: PaperOptimizer | GaussNewton,
     model: Rod | XpbdRod,
     plant: Rod | XpbdRod,
     goal: Goal,
     start: RodState,
-    surroundings: Surroundings,
+    avoidance: AvoidanceSpecification,
     steps: int,
     adaptation: PaperAdaptation | None = None,
     progress: Callable[[float], None] = lambda error: None,
@@ -72,7 +72,7 @@ def shape(
         steps: T, of 10 ms.
         progress: Told of the error after every horizon [m].
     """
-    obstacles = pack(surroundings.obstacles)
+    obstacles = pack(avoidance.obstacles)
     everywhere = np.ones(model.node_count, dtype=bool)
     state = believed = start
     velocity = np.zeros((2, 2, 3))
@@ -81,7 +81,7 @@ def shape(
     while len(errors) < steps:
         begun = time.process_time()
         horizon = horizon_of(method, believed, goal, velocity)
-        plan = method.plan(model, horizon, surroundings)
+        plan = method.plan(model, horizon, avoidance)
         times.append(time.process_time() - begun)
         actions, velocity = _executed(method, plan.velocities, velocity)
         rolled = plant.rollout(state, actions, STEP, obstacles=obstacles)
@@ -89,7 +89,7 @@ def shape(
         for nodes in rolled.positions:
             errors.append(float(np.mean(np.linalg.norm(nodes - goal.nodes, axis=1))))
             lengths.append(abs(polylines.length(nodes) - plant.properties.length))
-            nearest = chain_clearance(nodes, surroundings.radius, surroundings.obstacles)
+            nearest = chain_clearance(nodes, avoidance.radius, avoidance.obstacles)
             clearance = min(clearance, nearest)
         before, state = state, rolled.final
         expected = model.rollout(believed, actions, STEP, obstacles=obstacles).final
@@ -117,13 +117,13 @@ def shape(
 
 
 def horizon_of(
-    method: PaperMethod | GaussNewton,
+    method: PaperOptimizer | GaussNewton,
     state: RodState,
     goal: Goal,
     velocity: Float64[np.ndarray, "2 2 3"],
 ) -> Horizon:
     """The goal itself is the reference, and no path leads to it."""
-    count = method.settings.horizon if isinstance(method, PaperMethod) else method.horizon
+    count = method.settings.horizon if isinstance(method, PaperOptimizer) else method.horizon
     return Horizon(
         state,
         np.zeros_like(goal.nodes),
@@ -136,7 +136,7 @@ def horizon_of(
 
 
 def _executed(
-    method: PaperMethod | GaussNewton,
+    method: PaperOptimizer | GaussNewton,
     planned: Float64[np.ndarray, "h 2 2 3"],
     before: Float64[np.ndarray, "2 2 3"],
 ) -> tuple[Float64[np.ndarray, "k 2 6"], Float64[np.ndarray, "2 2 3"]]:
@@ -145,7 +145,7 @@ def _executed(
     The paper executes its whole horizon. Gauss-Newton plans velocities that are linear in time
     over longer steps, and plans anew after the first of them.
     """
-    if isinstance(method, PaperMethod):
+    if isinstance(method, PaperOptimizer):
         return planned.reshape(-1, 2, 6), planned[-1]
     count = round(method.dt / STEP)
     shares = ((np.arange(count) + 0.5) / count)[:, None, None, None]

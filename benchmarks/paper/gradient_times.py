@@ -20,7 +20,7 @@ from lariat.rod.launch import taichi_runtime
 from lariat.rod.xpbd import XpbdRod
 from services.controller.mpc.gauss_newton import GaussNewton
 from services.controller.mpc.motion import Bounds
-from services.controller.mpc.objective import Surroundings, Weights
+from services.controller.mpc.objective import AvoidanceSpecification, ObjectiveWeights
 from shared.scenario.sections import Control, Limits
 
 HORIZON, DT = 5, 0.01
@@ -119,15 +119,15 @@ def _planned(rod: Rod, state: RodState) -> Callable[[], object]:
         control.horizon,
         control.time_step,
         control.iterations,
-        Weights(control.speed_weight, control.acceleration_weight),
+        ObjectiveWeights(control.speed_weight, control.acceleration_weight),
         Bounds.share(Limits(), 1.0),
     )
     nodes = state.positions + np.array([0.0, 0.02, 0.0])
     goal = Goal(nodes, Pose(nodes[0], LEVEL), Pose(nodes[-1], LEVEL))
     horizon = horizon_of(method, state, goal, np.zeros((2, 2, 3)))
     length = rod.properties.length
-    surroundings = Surroundings(scene(), 0.012, rod.properties.diameter / 2.0, length)
-    return lambda: method.plan(rod, horizon, surroundings)
+    avoidance = AvoidanceSpecification(scene(), 0.012, rod.properties.diameter / 2.0, length)
+    return lambda: method.plan(rod, horizon, avoidance)
 
 
 def _best(call: Callable[[], object], count: int) -> float:

@@ -14,9 +14,9 @@ from lariat.rod.xpbd import XpbdRod
 from services.controller.model_factory import paper_rod
 from services.controller.mpc.gauss_newton import GaussNewton
 from services.controller.mpc.motion import Bounds
-from services.controller.mpc.objective import Surroundings, Weights
+from services.controller.mpc.objective import AvoidanceSpecification, ObjectiveWeights
 from services.controller.paper.adaptation import PaperAdaptation
-from services.controller.paper.paper_control import PaperMethod
+from services.controller.paper.optimizer import PaperOptimizer
 from services.controller.paper.policies import ACTIONS_RATE, Actions, Network
 from shared.scenario.sections import Limits, PaperControl
 
@@ -28,7 +28,7 @@ SOFTER = 3.0
 """How many times as soft as believed the true rope of the adaptation study is."""
 GAUSS_NEWTON_HORIZON, GAUSS_NEWTON_STEP = 15, 0.02
 """Steps, and of how long [s]: with longer ones the horizon's rod swings less than the plant."""
-GAUSS_NEWTON_WEIGHTS = Weights(speed=0.01, acceleration=1e-5)
+GAUSS_NEWTON_WEIGHTS = ObjectiveWeights(speed=0.01, acceleration=1e-5)
 CLEARANCE = 0.025
 """That Gauss-Newton keeps between surfaces [m]."""
 
@@ -130,7 +130,7 @@ class Bench:
             plant = self.xpbd.with_properties(properties)
         outcome = Outcome(study)
         begins = start(plant)
-        surroundings = Surroundings(scene(), CLEARANCE, DIAMETER / 2.0, 0.97 * LENGTH)
+        avoidance = AvoidanceSpecification(scene(), CLEARANCE, DIAMETER / 2.0, 0.97 * LENGTH)
         for k, goal in enumerate(self._goals_of(study, plant, count)):
             adaptation = PaperAdaptation(self.xpbd, PAPER) if study.adapts else None
             outcome.runs.append(
@@ -140,7 +140,7 @@ class Bench:
                     plant,
                     goal,
                     begins,
-                    surroundings,
+                    avoidance,
                     steps,
                     adaptation,
                     lambda error, k=k: progress(k, error),
@@ -158,7 +158,7 @@ class Bench:
             self._goals[key] = list(goals(plant, self.xpbd, count, self.seed))
         return self._goals[key]
 
-    def _method(self, study: Study) -> PaperMethod | GaussNewton:
+    def _method(self, study: Study) -> PaperOptimizer | GaussNewton:
         moves = np.zeros((2, 6), dtype=bool)
         moves[:, :3] = True
         if study.method == "gauss_newton":
@@ -175,4 +175,4 @@ class Bench:
         if study.method == "network":
             policy = Network(NODES, free, PAPER.learning_rate, study.seed)
         unlimited = np.full((2, 1), np.inf)
-        return PaperMethod(policy, PAPER, moves, Bounds(unlimited, unlimited, unlimited))
+        return PaperOptimizer(policy, PAPER, moves, Bounds(unlimited, unlimited, unlimited))

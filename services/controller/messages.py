@@ -9,10 +9,10 @@ from lariat.geometry.obstacles import Obstacle
 from lariat.rod.xpbd import PARAMETERS
 from services.controller.mpc.horizon import SETPOINT, Command
 from services.controller.mpc.motion import Motion
-from services.controller.mpc.reference_trajectory import PathTrack
+from services.controller.mpc.reference_trajectory import ReferenceTrajectory
 from services.controller.mpc.setpoint_stream import Chunk
 from services.controller.paper.adaptation import PaperAdaptation
-from services.controller.run.goals import GoalMaker
+from services.controller.run.goals import GoalFactory
 from services.controller.run.task import Goal
 from shared import messages
 from shared.messages import ArmSetpoints, ArmStates, Path, Plan, Setpoints, arm_pose, chain
@@ -52,7 +52,7 @@ def goal_message(goal: Goal) -> messages.Goal:
     )
 
 
-def goal_of(message: messages.Goal, maker: GoalMaker, obstacles: tuple[Obstacle, ...]) -> Goal:
+def goal_of(message: messages.Goal, maker: GoalFactory, obstacles: tuple[Obstacle, ...]) -> Goal:
     """The goal of a request: by its nodes, or the rod at rest between its grips."""
     if not message.positions:
         left, right = messages.grip_pose(message.left), messages.grip_pose(message.right)
@@ -101,7 +101,7 @@ def plan_message(command: Command, dt: int) -> Plan:
     )
 
 
-def track_of(path: Path) -> PathTrack:
+def reference_trajectory(path: Path) -> ReferenceTrajectory:
     """A planned path as the controller follows it."""
     if path.dt != SETPOINT:
         raise ValueError(f"a path's points are {path.dt} ns apart; setpoints take {SETPOINT} ns")
@@ -111,7 +111,7 @@ def track_of(path: Path) -> PathTrack:
         for q in (path.left_orientations, path.right_orientations)
     ]
     nodes = chain(path.nodes).reshape(len(left), path.node_count, 3)
-    return PathTrack(
+    return ReferenceTrajectory(
         SETPOINT * 1e-9,
         np.stack([left, right], axis=1),
         np.stack(turned, axis=1),

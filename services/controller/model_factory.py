@@ -1,51 +1,37 @@
-"""Which rod predicts: the continuous one, or the paper's with the parameters of its Table 1."""
+"""Choice of rod, optimizer and adaptation from a scenario's `control` section."""
 
 from __future__ import annotations
 
+import numpy as np
+from jaxtyping import Bool
+
 from lariat.rod import Rod
 from lariat.rod.xpbd import XpbdProperties, XpbdRod
-from services.controller.estimation.material_filter import Adaptation
+from services.controller.estimation.material_filter import MaterialFilter
+from services.controller.estimation.state_estimator import StateEstimator
+from services.controller.mpc.gauss_newton import GaussNewton
+from services.controller.mpc.horizon import HorizonOptimizer
+from services.controller.mpc.motion import Bounds
+from services.controller.mpc.objective import ObjectiveWeights
+from services.controller.mpc.receding_horizon import (
+    LONE_SHARE,
+    OFFSET_SHARE,
+    RecedingHorizonController,
+)
 from services.controller.paper.adaptation import PaperAdaptation
+from services.controller.paper.optimizer import PaperOptimizer
+from services.controller.paper.policies import Actions, Network
 from shared.configuration import ConfigurationError
 from shared.scenario import SIDES, Scenario
-from shared.scenario.sections import PaperControl
-
-
-def model_of(scenario: Scenario, rod: Rod) -> Rod | XpbdRod:
-    """The rod that a scenario's controller predicts with.
-
-    Args:
-        rod: The continuous one, which shapes goals in any case.
-    """
-    if scenario.control.solver == "direct":
-        return rod
-    rope = scenario.rope
-    return paper_rod(scenario.control.paper, rope.length, rope.diameter, rope.node_count)
-
-
-def paper_rod(settings: PaperControl, length: float, diameter: float, nodes: int) -> XpbdRod:
-    """The rod of Table 1."""
-    properties = XpbdProperties(
-        length,
-        diameter,
-        settings.mass,
-        settings.inertia,
-        settings.linear_damping,
-        settings.angular_damping,
-        settings.bending_compliance,
-    )
-    return XpbdRod(properties, nodes, iterations=settings.iterations)
-
-
-def adaptation_of(scenario: Scenario, model: Rod | XpbdRod) -> Adaptation | PaperAdaptation:
-    """What learns a model's material."""
-    if isinstance(model, XpbdRod):
-        return PaperAdaptation(model, scenario.control.paper)
-    return Adaptation(model.properties)
+from shared.scenario.sections import Control, Limits, PaperControl
 
 
 def check(scenario: Scenario) -> None:
-    """Raises ConfigurationError where the parts do not fit together."""
+    """Check that method, solver and adaptation of a scenario fit together.
+
+    Raises:
+        ConfigurationError: They do not.
+    """
     control = scenario.control
     if control.solver == "direct":
         return
@@ -59,3 +45,102 @@ def check(scenario: Scenario) -> None:
             "control.adapt with control.solver = 'xpbd' is the paper's, whose ends do not rotate; "
             "set rotates = false, or solver = 'direct'"
         )
+
+
+def free_components(scenario: Scenario) -> Bool[np.ndarray, "2 6"]:
+    """Components of each grip's velocity that a scenario's ends can move."""
+    moves = np.zeros((2, 6), dtype=bool)
+    for row, side in zip(moves, SIDES, strict=True):
+        row[:3] = scenario.end(side).driver != "fixed"
+        row[3:] = scenario.end(side).rotates
+    return moves
+
+
+def prediction_rod(scenario: Scenario, rod: Rod) -> Rod | XpbdRod:
+    """Rod that a scenario's controller predicts with.
+
+    Args:
+        scenario: Scenario with its control section.
+        rod: Continuous rod, which shapes goals in any case.
+    """
+    if scenario.control.solver == "direct":
+        return rod
+    rope = scenario.rope
+    return paper_rod(scenario.control.paper, rope.length, rope.diameter, rope.node_count)
+
+
+def paper_rod(
+    settings: PaperControl, length: float, diameter: float, node_count: int
+) -> XpbdRod:
+    """Rod of the paper with the parameters of its Table 1.
+
+    Args:
+        settings: The paper's parameters.
+        length: Length of the rope [m].
+        diameter: Diameter of the rope [m].
+        node_count: Nodes of the rope.
+    """
+    properties = XpbdProperties(
+        length,
+        diameter,
+        settings.mass,
+        settings.inertia,
+        settings.linear_damping,
+        settings.angular_damping,
+        settings.bending_compliance,
+    )
+    return XpbdRod(properties, node_count, iterations=settings.iterations)
+
+
+def adaptation(scenario: Scenario, model: Rod | XpbdRod) -> MaterialFilter | PaperAdaptation:
+    """Adaptation of a model's material."""
+    if isinstance(model, XpbdRod):
+        return PaperAdaptation(model, scenario.control.paper)
+    return MaterialFilter(model.properties)
+
+
+def horizon_optimizer(
+    control: Control, moves: Bool[np.ndarray, "2 6"], bounds: Bounds, node_count: int
+) -> HorizonOptimizer:
+    """Optimizer that `control.method` names.
+
+    Args:
+        control: Control section of a scenario.
+        moves: Free components of each grip's velocity.
+        bounds: Bounds on the motion relative to the reference trajectory.
+        node_count: Nodes of the rope.
+    """
+    paper = control.paper
+    free = int(moves.sum())
+    match control.method:
+        case "gauss_newton":
+            weights = ObjectiveWeights(control.speed_weight, control.acceleration_weight)
+            return GaussNewton(
+                moves, control.horizon, control.time_step, control.iterations, weights, bounds
+            )
+        case "actions":
+            policy = Actions(paper.horizon, free)
+        case "network":
+            policy = Network(node_count, free, paper.learning_rate, seed=0)
+    return PaperOptimizer(policy, paper, moves, bounds)
+
+
+def receding_horizon_controller(
+    control: Control,
+    limits: Limits,
+    moves: Bool[np.ndarray, "2 6"],
+    estimator: StateEstimator,
+) -> RecedingHorizonController:
+    """Controller of a scenario.
+
+    Args:
+        control: Control section of a scenario.
+        limits: Limits of the grippers.
+        moves: Free components of each grip's velocity.
+        estimator: State estimator of the rope.
+    """
+    # Without a planned path all of the limits is for the optimizer.
+    share = OFFSET_SHARE if control.planner else LONE_SHARE
+    bounds = Bounds.share(limits, share)
+    optimizer = horizon_optimizer(control, moves, bounds, estimator.rod.node_count)
+    return RecedingHorizonController(estimator, optimizer, moves, bounds, limits)

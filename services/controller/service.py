@@ -8,20 +8,20 @@ from collections.abc import Iterator
 import numpy as np
 
 from lariat.rod import Rod, RodProperties
-from services.controller.estimation.state_estimator import StateEstimate
-from services.controller.messages import chunk_message, motion_of, plan_message, track_of
+from services.controller.estimation.state_estimator import StateEstimator
+from services.controller.messages import chunk_message, motion_of, plan_message, reference_trajectory
 from services.controller.model_factory import adaptation_of, check, model_of
-from services.controller.mpc.collision_scene import Vicinity
-from services.controller.mpc.horizon import SETPOINT, Command, ControlLoop
+from services.controller.mpc.collision_scene import CollisionScene
+from services.controller.mpc.horizon import SETPOINT, Command, RecedingHorizonController
 from services.controller.mpc.motion import Motion
-from services.controller.mpc.reference_trajectory import PathTrack
-from services.controller.run.goals import GoalMaker
-from services.controller.run.progress import RunMonitor
+from services.controller.mpc.reference_trajectory import ReferenceTrajectory
+from services.controller.run.goals import GoalFactory
+from services.controller.run.progress import ProgressMonitor
 from services.controller.run.requests import carry_out, preview
-from services.controller.run.snag_detector import SnagWatch
+from services.controller.run.snag_detector import SnagDetector
 from services.controller.run.state_machine import Course
 from services.controller.run.task import Task
-from services.controller.status import Reports
+from services.controller.status import StatusPublisher
 from shared import topics
 from shared.messages import (
     ArmStates,
@@ -86,7 +86,7 @@ class ControllerService:
             row[:3] = scenario.end(side).driver != "fixed"
             row[3:] = scenario.end(side).rotates
         start = scenario.grips(scenario.start)
-        self._goals = GoalMaker(scenario, self._rod, start)
+        self._goals = GoalFactory(scenario, self._rod, start)
         resettable = not any(scenario.end(side).address for side in SIDES)
         self.task = Task(
             self._goals.of_shape(scenario.goal),
@@ -94,15 +94,15 @@ class ControllerService:
             resettable=resettable,
         )
         self._model = model_of(scenario, self._rod)
-        self.estimate = StateEstimate(self._model, Motion.at_rest(*start), 0)
+        self.estimate = StateEstimator(self._model, Motion.at_rest(*start), 0)
         self.adaptation = adaptation_of(scenario, self._model)
-        self.loop = ControlLoop(self.estimate, moves, scenario.control, scenario.limits)
-        self.snag = SnagWatch(scenario.rope.length)
-        self.monitor = RunMonitor(scenario.run.tolerance, scenario.rope.diameter / 2.0)
+        self.loop = RecedingHorizonController(self.estimate, moves, scenario.control, scenario.limits)
+        self.snag = SnagDetector(scenario.rope.length)
+        self.monitor = ProgressMonitor(scenario.run.tolerance, scenario.rope.diameter / 2.0)
         self.course = Course(self.task, self.monitor, self.adaptation)
-        self.vicinity = Vicinity(scenario)
+        self.vicinity = CollisionScene(scenario)
         self.estimate.supports = self.vicinity.supports
-        self._reports = Reports(self.task, self.monitor, self.estimate, self.adaptation)
+        self._reports = StatusPublisher(self.task, self.monitor, self.estimate, self.adaptation)
         self._arms: ArmStates | None = None
         self.note = ""
         self._resets: int | None = None
@@ -120,13 +120,13 @@ class ControllerService:
     def warm_up(self) -> None:
         """Compiles by controlling a rope that already is where it shall be."""
         start = self._goals.start
-        estimate = StateEstimate(self._model, Motion.at_rest(*start), 0)
-        loop = ControlLoop(estimate, self.loop.moves, self._scenario.control, self._scenario.limits)
+        estimate = StateEstimator(self._model, Motion.at_rest(*start), 0)
+        loop = RecedingHorizonController(estimate, self.loop.moves, self._scenario.control, self._scenario.limits)
         nodes = estimate.nodes
-        loop.follow(PathTrack.standing(estimate.motion, nodes, SETPOINT * 1e-9), SETPOINT)
+        loop.follow(ReferenceTrajectory.standing(estimate.motion, nodes, SETPOINT * 1e-9), SETPOINT)
         for k in (1, 2, 3):
             estimate.advance(estimate.motion, k * SETPOINT)
-            loop.step(k * SETPOINT, nodes, self.vicinity.surroundings(self.task, 0.0))
+            loop.step(k * SETPOINT, nodes, self.vicinity.avoidance(self.task, 0.0))
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """One step of control."""
@@ -280,8 +280,8 @@ class ControllerService:
             return
         goal = self.task.goal
         self.loop.oriented = goal.left_oriented, goal.right_oriented
-        surroundings = self.vicinity.surroundings(self.task, self.monitor.error)
-        command = self.loop.step(now, goal.nodes, surroundings)
+        avoidance = self.vicinity.avoidance(self.task, self.monitor.error)
+        command = self.loop.step(now, goal.nodes, avoidance)
         yield self._setpoints(now, command.chunk)
         yield Publication(topics.CONTROLLER_PLAN, self._plan(command))
         if self.loop.path is not None:
@@ -325,7 +325,7 @@ class ControllerService:
             return "coming to rest before another path"
         if not self._scenario.control.planner:
             here = self.estimate.motion
-            self.loop.follow(PathTrack.standing(here, self.estimate.nodes, SETPOINT * 1e-9), now)
+            self.loop.follow(ReferenceTrajectory.standing(here, self.estimate.nodes, SETPOINT * 1e-9), now)
             self._followed = wanted
             return ""
         item = inbox.latest(topics.CONTROLLER_PATH)
@@ -346,7 +346,7 @@ class ControllerService:
             return "learning the rope before it is moved"
         if self.course.outdated(path.bending_stiffness):
             return "the rope has turned out to be another one; waiting for a path"
-        track = track_of(path)
+        track = reference_trajectory(path)
         apart = np.linalg.norm(track.positions[0] - self.estimate.motion.positions, axis=1)
         if np.max(apart) > START_APART:
             task.ask_for_path()

@@ -4,26 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from services.controller.estimation.material_filter import Adaptation
-from services.controller.estimation.state_estimator import StateEstimate
+from services.controller.estimation.material_filter import MaterialFilter
+from services.controller.estimation.state_estimator import StateEstimator
 from services.controller.messages import STATES, goal_message, paper_parameters
 from services.controller.paper.adaptation import PaperAdaptation
-from services.controller.run.progress import RunMonitor
+from services.controller.run.progress import ProgressMonitor
 from services.controller.run.task import Task
 from shared import topics
 from shared.messages import Parameter, Parameters, RunResult, TaskState
 from shared.service import SECOND, Publication
 
 
-class Reports:
+class StatusPublisher:
     """Task, parameters and result: on change where it matters, else at a steady rate."""
 
     def __init__(
         self,
         task: Task,
-        monitor: RunMonitor,
-        estimate: StateEstimate,
-        adaptation: Adaptation | PaperAdaptation,
+        monitor: ProgressMonitor,
+        estimate: StateEstimator,
+        adaptation: MaterialFilter | PaperAdaptation,
     ) -> None:
         self._task, self._monitor = task, monitor
         self._estimate, self._adaptation = estimate, adaptation

@@ -24,7 +24,7 @@ from jaxtyping import Bool, Float64
 from lariat.rod import Rod, RodProperties, RodState
 from lariat.rod.identification import posterior
 from lariat.rod.identification.material import Material
-from services.controller.estimation.state_estimator import StateEstimate
+from services.controller.estimation.state_estimator import StateEstimator
 from services.controller.mpc.motion import Motion, twist_between
 
 EVERY = 400_000_000
@@ -106,7 +106,7 @@ class Estimated:
     """Whether the seen nodes have told it."""
 
 
-class Adaptation:
+class MaterialFilter:
     """Estimates one rope's material."""
 
     def __init__(self, properties: RodProperties) -> None:
@@ -181,7 +181,7 @@ class Adaptation:
 
     def look(
         self,
-        estimate: StateEstimate,
+        estimate: StateEstimator,
         stamp: int,
         nodes: Float64[np.ndarray, "n 3"],
         sigma: Float64[np.ndarray, "n"],
@@ -260,7 +260,7 @@ class Adaptation:
             return MODEL_ERROR
         return MODEL_ERROR / math.sqrt(min(1.0, _way(self._before, motion) / NEW_SHAPE))
 
-    def _slopes(self, estimate: StateEstimate, stamp: int) -> Float64[np.ndarray, "n 3 P"]:
+    def _slopes(self, estimate: StateEstimator, stamp: int) -> Float64[np.ndarray, "n 3 P"]:
         """Change of what is seen with the unknowns [m]."""
         shape_tells = self._free.copy()
         shape_tells[self._material.groups["damping"]] = False
@@ -334,7 +334,7 @@ class _Swing:
         """The material changed: both models are what the estimate is, once more."""
         self._states = []
 
-    def follow(self, estimate: StateEstimate) -> None:
+    def follow(self, estimate: StateEstimator) -> None:
         """Moves both models to where the estimate is."""
         elapsed = (estimate.time - self._time) * 1e-9
         if not self._states or self._motion is None or not 0.0 < elapsed < SWING_MEMORY:

@@ -37,7 +37,7 @@ FAR = 0.08
 """Mean offset at which the model is another shape than the rope [m]."""
 
 
-class StateEstimate:
+class StateEstimator:
     """Model state and offset of one rope."""
 
     def __init__(self, rod: Rod | XpbdRod, motion: Motion, time: int) -> None:

@@ -7,7 +7,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import obstacles as geometry
 from lariat.geometry.obstacles import Obstacle, signed_distance
-from services.controller.mpc.objective import Surroundings, gripper_bodies
+from services.controller.mpc.objective import AvoidanceSpecification, gripper_bodies
 from services.controller.run.task import Task
 from shared.scenario import Scenario
 
@@ -23,7 +23,7 @@ LENIENCE = 5e-4
 """By which a goal's own clearance may be missed [m]."""
 
 
-class Vicinity:
+class CollisionScene:
     """The obstacles of the present scene."""
 
     def __init__(self, scenario: Scenario) -> None:
@@ -43,7 +43,7 @@ class Vicinity:
         supports = [o for o in self.obstacles if o.support]
         return geometry.pack(supports) if supports else None
 
-    def surroundings(self, task: Task, error: float) -> Surroundings:
+    def avoidance(self, task: Task, error: float) -> AvoidanceSpecification:
         """For the objective.
 
         Args:
@@ -53,7 +53,7 @@ class Vicinity:
         own, grippers_own = self._own(task)
         wanted = self._scenario.control.clearance
         body = limits.keep_out + BODY * limits.gripper_radius + APART
-        return Surroundings(
+        return AvoidanceSpecification(
             self.avoided,
             # All that is wanted on the way, no more than the goal has at its end.
             min(wanted, own - LENIENCE) if error < NEAR_GOAL else wanted,

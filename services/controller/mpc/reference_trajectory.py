@@ -12,7 +12,7 @@ from services.controller.mpc.motion import Motion
 
 
 @dataclass(frozen=True)
-class PathTrack:
+class ReferenceTrajectory:
     """Points of both grips one setpoint apart, from rest to rest, and the rope along them."""
 
     dt: float
@@ -39,7 +39,7 @@ class PathTrack:
         return len(self.positions) - 1
 
     @classmethod
-    def standing(cls, motion: Motion, nodes: Float64[np.ndarray, "n 3"], dt: float) -> PathTrack:
+    def standing(cls, motion: Motion, nodes: Float64[np.ndarray, "n 3"], dt: float) -> ReferenceTrajectory:
         """Stays where it is."""
         twice = np.repeat(motion.positions[None], 2, axis=0)
         turned = np.repeat(motion.orientations[None], 2, axis=0)

@@ -16,7 +16,7 @@ from jaxtyping import Bool, Float64
 
 from lariat.rod import RodState
 from lariat.rod.xpbd import PARAMETERS, XpbdProperties, XpbdRod
-from services.controller.estimation.state_estimator import StateEstimate
+from services.controller.estimation.state_estimator import StateEstimator
 from services.controller.paper.policies import Adam
 from shared.scenario.sections import PaperControl
 
@@ -88,7 +88,7 @@ class PaperAdaptation:
 
     def look(
         self,
-        estimate: StateEstimate,
+        estimate: StateEstimator,
         stamp: int,
         nodes: Float64[np.ndarray, "n 3"],
         sigma: Float64[np.ndarray, "n"],
@@ -120,7 +120,7 @@ class PaperAdaptation:
         self._begin(estimate)
         return change
 
-    def _begin(self, estimate: StateEstimate) -> None:
+    def _begin(self, estimate: StateEstimator) -> None:
         seen = replace(estimate.state, positions=estimate.nodes)
         self._record = _Record(estimate.time, seen)
 

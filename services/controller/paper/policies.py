@@ -120,13 +120,13 @@ class Network:
         sections = self._weights.detach().split([len(v) for v in values])
         slopes = self._weights.grad.split([len(v) for v in values])
         self.layers = [v.view(s) for v, s in zip(sections, shapes, strict=True)]
-        """Weights (outputs, inputs) and biases of one layer after the other."""
+        """ObjectiveWeights (outputs, inputs) and biases of one layer after the other."""
         self._slopes = [v.view(s) for v, s in zip(slopes, shapes, strict=True)]
         self._optimiser = torch.optim.Adam([self._weights], lr=rate, fused=True)
         self._inputs: list[torch.Tensor] = []
 
     def begin(self, passed: int) -> None:
-        """Weights are kept."""
+        """ObjectiveWeights are kept."""
 
     def velocities(
         self, nodes: Float64[np.ndarray, "h n 3"], goal: Float64[np.ndarray, "n 3"]

@@ -13,12 +13,12 @@ from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod
 from lariat.rod.twist import wound
-from services.controller.run.task import Goal, Refused
+from services.controller.run.task import Goal, RequestRefused
 from shared.scenario import SIDES, Scenario, Shape
 
 
 @dataclass(frozen=True)
-class GoalMaker:
+class GoalFactory:
     """Makes goals for one cell."""
 
     scenario: Scenario
@@ -65,7 +65,7 @@ class GoalMaker:
             turns: Whole turns of twist in it.
 
         Raises:
-            Refused: It does not come to rest there, or the grips are too far apart.
+            RequestRefused: It does not come to rest there, or the grips are too far apart.
         """
         try:
             supports = [o for o in obstacles if o.support]
@@ -75,9 +75,9 @@ class GoalMaker:
                 guess = wound(rest.state, turns)
                 rest = self.rod.rest(left, right, guess=guess, obstacles=packed)
         except ValueError as error:
-            raise Refused(str(error)) from error
+            raise RequestRefused(str(error)) from error
         if not rest.converged:
-            raise Refused(
+            raise RequestRefused(
                 f"the rope does not come to rest between these grips (still moves "
                 f"{1e3 * rest.residual:.2f} mm); bring them further apart"
             )
@@ -85,39 +85,39 @@ class GoalMaker:
         return Goal(rest.state.positions, left, right, rotates[0], rotates[1], turns)
 
     def check(self, goal: Goal, obstacles: tuple[Obstacle, ...]) -> None:
-        """Raises Refused when the goal cannot be, in words for a person."""
+        """Raises RequestRefused when the goal cannot be, in words for a person."""
         scenario = self.scenario
         rope, limits = scenario.rope, scenario.limits
         if not np.all(np.isfinite(goal.nodes)) or len(goal.nodes) != rope.node_count:
-            raise Refused(
+            raise RequestRefused(
                 f"a goal has {rope.node_count} nodes of finite numbers, got {len(goal.nodes)}"
             )
         if goal.turns and not any(scenario.end(side).rotates for side in SIDES):
-            raise Refused(f"the goal has {goal.turns:g} turns of twist, but no end rotates")
+            raise RequestRefused(f"the goal has {goal.turns:g} turns of twist, but no end rotates")
         if goal.turns != round(goal.turns):
-            raise Refused(
+            raise RequestRefused(
                 f"the goal has {goal.turns:g} turns of twist; give whole turns, and the rest as "
                 "the orientation of an end"
             )
         length = polylines.length(goal.nodes)
         if abs(length - rope.length) > 0.03 * rope.length:
-            raise Refused(f"the goal is {length:.4f} m long, the rope {rope.length} m")
+            raise RequestRefused(f"the goal is {length:.4f} m long, the rope {rope.length} m")
         apart = float(np.linalg.norm(goal.right.position - goal.left.position))
         if apart > limits.overstretch * rope.length:
-            raise Refused(
+            raise RequestRefused(
                 f"the grips of the goal are {apart:.4f} m apart; at most "
                 f"{limits.overstretch * rope.length:.4f} m keep the rope from being stretched"
             )
         low, high = np.array(limits.workspace)
         for side, grip in zip(SIDES, (goal.left, goal.right), strict=True):
             if np.any(grip.position < low) or np.any(grip.position > high):
-                raise Refused(
+                raise RequestRefused(
                     f"the {side} grip of the goal at {grip.position.round(4).tolist()} m is "
                     "outside limits.workspace"
                 )
         for obstacle in obstacles:
             depth = -geometry.chain_clearance(goal.nodes, rope.diameter / 2.0, [obstacle])
             if depth > (0.002 if obstacle.support else 0.0):
-                raise Refused(
+                raise RequestRefused(
                     f"the goal lies {1e3 * depth:.1f} mm deep in obstacle {obstacle.name!r}"
                 )

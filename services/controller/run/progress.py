@@ -24,7 +24,7 @@ STUCK_AFTER = 1_500_000_000
 """Without progress [ns]."""
 
 
-class RunMonitor:
+class ProgressMonitor:
     """Measures of the run, from observations."""
 
     def __init__(self, tolerance: float, radius: float) -> None:

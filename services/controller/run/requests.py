@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from lariat.geometry.obstacles import Obstacle
 from services.controller.messages import goal_message, goal_of
-from services.controller.run.goals import GoalMaker
-from services.controller.run.task import Refused, Task
+from services.controller.run.goals import GoalFactory
+from services.controller.run.task import RequestRefused, Task
 from shared.messages import ArmStates, GoalDraft, GoalPreview, TaskRequest, grip_pose
 
 
 def carry_out(
     request: TaskRequest,
     task: Task,
-    goals: GoalMaker,
+    goals: GoalFactory,
     obstacles: tuple[Obstacle, ...],
     arms: ArmStates | None,
     now: int,
@@ -44,14 +44,14 @@ def carry_out(
                 task.reset()
             case TaskRequest.SET:
                 task.set(request.key, request.value)
-    except Refused as error:
+    except RequestRefused as error:
         refusal = str(error)
     task.answered(request.id, refusal)
     return begun
 
 
 def preview(
-    draft: GoalDraft, goals: GoalMaker, obstacles: tuple[Obstacle, ...], now: int
+    draft: GoalDraft, goals: GoalFactory, obstacles: tuple[Obstacle, ...], now: int
 ) -> GoalPreview:
     """The rod at rest between grips that are being dragged, or why it cannot be there."""
     answer = GoalPreview(draft=draft.id, stamp=now)
@@ -69,10 +69,10 @@ def preview(
 def _check(arms: ArmStates | None, waits: str) -> None:
     """Refuses a run that could not begin."""
     if waits:
-        raise Refused(waits)
+        raise RequestRefused(waits)
     if arms is None:
-        raise Refused("the arms have not said yet where they are; is the gateway running?")
+        raise RequestRefused("the arms have not said yet where they are; is the gateway running?")
     if arms.mode == ArmStates.DISARMED:
-        raise Refused(f"the arms are disarmed ({arms.reason}); arm them first")
+        raise RequestRefused(f"the arms are disarmed ({arms.reason}); arm them first")
     if arms.mode == ArmStates.FAULT or arms.needs_acknowledgement:
-        raise Refused(f"the arms hold ({arms.reason}); acknowledge first")
+        raise RequestRefused(f"the arms hold ({arms.reason}); acknowledge first")

@@ -32,7 +32,7 @@ LASTING = 4
 """Observations in a row that must show the same."""
 
 
-class SnagWatch:
+class SnagDetector:
     """Compares what is seen of one rope with what the model does."""
 
     def __init__(self, length: float) -> None:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from services.controller.estimation.material_filter import Adaptation
-from services.controller.mpc.reference_trajectory import PathTrack
+from services.controller.estimation.material_filter import MaterialFilter
+from services.controller.mpc.reference_trajectory import ReferenceTrajectory
 from services.controller.paper.adaptation import PaperAdaptation
-from services.controller.run.progress import RunMonitor
+from services.controller.run.progress import ProgressMonitor
 from services.controller.run.task import Task
 from shared.service import SECOND
 
@@ -32,7 +32,7 @@ class Course:
     """Watches one run after the other, and moves the task on."""
 
     def __init__(
-        self, task: Task, monitor: RunMonitor, adaptation: Adaptation | PaperAdaptation
+        self, task: Task, monitor: ProgressMonitor, adaptation: MaterialFilter | PaperAdaptation
     ) -> None:
         self._task, self._monitor, self._adaptation = task, monitor, adaptation
         self._planned_stiffness = adaptation.bending_stiffness
@@ -73,7 +73,7 @@ class Course:
         self._barred += 1
         self._task.ask_for_path()
 
-    def judge(self, now: int, path: PathTrack, arrived: bool) -> None:
+    def judge(self, now: int, path: ReferenceTrajectory, arrived: bool) -> None:
         """Whether the goal is reached, or given up.
 
         Args:

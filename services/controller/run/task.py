@@ -13,7 +13,7 @@ from lariat.geometry.poses import Pose
 State = Literal["idle", "running", "paused", "reached", "failed"]
 
 
-class Refused(ValueError):
+class RequestRefused(ValueError):
     """A request that is not carried out, in words for the person."""
 
 
@@ -85,7 +85,7 @@ class Task:
     def start(self, now: int) -> None:
         """Begins a run, or resumes a paused one."""
         if self.state == "running":
-            raise Refused("already running; stop or pause first")
+            raise RequestRefused("already running; stop or pause first")
         if self.state != "paused":
             self.run_count += 1
             self.run = f"run-{self.run_count}"
@@ -95,7 +95,7 @@ class Task:
     def pause(self) -> None:
         """Stands still until a start."""
         if self.state != "running":
-            raise Refused(f"cannot pause while {self.state}; only a run can be paused")
+            raise RequestRefused(f"cannot pause while {self.state}; only a run can be paused")
         self.enter("paused", "paused by a person")
 
     def stop(self) -> None:
@@ -105,7 +105,7 @@ class Task:
     def reset(self) -> None:
         """Asks for everything to return to the scenario's start; simulation only."""
         if not self.resettable:
-            raise Refused("only a simulation can be reset; move the arm by hand and set a goal")
+            raise RequestRefused("only a simulation can be reset; move the arm by hand and set a goal")
         self.reset_count += 1
         self.enter("idle", "reset")
         self.ask_for_path()
@@ -113,8 +113,8 @@ class Task:
     def set(self, key: str, value: str) -> None:
         """Changes one setting."""
         if key not in self.settings:
-            raise Refused(f"no setting {key!r}; there are {', '.join(sorted(self.settings))}")
+            raise RequestRefused(f"no setting {key!r}; there are {', '.join(sorted(self.settings))}")
         if value not in ("true", "false"):
-            raise Refused(f"{key} = {value!r}; use true or false")
+            raise RequestRefused(f"{key} = {value!r}; use true or false")
         self.settings[key] = value
         self.revision += 1

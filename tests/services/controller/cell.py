@@ -10,12 +10,12 @@ from jaxtyping import Float64
 from lariat.geometry.obstacles import TABLE, Obstacle
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties
-from services.controller.estimation.material_filter import Adaptation
-from services.controller.estimation.state_estimator import StateEstimate
-from services.controller.mpc.horizon import ControlLoop
+from services.controller.estimation.material_filter import MaterialFilter
+from services.controller.estimation.state_estimator import StateEstimator
+from services.controller.mpc.horizon import RecedingHorizonController
 from services.controller.mpc.motion import Motion, twist_between
-from services.controller.mpc.objective import Surroundings
-from services.controller.mpc.reference_trajectory import PathTrack
+from services.controller.mpc.objective import AvoidanceSpecification
+from services.controller.mpc.reference_trajectory import ReferenceTrajectory
 from shared.scenario.sections import Control, Limits
 
 LEVEL = np.array([0.5, 0.5, 0.5, 0.5])
@@ -52,28 +52,28 @@ class Cell:
         self.rope = self.plant.rest(*self.start).state
         self.now = 1_000_000_000
         self.arm = Motion.at_rest(*self.start)
-        self.estimate = StateEstimate(self.model, self.arm, self.now)
+        self.estimate = StateEstimator(self.model, self.arm, self.now)
         moves = np.zeros((2, 6), dtype=bool)
         moves[:, :3] = True
-        self.loop = ControlLoop(self.estimate, moves, Control(), Limits())
-        self.adaptation = Adaptation(PROPERTIES)
+        self.loop = RecedingHorizonController(self.estimate, moves, Control(), Limits())
+        self.adaptation = MaterialFilter(PROPERTIES)
         self.points: list[Float64[np.ndarray, "2 3"]] = []
         self._pictures: list[tuple[int, int, np.ndarray]] = []
         self._random = np.random.default_rng(1)
         self._steps = 0
 
-    def follow(self, path: PathTrack | None = None) -> None:
+    def follow(self, path: ReferenceTrajectory | None = None) -> None:
         """A path, or staying here."""
-        standing = PathTrack.standing(self.arm, self.estimate.nodes, STEP * 1e-9)
+        standing = ReferenceTrajectory.standing(self.arm, self.estimate.nodes, STEP * 1e-9)
         self.loop.follow(path or standing, self.now)
 
     def run(self, seconds: float, goal: Float64[np.ndarray, "n 3"]) -> None:
         """Controls for a while."""
-        surroundings = Surroundings(self.obstacles, 0.012, 0.004, 0.97 * PROPERTIES.length)
+        avoidance = AvoidanceSpecification(self.obstacles, 0.012, 0.004, 0.97 * PROPERTIES.length)
         for _ in range(round(seconds / (STEP * 1e-9))):
             self.estimate.advance(self.arm, self.now)
             self._look()
-            self.loop.step(self.now, goal, surroundings)
+            self.loop.step(self.now, goal, avoidance)
             row = self.loop.row
             assert row is not None
             for k in range(1, 5):

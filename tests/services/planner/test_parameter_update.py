@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from services.controller.estimation.material_filter import Adaptation
+from services.controller.estimation.material_filter import MaterialFilter
 from services.planner.parameter_update import learnt_rope
 from tests.services.controller.cell import PROPERTIES
 
@@ -19,7 +19,7 @@ def test_every_learnt_parameter_comes_back() -> None:
         stiffness_profile=(0.8, 1.1, 1.2),
         rest_curvature=((0.3, -0.2, 0.1),),
     ).with_stiffness(3e-3, 2e-3)
-    adaptation = Adaptation(PROPERTIES)
+    adaptation = MaterialFilter(PROPERTIES)
     adaptation.properties = rope
     values = {e.name: e.value for e in adaptation.estimates}
     found = learnt_rope(PROPERTIES, values)

@@ -1,4 +1,4 @@
-"""Adaptation finds the material, and knows how well."""
+"""MaterialFilter finds the material, and knows how well."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import pytest
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod
-from services.controller.estimation.material_filter import Adaptation, Estimated
-from services.controller.estimation.state_estimator import StateEstimate
+from services.controller.estimation.material_filter import MaterialFilter, Estimated
+from services.controller.estimation.state_estimator import StateEstimator
 from services.controller.mpc.motion import Motion
 from tests.services.controller.cell import COUNT, PROPERTIES, Cell, grips
 
 GOAL = grips((-0.14, 0.05, 0.27), (0.16, 0.02, 0.31))
 
 
-def estimated(adaptation: Adaptation, name: str) -> Estimated:
+def estimated(adaptation: MaterialFilter, name: str) -> Estimated:
     return next(e for e in adaptation.estimates if e.name == name)
 
 
@@ -66,7 +66,7 @@ def test_uneven_stiffness_and_length_are_told_apart() -> None:
 
 
 def test_what_was_not_seen_stays_as_it_was_given() -> None:
-    adaptation = Adaptation(PROPERTIES)
+    adaptation = MaterialFilter(PROPERTIES)
     cell = Cell()
     hidden = np.zeros(len(cell.rope.positions), dtype=bool)
     far = cell.rope.positions + 0.05
@@ -80,7 +80,7 @@ def test_what_was_not_seen_stays_as_it_was_given() -> None:
 
 def test_one_bad_frame_moves_little() -> None:
     cell = Cell()
-    adaptation = Adaptation(PROPERTIES)
+    adaptation = MaterialFilter(PROPERTIES)
     seen = cell.estimate.state.positions
     sigma, observed = np.full(len(seen), 1e-3), np.ones(len(seen), dtype=bool)
     now = cell.now
@@ -103,7 +103,7 @@ def test_a_rope_that_hangs_still_tells_its_stiffness_before_it_is_moved(factor: 
     plant = model.with_properties(replace(given, youngs_modulus=1e6 * factor))
     rope = plant.rest(*held).state.positions
     arm, now = Motion.at_rest(*held), 1_000_000_000
-    estimate, adaptation = StateEstimate(model, arm, now), Adaptation(given)
+    estimate, adaptation = StateEstimator(model, arm, now), MaterialFilter(given)
     random = np.random.default_rng(0)
     sigma, observed = np.full(COUNT, 2e-3), np.ones(COUNT, dtype=bool)
     for _ in range(40):

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from lariat.geometry.obstacles import Obstacle
-from services.controller.mpc.objective import LeastSquares, Surroundings, least_squares
+from services.controller.mpc.objective import NormalEquations, AvoidanceSpecification, least_squares
 
 HORIZON, COUNT, VARIABLES = 3, 9, 4
 POST = Obstacle("sphere", (0.02, 0.03, 0.0), radius=0.02, name="post")
 CRATE = Obstacle("sphere", (-0.25, 0.02, 0.01), radius=0.015, name="crate")
-AROUND = Surroundings((POST,), 0.012, 0.004, 0.44, 0.45, (POST, CRATE), 0.05, 0.05)
+AROUND = AvoidanceSpecification((POST,), 0.012, 0.004, 0.44, 0.45, (POST, CRATE), 0.05, 0.05)
 
 
 def test_slope_is_that_of_the_cost_of_all_terms() -> None:
@@ -22,7 +22,7 @@ def test_slope_is_that_of_the_cost_of_all_terms() -> None:
     slopes[:, 1, 0], slopes[:, -2, 0] = slopes[:, 0, 0], slopes[:, -1, 0]
     goal = nodes + 0.01 * random.normal(size=nodes.shape)
 
-    def at(change: np.ndarray) -> LeastSquares:
+    def at(change: np.ndarray) -> NormalEquations:
         moved = nodes + slopes @ change
         return least_squares(moved, moved, slopes, goal, AROUND, 0.05)
 

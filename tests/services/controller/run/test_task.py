@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from services.controller.run.task import Goal, Refused, Task
+from services.controller.run.task import Goal, RequestRefused, Task
 from tests.services.controller.cell import grips
 
 
@@ -57,5 +57,5 @@ def test_revision_grows_with_every_change() -> None:
     ],
 )
 def test_refusals_name_the_way_out(action, words: str) -> None:
-    with pytest.raises(Refused, match=words):
+    with pytest.raises(RequestRefused, match=words):
         action(task(resettable=False))

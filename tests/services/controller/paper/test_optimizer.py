@@ -9,8 +9,8 @@ from lariat.rod import Rod
 from lariat.rod.xpbd import XpbdProperties, XpbdRod
 from services.controller.mpc.gauss_newton import Horizon
 from services.controller.mpc.motion import Bounds
-from services.controller.mpc.objective import Surroundings
-from services.controller.paper.paper_control import PaperMethod
+from services.controller.mpc.objective import AvoidanceSpecification
+from services.controller.paper.optimizer import PaperOptimizer
 from services.controller.paper.policies import Actions, Network, Policy
 from shared.scenario.sections import Limits, PaperControl
 from tests.services.controller.cell import COUNT, PROPERTIES, grips
@@ -30,7 +30,7 @@ def test_training_in_a_horizon_lowers_the_objective(name: str, solver: str) -> N
     policy: Policy = Actions(settings.horizon, 6)
     if name == "network":
         policy = Network(COUNT, 6, settings.learning_rate, seed=0)
-    method = PaperMethod(policy, settings, moves, Bounds.share(Limits(), 1.0))
+    method = PaperOptimizer(policy, settings, moves, Bounds.share(Limits(), 1.0))
     rod = RODS[solver]
     state = rod.rest(*grips((-0.19, 0.0, 0.3), (0.19, 0.0, 0.3))).state
     goal = rod.rest(*grips((-0.16, 0.1, 0.25), (0.18, 0.1, 0.3))).state.positions
@@ -44,9 +44,9 @@ def test_training_in_a_horizon_lowers_the_objective(name: str, solver: str) -> N
         np.zeros((2, 6)),
         np.zeros((2, 6), dtype=bool),
     )
-    surroundings = Surroundings((), 0.01, 0.004, 0.44)
+    avoidance = AvoidanceSpecification((), 0.01, 0.004, 0.44)
     standing = np.linalg.norm(state.positions - goal, axis=1).sum()
-    plans = [method.plan(rod, horizon, surroundings) for _ in range(2)]
+    plans = [method.plan(rod, horizon, avoidance) for _ in range(2)]
     total = sum(plans[-1].cost.values())
     assert total < standing
     assert plans[-1].cost["error"] < 0.99 * standing
@@ -74,7 +74,7 @@ def test_ends_stay_within_reach_whatever_was_learnt(held: int | None) -> None:
     if held is not None:
         moves[held] = False
         policy.velocities = lambda nodes, goal: np.tile([9.0, 0.0, 1.0], (len(nodes), 1))
-    method = PaperMethod(policy, settings, moves, Bounds.share(Limits(), 1.0))
+    method = PaperOptimizer(policy, settings, moves, Bounds.share(Limits(), 1.0))
     rod = RODS["direct"]
     state = rod.rest(*grips((-0.19, 0.0, 0.3), (0.19, 0.0, 0.3))).state
     still = np.zeros((settings.horizon, 2, 6))
@@ -85,7 +85,7 @@ def test_ends_stay_within_reach_whatever_was_learnt(held: int | None) -> None:
         horizon = Horizon(
             state, 0.0 * goal[0], still, goal, np.zeros((2, 2, 3)), nothing, nothing > 0.0
         )
-        plan = method.plan(rod, horizon, Surroundings((), 0.01, 0.004, 0.44))
+        plan = method.plan(rod, horizon, AvoidanceSpecification((), 0.01, 0.004, 0.44))
         speeds = np.linalg.norm(plan.velocities[:, :, 0], axis=2)
         assert speeds.max() <= Limits().speed + 1e-12
         actions = plan.velocities.reshape(-1, 2, 6)

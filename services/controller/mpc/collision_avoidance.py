@@ -1,0 +1,116 @@
+"""Collision avoidance in the horizon: hinge penalties on missing clearance, cf. eq. (13).
+
+The rope's nodes and edge midpoints keep their clearance from obstacles; three points on the axis of
+each gripper's body keep theirs from everything. Points that are clear enough contribute nothing, so
+a goal near an obstacle stays unbiased.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.geometry.clearance import near, with_midpoints
+from lariat.geometry.obstacles import Obstacle
+
+MILLIMETRE = 1e3
+"""Millimetres per metre: lengths enter the objective in millimetres."""
+CLEARANCE_WEIGHT = 2.0
+"""Weight of a millimetre of missing clearance against one of tracking error, per contact [-]."""
+
+
+@dataclass(frozen=True)
+class AvoidanceSpecification:
+    """Obstacles, the clearances to keep from them, and limits on the rope's extension."""
+
+    obstacles: tuple[Obstacle, ...]
+    """Obstacles that the rope must not touch."""
+    clearance: float
+    """Distance to keep between the surfaces of rope and obstacles [m]."""
+    radius: float
+    """Radius of the rope [m]."""
+    max_grip_distance: float
+    """Maximum distance between the grips [m]; a constraint, not a term of the objective."""
+    max_rope_length: float = np.inf
+    """Length to which the rope may be stretched [m]; a constraint as well."""
+    gripper_obstacles: tuple[Obstacle, ...] = ()
+    """Obstacles that the grippers must not touch."""
+    gripper_reach: float = 0.0
+    """Distance from a grip to the centre of its capsule's far cap [m]."""
+    gripper_clearance: float = 0.0
+    """Distance to keep between a gripper's axis and its obstacles [m]."""
+
+
+def rope_clearance_residuals(
+    nodes: Float64[np.ndarray, "h n 3"],
+    jacobian: Float64[np.ndarray, "h n 3 v"],
+    avoidance: AvoidanceSpecification,
+) -> tuple[Float64[np.ndarray, "c"], Float64[np.ndarray, "c v"]]:
+    """Missing clearance of nodes and edge midpoints, and its Jacobian.
+
+    Args:
+        nodes: Predicted nodes [m].
+        jacobian: Derivative of the nodes with respect to the variables.
+        avoidance: Obstacles and clearances.
+    """
+    count = nodes.shape[1]
+    points = with_midpoints(nodes).reshape(-1, 3)
+    reach = avoidance.clearance + avoidance.radius
+    hits = near(points, avoidance.obstacles, np.full(len(points), reach))
+    step, at = np.divmod(hits.points, 2 * count - 1)
+    first = np.where(at < count, at, at - count)
+    second = np.where(at < count, at, at - count + 1)
+    here = 0.5 * (jacobian[step, first] + jacobian[step, second])
+    along = np.einsum("ac,acv->av", hits.normals, here)
+    weight = MILLIMETRE * CLEARANCE_WEIGHT
+    return weight * (reach - hits.distances), -weight * along
+
+
+def gripper_clearance_residuals(
+    nodes: Float64[np.ndarray, "h n 3"],
+    jacobian: Float64[np.ndarray, "h n 3 v"],
+    avoidance: AvoidanceSpecification,
+) -> tuple[Float64[np.ndarray, "c"], Float64[np.ndarray, "c v"]]:
+    """Missing clearance of the grippers' bodies, and its Jacobian.
+
+    Args:
+        nodes: Nodes of the model, whose first and last edges lie in the grips [m].
+        jacobian: Derivative of the nodes with respect to the variables.
+        avoidance: Obstacles and clearances.
+    """
+    edges = avoidance.gripper_reach / float(np.linalg.norm(nodes[0, 1] - nodes[0, 0]))
+    bodies = _extrapolated(nodes, edges).reshape(-1, 3)
+    reach = np.full(len(bodies), avoidance.gripper_clearance)
+    hits = near(bodies, avoidance.gripper_obstacles, reach)
+    motion = _extrapolated(jacobian, edges).reshape(-1, *jacobian.shape[2:])
+    along = np.einsum("ac,acv->av", hits.normals, motion[hits.points])
+    weight = MILLIMETRE * CLEARANCE_WEIGHT
+    return weight * (reach[hits.points] - hits.distances), -weight * along
+
+
+def gripper_axis_points(
+    nodes: Float64[np.ndarray, "n 3"], reach: float
+) -> Float64[np.ndarray, "6 3"]:
+    """Points on the axes of the grippers that hold a rope, three for each [m].
+
+    Args:
+        nodes: Nodes of the rope [m].
+        reach: Distance from a grip to the centre of its capsule's far cap [m].
+    """
+    return _extrapolated(nodes[None], reach / float(np.linalg.norm(nodes[1] - nodes[0])))[0]
+
+
+def _extrapolated(
+    values: Float64[np.ndarray, "h n 3 *v"], edges: float
+) -> Float64[np.ndarray, "h 6 3 *v"]:
+    """Values on the lines of the first and last edge, up to a number of edge lengths outwards."""
+    return np.stack(
+        [
+            (1.0 + share * edges) * values[:, grip] - share * edges * values[:, inner]
+            for grip, inner in ((0, 1), (-1, -2))
+            for share in (0.0, 0.5, 1.0)
+        ],
+        axis=1,
+    )

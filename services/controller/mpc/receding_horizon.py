@@ -1,0 +1,239 @@
+"""Receding-horizon control: one chunk of setpoints per call.
+
+The command is the reference trajectory plus an offset. The reference uses a share of the grippers'
+limits and the offset the rest, so their sum keeps the limits; the offset follows the velocities of
+the horizon optimizer, jerk-limited. New setpoints take effect at a point of the setpoint stream a
+little ahead of now: the model is first rolled out to there, along the motion already decided.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from lariat.geometry import poses
+from services.controller.estimation.state_estimator import StateEstimator
+from services.controller.mpc.collision_avoidance import AvoidanceSpecification
+from services.controller.mpc.horizon import HorizonOptimizer, HorizonPlan, HorizonProblem
+from services.controller.mpc.motion import Bounds, Motion, jerk_towards, twist_between
+from services.controller.mpc.reference_trajectory import ReferenceTrajectory
+from services.controller.mpc.setpoint_stream import Chunk, SetpointRow
+from shared.scenario.sections import Limits
+
+SETPOINT = 20_000_000
+"""Between setpoints [ns]."""
+DELAY = 30_000_000
+"""From inputs to the first point that may still be changed [ns]: the step itself, and one point
+because the gateway's curve looks ahead by one."""
+OFFSET_SHARE = 0.28
+"""Of each limit for the offset; paths use 0.7 (`services.planner.time_parameterization`)."""
+LONE_SHARE = 0.85
+"""The same when there is no path."""
+STOP_SHARE = 0.9
+"""Of each limit for the stop at the end of a chunk."""
+
+
+@dataclass(frozen=True)
+class Command:
+    """Result of one control step."""
+
+    chunk: Chunk
+    """Setpoints to publish."""
+    plan: HorizonPlan
+    """Solution of the horizon."""
+    plan_start: int
+    """Time at which the predicted horizon begins [ns]."""
+
+
+class RecedingHorizonController:
+    """Follows a reference trajectory and brings the rope to the goal at its end."""
+
+    def __init__(
+        self,
+        estimator: StateEstimator,
+        optimizer: HorizonOptimizer,
+        moves: Bool[np.ndarray, "2 6"],
+        offset_bounds: Bounds,
+        limits: Limits,
+    ) -> None:
+        """Create a controller that follows nothing yet.
+
+        Args:
+            estimator: State estimator of the rope.
+            optimizer: Optimizer of the horizon.
+            moves: Free components of each grip's velocity.
+            offset_bounds: Bounds on the motion relative to the reference trajectory.
+            limits: Limits of the grippers.
+        """
+        self.estimator, self.optimizer = estimator, optimizer
+        self.limits, self.offset_bounds = limits, offset_bounds
+        self._rotates = bool(moves[:, 3:].any())
+        self.reference: ReferenceTrajectory | None = None
+        self.oriented = (False, False)
+        """Whether the orientation of each grip is part of the goal."""
+        self._stream: SetpointRow | None = None
+        self._start_index = 0
+        """Index in the stream of the reference's first point."""
+        self._commit = 0
+        """Index in the stream of the last point that is decided."""
+        self._stepped: int | None = None
+
+    @property
+    def stream(self) -> SetpointRow | None:
+        """Setpoint stream, while one is running."""
+        return self._stream
+
+    @property
+    def resting(self) -> bool:
+        """Whether the commanded motion has come to rest."""
+        return self._stream is None or self._stream.resting_from(self._commit)
+
+    @property
+    def at_end(self) -> bool:
+        """Whether the end of the reference trajectory has been passed."""
+        return self.reference is not None and self._reference_index >= self.reference.end
+
+    @property
+    def remaining_nodes(self) -> Float64[np.ndarray, "t n 3"]:
+        """Nodes along the rest of the reference trajectory [m]."""
+        if self.reference is None:
+            return np.zeros((0, self.estimator.rod.node_count, 3))
+        return self.reference.nodes[min(max(self._reference_index, 0), self.reference.end) :]
+
+    @property
+    def _reference_index(self) -> int:
+        """Index in the reference trajectory of the last decided point."""
+        return self._commit - self._start_index
+
+    def disengage(self) -> None:
+        """Drop stream and reference; the gateway then decides where the arms stop."""
+        self._stream, self.reference = None, None
+        self.optimizer.reset()
+
+    def follow(self, reference: ReferenceTrajectory, now: int) -> None:
+        """Begin a reference trajectory where the commanded motion rests.
+
+        Args:
+            reference: Trajectory that begins at the present grips.
+            now: Present time [ns].
+        """
+        if self._stream is None:
+            bounds = Bounds.share(self.limits, STOP_SHARE)
+            here = Motion.at_rest(*self.estimator.motion.grips)
+            self._stream = SetpointRow(here, now, SETPOINT, bounds)
+            self._commit = self._stream.index_at(now + DELAY)
+        self.reference = reference
+        self._start_index = max(self._commit, self._stream.index_at(now + DELAY))
+        self.optimizer.reset()
+
+    def tracking_error(self) -> float:
+        """Distance of the measured grips from the commanded ones [m]."""
+        if self._stream is None:
+            return 0.0
+        commanded = self._stream.motion_at(self.estimator.time).positions
+        return float(np.max(np.linalg.norm(self.estimator.motion.positions - commanded, axis=1)))
+
+    def brake(self, now: int) -> Chunk | None:
+        """Continue the last chunk to its resting end; None when no stream is running.
+
+        Args:
+            now: Present time [ns].
+        """
+        if self._stream is None:
+            return None
+        self.reference = None
+        self._commit = max(self._commit, self._stream.index_at(now + DELAY))
+        return self._stream.extended(self._commit, [])
+
+    def step(
+        self, now: int, goal: Float64[np.ndarray, "n 3"], avoidance: AvoidanceSpecification
+    ) -> Command:
+        """Plan the next chunk along the reference trajectory.
+
+        Args:
+            now: Present time [ns].
+            goal: Nodes of the goal [m].
+            avoidance: Obstacles and clearances.
+
+        Raises:
+            ValueError: There is no reference trajectory.
+        """
+        stream, reference = self._stream, self.reference
+        if stream is None or reference is None:
+            raise ValueError("step needs a reference trajectory; call follow first")
+        self._commit = max(self._commit, stream.index_at(now + DELAY))
+        start = stream.time_of(self._commit)
+        commanded = stream.motion(self._commit)
+        at = self._reference_index
+        referred = reference.motion(at)
+        state = self.estimator.predict(self._expected(stream, start), start)
+        count = self.optimizer.step_count
+        stride = self.optimizer.time_step / reference.dt
+        if self._stepped is not None:
+            self.optimizer.shift((now - self._stepped) * 1e-9)
+        self._stepped = now
+        rotation = np.zeros((2, 6))
+        rotation[:, 3:] = twist_between(referred, commanded, 1.0)[:, 1]
+        oriented = np.zeros((2, 6), dtype=bool)
+        oriented[:, 3:] = np.array(self.oriented)[:, None]
+        problem = HorizonProblem(
+            state,
+            self.estimator.offset,
+            reference.twists(at, stride, count),
+            reference.shapes(at, stride, count, goal),
+            commanded.velocity - referred.velocity,
+            rotation,
+            oriented,
+            self.estimator.supports,
+        )
+        plan = self.optimizer.plan(self.estimator.rod, problem, avoidance)
+        motions = self._setpoints(reference, commanded, plan)
+        return Command(stream.extended(self._commit, motions), plan, start)
+
+    def _expected(self, stream: SetpointRow, time: int) -> Motion:
+        """Motion of the arms at a later time: the measured one, moved as already decided."""
+        decided = twist_between(stream.motion_at(self.estimator.time), stream.motion_at(time), 1.0)
+        still = np.zeros((2, 2, 3))
+        return self.estimator.motion.moved(decided, still, still)
+
+    def _setpoints(
+        self, reference: ReferenceTrajectory, commanded: Motion, plan: HorizonPlan
+    ) -> list[Motion]:
+        """Reference trajectory plus an offset whose velocity follows the plan."""
+        dt, step = reference.dt, self.optimizer.time_step
+        at = self._reference_index
+        referred = reference.motion(at)
+        offset = twist_between(referred, commanded, 1.0)
+        velocity = commanded.velocity - referred.velocity
+        acceleration = commanded.acceleration - referred.acceleration
+        planned = np.concatenate([velocity[None], plan.velocities])
+        count = round((len(planned) - 1) * step / dt)
+        at_setpoints = np.minimum(np.arange(count + 1) * dt / step, len(planned) - 1.0)
+        before = np.minimum(at_setpoints.astype(int), len(planned) - 2)
+        share = (at_setpoints - before)[:, None, None, None]
+        wanted = (1.0 - share) * planned[before] + share * planned[before + 1]
+        changes = np.diff(wanted, axis=0) / dt
+        motions = []
+        for k in range(1, count + 1):
+            jerk = jerk_towards(
+                velocity, acceleration, wanted[k - 1], changes[k - 1], self.offset_bounds, dt
+            )
+            offset = offset + dt * (velocity + dt * (acceleration / 2.0 + dt * jerk / 6.0))
+            velocity = velocity + dt * (acceleration + dt * jerk / 2.0)
+            acceleration = acceleration + dt * jerk
+            here = reference.motion(at + k)
+            orientations = here.orientations
+            if self._rotates:
+                turned = poses.multiply(poses.exponential(offset[:, 1]), orientations)
+                orientations = poses.normalized(turned)
+            motions.append(
+                Motion(
+                    here.positions + offset[:, 0],
+                    orientations,
+                    here.velocity + velocity,
+                    here.acceleration + acceleration,
+                )
+            )
+        return motions

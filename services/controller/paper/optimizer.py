@@ -1,0 +1,221 @@
+"""Horizon optimizer of the paper: eq. (12) and (13) by Adam, through the rod (Algorithm 2).
+
+The method `network` trains the paper's network in every horizon and keeps its weights between
+horizons; `actions` applies Adam to the velocities themselves, the paper's ablation, with a shifted
+start.
+
+Interpretation: the norm in (12) is the sum of node distances, with the weights as printed (as a
+mean the speed's weight holds the rope back, 6 cm of progress in 4 s); u holds the velocities of the
+free components; d of (13) is taken from a node, as printed, not from the rope's surface. Velocities
+are bounded in speed and in the distance of the ends before the rod sees them: the paper does not
+say what keeps its ends together, and an untrained network pulls them apart until the rod breaks.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from lariat.geometry.clearance import near
+from lariat.geometry.obstacles import Obstacle, pack, signed_distance
+from lariat.rod import Gradient, Rod
+from lariat.rod.xpbd import Slope, XpbdRod
+from services.controller.mpc.constraints import limit_grip_distance
+from services.controller.mpc.collision_avoidance import AvoidanceSpecification
+from services.controller.mpc.horizon import HorizonPlan, HorizonProblem
+from services.controller.mpc.motion import Bounds
+from services.controller.paper.policies import Policy
+from shared.scenario.sections import PaperControl
+
+MIN_POTENTIAL_DISTANCE = 1e-3
+"""Distance below which the potential (13) grows no further [m]."""
+MAX_APPROACH = 0.15
+"""Maximum approach of a node to an obstacle within a horizon [m]."""
+
+
+class PaperOptimizer:
+    """Horizon optimizer by Adam on a policy."""
+
+    def __init__(
+        self,
+        policy: Policy,
+        settings: PaperControl,
+        moves: Bool[np.ndarray, "2 6"],
+        bounds: Bounds,
+    ) -> None:
+        """Create an optimizer of a policy.
+
+        Args:
+            policy: Network or velocities that Adam trains.
+            settings: Weights and steps of the paper.
+            moves: Free components of each grip's velocity.
+            bounds: Bounds on the velocities.
+        """
+        self.policy, self.settings, self.moves, self.bounds = policy, settings, moves, bounds
+        self._elapsed = 0.0
+
+    @property
+    def step_count(self) -> int:
+        """Steps of a horizon."""
+        return self.settings.horizon
+
+    @property
+    def time_step(self) -> float:
+        """Duration of a step [s]."""
+        return self.settings.time_step
+
+    def reset(self) -> None:
+        """Keep the policy: the paper trains it from horizon to horizon."""
+
+    def shift(self, elapsed: float) -> None:
+        """Shift the policy in time with the next plan [s]."""
+        self._elapsed += elapsed
+
+    def plan(
+        self, rod: Rod | XpbdRod, problem: HorizonProblem, avoidance: AvoidanceSpecification
+    ) -> HorizonPlan:
+        """Solve a horizon.
+
+        Args:
+            rod: Model of the rope.
+            problem: State and reference of this horizon; the goal is its last reference shape.
+            avoidance: Obstacles and clearances.
+        """
+        s = self.settings
+        count = len(problem.reference)
+        before = np.repeat((problem.state.positions + problem.offset)[None], count, axis=0)
+        goal = problem.reference[-1]
+        passed = round(self._elapsed / s.time_step)
+        self._elapsed -= passed * s.time_step
+        self.policy.begin(passed)
+        field = _RepulsivePotential(before[0], avoidance.obstacles, s.obstacle_distance)
+        obstacles = pack(field.obstacles)
+        nodes, cost = before, {}
+        for _ in range(s.optimizer_steps):
+            wanted = self._bounded(self.policy.velocities(before, goal), problem, avoidance)
+
+            def pull(
+                positions: Float64[np.ndarray, "h n 3"],
+                wanted: Float64[np.ndarray, "h 2 6"] = wanted,
+            ) -> Float64[np.ndarray, "h n 3"]:
+                nonlocal nodes, cost
+                nodes = positions + problem.offset
+                cost, slope = self._loss(nodes, wanted, problem, field)
+                return slope
+
+            answer = _gradient(
+                rod, problem, problem.path + wanted, s.time_step, obstacles, pull
+            )
+            slope = answer.actions + 2.0 * s.speed_weight / count * wanted
+            self.policy.learn(slope[:, self.moves])
+            before = np.concatenate([before[:1], nodes[:-1]])
+        wanted = self._bounded(self.policy.velocities(before, goal), problem, avoidance)
+        return HorizonPlan(wanted.reshape(count, 2, 2, 3), nodes, cost, s.optimizer_steps)
+
+    def _bounded(
+        self,
+        free: Float64[np.ndarray, "h m"],
+        problem: HorizonProblem,
+        avoidance: AvoidanceSpecification,
+    ) -> Float64[np.ndarray, "h 2 6"]:
+        """Velocities within the bounds on speed that keep the ends within the rope's reach."""
+        velocities = np.zeros((len(free), 2, 6))
+        velocities[:, self.moves] = free
+        together = limit_grip_distance(
+            problem.path + self._speed_limited(velocities),
+            self.moves,
+            problem.state.positions[[0, -1]],
+            self.settings.time_step,
+            avoidance.max_grip_distance,
+        )
+        # Velocities that keep the ends together still do so when they are scaled down.
+        return self._speed_limited(together - problem.path)
+
+    def _speed_limited(
+        self, velocities: Float64[np.ndarray, "h 2 6"]
+    ) -> Float64[np.ndarray, "h 2 6"]:
+        """Velocities scaled down to the bounds on speed."""
+        sizes = np.linalg.norm(velocities.reshape(-1, 2, 2, 3), axis=3)
+        shares = np.minimum(1.0, self.bounds.speed[:, 0] / np.maximum(sizes, 1e-300))
+        return velocities * np.repeat(shares, 3, axis=2)
+
+    def _loss(
+        self,
+        nodes: Float64[np.ndarray, "h n 3"],
+        velocities: Float64[np.ndarray, "h 2 6"],
+        problem: HorizonProblem,
+        field: _RepulsivePotential,
+    ) -> tuple[dict[str, float], Float64[np.ndarray, "h n 3"]]:
+        """Terms of eq. (12), and its gradient with respect to the nodes."""
+        s, count = self.settings, len(nodes)
+        miss = nodes - problem.reference
+        distance = np.maximum(np.linalg.norm(miss, axis=2, keepdims=True), 1e-9)
+        slope = s.error_weight / count * miss / distance
+        potential, pull = field.potential(nodes)
+        slope = slope + s.obstacle_weight / count * pull
+        return {
+            "error": s.error_weight / count * float(np.sum(distance)),
+            "obstacles": s.obstacle_weight / count * potential,
+            "speed": s.speed_weight / count * float(np.sum(velocities**2)),
+        }, slope
+
+
+def _gradient(
+    rod: Rod | XpbdRod,
+    problem: HorizonProblem,
+    actions: Float64[np.ndarray, "h 2 6"],
+    dt: float,
+    obstacles: Float64[np.ndarray, "m 12"],
+    slope: Slope,
+) -> Gradient:
+    """Gradient of a cost whose derivative depends on the roll-out itself."""
+    given = slope
+    if isinstance(rod, Rod):
+        given = slope(rod.rollout(problem.state, actions, dt, obstacles=obstacles).positions)
+    return rod.gradient(
+        problem.state, actions, dt, obstacles=obstacles, parameters=(), d_cost_d_positions=given
+    )
+
+
+class _RepulsivePotential:
+    """Repulsive potential of eq. (13) during one horizon."""
+
+    def __init__(
+        self,
+        nodes: Float64[np.ndarray, "n 3"],
+        obstacles: Sequence[Obstacle],
+        reach: float,
+    ) -> None:
+        """Select the obstacles that the rope can come near to.
+
+        Args:
+            nodes: Nodes at the beginning of the horizon [m].
+            obstacles: Obstacles of the scene; those beyond `MAX_APPROACH` are left out.
+            reach: Distance epsilon_d at which the potential begins [m].
+        """
+        self._nodes, self._reach = nodes, reach
+        distances = [float(np.min(signed_distance(nodes, o))) - reach for o in obstacles]
+        near_ones = [(o, d) for o, d in zip(obstacles, distances, strict=True) if d < MAX_APPROACH]
+        self._distances = [d for _, d in near_ones]
+        self.obstacles = tuple(o for o, _ in near_ones)
+
+    def potential(
+        self, nodes: Float64[np.ndarray, "h n 3"]
+    ) -> tuple[float, Float64[np.ndarray, "h n 3"]]:
+        """Potential U summed over all nodes [1/m^2], and its gradient."""
+        slope = np.zeros_like(nodes)
+        # A distance changes by no more than the displacement.
+        moved = math.sqrt(np.max(np.sum((nodes - self._nodes) ** 2, axis=2)))
+        acting = [o for o, d in zip(self.obstacles, self._distances, strict=True) if d < moved]
+        if not acting:
+            return 0.0, slope
+        points = nodes.reshape(-1, 3)
+        hits = near(points, acting, np.full(len(points), self._reach))
+        d = np.maximum(hits.distances, MIN_POTENTIAL_DISTANCE)
+        lack = 1.0 / d - 1.0 / self._reach
+        pull = -2.0 * (lack / d**2)[:, None] * hits.normals
+        np.add.at(slope.reshape(-1, 3), hits.points, pull)
+        return float(lack @ lack), slope

@@ -21,10 +21,11 @@ from rich.progress import track
 from rich.table import Table
 
 from lariat.rod import Rod, RodProperties, RodState
-from services.controller.mpc.gauss_newton import Horizon
-from services.controller.mpc.horizon import LONE_SHARE, optimiser
+from services.controller.model_factory import horizon_optimizer
+from services.controller.mpc.collision_avoidance import AvoidanceSpecification
+from services.controller.mpc.horizon import HorizonProblem
 from services.controller.mpc.motion import Bounds
-from services.controller.mpc.objective import AvoidanceSpecification
+from services.controller.mpc.receding_horizon import LONE_SHARE
 from shared.scenario import Scenario, load
 
 BASE = Path(__file__).parents[1] / "scenarios" / "three-cylinders.toml"
@@ -79,7 +80,8 @@ def _times(base: Scenario, method: Method, count: int, calls: int) -> Float64[np
     moves = np.zeros((2, 6), dtype=bool)
     moves[:, :3] = True
     bounds = Bounds.share(scenario.limits, LONE_SHARE)
-    plans, horizon, _ = optimiser(scenario.control, moves, bounds, count)
+    optimizer = horizon_optimizer(scenario.control, moves, bounds, count)
+    horizon = optimizer.step_count
     avoidance = AvoidanceSpecification(
         scenario.bodies, scenario.control.clearance, scenario.rope.diameter / 2.0, 0.44
     )
@@ -89,7 +91,7 @@ def _times(base: Scenario, method: Method, count: int, calls: int) -> Float64[np
     for k in track(range(calls + 10), f"{method}, {count} nodes", console=progress, transient=True):
         if k == calls // 2:
             state, velocity = rod.rest(*scenario.grips(scenario.start)).state, 0.0 * velocity
-        asked = Horizon(
+        asked = HorizonProblem(
             state,
             np.zeros((count, 3)),
             np.zeros((horizon, 2, 6)),
@@ -98,9 +100,9 @@ def _times(base: Scenario, method: Method, count: int, calls: int) -> Float64[np
             np.zeros((2, 6)),
             np.zeros((2, 6), dtype=bool),
         )
-        plans.moved_on(STEP)
+        optimizer.shift(STEP)
         began = time.perf_counter()
-        plan = plans.plan(rod, asked, avoidance)
+        plan = optimizer.plan(rod, asked, avoidance)
         times.append(1e3 * (time.perf_counter() - began))
         velocity = velocity + 0.4 * (plan.velocities[0] - velocity)
         state = _moved(rod, state, velocity)

@@ -18,10 +18,9 @@ from lariat.geometry import polylines
 from lariat.geometry.obstacles import chain_clearance, pack
 from lariat.rod import Rod, RodState
 from lariat.rod.xpbd import PARAMETERS, XpbdProperties, XpbdRod
-from services.controller.mpc.gauss_newton import GaussNewton, Horizon
-from services.controller.mpc.objective import AvoidanceSpecification
+from services.controller.mpc.collision_avoidance import AvoidanceSpecification
+from services.controller.mpc.horizon import HorizonOptimizer, HorizonProblem
 from services.controller.paper.adaptation import PaperAdaptation
-from services.controller.paper.optimizer import PaperOptimizer
 
 STEP = 0.01
 """The paper's time step [s]."""
@@ -53,7 +52,7 @@ class Run:
 
 
 def shape(
-    method: PaperOptimizer | GaussNewton,
+    method: HorizonOptimizer,
     model: Rod | XpbdRod,
     plant: Rod | XpbdRod,
     goal: Goal,
@@ -85,7 +84,7 @@ def shape(
         times.append(time.process_time() - begun)
         actions, velocity = _executed(method, plan.velocities, velocity)
         rolled = plant.rollout(state, actions, STEP, obstacles=obstacles)
-        method.moved_on(STEP * len(actions))
+        method.shift(STEP * len(actions))
         for nodes in rolled.positions:
             errors.append(float(np.mean(np.linalg.norm(nodes - goal.nodes, axis=1))))
             lengths.append(abs(polylines.length(nodes) - plant.properties.length))
@@ -117,14 +116,14 @@ def shape(
 
 
 def horizon_of(
-    method: PaperOptimizer | GaussNewton,
+    method: HorizonOptimizer,
     state: RodState,
     goal: Goal,
     velocity: Float64[np.ndarray, "2 2 3"],
-) -> Horizon:
+) -> HorizonProblem:
     """The goal itself is the reference, and no path leads to it."""
-    count = method.settings.horizon if isinstance(method, PaperOptimizer) else method.horizon
-    return Horizon(
+    count = method.step_count
+    return HorizonProblem(
         state,
         np.zeros_like(goal.nodes),
         np.zeros((count, 2, 6)),
@@ -136,18 +135,18 @@ def horizon_of(
 
 
 def _executed(
-    method: PaperOptimizer | GaussNewton,
+    method: HorizonOptimizer,
     planned: Float64[np.ndarray, "h 2 2 3"],
     before: Float64[np.ndarray, "2 2 3"],
 ) -> tuple[Float64[np.ndarray, "k 2 6"], Float64[np.ndarray, "2 2 3"]]:
     """Velocities of the ends in the steps until the next plan, and at their end.
 
-    The paper executes its whole horizon. Gauss-Newton plans velocities that are linear in time
-    over longer steps, and plans anew after the first of them.
+    A horizon in the paper's own steps is executed whole, as the paper does. Gauss-Newton plans
+    velocities that are linear in time over longer steps, and plans again after the first of them.
     """
-    if isinstance(method, PaperOptimizer):
+    if method.time_step == STEP:
         return planned.reshape(-1, 2, 6), planned[-1]
-    count = round(method.dt / STEP)
+    count = round(method.time_step / STEP)
     shares = ((np.arange(count) + 0.5) / count)[:, None, None, None]
     between = (1.0 - shares) * before + shares * planned[0]
     return between.reshape(count, 2, 6), planned[0]

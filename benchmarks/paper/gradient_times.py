@@ -18,9 +18,10 @@ from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodState
 from lariat.rod.launch import taichi_runtime
 from lariat.rod.xpbd import XpbdRod
+from services.controller.mpc.collision_avoidance import AvoidanceSpecification
 from services.controller.mpc.gauss_newton import GaussNewton
 from services.controller.mpc.motion import Bounds
-from services.controller.mpc.objective import AvoidanceSpecification, ObjectiveWeights
+from services.controller.mpc.objective import ObjectiveWeights
 from shared.scenario.sections import Control, Limits
 
 HORIZON, DT = 5, 0.01

@@ -12,9 +12,11 @@ from benchmarks.paper.goals import Goal, goals, scene, start
 from lariat.rod import Rod
 from lariat.rod.xpbd import XpbdRod
 from services.controller.model_factory import paper_rod
+from services.controller.mpc.collision_avoidance import AvoidanceSpecification
 from services.controller.mpc.gauss_newton import GaussNewton
+from services.controller.mpc.horizon import HorizonOptimizer
 from services.controller.mpc.motion import Bounds
-from services.controller.mpc.objective import AvoidanceSpecification, ObjectiveWeights
+from services.controller.mpc.objective import ObjectiveWeights
 from services.controller.paper.adaptation import PaperAdaptation
 from services.controller.paper.optimizer import PaperOptimizer
 from services.controller.paper.policies import ACTIONS_RATE, Actions, Network
@@ -158,7 +160,7 @@ class Bench:
             self._goals[key] = list(goals(plant, self.xpbd, count, self.seed))
         return self._goals[key]
 
-    def _method(self, study: Study) -> PaperOptimizer | GaussNewton:
+    def _method(self, study: Study) -> HorizonOptimizer:
         moves = np.zeros((2, 6), dtype=bool)
         moves[:, :3] = True
         if study.method == "gauss_newton":

@@ -7,8 +7,8 @@ import numpy as np
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle
 from lariat.rod.xpbd import PARAMETERS
-from services.controller.mpc.horizon import SETPOINT, Command
 from services.controller.mpc.motion import Motion
+from services.controller.mpc.receding_horizon import SETPOINT, Command
 from services.controller.mpc.reference_trajectory import ReferenceTrajectory
 from services.controller.mpc.setpoint_stream import Chunk
 from services.controller.paper.adaptation import PaperAdaptation

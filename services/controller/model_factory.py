@@ -69,9 +69,7 @@ def prediction_rod(scenario: Scenario, rod: Rod) -> Rod | XpbdRod:
     return paper_rod(scenario.control.paper, rope.length, rope.diameter, rope.node_count)
 
 
-def paper_rod(
-    settings: PaperControl, length: float, diameter: float, node_count: int
-) -> XpbdRod:
+def paper_rod(settings: PaperControl, length: float, diameter: float, node_count: int) -> XpbdRod:
     """Rod of the paper with the parameters of its Table 1.
 
     Args:

@@ -9,11 +9,22 @@ import numpy as np
 
 from lariat.rod import Rod, RodProperties
 from services.controller.estimation.state_estimator import StateEstimator
-from services.controller.messages import chunk_message, motion_of, plan_message, reference_trajectory
-from services.controller.model_factory import adaptation_of, check, model_of
+from services.controller.messages import (
+    chunk_message,
+    motion_of,
+    plan_message,
+    reference_trajectory,
+)
+from services.controller.model_factory import (
+    adaptation,
+    check,
+    free_components,
+    prediction_rod,
+    receding_horizon_controller,
+)
 from services.controller.mpc.collision_scene import CollisionScene
-from services.controller.mpc.horizon import SETPOINT, Command, RecedingHorizonController
 from services.controller.mpc.motion import Motion
+from services.controller.mpc.receding_horizon import SETPOINT, Command
 from services.controller.mpc.reference_trajectory import ReferenceTrajectory
 from services.controller.run.goals import GoalFactory
 from services.controller.run.progress import ProgressMonitor
@@ -81,10 +92,7 @@ class ControllerService:
         self._scenario, self._session = scenario, session
         rope = {k: v for k, v in vars(scenario.rope).items() if k != "node_count"}
         self._rod = Rod(RodProperties(**rope), scenario.rope.node_count)
-        moves = np.zeros((2, 6), dtype=bool)
-        for row, side in zip(moves, SIDES, strict=True):
-            row[:3] = scenario.end(side).driver != "fixed"
-            row[3:] = scenario.end(side).rotates
+        self._moves = free_components(scenario)
         start = scenario.grips(scenario.start)
         self._goals = GoalFactory(scenario, self._rod, start)
         resettable = not any(scenario.end(side).address for side in SIDES)
@@ -93,15 +101,17 @@ class ControllerService:
             settings={"adapt": "true" if scenario.control.adapt else "false"},
             resettable=resettable,
         )
-        self._model = model_of(scenario, self._rod)
+        self._model = prediction_rod(scenario, self._rod)
         self.estimate = StateEstimator(self._model, Motion.at_rest(*start), 0)
-        self.adaptation = adaptation_of(scenario, self._model)
-        self.loop = RecedingHorizonController(self.estimate, moves, scenario.control, scenario.limits)
+        self.adaptation = adaptation(scenario, self._model)
+        self.loop = receding_horizon_controller(
+            scenario.control, scenario.limits, self._moves, self.estimate
+        )
         self.snag = SnagDetector(scenario.rope.length)
         self.monitor = ProgressMonitor(scenario.run.tolerance, scenario.rope.diameter / 2.0)
         self.course = Course(self.task, self.monitor, self.adaptation)
-        self.vicinity = CollisionScene(scenario)
-        self.estimate.supports = self.vicinity.supports
+        self.scene = CollisionScene(scenario)
+        self.estimate.supports = self.scene.supports
         self._reports = StatusPublisher(self.task, self.monitor, self.estimate, self.adaptation)
         self._arms: ArmStates | None = None
         self.note = ""
@@ -121,12 +131,14 @@ class ControllerService:
         """Compiles by controlling a rope that already is where it shall be."""
         start = self._goals.start
         estimate = StateEstimator(self._model, Motion.at_rest(*start), 0)
-        loop = RecedingHorizonController(estimate, self.loop.moves, self._scenario.control, self._scenario.limits)
+        loop = receding_horizon_controller(
+            self._scenario.control, self._scenario.limits, self._moves, estimate
+        )
         nodes = estimate.nodes
         loop.follow(ReferenceTrajectory.standing(estimate.motion, nodes, SETPOINT * 1e-9), SETPOINT)
         for k in (1, 2, 3):
             estimate.advance(estimate.motion, k * SETPOINT)
-            loop.step(k * SETPOINT, nodes, self.vicinity.avoidance(self.task, 0.0))
+            loop.step(k * SETPOINT, nodes, self.scene.avoidance(self.task, 0.0))
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """One step of control."""
@@ -138,7 +150,7 @@ class ControllerService:
         self._take_scene(inbox)
         draft = inbox.fresh(topics.TASK_GOAL_DRAFT)
         if draft is not None:
-            shown = preview(draft.message, self._goals, self.vicinity.obstacles, now)
+            shown = preview(draft.message, self._goals, self.scene.obstacles, now)
             yield Publication(topics.TASK_GOAL_PREVIEW, shown)
         if self._arms is not None:
             yield from self._control(inbox, now)
@@ -184,14 +196,14 @@ class ControllerService:
         if item is None or self._arms is None:
             return
         rope: NodeChain = item.message
-        if not rope.positions or rope.stamp < self.estimate.begun:
+        if not rope.positions or rope.stamp < self.estimate.start_time:
             return
         nodes = chain(rope.positions)
         count = len(nodes)
         sigma = np.array(rope.sigma) if rope.sigma else np.zeros(count)
         observed = np.array(rope.observed) if rope.observed else np.ones(count, dtype=bool)
         self.estimate.observe(rope.stamp, nodes, sigma, observed)
-        if self.estimate.astray and self.loop.resting:
+        if self.estimate.diverged and self.loop.resting:
             self._begin_anew(self.estimate.motion, self.estimate.time, nodes, self.estimate.turns)
         if np.any(observed):
             # Guesses at what is hidden are no look at the rope.
@@ -201,8 +213,8 @@ class ControllerService:
             if change is not None:
                 self._become(change)
         # Noise would add to every distance: the run is judged by the estimate.
-        believed = self.estimate.modelled_at(rope.stamp) + self.estimate.offset
-        self.monitor.look(rope.stamp, believed, self.task.goal.nodes, self.vicinity.obstacles)
+        believed = self.estimate.model_nodes_at(rope.stamp) + self.estimate.offset
+        self.monitor.look(rope.stamp, believed, self.task.goal.nodes, self.scene.obstacles)
         self._watch(rope.stamp, nodes, observed)
 
     def _become(self, change: np.ndarray) -> None:
@@ -210,22 +222,22 @@ class ControllerService:
         rod = self._model.with_properties(self.adaptation.properties)
         positions = self.estimate.motion.positions
         apart = np.linalg.norm(positions[1] - positions[0])
-        begun = self.loop.path is not None
+        begun = self.loop.reference is not None
         if self.adaptation.standing and not begun and apart < TAUT * rod.properties.length:
-            self.estimate.rests_as(rod)
+            self.estimate.rest_with_material(rod)
         else:
-            self.estimate.becomes(rod, change)
+            self.estimate.change_material(rod, change)
 
     def _watch(self, stamp: int, nodes: np.ndarray, observed: np.ndarray) -> None:
         """Gives up when the rope hangs on something, before the grips pull on it."""
-        if self.task.state != "running" or self.loop.path is None:
+        if self.task.state != "running" or self.loop.reference is None:
             self.snag.begin()
             return
-        caught = self.snag.look(stamp, nodes, self.estimate.modelled_at(stamp), observed)
+        caught = self.snag.look(stamp, nodes, self.estimate.model_nodes_at(stamp), observed)
         if not caught:
             return
         self.snag.begin()
-        if self.estimate.other_shape(nodes, observed):
+        if self.estimate.switch_equilibrium(nodes, observed):
             log.info("the rope rests in another shape than the model; the model takes it")
             return
         log.warning(caught)
@@ -245,18 +257,18 @@ class ControllerService:
 
     def _take_scene(self, inbox: Inbox) -> None:
         item = inbox.latest(topics.SCENE_STATE)
-        if item is None or item.message.revision == self.vicinity.revision:
+        if item is None or item.message.revision == self.scene.revision:
             return
-        self.vicinity.lay(scene_obstacles(item.message), item.message.revision)
-        self.estimate.supports = self.vicinity.supports
-        if self.loop.path is None or self.task.state != "running":
+        self.scene.lay(scene_obstacles(item.message), item.message.revision)
+        self.estimate.supports = self.scene.supports
+        if self.loop.reference is None or self.task.state != "running":
             return
-        ahead = self.loop.remaining[::5]
-        if self.monitor.clearance_of(ahead, self.vicinity.avoided) < LEAST_CLEARANCE:
+        ahead = self.loop.remaining_nodes[::5]
+        if self.monitor.clearance_of(ahead, self.scene.avoided) < LEAST_CLEARANCE:
             self.task.ask_for_path()
 
     def _answer(self, request: TaskRequest, now: int) -> None:
-        obstacles = self.vicinity.obstacles
+        obstacles = self.scene.obstacles
         if carry_out(request, self.task, self._goals, obstacles, self._arms, now, self.note):
             self._events_done = 0
             self.course.begin()
@@ -280,12 +292,12 @@ class ControllerService:
             return
         goal = self.task.goal
         self.loop.oriented = goal.left_oriented, goal.right_oriented
-        avoidance = self.vicinity.avoidance(self.task, self.monitor.error)
+        avoidance = self.scene.avoidance(self.task, self.monitor.error)
         command = self.loop.step(now, goal.nodes, avoidance)
         yield self._setpoints(now, command.chunk)
         yield Publication(topics.CONTROLLER_PLAN, self._plan(command))
-        if self.loop.path is not None:
-            self.course.judge(now, self.loop.path, self.loop.arrived)
+        if self.loop.reference is not None:
+            self.course.judge(now, self.loop.reference, self.loop.at_end)
 
     def _halted(self, now: int) -> str:
         """Why nothing may be sent but a hold; empty when there is no such reason."""
@@ -298,7 +310,7 @@ class ControllerService:
         if task.reset_count != arms.reset_count:
             return "waiting for the arms to reset"
         if now - self._seen > BLIND or self._seen == 0:
-            if self.loop.path is not None:
+            if self.loop.reference is not None:
                 task.ask_for_path()
             return f"the rope has not been seen for {BLIND / SECOND:g} s"
         barred = self._barred(arms)
@@ -309,23 +321,25 @@ class ControllerService:
     def _barred(self, arms: ArmStates) -> str:
         """Why the arms do not follow what they are sent; empty when they do."""
         refused = arms.session == self._session and arms.refused_sequence > arms.sequence + REFUSED
-        if refused and self.loop.path is not None:
+        if refused and self.loop.reference is not None:
             return f"the gateway refuses the way ({arms.refusal})"
-        if self.loop.strayed() > STRAYED:
-            return f"an arm is {1e3 * self.loop.strayed():.0f} mm from where it should be"
+        if self.loop.tracking_error() > STRAYED:
+            return f"an arm is {1e3 * self.loop.tracking_error():.0f} mm from where it should be"
         return ""
 
     def _waiting(self, inbox: Inbox, now: int) -> str:
         """Why there is nothing to follow, after taking a path that is new; empty when there is."""
         task = self.task
         wanted = (task.goal_revision, task.replan_count)
-        if self._followed == wanted and self.loop.path is not None:
+        if self._followed == wanted and self.loop.reference is not None:
             return ""
         if not self.loop.resting:
             return "coming to rest before another path"
         if not self._scenario.control.planner:
             here = self.estimate.motion
-            self.loop.follow(ReferenceTrajectory.standing(here, self.estimate.nodes, SETPOINT * 1e-9), now)
+            self.loop.follow(
+                ReferenceTrajectory.standing(here, self.estimate.nodes, SETPOINT * 1e-9), now
+            )
             self._followed = wanted
             return ""
         item = inbox.latest(topics.CONTROLLER_PATH)
@@ -371,7 +385,7 @@ class ControllerService:
         )
 
     def _plan(self, command: Command):
-        return plan_message(command, round(self.loop.time_step * SECOND))
+        return plan_message(command, round(self.loop.optimizer.time_step * SECOND))
 
 
 def build(scenario: Scenario, session: str) -> ControllerService:

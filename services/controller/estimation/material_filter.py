@@ -212,7 +212,7 @@ class MaterialFilter:
         if self.settled and self._shape.any():
             return None
         slopes = self._slopes(estimate, stamp)
-        error = self._mean.nodes - estimate.modelled_at(stamp)
+        error = self._mean.nodes - estimate.model_nodes_at(stamp)
         swinging = UNSETTLED * np.linalg.norm(estimate.state.velocities, axis=1)
         model_error = self._model_error(estimate.motion)
         noise = np.sqrt(self._mean.variance + model_error**2 + swinging**2)

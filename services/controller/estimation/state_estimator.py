@@ -64,7 +64,7 @@ class StateEstimator:
             *motion.grips, guess=guess, obstacles=self.supports
         ).state
         self.motion, self.time = motion, time
-        self.begun = time
+        self.start_time = time
         count = len(self.state.positions)
         self.offset: Float64[np.ndarray, "n 3"] = np.zeros((count, 3))
         self._variance = np.full(count, UNKNOWN**2)
@@ -89,21 +89,21 @@ class StateEstimator:
             return
         dt = (time - self.time) * 1e-9
         steps = max(1, int(np.ceil(dt / LONGEST_STEP)))
-        self.state = self.rolled(self.state, twist_between(self.motion, motion, dt), dt, steps)
+        self.state = self._rollout(self.state, twist_between(self.motion, motion, dt), dt, steps)
         self.motion, self.time = motion, time
         self._history.append((time, self.state.positions))
         while (time - self._history[0][0]) * 1e-9 > HISTORY:
             self._history.popleft()
 
-    def ahead(self, motion: Motion, time: int) -> RodState:
+    def predict(self, motion: Motion, time: int) -> RodState:
         """The model when its ends will have reached poses at `time` [ns]; nothing is kept."""
         dt = (time - self.time) * 1e-9
         if dt <= 0.0:
             return self.state
         steps = max(1, int(np.ceil(dt / 0.021)))
-        return self.rolled(self.state, twist_between(self.motion, motion, dt), dt, steps)
+        return self._rollout(self.state, twist_between(self.motion, motion, dt), dt, steps)
 
-    def becomes(self, rod: Rod | XpbdRod, change: Float64[np.ndarray, "n 3"]) -> None:
+    def change_material(self, rod: Rod | XpbdRod, change: Float64[np.ndarray, "n 3"]) -> None:
         """Goes on with another material, which will change the model's shape so much [m].
 
         The offset must learn as much anew, and no more: noise would come in with it.
@@ -111,7 +111,7 @@ class StateEstimator:
         self.rod = rod
         self._variance = self._variance + np.mean(change**2, axis=1)
 
-    def rests_as(self, rod: Rod | XpbdRod) -> None:
+    def rest_with_material(self, rod: Rod | XpbdRod) -> None:
         """Goes on with another material in its own shape of rest: the rope stands still.
 
         What the rope was believed to be stays: the offset makes up for it.
@@ -125,7 +125,7 @@ class StateEstimator:
         self.offset[[0, 1, -2, -1]] = 0.0
         self._history = deque([(self.time, self.state.positions)])
 
-    def other_shape(
+    def switch_equilibrium(
         self,
         nodes: Float64[np.ndarray, "n 3"],
         observed: Bool[np.ndarray, "n"],
@@ -156,7 +156,7 @@ class StateEstimator:
         self.restart(self.motion, self.time, seen, self.turns)
         return True
 
-    def rolled(
+    def _rollout(
         self, state: RodState, twist: Float64[np.ndarray, "2 2 3"], dt: float, steps: int
     ) -> RodState:
         """A state after `dt` [s] with constant velocities of the grips."""
@@ -174,7 +174,7 @@ class StateEstimator:
         observed: Bool[np.ndarray, "n"],
     ) -> None:
         """Takes in what was seen at `stamp` [ns]; nodes that were bridged do not count."""
-        error = nodes - self.modelled_at(stamp)
+        error = nodes - self.model_nodes_at(stamp)
         if np.any(observed):
             self.innovation = float(np.mean(np.linalg.norm(error - self.offset, axis=1)[observed]))
         elapsed = 1.0 if self._observed_at is None else (stamp - self._observed_at) * 1e-9
@@ -188,7 +188,7 @@ class StateEstimator:
         miss = np.linalg.norm(error - self.offset, axis=1)
         typical = 0.01 + 3.0 * np.sqrt(self._variance + sigma**2)
         gain = gain * np.minimum(1.0, typical / np.maximum(miss, 1e-12))
-        wanted = np.where(observed[:, None], error, self._bridged(error, observed))
+        wanted = np.where(observed[:, None], error, self._interpolated(error, observed))
         self.offset = self.offset + gain[:, None] * (wanted - self.offset)
         self._variance = np.where(observed, (1.0 - gain) * self._variance, self._variance)
         # The clamped nodes are where the grips are.
@@ -196,11 +196,11 @@ class StateEstimator:
         self._observed_at = stamp
 
     @property
-    def astray(self) -> bool:
+    def diverged(self) -> bool:
         """Whether the model has become another shape than the rope."""
         return float(np.mean(np.linalg.norm(self.offset, axis=1))) > FAR
 
-    def modelled_at(self, stamp: int) -> Float64[np.ndarray, "n 3"]:
+    def model_nodes_at(self, stamp: int) -> Float64[np.ndarray, "n 3"]:
         """The model's nodes at an earlier time, between what is remembered."""
         before = after = self._history[0]
         for entry in self._history:
@@ -212,7 +212,7 @@ class StateEstimator:
         share = max(0.0, (stamp - before[0]) / (after[0] - before[0]))
         return (1.0 - share) * before[1] + share * after[1]
 
-    def _bridged(
+    def _interpolated(
         self, error: Float64[np.ndarray, "n 3"], observed: Bool[np.ndarray, "n"]
     ) -> Float64[np.ndarray, "n 3"]:
         """Offsets of unseen nodes: between those of seen ones, nothing at the grips."""

@@ -7,7 +7,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import obstacles as geometry
 from lariat.geometry.obstacles import Obstacle, signed_distance
-from services.controller.mpc.objective import AvoidanceSpecification, gripper_bodies
+from services.controller.mpc.collision_avoidance import AvoidanceSpecification, gripper_axis_points
 from services.controller.run.task import Task
 from shared.scenario import Scenario
 
@@ -71,7 +71,7 @@ class CollisionScene:
         if self._goal_clearances[0] != key:
             scenario, nodes = self._scenario, task.goal.nodes
             own = geometry.chain_clearance(nodes, scenario.rope.diameter / 2.0, self.avoided)
-            bodies = gripper_bodies(nodes, scenario.limits.gripper_reach)
+            bodies = gripper_axis_points(nodes, scenario.limits.gripper_reach)
             distances = [float(np.min(signed_distance(bodies, o))) for o in self.obstacles]
             self._goal_clearances = key, own, min(distances, default=np.inf)
         return self._goal_clearances[1:]

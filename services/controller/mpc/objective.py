@@ -1,17 +1,17 @@
 """Objective of the horizon, as least squares in the response of the rod.
 
-    sum over the horizon of   mean squared node distance to the reference                tracking
-                            + speed_weight |w|² + acceleration_weight |w'|²               effort
-                            + SWING_TIME² mean squared node velocity off the reference's  swing
-                            + (missing clearance of the rope)²                            obstacles
-                            + (missing clearance of the grippers' bodies)²                grippers
-                            + (rotation from a wanted orientation)²                       orientation
+    sum over the horizon of   mean squared node distance to the reference          tracking
+                            + speed_weight |w|² + acceleration_weight |w'|²         effort
+                            + SWING_TIME² mean squared node velocity off it         swing
+                            + (missing clearance of the rope)²                      obstacles
+                            + (missing clearance of the grippers' bodies)²          grippers
+                            + (rotation from a wanted orientation)²                 orientation
 
-The swing term counts at the end of the horizon. w is the velocity of the grips relative to the
-reference trajectory, in metres of the rope's own motion where the rope answers to a grip with more
-than the grip's displacement. The paper's eq. (12) takes the distance itself and a potential;
-squares converge quadratically, and a hinge leaves a goal near an obstacle unbiased. Lengths enter
-in millimetres, so that every term is in mm².
+The swing term counts at the end of the horizon (key `calm` of the cost). w is the velocity of the
+grips relative to the reference trajectory, in metres of the rope's own motion where the rope
+answers to a grip with more than the grip's displacement. The paper's eq. (12) takes the distance
+itself and a potential; squares converge quadratically, and a hinge leaves a goal near an obstacle
+unbiased. Lengths enter in millimetres, so that every term is in mm².
 """
 
 from __future__ import annotations

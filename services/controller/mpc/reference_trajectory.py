@@ -39,7 +39,9 @@ class ReferenceTrajectory:
         return len(self.positions) - 1
 
     @classmethod
-    def standing(cls, motion: Motion, nodes: Float64[np.ndarray, "n 3"], dt: float) -> ReferenceTrajectory:
+    def standing(
+        cls, motion: Motion, nodes: Float64[np.ndarray, "n 3"], dt: float
+    ) -> ReferenceTrajectory:
         """Stays where it is."""
         twice = np.repeat(motion.positions[None], 2, axis=0)
         turned = np.repeat(motion.orientations[None], 2, axis=0)

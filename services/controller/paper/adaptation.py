@@ -102,7 +102,7 @@ class PaperAdaptation:
             sigma: Not used: all that is observed counts the same.
         """
         record = self._record
-        if record is not None and not estimate.begun <= record.time:
+        if record is not None and not estimate.start_time <= record.time:
             record = None
         if record is None:
             self._begin(estimate)
@@ -113,7 +113,7 @@ class PaperAdaptation:
             return None
         steps = round(elapsed / dt)
         times = record.time + np.arange(steps + 1) * (stamp - record.time) // steps
-        ends = np.stack([estimate.modelled_at(int(t))[[0, -1]] for t in times])
+        ends = np.stack([estimate.model_nodes_at(int(t))[[0, -1]] for t in times])
         actions = np.zeros((steps, 2, 6))
         actions[:, :, :3] = np.diff(ends, axis=0) / (elapsed / steps)
         change = self.adapt(record.state, actions, elapsed / steps, nodes, observed)

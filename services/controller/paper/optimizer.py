@@ -23,8 +23,8 @@ from lariat.geometry.clearance import near
 from lariat.geometry.obstacles import Obstacle, pack, signed_distance
 from lariat.rod import Gradient, Rod
 from lariat.rod.xpbd import Slope, XpbdRod
-from services.controller.mpc.constraints import limit_grip_distance
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
+from services.controller.mpc.constraints import limit_grip_distance
 from services.controller.mpc.horizon import HorizonPlan, HorizonProblem
 from services.controller.mpc.motion import Bounds
 from services.controller.paper.policies import Policy
@@ -106,9 +106,7 @@ class PaperOptimizer:
                 cost, slope = self._loss(nodes, wanted, problem, field)
                 return slope
 
-            answer = _gradient(
-                rod, problem, problem.path + wanted, s.time_step, obstacles, pull
-            )
+            answer = _gradient(rod, problem, problem.path + wanted, s.time_step, obstacles, pull)
             slope = answer.actions + 2.0 * s.speed_weight / count * wanted
             self.policy.learn(slope[:, self.moves])
             before = np.concatenate([before[:1], nodes[:-1]])

@@ -105,7 +105,9 @@ class Task:
     def reset(self) -> None:
         """Asks for everything to return to the scenario's start; simulation only."""
         if not self.resettable:
-            raise RequestRefused("only a simulation can be reset; move the arm by hand and set a goal")
+            raise RequestRefused(
+                "only a simulation can be reset; move the arm by hand and set a goal"
+            )
         self.reset_count += 1
         self.enter("idle", "reset")
         self.ask_for_path()
@@ -113,7 +115,9 @@ class Task:
     def set(self, key: str, value: str) -> None:
         """Changes one setting."""
         if key not in self.settings:
-            raise RequestRefused(f"no setting {key!r}; there are {', '.join(sorted(self.settings))}")
+            raise RequestRefused(
+                f"no setting {key!r}; there are {', '.join(sorted(self.settings))}"
+            )
         if value not in ("true", "false"):
             raise RequestRefused(f"{key} = {value!r}; use true or false")
         self.settings[key] = value

@@ -12,9 +12,9 @@ from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties
 from services.controller.estimation.material_filter import MaterialFilter
 from services.controller.estimation.state_estimator import StateEstimator
-from services.controller.mpc.horizon import RecedingHorizonController
+from services.controller.model_factory import receding_horizon_controller
+from services.controller.mpc.collision_avoidance import AvoidanceSpecification
 from services.controller.mpc.motion import Motion, twist_between
-from services.controller.mpc.objective import AvoidanceSpecification
 from services.controller.mpc.reference_trajectory import ReferenceTrajectory
 from shared.scenario.sections import Control, Limits
 
@@ -55,7 +55,7 @@ class Cell:
         self.estimate = StateEstimator(self.model, self.arm, self.now)
         moves = np.zeros((2, 6), dtype=bool)
         moves[:, :3] = True
-        self.loop = RecedingHorizonController(self.estimate, moves, Control(), Limits())
+        self.loop = receding_horizon_controller(Control(), Limits(), moves, self.estimate)
         self.adaptation = MaterialFilter(PROPERTIES)
         self.points: list[Float64[np.ndarray, "2 3"]] = []
         self._pictures: list[tuple[int, int, np.ndarray]] = []
@@ -74,7 +74,7 @@ class Cell:
             self.estimate.advance(self.arm, self.now)
             self._look()
             self.loop.step(self.now, goal, avoidance)
-            row = self.loop.row
+            row = self.loop.stream
             assert row is not None
             for k in range(1, 5):
                 after = row.motion_at(self.now + k * STEP // 4)
@@ -103,4 +103,4 @@ class Cell:
             change = self.adaptation.look(self.estimate, stamp, nodes, sigma, observed)
             if change is not None:
                 rod = self.model.with_properties(self.adaptation.properties)
-                self.estimate.becomes(rod, change)
+                self.estimate.change_material(rod, change)

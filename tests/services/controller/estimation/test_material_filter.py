@@ -10,7 +10,7 @@ import pytest
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod
-from services.controller.estimation.material_filter import MaterialFilter, Estimated
+from services.controller.estimation.material_filter import Estimated, MaterialFilter
 from services.controller.estimation.state_estimator import StateEstimator
 from services.controller.mpc.motion import Motion
 from tests.services.controller.cell import COUNT, PROPERTIES, Cell, grips
@@ -113,7 +113,7 @@ def test_a_rope_that_hangs_still_tells_its_stiffness_before_it_is_moved(factor: 
         estimate.observe(now, seen, sigma, observed)
         change = adaptation.look(estimate, now, seen, sigma, observed)
         if change is not None and adaptation.standing:
-            estimate.rests_as(model.with_properties(adaptation.properties))
+            estimate.rest_with_material(model.with_properties(adaptation.properties))
     assert adaptation.settled
     assert abs(np.log(adaptation.bending_stiffness / plant.properties.bending_stiffness)) < 0.3
     assert np.linalg.norm(estimate.state.positions - rope, axis=1).mean() < 1e-3

@@ -24,7 +24,7 @@ def test_rope_in_its_other_shape_of_rest_is_followed_there() -> None:
     other = ROD.rest(*NEAR, guess=guess).state.positions
     estimate = StateEstimator(ROD, Motion.at_rest(*NEAR), 0)
     assert polylines.mean_node_distance(estimate.nodes, other) > 0.02
-    assert estimate.other_shape(other, ALL)
+    assert estimate.switch_equilibrium(other, ALL)
     assert polylines.mean_node_distance(estimate.nodes, other) < 1e-3
 
 
@@ -32,5 +32,5 @@ def test_rope_held_aside_has_no_such_shape() -> None:
     estimate = StateEstimator(ROD, Motion.at_rest(*NEAR), 0)
     before = estimate.nodes
     bump = np.sin(np.linspace(0.0, np.pi, 24))[:, None] * [0.0, 0.05, 0.03]
-    assert not estimate.other_shape(before + bump, ALL)
+    assert not estimate.switch_equilibrium(before + bump, ALL)
     assert np.array_equal(estimate.nodes, before)

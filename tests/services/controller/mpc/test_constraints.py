@@ -1,11 +1,11 @@
-"""Bounds hold in what is solved and in what is done; where none is near, nothing changes."""
+"""The constrained step satisfies its bounds, and equals the free one where no bound is near."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from services.controller.mpc.constraints import solved
+from services.controller.mpc.constraints import constrained_step
 from tests.services.controller.cell import PROPERTIES, Cell
 
 
@@ -15,7 +15,7 @@ def test_solution_satisfies_the_optimality_conditions(seed: int) -> None:
     root = random.normal(size=(12, 6))
     hessian, slope = root.T @ root, random.normal(size=6)
     rows, values = random.normal(size=(4, 6)), random.normal(size=4) * 0.3
-    step = solved(hessian, slope, values, rows)
+    step = constrained_step(hessian, slope, values, rows)
     slack = values + rows @ step
     assert slack.max() < 1e-5
     # What is left of the slope is a sum of active rows with multipliers that push inwards.
@@ -27,7 +27,7 @@ def test_solution_satisfies_the_optimality_conditions(seed: int) -> None:
 
 def test_bounds_that_are_not_near_change_nothing() -> None:
     hessian, slope = 2.0 * np.eye(3), np.array([1.0, -2.0, 0.5])
-    step = solved(hessian, slope, np.full(2, -10.0), np.ones((2, 3)))
+    step = constrained_step(hessian, slope, np.full(2, -10.0), np.ones((2, 3)))
     assert np.allclose(step, -slope / 2.0)
 
 

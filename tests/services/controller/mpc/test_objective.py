@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from lariat.geometry.obstacles import Obstacle
-from services.controller.mpc.objective import NormalEquations, AvoidanceSpecification, least_squares
+from services.controller.mpc.collision_avoidance import AvoidanceSpecification
+from services.controller.mpc.objective import NormalEquations, rope_terms
 
 HORIZON, COUNT, VARIABLES = 3, 9, 4
 POST = Obstacle("sphere", (0.02, 0.03, 0.0), radius=0.02, name="post")
@@ -24,10 +25,10 @@ def test_slope_is_that_of_the_cost_of_all_terms() -> None:
 
     def at(change: np.ndarray) -> NormalEquations:
         moved = nodes + slopes @ change
-        return least_squares(moved, moved, slopes, goal, AROUND, 0.05)
+        return rope_terms(moved, moved, slopes, goal, AROUND, 0.05)
 
     here = at(np.zeros(VARIABLES))
     assert set(here.cost) == {"tracking", "calm", "obstacles", "grippers"}
     assert min(here.cost.values()) > 0.0
     measured = [(at(d).total - at(-d).total) / 2e-7 for d in 1e-7 * np.eye(VARIABLES)]
-    assert np.allclose(2.0 * here.slope, measured, rtol=1e-4)
+    assert np.allclose(2.0 * here.gradient, measured, rtol=1e-4)

@@ -7,9 +7,9 @@ import pytest
 
 from lariat.rod import Rod
 from lariat.rod.xpbd import XpbdProperties, XpbdRod
-from services.controller.mpc.gauss_newton import Horizon
+from services.controller.mpc.collision_avoidance import AvoidanceSpecification
+from services.controller.mpc.horizon import HorizonProblem
 from services.controller.mpc.motion import Bounds
-from services.controller.mpc.objective import AvoidanceSpecification
 from services.controller.paper.optimizer import PaperOptimizer
 from services.controller.paper.policies import Actions, Network, Policy
 from shared.scenario.sections import Limits, PaperControl
@@ -35,7 +35,7 @@ def test_training_in_a_horizon_lowers_the_objective(name: str, solver: str) -> N
     state = rod.rest(*grips((-0.19, 0.0, 0.3), (0.19, 0.0, 0.3))).state
     goal = rod.rest(*grips((-0.16, 0.1, 0.25), (0.18, 0.1, 0.3))).state.positions
     still = np.zeros((settings.horizon, 2, 6))
-    horizon = Horizon(
+    horizon = HorizonProblem(
         state,
         np.zeros_like(goal),
         still,
@@ -82,7 +82,7 @@ def test_ends_stay_within_reach_whatever_was_learnt(held: int | None) -> None:
     for _ in range(30):
         goal = np.repeat(state.positions[None], settings.horizon, axis=0)
         nothing = np.zeros((2, 6))
-        horizon = Horizon(
+        horizon = HorizonProblem(
             state, 0.0 * goal[0], still, goal, np.zeros((2, 2, 3)), nothing, nothing > 0.0
         )
         plan = method.plan(rod, horizon, AvoidanceSpecification((), 0.01, 0.004, 0.44))

@@ -94,7 +94,7 @@ def replay(
                 "not recorded by Lariat"
             )
         for session in evidence.traces:
-            service = services.build(name, scenario, session)
+            service = services.build(name, scenario, session, evidence.traces[session][0].now)
             with Progress(
                 console=console, transient=True, redirect_stdout=False, redirect_stderr=False
             ) as progress:

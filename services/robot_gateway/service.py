@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,7 @@ from lariat.trajectory.chunk import NANOSECONDS, Chunk
 from lariat.trajectory.limits import MotionLimits
 from services.robot_gateway.cell import Cell
 from services.robot_gateway.constraints.motion_constraints import Boundaries
+from services.robot_gateway.drivers.cr5.link import Link
 from services.robot_gateway.drivers.factory import bodies_of, drivers_of
 from services.robot_gateway.motion.follower import Guidance
 from services.robot_gateway.safety.force_limit import Pulls
@@ -45,9 +46,9 @@ class GatewayOptions:
     """What the gateway takes on its command line beside what every service does."""
 
     left_emulator: str = ""
-    """Host of the emulator that plays a left CR5 without an address; empty: it runs inside."""
+    """Host of the emulator that plays a left CR5 without an address."""
     right_emulator: str = ""
-    """The same for the right one."""
+    """Host of the emulator that plays a right CR5 without an address."""
 
 
 class RobotGatewayService:
@@ -147,13 +148,26 @@ class RobotGatewayService:
 
 
 def build(
-    scenario: Scenario, session: str, options: GatewayOptions | None = None
+    scenario: Scenario,
+    session: str,
+    options: GatewayOptions | None = None,
+    links: Mapping[Side, Link] | None = None,
 ) -> RobotGatewayService:
-    """The gateway of a scenario's cell; `session` is its boot id."""
+    """Create the gateway of a scenario's cell.
+
+    Args:
+        scenario: The cell.
+        session: Boot id of this start.
+        options: Hosts of emulated arms.
+        links: Links to arms that the caller provides; they are used in place of hosts and addresses.
+
+    Raises:
+        ConfigurationError: An arm's start is out of its reach, or nothing says where the arm is.
+    """
     options = options or GatewayOptions()
     starts = scenario.grips(scenario.start)
     emulators: dict[Side, str] = {"left": options.left_emulator, "right": options.right_emulator}
-    drivers = drivers_of(scenario, starts, emulators)
+    drivers = drivers_of(scenario, starts, emulators, links or {})
     limits = scenario.limits
     boundaries = Boundaries(
         rope_length=scenario.rope.length,

@@ -6,21 +6,33 @@ from collections.abc import Mapping
 
 from lariat.geometry.poses import Pose
 from services.robot_gateway.constraints.motion_constraints import Body
+from services.robot_gateway.drivers.cr5.link import Link
 from services.robot_gateway.drivers.driver import Driver
 from services.robot_gateway.drivers.ideal import FixedDriver, IdealDriver
+from shared.configuration import ConfigurationError
 from shared.scenario import SIDES, Scenario, Side
 
 
 def drivers_of(
-    scenario: Scenario, starts: tuple[Pose, Pose], emulators: Mapping[Side, str]
+    scenario: Scenario,
+    starts: tuple[Pose, Pose],
+    emulators: Mapping[Side, str],
+    links: Mapping[Side, Link],
 ) -> tuple[Driver, Driver]:
-    """Left and right.
+    """Create the drivers of the left and the right end.
 
     Args:
-        emulators: Hosts of emulated arms; one that is not listed runs in this process.
+        scenario: The cell.
+        starts: Grip poses at the scenario's start.
+        emulators: Hosts of the emulators that play arms without an address.
+        links: Links to arms that the caller provides; they are used in place of an address.
+
+    Raises:
+        ConfigurationError: An arm cannot be reached, by kinematics or by address.
     """
     left, right = (
-        _driver(scenario, s, p, emulators.get(s, "")) for s, p in zip(SIDES, starts, strict=True)
+        _driver(scenario, side, start, links.get(side), emulators.get(side, ""))
+        for side, start in zip(SIDES, starts, strict=True)
     )
     return left, right
 
@@ -35,40 +47,39 @@ def bodies_of(scenario: Scenario) -> tuple[Body, Body]:
     )
 
 
-def _driver(scenario: Scenario, side: Side, start: Pose, emulator: str) -> Driver:
+def _driver(
+    scenario: Scenario, side: Side, start: Pose, link: Link | None, emulator: str
+) -> Driver:
     match scenario.end(side).driver:
         case "fixed":
             return FixedDriver(start)
         case "ideal":
             return IdealDriver(start)
         case "cr5":
-            return _cr5(scenario, side, start, emulator)
+            return _cr5(scenario, side, start, link, emulator)
 
 
-def _cr5(scenario: Scenario, side: Side, start: Pose, emulator: str) -> Driver:
+def _cr5(scenario: Scenario, side: Side, start: Pose, link: Link | None, emulator: str) -> Driver:
     # Only a cell with such an arm needs Pinocchio.
-    from services.cr5_emulator.core import Emulator
-    from services.cr5_emulator.options import Options
     from services.robot_gateway.drivers.cr5.driver import Cr5Driver
     from services.robot_gateway.drivers.cr5.enable_sequence import Settings
-    from services.robot_gateway.drivers.cr5.link import MemoryNetwork, TcpNetwork
-    from shared.cr5.installation import kinematics_of, start_joints, tether_of
+    from services.robot_gateway.drivers.cr5.tcp_link import TcpLink
+    from shared.cr5.installation import kinematics_of, start_joints
 
     end = scenario.end(side)
     kinematics = kinematics_of(end)
-    joints = start_joints(kinematics, start, side)
-    if end.address or emulator:
-        network = TcpNetwork(end.address or emulator)
-    else:
-        options = Options(
-            firmware=end.firmware,
-            calibrated=end.calibrated,
-            joints=joints,
-            tether=tether_of(scenario, side),
-        )
-        network = MemoryNetwork(Emulator(options))
+    start_joints(kinematics, start, side)  # raises when the start is out of reach
+    if link is None:
+        host = end.address or emulator
+        if not host:
+            raise ConfigurationError(
+                f"ends.{side} is a CR5 without an address: start its emulator with "
+                f"`python -m services.cr5_emulator --scenario FILE --side {side}` and hand its "
+                f"host to the gateway with --{side}-emulator, or write ends.{side}.address"
+            )
+        link = TcpLink(host)
     return Cr5Driver(
-        network,
+        link,
         kinematics,
         scenario.limits.joint_speed,
         emulated=not end.address,

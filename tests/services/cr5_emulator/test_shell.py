@@ -16,7 +16,7 @@ import pytest
 
 from services.cr5_emulator.options import Options
 from services.robot_gateway.drivers.cr5.client import Client
-from services.robot_gateway.drivers.cr5.link import TcpNetwork
+from services.robot_gateway.drivers.cr5.tcp_link import TcpLink
 
 HOST = "127.0.0.47"
 
@@ -106,7 +106,7 @@ def drain(line: socket.socket) -> None:
 
 
 def test_client_gets_over_an_emulator_that_is_killed(process: subprocess.Popen[str]) -> None:
-    client = Client(TcpNetwork(HOST))
+    client = Client(TcpLink(HOST))
 
     def until(condition: Callable[[], bool], seconds: float) -> float:
         begun = time.monotonic()

@@ -15,7 +15,7 @@ from services.cr5_emulator.options import Options
 from services.robot_gateway.cell import Cell
 from services.robot_gateway.constraints.motion_constraints import Body, Boundaries
 from services.robot_gateway.drivers.cr5.driver import Cr5Driver
-from services.robot_gateway.drivers.cr5.link import MemoryNetwork
+from stack.simulation.emulated_arms import MemoryLink
 from services.robot_gateway.drivers.ideal import FixedDriver
 from services.robot_gateway.motion.follower import Guidance
 from services.robot_gateway.safety.force_limit import Pulls
@@ -47,8 +47,8 @@ class ArmWorld:
         assert joints is not None
         values = {"firmware": firmware, "joints": tuple(np.degrees(joints)), "power_on_time": 0.5}
         self.emulator = Emulator(Options(**{**values, **options}), start=START * 1e-9)
-        network = MemoryNetwork(self.emulator)
-        driver = Cr5Driver(network, kinematics, joint_speed=1.6, emulated=True)
+        link = MemoryLink(self.emulator)
+        driver = Cr5Driver(link, kinematics, joint_speed=1.6, emulated=True)
         self.driver = driver
         bodies = (Body(end=(0.0, 0.0, -0.048)), Body(end=(0.0, 0.0, 0.048)))
         boundaries = Boundaries(3.0, ((-2.0, -2.0, 0.01), (2.0, 2.0, 2.0)), bodies)

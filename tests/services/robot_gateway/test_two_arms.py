@@ -12,19 +12,21 @@ from services.robot_gateway.cell import CellReport
 from services.robot_gateway.constraints.sphere_distance import Spheres, distances
 from services.robot_gateway.safety.state_machine import Command
 from services.robot_gateway.service import build
-from shared.scenario import load
+from shared.scenario import SIDES, load
+from stack.simulation.emulated_arms import emulated_links
 from tests.services.robot_gateway.cells import ALONG_X, START, TICK, smooth_step, stopping
 
 SCENARIO = load(Path(__file__).parents[3] / "scenarios" / "two-arms.toml")
 
 
 class TwoArms:
-    """The cell of the scenario with its clock; its emulators run inside."""
+    """The cell of the scenario with its clock; its emulators are in memory."""
 
     def __init__(self) -> None:
-        self.cell = build(SCENARIO, "boot").cell
+        links = emulated_links(SCENARIO, first_step=START)
+        self.cell = build(SCENARIO, "boot", links=links).cell
         self.drivers = self.cell.arms.drivers
-        self.emulators = [driver._network.emulator for driver in self.drivers]
+        self.emulators = [links[side].emulator for side in SIDES]
         self.now = START
         self.report: CellReport = self.cell.step(self.now)
         self.speeds: list[np.ndarray] = []

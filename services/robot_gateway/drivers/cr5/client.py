@@ -27,7 +27,7 @@ from services.robot_gateway.drivers.cr5.connection import (
     Phase,
 )
 from services.robot_gateway.drivers.cr5.enable_sequence import Settings, make_ready
-from services.robot_gateway.drivers.cr5.link import Network
+from services.robot_gateway.drivers.cr5.link import Link
 from services.robot_gateway.drivers.cr5.outliers import Outliers
 from services.robot_gateway.drivers.cr5.replies import Reply, ReplyReader, integers
 from shared.cr5.alarms import FOLLOWING, MODES, alarm_words
@@ -48,10 +48,10 @@ OCCUPIED = ", as soon as it was opened; does another program or a pendant hold i
 class Client:
     """The connection to one arm."""
 
-    def __init__(self, network: Network, settings: Settings | None = None) -> None:
-        self._network = network
+    def __init__(self, link: Link, settings: Settings | None = None) -> None:
+        self._link = link
         self._settings = settings or Settings()
-        self._dial = Dial(network)
+        self._dial = Dial(link)
         self._procedure = Procedure(self.request)
         self.feedback: np.ndarray | None = None
         """The newest packet."""
@@ -192,7 +192,7 @@ class Client:
     def step(self, now: int) -> None:
         """Reads, judges and writes what is due [ns]."""
         self._now = now
-        self._network.advance(now)
+        self._link.advance(now)
         if self.phase != "online":
             if self._dial.advance(now):
                 self._begin_anew()
@@ -221,11 +221,11 @@ class Client:
     # Reading
 
     def _read(self) -> None:
-        self._read_feedback(self._dial.links[FEEDBACK].receive())
+        self._read_feedback(self._dial.streams[FEEDBACK].receive())
         for port, reader in self._readers.items():
-            if port not in self._dial.links:
+            if port not in self._dial.streams:
                 continue
-            for reply in reader.feed(self._dial.links[port].receive()):
+            for reply in reader.feed(self._dial.streams[port].receive()):
                 self._take(reply)
             if reader.not_tcp:
                 reader.not_tcp = False
@@ -338,4 +338,4 @@ class Client:
     def _send(self, port: int, text: str) -> None:
         if port == COMMANDS:
             self._spoke = self._now
-        self._dial.links[port].send(text.encode())
+        self._dial.streams[port].send(text.encode())

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from services.robot_gateway.drivers.cr5.link import Link, Network
+from services.robot_gateway.drivers.cr5.link import ByteStream, Link
 
 SECOND = 1_000_000_000
 COMMANDS, MOTION, FEEDBACK = 29999, 30003, 30004
@@ -22,11 +22,11 @@ Phase = Literal["away", "connecting", "online"]
 class Dial:
     """Connects, and says why it does not."""
 
-    def __init__(self, network: Network) -> None:
-        self._network = network
+    def __init__(self, link: Link) -> None:
+        self._link = link
         self.phase: Phase = "away"
         self.firmware: Literal["v3", "v4"] | None = None
-        self.links: dict[int, Link] = {}
+        self.streams: dict[int, ByteStream] = {}
         self.trouble = ""
         """Why there is no connection, in words."""
         self.since = 0
@@ -37,7 +37,7 @@ class Dial:
     def advance(self, now: int) -> bool:
         """One tick [ns]; True when the connections have just been opened."""
         if self.phase == "away" and (self._retry_at is None or now >= self._retry_at):
-            self.links = {p: self._network.open(p) for p in (COMMANDS, MOTION, FEEDBACK)}
+            self.streams = {p: self._link.open(p) for p in (COMMANDS, MOTION, FEEDBACK)}
             self.phase, self.since = "connecting", now
         elif self.phase == "connecting":
             return self._check(now)
@@ -45,7 +45,7 @@ class Dial:
 
     def broken(self) -> str:
         """Why a connection that was there is not any more, or nothing."""
-        return next((link.reason for link in self.links.values() if link.state == "closed"), "")
+        return next((stream.reason for stream in self.streams.values() if stream.state == "closed"), "")
 
     def give_up(self, why: str, now: int) -> None:
         """Closes everything and tries again after a while."""
@@ -60,21 +60,21 @@ class Dial:
 
     def abort(self) -> None:
         """Ends every connection at once; what has not arrived is thrown away."""
-        for link in self.links.values():
-            link.abort()
+        for stream in self.streams.values():
+            stream.abort()
 
     def close(self) -> None:
         """Closes every connection."""
-        for link in self.links.values():
-            link.close()
-        self.links = {}
+        for stream in self.streams.values():
+            stream.close()
+        self.streams = {}
         self.phase = "away"
 
     def _check(self, now: int) -> bool:
-        states = {port: link.state for port, link in self.links.items()}
+        states = {port: stream.state for port, stream in self.streams.items()}
         if states[FEEDBACK] == "closed" and "open" == states[COMMANDS] == states[MOTION]:
             self.give_up(
-                f"{self.links[FEEDBACK].reason}, though the other ports are open; firmware before "
+                f"{self.streams[FEEDBACK].reason}, though the other ports are open; firmware before "
                 "3.5.2 has no such port and is not supported: update the controller",
                 now,
             )
@@ -82,7 +82,7 @@ class Dial:
         for port in (COMMANDS, FEEDBACK):
             if states[port] == "closed" and states[MOTION] != "opening":
                 self.give_up(
-                    f"{self.links[port].reason}; is the address right, and no other program or "
+                    f"{self.streams[port].reason}; is the address right, and no other program or "
                     "pendant connected?",
                     now,
                 )
@@ -95,6 +95,6 @@ class Dial:
             return False
         self.firmware = "v3" if states[MOTION] == "open" else "v4"
         if self.firmware == "v4":
-            del self.links[MOTION]
+            del self.streams[MOTION]
         self.phase, self.trouble, self.since = "online", "", now
         return True

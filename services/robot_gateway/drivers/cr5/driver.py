@@ -16,7 +16,7 @@ from services.robot_gateway.constraints.joints import Posture
 from services.robot_gateway.drivers.cr5.client import Client
 from services.robot_gateway.drivers.cr5.contact_force import Pull
 from services.robot_gateway.drivers.cr5.enable_sequence import Settings
-from services.robot_gateway.drivers.cr5.link import MemoryNetwork, Network
+from services.robot_gateway.drivers.cr5.link import Link
 from services.robot_gateway.drivers.cr5.link_quality import LinkQuality
 from services.robot_gateway.drivers.driver import Feedback
 from shared.cr5 import units
@@ -45,7 +45,7 @@ class Cr5Driver:
 
     def __init__(
         self,
-        network: Network,
+        link: Link,
         kinematics: Kinematics,
         joint_speed: float,
         emulated: bool,
@@ -56,8 +56,7 @@ class Cr5Driver:
         self._emulated = emulated
         self.posture: Posture | None = Posture(kinematics, joint_speed)
         self._kinematics = kinematics
-        self._network = network
-        self._client = Client(network, settings)
+        self._client = Client(link, settings)
         self._output = tool_output
         self._closed = True
         self._wanted = False
@@ -67,7 +66,7 @@ class Cr5Driver:
         self._placing: Pose | None = None
         self._quality = LinkQuality()
         self._pull = Pull()
-        self.live = not isinstance(network, MemoryNetwork)
+        self.live = link.live
 
     def enable(self) -> None:
         # A person who arms has seen that nothing pulls.

@@ -7,7 +7,7 @@ from services.cr5_emulator.core import Emulator
 from services.cr5_emulator.options import Options
 from services.robot_gateway.drivers.cr5.client import Client
 from services.robot_gateway.drivers.cr5.enable_sequence import Settings
-from services.robot_gateway.drivers.cr5.link import MemoryNetwork
+from stack.simulation.emulated_arms import MemoryLink
 
 TICK = 8_000_000
 
@@ -17,7 +17,7 @@ class Line:
 
     def __init__(self, settings: Settings | None = None, **options: object) -> None:
         self.emulator = Emulator(Options(**{"power_on_time": 0.4, **options}))
-        self.client = Client(MemoryNetwork(self.emulator), settings)
+        self.client = Client(MemoryLink(self.emulator), settings)
         self.now = 0
         self.asked: list[str] = []
         answer = self.emulator.commands.answer

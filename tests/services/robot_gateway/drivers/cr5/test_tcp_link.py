@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from services.robot_gateway.drivers.cr5.link import Link, TcpNetwork
+from services.robot_gateway.drivers.cr5.tcp_link import TcpLink, TcpStream
 from shared.configuration import ConfigurationError
 
 
@@ -20,15 +20,15 @@ def server() -> Iterator[socket.socket]:
         yield listening
 
 
-def connect(server: socket.socket) -> tuple[TcpNetwork, Link, socket.socket]:
-    network = TcpNetwork("127.0.0.1")
+def connect(server: socket.socket) -> tuple[TcpLink, TcpStream, socket.socket]:
+    link = TcpLink("127.0.0.1")
     # The step's clock need not agree with this one, only run alike.
-    network.advance(time.monotonic_ns() + 12_345_678_901)
-    link = network.open(server.getsockname()[1])
+    link.advance(time.monotonic_ns() + 12_345_678_901)
+    stream = link.open(server.getsockname()[1])
     peer, _ = server.accept()
     peer.settimeout(2.0)
-    assert link.state == "open"
-    return network, link, peer
+    assert stream.state == "open"
+    return link, stream, peer
 
 
 def until(condition: Callable[[], object]) -> None:
@@ -41,87 +41,87 @@ def until(condition: Callable[[], object]) -> None:
 def test_address_that_nobody_knows_is_bad_input_before_anything_moves() -> None:
     for host in ("192.168.5.1:29999", "no such arm"):
         with pytest.raises(ConfigurationError, match="write its IP address"):
-            TcpNetwork(host)
+            TcpLink(host)
 
 
 def test_process_that_was_stopped_within_a_step_does_not_say_what_it_meant_before(server) -> None:
-    network, link, peer = connect(server)
-    network.advance(time.monotonic_ns() + 12_345_678_901)
+    link, stream, peer = connect(server)
+    link.advance(time.monotonic_ns() + 12_345_678_901)
     time.sleep(0.01)
-    link.send(b"in time;")
+    stream.send(b"in time;")
     # Stopped for a while in the middle of the step.
     time.sleep(0.1)
-    link.send(b"too late;")
-    network.advance(time.monotonic_ns() + 12_345_678_901)
-    link.send(b"again in time;")
+    stream.send(b"too late;")
+    link.advance(time.monotonic_ns() + 12_345_678_901)
+    stream.send(b"again in time;")
     assert peer.recv(100) == b"in time;again in time;"
 
 
 def test_aborted_link_resets_and_a_closed_one_says_farewell(server) -> None:
-    _, link, peer = connect(server)
-    link.send(b"last words")
-    link.close()
+    _, stream, peer = connect(server)
+    stream.send(b"last words")
+    stream.close()
     assert peer.recv(100) == b"last words"
     assert peer.recv(100) == b""
-    _, link, peer = connect(server)
-    link.abort()
-    assert link.state == "closed"
+    _, stream, peer = connect(server)
+    stream.abort()
+    assert stream.state == "closed"
     with pytest.raises(ConnectionResetError):
         peer.recv(100)
 
 
 def test_bytes_go_both_ways_and_nothing_waits(server: socket.socket) -> None:
-    _, link, peer = connect(server)
+    _, stream, peer = connect(server)
     with peer:
-        assert link.receive() == b""
-        link.send(b"RobotMode()")
+        assert stream.receive() == b""
+        stream.send(b"RobotMode()")
         assert peer.recv(100) == b"RobotMode()"
         peer.sendall(b"0,{5},")
         peer.sendall(b"RobotMode();")
         parts = bytearray()
 
         def whole() -> bool:
-            parts.extend(link.receive())
+            parts.extend(stream.receive())
             return parts == b"0,{5},RobotMode();"
 
         until(whole)
-        link.close()
+        stream.close()
 
 
 def test_port_that_nobody_listens_on_is_closed_in_words() -> None:
     with socket.create_server(("127.0.0.1", 0)) as listening:
         port = listening.getsockname()[1]
-    link = TcpNetwork("127.0.0.1").open(port)
-    until(lambda: link.state == "closed")
-    assert link.reason == f"127.0.0.1:{port}: connection refused"
-    link.send(b"x")
-    assert link.receive() == b""
+    stream = TcpLink("127.0.0.1").open(port)
+    until(lambda: stream.state == "closed")
+    assert stream.reason == f"127.0.0.1:{port}: connection refused"
+    stream.send(b"x")
+    assert stream.receive() == b""
 
 
 @pytest.mark.parametrize("how", ["shut", "reset"])
 def test_other_side_that_goes_is_noticed(server: socket.socket, how: str) -> None:
-    _, link, peer = connect(server)
+    _, stream, peer = connect(server)
     if how == "reset":
         # Closing with bytes that were never read resets the connection.
-        link.send(b"unread")
+        stream.send(b"unread")
         until(lambda: len(peer.recv(6, socket.MSG_PEEK)) == 6)
     peer.close()
 
     def gone() -> bool:
-        link.receive()
-        return link.state == "closed"
+        stream.receive()
+        return stream.state == "closed"
 
     until(gone)
-    assert "closed by the other side" in link.reason or "reset" in link.reason
+    assert "closed by the other side" in stream.reason or "reset" in stream.reason
 
 
 def test_close_is_orderly_and_may_be_done_twice(server: socket.socket) -> None:
-    _, link, peer = connect(server)
+    _, stream, peer = connect(server)
     with peer:
-        link.send(b"DisableRobot()")
-        link.close()
-        link.close()
-        assert link.state == "closed"
+        stream.send(b"DisableRobot()")
+        stream.close()
+        stream.close()
+        assert stream.state == "closed"
         data = bytearray()
         with contextlib.suppress(ConnectionError):
             while part := peer.recv(100):
@@ -130,10 +130,10 @@ def test_close_is_orderly_and_may_be_done_twice(server: socket.socket) -> None:
 
 
 def test_peer_that_takes_no_bytes_does_not_fill_the_memory(server: socket.socket) -> None:
-    _, link, peer = connect(server)
+    _, stream, peer = connect(server)
     with peer:
         for _ in range(2000):
-            link.send(b"x" * 65536)
-            if link.state == "closed":
+            stream.send(b"x" * 65536)
+            if stream.state == "closed":
                 break
-        assert link.reason.endswith("it takes no more bytes")
+        assert stream.reason.endswith("it takes no more bytes")

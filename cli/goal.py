@@ -8,12 +8,11 @@ from typing import Annotated
 import tyro
 
 from cli.task import LOCAL, CellOptions, print_state
-from shared import topics
-from shared.clock import SystemClock
 from shared.configuration import ConfigurationError
-from shared.messages import Goal, GoalDraft, GoalPreview, TaskRequest, TaskState, grip
+from shared.messages import TaskRequest
 from shared.scenario import Rope, Scenario, Shape, load
-from stack.client import Client, RequestFailed, connect
+from stack.client import connect
+from stack.goal_message import goal_message
 
 Coordinates = tuple[float, float, float, float, float, float]
 
@@ -45,7 +44,7 @@ def main(
     scenario.grips(scenario.goal)  # Reads the goal's file: bad input ends here, before the bus.
     with connect(cell) as client:
         state = client.request_task(
-            TaskRequest.SET_GOAL, goal=goal_of(scenario, scenario.goal, client)
+            TaskRequest.SET_GOAL, goal=goal_message(scenario, scenario.goal, client)
         )
     print_state(state, json)
     return 0
@@ -63,38 +62,3 @@ def _scenario(file: Path | None, line: Coordinates | None) -> Scenario:
         shape = Shape(line=(line[:3], line[3:]))
     folder = file.parent if file else Path()
     return Scenario("goal", Rope(length=1.0, diameter=0.01), start=shape, goal=shape, folder=folder)
-
-
-def goal_of(scenario: Scenario, shape: Shape, client: Client) -> Goal:
-    """Goal message of a shape; the controller computes the nodes of one given by its grips alone.
-
-    Raises:
-        RequestFailed: The controller does not answer, or no rope reaches between the grips.
-    """
-    left, right = scenario.grips(shape)
-    nodes = scenario.nodes(shape)
-    if nodes is None:
-        goal = _at_rest(GoalDraft(left=grip(left), right=grip(right)), client)
-    else:
-        goal = Goal(positions=nodes.ravel(), left=grip(left), right=grip(right))
-    goal.left_oriented = shape.left_orientation is not None
-    goal.right_oriented = shape.right_orientation is not None
-    goal.turns = shape.turns
-    return goal
-
-
-def _at_rest(draft: GoalDraft, client: Client) -> Goal:
-    """Goal at rest between two grips, computed by the controller."""
-    previews = client.bus.subscribe(topics.TASK_GOAL_PREVIEW)
-    # The controller's first state shows that it is connected.
-    states = client.bus.subscribe(topics.TASK_STATE)
-    _: TaskState = client.wait(states, lambda _: True, "the controller publishes no state")
-    draft.id = client.next_id()
-    draft.stamp = SystemClock().now()
-    client.bus.publisher(topics.TASK_GOAL_DRAFT).put(draft)
-    preview: GoalPreview = client.wait(
-        previews, lambda p: p.draft == draft.id, "the controller has not answered in time"
-    )
-    if not preview.reachable:
-        raise RequestFailed(f"refused: {preview.reason}")
-    return preview.goal

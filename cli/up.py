@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import signal
 import socket
 import subprocess
 import sys
@@ -15,27 +14,18 @@ import tyro
 from shared import bus as buses
 from shared.bus import BusOptions
 from shared.configuration import ConfigurationError
-from shared.scenario import SIDES, Scenario, find, load
-from shared.scenario.sections import End
+from shared.scenario import Side, find, load
 from stack import installation, services
 from stack.launcher import module_entry
 from stack.launcher.console import ConsoleHandler, ProcessConsole
 from stack.launcher.launcher import Launcher
-from stack.launcher.process import Program
-
-EMULATOR_HOSTS = {"left": "127.0.0.31", "right": "127.0.0.32"}
-"""Loopback addresses of the emulated arms: the protocol's ports are fixed."""
-EMULATOR_PORTS = (29999, 30003, 30004)
-NICENESS = {
-    "robot_gateway": -15,
-    "controller": -10,
-    "sim": -5,
-    "perception": -5,
-    "planner": 5,
-    "dashboard": 5,
-    "recorder": 5,
-}
-"""Who waits for whom when cores are short. Below 0 only where the system allows it."""
+from stack.launcher.programs import (
+    EMULATOR_HOSTS,
+    EMULATOR_PORTS,
+    emulated_sides,
+    emulator_program,
+    service_program,
+)
 
 
 def main(
@@ -68,12 +58,14 @@ def main(
     _check_free("127.0.0.1", port, "is another stack running? choose another --port")
     if dashboard:
         _check_free("127.0.0.1", dashboard_port, "choose another --dashboard-port")
-    emulated = _emulated(cell)
+    emulated = emulated_sides(cell)
+    for side in emulated:
+        _check_emulator_ports(side)
     _preflight(scenario)
     common = ("--scenario", str(scenario.resolve()), "--namespace", namespace)
     common += ("--connect", f"tcp/127.0.0.1:{port}")
-    programs = [_emulator(side, scenario) for side in emulated]
-    programs += [_service(name, common, emulated, dashboard_port) for name in parts]
+    programs = [emulator_program(side, scenario) for side in emulated]
+    programs += [service_program(name, common, emulated, dashboard_port) for name in parts]
     console = ProcessConsole()
     logging.basicConfig(level=logging.INFO, handlers=[ConsoleHandler(console)], force=True)
     options = BusOptions(namespace, connect=(), listen=(f"tcp/127.0.0.1:{port}",))
@@ -90,45 +82,6 @@ def main(
         return Launcher(programs, bus, console).run(say_ready)
 
 
-def _service(
-    name: str, common: tuple[str, ...], emulated: dict[str, End], dashboard_port: int
-) -> Program:
-    more: tuple[str, ...] = ()
-    if name == "dashboard":
-        more = ("--port", str(dashboard_port))
-    if name == "robot_gateway":
-        more = tuple(a for s in emulated for a in (f"--{s}-emulator", EMULATOR_HOSTS[s]))
-    return Program(
-        name,
-        "dashboard" if name == "dashboard" else f"services.{name}",
-        (*common, *more),
-        restart_arguments=("--restarted",),
-        # The gateway goes after all that talk to it, the recorder after all that it records.
-        stage={"robot_gateway": 1, "recorder": 2}.get(name, 0),
-        niceness=NICENESS.get(name, 0),
-        # These two put things in order even when the launcher was killed.
-        death_signal=signal.SIGTERM if name in ("robot_gateway", "recorder") else signal.SIGKILL,
-    )
-
-
-def _emulator(side: str, scenario: Path) -> Program:
-    return Program(
-        f"cr5-{side}",
-        "services.cr5_emulator",
-        (
-            "--host",
-            EMULATOR_HOSTS[side],
-            "--scenario",
-            str(scenario.resolve()),
-            "--side",
-            side,
-        ),
-        stage=2,
-        niceness=NICENESS["robot_gateway"],
-        ready_line="ready",
-    )
-
-
 def _preflight(scenario: Path) -> None:
     """Checks what only the rod can say, in a process of its own.
 
@@ -141,18 +94,9 @@ def _preflight(scenario: Path) -> None:
         sys.exit(128 - code if code < 0 else code)
 
 
-def _emulated(scenario: Scenario) -> dict[str, End]:
-    """The ends whose arm the emulator plays.
-
-    Raises:
-        ConfigurationError: One of its ports is taken.
-    """
-    ends = {side: scenario.end(side) for side in SIDES}
-    emulated = {s: e for s, e in ends.items() if e.driver == "cr5" and not e.address}
-    for side in emulated:
-        for port in EMULATOR_PORTS:
-            _check_free(EMULATOR_HOSTS[side], port, f"the emulator of ends.{side} needs it")
-    return emulated
+def _check_emulator_ports(side: Side) -> None:
+    for port in EMULATOR_PORTS:
+        _check_free(EMULATOR_HOSTS[side], port, f"the emulator of ends.{side} needs it")
 
 
 def _check_free(host: str, port: int, way_out: str) -> None:

@@ -16,17 +16,17 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from benchmarks.faults.motion import JointLog
-from cli.goal import goal_of
-from cli.up import NICENESS as PRIORITIES
 from shared import topics
 from shared.clock import SystemClock
 from shared.messages import REACHED, RUNNING, ArmCommand, ArmStates, StackState, TaskRequest
 from shared.scenario import Scenario
 from stack import client, services
 from stack.client import Client, RequestFailed
+from stack.goal_message import goal_message
 from stack.launcher import module_entry
 from stack.launcher.library_environment import LIBRARY_ENVIRONMENT
 from stack.launcher.process import child_command
+from stack.launcher.programs import NICENESS as SERVICE_NICENESS
 from stack.scenario_overrides import load_with
 
 HOST, ARM_HOST = "127.0.0.41", "127.0.0.42"
@@ -162,7 +162,7 @@ class FaultCell:
         """A process that ends with this one."""
         with (self.folder / f"{name}.txt").open("ab") as file:
             self._services[name] = subprocess.Popen(
-                child_command(signal.SIGKILL, PRIORITIES.get(name, 0), arguments),
+                child_command(signal.SIGKILL, SERVICE_NICENESS.get(name, 0), arguments),
                 stdout=file,
                 stderr=subprocess.STDOUT,
                 env=_environment(),
@@ -340,7 +340,7 @@ class FaultCell:
         if self.task_state is not None and self.task_state.state == RUNNING:
             self.client.request_task(TaskRequest.STOP)
         self.client.request_task(
-            TaskRequest.SET_GOAL, goal=goal_of(self.scenario, shape, self.stack)
+            TaskRequest.SET_GOAL, goal=goal_message(self.scenario, shape, self.client)
         )
         self.client.request_task(TaskRequest.START)
 

@@ -159,7 +159,7 @@ def build(
         scenario: The cell.
         session: Boot id of this start.
         options: Hosts of emulated arms.
-        links: Links to arms that the caller provides; they are used in place of hosts and addresses.
+        links: Links to arms that the caller provides, used in place of hosts and addresses.
 
     Raises:
         ConfigurationError: An arm's start is out of its reach, or nothing says where the arm is.

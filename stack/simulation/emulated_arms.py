@@ -70,9 +70,12 @@ def emulated_links(scenario: Scenario, first_step: int) -> dict[Side, MemoryLink
     Raises:
         ConfigurationError: The start is out of an arm's reach.
     """
-    sides = [side for side in SIDES if scenario.end(side).driver == "cr5"]
     start = (first_step - BOOT_TIME) * 1e-9
-    return {side: MemoryLink(Emulator(_options(scenario, side), start)) for side in sides}
+    links: dict[Side, MemoryLink] = {}
+    for side in SIDES:
+        if scenario.end(side).driver == "cr5":
+            links[side] = MemoryLink(Emulator(_options(scenario, side), start))
+    return links
 
 
 def _options(scenario: Scenario, side: Side) -> Options:

@@ -15,13 +15,13 @@ from services.cr5_emulator.options import Options
 from services.robot_gateway.cell import Cell
 from services.robot_gateway.constraints.motion_constraints import Body, Boundaries
 from services.robot_gateway.drivers.cr5.driver import Cr5Driver
-from stack.simulation.emulated_arms import MemoryLink
 from services.robot_gateway.drivers.ideal import FixedDriver
 from services.robot_gateway.motion.follower import Guidance
 from services.robot_gateway.safety.force_limit import Pulls
 from services.robot_gateway.safety.state_machine import Command
 from services.robot_gateway.status import CellReport
 from shared.cr5.kinematics import Kinematics
+from stack.simulation.emulated_arms import MemoryLink
 from tests.services.robot_gateway.cells import ALONG_X, BOOT, LIMITS, START, TICK, stopping
 
 BASE = Pose(np.array([0.72, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 1.0]))

@@ -44,8 +44,9 @@ class Dial:
         return False
 
     def broken(self) -> str:
-        """Why a connection that was there is not any more, or nothing."""
-        return next((stream.reason for stream in self.streams.values() if stream.state == "closed"), "")
+        """Why a connection that stood has ended; empty while all stand."""
+        closed = (stream for stream in self.streams.values() if stream.state == "closed")
+        return next((stream.reason for stream in closed), "")
 
     def give_up(self, why: str, now: int) -> None:
         """Closes everything and tries again after a while."""
@@ -74,8 +75,8 @@ class Dial:
         states = {port: stream.state for port, stream in self.streams.items()}
         if states[FEEDBACK] == "closed" and "open" == states[COMMANDS] == states[MOTION]:
             self.give_up(
-                f"{self.streams[FEEDBACK].reason}, though the other ports are open; firmware before "
-                "3.5.2 has no such port and is not supported: update the controller",
+                f"{self.streams[FEEDBACK].reason}, though the other ports are open; firmware "
+                "before 3.5.2 has no such port and is not supported: update the controller",
                 now,
             )
             return False

@@ -136,4 +136,4 @@ def test_peer_that_takes_no_bytes_does_not_fill_the_memory(server: socket.socket
             stream.send(b"x" * 65536)
             if stream.state == "closed":
                 break
-        assert stream.reason.endswith("it takes no more bytes")
+        assert stream.reason.endswith("the device reads no more bytes")

@@ -10,9 +10,10 @@ from pathlib import Path
 
 from dashboard import server
 from dashboard.outbox import Outbox
-from dashboard.page import CAMERA_COLOR, READS, Page
+from dashboard.page import Page
 from dashboard.recordings.player import Player
-from dashboard.recordings.timeline import Moment, Timeline, thinned
+from dashboard.recordings.timeline import RecordedMessage, Timeline, thinned
+from dashboard.subscriptions import CAMERA_COLOR, READS
 from shared.configuration import ConfigurationError
 from shared.recording import Recording
 from shared.service import SECOND
@@ -72,9 +73,11 @@ def open_timeline(file: Path) -> tuple[Recording, Timeline]:
         raise ConfigurationError(f"cannot show {file}: {error}") from error
 
 
-def _moments(recording: Recording) -> Iterator[Moment]:
+def _moments(recording: Recording) -> Iterator[RecordedMessage]:
     for entry in recording.messages(topic.key for topic in READS):
-        yield Moment(entry.key, entry.payload, entry.publisher, entry.sequence, entry.log_time)
+        yield RecordedMessage(
+            entry.key, entry.payload, entry.publisher, entry.sequence, entry.log_time
+        )
 
 
 def _play(player: Player) -> None:

@@ -1,4 +1,4 @@
-"""`python -m dashboard`: the page alone, live on the bus."""
+"""Run the dashboard alone, live on the bus: `python -m dashboard`."""
 
 from __future__ import annotations
 

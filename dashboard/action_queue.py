@@ -1,6 +1,6 @@
-"""What people do in their browsers, carried from the server's threads into the step.
+"""Queue that carries actions from the web server's threads into the thread that steps.
 
-Callbacks of the server only `put` here; everything is decided in the thread that steps.
+Callbacks of the web server only call `put`; every action runs in the thread that steps.
 """
 
 from __future__ import annotations
@@ -11,18 +11,18 @@ from queue import Empty, SimpleQueue
 Action = Callable[[], None]
 
 
-class Actions:
-    """A queue of things to do."""
+class ActionQueue:
+    """First-in, first-out queue of actions; `put` may be called in any thread."""
 
     def __init__(self) -> None:
         self._queue: SimpleQueue[Action] = SimpleQueue()
 
     def put(self, action: Action) -> None:
-        """Called in any thread."""
+        """Append an action."""
         self._queue.put(action)
 
     def take(self) -> Iterator[Action]:
-        """All that came so far, in order."""
+        """Remove and yield all queued actions, oldest first."""
         while True:
             try:
                 yield self._queue.get_nowait()

@@ -1,4 +1,4 @@
-"""What the dashboard takes on its command line beside what every service takes."""
+"""Command-line options of the dashboard, beside those of every service."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class DashboardOptions:
-    """Where the page is served."""
+    """Address of the web page."""
 
     port: int = 8080
+    """TCP port."""
     host: str = "127.0.0.1"
-    """The page has no login: whoever reaches it can move the arms."""
+    """Address to listen on. The page has no login: whoever reaches it can move the arms."""

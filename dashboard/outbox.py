@@ -1,8 +1,8 @@
-"""What people asked for: turned into requests, and followed until their owner has answered."""
+"""Requests of the page to other services, tracked until their receiver has answered."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from google.protobuf.message import Message
@@ -23,110 +23,123 @@ from shared.messages import (
 from shared.service import SECOND, Publication
 from shared.topics import Topic
 
-PATIENCE = 3 * SECOND
-"""An owner that has not answered after this time [ns] is reported as silent."""
-VALIDITY = SECOND
-"""Arm commands that arrive later than this [ns] must not be carried out any more."""
+ANSWER_TIMEOUT = 3 * SECOND
+"""Time after which an unanswered request is reported [ns]."""
+COMMAND_VALIDITY = SECOND
+"""Time after which an arm command expires and must not be executed [ns]."""
 
-OWNERS = {
+RECEIVERS = {
     topics.TASK_REQUEST.key: "controller",
     topics.SCENE_REQUEST.key: "perception",
     topics.ARM_COMMAND.key: "robot gateway",
 }
+"""Service that answers the requests of a topic, by key."""
 
 
 @dataclass(frozen=True)
-class Unanswered:
-    """A request whose answer is awaited."""
+class PendingRequest:
+    """Request that was sent and not yet answered."""
 
     id: str
     number: int
-    words: str
-    owner: str
+    label: str
+    receiver: str
     sent: int
-    """[ns]"""
+    """Time of sending [ns]."""
 
 
 @dataclass(frozen=True)
-class Complaint:
-    """Why something that was asked for did not happen."""
+class Notification:
+    """Message to the person at the browser, e.g. why a request was refused."""
 
     title: str
-    reason: str
+    body: str
 
 
 class Outbox:
-    """Requests between two steps, and those not yet answered."""
+    """Requests made since the last step, and those that wait for an answer.
+
+    The `label` of a request names it in notifications.
+    """
 
     def __init__(self, session: str) -> None:
         self._session = session
         self._count = 0
-        self._waiting: list[tuple[Topic, Message, str]] = []
-        self._unanswered: list[Unanswered] = []
+        self._unsent: list[tuple[Topic, Message, str]] = []
+        self._pending: list[PendingRequest] = []
 
-    def task(self, action: TaskRequest.Action, words: str, **fields: object) -> str:
-        """Asks the controller; `words` name the wish in complaints."""
-        return self._add(topics.TASK_REQUEST, TaskRequest(action=action, **fields), words)
+    def request_task(self, action: TaskRequest.Action, label: str, **fields: object) -> str:
+        """Queue a request to the controller and return its id."""
+        return self._add(topics.TASK_REQUEST, TaskRequest(action=action, **fields), label)
 
-    def scene(self, action: SceneRequest.Action, obstacle: Obstacle, words: str) -> str:
-        """Asks perception to change the scene."""
+    def request_scene(self, action: SceneRequest.Action, obstacle: Obstacle, label: str) -> str:
+        """Queue a change of the scene, which perception makes, and return its id."""
         message = SceneRequest(action=action, obstacle=obstacle)
-        return self._add(topics.SCENE_REQUEST, message, words)
+        return self._add(topics.SCENE_REQUEST, message, label)
 
-    def arm(self, action: ArmCommand.Action, boot: str, words: str, **fields: object) -> str:
-        """Commands the gateway that booted with the id `boot`, and no other."""
-        return self._add(topics.ARM_COMMAND, ArmCommand(action=action, boot=boot, **fields), words)
+    def command_arms(
+        self, action: ArmCommand.Action, boot: str, label: str, **fields: object
+    ) -> str:
+        """Queue a command to the gateway whose boot id is `boot` and return its id."""
+        return self._add(topics.ARM_COMMAND, ArmCommand(action=action, boot=boot, **fields), label)
 
-    def draft(self, left: Pose, right: Pose) -> str:
-        """Asks for the rod at rest between two grips."""
+    def draft_goal(self, left: Pose, right: Pose) -> str:
+        """Queue a request for the rod's rest shape between two grips and return its id."""
         message = GoalDraft(left=grip(left), right=grip(right))
         return self._add(topics.TASK_GOAL_DRAFT, message, "")
 
-    def _add(self, topic: Topic, message: Message, words: str) -> str:
+    def _add(self, topic: Topic, message: Message, label: str) -> str:
         self._count += 1
         message.id = f"{self._session}-{self._count}"
-        self._waiting.append((topic, message, words))
+        self._unsent.append((topic, message, label))
         return message.id
 
     def take(self, now: int) -> Iterator[Publication]:
-        """Everything that waits, stamped."""
-        for topic, message, words in self._waiting:
+        """Remove and yield all queued requests, stamped with `now` [ns]."""
+        for topic, message, label in self._unsent:
             message.stamp = now
             if isinstance(message, ArmCommand):
-                message.expires = now + VALIDITY
-            if words:
+                message.expires = now + COMMAND_VALIDITY
+            if label:
                 number = int(message.id.rpartition("-")[2])
-                owner = OWNERS[topic.key]
-                self._unanswered.append(Unanswered(message.id, number, words, owner, now))
+                receiver = RECEIVERS[topic.key]
+                self._pending.append(PendingRequest(message.id, number, label, receiver, now))
             yield Publication(topic, message)
-        self._waiting.clear()
+        self._unsent.clear()
 
-    def complaints(
-        self, now: int, task: TaskState | None, scene: Scene | None, arms: list[ArmStates]
-    ) -> list[Complaint]:
-        """Refusals of what this dashboard asked for, and silence; each once."""
+    def notifications(
+        self, now: int, task: TaskState | None, scene: Scene | None, arms: Sequence[ArmStates]
+    ) -> list[Notification]:
+        """Return refusals of this page's requests and missing answers, each of them once.
+
+        Args:
+            now: Present time [ns].
+            task: Newest state of the controller.
+            scene: Newest state of perception.
+            arms: States of the gateway since the last call.
+        """
         answers = [("robot gateway", a.last_command, a.refusal) for a in arms]
         if task is not None:
             answers.append(("controller", task.last_request, task.refusal))
         if scene is not None:
             answers.append(("perception", scene.last_request, scene.refusal))
         found = []
-        for owner, handled, refusal in answers:
-            session, _, number = handled.rpartition("-")
+        for receiver, answered_id, refusal in answers:
+            session, _, number = answered_id.rpartition("-")
             if session != self._session or not number.isdigit():
                 continue
-            for request in [r for r in self._unanswered if r.owner == owner]:
-                if request.id == handled and refusal:
-                    found.append(Complaint(f"{request.words}: refused", refusal))
-                # Owners handle requests in their order, and only the last one is in the state.
+            for request in [r for r in self._pending if r.receiver == receiver]:
+                if request.id == answered_id and refusal:
+                    found.append(Notification(f"{request.label}: refused", refusal))
+                # Requests are handled in order, and a state names only the last one.
                 if request.number <= int(number):
-                    self._unanswered.remove(request)
-        for request in [r for r in self._unanswered if now - r.sent > PATIENCE]:
+                    self._pending.remove(request)
+        for request in [r for r in self._pending if now - r.sent > ANSWER_TIMEOUT]:
             found.append(
-                Complaint(
-                    f"{request.words}: no answer",
-                    f"The {request.owner} has not answered for {PATIENCE // SECOND} s.",
+                Notification(
+                    f"{request.label}: no answer",
+                    f"The {request.receiver} has not answered for {ANSWER_TIMEOUT // SECOND} s.",
                 )
             )
-            self._unanswered.remove(request)
+            self._pending.remove(request)
         return found

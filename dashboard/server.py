@@ -1,4 +1,4 @@
-"""The web server of the page."""
+"""Web server of the page."""
 
 from __future__ import annotations
 
@@ -10,20 +10,28 @@ import viser
 from dashboard import palette
 from shared.configuration import ConfigurationError
 
+NOTIFICATION_DURATION = 8.0
+"""Time for which a notification is shown [s]."""
+
 
 def start(host: str, port: int, title: str) -> viser.ViserServer:
-    """A server at exactly this address.
+    """Start a server at exactly this address.
+
+    Args:
+        host: Address to listen on.
+        port: TCP port.
+        title: Title of the browser's window.
 
     Raises:
         ConfigurationError: The port is taken.
     """
     try:
-        # It prints a banner however quiet it is asked to be, and standard output is for answers.
+        # viser prints a banner even when not verbose; standard output is reserved for answers.
         with redirect_stdout(io.StringIO()):
             server = viser.ViserServer(host=host, port=port, label=title, verbose=False)
     except OSError as error:
         raise ConfigurationError(f"cannot serve at {host}:{port}: {error}") from error
-    # The library moves on to the next free port without a word.
+    # viser silently takes the next free port.
     if server.get_port() != port:
         stop(server)
         raise ConfigurationError(
@@ -36,12 +44,14 @@ def start(host: str, port: int, title: str) -> viser.ViserServer:
 
 
 def stop(server: viser.ViserServer) -> None:
-    """Ends the server and its threads."""
+    """Stop the server and its threads."""
     with redirect_stdout(io.StringIO()):
         server.stop()
 
 
 def notify(server: viser.ViserServer, title: str, body: str) -> None:
-    """Tells everyone who looks at the page what did not happen."""
+    """Show a warning in every open browser."""
     for client in server.get_clients().values():
-        client.add_notification(title, body, auto_close_seconds=8.0, color=palette.BAD)
+        client.add_notification(
+            title, body, auto_close_seconds=NOTIFICATION_DURATION, color=palette.BAD
+        )

@@ -1,4 +1,4 @@
-"""The dashboard as a service: it reads nearly everything and publishes what people ask for."""
+"""The dashboard as a service: it reads nearly every topic and publishes people's requests."""
 
 from __future__ import annotations
 
@@ -7,14 +7,15 @@ from collections.abc import Iterator
 from dashboard import server
 from dashboard.options import DashboardOptions
 from dashboard.outbox import Outbox
-from dashboard.page import READS, Page
+from dashboard.page import Page
+from dashboard.subscriptions import READS
 from shared import topics
 from shared.scenario import Scenario
 from shared.service import Inbox, Publication
 
 
 class DashboardService:
-    """One page, brought up to date with every step."""
+    """Web page that every step brings up to date."""
 
     name = "dashboard"
     reads = READS
@@ -29,27 +30,27 @@ class DashboardService:
 
     def __init__(self, scenario: Scenario, session: str, options: DashboardOptions) -> None:
         self._outbox = Outbox(session)
-        web = server.start(options.host, options.port, "Lariat")
-        self._page = Page(web, scenario, self._outbox)
+        web_server = server.start(options.host, options.port, "Lariat")
+        self._page = Page(web_server, scenario, self._outbox)
 
     def warm_up(self) -> None:
-        """Nothing compiles here."""
+        """Do nothing: no code is compiled here."""
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
-        """Shows what came, does what people asked for."""
-        self._page.act()
-        self._page.show(inbox, now)
+        """Run people's actions, draw new messages and publish requests."""
+        self._page.run_actions()
+        self._page.update(inbox, now)
         yield from self._outbox.take(now)
 
     def close(self) -> None:
-        """Ends the server."""
+        """Stop the web server."""
         self._page.close()
 
 
 def build(
     scenario: Scenario, session: str, options: DashboardOptions | None = None
 ) -> DashboardService:
-    """The dashboard of a scenario's cell.
+    """Build the dashboard of a scenario.
 
     Raises:
         ConfigurationError: The port is taken.

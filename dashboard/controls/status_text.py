@@ -1,4 +1,4 @@
-"""What the page says: states, distances and refusals in words."""
+"""Status lines of the page: states, distances and refusals as text."""
 
 from __future__ import annotations
 
@@ -8,86 +8,91 @@ from dataclasses import dataclass
 
 from dashboard import palette
 from dashboard.palette import Color
+from dashboard.subscriptions import STALE_AGE
 from shared import messages
 from shared.messages import ArmState, ArmStates, NodeChain, TaskState
 
-SILENT = 2.5
-"""Age from which an owner that should speak each second counts as silent [s]."""
+SHOWN_FORCE = 1.0
+"""Contact force below which none is mentioned [N]."""
 
-MODES = {
+GATEWAY_MODES = {
     ArmStates.DISARMED: ("Disarmed", palette.QUIET),
     ArmStates.ARMED: ("Armed, standing still", palette.GOOD),
     ArmStates.MOVING: ("Moving", palette.BUSY),
     ArmStates.HOLDING: ("Holding still", palette.QUIET),
     ArmStates.FAULT: ("Fault", palette.BAD),
 }
+"""Text and colour of each mode of the gateway."""
 
 
 @dataclass(frozen=True)
-class Line:
-    """One statement with the colour of its urgency."""
+class StatusLine:
+    """Statement with a coloured dot."""
 
     text: str
     color: Color
     detail: str = ""
-    """What else there is to know, or to do."""
+    """Reason, or the next thing to do; shown smaller, below the text."""
 
 
-def millimeters(value: float) -> str:
-    """A distance [m] as a person reads it."""
-    if not math.isfinite(value):
+def format_millimeters(length: float) -> str:
+    """Format a length [m] in millimetres; a dash where it is not finite."""
+    if not math.isfinite(length):
         return "–"
-    value *= 1e3
-    return f"{value:.2f} mm" if abs(value) < 1.0 else f"{value:.1f} mm"
+    length *= 1e3
+    return f"{length:.2f} mm" if abs(length) < 1.0 else f"{length:.1f} mm"
 
 
 def headline(
     task: TaskState | None,
-    age: float,
+    task_age: float,
     arms: ArmStates | None,
     rope: NodeChain | None = None,
-) -> Line:
-    """The state of the whole cell in one line.
+) -> StatusLine:
+    """State of the whole cell in one line.
 
     Args:
-        task: The controller's last word.
-        age: How long ago it came [s].
-        arms: The gateway's last word.
-        rope: What perception saw last.
+        task: Newest state of the controller.
+        task_age: Its age [s].
+        arms: Newest state of the gateway.
+        rope: Newest perceived rope.
     """
     if task is None:
-        return Line("Waiting for the controller", palette.QUIET)
-    if age > SILENT:
-        return Line(f"The controller is silent for {age:.0f} s", palette.BAD, "See Health.")
-    seen = rope is None or not rope.lost
-    togo = f"{millimeters(task.error)} to go" if seen else "rope lost"
+        return StatusLine("Waiting for the controller", palette.QUIET)
+    if task_age > STALE_AGE:
+        text = f"The controller is silent for {task_age:.0f} s"
+        return StatusLine(text, palette.BAD, "See the tab Health.")
+    is_seen = rope is None or not rope.lost
+    remaining = f"{format_millimeters(task.error)} to go" if is_seen else "rope lost"
     clearance = (
-        f", clearance {millimeters(task.clearance)}"
-        if seen and math.isfinite(task.clearance)
+        f", clearance {format_millimeters(task.clearance)}"
+        if is_seen and math.isfinite(task.clearance)
         else ""
     )
-    need = _arms_need(arms)
-    detail = need or task.reason
+    obstruction = _arms_obstruction(arms)
+    detail = obstruction or task.reason
     match task.state:
         case messages.RUNNING:
-            text = "Running, but held" if need else "Running"
-            color = palette.WARNING if need else palette.BUSY
-            return Line(f"{text}: {togo}{clearance}", color, detail)
+            text = "Running, but held" if obstruction else "Running"
+            color = palette.WARNING if obstruction else palette.BUSY
+            return StatusLine(f"{text}: {remaining}{clearance}", color, detail)
         case messages.PAUSED:
-            return Line(f"Paused: {togo}{clearance}", palette.WARNING, detail)
+            return StatusLine(f"Paused: {remaining}{clearance}", palette.WARNING, detail)
         case messages.REACHED:
-            text = f"Reached: {millimeters(task.error)} from the goal{clearance}"
-            return Line(text, palette.GOOD, detail)
+            text = f"Reached: {format_millimeters(task.error)} from the goal{clearance}"
+            return StatusLine(text, palette.GOOD, detail)
         case messages.FAILED:
-            return Line(f"Failed: {task.reason or 'no reason given'}", palette.BAD, togo)
+            text = f"Failed: {task.reason or 'no reason given'}"
+            return StatusLine(text, palette.BAD, remaining)
         case messages.IDLE:
-            text = f"Not ready: {togo}" if need else f"Ready: {togo}"
-            color = palette.WARNING if need else palette.QUIET
-            return Line(text, color, need or task.reason or "Press Start.")
-    return Line(f"Unknown run state {task.state}", palette.BAD)
+            text = f"Not ready: {remaining}" if obstruction else f"Ready: {remaining}"
+            color = palette.WARNING if obstruction else palette.QUIET
+            return StatusLine(text, color, detail or "Press Start.")
+    return StatusLine(f"Unknown run state {task.state}", palette.BAD)
 
 
-def _arms_need(arms: ArmStates | None) -> str:
+def _arms_obstruction(arms: ArmStates | None) -> str:
+    """Reason why the arms would not move; empty when they would."""
     if arms is None:
         return "The robot gateway is silent."
     if arms.needs_acknowledgement:
@@ -99,39 +104,50 @@ def _arms_need(arms: ArmStates | None) -> str:
     return ""
 
 
-def arms_line(arms: ArmStates | None, age: float) -> Line:
-    """What the arms do and why."""
+def gateway_status(arms: ArmStates | None, age: float) -> StatusLine:
+    """Mode of the gateway, with its reason, the violated rule and the alarms of the arms.
+
+    Args:
+        arms: Newest state of the gateway.
+        age: Its age [s].
+    """
     if arms is None:
-        return Line("No word from the gateway yet", palette.QUIET)
-    if age > SILENT:
-        return Line(f"The gateway is silent for {age:.0f} s", palette.BAD)
-    text, color = MODES.get(arms.mode, (f"Unknown mode {arms.mode}", palette.BAD))
+        return StatusLine("Waiting for the robot gateway", palette.QUIET)
+    if age > STALE_AGE:
+        return StatusLine(f"The robot gateway is silent for {age:.0f} s", palette.BAD)
+    text, color = GATEWAY_MODES.get(arms.mode, (f"Unknown mode {arms.mode}", palette.BAD))
     if arms.needs_acknowledgement:
         color = palette.BAD if arms.mode == ArmStates.FAULT else palette.WARNING
-    parts = [arms.reason] if arms.reason else []
+    details = [arms.reason] if arms.reason else []
     if arms.rule and arms.mode in (ArmStates.HOLDING, ArmStates.FAULT):
-        parts.append(f"rule “{arms.rule}”")
-    parts += [f"{a.arm}: {alarm}" for a in arms.arms for alarm in a.alarms]
-    return Line(text, color, "; ".join(parts))
+        details.append(f"rule “{arms.rule}”")
+    details += [f"{a.arm}: {alarm}" for a in arms.arms for alarm in a.alarms]
+    return StatusLine(text, color, "; ".join(details))
 
 
-def arm_words(arm: ArmState) -> str:
-    """One arm in a line: what it does, how it is heard, how well it follows."""
+def arm_status(arm: ArmState) -> str:
+    """Mode, link quality, tracking error, contact force and gripper of one arm."""
     parts = [arm.mode or arm.driver]
     if arm.link_rate:
         gap = 1e3 * arm.link_gap
-        parts.append(f"heard {arm.link_rate:.0f} times a second, longest gap {gap:.0f} ms")
+        parts.append(f"feedback at {arm.link_rate:.0f} Hz, longest gap {gap:.0f} ms")
     if arm.tracking_error:
-        parts.append(f"{millimeters(arm.tracking_error)} off its path")
-    if arm.pull >= 1.0:
-        parts.append(f"feels a pull of {arm.pull:.0f} N")
+        parts.append(f"tracking error {format_millimeters(arm.tracking_error)}")
+    if arm.pull >= SHOWN_FORCE:
+        parts.append(f"contact force {arm.pull:.0f} N")
     if arm.driver != "fixed":
         parts.append("gripper closed" if arm.gripper_closed else "gripper open")
     return f"{arm.arm}: {', '.join(parts)}"
 
 
-def as_html(line: Line, size: str = "1.05em", margin: str = "0.6em 1em") -> str:
-    """A line with its coloured dot."""
+def as_html(line: StatusLine, size: str = "1.05em", margin: str = "0.6em 1em") -> str:
+    """HTML of a status line.
+
+    Args:
+        line: Text, colour of the dot, and detail.
+        size: CSS font size of the text.
+        margin: CSS margin around the line.
+    """
     detail = (
         f'<div style="opacity:.75;font-size:.85em;margin-top:.25em;line-height:1.35">'
         f"{html.escape(line.detail)}</div>"

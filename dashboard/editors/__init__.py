@@ -1,0 +1,1 @@
+"""Editors of the goal and of the obstacles."""

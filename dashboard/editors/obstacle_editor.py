@@ -1,43 +1,58 @@
-"""Adding, moving and removing obstacles; perception decides and answers."""
+"""Obstacle editor: additions, moves and removals, requested from perception."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
 
 import numpy as np
 import viser
 
 from dashboard import palette
-from dashboard.action_queue import Actions
-from dashboard.outbox import Complaint, Outbox
+from dashboard.action_queue import ActionQueue
+from dashboard.outbox import Notification, Outbox
 from lariat.geometry.obstacles import Obstacle
 from shared.messages import SceneRequest, obstacle_message
 from shared.scenario import Scenario
 
-NOTHING = "–"
+NO_SELECTION = "–"
+"""Entry of the drop-down list while no obstacle is selected."""
 SHAPES = ("cylinder", "box", "sphere", "capsule")
-"""What can be added here; a half space is a wall, and walls belong into the scenario."""
+"""Shapes that can be added; half spaces (walls) belong in the scenario."""
+MIN_CAPSULE_HEIGHT = 1e-3
+"""Least distance between the centres of a new capsule's caps [m]."""
+GIZMO_SCALE = 0.22
+"""Size of the gizmo, relative to the rope's length [-]."""
 
 
 class ObstacleEditor:
-    """One selected body with a gizmo, and a form for a new one."""
+    """Gizmo and field of the selected obstacle, and a form for a new one."""
 
     def __init__(
         self,
         server: viser.ViserServer,
         scenario: Scenario,
-        actions: Actions,
+        actions: ActionQueue,
         outbox: Outbox,
-        complain: Callable[[Complaint], None],
+        notify: Callable[[Notification], None],
     ) -> None:
+        """Add the elements to the page.
+
+        Args:
+            server: The page's web server.
+            scenario: Rope of the cell, which sets the size of the gizmo.
+            actions: Queue for clicks and drags.
+            outbox: Destination of requests.
+            notify: Shows a notification on the page.
+        """
         self._outbox = outbox
-        self._complain = complain
+        self._notify = notify
         self._actions = actions
-        self._bodies: dict[str, Obstacle] = {}
+        self._obstacles: dict[str, Obstacle] = {}
         self._selected = ""
         self._gizmo = server.scene.add_transform_controls(
             "/edit/obstacle",
-            scale=0.22 * scenario.rope.length,
+            scale=GIZMO_SCALE * scenario.rope.length,
             line_width=3.0,
             depth_test=False,
             visible=False,
@@ -46,128 +61,139 @@ class ObstacleEditor:
         @self._gizmo.on_update
         async def _(event: viser.TransformControlsEvent) -> None:
             if event.client is not None and event.phase in ("update", "end"):
-                place = tuple(event.target.position.tolist()), tuple(event.target.wxyz.tolist())
+                pose = tuple(event.target.position.tolist()), tuple(event.target.wxyz.tolist())
                 ended = event.phase == "end"
-                actions.put(lambda: self._dragged(*place, ended))
+                actions.put(lambda: self._take_drag(*pose, ended))
 
         gui = server.gui
-        self._choice = gui.add_dropdown(
-            "Selected", (NOTHING,), hint="Or click an obstacle in the 3-D view"
+        self._selection = gui.add_dropdown(
+            "Selected", (NO_SELECTION,), hint="Or click an obstacle in the 3-D view"
         )
-        self._choice.on_update(
+        self._selection.on_update(
             lambda event: (
                 event.client is not None
                 and actions.put(lambda name=event.target.value: self.select(name))
             )
         )
-        self._position = gui.add_vector3("Centre [mm]", (0.0, 0.0, 0.0), step=1.0, visible=False)
-        self._position.on_update(
+        self._centre_field = gui.add_vector3(
+            "Centre [mm]", (0.0, 0.0, 0.0), step=1.0, visible=False
+        )
+        self._centre_field.on_update(
             lambda event: (
                 event.client is not None
-                and actions.put(lambda value=event.target.value: self._typed(value))
+                and actions.put(lambda value=event.target.value: self._take_field(value))
             )
         )
         self._remove = gui.add_button(
             "Remove", icon=viser.Icon.TRASH, color=palette.NEUTRAL, visible=False
         )
-        self._remove.on_click(lambda _: actions.put(self._send_remove))
+        self._remove.on_click(lambda _: actions.put(self._request_removal))
         with gui.add_folder("New obstacle", expand_by_default=False):
-            self._shape = gui.add_dropdown("Shape", SHAPES)
-            self._size = gui.add_vector3(
+            self._new_shape = gui.add_dropdown("Shape", SHAPES)
+            self._new_size = gui.add_vector3(
                 "Size [mm]",
                 (60.0, 60.0, 100.0),
                 min=(1.0, 1.0, 1.0),
                 step=1.0,
-                hint="Extents along x, y, z; round bodies take their diameter from x",
+                hint="Extents along x, y, z; the diameter of a round shape is its extent along x",
             )
-            self._center = gui.add_vector3("At [mm]", (0.0, -250.0, 50.0), step=1.0)
-            self._support = gui.add_checkbox(
-                "Rope may lean on it", False, hint="A support is no obstacle to keep away from"
+            self._new_centre = gui.add_vector3("Centre [mm]", (0.0, -250.0, 50.0), step=1.0)
+            self._new_support = gui.add_checkbox(
+                "Rope may rest on it", False, hint="A support: no clearance is kept from it"
             )
             add = gui.add_button("Add", icon=viser.Icon.PLUS, color=palette.BRAND)
-            add.on_click(lambda _: actions.put(self._send_add))
+            add.on_click(lambda _: actions.put(self._request_addition))
 
     def clicked(self, name: str) -> None:
-        """A body was clicked in the scene; called in a thread of the server."""
+        """Select an obstacle that was clicked in the scene; may be called in any thread."""
         self._actions.put(lambda: self.select(name))
 
     def update(self, obstacles: Sequence[Obstacle]) -> None:
-        """Takes the scene as perception publishes it."""
-        self._bodies = {o.name: o for o in obstacles if o.shape != "half_space"}
-        options = (NOTHING, *self._bodies)
-        if tuple(self._choice.options) != options:
-            self._choice.options = options
-        self.select(self._selected if self._selected in self._bodies else NOTHING)
+        """Take the obstacles of the scene and keep the selection."""
+        self._obstacles = {o.name: o for o in obstacles if o.shape != "half_space"}
+        options = (NO_SELECTION, *self._obstacles)
+        if tuple(self._selection.options) != options:
+            self._selection.options = options
+        self.select(self._selected if self._selected in self._obstacles else NO_SELECTION)
 
     def select(self, name: str) -> None:
-        """Puts the gizmo to a body, or away."""
-        body = self._bodies.get(name)
-        self._selected = name if body is not None else ""
-        self._choice.value = self._selected or NOTHING
-        for handle in (self._gizmo, self._position, self._remove):
-            handle.visible = body is not None
-        if body is not None:
-            self._gizmo.position, self._gizmo.wxyz = body.position, body.orientation
-            self._position.value = tuple(np.round(1e3 * np.array(body.position), 1).tolist())
+        """Select an obstacle by name; deselect if there is none of this name."""
+        obstacle = self._obstacles.get(name)
+        self._selected = name if obstacle is not None else ""
+        self._selection.value = self._selected or NO_SELECTION
+        for handle in (self._gizmo, self._centre_field, self._remove):
+            handle.visible = obstacle is not None
+        if obstacle is not None:
+            self._gizmo.position, self._gizmo.wxyz = obstacle.position, obstacle.orientation
+            self._centre_field.value = tuple(
+                np.round(1e3 * np.array(obstacle.position), 1).tolist()
+            )
 
-    def _dragged(
+    def _take_drag(
         self,
         position: tuple[float, float, float],
         orientation: tuple[float, float, float, float],
         ended: bool,
     ) -> None:
-        self._position.value = tuple(np.round(1e3 * np.array(position), 1).tolist())
+        self._centre_field.value = tuple(np.round(1e3 * np.array(position), 1).tolist())
         if ended:
-            self._send_move(position, orientation)
+            self._request_move(position, orientation)
 
-    def _typed(self, value: tuple[float, float, float]) -> None:
-        body = self._bodies.get(self._selected)
+    def _take_field(self, value: tuple[float, float, float]) -> None:
+        obstacle = self._obstacles.get(self._selected)
         position = tuple((np.array(value, float) / 1e3).tolist())
-        if body is not None and np.all(np.isfinite(position)):
+        if obstacle is not None and np.all(np.isfinite(position)):
             self._gizmo.position = position
-            self._send_move(position, body.orientation)
+            self._request_move(position, obstacle.orientation)
 
-    def _send_move(
+    def _request_move(
         self,
         position: tuple[float, float, float],
         orientation: tuple[float, float, float, float],
     ) -> None:
-        body = self._bodies.get(self._selected)
-        if body is not None:
-            message = obstacle_message(body.moved(position, orientation))
-            self._outbox.scene(SceneRequest.MOVE, message, f"Move {body.name}")
+        obstacle = self._obstacles.get(self._selected)
+        if obstacle is not None:
+            message = obstacle_message(obstacle.moved(position, orientation))
+            self._outbox.request_scene(SceneRequest.MOVE, message, f"Move {obstacle.name}")
 
-    def _send_remove(self) -> None:
-        body = self._bodies.get(self._selected)
-        if body is not None:
-            message = obstacle_message(body)
-            self._outbox.scene(SceneRequest.REMOVE, message, f"Remove {body.name}")
+    def _request_removal(self) -> None:
+        obstacle = self._obstacles.get(self._selected)
+        if obstacle is not None:
+            message = obstacle_message(obstacle)
+            self._outbox.request_scene(SceneRequest.REMOVE, message, f"Remove {obstacle.name}")
 
-    def _send_add(self) -> None:
-        size = np.array(self._size.value, float) / 1e3
-        center = np.array(self._center.value, float) / 1e3
-        if not (np.all(np.isfinite(size)) and np.all(size > 0.0) and np.all(np.isfinite(center))):
-            self._complain(Complaint("Add: not sent", "Sizes must be positive numbers."))
+    def _request_addition(self) -> None:
+        size = np.array(self._new_size.value, float) / 1e3
+        centre = np.array(self._new_centre.value, float) / 1e3
+        if not (np.all(np.isfinite(size)) and np.all(size > 0.0) and np.all(np.isfinite(centre))):
+            self._notify(
+                Notification("Add: not sent", "The size must be positive, all numbers finite.")
+            )
             return
-        shape = self._shape.value
-        body = new_obstacle(shape, size, tuple(center.tolist()), self._bodies)
-        body = Obstacle(**{**vars(body), "support": bool(self._support.value)})
-        self._outbox.scene(SceneRequest.ADD, obstacle_message(body), f"Add {body.name}")
+        shape = self._new_shape.value
+        obstacle = new_obstacle(shape, size, tuple(centre.tolist()), self._obstacles)
+        obstacle = replace(obstacle, support=bool(self._new_support.value))
+        self._outbox.request_scene(
+            SceneRequest.ADD, obstacle_message(obstacle), f"Add {obstacle.name}"
+        )
 
 
 def new_obstacle(
     shape: str,
     size: np.ndarray,
     position: tuple[float, float, float],
-    names: Sequence[str] | dict[str, Obstacle] = (),
+    names: Collection[str] = (),
 ) -> Obstacle:
-    """A body that fills a box of extents `size` [m] as well as its shape can.
+    """Create an obstacle that fills a box as well as its shape can, under a free name.
 
     Args:
-        names: Taken already.
+        shape: One of `SHAPES`.
+        size: Extents of the box along x, y and z [m].
+        position: Centre [m].
+        names: Names that are taken.
     """
-    number = next(k for k in range(1, len(names) + 2) if f"{shape}-new-{k}" not in names)
-    name = f"{shape}-new-{number}"
+    candidates = (f"{shape}-new-{k}" for k in range(1, len(names) + 2))
+    name = next(c for c in candidates if c not in names)
     x, y, z = (float(s) for s in size)
     match shape:
         case "box":
@@ -177,6 +203,12 @@ def new_obstacle(
         case "cylinder":
             return Obstacle("cylinder", position, radius=x / 2.0, height=z, name=name)
         case "capsule":
-            # The height of a capsule lies between the centres of its caps.
-            return Obstacle("capsule", position, radius=x / 2.0, height=max(z - x, 1e-3), name=name)
+            # The height of a capsule is the distance between the centres of its caps.
+            return Obstacle(
+                "capsule",
+                position,
+                radius=x / 2.0,
+                height=max(z - x, MIN_CAPSULE_HEIGHT),
+                name=name,
+            )
     raise ValueError(f"shape must be one of {SHAPES}, got {shape!r}")

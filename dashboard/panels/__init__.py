@@ -1,0 +1,1 @@
+"""Right-hand panel: camera image, plots, parameters, health."""

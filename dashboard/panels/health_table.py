@@ -1,4 +1,4 @@
-"""Who is alive, how fast they step and what they lose."""
+"""Table of the services' health: state, step times, overruns, dropped inputs."""
 
 from __future__ import annotations
 
@@ -8,65 +8,68 @@ from dataclasses import dataclass
 
 from dashboard import palette
 from dashboard.palette import Color
+from dashboard.subscriptions import STALE_AGE
 from shared.messages import Health, RecordState, StackState
-
-SILENT = 2.5
-"""Health comes each second: older than this [s], on top of what a step may last, a process is
-frozen or gone."""
 
 
 @dataclass(frozen=True)
-class Verdict:
-    """How one service is."""
+class ServiceState:
+    """State of a service in one word."""
 
     word: str
     color: Color
 
 
-def verdict(health: Health | None, age: float, process: str = "") -> Verdict:
-    """Judges one service.
+def service_state(health: Health | None, age: float, process: str = "") -> ServiceState:
+    """Judge the state of a service.
 
     Args:
-        health: Its own last word, None before the first.
-        age: How long ago that came [s].
-        process: What the launcher says: starting, ready, frozen, restarting, dead, stopped; or "".
+        health: Its newest health message; None before the first.
+        age: Age of that message [s].
+        process: State of its process, from the launcher: starting, ready, frozen, restarting,
+            dead or stopped; empty without a launcher.
     """
     if process in ("dead", "stopped"):
-        return Verdict(process, palette.BAD)
+        return ServiceState(process, palette.BAD)
     if process in ("starting", "restarting"):
-        return Verdict(process, palette.WARNING)
+        return ServiceState(process, palette.WARNING)
     if process == "frozen":
-        return Verdict("frozen", palette.BAD)
+        return ServiceState("frozen", palette.BAD)
     if health is None:
-        # Not every process of the stack is a service: an emulator has no step to speak of.
-        return Verdict("ready", palette.GOOD) if process else Verdict("no sign", palette.QUIET)
-    if age > SILENT + 1e-3 * health.longest_step_ms:
-        return Verdict("silent" if not process else "frozen", palette.BAD)
+        # Not every process is a service: the arm's emulator reports no health.
+        return (
+            ServiceState("ready", palette.GOOD)
+            if process
+            else ServiceState("not seen", palette.QUIET)
+        )
+    # A service reports at least once a second, or after a longer step.
+    if age > STALE_AGE + 1e-3 * health.longest_step_ms:
+        return ServiceState("silent" if not process else "frozen", palette.BAD)
     if health.step_p99_ms > max(health.period_ms, health.longest_step_ms) > 0.0:
-        return Verdict("slow", palette.WARNING)
-    return Verdict("ok", palette.GOOD)
+        return ServiceState("slow", palette.WARNING)
+    return ServiceState("ok", palette.GOOD)
 
 
-def table(
+def table_html(
     names: Iterable[str],
     health: Mapping[str, tuple[Health, float]],
     stack: StackState | None,
 ) -> str:
-    """A table of all services for the page.
+    """HTML table of all services.
 
     Args:
         names: Services in the order of their rows.
-        health: Last word and its age [s], by service.
-        stack: The launcher's view, where there is one.
+        health: Newest health message and its age [s], by service.
+        stack: Processes as the launcher reports them; None without a launcher.
     """
     processes = {p.service: p for p in stack.processes} if stack is not None else {}
-    known = list(names)
-    order = known + [n for n in processes if n not in known]
+    services = list(names)
+    order = services + [n for n in processes if n not in services]
     rows = []
     for name in order:
         message, age = health.get(name, (None, 0.0))
         process = processes.get(name)
-        how = verdict(message, age, process.state if process is not None else "")
+        state = service_state(message, age, process.state if process is not None else "")
         restarts = f" ×{process.restarts}" if process is not None and process.restarts else ""
         numbers = (
             (
@@ -82,7 +85,7 @@ def table(
         cells = "".join(f"<td style='text-align:right'>{n}</td>" for n in numbers)
         rows.append(
             f"<tr><td>{html.escape(name.replace('_', ' '))}</td>"
-            f"<td style='color:{palette.css(how.color)};white-space:nowrap'>● {how.word}"
+            f"<td style='color:{palette.css(state.color)};white-space:nowrap'>● {state.word}"
             f"{restarts}</td>{cells}</tr>"
         )
         if message is not None and message.note:
@@ -90,7 +93,7 @@ def table(
                 f"<tr><td colspan='7' style='opacity:.65;padding-bottom:.4em'>"
                 f"{html.escape(message.note)}</td></tr>"
             )
-    heads = ("", "state", "step p50 / p99 [ms]", "period [ms]", "late", "unread", "age [s]")
+    heads = ("", "state", "step p50 / p99 [ms]", "period [ms]", "overruns", "drops", "age [s]")
     head = "".join(
         f"<th style='font-weight:500;opacity:.6;text-align:left'>{h}</th>" for h in heads
     )
@@ -102,9 +105,9 @@ def table(
 
 
 def recorder_html(record: RecordState | None) -> str:
-    """What the recorder writes."""
+    """HTML line about the file that the recorder writes."""
     if record is None:
-        text = "The recorder has not spoken yet."
+        text = "No message from the recorder yet."
     elif record.recording:
         text = f"Recording {record.file}: {record.bytes / 1e6:.1f} MB, {record.messages} messages"
         text += f", {record.drops} lost" if record.drops else ""

@@ -1,4 +1,4 @@
-"""Numbers over time, bounded in memory however long a run lasts."""
+"""Time series of bounded size, however long a run lasts."""
 
 from __future__ import annotations
 
@@ -7,14 +7,17 @@ from jaxtyping import Float64
 
 
 class History:
-    """Rows of (time, values…), thinned evenly when there are too many."""
+    """Rows of (time, values…), thinned evenly when the capacity is reached."""
 
-    def __init__(self, width: int, capacity: int = 2000) -> None:
-        """Args:
-        width: Values beside the time.
-        capacity: Most rows; beyond, every other row goes and the spacing doubles.
+    def __init__(self, value_count: int, capacity: int = 2000) -> None:
+        """Create an empty history.
+
+        Args:
+            value_count: Values of a row beside its time.
+            capacity: Largest number of rows; when it is reached, every other row is dropped and
+                the spacing doubles.
         """
-        self._rows = np.zeros((capacity, 1 + width))
+        self._rows = np.zeros((capacity, 1 + value_count))
         self._count = 0
         self._spacing = 0.0
 
@@ -22,11 +25,19 @@ class History:
         return self._count
 
     def clear(self) -> None:
-        """Forgets everything."""
+        """Drop all rows."""
         self._count, self._spacing = 0, 0.0
 
     def add(self, time: float, *values: float) -> bool:
-        """Takes one row [s, …], unless it follows the last one too closely; says whether."""
+        """Add a row, unless it follows the last one too closely.
+
+        Args:
+            time: Time of the row [s].
+            values: One number for each value.
+
+        Returns:
+            Whether the row was added.
+        """
         if self._count:
             last = self._rows[self._count - 1, 0]
             if time <= last or time - last < self._spacing:
@@ -35,7 +46,7 @@ class History:
             half = self._rows[::2].copy()
             self._count = len(half)
             self._rows[: self._count] = half
-            # Slightly less than the mean spacing, or jitter would halve the rate once more.
+            # Slightly less than the mean spacing: otherwise jitter would halve the rate again.
             self._spacing = 0.9 * (half[-1, 0] - half[0, 0]) / (self._count - 1)
         self._rows[self._count] = time, *values
         self._count += 1
@@ -43,5 +54,5 @@ class History:
 
     @property
     def columns(self) -> tuple[Float64[np.ndarray, "n"], ...]:
-        """Time and every value, one array each."""
+        """Times [s] and values, one array each."""
         return tuple(column.copy() for column in self._rows[: self._count].T)

@@ -1,4 +1,4 @@
-"""A recording on the page: a time bar, play, speed."""
+"""Player of a recording: time bar, Play and Pause, speed."""
 
 from __future__ import annotations
 
@@ -7,35 +7,45 @@ from math import ceil
 import viser
 
 from dashboard import palette
-from dashboard.action_queue import Actions
+from dashboard.action_queue import ActionQueue
 from dashboard.page import Page
 from dashboard.recordings.timeline import Timeline
 from shared import topics
 from shared.service import SECOND
 
 SPEEDS = {"¼ ×": 0.25, "½ ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "5 ×": 5.0}
+"""Seconds of the recording per second of the viewer, by label [-]."""
 BAR_PERIOD = 0.1
-"""Between two movements of the bar while it plays [s]."""
+"""Time between two updates of the time bar during playback [s]."""
+BAR_RESOLUTION = 0.01
+"""Step of the time bar [s]."""
 
 
 class Player:
-    """Moves through a timeline and shows on the page what was known there."""
+    """Position in a timeline, whose messages the page shows."""
 
     def __init__(self, server: viser.ViserServer, page: Page, timeline: Timeline) -> None:
+        """Add the elements to the page.
+
+        Args:
+            server: Web server of the page.
+            page: Page that shows the recording.
+            timeline: Messages of the recording.
+        """
         self._page = page
         self._timeline = timeline
-        self._actions = Actions()
+        self._actions = ActionQueue()
         self._now = float(timeline.start)
         self._playing = True
         self._speed = 1.0
-        self._bar_moved = 0.0
-        self._elapsed = 0.0
-        self._sought: float | None = 0.0
+        self._bar_time = 0.0
+        self._viewer_time = 0.0
+        self._target: float | None = 0.0
         gui = server.gui
         panel = gui.add_panel()
         with panel.add_tab("Recording", viser.Icon.MOVIE):
             length = ceil(100.0 * max(timeline.end - timeline.start, 1) / SECOND) / 100.0
-            self._bar = gui.add_slider("Time [s]", 0.0, length, 0.01, 0.0)
+            self._bar = gui.add_slider("Time [s]", 0.0, length, BAR_RESOLUTION, 0.0)
             self._button = gui.add_button(
                 "Pause", icon=viser.Icon.PLAYER_PAUSE, color=palette.BRAND
             )
@@ -56,56 +66,56 @@ class Player:
 
     @property
     def seconds(self) -> float:
-        """Where the recording stands, from its start [s]."""
+        """Position in the recording, from its start [s]."""
         return (self._now - self._timeline.start) / SECOND
 
     def step(self, seconds: float) -> None:
-        """Shows what there is some time of the viewer's later [s]."""
+        """Advance by a time of the viewer [s] and update the page."""
         for action in self._actions.take():
             action()
-        self._page.act()
-        self._elapsed += seconds
-        if self._sought is not None:
-            self._jump(self._sought)
+        self._page.run_actions()
+        self._viewer_time += seconds
+        if self._target is not None:
+            self._jump(self._target)
         elif self._playing:
             self._now = min(self._now + SECOND * self._speed * seconds, self._timeline.end)
             now = int(self._now)
-            self._page.show(self._timeline.advance(now), now)
+            self._page.update(self._timeline.advance(now), now)
             if self._now >= self._timeline.end:
                 self.play(False)
-        if self._playing and self._elapsed - self._bar_moved >= BAR_PERIOD:
-            self._bar_moved = self._elapsed
+        if self._playing and self._viewer_time - self._bar_time >= BAR_PERIOD:
+            self._bar_time = self._viewer_time
             self._bar.value = round(self.seconds, 2)
 
     def seek(self, seconds: float) -> None:
-        """Stands still at a time from the start [s], with the next step."""
-        self._sought = seconds
+        """Pause, and jump to a time from the start [s] with the next step."""
+        self._target = seconds
         self._show_state(False)
 
-    def play(self, on: bool) -> None:
-        """Goes on or stands still."""
-        self._show_state(on)
+    def play(self, playing: bool) -> None:
+        """Play or pause."""
+        self._show_state(playing)
         self._bar.value = round(self.seconds, 2)
 
     def set_speed(self, factor: float) -> None:
-        """Seconds of the recording in a second of the viewer's."""
+        """Set the seconds of the recording per second of the viewer [-]."""
         self._speed = factor
 
     def _jump(self, seconds: float) -> None:
-        self._sought = None
+        self._target = None
         start, end = self._timeline.start, self._timeline.end
         self._now = min(max(start + SECOND * seconds, start), end)
         now = int(self._now)
-        self._page.forget()
+        self._page.clear_history()
         for task in self._timeline.past(topics.TASK_STATE, now):
-            self._page.remember(task)
+            self._page.add_history(task)
         for parameters in self._timeline.past(topics.CONTROLLER_PARAMETERS, now):
-            self._page.remember(parameters)
-        self._page.show(self._timeline.jump(now), now)
+            self._page.add_history(parameters)
+        self._page.update(self._timeline.jump(now), now)
 
     def _toggle(self) -> None:
         if not self._playing and self._now >= self._timeline.end:
-            self._sought = 0.0
+            self._target = 0.0
         self.play(not self._playing)
 
     def _show_state(self, playing: bool) -> None:

@@ -1,4 +1,4 @@
-"""The messages of a recording as a place in time that can be moved."""
+"""Messages of a recording, delivered as a reader of some topics would receive them."""
 
 from __future__ import annotations
 
@@ -10,80 +10,90 @@ from shared.service import Inbox, Mailbox, Received
 from shared.topics import Topic
 
 
-class Moment(NamedTuple):
-    """One recorded message."""
+class RecordedMessage(NamedTuple):
+    """Recorded message."""
 
     key: str
     payload: bytes
     publisher: str
     sequence: int
     time: int
-    """Of its receipt [ns]."""
+    """Time of receipt [ns]."""
 
 
 class Timeline:
-    """What a reader of some topics would know at any time of a recording."""
+    """Inbox of a reader of some topics at any time of a recording."""
 
-    def __init__(self, moments: Iterable[Moment], reads: Sequence[Topic]) -> None:
-        """Args:
-        moments: In order of time.
-        reads: Topics that the reader reads; moments of others are left out.
+    def __init__(self, messages: Iterable[RecordedMessage], reads: Sequence[Topic]) -> None:
+        """Take the messages of a recording.
+
+        Args:
+            messages: Messages in order of time.
+            reads: Topics of the reader; messages of other topics are dropped.
 
         Raises:
-            ValueError: Nothing is left.
+            ValueError: There is no message of these topics.
         """
         self._reads = {t.key: t for t in reads}
-        self._moments = [m for m in moments if m.key in self._reads]
-        if not self._moments:
-            raise ValueError("no message in it is one that the dashboard shows")
-        self._times = [m.time for m in self._moments]
-        self._places: dict[str, list[int]] = {}
-        for place, moment in enumerate(self._moments):
-            self._places.setdefault(moment.key, []).append(place)
+        self._messages = [m for m in messages if m.key in self._reads]
+        if not self._messages:
+            raise ValueError("it holds no message that the dashboard shows")
+        self._times = [m.time for m in self._messages]
+        self._indices: dict[str, list[int]] = {}
+        for index, message in enumerate(self._messages):
+            self._indices.setdefault(message.key, []).append(index)
         self.start = self._times[0]
-        """[ns]"""
+        """Time of the first message [ns]."""
         self.end = self._times[-1]
-        """[ns]"""
+        """Time of the last message [ns]."""
         self._next = 0
         self._mailbox = Mailbox(reads)
 
     def advance(self, now: int) -> Inbox:
-        """What a reader finds that was last here before, and comes again at `now` [ns]."""
-        while self._next < len(self._moments) and self._times[self._next] <= now:
-            self._deliver(self._moments[self._next])
+        """Return the inbox at `now` [ns] of a reader who took its last inbox before."""
+        while self._next < len(self._messages) and self._times[self._next] <= now:
+            self._deliver(self._messages[self._next])
             self._next += 1
         return self._mailbox.take()
 
     def jump(self, now: int) -> Inbox:
-        """What a reader finds that comes here for the first time: each topic's newest message."""
+        """Return the inbox at `now` [ns] of a new reader: the newest message of each topic."""
         self._mailbox = Mailbox(self._reads.values())
         self._next = bisect_right(self._times, now)
-        for places in self._places.values():
-            count = bisect_right(places, self._next - 1)
+        for indices in self._indices.values():
+            count = bisect_right(indices, self._next - 1)
             if count:
-                self._deliver(self._moments[places[count - 1]])
+                self._deliver(self._messages[indices[count - 1]])
         return self._mailbox.take()
 
     def past(self, topic: Topic, now: int) -> Iterator[Any]:
-        """All messages of one topic up to `now` [ns]."""
-        for place in self._places.get(topic.key, ()):
-            moment = self._moments[place]
-            if moment.time > now:
+        """Yield all messages of a topic up to `now` [ns]."""
+        for index in self._indices.get(topic.key, ()):
+            message = self._messages[index]
+            if message.time > now:
                 return
-            yield topic.type.FromString(moment.payload)
+            yield topic.type.FromString(message.payload)
 
-    def _deliver(self, moment: Moment) -> None:
-        message = self._reads[moment.key].type.FromString(moment.payload)
-        received = Received(message, moment.publisher, moment.sequence, moment.time)
-        self._mailbox.deliver(moment.key, received)
+    def _deliver(self, message: RecordedMessage) -> None:
+        parsed = self._reads[message.key].type.FromString(message.payload)
+        received = Received(parsed, message.publisher, message.sequence, message.time)
+        self._mailbox.deliver(message.key, received)
 
 
-def thinned(moments: Iterable[Moment], key: str, period: int) -> Iterator[Moment]:
-    """Leaves out messages of one topic that follow another within `period` [ns]."""
+def thinned(
+    messages: Iterable[RecordedMessage], key: str, period: int
+) -> Iterator[RecordedMessage]:
+    """Drop messages of one topic that follow another one within a period.
+
+    Args:
+        messages: Messages in order of time, of any topics.
+        key: Topic to thin.
+        period: Least time between two of its messages [ns].
+    """
     last = None
-    for moment in moments:
-        if moment.key == key:
-            if last is not None and moment.time - last < period:
+    for message in messages:
+        if message.key == key:
+            if last is not None and message.time - last < period:
                 continue
-            last = moment.time
-        yield moment
+            last = message.time
+        yield message

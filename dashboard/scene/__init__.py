@@ -1,0 +1,1 @@
+"""Three-dimensional view of the cell."""

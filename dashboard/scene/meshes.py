@@ -1,4 +1,4 @@
-"""Triangle meshes of round bodies and the poses that string them into a tube.
+"""Triangle meshes of round bodies, and the poses of bodies that together form a tube.
 
 Bodies of revolution stand along z and are centred at the origin, as obstacles do.
 """
@@ -13,23 +13,26 @@ from jaxtyping import Float64, Int64
 from lariat.geometry import poses
 
 Z = np.array([0.0, 0.0, 1.0])
+MIN_EDGE_LENGTH = 1e-9
+"""Length below which an edge has no direction [m]."""
 
 
 class Mesh(NamedTuple):
-    """Triangles, seen from outside in counter-clockwise order."""
+    """Triangles whose corners run counter-clockwise when seen from outside."""
 
     vertices: Float64[np.ndarray, "v 3"]
-    """[m]"""
+    """Positions [m]."""
     faces: Int64[np.ndarray, "f 3"]
+    """Indices of each triangle's corners."""
 
 
-def lathe(*profiles: Float64[np.ndarray, "k 2"], sides: int = 40) -> Mesh:
-    """Surface of revolution about z.
+def surface_of_revolution(*profiles: Float64[np.ndarray, "k 2"], sides: int = 40) -> Mesh:
+    """Create a surface of revolution about z.
 
     Args:
-        profiles: Chains of (radius, z) [m] from bottom to top; where two chains meet there is a
-            sharp edge, inside a chain the surface is smooth.
-        sides: Facets around.
+        profiles: Chains of (radius, z) [m] from bottom to top. The surface is smooth along a
+            chain and has a sharp edge where two chains meet.
+        sides: Number of facets around the axis.
     """
     angle = np.linspace(0.0, 2.0 * np.pi, sides, endpoint=False)
     around = np.stack([np.cos(angle), np.sin(angle)], axis=1)
@@ -51,9 +54,9 @@ def lathe(*profiles: Float64[np.ndarray, "k 2"], sides: int = 40) -> Mesh:
 
 
 def cylinder(radius: float, height: float, sides: int = 40) -> Mesh:
-    """A closed cylinder, `height` from cap to cap [m]."""
+    """Create a closed cylinder, `height` from cap to cap [m]."""
     h = height / 2.0
-    return lathe(
+    return surface_of_revolution(
         np.array([[0.0, -h], [radius, -h]]),
         np.array([[radius, -h], [radius, h]]),
         np.array([[radius, h], [0.0, h]]),
@@ -62,28 +65,39 @@ def cylinder(radius: float, height: float, sides: int = 40) -> Mesh:
 
 
 def capsule(radius: float, height: float, sides: int = 32) -> Mesh:
-    """A capsule, `height` between the centres of its caps [m]; a sphere where that is 0."""
+    """Create a capsule, `height` between the centres of its caps [m]; a sphere if that is 0."""
     rise = np.linspace(0.0, np.pi / 2.0, 9)
     cap = radius * np.stack([np.cos(rise), np.sin(rise)], axis=1)
     top = cap + np.array([0.0, height / 2.0])
-    return lathe(np.concatenate([top[::-1] * [1.0, -1.0], top]), sides=sides)
+    return surface_of_revolution(np.concatenate([top[::-1] * [1.0, -1.0], top]), sides=sides)
 
 
 class Tube(NamedTuple):
-    """Poses of unit cylinders (radius 1, height 1) and unit spheres that together look like a
-    tube."""
+    """Poses and scales of cylinders of radius 1 and height 1, one for each segment of a tube."""
 
     centres: Float64[np.ndarray, "n-1 3"]
+    """Positions [m]."""
     orientations: Float64[np.ndarray, "n-1 4"]
+    """Quaternions, wxyz."""
     scales: Float64[np.ndarray, "n-1 3"]
+    """Radius, radius and length of each segment [m]."""
 
 
 def tube(nodes: Float64[np.ndarray, "n 3"], radius: float) -> Tube:
-    """One cylinder for each segment of a chain [m]."""
+    """Place one cylinder along each segment of a chain.
+
+    Args:
+        nodes: Node positions [m].
+        radius: Radius of the tube [m].
+    """
     edges = np.diff(nodes, axis=0)
     lengths = np.linalg.norm(edges, axis=1)
-    # Two nodes at one place have no direction; any will do for a cylinder without height.
-    directions = np.where(lengths[:, None] > 1e-9, edges / np.maximum(lengths, 1e-9)[:, None], Z)
+    # Coincident nodes have no direction; a cylinder without height may have any.
+    directions = np.where(
+        lengths[:, None] > MIN_EDGE_LENGTH,
+        edges / np.maximum(lengths, MIN_EDGE_LENGTH)[:, None],
+        Z,
+    )
     return Tube(
         (nodes[:-1] + nodes[1:]) / 2.0,
         poses.between(Z, directions),

@@ -1,4 +1,4 @@
-"""Obstacles of all shapes in the scene."""
+"""Obstacles in the scene, with their names."""
 
 from __future__ import annotations
 
@@ -12,24 +12,29 @@ from dashboard.scene import meshes
 from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle
 
-PLANE = 1.6
-"""Drawn side of a half space [m]."""
+HALF_SPACE_SIDE = 1.6
+"""Side of the square drawn for a half space [m]."""
+LABEL_GAP = 0.015
+"""Height of an obstacle's name above its top [m]."""
 
 
 class ObstacleView:
-    """Bodies by name; only what changed is drawn anew."""
+    """Drawn obstacles by name; only those that changed are drawn anew."""
 
     def __init__(self, scene: viser.SceneApi, on_click: Callable[[str], None]) -> None:
-        """Args:
-        on_click: Called with the name of a clicked body, in a thread of the server.
+        """Create a view without obstacles.
+
+        Args:
+            scene: Scene to draw in.
+            on_click: Called with the name of a clicked obstacle, in a thread of the web server.
         """
         self._scene = scene
         self._on_click = on_click
         self._drawn: dict[str, tuple[Obstacle, list[viser.SceneNodeHandle]]] = {}
-        self._labels = True
+        self._names_visible = True
 
     def show(self, obstacles: Sequence[Obstacle]) -> None:
-        """Draws exactly these bodies."""
+        """Draw these obstacles and remove all others."""
         names = {o.name for o in obstacles}
         for name in [n for n in self._drawn if n not in names]:
             self._erase(name)
@@ -39,9 +44,9 @@ class ObstacleView:
                 self._erase(obstacle.name)
                 self._drawn[obstacle.name] = (obstacle, self._draw(obstacle))
 
-    def label(self, visible: bool) -> None:
-        """Shows or hides the names."""
-        self._labels = visible
+    def show_names(self, visible: bool) -> None:
+        """Show or hide the names."""
+        self._names_visible = visible
         for _, handles in self._drawn.values():
             for handle in handles:
                 if isinstance(handle, viser.LabelHandle):
@@ -54,7 +59,7 @@ class ObstacleView:
     def _draw(self, obstacle: Obstacle) -> list[viser.SceneNodeHandle]:
         path = f"/obstacles/{obstacle.name}"
         if obstacle.shape == "half_space":
-            return [self._plane(path, obstacle)]
+            return [self._draw_half_space(path, obstacle)]
         color = palette.SUPPORT if obstacle.support else palette.OBSTACLE
         place = {"position": obstacle.position, "wxyz": obstacle.orientation}
         if obstacle.shape == "box":
@@ -71,21 +76,21 @@ class ObstacleView:
         label = self._scene.add_label(
             f"/labels/{name}",
             name,
-            position=np.add(obstacle.position, (0.0, 0.0, top(obstacle) + 0.015)),
+            position=np.add(obstacle.position, (0.0, 0.0, top(obstacle) + LABEL_GAP)),
             font_screen_scale=0.8,
             anchor="bottom-center",
-            visible=self._labels,
+            visible=self._names_visible,
         )
         return [body, label]
 
-    def _plane(self, path: str, obstacle: Obstacle) -> viser.SceneNodeHandle:
+    def _draw_half_space(self, path: str, obstacle: Obstacle) -> viser.SceneNodeHandle:
         normal = poses.rotate(
             np.array(obstacle.orientation), poses.normalized(np.array(obstacle.normal))
         )
         return self._scene.add_grid(
             path,
-            width=PLANE,
-            height=PLANE,
+            width=HALF_SPACE_SIDE,
+            height=HALF_SPACE_SIDE,
             cell_size=0.05,
             section_size=0.25,
             cell_color=palette.GRID,
@@ -99,7 +104,7 @@ class ObstacleView:
 
 
 def top(obstacle: Obstacle) -> float:
-    """How far a bounded body rises above its centre [m]."""
+    """Height of the highest point of a bounded obstacle above its centre [m]."""
     up = poses.rotate(poses.conjugate(np.array(obstacle.orientation)), np.array([0.0, 0.0, 1.0]))
     axial, radial = abs(up[2]), np.hypot(up[0], up[1])
     match obstacle.shape:

@@ -1,4 +1,4 @@
-"""A chain of nodes drawn as a tube."""
+"""Tube along a chain of nodes."""
 
 from __future__ import annotations
 
@@ -11,17 +11,21 @@ from dashboard.scene import meshes
 
 
 class TubeView:
-    """One rope in the scene: a cylinder for each segment and a sphere for each node.
+    """Drawn rope: a cylinder for each segment and a sphere for each node.
 
-    The handles are made at the first showing and then only assigned.
+    The scene's handles are created by the first `show` and reused afterwards.
     """
 
     def __init__(
         self, scene: viser.SceneApi, name: str, radius: float, opacity: float | None = None
     ) -> None:
-        """Args:
-        radius: Drawn radius [m].
-        opacity: Of the whole tube, None for a solid one.
+        """Create a tube without nodes.
+
+        Args:
+            scene: Scene to draw in.
+            name: Path of the tube in the scene's tree.
+            radius: Radius of the tube [m].
+            opacity: Opacity of the tube [-]; None for an opaque one.
         """
         self._scene = scene
         self._name = name
@@ -29,72 +33,80 @@ class TubeView:
         self._opacity = opacity
         self._count = 0
         self._segments: viser.BatchedMeshHandle | None = None
-        self._joints: viser.BatchedMeshHandle | None = None
+        self._nodes: viser.BatchedMeshHandle | None = None
         self._visible = True
 
     @property
     def visible(self) -> bool:
-        """Whether a person wants to see it."""
+        """Whether the tube is drawn while it has nodes."""
         return self._visible
 
     @visible.setter
     def visible(self, value: bool) -> None:
         self._visible = value
-        for handle in (self._segments, self._joints):
+        for handle in (self._segments, self._nodes):
             if handle is not None:
                 handle.visible = value
 
     def show(
         self, nodes: Float64[np.ndarray, "n 3"], colors: Color | UInt8[np.ndarray, "n 3"]
     ) -> None:
-        """Draws the chain [m], coloured as a whole or node by node."""
+        """Draw the chain.
+
+        Args:
+            nodes: Node positions [m].
+            colors: One colour for all nodes, or one for each.
+        """
         colors = np.broadcast_to(np.array(colors, np.uint8), (len(nodes), 3))
-        pieces = meshes.tube(nodes, self._radius)
-        if self._segments is None or self._joints is None or self._count != len(nodes):
-            self._create(nodes, pieces, colors)
+        tube = meshes.tube(nodes, self._radius)
+        if self._segments is None or self._nodes is None or self._count != len(nodes):
+            self._create(nodes, tube, colors)
             return
-        self._segments.batched_positions = pieces.centres.astype(np.float32)
-        self._segments.batched_wxyzs = pieces.orientations.astype(np.float32)
-        self._segments.batched_scales = pieces.scales.astype(np.float32)
-        self._joints.batched_positions = nodes.astype(np.float32)
-        for handle, own in ((self._segments, _between(colors)), (self._joints, colors)):
-            if not np.array_equal(handle.batched_colors, own):
-                handle.batched_colors = own
+        self._segments.batched_positions = tube.centres.astype(np.float32)
+        self._segments.batched_wxyzs = tube.orientations.astype(np.float32)
+        self._segments.batched_scales = tube.scales.astype(np.float32)
+        self._nodes.batched_positions = nodes.astype(np.float32)
+        for handle, new_colors in (
+            (self._segments, _segment_colors(colors)),
+            (self._nodes, colors),
+        ):
+            if not np.array_equal(handle.batched_colors, new_colors):
+                handle.batched_colors = new_colors
             if handle.visible != self._visible:
                 handle.visible = self._visible
 
     def hide(self) -> None:
-        """Draws nothing until the next `show`."""
-        for handle in (self._segments, self._joints):
+        """Draw nothing until the next `show`."""
+        for handle in (self._segments, self._nodes):
             if handle is not None and handle.visible:
                 handle.visible = False
 
     def _create(
-        self, nodes: np.ndarray, pieces: meshes.Tube, colors: UInt8[np.ndarray, "n 3"]
+        self, nodes: np.ndarray, tube: meshes.Tube, colors: UInt8[np.ndarray, "n 3"]
     ) -> None:
-        for handle in (self._segments, self._joints):
+        for handle in (self._segments, self._nodes):
             if handle is not None:
                 handle.remove()
         self._count = len(nodes)
-        # Open at both ends: the spheres close it, and hidden caps would shine through a
+        # Without caps: the spheres close the ends, and hidden caps would show through a
         # translucent tube.
-        wall = meshes.lathe(np.array([[1.0, -0.5], [1.0, 0.5]]), sides=16)
-        ball = meshes.capsule(1.0, 0.0, sides=16)
+        wall = meshes.surface_of_revolution(np.array([[1.0, -0.5], [1.0, 0.5]]), sides=16)
+        sphere = meshes.capsule(1.0, 0.0, sides=16)
         common = {"opacity": self._opacity, "lod": "off", "visible": self._visible}
         self._segments = self._scene.add_batched_meshes_simple(
             f"{self._name}/segments",
             wall.vertices,
             wall.faces,
-            batched_wxyzs=pieces.orientations,
-            batched_positions=pieces.centres,
-            batched_scales=pieces.scales,
-            batched_colors=_between(colors),
+            batched_wxyzs=tube.orientations,
+            batched_positions=tube.centres,
+            batched_scales=tube.scales,
+            batched_colors=_segment_colors(colors),
             **common,
         )
-        self._joints = self._scene.add_batched_meshes_simple(
-            f"{self._name}/joints",
-            ball.vertices,
-            ball.faces,
+        self._nodes = self._scene.add_batched_meshes_simple(
+            f"{self._name}/nodes",
+            sphere.vertices,
+            sphere.faces,
             batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (len(nodes), 1)),
             batched_positions=nodes,
             batched_scales=np.full((len(nodes), 3), self._radius),
@@ -103,6 +115,6 @@ class TubeView:
         )
 
 
-def _between(colors: UInt8[np.ndarray, "n 3"]) -> UInt8[np.ndarray, "n-1 3"]:
-    """Colours of the segments between coloured nodes."""
+def _segment_colors(colors: UInt8[np.ndarray, "n 3"]) -> UInt8[np.ndarray, "n-1 3"]:
+    """Mean colour of the two nodes of each segment."""
     return ((colors[:-1].astype(np.uint16) + colors[1:]) // 2).astype(np.uint8)

@@ -17,7 +17,7 @@ import pytest
 from jaxtyping import Float64
 from playwright.sync_api import Page, sync_playwright
 
-from dashboard.scene.scene_view import first_look
+from dashboard.scene.surroundings import initial_viewpoint
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from shared.scenario import Scenario
 
@@ -73,11 +73,11 @@ def on_screen(
     canvas = page.locator("canvas").first.bounding_box()
     assert canvas is not None
     width, height = canvas["width"], canvas["height"]
-    look = first_look(scenario)
-    f = height / 2.0 / np.tan(look.field_of_view / 2.0)
+    viewpoint = initial_viewpoint(scenario)
+    f = height / 2.0 / np.tan(viewpoint.field_of_view / 2.0)
     camera = Camera(
         Intrinsics(round(width), round(height), f, f, width / 2.0, height / 2.0),
-        looking_at(tuple(look.position), tuple(look.target)),
+        looking_at(tuple(viewpoint.position), tuple(viewpoint.target)),
     )
     return camera.project(point)[0] + np.array([canvas["x"], canvas["y"]])
 

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 
-from dashboard.page import CAMERA_COLOR, SERVICES
+from dashboard.subscriptions import CAMERA_COLOR, SERVICES
 from lariat.geometry import polylines
 from shared import topics
 from shared.messages import (

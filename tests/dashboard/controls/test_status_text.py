@@ -38,7 +38,7 @@ def test_headline_says_state_and_distances(state: TaskState, text: str) -> None:
     assert status_text.headline(state, 0.1, ARMED).text == text
 
 
-def test_headline_does_not_repeat_what_a_silent_controller_said() -> None:
+def test_headline_of_a_silent_controller_does_not_repeat_its_last_state() -> None:
     line = status_text.headline(task(RUNNING), 4.2, ARMED)
     assert line.text == "The controller is silent for 4 s"
     assert line.color == palette.BAD
@@ -57,27 +57,27 @@ def test_cell_is_not_ready_while_the_arms_are_not() -> None:
         assert line.detail
 
 
-def test_run_that_the_gateway_holds_does_not_look_as_if_it_went_on() -> None:
+def test_run_that_the_gateway_holds_is_not_shown_as_running() -> None:
     held = ArmStates(mode=ArmStates.HOLDING, needs_acknowledgement=True)
     line = status_text.headline(task(RUNNING, reason="started"), 0.1, held)
     assert line.text.startswith("Running, but held: ")
     assert "acknowledges" in line.detail
 
 
-def test_arms_line_names_rule_reason_and_alarms() -> None:
+def test_gateway_status_names_rule_reason_and_alarms() -> None:
     arms = ArmStates(
         mode=ArmStates.HOLDING,
         rule="fresh",
         reason="no setpoints for 100 ms",
         arms=[ArmState(arm="right", alarms=["joint 3 over temperature"])],
     )
-    line = status_text.arms_line(arms, 0.0)
+    line = status_text.gateway_status(arms, 0.0)
     assert line.text == "Holding still"
     for words in ("no setpoints for 100 ms", "fresh", "right: joint 3 over temperature"):
         assert words in line.detail
 
 
-def test_arm_says_what_it_does_how_it_is_heard_and_what_it_feels() -> None:
+def test_arm_status_names_mode_link_tracking_error_force_and_gripper() -> None:
     arm = ArmState(
         arm="right",
         driver="cr5",
@@ -87,14 +87,14 @@ def test_arm_says_what_it_does_how_it_is_heard_and_what_it_feels() -> None:
         tracking_error=0.0004,
         pull=7.2,
     )
-    assert status_text.arm_words(arm) == (
-        "right: running, heard 124 times a second, longest gap 17 ms, 0.40 mm off its path, "
-        "feels a pull of 7 N, gripper open"
+    assert status_text.arm_status(arm) == (
+        "right: running, feedback at 124 Hz, longest gap 17 ms, tracking error 0.40 mm, "
+        "contact force 7 N, gripper open"
     )
-    assert status_text.arm_words(ArmState(arm="left", driver="fixed")) == "left: fixed"
+    assert status_text.arm_status(ArmState(arm="left", driver="fixed")) == "left: fixed"
 
 
-def test_words_from_the_bus_cannot_become_markup() -> None:
+def test_text_from_the_bus_cannot_become_markup() -> None:
     assert "<script>" not in status_text.as_html(
-        status_text.Line("<script>", palette.BAD, detail="<script>")
+        status_text.StatusLine("<script>", palette.BAD, detail="<script>")
     )

@@ -23,12 +23,14 @@ PLANNING = Health(period_ms=100.0, step_p99_ms=900.0, longest_step_ms=10_000.0)
         (WELL, 4.0, "", "silent"),
         (WELL, 0.5, "dead", "dead"),
         (WELL, 4.0, "restarting", "restarting"),
-        (None, 0.0, "", "no sign"),
+        (None, 0.0, "", "not seen"),
         (Health(period_ms=8.3, step_p99_ms=9.0), 0.5, "ready", "slow"),
     ],
 )
-def test_verdict(message: Health | None, age: float, process: str, word: str) -> None:
-    assert health_table.verdict(message, age, process).word == word
+def test_state_follows_from_health_age_and_process(
+    message: Health | None, age: float, process: str, word: str
+) -> None:
+    assert health_table.service_state(message, age, process).word == word
 
 
 def test_table_shows_restarts_and_services_that_only_the_launcher_knows() -> None:
@@ -38,7 +40,7 @@ def test_table_shows_restarts_and_services_that_only_the_launcher_knows() -> Non
             ProcessState(service="emulator", state="dead"),
         ]
     )
-    page = health_table.table(["sim"], {"sim": (WELL, 0.2)}, stack)
+    page = health_table.table_html(["sim"], {"sim": (WELL, 0.2)}, stack)
     assert "×2" in page
     assert "emulator" in page
     assert "dead" in page
@@ -47,4 +49,4 @@ def test_table_shows_restarts_and_services_that_only_the_launcher_knows() -> Non
 
 def test_notes_cannot_become_markup() -> None:
     note = Health(service="sim", note="<b>x</b>")
-    assert "<b>" not in health_table.table(["sim"], {"sim": (note, 0.0)}, None)
+    assert "<b>" not in health_table.table_html(["sim"], {"sim": (note, 0.0)}, None)

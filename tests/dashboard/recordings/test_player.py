@@ -7,9 +7,10 @@ import pytest
 
 from dashboard import server
 from dashboard.outbox import Outbox
-from dashboard.page import READS, Page
+from dashboard.page import Page
 from dashboard.recordings.player import Player
-from dashboard.recordings.timeline import Moment, Timeline
+from dashboard.recordings.timeline import RecordedMessage, Timeline
+from dashboard.subscriptions import READS
 from shared import topics
 from shared.messages import RUNNING, TaskState
 from shared.scenario import load
@@ -22,15 +23,15 @@ SCENARIO = load("scenarios/three-cylinders.toml")
 @contextmanager
 def player() -> Iterator[Player]:
     """Ten seconds of a task, a message each second, at its start."""
-    moments = []
+    messages = []
     for k in range(11):
         task = TaskState(stamp=k * SECOND, state=RUNNING, error=0.1)
         payload = task.SerializeToString()
-        moments.append(Moment(topics.TASK_STATE.key, payload, "c", k, k * SECOND))
-    web = server.start("127.0.0.1", free_port(), "test")
-    page = Page(web, SCENARIO, Outbox("show"), live=False)
+        messages.append(RecordedMessage(topics.TASK_STATE.key, payload, "c", k, k * SECOND))
+    web_server = server.start("127.0.0.1", free_port(), "test")
+    page = Page(web_server, SCENARIO, Outbox("show"), live=False)
     try:
-        yield Player(web, page, Timeline(moments, READS))
+        yield Player(web_server, page, Timeline(messages, READS))
     finally:
         page.close()
 

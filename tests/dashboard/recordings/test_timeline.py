@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from dashboard.recordings.timeline import Moment, Timeline, thinned
+from dashboard.recordings.timeline import RecordedMessage, Timeline, thinned
 from shared import topics
 from shared.messages import ArmStates, RunResult, TaskState
 from shared.service import Inbox
@@ -10,18 +10,18 @@ from shared.service import Inbox
 READS = (topics.TASK_STATE, topics.ARM_STATE)
 
 
-def recorded() -> list[Moment]:
+def recorded() -> list[RecordedMessage]:
     """Ten seconds: the task each second, the arms each half second, and something else."""
-    moments = []
+    messages = []
     for k in range(21):
         time = 1_000 + 500 * k
         arms = ArmStates(stamp=time)
-        moments.append(Moment("arm/state", arms.SerializeToString(), "g", k, time))
+        messages.append(RecordedMessage("arm/state", arms.SerializeToString(), "g", k, time))
         if k % 2 == 0:
             task = TaskState(stamp=time)
-            moments.append(Moment("task/state", task.SerializeToString(), "c", k // 2, time))
-        moments.append(Moment("run/result", RunResult().SerializeToString(), "c", k, time))
-    return moments
+            messages.append(RecordedMessage("task/state", task.SerializeToString(), "c", k // 2, time))
+        messages.append(RecordedMessage("run/result", RunResult().SerializeToString(), "c", k, time))
+    return messages
 
 
 def stamps(inbox: Inbox) -> tuple[int, list[int]]:

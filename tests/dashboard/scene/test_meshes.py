@@ -23,16 +23,16 @@ def test_closed_bodies_enclose_their_volume_from_outside() -> None:
     )
 
 
-def test_every_piece_of_a_tube_reaches_from_node_to_node() -> None:
+def test_every_segment_of_a_tube_reaches_from_node_to_node() -> None:
     nodes = np.random.default_rng(0).normal(size=(12, 3))
-    pieces = meshes.tube(nodes, 0.004)
-    half = poses.rotate(pieces.orientations, 0.5 * pieces.scales * np.array([0.0, 0.0, 1.0]))
-    np.testing.assert_allclose(pieces.centres - half, nodes[:-1], atol=1e-12)
-    np.testing.assert_allclose(pieces.centres + half, nodes[1:], atol=1e-12)
-    np.testing.assert_array_equal(pieces.scales[:, :2], 0.004)
+    segments = meshes.tube(nodes, 0.004)
+    half = poses.rotate(segments.orientations, 0.5 * segments.scales * np.array([0.0, 0.0, 1.0]))
+    np.testing.assert_allclose(segments.centres - half, nodes[:-1], atol=1e-12)
+    np.testing.assert_allclose(segments.centres + half, nodes[1:], atol=1e-12)
+    np.testing.assert_array_equal(segments.scales[:, :2], 0.004)
 
 
-def test_nodes_at_one_place_make_a_flat_piece_and_no_nan() -> None:
-    pieces = meshes.tube(np.zeros((3, 3)), 0.004)
-    assert np.all(np.isfinite(pieces.orientations))
-    np.testing.assert_array_equal(pieces.scales[:, 2], 0.0)
+def test_nodes_at_one_place_make_a_flat_segment_and_no_nan() -> None:
+    segments = meshes.tube(np.zeros((3, 3)), 0.004)
+    assert np.all(np.isfinite(segments.orientations))
+    np.testing.assert_array_equal(segments.scales[:, 2], 0.0)

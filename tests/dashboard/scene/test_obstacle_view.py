@@ -3,28 +3,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dashboard.editors.obstacle_editor import SHAPES, new_obstacle
 from dashboard.scene.obstacle_view import top
 from lariat.geometry import obstacles, poses
 from lariat.geometry.obstacles import Obstacle
 
 TILTED = tuple(poses.exponential(np.array([0.4, -0.7, 0.2])).tolist())
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-def test_new_obstacle_fills_the_height_that_was_asked_for(shape: obstacles.Shape) -> None:
-    body = new_obstacle(shape, np.array([0.06, 0.06, 0.1]), (0.1, 0.2, 0.3))
-    half = 0.03 if shape == "sphere" else 0.05
-    above = np.array([[0.1, 0.2, 0.3 + half]])
-    assert obstacles.signed_distance(above, body)[0] == pytest.approx(0.0, abs=1e-9)
-    aside = np.array([[0.13, 0.2, 0.3]])
-    assert obstacles.signed_distance(aside, body)[0] == pytest.approx(0.0, abs=1e-9)
-
-
-def test_new_obstacle_takes_a_name_that_is_free() -> None:
-    size, at = np.array([0.1, 0.1, 0.1]), (0.0, 0.0, 0.0)
-    first = new_obstacle("box", size, at)
-    assert new_obstacle("box", size, at, {first.name: first}).name != first.name
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,138 @@
+"""State of the robot gateway and buttons of the arms."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Callable
+
+import viser
+
+from dashboard import palette
+from dashboard.action_queue import ActionQueue
+from dashboard.controls import status_text
+from dashboard.controls.status_text import StatusLine
+from dashboard.outbox import Notification, Outbox
+from shared.messages import ArmCommand, ArmStates
+from shared.scenario import SIDES, Side
+from shared.service import SECOND
+
+OPEN, CLOSE = "Open", "Close"
+ARM_STATUS_PERIOD = SECOND // 2
+"""Time between two updates of the arms' status lines [ns]."""
+
+
+class ArmControls:
+    """Mode of the gateway, and the commands that it accepts in this mode."""
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        actions: ActionQueue,
+        outbox: Outbox,
+        live: bool,
+        notify: Callable[[Notification], None],
+    ) -> None:
+        """Add the elements to the page.
+
+        Args:
+            gui: The page's GUI.
+            actions: Queue for clicks.
+            outbox: Destination of commands.
+            live: Whether there is a cell to control; a recording has no buttons.
+            notify: Shows a notification on the page.
+        """
+        self._outbox = outbox
+        self._notify = notify
+        self._live = live
+        self._boot = ""
+        self._status = gui.add_html("")
+        self._shown: StatusLine | None = None
+        self._acknowledge = gui.add_button(
+            "Acknowledge",
+            icon=viser.Icon.CHECK,
+            color=palette.WARNING,
+            visible=False,
+            hint="Confirm that you have looked at the cell: it may move again",
+        )
+        self._arm = gui.add_button("Arm", icon=viser.Icon.POWER, color=palette.BRAND, visible=False)
+        self._hold = gui.add_button(
+            "Hold",
+            icon=viser.Icon.HAND_STOP,
+            color=palette.BAD,
+            visible=False,
+            hint="Brake now. This is software: the emergency stop is the hard-wired one",
+        )
+        self._disarm = gui.add_button(
+            "Disarm", icon=viser.Icon.POWER, color=palette.NEUTRAL, visible=False
+        )
+        self._arm_status = gui.add_html("")
+        self._arm_status_stamp = 0
+        self._grippers = {}
+        for side in SIDES:
+            group = gui.add_button_group(
+                f"Gripper {side}",
+                (OPEN, CLOSE),
+                visible=False,
+                hint="Opens and closes only while the arms stand still",
+            )
+            group.on_click(
+                lambda event, s=side: actions.put(
+                    lambda label=event.target.value: self._move_gripper(s, label)
+                )
+            )
+            self._grippers[side] = group
+        for button, action, label in (
+            (self._acknowledge, ArmCommand.ACKNOWLEDGE, "Acknowledge"),
+            (self._arm, ArmCommand.ARM, "Arm"),
+            (self._hold, ArmCommand.HOLD, "Hold"),
+            (self._disarm, ArmCommand.DISARM, "Disarm"),
+        ):
+            button.on_click(lambda _, a=action, s=label: actions.put(lambda: self._command(a, s)))
+
+    def _move_gripper(self, side: Side, label: str) -> None:
+        close = label == CLOSE
+        self._command(ArmCommand.GRIPPER, f"{label} gripper {side}", arm=side, close=close)
+
+    def _command(self, action: ArmCommand.Action, label: str, **fields: object) -> None:
+        if not self._boot:
+            self._notify(
+                Notification(f"{label}: not sent", "No message from the robot gateway yet.")
+            )
+            return
+        self._outbox.command_arms(action, self._boot, label, **fields)
+
+    def update(self, arms: ArmStates | None, age: float) -> None:
+        """Show the state of the gateway and the buttons that apply to it.
+
+        Args:
+            arms: Newest state of the gateway.
+            age: Its age [s].
+        """
+        line = status_text.gateway_status(arms, age)
+        if line != self._shown:
+            self._shown = line
+            self._status.content = status_text.as_html(line)
+        if arms is None:
+            return
+        if abs(arms.stamp - self._arm_status_stamp) >= ARM_STATUS_PERIOD:
+            self._arm_status_stamp = arms.stamp
+            text = "<br>".join(html.escape(status_text.arm_status(a)) for a in arms.arms)
+            self._arm_status.content = (
+                f'<div style="margin:.3em 1em;font-size:.8em;opacity:.75">{text}</div>'
+            )
+        if not self._live:
+            return
+        self._boot = arms.boot
+        for arm in arms.arms:
+            group = self._grippers.get(arm.arm)
+            if group is not None and group.visible != (arm.driver != "fixed"):
+                group.visible = arm.driver != "fixed"
+        disarmed = arms.mode == ArmStates.DISARMED
+        for button, visible in (
+            (self._acknowledge, arms.needs_acknowledgement),
+            (self._arm, disarmed),
+            (self._disarm, not disarmed),
+            (self._hold, not disarmed),
+        ):
+            if button.visible != visible:
+                button.visible = visible

@@ -1,0 +1,54 @@
+"""Pairing of camera images with the ropes that were seen in them."""
+
+from __future__ import annotations
+
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+
+from dashboard.panels.camera_image import CameraImage
+from dashboard.subscriptions import CAMERA_CALIBRATION, CAMERA_COLOR, latest_with_age
+from shared import topics
+from shared.messages import stamp_of
+from shared.service import Inbox
+
+MAX_WAITING_IMAGES = 8
+"""Largest number of images that wait for the rope that is seen in them."""
+
+
+class CameraFeed:
+    """Images that wait for a rope of the same stamp, and are then shown together."""
+
+    def __init__(self, image: CameraImage) -> None:
+        self._image = image
+        self._waiting: dict[int, CompressedImage] = {}
+        self._is_first = True
+
+    def clear(self) -> None:
+        """Drop the waiting images and show the next one at once, for a jump in a recording."""
+        self._waiting.clear()
+        self._is_first = True
+
+    def close(self) -> None:
+        """Stop the image's thread."""
+        self._image.close()
+
+    def update(self, inbox: Inbox, now: int) -> None:
+        """Take new images and ropes.
+
+        Args:
+            inbox: Messages received so far.
+            now: Present time [ns].
+        """
+        if image := inbox.fresh(CAMERA_COLOR):
+            self._waiting[stamp_of(image.message)] = image.message
+            if self._is_first:
+                self._is_first = False
+                self._image.show(image.message, None, None)
+            while len(self._waiting) > MAX_WAITING_IMAGES:
+                # Images without a rope are shown too, only later.
+                self._image.show(self._waiting.pop(min(self._waiting)), None, None)
+        if rope := inbox.fresh(topics.ROPE_NODES):
+            image = self._waiting.get(rope.message.stamp)
+            if image is not None:
+                calibration, _ = latest_with_age(inbox, CAMERA_CALIBRATION, now)
+                self._image.show(image, rope.message, calibration)
+                self._waiting = {s: i for s, i in self._waiting.items() if s > rope.message.stamp}

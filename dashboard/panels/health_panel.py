@@ -1,0 +1,50 @@
+"""Health of the services and state of the recorder."""
+
+from __future__ import annotations
+
+import viser
+
+from dashboard.panels import health_table
+from dashboard.subscriptions import SERVICES, latest_with_age
+from shared import topics
+from shared.service import SECOND, Inbox
+
+UPDATE_PERIOD = SECOND // 2
+"""Time between two updates of the panel [ns]."""
+
+
+class HealthPanel:
+    """Table of the services and line about the recorder."""
+
+    def __init__(self, gui: viser.GuiApi) -> None:
+        self._table = gui.add_html("")
+        self._recorder = gui.add_html("")
+        self._update_time = 0
+
+    def clear(self) -> None:
+        """Have the next `update` draw, for a jump in a recording."""
+        self._update_time = 0
+
+    def update(self, inbox: Inbox, now: int) -> None:
+        """Draw the newest messages, at most every `UPDATE_PERIOD`.
+
+        Args:
+            inbox: Messages received so far.
+            now: Present time [ns].
+        """
+        if now - self._update_time < UPDATE_PERIOD:
+            return
+        self._update_time = now
+        health = {}
+        for name in SERVICES:
+            message, age = latest_with_age(inbox, topics.HEALTH.at(name), now)
+            if message is not None:
+                health[name] = (message, age)
+        stack, _ = latest_with_age(inbox, topics.STACK_STATE, now)
+        record, _ = latest_with_age(inbox, topics.RUN_RECORD, now)
+        for element, content in (
+            (self._table, health_table.table_html(SERVICES, health, stack)),
+            (self._recorder, health_table.recorder_html(record)),
+        ):
+            if element.content != content:
+                element.content = content

@@ -1,0 +1,77 @@
+"""Line segments along chains of nodes: predictions and paths."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+from jaxtyping import Float64, UInt8
+
+from dashboard import palette
+from dashboard.palette import Color
+
+
+class LinesView:
+    """Set of coloured line segments, created when it first has some."""
+
+    def __init__(self, scene: viser.SceneApi, name: str, thickness: float) -> None:
+        """Create a view without lines.
+
+        Args:
+            scene: Scene to draw in.
+            name: Path of the lines in the scene's tree.
+            thickness: Thickness on the screen [pixels].
+        """
+        self._scene = scene
+        self._name = name
+        self._thickness = thickness
+        self._handle: viser.LineSegmentsHandle | None = None
+        self._visible = True
+
+    @property
+    def visible(self) -> bool:
+        """Whether the lines are drawn."""
+        return self._visible
+
+    @visible.setter
+    def visible(self, value: bool) -> None:
+        self._visible = value
+        if self._handle is not None:
+            self._handle.visible = value
+
+    def show(
+        self, points: Float64[np.ndarray, "m 2 3"], colors: UInt8[np.ndarray, "m 2 3"]
+    ) -> None:
+        """Replace the lines.
+
+        Args:
+            points: Start and end of each segment [m].
+            colors: Colours there.
+        """
+        if self._handle is None:
+            self._handle = self._scene.add_line_segments(
+                self._name, points, colors, thickness=self._thickness, thickness_units="screen"
+            )
+        else:
+            self._handle.points = points.astype(np.float32)
+            if not np.array_equal(self._handle.colors, colors):
+                self._handle.colors = colors
+        self._handle.visible = self._visible
+
+
+def chain_segments(
+    chains: Float64[np.ndarray, "k n 3"], weights: Float64[np.ndarray, "k"], color: Color
+) -> tuple[Float64[np.ndarray, "m 2 3"], UInt8[np.ndarray, "m 2 3"]]:
+    """Return the segments of some chains and their colours.
+
+    Args:
+        chains: Node positions [m].
+        weights: Opacity of each chain: 0 is the colour of the table, 1 is `color` [-].
+        color: Colour of the chains.
+    """
+    segments = np.stack([chains[:, :-1], chains[:, 1:]], axis=2)
+    w = weights[:, None]
+    faded = w * np.array(palette.linear(color)) + (1.0 - w) * np.array(
+        palette.linear(palette.TABLE)
+    )
+    colors = np.broadcast_to(faded[:, None, None], segments.shape)
+    return segments.reshape(-1, 2, 3), colors.reshape(-1, 2, 3).round().astype(np.uint8)

@@ -1,0 +1,92 @@
+"""Background, light, first viewpoint and camera frustum of the scene."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import viser
+from jaxtyping import Float64
+
+from dashboard import palette
+from shared.scenario import Scenario
+
+VERTICAL_FIELD_OF_VIEW = float(np.deg2rad(42.0))
+"""Field of view of the browser's camera [rad]."""
+VIEW_DIRECTION = np.array([0.88, -1.3, 0.8])
+"""Browser's camera as seen from the middle of the scene, in sizes of the scene [-]."""
+TARGET_DROP = 0.08
+"""Distance of the view's target below the middle of the scene, in sizes of the scene [-]."""
+MIN_SCENE_SIZE = 0.5
+"""Least size of the scene, relative to the rope's length [-]."""
+FRUSTUM_SCALE = 0.06
+"""Size of the camera's frustum as viser takes it [-]."""
+
+
+class Viewpoint(NamedTuple):
+    """Pose and lens of a browser's camera."""
+
+    position: Float64[np.ndarray, "3"]
+    """Centre of projection [m]."""
+    target: Float64[np.ndarray, "3"]
+    """Point in the centre of the image [m]."""
+    field_of_view: float
+    """Vertical field of view [rad]."""
+
+
+def initial_viewpoint(scenario: Scenario) -> Viewpoint:
+    """Viewpoint in front and above, with start, goal and obstacles in view."""
+    grips = [g.position for s in (scenario.start, scenario.goal) for g in scenario.grips(s)]
+    centres = [o.position for o in scenario.bodies if o.shape != "half_space"]
+    points = np.array(grips + centres)
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
+    extent = float(np.linalg.norm(np.ptp(points, axis=0)))
+    size = max(extent, MIN_SCENE_SIZE * scenario.rope.length)
+    return Viewpoint(
+        position=middle + size * VIEW_DIRECTION,
+        target=middle - np.array([0.0, 0.0, TARGET_DROP * size]),
+        field_of_view=VERTICAL_FIELD_OF_VIEW,
+    )
+
+
+def set_up(server: viser.ViserServer, scenario: Scenario) -> None:
+    """Set background, light and first viewpoint."""
+    scene = server.scene
+    scene.set_up_direction("+z")
+    weight = np.linspace(0.0, 1.0, 128)[:, None, None]
+    background = (1.0 - weight) * np.array(palette.BACKGROUND_TOP) + weight * np.array(
+        palette.BACKGROUND_BOTTOM
+    )
+    scene.set_background_image(
+        np.repeat(background, 4, axis=1).round().astype(np.uint8), format="png"
+    )
+    # The default lights of viser bleach every colour.
+    scene.configure_default_lights(enabled=False)
+    scene.configure_environment_map(None)
+    scene.add_light_hemisphere(
+        "/light/sky", sky_color=(214, 226, 255), ground_color=(70, 74, 84), intensity=1.7
+    )
+    scene.add_light_directional(
+        "/light/lamp", intensity=2.0, position=(0.8, -1.0, 2.2), cast_shadow=True
+    )
+    viewpoint = initial_viewpoint(scenario)
+    server.initial_camera.position = viewpoint.position
+    server.initial_camera.look_at = viewpoint.target
+    server.initial_camera.fov = viewpoint.field_of_view
+
+
+def add_camera(scene: viser.SceneApi, scenario: Scenario) -> viser.CameraFrustumHandle:
+    """Draw the scenario's camera, where the cell believes it to be."""
+    sensing, pose = scenario.sensing, scenario.camera_pose
+    width, height = sensing.resolution
+    half_height = np.tan(np.deg2rad(sensing.field_of_view) / 2.0) * height / width
+    return scene.add_camera_frustum(
+        "/camera",
+        fov=2.0 * float(np.arctan(half_height)),
+        aspect=width / height,
+        scale=FRUSTUM_SCALE,
+        color=palette.CAMERA,
+        thickness=0.002,
+        position=pose.position,
+        wxyz=pose.orientation,
+    )

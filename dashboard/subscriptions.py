@@ -1,0 +1,55 @@
+"""Topics that the page shows, and ages of their newest messages."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from shared import topics
+from shared.service import SECOND, Inbox
+from shared.topics import Topic
+
+SERVICES = (
+    "sim",
+    "perception",
+    "planner",
+    "controller",
+    "robot_gateway",
+    "recorder",
+    "dashboard",
+)
+"""Services whose health is shown, in the order of their rows."""
+
+CAMERA_COLOR = topics.CAMERA_COLOR.at(topics.CAMERA)
+CAMERA_CALIBRATION = topics.CAMERA_CALIBRATION.at(topics.CAMERA)
+READS: tuple[Topic, ...] = (
+    CAMERA_COLOR,
+    CAMERA_CALIBRATION,
+    topics.ROPE_NODES,
+    topics.ROPE_TRUTH,
+    topics.SCENE_STATE,
+    topics.TASK_STATE,
+    topics.TASK_GOAL_PREVIEW,
+    topics.CONTROLLER_PATH,
+    topics.CONTROLLER_PLAN,
+    topics.CONTROLLER_PARAMETERS,
+    topics.ARM_STATE,
+    topics.RUN_RESULT,
+    topics.RUN_RECORD,
+    topics.STACK_STATE,
+    *(topics.HEALTH.at(name) for name in SERVICES),
+)
+
+STALE_AGE = 2.5
+"""Age above which a message that is published at least once a second counts as missing [s]."""
+
+
+def latest_with_age(inbox: Inbox, topic: Topic, now: int) -> tuple[Any, float]:
+    """Return the newest message of a topic and its age [s]; None and 0 before the first.
+
+    Args:
+        inbox: Messages received so far.
+        topic: Topic to look up.
+        now: Present time [ns].
+    """
+    item = inbox.latest(topic)
+    return (None, 0.0) if item is None else (item.message, (now - item.received) / SECOND)

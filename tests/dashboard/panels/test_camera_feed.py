@@ -1,0 +1,72 @@
+from __future__ import annotations
+
+import numpy as np
+from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+
+from dashboard.panels.camera_feed import MAX_WAITING_IMAGES, CameraFeed
+from dashboard.subscriptions import CAMERA_CALIBRATION, CAMERA_COLOR, READS
+from shared import topics
+from shared.messages import NodeChain, timestamp
+from shared.service import Mailbox, Received
+from shared.topics import Topic
+
+
+class ShownImages:
+    """Stand-in for the page's image: keeps what it is given."""
+
+    def __init__(self) -> None:
+        self.shown: list[tuple[bytes, bool]] = []
+
+    def show(
+        self, image: CompressedImage, rope: NodeChain | None, calibration: CameraCalibration | None
+    ) -> None:
+        self.shown.append((image.data, rope is not None and calibration is not None))
+
+
+class Feed:
+    """A feed with the messages that it is sent, one step each."""
+
+    def __init__(self) -> None:
+        self.image = ShownImages()
+        self.feed = CameraFeed(self.image)  # pyright: ignore[reportArgumentType]
+        self._mailbox = Mailbox(READS)
+        self._sequence = 0
+
+    def send(self, topic: Topic, message: object) -> None:
+        self._sequence += 1
+        self._mailbox.deliver(topic.key, Received(message, "test", self._sequence, 0))
+        self.feed.update(self._mailbox.take(), 0)
+
+    def send_image(self, stamp: int) -> None:
+        self.send(CAMERA_COLOR, CompressedImage(timestamp=timestamp(stamp), data=b"%d" % stamp))
+
+    def send_rope(self, stamp: int) -> None:
+        self.send(topics.ROPE_NODES, NodeChain(stamp=stamp, positions=np.zeros(6)))
+
+
+def test_image_waits_for_the_rope_of_its_stamp() -> None:
+    feed = Feed()
+    feed.send(CAMERA_CALIBRATION, CameraCalibration())
+    feed.send_image(1)
+    feed.send_image(2)
+    assert feed.image.shown == [(b"1", False)]
+    feed.send_rope(2)
+    assert feed.image.shown == [(b"1", False), (b"2", True)]
+    feed.send_rope(1)
+    assert len(feed.image.shown) == 2
+
+
+def test_images_without_a_rope_are_shown_late() -> None:
+    feed = Feed()
+    for stamp in range(1, MAX_WAITING_IMAGES + 2):
+        feed.send_image(stamp)
+    assert feed.image.shown == [(b"1", False), (b"1", False)]
+
+
+def test_first_image_after_a_jump_is_shown_at_once() -> None:
+    feed = Feed()
+    feed.send_image(1)
+    feed.feed.clear()
+    feed.send_image(7)
+    assert feed.image.shown == [(b"1", False), (b"7", False)]

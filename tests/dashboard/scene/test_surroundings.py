@@ -1,0 +1,22 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dashboard.scene.surroundings import initial_viewpoint
+from lariat.geometry.cameras import Camera, Intrinsics, looking_at
+from shared.scenario import load
+
+
+@pytest.mark.parametrize("path", sorted(Path("scenarios").glob("*.toml")), ids=lambda p: p.stem)
+def test_start_and_goal_are_in_the_first_view(path: Path) -> None:
+    scenario = load(path)
+    viewpoint = initial_viewpoint(scenario)
+    intrinsics = Intrinsics.symmetric(900, 900, viewpoint.field_of_view)
+    camera = Camera(intrinsics, looking_at(tuple(viewpoint.position), tuple(viewpoint.target)))
+    grips = [g.position for s in (scenario.start, scenario.goal) for g in scenario.grips(s)]
+    pixels, depth = camera.project(np.array(grips))
+    assert np.all(depth > 0.0)
+    assert np.all((pixels > 0.0) & (pixels < 900.0))

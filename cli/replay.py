@@ -1,4 +1,4 @@
-"""`lariat replay FILE`: services are fed their recorded inputs, and what they say is compared."""
+"""`lariat replay FILE`: step services through their recorded inputs and compare their outputs."""
 
 from __future__ import annotations
 
@@ -15,16 +15,26 @@ from rich.markup import escape
 from rich.progress import Progress
 from rich.table import Table
 
+from shared import topics
 from shared.configuration import ConfigurationError
 from shared.recording import Recording, Writer
 from shared.scenario import Scenario
 from shared.service import SECOND
 from stack import services
-from stack.replay.trace_replay import Evidence, Retraced, retrace
+from stack.replay.outside_inputs import NotReplayable, subject
+from stack.replay.recorded_service import RecordedService
+from stack.replay.trace_replay import ReplayResult, replay_start
 
-DEFAULT = ("controller", "perception")
-SHOWN = 12
-"""Differences that are listed for each start of a service."""
+LISTED_DIFFERENCES = 12
+"""Number of differences that are listed for each start of a service."""
+KINDS = {
+    "extra": "one message more than recorded",
+    "lacks": "not published",
+    "doubled": "doubled in the recording",
+    "absent": "input is not in the recording",
+    "lost step": "trace is not in the recording",
+}
+"""How a difference that concerns a whole message is named."""
 
 
 def main(
@@ -36,9 +46,11 @@ def main(
     json: bool = False,
     update: bool = False,
 ) -> int:
-    """Feed services the inputs that a recording holds, and compare their outputs with it.
+    """Step services through the inputs that a recording holds, and compare their outputs with it.
 
-    Each field must be what was recorded, within the tolerance of its topic (shared/topics.py).
+    Each step must publish exactly the recorded messages, and each field must be as recorded, within
+    the tolerance of its topic (shared/topics.py). An input that the recording lacks and a message
+    that it holds twice are differences, too.
 
     Examples:
       lariat replay recordings/run.mcap
@@ -47,9 +59,10 @@ def main(
 
     Args:
         file: The recording, whole or cut.
-        service: Which service to replay, by name; may be repeated. Default: controller, perception.
+        service: Name of a service to replay; may be repeated. Default: every service that has a
+            trace in the recording.
         json: Answer with one JSON object on standard output.
-        update: Put what the services say now in the place of what was recorded.
+        update: Replace the recorded outputs by those of this replay.
 
     Returns:
         0 when everything is as recorded (or was updated), 1 when something differs.
@@ -61,59 +74,90 @@ def main(
             scenario = recording.scenario(Path(folder))
         except ValueError as error:
             raise ConfigurationError(str(error)) from error
-        results = replay(recording, scenario, service or DEFAULT, console)
+        names, skipped = (service, {}) if service else _replayable(recording, scenario)
+        results = replay(recording, scenario, names, console)
         if update:
             _update(recording, scenario, results)
     start = next(recording.messages()).log_time
     if json:
-        print(jsons.dumps(_as_json(recording, results, start)))
+        print(jsons.dumps(_as_json(recording, results, skipped, start)))
     else:
-        _report(results, start)
+        _report(results, skipped, start)
     if recording.damage:
         console.print(f"{file} {recording.damage}; `lariat repair {file}` makes it whole")
     return 0 if update or all(r.same for r in results) else 1
 
 
+def traced_services(recording: Recording) -> tuple[str, ...]:
+    """Names of the services that have a trace in a recording, in the order of the loop."""
+    prefix = topics.TRACE.at("").key
+    keys = {entry.key for entry in recording.messages()}
+    found = {key.removeprefix(prefix) for key in keys if key.startswith(prefix)}
+    return tuple(name for name in services.ALL if name in found)
+
+
+def _replayable(recording: Recording, scenario: Scenario) -> tuple[tuple[str, ...], dict[str, str]]:
+    """Traced services that can be replayed, and why the others cannot."""
+    names, skipped = [], {}
+    for name in traced_services(recording):
+        recorded = RecordedService(recording, name)
+        try:
+            with subject(name, scenario, next(iter(recorded.starts)), recording, recorded):
+                names.append(name)
+        except NotReplayable as reason:
+            skipped[name] = str(reason)
+    return tuple(names), skipped
+
+
 def replay(
     recording: Recording, scenario: Scenario, names: tuple[str, ...], console: Console
-) -> list[Retraced]:
-    """Every start of the named services, stepped again.
+) -> list[ReplayResult]:
+    """Step every start of the named services again.
 
     Raises:
         ConfigurationError: A service is unknown or has no trace in the recording.
     """
     results = []
     for name in names:
-        if name not in services.NAMES:
-            known = ", ".join(services.NAMES)
+        if name not in services.ALL:
+            known = ", ".join(services.ALL)
             raise ConfigurationError(f"--service {name}: no such service; use one of {known}")
-        evidence = Evidence(recording, name)
-        if not evidence.traces:
+        recorded = RecordedService(recording, name)
+        if not recorded.starts:
             raise ConfigurationError(
                 f"{recording.path} holds no trace/{name}: the {name} did not run, or the file was "
                 "not recorded by Lariat"
             )
-        for session in evidence.traces:
-            service = services.build(name, scenario, session, evidence.traces[session][0].now)
-            with Progress(
-                console=console, transient=True, redirect_stdout=False, redirect_stderr=False
-            ) as progress:
+        for session in recorded.starts:
+            with (
+                subject(name, scenario, session, recording, recorded) as (service, feed),
+                Progress(
+                    console=console, transient=True, redirect_stdout=False, redirect_stderr=False
+                ) as progress,
+            ):
                 bar = progress.add_task(f"{session}: warming up", total=1.0)
                 service.warm_up()
                 progress.update(bar, description=session)
                 watch = lambda done, p=progress, b=bar: p.update(b, completed=done)  # noqa: E731
-                results.append(retrace(evidence, service, session, watch))
+                results.append(replay_start(recorded, service, session, watch, feed))
     return results
 
 
-def _update(recording: Recording, scenario: Scenario, results: list[Retraced]) -> None:
+def _update(recording: Recording, scenario: Scenario, results: list[ReplayResult]) -> None:
+    for result in results:
+        if whole := [d for d in result.differences if d.kind != "field"]:
+            d = whole[0]
+            raise ConfigurationError(
+                f"--update replaces fields of recorded messages, but {d.topic} #{d.sequence} of "
+                f"{result.session} has no counterpart ({KINDS[d.kind]}); record the run anew"
+            )
     sessions = {r.session: {*r.compared} for r in results}
     kept = [
         entry
         for entry in recording.messages()
         if entry.key not in sessions.get(entry.publisher, ())
     ]
-    # What was never recorded was still under way when the recording ended.
+    # A message that the recording lacks was still under way when it ended.
     recorded = {(e.key, e.publisher, e.sequence) for e in recording.messages()}
     again = [
         entry
@@ -132,32 +176,39 @@ def _update(recording: Recording, scenario: Scenario, results: list[Retraced]) -
     os.replace(path, recording.path)
 
 
-def _report(results: list[Retraced], start: int) -> None:
+def _report(results: list[ReplayResult], skipped: dict[str, str], start: int) -> None:
     console = Console(highlight=False)
     for result in results:
         compared = sum(result.compared.values())
-        verdict = "same" if result.same else f"{len(result.differences)} fields differ"
+        verdict = "same" if result.same else f"{len(result.differences)} differences"
         console.print(
             f"[bold]{result.service}[/] ({result.session}): {result.steps} steps, "
             f"{compared} messages compared, {verdict}"
         )
         for note in result.notes:
             console.print(f"  note: {note}")
+        for end in result.ends:
+            console.print(f"  end: {end}")
         if not result.differences:
             continue
         table = Table("time [s]", "topic", "field", "recorded", "replayed", "difference")
-        for d in result.differences[:SHOWN]:
+        for d in result.differences[:LISTED_DIFFERENCES]:
             size = f"{d.size:.3g}" if d.size < float("inf") else ""
             at = f"{(d.time - start) / SECOND:.3f}"
-            cells = (f"{d.topic} #{d.sequence}", d.field, d.recorded, d.replayed)
+            place = d.field if d.kind == "field" else KINDS[d.kind]
+            cells = (f"{d.topic} #{d.sequence}", place, d.recorded, d.replayed)
             # Indices stand in brackets, which rich takes for markup.
             table.add_row(at, *map(escape, cells), size)
         console.print(table)
-        if len(result.differences) > SHOWN:
-            console.print(f"  … and {len(result.differences) - SHOWN} more")
+        if len(result.differences) > LISTED_DIFFERENCES:
+            console.print(f"  … and {len(result.differences) - LISTED_DIFFERENCES} more")
+    for name, reason in skipped.items():
+        console.print(f"[bold]{name}[/]: not replayed: {escape(reason)}")
 
 
-def _as_json(recording: Recording, results: list[Retraced], start: int) -> dict[str, Any]:
+def _as_json(
+    recording: Recording, results: list[ReplayResult], skipped: dict[str, str], start: int
+) -> dict[str, Any]:
     return {
         "recording": str(recording.path),
         "scenario": recording.metadata.get("scenario", ""),
@@ -170,20 +221,24 @@ def _as_json(recording: Recording, results: list[Retraced], start: int) -> dict[
                 "steps": r.steps,
                 "compared": dict(r.compared),
                 "notes": r.notes,
+                "ends": r.ends,
                 "differing": dict(Counter(d.topic for d in r.differences)),
+                "kinds": dict(Counter(d.kind for d in r.differences)),
                 "first_differences": [
                     {
                         "time_s": (d.time - start) / SECOND,
+                        "kind": d.kind,
                         "topic": d.topic,
                         "sequence": d.sequence,
                         "field": d.field,
                         "recorded": d.recorded,
                         "replayed": d.replayed,
                     }
-                    for d in r.differences[:SHOWN]
+                    for d in r.differences[:LISTED_DIFFERENCES]
                 ],
             }
             for r in results
         ],
+        "not_replayed": skipped,
         "damage": recording.damage,
     }

@@ -29,9 +29,9 @@ class DashboardService:
     latency = 0.0
 
     def __init__(self, scenario: Scenario, session: str, options: DashboardOptions) -> None:
-        self._outbox = Outbox(session)
+        self.outbox = Outbox(session)
         web_server = server.start(options.host, options.port, "Lariat")
-        self._page = Page(web_server, scenario, self._outbox)
+        self._page = Page(web_server, scenario, self.outbox)
 
     def warm_up(self) -> None:
         """Do nothing: no code is compiled here."""
@@ -40,7 +40,7 @@ class DashboardService:
         """Run people's actions, draw new messages and publish requests."""
         self._page.run_actions()
         self._page.update(inbox, now)
-        yield from self._outbox.take(now)
+        yield from self.outbox.take(now)
 
     def close(self) -> None:
         """Stop the web server."""

@@ -9,6 +9,8 @@ from shared.service import SECOND, Service
 
 NAMES = ("sim", "perception", "planner", "controller", "robot_gateway")
 """Services of the closed loop, in the direction of the data."""
+ALL = ("camera", *NAMES, "recorder", "dashboard")
+"""All services of a cell."""
 
 
 def build(name: str, scenario: Scenario, session: str, first_step: int = SECOND) -> Service:

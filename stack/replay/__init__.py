@@ -1,0 +1,1 @@
+"""Replay: a recorded service is stepped again through its recorded inputs, its outputs compared."""

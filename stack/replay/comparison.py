@@ -1,4 +1,4 @@
-"""Compares messages field by field, within what their topic allows."""
+"""Compares messages field by field, within the tolerances of their topic."""
 
 from __future__ import annotations
 
@@ -16,27 +16,30 @@ from shared.topics import Topic
 
 @dataclass(frozen=True)
 class Difference:
-    """One field that is not what was recorded."""
+    """One field that differs from the recording, or a message that is not there exactly once."""
 
     topic: str
     sequence: int
-    """Of the message among its publisher's on this topic."""
+    """Number of the message among its publisher's on this topic."""
     time: int
-    """Receipt of the recorded message, or of the step that should have sent it [ns]."""
+    """Receipt of the recorded message, or time of the step that should have sent it [ns]."""
     field: str
-    """Dotted path with indices; empty when a whole message is missing."""
+    """Dotted path with indices; empty when a whole message is concerned."""
     recorded: str
     replayed: str
     size: float = math.inf
     """Absolute difference of numbers, else infinite."""
+    kind: str = "field"
+    """`field`, or for a whole message: `extra` (published, not recorded), `lacks` (recorded, not
+    published), `doubled`, `absent` (an input that the file lacks), `lost step` (no trace)."""
 
 
 def field_differences(
     topic: Topic, recorded: Message, replayed: Message
 ) -> Iterator[tuple[str, str, str, float]]:
-    """Path, both values and the absolute difference of every field outside of the tolerance.
+    """Yield path, both values and absolute difference of every field outside of its tolerance.
 
-    Of a list of numbers only the worst one is named.
+    A list of numbers yields only its largest difference.
     """
     for field in recorded.DESCRIPTOR.fields:
         tolerance = topic.tolerance.get(field.name, 0.0)
@@ -45,7 +48,7 @@ def field_differences(
 
 
 def _plain(field: FieldDescriptor, value: Any) -> Any:
-    """Lists, dicts and scalars instead of protobuf's containers."""
+    """Return lists, dicts and scalars instead of protobuf's containers."""
     if _is_map(field):
         return dict(value)
     if field.is_repeated:

@@ -1,21 +1,27 @@
-"""Steps a service again through the inputs that its trace names, and compares what it says."""
+"""Steps a service again through the inputs that its trace names, and compares its outputs.
+
+Every step must publish exactly the recorded messages. Four facts of a recording are no differences
+and are reported as its ends: a file that begins later than the service did, inputs that were sent
+before it began, messages that were still under way when it ended, and messages of steps whose
+trace lies behind the end. All four follow from step times, latencies and sequence numbers.
+"""
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from shared import topics
-from shared.messages import Message, Trace
-from shared.recording import Entry, Recording
+from shared.messages import Trace
+from shared.recording import Entry
 from shared.service import Inbox, Received, Service
-from shared.topics import Topic
+from stack.replay.alignment import Alignment, Pair, aligned
 from stack.replay.comparison import Difference, field_differences
+from stack.replay.recorded_service import RecordedService, TracedStep
 
 
 @dataclass
-class Retraced:
+class ReplayResult:
     """One start of a service, stepped again."""
 
     service: str
@@ -23,94 +29,80 @@ class Retraced:
     """Id of that start."""
     steps: int = 0
     compared: dict[str, int] = field(default_factory=lambda: defaultdict(int))
-    """Messages by topic that stand in the recording and were said again."""
+    """Number of recorded messages by topic that were published again."""
     differences: list[Difference] = field(default_factory=list)
+    """In the order of their times."""
     notes: list[str] = field(default_factory=list)
-    """What the recording lacks for a faithful replay."""
+    """Why the replay cannot be faithful: where the recording begins too late."""
+    ends: list[str] = field(default_factory=list)
+    """Messages that were under way when the recording ended."""
     outputs: list[Entry] = field(default_factory=list)
-    """What was said again, with the log times of the recording."""
+    """Published messages with the numbers and log times of the recording."""
 
     @property
     def same(self) -> bool:
+        """Whether every message is the recorded one."""
         return not self.differences
 
 
-class Evidence:
-    """What a recording says of one service: its traces, their inputs, and its outputs."""
-
-    def __init__(self, recording: Recording, service: str) -> None:
-        self.traces: dict[str, list[Trace]] = defaultdict(list)
-        """Of every start of the service, in the order of its steps."""
-        self.inputs: dict[tuple[str, str, int], Entry] = {}
-        """By topic, publisher and sequence."""
-        self.outputs: dict[str, dict[str, dict[int, Entry]]] = {}
-        """By session, topic and sequence."""
-        for entry in recording.messages([topics.TRACE.at(service).key]):
-            self.traces[entry.publisher].append(entry.parse())
-        read = {i.topic for traces in self.traces.values() for t in traces for i in t.inputs}
-        said: dict[str, list[Entry]] = defaultdict(list)
-        for entry in recording.messages():
-            if entry.key in read:
-                self.inputs[entry.key, entry.publisher, entry.sequence] = entry
-            if entry.publisher in self.traces and not _of_the_runner(entry.key):
-                said[entry.publisher].append(entry)
-        for session, traces in self.traces.items():
-            traces.sort(key=lambda trace: trace.step)
-            self.outputs[session] = defaultdict(dict)
-            for entry in said[session]:
-                self.outputs[session][entry.key][entry.sequence] = entry
-
-
-def _of_the_runner(key: str) -> bool:
-    return any(topic.matches(key) for topic in (topics.TRACE, topics.HEALTH, topics.LOG))
-
-
-def retrace(
-    evidence: Evidence, service: Service, session: str, watch: Callable[[float], None] | None = None
-) -> Retraced:
-    """Steps a fresh service as one of its starts was stepped.
+def replay_start(
+    recorded: RecordedService,
+    service: Service,
+    session: str,
+    watch: Callable[[float], None] | None = None,
+    feed: Callable[[TracedStep], None] | None = None,
+) -> ReplayResult:
+    """Step a fresh service as one of its recorded starts was stepped.
 
     Args:
-        evidence: Of this service.
-        service: Built as then, with the same session.
-        session: Which start.
-        watch: Told the fraction done.
+        recorded: Its traces, inputs and outputs.
+        service: Built from the recording's scenario with the same session.
+        session: Id of the start.
+        watch: Called with the fraction that is done.
+        feed: Called before each step; hands over what reaches the service outside of its inbox.
     """
-    traces, recorded = evidence.traces[session], evidence.outputs[session]
-    result = Retraced(service.name, session)
-    _note_gaps(result, traces, service.rate)
+    start = recorded.starts[session]
+    result = ReplayResult(service.name, session, steps=len(start.steps))
+    result.differences.extend(start.flaws)
+    alignment = aligned(recorded, start, service)
     newest: dict[str, Received] = {}
-    sequences = {key: _first(outputs, traces) for key, outputs in recorded.items()}
-    missing = 0
-    for count, trace in enumerate(traces):
-        arrived, absent = _inputs(evidence, trace)
-        missing += absent
+    predating = outlasting = 0
+    for count, step in enumerate(start.steps):
+        arrived, absent = _inputs(recorded, step.trace)
         newest.update({key: items[-1] for key, items in arrived.items()})
-        for topic, message in service.step(Inbox(dict(newest), arrived), trace.now):
-            sequence = sequences.setdefault(topic.key, 0)
-            sequences[topic.key] += 1
-            entry = recorded.get(topic.key, {}).get(sequence)
-            _compare(result, topic, sequence, trace.now, entry, message, recorded)
+        for difference, before, after in absent:
+            predating += before
+            outlasting += after
+            if not (before or after):
+                result.differences.append(difference)
+        if feed:
+            feed(step)
+        published = list(service.step(Inbox(dict(newest), arrived), step.trace.now))
+        for pair in alignment.step(step, published):
+            _compare(result, pair, step.trace.now)
         if watch and count % 20 == 0:
-            watch(count / len(traces))
-    result.steps = len(traces)
-    if missing:
-        result.notes.append(
-            f"{missing} inputs of {service.name} are not in the file: the recorder was not "
-            "there yet or too slow"
-        )
-    result.differences.extend(_unsaid(traces, recorded, sequences))
+            watch(count / len(start.steps))
+    result.differences.extend(alignment.unclaimed())
     result.differences.sort(key=lambda d: d.time)
+    _note_beginning(result, start.steps[0].trace, service.rate, predating)
+    _note_end(result, alignment, outlasting)
     return result
 
 
-def _inputs(evidence: Evidence, trace: Trace) -> tuple[dict[str, list[Received]], int]:
+def _inputs(
+    recorded: RecordedService, trace: Trace
+) -> tuple[dict[str, list[Received]], list[tuple[Difference, bool, bool]]]:
+    """Inputs of a step by topic, and those that the file lacks: difference, predates, outlasts."""
     arrived: dict[str, list[Received]] = defaultdict(list)
-    absent = 0
+    absent = []
     for item in trace.inputs:
-        entry = evidence.inputs.get((item.topic, item.publisher, item.sequence))
+        entry = recorded.inputs.get((item.topic, item.publisher, item.sequence))
         if entry is None:
-            absent += 1
+            text = f"input of step {trace.step}"
+            difference = Difference(
+                item.topic, item.sequence, item.received, "", text, "not in the file", kind="absent"
+            )
+            absent.append((difference, recorded.predates(item), recorded.outlasts(item)))
             continue
         arrived[item.topic].append(
             Received(entry.parse(), item.publisher, item.sequence, item.received)
@@ -118,60 +110,55 @@ def _inputs(evidence: Evidence, trace: Trace) -> tuple[dict[str, list[Received]]
     return arrived, absent
 
 
-def _compare(
-    result: Retraced,
-    topic: Topic,
-    sequence: int,
-    now: int,
-    entry: Entry | None,
-    message: Message,
-    recorded: dict[str, dict[int, Entry]],
-) -> None:
-    payload = message.SerializeToString(deterministic=True)
+def _compare(result: ReplayResult, pair: Pair, now: int) -> None:
+    """Compare one published message with the recorded one, or report that one of them lacks."""
+    entry = pair.recorded
+    if pair.published is None:
+        assert entry is not None
+        result.differences.append(
+            Difference(
+                entry.key, entry.sequence, entry.log_time, "", entry.schema, "nothing", kind="lacks"
+            )
+        )
+        return
+    topic, message = pair.published
     schema = topic.type.DESCRIPTOR.full_name
+    payload = message.SerializeToString(deterministic=True)
     time = entry.log_time if entry else now
-    result.outputs.append(Entry(topic.key, schema, payload, result.session, sequence, time))
+    result.outputs.append(Entry(topic.key, schema, payload, result.session, pair.sequence, time))
     if entry is None:
-        # The last words of a service may still be under way when a recording ends, and what a
-        # recorder was too slow for is missing from the numbers.
-        if topic.key not in recorded:
-            result.differences.append(Difference(topic.key, sequence, now, "", "nothing", schema))
+        if not pair.unrecorded:
+            result.differences.append(
+                Difference(topic.key, pair.sequence, now, "", "nothing", schema, kind="extra")
+            )
         return
     result.compared[topic.key] += 1
     if payload == entry.payload:
         return
     for path, before, after, size in field_differences(topic, entry.parse(), message):
         result.differences.append(
-            Difference(topic.key, sequence, entry.log_time, path, before, after, size)
+            Difference(topic.key, entry.sequence, entry.log_time, path, before, after, size)
         )
 
 
-def _unsaid(
-    traces: list[Trace], recorded: dict[str, dict[int, Entry]], sequences: dict[str, int]
-) -> Iterator[Difference]:
-    """Messages that stand in the recording and were not said again."""
-    for key, outputs in recorded.items():
-        for sequence, entry in outputs.items():
-            # The trace of the step that sent it may be behind the end of the file.
-            if sequence >= sequences[key] and entry.log_time <= traces[-1].now:
-                yield Difference(key, sequence, entry.log_time, "", entry.schema, "nothing")
-
-
-def _first(outputs: dict[int, Entry], traces: list[Trace]) -> int:
-    """Number of the first message on a topic that the traced steps sent."""
-    if traces[0].step == 0:
-        return 0
-    after = [s for s, entry in outputs.items() if entry.log_time >= traces[0].now]
-    return min(after, default=0)
-
-
-def _note_gaps(result: Retraced, traces: list[Trace], rate: float) -> None:
-    first = traces[0].step
-    if first:
+def _note_beginning(result: ReplayResult, first: Trace, rate: float, predating: int) -> None:
+    if first.step:
         result.notes.append(
-            f"the recording begins {first / rate:.1f} s after {result.service} did (step {first}): "
-            "it is replayed from a fresh start, so what it remembered from before is missing"
+            f"the recording begins {first.step / rate:.1f} s after {result.service} did "
+            f"(step {first.step}): it is replayed from a fresh start, without its earlier state"
         )
-    lost = traces[-1].step - first + 1 - len(traces)
-    if lost:
-        result.notes.append(f"{lost} steps of {result.service} are missing in its trace")
+    if predating:
+        result.notes.append(
+            f"{predating} inputs of {result.service} were sent before the recording began"
+        )
+
+
+def _note_end(result: ReplayResult, alignment: Alignment, outlasting: int) -> None:
+    for key, count in sorted(alignment.under_way.items()):
+        result.ends.append(f"{count} messages on {key} were under way when the recording ended")
+    for key, count in sorted(alignment.untraced.items()):
+        result.ends.append(f"{count} messages on {key} are of steps behind the recording's end")
+    for key, count in sorted(alignment.unheard.items()):
+        result.notes.append(f"{count} messages on {key} are missing in the recording's numbers")
+    if outlasting:
+        result.ends.append(f"{outlasting} inputs were not yet written when the recording ended")

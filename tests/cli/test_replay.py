@@ -14,7 +14,8 @@ from shared.messages import ArmSetpoints, NodeChain, Parameter, Parameters, Setp
 from shared.recording import Recording, Writer
 from stack import services
 from stack.replay.comparison import field_differences
-from stack.replay.trace_replay import Evidence, retrace
+from stack.replay.recorded_service import RecordedService
+from stack.replay.trace_replay import replay_start
 from stack.simulation import closed_loop
 from tests.stack import small_cell
 
@@ -45,8 +46,8 @@ def small(monkeypatch: pytest.MonkeyPatch):
 
 
 def test_the_same_service_says_the_same(path: Path, scenario):
-    result = retrace(
-        Evidence(Recording(path), "controller"),
+    result = replay_start(
+        RecordedService(Recording.open(path), "controller"),
         small_cell.Straight(scenario, small_cell.SPEED),
         "controller-0",
     )
@@ -81,7 +82,7 @@ def test_update_puts_what_is_said_now_in_the_place_of_what_was_recorded(path: Pa
     after = [(e.key, e.publisher, e.sequence, e.log_time) for e in Recording(path).messages()]
     assert sorted(before) == sorted(after)
     shown = capsys.readouterr().out
-    assert "fields differ" in shown
+    assert "300 differences" in shown
     assert "arms[0]" in shown
 
 
@@ -94,20 +95,24 @@ def test_a_cut_recording_is_replayed_up_to_the_cut(path: Path, small, capsys):
     assert "lariat repair" in captured.err
 
 
-def test_a_recording_that_begins_later_than_the_service_says_so(path: Path, tmp_path, scenario):
+@pytest.mark.parametrize("time", ["simulated", "live"])
+def test_a_recording_that_begins_later_than_the_service_says_so(
+    path: Path, tmp_path, scenario, time: str
+):
     late = tmp_path / "late.mcap"
     entries = [e for e in Recording(path).messages() if e.log_time >= 1_500_000_000]
-    writer = Writer(late, scenario, entries[0].log_time)
+    writer = Writer(late, scenario, entries[0].log_time, {"time": time})
     for e in entries:
         writer.write(e.topic, e.payload, e.publisher, e.sequence, e.log_time)
     writer.close()
-    result = retrace(
-        Evidence(Recording(late), "controller"),
+    result = replay_start(
+        RecordedService(Recording.open(late), "controller"),
         small_cell.Straight(scenario, small_cell.SPEED),
         "controller-0",
     )
     assert any("begins 0.5 s after controller did (step 25)" in note for note in result.notes)
-    assert any("inputs of controller are not in the file" in note for note in result.notes)
+    assert any("inputs of controller were sent before" in note for note in result.notes)
+    assert {d.kind for d in result.differences} <= {"field", "lacks"}
 
 
 def test_a_message_that_is_not_said_any_more_is_a_difference(path: Path, scenario):
@@ -117,13 +122,13 @@ def test_a_message_that_is_not_said_any_more_is_a_difference(path: Path, scenari
                 if publication.topic.key != "arm/setpoints":
                     yield publication
 
-    evidence = Evidence(Recording(path), "controller")
-    result = retrace(evidence, Silent(scenario, small_cell.SPEED), "controller-0")
+    recorded = RecordedService(Recording.open(path), "controller")
+    result = replay_start(recorded, Silent(scenario, small_cell.SPEED), "controller-0")
     assert {(d.topic, d.replayed) for d in result.differences} == {("arm/setpoints", "nothing")}
 
 
 def test_bad_input_is_refused_by_name(path: Path, tmp_path: Path, small):
-    with pytest.raises(ConfigurationError, match="no such service; use one of sim"):
+    with pytest.raises(ConfigurationError, match="no such service; use one of camera, sim"):
         replay.main(path, service=("contoller",))
     with pytest.raises(ConfigurationError, match="holds no trace/planner"):
         replay.main(path, service=("planner",))

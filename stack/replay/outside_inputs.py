@@ -1,0 +1,201 @@
+"""Services whose inputs do not all stand in their traces, built for replay.
+
+* The recorder hears every message of the bus. A recording is what it heard, in order: the replay
+  hands it the same messages and lets it write its own file into a temporary folder.
+* The dashboard is operated by people in a browser. The requests that it published tell what they
+  asked for; the replay asks again, and the dashboard has to number, stamp and address the requests
+  as it did.
+* The camera's frames come from a device or a file. The recording's metadata names the file; frames
+  of a device cannot be replayed.
+"""
+
+from __future__ import annotations
+
+import socket
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from shared import topics
+from shared.configuration import ConfigurationError
+from shared.messages import grip_pose
+from shared.recording import Entry, Recording
+from shared.scenario import Scenario
+from shared.service import Inbox, Publication, Service
+from stack import services
+from stack.replay.recorded_service import RecordedService, TracedStep
+
+CAMERA_RECORDING = "camera_recording"
+"""Metadata key: file of the camera's frames, relative to the recording."""
+
+
+class NotReplayable(ConfigurationError):
+    """The recording does not hold what the service took from outside of the bus."""
+
+
+class Subject(NamedTuple):
+    """A service that is ready to be replayed."""
+
+    service: Service
+    feed: Callable[[TracedStep], None] | None = None
+    """Hands over, before each step, what came from outside of the inbox."""
+
+
+@contextmanager
+def subject(
+    name: str, scenario: Scenario, session: str, recording: Recording, recorded: RecordedService
+) -> Iterator[Subject]:
+    """A service with what it needs from outside of the bus, closed when the block ends.
+
+    Raises:
+        NotReplayable: The recording lacks what came from outside.
+    """
+    match name:
+        case "camera":
+            with _camera(scenario, session, recording) as camera:
+                yield Subject(camera)
+        case "recorder":
+            with _recorder(scenario, session, recording, recorded) as recorder:
+                yield Subject(recorder, recorder.feed)
+        case "dashboard":
+            with _dashboard(scenario, session, recorded) as dashboard:
+                yield dashboard
+        case _:
+            began = recorded.starts[session].steps[0].trace.now
+            yield Subject(services.build(name, scenario, session, began))
+
+
+@contextmanager
+def _camera(scenario: Scenario, session: str, recording: Recording) -> Iterator[Service]:
+    from services.camera.options import CameraOptions
+    from services.camera.service import build
+
+    source = recording.metadata.get(CAMERA_RECORDING)
+    if source is None:
+        raise NotReplayable(
+            f"{recording.path} does not say which file the camera played: its frames came from a "
+            "device, or from a file that is not named in the recording"
+        )
+    service = build(scenario, session, CameraOptions(recording.path.parent / source))
+    try:
+        yield service
+    finally:
+        service.close()
+
+
+@dataclass
+class RecorderSubject:
+    """A recorder that hears a recording again."""
+
+    service: Any
+    messages: Iterator[tuple[int, Entry]]
+    folder: str
+    """Where the recorded one wrote its files."""
+    name: str = "recorder"
+    waiting: list[tuple[int, Entry]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.reads, self.writes = self.service.reads, self.service.writes
+        self.rate, self.latency = self.service.rate, self.service.latency
+
+    def warm_up(self) -> None:
+        """Compile nothing."""
+
+    def feed(self, step: TracedStep) -> None:
+        """Hand over what was received up to a step and stands before its trace in the file."""
+        while True:
+            following = self.waiting.pop() if self.waiting else next(self.messages, None)
+            if following is None:
+                return
+            position, entry = following
+            if entry.log_time > step.trace.now or position >= step.position:
+                self.waiting.append(following)
+                return
+            self.service.tap(_Heard(entry))
+
+    def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
+        """Step the recorder; its file is named in the folder of the recorded one."""
+        for topic, message in self.service.step(inbox, now):
+            if topic.key == topics.RUN_RECORD.key and message.file:
+                message.file = str(Path(self.folder) / Path(message.file).name)
+            yield Publication(topic, message)
+
+
+class _Heard:
+    """A recorded message as a recorder's tap takes it."""
+
+    def __init__(self, entry: Entry) -> None:
+        self.key, self.payload = entry.key, entry.payload
+        self.publisher, self.sequence = entry.publisher, entry.sequence
+        self.received = entry.log_time
+
+
+@contextmanager
+def _recorder(
+    scenario: Scenario, session: str, recording: Recording, recorded: RecordedService
+) -> Iterator[RecorderSubject]:
+    from services.recorder.options import RecorderOptions
+    from services.recorder.service import build
+
+    files = [
+        message.file
+        for entry, _ in recorded.starts[session].outputs.get(topics.RUN_RECORD.key, [])
+        if (message := entry.parse()).file
+    ]
+    folder = str(Path(files[0]).parent) if files else ""
+    with tempfile.TemporaryDirectory() as place:
+        service = build(scenario, session, RecorderOptions(Path(place), least_free=0.0))
+        try:
+            yield RecorderSubject(service, enumerate(recording.messages()), folder)
+        finally:
+            service.close()
+
+
+@contextmanager
+def _dashboard(scenario: Scenario, session: str, recorded: RecordedService) -> Iterator[Subject]:
+    from dashboard.options import DashboardOptions
+    from dashboard.service import build
+
+    asked = sorted(
+        (located for outputs in recorded.starts[session].outputs.values() for located in outputs),
+        key=lambda located: located.position,
+        reverse=True,
+    )
+
+    def feed(step: TracedStep) -> None:
+        # A step's requests stand before its trace.
+        while asked and asked[-1].position < step.position:
+            _ask_again(service.outbox, asked.pop().entry)
+
+    service = build(scenario, session, DashboardOptions(port=_free_port()))
+    try:
+        yield Subject(service, feed)
+    finally:
+        service.close()
+
+
+def _ask_again(outbox: Any, entry: Entry) -> None:
+    """Put what a person asked for into the outbox, without id and stamp."""
+    message = entry.parse()
+    words = f"request #{entry.sequence} of the recording"
+    match entry.key:
+        case topics.TASK_REQUEST.key:
+            fields = {f.name: v for f, v in message.ListFields()}
+            given = {k: v for k, v in fields.items() if k not in ("id", "stamp", "action")}
+            outbox.task(message.action, words, **given)
+        case topics.SCENE_REQUEST.key:
+            outbox.scene(message.action, message.obstacle, words)
+        case topics.ARM_COMMAND.key:
+            given = {f.name: v for f, v in message.ListFields() if f.name in ("arm", "close")}
+            outbox.arm(message.action, message.boot, words, **given)
+        case topics.TASK_GOAL_DRAFT.key:
+            outbox.draft(grip_pose(message.left), grip_pose(message.right))
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]

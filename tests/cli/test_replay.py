@@ -37,7 +37,7 @@ def small(monkeypatch: pytest.MonkeyPatch):
     """Puts the small controller in the place of the real one."""
     speeds = {"speed": small_cell.SPEED}
 
-    def build(name, scenario, session):
+    def build(name, scenario, session, first_step):
         assert name == "controller"
         return small_cell.Straight(scenario, speeds["speed"])
 

@@ -24,8 +24,7 @@ from lariat.rod import Rod, RodProperties, RodState
 from services.controller.model_factory import horizon_optimizer
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
 from services.controller.mpc.horizon import HorizonProblem
-from services.controller.mpc.motion import Bounds
-from services.controller.mpc.receding_horizon import LONE_SHARE
+from shared.motion_contract import PATHLESS_LIMIT_SHARE
 from shared.scenario import Scenario, load
 
 BASE = Path(__file__).parents[1] / "scenarios" / "three-cylinders.toml"
@@ -79,8 +78,8 @@ def _times(base: Scenario, method: Method, count: int, calls: int) -> Float64[np
     goal = rod.rest(*scenario.grips(scenario.goal)).state.positions
     moves = np.zeros((2, 6), dtype=bool)
     moves[:, :3] = True
-    bounds = Bounds.share(scenario.limits, LONE_SHARE)
-    optimizer = horizon_optimizer(scenario.control, moves, bounds, count)
+    limits = scenario.limits.scaled(PATHLESS_LIMIT_SHARE)
+    optimizer = horizon_optimizer(scenario.control, moves, limits, count)
     horizon = optimizer.step_count
     avoidance = AvoidanceSpecification(
         scenario.bodies, scenario.control.clearance, scenario.rope.diameter / 2.0, 0.44

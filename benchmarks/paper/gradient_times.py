@@ -20,7 +20,6 @@ from lariat.rod.launch import taichi_runtime
 from lariat.rod.xpbd import XpbdRod
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
 from services.controller.mpc.gauss_newton import GaussNewton
-from services.controller.mpc.motion import Bounds
 from services.controller.mpc.objective import ObjectiveWeights
 from shared.scenario.sections import Control, Limits
 
@@ -121,7 +120,7 @@ def _planned(rod: Rod, state: RodState) -> Callable[[], object]:
         control.time_step,
         control.iterations,
         ObjectiveWeights(control.speed_weight, control.acceleration_weight),
-        Bounds.share(Limits(), 1.0),
+        Limits(),
     )
     nodes = state.positions + np.array([0.0, 0.02, 0.0])
     goal = Goal(nodes, Pose(nodes[0], LEVEL), Pose(nodes[-1], LEVEL))

@@ -11,11 +11,11 @@ from benchmarks.paper.closed_loop import Run, shape
 from benchmarks.paper.goals import Goal, goals, scene, start
 from lariat.rod import Rod
 from lariat.rod.xpbd import XpbdRod
+from lariat.trajectory import MotionLimits
 from services.controller.model_factory import paper_rod
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
 from services.controller.mpc.gauss_newton import GaussNewton
 from services.controller.mpc.horizon import HorizonOptimizer
-from services.controller.mpc.motion import Bounds
 from services.controller.mpc.objective import ObjectiveWeights
 from services.controller.paper.adaptation import PaperAdaptation
 from services.controller.paper.optimizer import PaperOptimizer
@@ -170,11 +170,10 @@ class Bench:
                 GAUSS_NEWTON_STEP,
                 1,
                 GAUSS_NEWTON_WEIGHTS,
-                Bounds.share(Limits(), 1.0),
+                Limits(),
             )
         free = int(moves.sum())
         policy = Actions(PAPER.horizon, free, study.rate)
         if study.method == "network":
             policy = Network(NODES, free, PAPER.learning_rate, study.seed)
-        unlimited = np.full((2, 1), np.inf)
-        return PaperOptimizer(policy, PAPER, moves, Bounds(unlimited, unlimited, unlimited))
+        return PaperOptimizer(policy, PAPER, moves, MotionLimits(*[np.inf] * 6))

@@ -1,82 +1,75 @@
-"""How fast a gripper may move, and the names of the rules that stop it."""
+"""Limits on the motion of a gripper."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float64
 
-Rule = Literal[
-    "finite",
-    "ordered",
-    "fresh",
-    "rest",
-    "workspace",
-    "keep_out",
-    "table",
-    "joint_limits",
-    "joint_speed",
-    "singularity",
-    "speed",
-    "acceleration",
-    "jerk",
-    "step",
-    "spacing",
-    "overstretch",
-    "lost_link",
-]
-"""Names used in refusals, logs, `docs/safety.md` and tests."""
+Bounds = Float64[np.ndarray, "2 1"]
+"""A bound on translation (row 0) and one on rotation (row 1)."""
 
 
 @dataclass(frozen=True)
 class MotionLimits:
-    """Bounds on the commanded motion of one gripper; each is on the norm of a vector."""
+    """Limits on speed, acceleration and jerk of a gripper; each bounds the norm of a vector.
 
-    speed: float = 0.5
+    Raises:
+        ValueError: A limit is not positive.
+    """
+
+    speed: float
     """[m/s]"""
-    acceleration: float = 2.0
+    acceleration: float
     """[m/s^2]"""
-    jerk: float = 40.0
+    jerk: float
     """[m/s^3]"""
-    angular_speed: float = 1.5
+    angular_speed: float
     """[rad/s]"""
-    angular_acceleration: float = 6.0
+    angular_acceleration: float
     """[rad/s^2]"""
-    angular_jerk: float = 120.0
+    angular_jerk: float
     """[rad/s^3]"""
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not (np.isfinite(value) and value > 0.0):
-                raise ValueError(f"limits.{name} must be positive and finite, got {value}")
+        for name in MotionLimits.__dataclass_fields__:
+            value = getattr(self, name)
+            if not value > 0.0:
+                raise ValueError(f"limits.{name} must be positive, got {value}")
 
+    def scaled(self, fraction: float) -> MotionLimits:
+        """Return a fraction of each limit.
 
-@dataclass(frozen=True)
-class LimitTable:
-    """Limits of n grippers as arrays that broadcast with motions of shape "n 2 3".
-
-    Row 0 of the middle axis is translation, row 1 rotation.
-    """
-
-    speed: Float64[np.ndarray, "n 2 1"]
-    """[m/s], [rad/s]"""
-    acceleration: Float64[np.ndarray, "n 2 1"]
-    """[m/s^2], [rad/s^2]"""
-    jerk: Float64[np.ndarray, "n 2 1"]
-    """[m/s^3], [rad/s^3]"""
-
-    @classmethod
-    def of(cls, limits: list[MotionLimits]) -> LimitTable:
-        """One row for every gripper."""
-
-        def column(linear: str, angular: str) -> Float64[np.ndarray, "n 2 1"]:
-            rows = [(getattr(limit, linear), getattr(limit, angular)) for limit in limits]
-            return np.array(rows, dtype=float).reshape(-1, 2, 1)
-
-        return cls(
-            column("speed", "angular_speed"),
-            column("acceleration", "angular_acceleration"),
-            column("jerk", "angular_jerk"),
+        Args:
+            fraction: Factor on every limit, positive.
+        """
+        return MotionLimits(
+            *(fraction * getattr(self, name) for name in MotionLimits.__dataclass_fields__)
         )
+
+    @cached_property
+    def speed_bounds(self) -> Bounds:
+        """Limits on speed, which broadcast with vectors of shape "k 2 3" [m/s, rad/s]."""
+        return np.array([[self.speed], [self.angular_speed]])
+
+    @cached_property
+    def acceleration_bounds(self) -> Bounds:
+        """Limits on acceleration [m/s^2, rad/s^2]."""
+        return np.array([[self.acceleration], [self.angular_acceleration]])
+
+    @cached_property
+    def jerk_bounds(self) -> Bounds:
+        """Limits on jerk [m/s^3, rad/s^3]."""
+        return np.array([[self.jerk], [self.angular_jerk]])
+
+
+def norms(vectors: Float64[np.ndarray, "*b 3"]) -> Float64[np.ndarray, "*b 1"]:
+    """Return the Euclidean norms of vectors, with the last axis kept."""
+    return np.sqrt(np.einsum("...i,...i->...", vectors, vectors))[..., None]
+
+
+def clipped(vectors: Float64[np.ndarray, "*b 2 3"], bound: Bounds) -> Float64[np.ndarray, "*b 2 3"]:
+    """Return vectors shortened to a bound on their norm, in their own direction."""
+    return vectors * np.minimum(1.0, bound / np.maximum(norms(vectors), 1e-300))

@@ -1,8 +1,8 @@
-"""The stop that is always ready: jerk-limited, straight, in closed form.
+"""Jerk-limited stop of grippers, straight and in closed form.
 
-From velocity v and acceleration a the acceleration is first taken away along its own direction,
-which needs |a| / J; what speed remains is then shed along its own line with the trapezoid of
-deceleration that the limits A and J allow, which needs at most v / A + A / J.
+From velocity v and acceleration a, the acceleration is first removed along its own direction, which
+takes |a| / J. The remaining speed is then removed along its own line with the trapezoidal
+deceleration that the limits A and J allow, which takes at most v / A + A / J.
 """
 
 from __future__ import annotations
@@ -12,83 +12,99 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.trajectory.limits import LimitTable
+from lariat.trajectory.limits import MotionLimits, norms
+from lariat.trajectory.state import MotionState, Vectors
 
-Vectors = Float64[np.ndarray, "n 2 3"]
-
-
-def _norm(vectors: Float64[np.ndarray, "*b 3"]) -> Float64[np.ndarray, "*b 1"]:
-    return np.sqrt(np.einsum("...i,...i->...", vectors, vectors))[..., None]
-
-
-def _direction(vectors: Float64[np.ndarray, "*b 3"]) -> Float64[np.ndarray, "*b 3"]:
-    return vectors / np.maximum(_norm(vectors), 1e-300)
+LEAST_NORM = 1e-12
+"""Norm below which a velocity or an acceleration has no direction [SI]."""
+REST_TOLERANCE = 1e-12
+"""Rounding error of the summed durations of a stop's phases [s]."""
+GRID_TOLERANCE = 1e-9
+"""Fraction of a grid step by which a stop may outlast the last instant [-]."""
 
 
-def peak_velocity(velocity: Vectors, acceleration: Vectors, limits: LimitTable) -> Vectors:
-    """Velocity when a stop has taken the acceleration away.
+def peak_twists(twists: Vectors, accelerations: Vectors, limits: MotionLimits) -> Vectors:
+    """Return the twists at the time at which a stop has removed the accelerations [m/s, rad/s].
 
-    The velocity moves on a straight line until then, so the speed during a stop never exceeds the
-    larger of this one's and the present one's.
+    Until then the velocity moves on a straight line, so the speed during a stop never exceeds the
+    larger one of the present speed and this peak.
     """
-    return velocity + acceleration * _norm(acceleration) / (2.0 * limits.jerk)
+    ease = norms(accelerations) / limits.jerk_bounds
+    return twists + accelerations * ease / 2.0
 
 
 @dataclass(frozen=True)
 class Stop:
-    """A stop of all grippers, every one as quick as its own limits allow."""
+    """Stop of all grippers, each as fast as the limits allow."""
 
-    velocity: Vectors
-    """When it begins [m/s, rad/s]."""
-    acceleration: Vectors
-    """When it begins [m/s^2, rad/s^2]."""
-    jerks: Float64[np.ndarray, "4 n 2 3"]
-    """In its four phases [m/s^3, rad/s^3]."""
-    durations: Float64[np.ndarray, "4 n 2 1"]
-    """Of the phases [s]."""
+    twists: Vectors
+    """At the beginning [m/s, rad/s]."""
+    accelerations: Vectors
+    """At the beginning [m/s^2, rad/s^2]."""
+    jerks: Float64[np.ndarray, "4 k 2 3"]
+    """Constant jerk in each of the four phases [m/s^3, rad/s^3]."""
+    durations: Float64[np.ndarray, "4 k 2 1"]
+    """Duration of each phase [s]."""
 
     @classmethod
-    def plan(cls, velocity: Vectors, acceleration: Vectors, limits: LimitTable) -> Stop:
-        """The stop from a motion."""
-        ease = _norm(acceleration) / limits.jerk
-        peak = peak_velocity(velocity, acceleration, limits)
-        speed = _norm(peak)
-        ramp = np.minimum(limits.acceleration / limits.jerk, np.sqrt(speed / limits.jerk))
-        cruise = np.maximum(speed / limits.acceleration - ramp, 0.0)
-        cruise = np.where(ramp * limits.jerk < limits.acceleration, 0.0, cruise)
-        backwards = -_direction(peak) * limits.jerk
-        jerks = np.stack(
-            [
-                -_direction(acceleration) * limits.jerk,
-                backwards,
-                np.zeros_like(backwards),
-                -backwards,
-            ]
+    def plan(cls, twists: Vectors, accelerations: Vectors, limits: MotionLimits) -> Stop:
+        """Return the stop from a motion."""
+        jerk, deceleration = limits.jerk_bounds, limits.acceleration_bounds
+        size = norms(accelerations)
+        peak = peak_twists(twists, accelerations, limits)
+        speed = norms(peak)
+        ramp = np.minimum(deceleration / jerk, np.sqrt(speed / jerk))
+        hold = np.maximum(speed / np.maximum(jerk * ramp, LEAST_NORM) - ramp, 0.0)
+        backwards = -peak / np.maximum(speed, LEAST_NORM) * jerk
+        ease = -accelerations / np.maximum(size, LEAST_NORM) * jerk
+        return cls(
+            twists,
+            accelerations,
+            np.stack([ease, backwards, np.zeros_like(backwards), -backwards]),
+            np.stack([size / jerk, ramp, hold, ramp]),
         )
-        return cls(velocity, acceleration, jerks, np.stack([ease, ramp, cruise, ramp]))
 
     @property
     def duration(self) -> float:
-        """Until the last gripper rests [s]."""
+        """Time until the last gripper rests [s]."""
         return float(np.max(np.sum(self.durations, axis=0), initial=0.0))
 
     def at(self, t: float | Float64[np.ndarray, "m 1 1 1"]) -> tuple[Vectors, Vectors, Vectors]:
-        """Displacement, velocity and acceleration a time `t` [s] after the stop began."""
+        """Return displacements, twists and accelerations after a time since the beginning.
+
+        Args:
+            t: One time or m of them [s]; with m times the results have m rows.
+
+        Returns:
+            Displacements [m, rad], twists [m/s, rad/s] and accelerations [m/s^2, rad/s^2].
+        """
         left = np.asarray(t, dtype=float)
-        displacement = np.zeros_like(self.velocity)
-        velocity, acceleration = self.velocity, self.acceleration
+        displacements = np.zeros_like(self.twists)
+        twists, accelerations = self.twists, self.accelerations
         for jerk, duration in zip(self.jerks, self.durations, strict=True):
             tau = np.clip(left, 0.0, duration)
             left = left - duration
-            displacement = displacement + tau * (
-                velocity + tau * (acceleration / 2.0 + tau * jerk / 6.0)
+            displacements = displacements + tau * (
+                twists + tau * (accelerations / 2.0 + tau * jerk / 6.0)
             )
-            velocity = velocity + tau * (acceleration + tau * jerk / 2.0)
-            acceleration = acceleration + tau * jerk
-        # Phases add up to rest but for rounding; rest is exact.
-        over = left >= -1e-12
-        return (
-            displacement,
-            np.where(over, 0.0, velocity),
-            np.where(over, 0.0, acceleration),
-        )
+            twists = twists + tau * (accelerations + tau * jerk / 2.0)
+            accelerations = accelerations + tau * jerk
+        # The phases add up to rest except for rounding; rest is exact.
+        over = left >= -REST_TOLERANCE
+        return displacements, np.where(over, 0.0, twists), np.where(over, 0.0, accelerations)
+
+
+def stopping_states(state: MotionState, limits: MotionLimits, dt: float) -> list[MotionState]:
+    """Return the states of a stop on a time grid, the last one exactly at rest.
+
+    Args:
+        state: State from which the stop begins; it is not among the returned ones.
+        dt: Time between the states [s].
+    """
+    stop = Stop.plan(state.twists, state.accelerations, limits)
+    count = int(np.ceil(stop.duration / dt - GRID_TOLERANCE))
+    states = [state.moved(*stop.at(t)) for t in dt * np.arange(1, count + 1)]
+    if states:
+        end, still = states[-1], np.zeros_like(state.twists)
+        states[-1] = MotionState(end.positions, end.orientations, still, still)
+    return states

@@ -7,15 +7,15 @@ import numpy as np
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle
 from lariat.rod.xpbd import PARAMETERS
-from services.controller.mpc.motion import Motion
-from services.controller.mpc.receding_horizon import SETPOINT, Command
+from lariat.trajectory import MotionState, SetpointChunk
+from services.controller.mpc.receding_horizon import Command
 from services.controller.mpc.reference_trajectory import ReferenceTrajectory
-from services.controller.mpc.setpoint_stream import Chunk
 from services.controller.paper.adaptation import PaperAdaptation
 from services.controller.run.goals import GoalFactory
 from services.controller.run.task import Goal
 from shared import messages
 from shared.messages import ArmSetpoints, ArmStates, Path, Plan, Setpoints, arm_pose, chain
+from shared.motion_contract import SETPOINT_PERIOD
 from shared.scenario import SIDES
 
 STATES = {
@@ -27,17 +27,17 @@ STATES = {
 }
 
 
-def motion_of(arms: ArmStates) -> Motion:
+def motion_of(arms: ArmStates) -> MotionState:
     """What both grips do."""
-    rest = Motion.at_rest(arm_pose(arms, "left"), arm_pose(arms, "right"))
-    velocity = np.zeros((2, 2, 3))
+    rest = MotionState.at_rest(arm_pose(arms, "left"), arm_pose(arms, "right"))
+    twists = np.zeros((2, 2, 3))
     for state in arms.arms:
-        row = velocity[SIDES.index("left" if state.arm == "left" else "right")]
+        row = twists[SIDES.index("left" if state.arm == "left" else "right")]
         if state.linear_velocity:
             row[0] = state.linear_velocity
         if state.angular_velocity:
             row[1] = state.angular_velocity
-    return Motion(rest.positions, rest.orientations, velocity, rest.acceleration)
+    return MotionState(rest.positions, rest.orientations, twists, rest.accelerations)
 
 
 def goal_message(goal: Goal) -> messages.Goal:
@@ -69,21 +69,23 @@ def goal_of(message: messages.Goal, maker: GoalFactory, obstacles: tuple[Obstacl
 
 
 def chunk_message(
-    chunk: Chunk, now: int, session: str, sequence: int, image_stamp: int
+    chunk: SetpointChunk, now: int, session: str, sequence: int, image_stamp: int
 ) -> Setpoints:
     """The setpoints of a chunk."""
-    positions = np.stack([m.positions for m in chunk.motions], axis=1)
-    orientations = np.stack([m.orientations for m in chunk.motions], axis=1)
     arms = [
-        ArmSetpoints(arm=side, positions=p.ravel(), orientations=q.ravel())
-        for side, p, q in zip(SIDES, positions, orientations, strict=True)
+        ArmSetpoints(
+            arm=side,
+            positions=chunk.positions[:, k].ravel(),
+            orientations=chunk.orientations[:, k].ravel(),
+        )
+        for k, side in enumerate(SIDES)
     ]
     return Setpoints(
         stamp=now,
         session=session,
         sequence=sequence,
-        t0=chunk.t0,
-        dt=SETPOINT,
+        t0=chunk.start,
+        dt=SETPOINT_PERIOD,
         arms=arms,
         image_stamp=image_stamp,
     )
@@ -103,8 +105,10 @@ def plan_message(command: Command, dt: int) -> Plan:
 
 def reference_trajectory(path: Path) -> ReferenceTrajectory:
     """A planned path as the controller follows it."""
-    if path.dt != SETPOINT:
-        raise ValueError(f"a path's points are {path.dt} ns apart; setpoints take {SETPOINT} ns")
+    if path.dt != SETPOINT_PERIOD:
+        raise ValueError(
+            f"a path's points are {path.dt} ns apart; setpoints take {SETPOINT_PERIOD} ns"
+        )
     left, right = chain(path.left_positions), chain(path.right_positions)
     turned = [
         np.asarray(q, dtype=float).reshape(-1, 4)
@@ -112,7 +116,7 @@ def reference_trajectory(path: Path) -> ReferenceTrajectory:
     ]
     nodes = chain(path.nodes).reshape(len(left), path.node_count, 3)
     return ReferenceTrajectory(
-        SETPOINT * 1e-9,
+        SETPOINT_PERIOD * 1e-9,
         np.stack([left, right], axis=1),
         np.stack(turned, axis=1),
         nodes,

@@ -7,21 +7,20 @@ from jaxtyping import Bool
 
 from lariat.rod import Rod
 from lariat.rod.xpbd import XpbdProperties, XpbdRod
+from lariat.trajectory import MotionLimits
 from services.controller.estimation.material_filter import MaterialFilter
 from services.controller.estimation.state_estimator import StateEstimator
 from services.controller.mpc.gauss_newton import GaussNewton
 from services.controller.mpc.horizon import HorizonOptimizer
-from services.controller.mpc.motion import Bounds
 from services.controller.mpc.objective import ObjectiveWeights
 from services.controller.mpc.receding_horizon import (
-    LONE_SHARE,
-    OFFSET_SHARE,
     RecedingHorizonController,
 )
 from services.controller.paper.adaptation import PaperAdaptation
 from services.controller.paper.optimizer import PaperOptimizer
 from services.controller.paper.policies import Actions, Network
 from shared.configuration import ConfigurationError
+from shared.motion_contract import OFFSET_LIMIT_SHARE, PATHLESS_LIMIT_SHARE
 from shared.scenario import SIDES, Scenario
 from shared.scenario.sections import Control, Limits, PaperControl
 
@@ -98,14 +97,14 @@ def adaptation(scenario: Scenario, model: Rod | XpbdRod) -> MaterialFilter | Pap
 
 
 def horizon_optimizer(
-    control: Control, moves: Bool[np.ndarray, "2 6"], bounds: Bounds, node_count: int
+    control: Control, moves: Bool[np.ndarray, "2 6"], limits: MotionLimits, node_count: int
 ) -> HorizonOptimizer:
     """Optimizer that `control.method` names.
 
     Args:
         control: Control section of a scenario.
         moves: Free components of each grip's velocity.
-        bounds: Bounds on the motion relative to the reference trajectory.
+        limits: Limits on the motion relative to the reference trajectory.
         node_count: Nodes of the rope.
     """
     paper = control.paper
@@ -114,13 +113,13 @@ def horizon_optimizer(
         case "gauss_newton":
             weights = ObjectiveWeights(control.speed_weight, control.acceleration_weight)
             return GaussNewton(
-                moves, control.horizon, control.time_step, control.iterations, weights, bounds
+                moves, control.horizon, control.time_step, control.iterations, weights, limits
             )
         case "actions":
             policy = Actions(paper.horizon, free)
         case "network":
             policy = Network(node_count, free, paper.learning_rate, seed=0)
-    return PaperOptimizer(policy, paper, moves, bounds)
+    return PaperOptimizer(policy, paper, moves, limits)
 
 
 def receding_horizon_controller(
@@ -138,7 +137,7 @@ def receding_horizon_controller(
         estimator: State estimator of the rope.
     """
     # Without a planned path all of the limits is for the optimizer.
-    share = OFFSET_SHARE if control.planner else LONE_SHARE
-    bounds = Bounds.share(limits, share)
-    optimizer = horizon_optimizer(control, moves, bounds, estimator.rod.node_count)
-    return RecedingHorizonController(estimator, optimizer, moves, bounds, limits)
+    share = OFFSET_LIMIT_SHARE if control.planner else PATHLESS_LIMIT_SHARE
+    offset_limits = limits.scaled(share)
+    optimizer = horizon_optimizer(control, moves, offset_limits, estimator.rod.node_count)
+    return RecedingHorizonController(estimator, optimizer, moves, offset_limits, limits)

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from lariat.rod import Rod, RodProperties
+from lariat.trajectory import MotionState
 from services.controller.estimation.state_estimator import StateEstimator
 from services.controller.messages import (
     chunk_message,
@@ -23,8 +24,7 @@ from services.controller.model_factory import (
     receding_horizon_controller,
 )
 from services.controller.mpc.collision_scene import CollisionScene
-from services.controller.mpc.motion import Motion
-from services.controller.mpc.receding_horizon import SETPOINT, Command
+from services.controller.mpc.receding_horizon import Command
 from services.controller.mpc.reference_trajectory import ReferenceTrajectory
 from services.controller.run.goals import GoalFactory
 from services.controller.run.progress import ProgressMonitor
@@ -43,6 +43,7 @@ from shared.messages import (
     poses_known,
     scene_obstacles,
 )
+from shared.motion_contract import SETPOINT_PERIOD
 from shared.scenario import SIDES, Scenario
 from shared.service import SECOND, Inbox, Publication
 
@@ -102,7 +103,7 @@ class ControllerService:
             resettable=resettable,
         )
         self._model = prediction_rod(scenario, self._rod)
-        self.estimate = StateEstimator(self._model, Motion.at_rest(*start), 0)
+        self.estimate = StateEstimator(self._model, MotionState.at_rest(*start), 0)
         self.adaptation = adaptation(scenario, self._model)
         self.loop = receding_horizon_controller(
             scenario.control, scenario.limits, self._moves, self.estimate
@@ -130,15 +131,18 @@ class ControllerService:
     def warm_up(self) -> None:
         """Compiles by controlling a rope that already is where it shall be."""
         start = self._goals.start
-        estimate = StateEstimator(self._model, Motion.at_rest(*start), 0)
+        estimate = StateEstimator(self._model, MotionState.at_rest(*start), 0)
         loop = receding_horizon_controller(
             self._scenario.control, self._scenario.limits, self._moves, estimate
         )
         nodes = estimate.nodes
-        loop.follow(ReferenceTrajectory.standing(estimate.motion, nodes, SETPOINT * 1e-9), SETPOINT)
+        loop.follow(
+            ReferenceTrajectory.standing(estimate.motion, nodes, SETPOINT_PERIOD * 1e-9),
+            SETPOINT_PERIOD,
+        )
         for k in (1, 2, 3):
-            estimate.advance(estimate.motion, k * SETPOINT)
-            loop.step(k * SETPOINT, nodes, self.scene.avoidance(self.task, 0.0))
+            estimate.advance(estimate.motion, k * SETPOINT_PERIOD)
+            loop.step(k * SETPOINT_PERIOD, nodes, self.scene.avoidance(self.task, 0.0))
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """One step of control."""
@@ -175,7 +179,7 @@ class ControllerService:
             self.estimate.advance(motion, arms.stamp)
 
     def _begin_anew(
-        self, motion: Motion, stamp: int, nodes: np.ndarray | None = None, turns: int = 0
+        self, motion: MotionState, stamp: int, nodes: np.ndarray | None = None, turns: int = 0
     ) -> bool:
         """Lets the estimate begin again; False where no rope reaches from grip to grip.
 
@@ -338,7 +342,7 @@ class ControllerService:
         if not self._scenario.control.planner:
             here = self.estimate.motion
             self.loop.follow(
-                ReferenceTrajectory.standing(here, self.estimate.nodes, SETPOINT * 1e-9), now
+                ReferenceTrajectory.standing(here, self.estimate.nodes, SETPOINT_PERIOD * 1e-9), now
             )
             self._followed = wanted
             return ""

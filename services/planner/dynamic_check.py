@@ -7,12 +7,15 @@ from jaxtyping import Float64
 
 from lariat.geometry import poses
 from lariat.geometry.clearance import grippers_apart, swept_gripper_points
+from lariat.geometry.grippers import axis_spacing
 from lariat.geometry.obstacles import segment_distance, signed_distance
-from services.planner.path_optimization import PathOptimisation, Trial, least_apart
+from lariat.trajectory import NANOSECONDS
+from services.planner.path_optimization import PathOptimisation, Trial
 from services.planner.problem import Problem, WholePath
 from services.planner.time_parameterization import Pace, timed
+from shared.motion_contract import CHUNK_BOUNDARY_MARGIN, SETPOINT_PERIOD
 
-DT = 0.02
+DT = SETPOINT_PERIOD * NANOSECONDS
 """Between points of a path [s]."""
 SUBSTEPS = 2
 """Of the rod between two points, so that it swings as it should."""
@@ -40,8 +43,6 @@ AFTER = 40
 """Points after the end for which swinging is watched."""
 LEAST_CLEARANCE = 0.005
 """Below this a path does not count [m]."""
-SPARE = 0.0015
-"""Distance of the grips beyond what is asked for, as the gateway wants it [m]."""
 SLACK = 5e-4
 """Clearance that may be missing [m]."""
 
@@ -89,7 +90,8 @@ def _crowded(
     limits = problem.limits
     bodies, _ = grippers_apart(positions, orientations, limits.gripper_reach)
     grips = np.linalg.norm(positions[:, 1] - positions[:, 0], axis=1)
-    lacks = [least_apart(limits) - bodies, limits.spacing + SPARE - grips]
+    apart = axis_spacing(limits.gripper_radius, limits.keep_out)
+    lacks = [apart - bodies, limits.spacing + CHUNK_BOUNDARY_MARGIN - grips]
     return max(float(np.max(lack) - max(lack[0], 0.0)) for lack in lacks)
 
 

@@ -22,10 +22,15 @@ from lariat.geometry.clearance import (
     swept_gripper_points,
     with_midpoints,
 )
+from lariat.geometry.grippers import axis_spacing
 from lariat.geometry.obstacles import Obstacle
 from lariat.rod import RodState, twist
 from services.planner.problem import Problem
-from shared.scenario.sections import Limits
+from shared.motion_contract import (
+    PATH_SPACING_MARGIN,
+    PATH_STRETCH_SHARE,
+    PATH_WORKSPACE_MARGIN,
+)
 
 BLOCKS = 12
 STEPS = 3
@@ -302,11 +307,11 @@ class PathOptimisation:
         chord = positions[:, 1] - positions[:, 0]
         distance = np.linalg.norm(chord, axis=1)
         direction = chord / np.maximum(distance, 1e-9)[:, None]
-        most = 0.985 * limits.overstretch * problem.rod.properties.length
+        most = PATH_STRETCH_SHARE * limits.overstretch * problem.rod.properties.length
         bodies = grippers_apart(positions, orientations, limits.gripper_reach)
         for apart, towards, least, farthest in (
-            (distance, direction, limits.spacing + 0.005, most),
-            (*bodies, least_apart(limits) + self.reserve, np.inf),
+            (distance, direction, limits.spacing + PATH_SPACING_MARGIN, most),
+            (*bodies, axis_spacing(limits.gripper_radius, limits.keep_out) + self.reserve, np.inf),
         ):
             (bad,) = np.nonzero((apart > farthest) | (apart < least))
             if len(bad):
@@ -316,7 +321,9 @@ class PathOptimisation:
                 row[:, :, 1, :3], row[:, :, 0, :3] = pull, -pull
                 weight = CROWDING * MILLIMETRE
                 found.append((weight * excess, weight * row))
-        low, high = np.array(limits.workspace) + np.array([[0.003], [-0.003]])
+        low, high = np.array(limits.workspace) + np.array(
+            [[PATH_WORKSPACE_MARGIN], [-PATH_WORKSPACE_MARGIN]]
+        )
         outside = positions - np.clip(positions, low, high)
         step, end, axis = np.nonzero(outside)
         if len(step):
@@ -366,11 +373,3 @@ class PathOptimisation:
                 steps = poses.multiply(ways[1:], poses.conjugate(ways[:-1]))
                 turns[:, end] = poses.logarithm(steps)
         return turns
-
-
-def least_apart(limits: Limits) -> float:
-    """Of the axes of both grippers' capsules, as the gateway keeps them [m].
-
-    It covers a capsule by spheres, which stand out a little.
-    """
-    return 2.2 * limits.gripper_radius + limits.keep_out + 0.002

@@ -14,11 +14,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
-from shared.scenario.sections import Limits
-
-SHARE = 0.7
-"""Of each limit that a path uses; the rest is left to the control of the rope."""
-
+from lariat.trajectory import MotionLimits
+from shared.motion_contract import PATH_LIMIT_SHARE
 
 AXIS = np.array([0.0, 0.0, 1.0])
 """Of the rope in a grip."""
@@ -38,7 +35,7 @@ class Pace:
 def timed(
     positions: Float64[np.ndarray, "w 2 3"],
     orientations: Float64[np.ndarray, "w 2 4"],
-    limits: Limits,
+    limits: MotionLimits,
     dt: float,
     pace: Pace,
 ) -> tuple[Float64[np.ndarray, "t 2 3"], Float64[np.ndarray, "t 2 4"]]:
@@ -71,7 +68,7 @@ def _at_pace(
 def _durations(
     positions: Float64[np.ndarray, "w 2 3"],
     orientations: Float64[np.ndarray, "w 2 4"],
-    limits: Limits,
+    limits: MotionLimits,
 ) -> Float64[np.ndarray, "w-1"]:
     """Least time between way-points [s]."""
     turned = poses.multiply(orientations[1:], poses.conjugate(orientations[:-1]))
@@ -87,7 +84,7 @@ def _passed(
     dt: float,
     means: list[float],
 ) -> Float64[np.ndarray, "t 2 7"]:
-    times = np.concatenate([[0.0], np.cumsum(durations / SHARE)])
+    times = np.concatenate([[0.0], np.cumsum(durations / PATH_LIMIT_SHARE)])
     widths = [max(1, round(mean / dt)) for mean in means]
     wait = sum(widths)
     count = int(np.ceil(times[-1] / dt)) + 1
@@ -110,7 +107,7 @@ def _passed(
 def _excess(
     positions: Float64[np.ndarray, "t 2 3"],
     orientations: Float64[np.ndarray, "t 2 4"],
-    limits: Limits,
+    limits: MotionLimits,
     dt: float,
 ) -> float:
     """By what factor time must be stretched for the shares of all limits to hold."""
@@ -128,7 +125,7 @@ def _excess(
         rate = np.concatenate([still, steps / dt, still])
         for order, bound in enumerate(limit, start=1):
             most = float(np.linalg.norm(rate, axis=2).max(initial=0.0))
-            worst = max(worst, (most / (1.001 * SHARE * bound)) ** (1.0 / order))
+            worst = max(worst, (most / (1.001 * PATH_LIMIT_SHARE * bound)) ** (1.0 / order))
             rate = np.diff(rate, axis=0) / dt
     return worst
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from lariat.geometry.poses import Pose
-from lariat.trajectory.chunk import NANOSECONDS
+from lariat.trajectory import NANOSECONDS
 from services.robot_gateway.drivers.driver import Driver, Feedback
 from services.robot_gateway.motion import approach
 from services.robot_gateway.motion.follower import Guidance
@@ -46,7 +46,7 @@ class Arms:
             pose, velocity = next(driven) if driver.moves else (None, np.zeros((2, 3)))
             rows.append(driver.step(now, pose if goes else None, velocity))
         self.feedback = tuple(rows)
-        self._trail.append((now, guidance.state.position))
+        self._trail.append((now, guidance.state.positions))
         while (now - self._trail[0][0]) * NANOSECONDS > LAG:
             self._trail.popleft()
         self._lags = None

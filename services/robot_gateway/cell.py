@@ -13,9 +13,9 @@ import numpy as np
 
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
-from lariat.trajectory.chunk import NANOSECONDS, Chunk
-from lariat.trajectory.limits import Rule
+from lariat.trajectory import NANOSECONDS, SetpointChunk
 from services.robot_gateway.arms import SIDES, Arms
+from services.robot_gateway.constraints.rule import Rule
 from services.robot_gateway.drivers.driver import Driver
 from services.robot_gateway.motion.approach import (
     PACES,
@@ -129,22 +129,22 @@ class Cell:
             self.safety = self.safety.stopped("writer_holds", reason or "the controller holds")
             self.guidance.halt()
 
-    def take_chunk(self, chunk: Chunk, now: int) -> None:
+    def take_chunk(self, chunk: SetpointChunk, session: str, sequence: int, now: int) -> None:
         """Setpoints that arrived at `now` [ns]."""
         try:
-            offset = self._take_writer(chunk.session, chunk.sequence, now, chunk.start)
+            offset = self._take_writer(session, sequence, now, chunk.start)
             if not self.safety.may_move or self._waits_since is not None:
                 return
             if self._reset_wanted != self._reset_done or self._approach.running:
                 return
             spline = self.guidance.check(chunk, now, offset)
         except Refused as refused:
-            self._refuse(refused, chunk.sequence)
+            self._refuse(refused, sequence)
             if refused.rule not in ("ordered", "fresh"):
                 # The writer lives: the chunk before may run to its resting end.
                 self._last_fresh = now
             return
-        self._last_fresh, self._sequence = now, chunk.sequence
+        self._last_fresh, self._sequence = now, sequence
         self.guidance.follow(spline, now)
         self.safety = self.safety.moving(True)
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lariat.trajectory.chunk import NANOSECONDS, Chunk
-from lariat.trajectory.limits import MotionLimits
+from lariat.geometry.grippers import gripper_bodies
+from lariat.trajectory import NANOSECONDS, SetpointChunk
 from services.robot_gateway.cell import Cell
 from services.robot_gateway.constraints.motion_constraints import Boundaries
 from services.robot_gateway.drivers.cr5.link import Link
-from services.robot_gateway.drivers.factory import bodies_of, drivers_of
+from services.robot_gateway.drivers.factory import drivers_of
 from services.robot_gateway.motion.follower import Guidance
 from services.robot_gateway.safety.force_limit import Pulls
 from services.robot_gateway.safety.shutdown import bring_to_rest
@@ -100,7 +100,8 @@ class RobotGatewayService:
             self.cell.take_hold(message.session, message.sequence, received, message.reason)
             return
         names = [SIDES[k] for k in self.cell.guidance.driven]
-        self.cell.take_chunk(chunk_of(message, names), received)
+        chunk = chunk_of(message, names)
+        self.cell.take_chunk(chunk, message.session, message.sequence, received)
 
     def _state(self, report: CellReport, now: int) -> ArmStates:
         safety = report.safety
@@ -172,22 +173,14 @@ def build(
     boundaries = Boundaries(
         rope_length=scenario.rope.length,
         workspace=limits.workspace,
-        bodies=bodies_of(scenario),
+        bodies=gripper_bodies(limits.gripper_reach, limits.gripper_radius),
         keep_out=limits.keep_out,
         spacing=limits.spacing,
         overstretch=limits.overstretch,
     )
-    motion = MotionLimits(
-        limits.speed,
-        limits.acceleration,
-        limits.jerk,
-        limits.angular_speed,
-        limits.angular_acceleration,
-        limits.angular_jerk,
-    )
     driven = [k for k, driver in enumerate(drivers) if driver.moves]
     postures = [drivers[k].posture for k in driven]
-    guidance = Guidance(motion, boundaries, starts, driven, postures)
+    guidance = Guidance(limits, boundaries, starts, driven, postures)
     guidance.rules.replace_obstacles(scenario.bodies)
     pulls = Pulls(limits.pull)
     ends = [scenario.end(side) for side in SIDES]
@@ -197,7 +190,7 @@ def build(
     return RobotGatewayService(cell, simulated=not real)
 
 
-def chunk_of(message: Setpoints, names: list[str]) -> Chunk:
+def chunk_of(message: Setpoints, names: list[str]) -> SetpointChunk:
     """Setpoints for the named ends, in their order; checked by the cell, not here.
 
     Lists that do not fit together become empty ones, which no rule lets pass.
@@ -216,14 +209,7 @@ def chunk_of(message: Setpoints, names: list[str]) -> Chunk:
     if fits:
         for k, (p, q) in enumerate(columns):
             positions[:, k], orientations[:, k] = p, q.reshape(-1, 4)
-    return Chunk(
-        message.session,
-        message.sequence,
-        message.t0,
-        message.dt * NANOSECONDS,
-        positions,
-        orientations,
-    )
+    return SetpointChunk(message.t0, message.dt * NANOSECONDS, positions, orientations)
 
 
 def command_of(message: ArmCommand) -> Command:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lariat.trajectory.limits import Rule
+from services.robot_gateway.constraints.rule import Rule
 from services.robot_gateway.drivers.driver import Feedback
 from services.robot_gateway.safety.state_machine import Safety
 

@@ -10,6 +10,7 @@ import numpy as np
 from lariat.geometry import obstacles as geometry
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
+from lariat.trajectory import MotionLimits
 from shared.configuration import Within
 
 Vector = tuple[float, float, float]
@@ -324,7 +325,7 @@ class Control:
 
 
 @dataclass(frozen=True)
-class Limits:
+class Limits(MotionLimits):
     """Of the grippers."""
 
     speed: Annotated[float, Within(0.001, 2.0, "m/s")] = 0.5

@@ -24,8 +24,8 @@ from jaxtyping import Bool, Float64
 from lariat.rod import Rod, RodProperties, RodState
 from lariat.rod.identification import posterior
 from lariat.rod.identification.material import Material
+from lariat.trajectory import MotionState, mean_twists
 from services.controller.estimation.state_estimator import StateEstimator
-from services.controller.mpc.motion import Motion, twist_between
 
 EVERY = 400_000_000
 """Between updates [ns]: after one, the model needs time to come to its new shape."""
@@ -131,9 +131,9 @@ class MaterialFilter:
         """Whether the last look has hardly changed the rope any more."""
         self.standing = False
         """Whether grips and model rest, so that the model may be put into another shape."""
-        self._told: Motion | None = None
-        self._before: Motion | None = None
-        self._looked: Motion | None = None
+        self._told: MotionState | None = None
+        self._before: MotionState | None = None
+        self._looked: MotionState | None = None
         self._mean = _Mean()
 
     @property
@@ -238,7 +238,7 @@ class MaterialFilter:
         self._swing.restart()
         return change
 
-    def _keep(self, motion: Motion, elapsed: float) -> None:
+    def _keep(self, motion: MotionState, elapsed: float) -> None:
         """Adds what a shape has told to what is known, once the grips have left it."""
         self._seen = self._seen * math.exp(-elapsed / MEMORY)
         if self._told is None or _way(self._told, motion) > SAME_SHAPE:
@@ -254,7 +254,7 @@ class MaterialFilter:
         found[free] = np.sqrt(np.diag(np.linalg.inv(inner)))
         return found
 
-    def _model_error(self, motion: Motion) -> float:
+    def _model_error(self, motion: MotionState) -> float:
         """Of the model beside noise: in shapes that are alike it is the same one [m]."""
         if self._before is None:
             return MODEL_ERROR
@@ -326,7 +326,7 @@ class _Swing:
 
     def __init__(self) -> None:
         self._states: list[RodState] = []
-        self._motion: Motion | None = None
+        self._motion: MotionState | None = None
         self._time = 0
         self._slopes: deque[tuple[int, Float64[np.ndarray, "n 3"]]] = deque()
 
@@ -342,7 +342,7 @@ class _Swing:
             self._slopes.clear()
         else:
             steps = max(1, math.ceil(elapsed / SWING_STEP))
-            action = twist_between(self._motion, estimate.motion, elapsed).reshape(1, 2, 6)
+            action = mean_twists(self._motion, estimate.motion, elapsed).reshape(1, 2, 6)
             blocks = np.zeros(steps, dtype=np.int64)
             self._states = [
                 rod.rollout(
@@ -363,9 +363,9 @@ class _Swing:
         return min(self._slopes, key=lambda entry: abs(entry[0] - stamp))[1]
 
 
-def _way(before: Motion, after: Motion) -> float:
+def _way(before: MotionState, after: MotionState) -> float:
     """By how much the grips have gone from one place to another, rotations included [m]."""
-    change = twist_between(before, after, 1.0)
+    change = mean_twists(before, after, 1.0)
     return float(np.max(np.linalg.norm(change, axis=2) @ np.array([1.0, LEVER])))
 
 

@@ -19,7 +19,7 @@ from lariat.rod.statics import framed
 from lariat.rod.twist import turns as turns_of
 from lariat.rod.twist import wound
 from lariat.rod.xpbd import XpbdRod
-from services.controller.mpc.motion import Motion, twist_between
+from lariat.trajectory import MotionState, mean_twists
 
 LONGEST_STEP = 0.0051
 """Of the model [s]; longer implicit steps damp the rope's swinging."""
@@ -40,7 +40,7 @@ FAR = 0.08
 class StateEstimator:
     """Model state and offset of one rope."""
 
-    def __init__(self, rod: Rod | XpbdRod, motion: Motion, time: int) -> None:
+    def __init__(self, rod: Rod | XpbdRod, motion: MotionState, time: int) -> None:
         """A rope at rest between the grips at `time` [ns]."""
         self.rod = rod
         self.supports: Float64[np.ndarray, "m 12"] | None = None
@@ -49,7 +49,7 @@ class StateEstimator:
 
     def restart(
         self,
-        motion: Motion,
+        motion: MotionState,
         time: int,
         seen: Float64[np.ndarray, "n 3"] | None = None,
         turns: int = 0,
@@ -83,25 +83,25 @@ class StateEstimator:
         """Whole turns of twist in the rope: they cannot be seen, but the model keeps them."""
         return turns_of(self.state)
 
-    def advance(self, motion: Motion, time: int) -> None:
+    def advance(self, motion: MotionState, time: int) -> None:
         """Moves the model's ends to measured poses at `time` [ns]."""
         if time <= self.time:
             return
         dt = (time - self.time) * 1e-9
         steps = max(1, int(np.ceil(dt / LONGEST_STEP)))
-        self.state = self._rollout(self.state, twist_between(self.motion, motion, dt), dt, steps)
+        self.state = self._rollout(self.state, mean_twists(self.motion, motion, dt), dt, steps)
         self.motion, self.time = motion, time
         self._history.append((time, self.state.positions))
         while (time - self._history[0][0]) * 1e-9 > HISTORY:
             self._history.popleft()
 
-    def predict(self, motion: Motion, time: int) -> RodState:
+    def predict(self, motion: MotionState, time: int) -> RodState:
         """The model when its ends will have reached poses at `time` [ns]; nothing is kept."""
         dt = (time - self.time) * 1e-9
         if dt <= 0.0:
             return self.state
         steps = max(1, int(np.ceil(dt / 0.021)))
-        return self._rollout(self.state, twist_between(self.motion, motion, dt), dt, steps)
+        return self._rollout(self.state, mean_twists(self.motion, motion, dt), dt, steps)
 
     def change_material(self, rod: Rod | XpbdRod, change: Float64[np.ndarray, "n 3"]) -> None:
         """Goes on with another material, which will change the model's shape so much [m].

@@ -6,19 +6,17 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import obstacles as geometry
+from lariat.geometry.grippers import axis_clearance
 from lariat.geometry.obstacles import Obstacle, signed_distance
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification, gripper_axis_points
 from services.controller.run.task import Task
+from shared.motion_contract import CONTROL_STRETCH_SHARE
 from shared.scenario import Scenario
 
 NEAR_GOAL = 0.03
 """Mean node distance to the goal from which its own clearance is enough [m]."""
 STRETCH = 0.002
 """By which the rope may be pulled longer, as a share of its length [-]."""
-BODY = 1.12
-"""Radius of the spheres by which the gateway covers a gripper, in those of its capsule [-]."""
-APART = 0.003
-"""That is kept beyond what the gateway wants of a gripper's body [m]."""
 LENIENCE = 5e-4
 """By which a goal's own clearance may be missed [m]."""
 
@@ -52,13 +50,13 @@ class CollisionScene:
         rope, limits = self._scenario.rope, self._scenario.limits
         own, grippers_own = self._own(task)
         wanted = self._scenario.control.clearance
-        body = limits.keep_out + BODY * limits.gripper_radius + APART
+        body = axis_clearance(limits.gripper_radius, limits.keep_out)
         return AvoidanceSpecification(
             self.avoided,
             # All that is wanted on the way, no more than the goal has at its end.
             min(wanted, own - LENIENCE) if error < NEAR_GOAL else wanted,
             rope.diameter / 2.0,
-            0.99 * limits.overstretch * rope.length,
+            CONTROL_STRETCH_SHARE * limits.overstretch * rope.length,
             (1.0 + STRETCH) * rope.length,
             self.obstacles,
             limits.gripper_reach,

@@ -12,10 +12,10 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from lariat.rod import Rod
+from lariat.trajectory import MotionLimits, clipped
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
 from services.controller.mpc.constraints import constrained_step, overstretch
 from services.controller.mpc.horizon import HorizonPlan, HorizonProblem
-from services.controller.mpc.motion import Bounds, clipped
 from services.controller.mpc.objective import (
     ObjectiveWeights,
     effort_terms,
@@ -37,7 +37,7 @@ class GaussNewton:
         time_step: float,
         iterations: int,
         weights: ObjectiveWeights,
-        bounds: Bounds,
+        limits: MotionLimits,
     ) -> None:
         """Create an optimizer without a warm start.
 
@@ -47,11 +47,11 @@ class GaussNewton:
             time_step: Duration of a step [s].
             iterations: Linearizations per call.
             weights: Weights of effort against tracking.
-            bounds: Bounds on the velocities and their rate of change.
+            limits: Limits on the velocities and their rate of change.
         """
         self.moves, self.iterations = moves, iterations
         self.step_count, self.time_step = step_count, time_step
-        self.weights, self.bounds = weights, bounds
+        self.weights, self.limits = weights, limits
         self.reset()
 
     def reset(self) -> None:
@@ -135,12 +135,12 @@ class GaussNewton:
         velocities: Float64[np.ndarray, "h 2 6"],
         initial_velocity: Float64[np.ndarray, "2 6"],
     ) -> Float64[np.ndarray, "h 2 6"]:
-        """Velocities within the bounds on speed and acceleration, one step after the other."""
+        """Velocities within the limits on speed and acceleration, one step after the other."""
         bounded = np.empty_like(velocities)
         last = initial_velocity.reshape(2, 2, 3)
-        max_change = self.bounds.acceleration * self.time_step
+        max_change = self.limits.acceleration_bounds * self.time_step
         for k, velocity in enumerate(velocities.reshape(-1, 2, 2, 3)):
-            change = clipped(velocity, self.bounds.speed) - last
+            change = clipped(velocity, self.limits.speed_bounds) - last
             size = np.linalg.norm(change, axis=2, keepdims=True)
             last = last + change * np.minimum(1.0, max_change[None] / np.maximum(size, 1e-300))
             bounded[k] = last.reshape(2, 6)

@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from lariat.rod import RodState
+from lariat.trajectory.state import Vectors
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
-from services.controller.mpc.motion import Vectors
 
 
 @dataclass(frozen=True)

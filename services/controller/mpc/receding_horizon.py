@@ -14,32 +14,26 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from lariat.geometry import poses
+from lariat.trajectory import MotionLimits, MotionState, SetpointChunk, mean_twists
 from services.controller.estimation.state_estimator import StateEstimator
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
 from services.controller.mpc.horizon import HorizonOptimizer, HorizonPlan, HorizonProblem
-from services.controller.mpc.motion import Bounds, Motion, jerk_towards, twist_between
 from services.controller.mpc.reference_trajectory import ReferenceTrajectory
-from services.controller.mpc.setpoint_stream import Chunk, SetpointRow
+from services.controller.mpc.setpoint_stream import SetpointRow
+from services.controller.mpc.velocity_tracking import jerk_towards
+from shared.motion_contract import SETPOINT_PERIOD, STOP_LIMIT_SHARE
 from shared.scenario.sections import Limits
 
-SETPOINT = 20_000_000
-"""Between setpoints [ns]."""
 DELAY = 30_000_000
 """From inputs to the first point that may still be changed [ns]: the step itself, and one point
 because the gateway's curve looks ahead by one."""
-OFFSET_SHARE = 0.28
-"""Of each limit for the offset; paths use 0.7 (`services.planner.time_parameterization`)."""
-LONE_SHARE = 0.85
-"""The same when there is no path."""
-STOP_SHARE = 0.9
-"""Of each limit for the stop at the end of a chunk."""
 
 
 @dataclass(frozen=True)
 class Command:
     """Result of one control step."""
 
-    chunk: Chunk
+    chunk: SetpointChunk
     """Setpoints to publish."""
     plan: HorizonPlan
     """Solution of the horizon."""
@@ -55,7 +49,7 @@ class RecedingHorizonController:
         estimator: StateEstimator,
         optimizer: HorizonOptimizer,
         moves: Bool[np.ndarray, "2 6"],
-        offset_bounds: Bounds,
+        offset_limits: MotionLimits,
         limits: Limits,
     ) -> None:
         """Create a controller that follows nothing yet.
@@ -64,11 +58,11 @@ class RecedingHorizonController:
             estimator: State estimator of the rope.
             optimizer: Optimizer of the horizon.
             moves: Free components of each grip's velocity.
-            offset_bounds: Bounds on the motion relative to the reference trajectory.
+            offset_limits: Limits on the motion relative to the reference trajectory.
             limits: Limits of the grippers.
         """
         self.estimator, self.optimizer = estimator, optimizer
-        self.limits, self.offset_bounds = limits, offset_bounds
+        self.limits, self.offset_limits = limits, offset_limits
         self._rotates = bool(moves[:, 3:].any())
         self.reference: ReferenceTrajectory | None = None
         self.oriented = (False, False)
@@ -120,9 +114,9 @@ class RecedingHorizonController:
             now: Present time [ns].
         """
         if self._stream is None:
-            bounds = Bounds.share(self.limits, STOP_SHARE)
-            here = Motion.at_rest(*self.estimator.motion.grips)
-            self._stream = SetpointRow(here, now, SETPOINT, bounds)
+            stop_limits = self.limits.scaled(STOP_LIMIT_SHARE)
+            here = MotionState.at_rest(*self.estimator.motion.grips)
+            self._stream = SetpointRow(here, now, SETPOINT_PERIOD, stop_limits)
             self._commit = self._stream.index_at(now + DELAY)
         self.reference = reference
         self._start_index = max(self._commit, self._stream.index_at(now + DELAY))
@@ -135,7 +129,7 @@ class RecedingHorizonController:
         commanded = self._stream.motion_at(self.estimator.time).positions
         return float(np.max(np.linalg.norm(self.estimator.motion.positions - commanded, axis=1)))
 
-    def brake(self, now: int) -> Chunk | None:
+    def brake(self, now: int) -> SetpointChunk | None:
         """Continue the last chunk to its resting end; None when no stream is running.
 
         Args:
@@ -175,7 +169,7 @@ class RecedingHorizonController:
             self.optimizer.shift((now - self._stepped) * 1e-9)
         self._stepped = now
         rotation = np.zeros((2, 6))
-        rotation[:, 3:] = twist_between(referred, commanded, 1.0)[:, 1]
+        rotation[:, 3:] = mean_twists(referred, commanded, 1.0)[:, 1]
         oriented = np.zeros((2, 6), dtype=bool)
         oriented[:, 3:] = np.array(self.oriented)[:, None]
         problem = HorizonProblem(
@@ -183,7 +177,7 @@ class RecedingHorizonController:
             self.estimator.offset,
             reference.twists(at, stride, count),
             reference.shapes(at, stride, count, goal),
-            commanded.velocity - referred.velocity,
+            commanded.twists - referred.twists,
             rotation,
             oriented,
             self.estimator.supports,
@@ -192,22 +186,22 @@ class RecedingHorizonController:
         motions = self._setpoints(reference, commanded, plan)
         return Command(stream.extended(self._commit, motions), plan, start)
 
-    def _expected(self, stream: SetpointRow, time: int) -> Motion:
+    def _expected(self, stream: SetpointRow, time: int) -> MotionState:
         """Motion of the arms at a later time: the measured one, moved as already decided."""
-        decided = twist_between(stream.motion_at(self.estimator.time), stream.motion_at(time), 1.0)
+        decided = mean_twists(stream.motion_at(self.estimator.time), stream.motion_at(time), 1.0)
         still = np.zeros((2, 2, 3))
         return self.estimator.motion.moved(decided, still, still)
 
     def _setpoints(
-        self, reference: ReferenceTrajectory, commanded: Motion, plan: HorizonPlan
-    ) -> list[Motion]:
+        self, reference: ReferenceTrajectory, commanded: MotionState, plan: HorizonPlan
+    ) -> list[MotionState]:
         """Reference trajectory plus an offset whose velocity follows the plan."""
         dt, step = reference.dt, self.optimizer.time_step
         at = self._reference_index
         referred = reference.motion(at)
-        offset = twist_between(referred, commanded, 1.0)
-        velocity = commanded.velocity - referred.velocity
-        acceleration = commanded.acceleration - referred.acceleration
+        offset = mean_twists(referred, commanded, 1.0)
+        velocity = commanded.twists - referred.twists
+        acceleration = commanded.accelerations - referred.accelerations
         planned = np.concatenate([velocity[None], plan.velocities])
         count = round((len(planned) - 1) * step / dt)
         at_setpoints = np.minimum(np.arange(count + 1) * dt / step, len(planned) - 1.0)
@@ -218,7 +212,7 @@ class RecedingHorizonController:
         motions = []
         for k in range(1, count + 1):
             jerk = jerk_towards(
-                velocity, acceleration, wanted[k - 1], changes[k - 1], self.offset_bounds, dt
+                velocity, acceleration, wanted[k - 1], changes[k - 1], self.offset_limits, dt
             )
             offset = offset + dt * (velocity + dt * (acceleration / 2.0 + dt * jerk / 6.0))
             velocity = velocity + dt * (acceleration + dt * jerk / 2.0)
@@ -229,11 +223,11 @@ class RecedingHorizonController:
                 turned = poses.multiply(poses.exponential(offset[:, 1]), orientations)
                 orientations = poses.normalized(turned)
             motions.append(
-                Motion(
+                MotionState(
                     here.positions + offset[:, 0],
                     orientations,
-                    here.velocity + velocity,
-                    here.acceleration + acceleration,
+                    here.twists + velocity,
+                    here.accelerations + acceleration,
                 )
             )
         return motions

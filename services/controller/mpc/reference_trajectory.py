@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
-from services.controller.mpc.motion import Motion
+from lariat.trajectory import MotionState
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class ReferenceTrajectory:
 
     @classmethod
     def standing(
-        cls, motion: Motion, nodes: Float64[np.ndarray, "n 3"], dt: float
+        cls, motion: MotionState, nodes: Float64[np.ndarray, "n 3"], dt: float
     ) -> ReferenceTrajectory:
         """Stays where it is."""
         twice = np.repeat(motion.positions[None], 2, axis=0)
@@ -56,10 +56,10 @@ class ReferenceTrajectory:
         object.__setattr__(self, "_velocities", 0.5 * (rates[1:] + rates[:-1]))
         object.__setattr__(self, "_accelerations", np.diff(rates, axis=0) / self.dt)
 
-    def motion(self, index: int) -> Motion:
+    def motion(self, index: int) -> MotionState:
         """Poses at a point, velocity and acceleration by central differences."""
         k = min(max(index, 0), self.end)
-        return Motion(
+        return MotionState(
             self.positions[k], self.orientations[k], self._velocities[k], self._accelerations[k]
         )
 

@@ -23,10 +23,10 @@ from lariat.geometry.clearance import near
 from lariat.geometry.obstacles import Obstacle, pack, signed_distance
 from lariat.rod import Gradient, Rod
 from lariat.rod.xpbd import Slope, XpbdRod
+from lariat.trajectory import MotionLimits
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
 from services.controller.mpc.constraints import limit_grip_distance
 from services.controller.mpc.horizon import HorizonPlan, HorizonProblem
-from services.controller.mpc.motion import Bounds
 from services.controller.paper.policies import Policy
 from shared.scenario.sections import PaperControl
 
@@ -44,7 +44,7 @@ class PaperOptimizer:
         policy: Policy,
         settings: PaperControl,
         moves: Bool[np.ndarray, "2 6"],
-        bounds: Bounds,
+        limits: MotionLimits,
     ) -> None:
         """Create an optimizer of a policy.
 
@@ -52,9 +52,9 @@ class PaperOptimizer:
             policy: Network or velocities that Adam trains.
             settings: Weights and steps of the paper.
             moves: Free components of each grip's velocity.
-            bounds: Bounds on the velocities.
+            limits: Limits on the velocities.
         """
-        self.policy, self.settings, self.moves, self.bounds = policy, settings, moves, bounds
+        self.policy, self.settings, self.moves, self.limits = policy, settings, moves, limits
         self._elapsed = 0.0
 
     @property
@@ -119,7 +119,7 @@ class PaperOptimizer:
         problem: HorizonProblem,
         avoidance: AvoidanceSpecification,
     ) -> Float64[np.ndarray, "h 2 6"]:
-        """Velocities within the bounds on speed that keep the ends within the rope's reach."""
+        """Velocities within the limits on speed that keep the ends within the rope's reach."""
         velocities = np.zeros((len(free), 2, 6))
         velocities[:, self.moves] = free
         together = limit_grip_distance(
@@ -135,9 +135,9 @@ class PaperOptimizer:
     def _speed_limited(
         self, velocities: Float64[np.ndarray, "h 2 6"]
     ) -> Float64[np.ndarray, "h 2 6"]:
-        """Velocities scaled down to the bounds on speed."""
+        """Velocities scaled down to the limits on speed."""
         sizes = np.linalg.norm(velocities.reshape(-1, 2, 2, 3), axis=3)
-        shares = np.minimum(1.0, self.bounds.speed[:, 0] / np.maximum(sizes, 1e-300))
+        shares = np.minimum(1.0, self.limits.speed_bounds[:, 0] / np.maximum(sizes, 1e-300))
         return velocities * np.repeat(shares, 3, axis=2)
 
     def _loss(

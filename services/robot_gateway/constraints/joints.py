@@ -11,8 +11,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.poses import Pose
-from lariat.trajectory.limits import Rule
 from services.robot_gateway.constraints.motion_constraints import Rules, Slacks, broken
+from services.robot_gateway.constraints.rule import Rule
 from services.robot_gateway.constraints.sphere_distance import Spheres
 
 LEAST_SINGULAR_VALUE = 0.03

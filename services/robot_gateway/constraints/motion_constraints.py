@@ -14,8 +14,9 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
+from lariat.geometry.grippers import GripperBody
 from lariat.geometry.obstacles import Obstacle, signed_distance
-from lariat.trajectory.limits import Rule
+from services.robot_gateway.constraints.rule import Rule
 from services.robot_gateway.constraints.shortest_path import taut_length
 from services.robot_gateway.constraints.sphere_distance import Spheres
 
@@ -29,27 +30,6 @@ Slacks = dict[Rule, Float64[np.ndarray, "m"]]
 
 
 @dataclass(frozen=True)
-class Body:
-    """A gripper's body: a capsule in the frame of its grip."""
-
-    start: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Centre of one cap [m]."""
-    end: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Centre of the other [m]."""
-    radius: float = 0.012
-    """[m]"""
-
-    @property
-    def spheres(self) -> tuple[Float64[np.ndarray, "k 3"], float]:
-        """Centres and radius of spheres that cover the capsule [m]."""
-        start, end = np.array(self.start), np.array(self.end)
-        length = float(np.linalg.norm(end - start))
-        count = 1 + int(np.ceil(length / self.radius))
-        gap = length / max(count - 1, 1)
-        return np.linspace(start, end, count), float(np.hypot(self.radius, gap / 2.0))
-
-
-@dataclass(frozen=True)
 class Boundaries:
     """What the cell's rules measure against."""
 
@@ -57,7 +37,7 @@ class Boundaries:
     """[m]"""
     workspace: tuple[tuple[float, float, float], tuple[float, float, float]]
     """Lowest and highest corner of the box for the grips [m]."""
-    bodies: tuple[Body, ...]
+    bodies: tuple[GripperBody, ...]
     """Of all ends, left first."""
     keep_out: float = 0.005
     """Least distance of a body to an obstacle [m]."""

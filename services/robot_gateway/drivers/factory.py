@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from lariat.geometry.poses import Pose
-from services.robot_gateway.constraints.motion_constraints import Body
 from services.robot_gateway.drivers.cr5.link import Link
 from services.robot_gateway.drivers.driver import Driver
 from services.robot_gateway.drivers.ideal import FixedDriver, IdealDriver
@@ -35,16 +34,6 @@ def drivers_of(
         for side, start in zip(SIDES, starts, strict=True)
     )
     return left, right
-
-
-def bodies_of(scenario: Scenario) -> tuple[Body, Body]:
-    """The grippers' bodies, left and right: capsules that point away from the rope."""
-    limits = scenario.limits
-    reach = limits.gripper_reach
-    return (
-        Body(end=(0.0, 0.0, -reach), radius=limits.gripper_radius),
-        Body(end=(0.0, 0.0, reach), radius=limits.gripper_radius),
-    )
 
 
 def _driver(

@@ -8,13 +8,12 @@ import numpy as np
 
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
-from lariat.trajectory.chunk import NANOSECONDS, Chunk
+from lariat.trajectory import NANOSECONDS, SetpointChunk
 
 SPEED = 0.05
 """Greatest [m/s]."""
 TURN = 0.2
 """Greatest [rad/s]."""
-SESSION = "approach"
 AT_START = 0.02
 """Distance from the start up to which an arm counts as there [m]."""
 TURNED = 0.1
@@ -75,7 +74,9 @@ def is_away(grip: Pose, start: Pose) -> bool:
     return far > AT_START or turn > TURNED
 
 
-def slow_chunk(grips: Sequence[Pose], goals: Sequence[Pose], now: int, pace: float = 1.0) -> Chunk:
+def slow_chunk(
+    grips: Sequence[Pose], goals: Sequence[Pose], now: int, pace: float = 1.0
+) -> SetpointChunk:
     """Straight from some grips to others, all arriving together, at rest at both ends.
 
     Args:
@@ -90,4 +91,4 @@ def slow_chunk(grips: Sequence[Pose], goals: Sequence[Pose], now: int, pace: flo
     pairs = list(zip(grips, goals, strict=True))
     positions = [[a.position + s * (b.position - a.position) for a, b in pairs] for s in share]
     turns = [[poses.slerp(a.orientation, b.orientation, s) for a, b in pairs] for s in share]
-    return Chunk(SESSION, 0, now, dt, np.array(positions), np.array(turns))
+    return SetpointChunk(now, dt, np.array(positions), np.array(turns))

@@ -12,22 +12,27 @@ from jaxtyping import Float64
 
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
-from lariat.trajectory.chunk import NANOSECONDS, Blend, Chunk, Spline
-from lariat.trajectory.limits import LimitTable, MotionLimits, Rule
+from lariat.trajectory import (
+    NANOSECONDS,
+    Blend,
+    MotionLimits,
+    MotionState,
+    SetpointChunk,
+    Spline,
+)
 from services.robot_gateway.constraints.joints import STRIDE, Posture, tried
 from services.robot_gateway.constraints.motion_constraints import Boundaries, Rules, broken
+from services.robot_gateway.constraints.rule import Rule
 from services.robot_gateway.constraints.sphere_distance import Spheres, distances
 from services.robot_gateway.motion import validation
 from services.robot_gateway.motion.path_densification import densely, stop_times
 from services.robot_gateway.motion.reference_tracking import (
     Braking,
     Follower,
-    Kinematics,
 )
 from services.robot_gateway.motion.validation import Refused, Tolerances
+from shared.motion_contract import CHUNK_BOUNDARY_MARGIN
 
-MARGIN = 0.0015
-"""Slack that a chunk keeps from every boundary [m], so that following it never touches one."""
 NEAR = (1e-4, 3e-4)
 """Distance and angle up to which the command is where its chunk ends [m, rad]."""
 INSTANTS = 8
@@ -53,7 +58,7 @@ class Guidance:
         self.postures = [(k, p) for k, p in enumerate(postures) if p is not None]
         self.tolerances = tolerances or Tolerances()
         self.driven = list(driven)
-        self.limits = LimitTable.of([limits] * len(self.driven))
+        self.limits = limits
         self.follower = Follower(self.limits)
         self.rules = Rules(boundaries, self.driven)
         self.place(starts)
@@ -63,10 +68,7 @@ class Guidance:
         self._time: int | None = None
         self._positions = np.array([g.position for g in grips], dtype=float)
         self._orientations = np.array([g.orientation for g in grips], dtype=float)
-        self.state = Kinematics.at_rest(
-            self._positions[self.driven].reshape(-1, 3),
-            self._orientations[self.driven].reshape(-1, 4),
-        )
+        self.state = MotionState.at_rest(*(grips[k] for k in self.driven))
         self._braking = Braking(self.follower.stop(self.state))
         self._reference: Blend | None = None
 
@@ -87,7 +89,7 @@ class Guidance:
         left = max(self._reference.end - now, 0)
         ahead = [now + left * k // INSTANTS for k in range(INSTANTS + 1)]
         gaps = np.array([self._behind(at) for at in ahead])
-        still = np.all(np.abs(self.state.velocity) < 1e-3)
+        still = np.all(np.abs(self.state.twists) < 1e-3)
         return bool(np.all(gaps < NEAR) and still)
 
     def finished(self, now: int) -> bool:
@@ -103,12 +105,12 @@ class Guidance:
     def _behind(self, now: int) -> tuple[float, float]:
         assert self._reference is not None
         there = self._reference(now)
-        back = poses.conjugate(self.state.orientation)
-        turn = poses.logarithm(poses.multiply(there.orientation, back))
-        gap = there.position - self.state.position
+        back = poses.conjugate(self.state.orientations)
+        turn = poses.logarithm(poses.multiply(there.orientations, back))
+        gap = there.positions - self.state.positions
         return _longest(gap), _longest(turn)
 
-    def check(self, chunk: Chunk, now: int, offset: int = 0) -> Spline:
+    def check(self, chunk: SetpointChunk, now: int, offset: int = 0) -> Spline:
         """The curve of a chunk that may be followed from now on.
 
         Args:
@@ -124,8 +126,8 @@ class Guidance:
         past = int((now - spline.start) * NANOSECONDS / spline.dt)
         first = min(max(past, 0), spline.count - 1)
         ahead = chunk.positions[first:], chunk.orientations[first:]
-        found = self._broken(*densely(*ahead), MARGIN) or self._broken_bodies(
-            *ahead, MARGIN, spline.dt
+        found = self._broken(*densely(*ahead), CHUNK_BOUNDARY_MARGIN) or self._broken_bodies(
+            *ahead, CHUNK_BOUNDARY_MARGIN, spline.dt
         )
         if found:
             rule, excess = found
@@ -138,12 +140,12 @@ class Guidance:
         # The motion is known at the last tick, not when a message happens to arrive.
         now = self._time or now
         target = spline(now)
-        gap = np.linalg.norm(target.position - self.state.position, axis=-1)
-        slip = np.linalg.norm(target.velocity[:, 0] - self.state.velocity[:, 0], axis=-1)
-        limit = self.limits.acceleration[:, 0, 0]
+        gap = np.linalg.norm(target.positions - self.state.positions, axis=-1)
+        slip = np.linalg.norm(target.twists[:, 0] - self.state.twists[:, 0], axis=-1)
+        limit = self.limits.acceleration
         wanted = np.maximum(np.sqrt(11.5 * gap / limit), 4.0 * slip / limit)
         duration = float(np.clip(np.max(wanted, initial=0.0), *BLEND))
-        self._reference = Blend(spline, self.state.sample, now, duration)
+        self._reference = Blend(spline, self.state, now, duration)
 
     def halt(self) -> None:
         """Begins the stop that has been checked."""
@@ -174,27 +176,27 @@ class Guidance:
 
     def _track(self) -> None:
         for k, posture in self.postures:
-            posture.track(Pose(self.state.position[k], self.state.orientation[k]))
+            posture.track(Pose(self.state.positions[k], self.state.orientations[k]))
 
     def grips(self) -> list[tuple[Pose, Float64[np.ndarray, "2 3"]]]:
         """Commanded pose and velocity of every driven end."""
         s = self.state
         return [
-            (Pose(p, q), v) for p, q, v in zip(s.position, s.orientation, s.velocity, strict=True)
+            (Pose(p, q), v) for p, q, v in zip(s.positions, s.orientations, s.twists, strict=True)
         ]
 
-    def _forbidden(self, state: Kinematics, braking: Braking) -> Rule | None:
+    def _forbidden(self, state: MotionState, braking: Braking) -> Rule | None:
         """The rule that a state or the stop after it breaks."""
         if self.follower.too_fast(state):
             return "speed"
         moved = braking.stop.at(stop_times(braking.stop))[0]
         path = (
-            state.position + moved[:, :, 0],
-            poses.multiply(poses.exponential(moved[:, :, 1]), state.orientation[None]),
+            state.positions + moved[:, :, 0],
+            poses.multiply(poses.exponential(moved[:, :, 1]), state.orientations[None]),
         )
         for k, posture in self.postures:
-            grip = Pose(state.position[k], state.orientation[k])
-            if posture.too_fast(grip, state.velocity[k]):
+            grip = Pose(state.positions[k], state.orientations[k])
+            if posture.too_fast(grip, state.twists[k]):
                 return "joint_speed"
         found = self._broken(*path) or self._broken_bodies(*path)
         return found[0] if found else None
@@ -217,8 +219,8 @@ class Guidance:
                 return found
         if len(self._positions) != 2:
             return None
-        rows = np.concatenate([self.state.position[None], positions[chosen]])
-        turns = np.concatenate([self.state.orientation[None], orientations[chosen]])
+        rows = np.concatenate([self.state.positions[None], positions[chosen]])
+        turns = np.concatenate([self.state.orientations[None], orientations[chosen]])
         left, right = self._bodies(*self._all_ends(rows, turns))
         slack = distances(left, right) - self.rules.boundaries.keep_out
         return broken({"spacing": slack}, margin)
@@ -245,8 +247,8 @@ class Guidance:
     ) -> tuple[Rule, float] | None:
         """The rule that a way from here breaks, and by how much [m]."""
         path = self._all_ends(
-            np.concatenate([self.state.position[None], positions]),
-            np.concatenate([self.state.orientation[None], orientations]),
+            np.concatenate([self.state.positions[None], positions]),
+            np.concatenate([self.state.orientations[None], orientations]),
         )
         return broken(self.rules.slacks(*path), margin)
 

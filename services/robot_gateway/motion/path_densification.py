@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
-from lariat.trajectory.stop import Stop
+from lariat.trajectory import Stop
 
 DENSE = 0.008
 """Farthest that a gripper moves between two poses that are judged [m]: a body of 17 mm with what it
@@ -45,8 +45,8 @@ def densely(
 def stop_times(stop: Stop) -> Float64[np.ndarray, "m 1 1 1"]:
     """When a stop is judged, from its beginning to its end [s]."""
     # While the acceleration is taken away the speed may still grow a little.
-    eased = stop.velocity + stop.acceleration * stop.durations[0] / 2.0
-    speeds = np.maximum(np.linalg.norm(stop.velocity, axis=-1), np.linalg.norm(eased, axis=-1))
+    eased = stop.twists + stop.accelerations * stop.durations[0] / 2.0
+    speeds = np.maximum(np.linalg.norm(stop.twists, axis=-1), np.linalg.norm(eased, axis=-1))
     fastest = float(np.max(speeds @ np.array([1.0, ARM]), initial=0.0))
     count = int(np.clip(np.ceil(fastest * stop.duration / DENSE) + 1, LEAST, MOST))
     return np.linspace(0.0, stop.duration, count)[:, None, None, None]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lariat.trajectory.chunk import NANOSECONDS
+from lariat.trajectory import NANOSECONDS
 from services.robot_gateway.motion.validation import Refused
 from services.robot_gateway.safety.state_machine import Safety
 

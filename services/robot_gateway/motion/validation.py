@@ -7,16 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from lariat.geometry import poses
-from lariat.trajectory.chunk import NANOSECONDS, Chunk, Spline
-from lariat.trajectory.limits import LimitTable, Rule
-from services.robot_gateway.motion.reference_tracking import Kinematics
+from lariat.trajectory import NANOSECONDS, MotionLimits, MotionState, SetpointChunk, Spline
+from services.robot_gateway.constraints.rule import Rule
+from shared.motion_contract import LEAST_CHUNK_SPAN
 
 
 @dataclass(frozen=True)
 class Tolerances:
     """What a chunk is allowed; the commanded motion keeps the limits whatever it says."""
 
-    span: float = 0.25
+    span: float = LEAST_CHUNK_SPAN
     """Least duration [s]."""
     age: float = 0.25
     """Most distance of its first pose from the present, either way [s]."""
@@ -44,7 +44,7 @@ class Refused(ValueError):
         self.rule: Rule = rule
 
 
-def check_finite(chunk: Chunk, ends: int, tolerances: Tolerances) -> None:
+def check_finite(chunk: SetpointChunk, ends: int, tolerances: Tolerances) -> None:
     """Numbers are numbers, shapes fit, quaternions are rotations."""
     k = len(chunk.positions)
     shapes = (chunk.positions.shape, chunk.orientations.shape)
@@ -62,7 +62,7 @@ def check_finite(chunk: Chunk, ends: int, tolerances: Tolerances) -> None:
         raise Refused("finite", f"dt = {chunk.dt:g} s is not within {low:g}…{high:g} s")
 
 
-def check_fresh(chunk: Chunk, now: int, offset: int, tolerances: Tolerances) -> None:
+def check_fresh(chunk: SetpointChunk, now: int, offset: int, tolerances: Tolerances) -> None:
     """The chunk is about now, and long enough."""
     age = (now - chunk.start - offset) * NANOSECONDS
     if abs(age) > tolerances.age:
@@ -73,17 +73,23 @@ def check_fresh(chunk: Chunk, now: int, offset: int, tolerances: Tolerances) -> 
         raise Refused("rest", f"spans {chunk.span:.3f} s, less than {tolerances.span} s")
 
 
-def check_limits(spline: Spline, now: int, limits: LimitTable, tolerances: Tolerances) -> None:
+def check_limits(spline: Spline, now: int, limits: MotionLimits, tolerances: Tolerances) -> None:
     """Speed, acceleration and jerk of what is still to come, and rest at the end."""
     past = max(int((now - spline.start) * NANOSECONDS / spline.dt) - 1, 0)
     table = (
-        ("speed", 1, limits.speed, tolerances.speed, ("m/s", "rad/s")),
-        ("acceleration", 2, limits.acceleration, tolerances.acceleration, ("m/s²", "rad/s²")),
-        ("jerk", 3, limits.jerk, tolerances.jerk, ("m/s³", "rad/s³")),
+        ("speed", 1, limits.speed_bounds, tolerances.speed, ("m/s", "rad/s")),
+        (
+            "acceleration",
+            2,
+            limits.acceleration_bounds,
+            tolerances.acceleration,
+            ("m/s²", "rad/s²"),
+        ),
+        ("jerk", 3, limits.jerk_bounds, tolerances.jerk, ("m/s³", "rad/s³")),
     )
     last = spline.count - 1
     stopping = spline.differences(1)[last - 1] / spline.dt
-    if np.any(stopping > tolerances.acceleration * limits.acceleration[..., 0]):
+    if np.any(stopping > tolerances.acceleration * limits.acceleration_bounds[..., 0]):
         worst = float(np.max(stopping * spline.dt))
         raise Refused("rest", f"does not end at rest: its last poses move at {worst:.3f} m/s")
     for rule, order, limit, factor, units in table:
@@ -95,18 +101,18 @@ def check_limits(spline: Spline, now: int, limits: LimitTable, tolerances: Toler
             raise Refused(
                 rule,
                 f"asks for {worst:.3f} {units[kind]}; "
-                f"the limit is {float(limit[end, kind, 0]):.3f} {units[kind]}",
+                f"the limit is {float(limit[kind, 0]):.3f} {units[kind]}",
             )
 
 
-def check_step(spline: Spline, now: int, state: Kinematics, tolerances: Tolerances) -> None:
+def check_step(spline: Spline, now: int, state: MotionState, tolerances: Tolerances) -> None:
     """The chunk takes over near where the command is."""
     target = spline(now)
-    distance = float(np.max(np.linalg.norm(target.position - state.position, axis=-1)))
+    distance = float(np.max(np.linalg.norm(target.positions - state.positions, axis=-1)))
     if distance > tolerances.step:
         raise Refused("step", f"jumps by {1e3 * distance:.1f} mm from the commanded position")
-    back = poses.conjugate(state.orientation)
-    turn = poses.logarithm(poses.multiply(target.orientation, back))
+    back = poses.conjugate(state.orientations)
+    turn = poses.logarithm(poses.multiply(target.orientations, back))
     angle = float(np.max(np.linalg.norm(turn, axis=-1)))
     if angle > tolerances.turn:
         raise Refused("step", f"jumps by {angle:.3f} rad from the commanded orientation")

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from lariat.trajectory.limits import Rule
+from services.robot_gateway.constraints.rule import Rule
 
 Stop = Literal["none", "jerk-limited", "by the arm", "not in our hands"]
 Resumes = Literal["by itself", "after acknowledgement", "after arming"]

@@ -14,10 +14,10 @@ from benchmarks.goals.campaign import Order, one
 from benchmarks.goals.motion_metrics import gripper_clearance
 from benchmarks.goals.scenes import Kind, draw
 from lariat.geometry import poses
+from lariat.geometry.grippers import gripper_bodies
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from services.robot_gateway.constraints.motion_constraints import FAR, Boundaries, Rules
-from services.robot_gateway.drivers.factory import bodies_of
 from shared.scenario import Scenario, load
 
 BASE = load(Path(__file__).parents[3] / "scenarios" / "three-cylinders.toml")
@@ -59,7 +59,8 @@ def test_a_gripper_is_judged_by_the_body_that_the_gateway_keeps_out(seed: int) -
     )
     post = Obstacle("capsule", (0.2, 0.1, 0.0), radius=0.02, height=0.1, name="post")
     limits = BASE.limits
-    boundaries = Boundaries(0.45, limits.workspace, bodies_of(BASE), limits.keep_out)
+    bodies = gripper_bodies(limits.gripper_reach, limits.gripper_radius)
+    boundaries = Boundaries(0.45, limits.workspace, bodies, limits.keep_out)
     rules = Rules(boundaries, [0, 1])
     rules.replace_obstacles([post])
     rows = (

@@ -10,11 +10,11 @@ from jaxtyping import Float64
 from lariat.geometry.obstacles import TABLE, Obstacle
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties
+from lariat.trajectory import MotionState, mean_twists
 from services.controller.estimation.material_filter import MaterialFilter
 from services.controller.estimation.state_estimator import StateEstimator
 from services.controller.model_factory import receding_horizon_controller
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
-from services.controller.mpc.motion import Motion, twist_between
 from services.controller.mpc.reference_trajectory import ReferenceTrajectory
 from shared.scenario.sections import Control, Limits
 
@@ -51,7 +51,7 @@ class Cell:
         self.plant = self.model.with_properties(replace(PROPERTIES, youngs_modulus=modulus))
         self.rope = self.plant.rest(*self.start).state
         self.now = 1_000_000_000
-        self.arm = Motion.at_rest(*self.start)
+        self.arm = MotionState.at_rest(*self.start)
         self.estimate = StateEstimator(self.model, self.arm, self.now)
         moves = np.zeros((2, 6), dtype=bool)
         moves[:, :3] = True
@@ -78,7 +78,7 @@ class Cell:
             assert row is not None
             for k in range(1, 5):
                 after = row.motion_at(self.now + k * STEP // 4)
-                twist = twist_between(self.arm, after, STEP * 1e-9 / 4).reshape(1, 2, 6)
+                twist = mean_twists(self.arm, after, STEP * 1e-9 / 4).reshape(1, 2, 6)
                 self.rope = self.plant.rollout(self.rope, twist, STEP * 1e-9 / 4).final
                 self.arm = after
             self.points.append(self.arm.positions)

@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lariat.geometry import poses
-from services.planner.time_parameterization import SHARE, Pace, timed
+from services.planner.time_parameterization import Pace, timed
+from shared.motion_contract import PATH_LIMIT_SHARE
 from shared.scenario.sections import Limits
 
 DT = 0.02
@@ -28,7 +29,7 @@ def test_timed_path_keeps_limits_and_rests_at_both_ends(seed: int, count: int, s
     still = np.concatenate([positions[:1]] * 3 + [positions] + [positions[-1:]] * 3)
     for order, bound in enumerate((limits.speed, limits.acceleration, limits.jerk), start=1):
         change = np.linalg.norm(np.diff(still, n=order, axis=0), axis=2) / DT**order
-        assert change.max() <= SHARE * bound * 1.01
+        assert change.max() <= PATH_LIMIT_SHARE * bound * 1.01
 
 
 def test_slower_path_takes_longer() -> None:
@@ -58,5 +59,5 @@ def test_turns_of_twist_are_kept_while_the_end_is_tilted() -> None:
     assert np.linalg.norm(poses.logarithm(last)) < 1e-9
     rate = np.concatenate([np.zeros((3, 3)), steps / DT, np.zeros((3, 3))])
     for bound in (limits.angular_speed, limits.angular_acceleration, limits.angular_jerk):
-        assert np.linalg.norm(rate, axis=1).max() <= SHARE * bound * 1.01
+        assert np.linalg.norm(rate, axis=1).max() <= PATH_LIMIT_SHARE * bound * 1.01
         rate = np.diff(rate, axis=0) / DT

@@ -7,13 +7,14 @@ from collections.abc import Callable
 import numpy as np
 
 from lariat.geometry import poses
+from lariat.geometry.grippers import gripper_bodies
 from lariat.geometry.obstacles import TABLE
 from lariat.geometry.poses import Pose
-from lariat.trajectory.chunk import Chunk
+from lariat.trajectory import SetpointChunk
 from services.cr5_emulator.core import Emulator
 from services.cr5_emulator.options import Options
 from services.robot_gateway.cell import Cell
-from services.robot_gateway.constraints.motion_constraints import Body, Boundaries
+from services.robot_gateway.constraints.motion_constraints import Boundaries
 from services.robot_gateway.drivers.cr5.driver import Cr5Driver
 from services.robot_gateway.drivers.ideal import FixedDriver
 from services.robot_gateway.motion.follower import Guidance
@@ -50,7 +51,7 @@ class ArmWorld:
         link = MemoryLink(self.emulator)
         driver = Cr5Driver(link, kinematics, joint_speed=1.6, emulated=True)
         self.driver = driver
-        bodies = (Body(end=(0.0, 0.0, -0.048)), Body(end=(0.0, 0.0, 0.048)))
+        bodies = gripper_bodies(0.048, 0.012)
         boundaries = Boundaries(3.0, ((-2.0, -2.0, 0.01), (2.0, 2.0, 2.0)), bodies)
         guidance = Guidance(LIMITS, boundaries, GRIPS, [1], [driver.posture])
         drivers = (FixedDriver(GRIPS[0]), driver)
@@ -75,7 +76,7 @@ class ArmWorld:
         self.now += TICK
         self.report = self.cell.step(self.now)
         pose = self.report.arms[1].pose
-        self.commanded.append(self.cell.guidance.state.position[0])
+        self.commanded.append(self.cell.guidance.state.positions[0])
         self.measured.append(GRIPS[1].position if pose is None else pose.position)
         speed = float(np.max(np.abs(self.emulator.controller.joint_speed)))
         self.joint_speeds.append((self.seconds, speed))
@@ -110,8 +111,8 @@ class ArmWorld:
                 times = (self.now - since) * 1e-9 + 0.02 * np.arange(16)
                 points = stopping(np.array([[path(t)] for t in times]))
                 turns = np.tile(ALONG_X, (len(points), 1, 1))
-                chunk = Chunk(session, self._sequence, self.now, 0.02, points, turns)
-                self.cell.take_chunk(chunk, self.now)
+                chunk = SetpointChunk(self.now, 0.02, points, turns)
+                self.cell.take_chunk(chunk, session, self._sequence, self.now)
                 self._sequence += 1
                 due += 20_000_000
             self.step()

@@ -6,23 +6,23 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from lariat.geometry.grippers import gripper_bodies
 from lariat.geometry.obstacles import TABLE, Obstacle
 from lariat.geometry.poses import Pose
-from lariat.trajectory.chunk import Chunk
-from lariat.trajectory.limits import MotionLimits
+from lariat.trajectory import MotionState, SetpointChunk
 from services.robot_gateway.cell import Cell
-from services.robot_gateway.constraints.motion_constraints import Body, Boundaries
+from services.robot_gateway.constraints.motion_constraints import Boundaries
 from services.robot_gateway.drivers.ideal import FixedDriver, IdealDriver
 from services.robot_gateway.motion.follower import Guidance
-from services.robot_gateway.motion.reference_tracking import Kinematics
 from services.robot_gateway.safety.state_machine import Command
 from services.robot_gateway.status import CellReport
+from shared.scenario.sections import Limits
 
 TICK = 8_000_000
 START = 1_000_000_000
 ALONG_X = np.array([0.5, 0.5, 0.5, 0.5])
 BOOT = "gateway-0"
-LIMITS = MotionLimits()
+LIMITS = Limits()
 
 
 class World:
@@ -46,13 +46,13 @@ class World:
             IdealDriver(starts[1]),
         )
         driven = [k for k, d in enumerate(drivers) if d.moves]
-        bodies = (Body(end=(0.0, 0.0, -0.048)), Body(end=(0.0, 0.0, 0.048)))
+        bodies = gripper_bodies(0.048, 0.012)
         boundaries = Boundaries(length, workspace, bodies, spacing=spacing)
         guidance = Guidance(LIMITS, boundaries, starts, driven)
         self.cell = Cell(guidance, drivers, starts, BOOT, automatic)
         self.cell.take_scene(obstacles)
         self.now = START
-        self.states: list[tuple[int, Kinematics]] = []
+        self.states: list[tuple[int, MotionState]] = []
         self.report: CellReport = self.run(0.016)
         self._sequence = 0
         self._command = 0
@@ -95,19 +95,24 @@ class World:
         times = (self.now - since) * 1e-9 + 0.02 * np.arange(16)
         self.send_points(stopping(np.array([path(t) for t in times])), session)
 
-    def send_points(self, points: np.ndarray, session: str = "writer", **changes: object) -> None:
+    def send_points(
+        self,
+        points: np.ndarray,
+        session: str = "writer",
+        sequence: int | None = None,
+        **changes: object,
+    ) -> None:
         """One chunk of positions of the driven ends: k n 3, 20 ms apart."""
         orientations = np.broadcast_to(ALONG_X, (*points.shape[:-1], 4)).copy()
         values = {
-            "session": session,
-            "sequence": self._sequence,
             "start": self.now,
             "dt": 0.02,
             "positions": points,
             "orientations": orientations,
         }
+        number = self._sequence if sequence is None else sequence
         self._sequence += 1
-        self.cell.take_chunk(Chunk(**{**values, **changes}), self.now)
+        self.cell.take_chunk(SetpointChunk(**{**values, **changes}), session, number, self.now)
 
     def command(self, action: str, **changes: object) -> str:
         """A person's command; the answer, empty when it was carried out."""

@@ -23,7 +23,7 @@ def test_smooth_chunks_are_followed_within_a_tenth_of_a_millimetre() -> None:
     since = world.now
     world.follow(sideways, 2.5, since)
     errors = [
-        np.max(np.abs(state.position - sideways((now - since) * 1e-9)))
+        np.max(np.abs(state.positions - sideways((now - since) * 1e-9)))
         for now, state in world.states[5:]
     ]
     assert max(errors) < 1e-4
@@ -38,7 +38,7 @@ def test_silence_brakes_within_150_ms_and_rest_comes_in_time() -> None:
     peak = 0.0
     while world.now < last + round(1e9):
         world.step()
-        speed = np.linalg.norm(world.cell.guidance.state.velocity[0, 0])
+        speed = np.linalg.norm(world.cell.guidance.state.twists[0, 0])
         if world.now <= last + round(0.15e9):
             peak = max(peak, speed)
         elif world.now <= last + round(0.16e9):
@@ -73,7 +73,7 @@ def test_command_begins_to_brake_before_an_arm_that_lags_must() -> None:
     world.follow(lambda t: REST + np.array([[0.0, 0.2 * t**2, 0.0]]), 0.7)
     before = len(world.states)
     world.run(0.3)
-    speeds = [np.linalg.norm(s.velocity[0, 0]) for _, s in world.states[before:]]
+    speeds = [np.linalg.norm(s.twists[0, 0]) for _, s in world.states[before:]]
     # 50 ms after the last chunk, which came a little before.
     assert np.argmax(speeds) * 0.008 <= 0.05
 
@@ -85,14 +85,14 @@ def test_new_writer_holds_until_a_person_acknowledges() -> None:
     world.send(sideways, since, session="second")
     report = world.run(0.6)
     assert (report.safety.mode, report.safety.cause) == ("holding", "new_writer")
-    at = world.cell.guidance.state.position
+    at = world.cell.guidance.state.positions
     world.follow(lambda t: at, 0.2, session="second")
-    np.testing.assert_array_equal(world.cell.guidance.state.position, at)
+    np.testing.assert_array_equal(world.cell.guidance.state.positions, at)
     assert world.command("acknowledge") == ""
     world.follow(
         lambda t: at + np.array([[0.0, 0.1 * smooth_step(t, 1.0), 0.0]]), 1.2, session="second"
     )
-    assert np.isclose(world.cell.guidance.state.position[0, 1], at[0, 1] + 0.1, atol=1e-3)
+    assert np.isclose(world.cell.guidance.state.positions[0, 1], at[0, 1] + 0.1, atol=1e-3)
 
 
 def test_a_person_arms_and_only_with_this_boot_and_in_time() -> None:
@@ -138,7 +138,7 @@ def test_bad_chunk_is_refused_whole_with_its_rule(
     report = world.step()
     assert report.rule == rule, report.refusal
     assert report.sequence == before
-    np.testing.assert_array_equal(world.cell.guidance.state.position, REST)
+    np.testing.assert_array_equal(world.cell.guidance.state.positions, REST)
 
 
 def slow_way(to: np.ndarray) -> np.ndarray:
@@ -184,7 +184,7 @@ def test_obstacle_that_appears_in_the_way_stops_the_gripper_before_it(wall: Obst
     world.follow(ahead, 0.8, since)
     world.cell.take_scene([TABLE, wall])
     world.follow(ahead, 1.5, since)
-    assert world.cell.guidance.state.position[0, 1] + 0.012 + 0.005 <= 0.31
+    assert world.cell.guidance.state.positions[0, 1] + 0.012 + 0.005 <= 0.31
     assert world.cell.guidance.resting
     assert world.report.rule in ("keep_out", "step")
 
@@ -198,7 +198,7 @@ def test_rope_that_is_too_tight_may_only_be_relieved() -> None:
     assert world.step().rule == "overstretch"
     since = world.now
     world.follow(lambda t: REST - np.array([[0.05 * smooth_step(t, 1.0), 0.0, 0.0]]), 1.2, since)
-    assert np.isclose(world.cell.guidance.state.position[0, 0], 0.15, atol=1e-3)
+    assert np.isclose(world.cell.guidance.state.positions[0, 0], 0.15, atol=1e-3)
 
 
 def test_reset_waits_for_rest_and_returns_to_the_start() -> None:
@@ -209,7 +209,7 @@ def test_reset_waits_for_rest_and_returns_to_the_start() -> None:
     assert report.reset_count == 0
     report = world.run(0.5)
     assert report.reset_count == 1
-    np.testing.assert_array_equal(world.cell.guidance.state.position, REST)
+    np.testing.assert_array_equal(world.cell.guidance.state.positions, REST)
     world.follow(sideways, 0.2)
     assert world.report.safety.mode == "moving"
 
@@ -222,7 +222,7 @@ def test_writer_that_holds_stops_the_arm_and_goes_on_by_itself() -> None:
     report = world.run(0.5)
     assert (report.safety.mode, report.safety.detail) == ("holding", "paused by a person")
     assert world.cell.guidance.resting
-    at = world.cell.guidance.state.position
+    at = world.cell.guidance.state.positions
     world.follow(lambda t: at, 0.1)
     assert world.report.safety.mode == "moving"
 

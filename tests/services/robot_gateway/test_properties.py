@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from lariat.geometry import poses
 from lariat.geometry.obstacles import TABLE, Obstacle, signed_distance
+from lariat.trajectory import MotionState
 from services.robot_gateway.constraints.shortest_path import taut_length
-from services.robot_gateway.motion.reference_tracking import Kinematics
 from tests.services.robot_gateway.cells import LIMITS, TICK, World, stopping
 
 LENGTH = 0.5
@@ -45,7 +45,7 @@ def both_driven(obstacles: list[Obstacle]) -> World:
 
 def send(world: World, kind: str, rng: np.random.Generator, target: np.ndarray) -> None:
     """One chunk of a kind, towards a target that may lie anywhere."""
-    here, velocity = world.cell.guidance.state.position, world.cell.guidance.state.velocity[:, 0]
+    here, velocity = world.cell.guidance.state.positions, world.cell.guidance.state.twists[:, 0]
     points, turns = pursuit(here, velocity, target, rng), None
     match kind:
         case "jump":
@@ -67,7 +67,7 @@ def send(world: World, kind: str, rng: np.random.Generator, target: np.ndarray) 
             axis = rng.normal(size=3)
             angle = np.cumsum(rate) * 0.02
             turn = angle[:, None, None] * axis / np.linalg.norm(axis)
-            now = world.cell.guidance.state.orientation
+            now = world.cell.guidance.state.orientations
             turns = poses.multiply(poses.exponential(np.repeat(turn, 2, axis=1)), now[None])
         case "stop":
             points = np.repeat(here[None], 16, axis=0)
@@ -141,15 +141,15 @@ def test_no_stream_makes_the_command_break_a_limit(
     check_ways([s for _, s in rows], world.cell.guidance.rules.obstacles)
 
 
-def aim(state: Kinematics, rng: np.random.Generator) -> np.ndarray:
+def aim(state: MotionState, rng: np.random.Generator) -> np.ndarray:
     """Targets of both ends: anywhere, behind the post, towards each other, or far apart."""
     anywhere = rng.uniform(LOW - 0.2, HIGH + 0.2, size=(2, 3))
     match int(rng.integers(6)):
         case 0:
             through = np.array(POST.position) + rng.normal(scale=0.05, size=3)
-            return state.position + 2.0 * (through - state.position)
+            return state.positions + 2.0 * (through - state.positions)
         case 1:
-            return np.roll(state.position, 1, axis=0)
+            return np.roll(state.positions, 1, axis=0)
         case 2:
             # On either side of the post, so that the rope has to go round it.
             across = np.array([[0.0, 0.25, 0.0], [0.0, -0.25, 0.0]])
@@ -158,30 +158,30 @@ def aim(state: Kinematics, rng: np.random.Generator) -> np.ndarray:
             # Side by side, where only the spacing of the grips keeps them apart.
             across = np.array([0.0, *rng.normal(size=2)])
             across *= 0.4 * SPACING / np.linalg.norm(across)
-            return np.mean(state.position, axis=0) + np.array([across, -across])
+            return np.mean(state.positions, axis=0) + np.array([across, -across])
         case 3:
-            return state.position + 2.0 * (state.position - np.roll(state.position, 1, axis=0))
+            return state.positions + 2.0 * (state.positions - np.roll(state.positions, 1, axis=0))
         case _:
             return anywhere
 
 
-def in_the_way(state: Kinematics) -> Obstacle | None:
+def in_the_way(state: MotionState) -> Obstacle | None:
     """A ball where a fast gripper is going, as near as it can still be avoided; None without."""
-    speeds = np.linalg.norm(state.velocity[:, 0], axis=-1)
+    speeds = np.linalg.norm(state.twists[:, 0], axis=-1)
     end = int(np.argmax(speeds))
     if speeds[end] < 0.25:
         return None
     # Body, radius, what is kept out, the way of a stop, and a little.
     stop = speeds[end] * (0.5 * speeds[end] / LIMITS.acceleration + 0.1)
     far = 0.06 + 0.03 + 0.017 + stop + 0.02
-    place = state.position[end] + far * state.velocity[end, 0] / speeds[end]
+    place = state.positions[end] + far * state.twists[end, 0] / speeds[end]
     ball = Obstacle("sphere", tuple(place.tolist()), radius=0.03, name="ball")
     return ball if body_distance(state, ball) > stop + 0.017 else None
 
 
 def ticks(
     world: World, seconds: float, rng: np.random.Generator | None
-) -> list[tuple[float, Kinematics]]:
+) -> list[tuple[float, MotionState]]:
     """Ticks without a message, even or not: length of each step [s] and the command after it."""
     rows, end = [], world.now + round(seconds * 1e9)
     while world.now < end:
@@ -200,7 +200,7 @@ def check_end(world: World) -> None:
     world.run(1.5)
     tail = world.states[before:]
     t = np.array([now - begun for now, _ in tail]) * 1e-9
-    speeds = np.array([np.linalg.norm(s.velocity, axis=-1) for _, s in tail])
+    speeds = np.array([np.linalg.norm(s.twists, axis=-1) for _, s in tail])
     # The last fresh chunk came at the latest when this began, and an arm is 80 ms behind.
     braking = speeds[t >= BRAKES]
     assert np.all(np.diff(braking, axis=0) <= 1e-9), "not slower and slower in time"
@@ -213,20 +213,20 @@ def check_end(world: World) -> None:
     assert np.max(moving, initial=0.0) <= 0.15 + max(bounds) + 2 * H
 
 
-def body_distance(state: Kinematics, obstacle: Obstacle) -> float:
+def body_distance(state: MotionState, obstacle: Obstacle) -> float:
     """Least distance of the axes of both grippers' bodies to an obstacle [m]."""
-    body = state.position[:, None] + poses.rotate(
-        state.orientation[:, None],
+    body = state.positions[:, None] + poses.rotate(
+        state.orientations[:, None],
         np.array([[-1.0], [1.0]])[:, :, None] * np.linspace(0.0, 0.048, 20)[:, None] * [0, 0, 1],
     )
     return float(np.min(signed_distance(body, obstacle)))
 
 
-def check_derivatives(rows: list[tuple[float, Kinematics]]) -> None:
+def check_derivatives(rows: list[tuple[float, MotionState]]) -> None:
     """Speeds, accelerations and jerks, and that the poses move as they say."""
     h = np.array([h for h, _ in rows])[1:]
-    v = np.array([s.velocity for _, s in rows])
-    a = np.array([s.acceleration for _, s in rows])
+    v = np.array([s.twists for _, s in rows])
+    a = np.array([s.accelerations for _, s in rows])
     for kind, (speed, acceleration, jerk) in enumerate(
         (
             (LIMITS.speed, LIMITS.acceleration, LIMITS.jerk),
@@ -237,22 +237,22 @@ def check_derivatives(rows: list[tuple[float, Kinematics]]) -> None:
         assert np.max(np.linalg.norm(a[:, :, kind], axis=-1)) <= acceleration * (1.0 + 1e-6)
         change = np.linalg.norm(np.diff(a[:, :, kind], axis=0), axis=-1)
         assert np.max(change - jerk * h[:, None]) <= 1e-6 * jerk
-    moved = np.diff(np.array([s.position for _, s in rows]), axis=0)
+    moved = np.diff(np.array([s.positions for _, s in rows]), axis=0)
     mean = (v[1:, :, 0] + v[:-1, :, 0]) / 2.0 * h[:, None, None]
     assert np.max(np.abs(moved - mean) - 40.0 * h[:, None, None] ** 3) <= 1e-9
 
 
-def check_places(state: Kinematics) -> None:
+def check_places(state: MotionState) -> None:
     """Workspace, obstacles, spacing and the rope's length."""
-    assert np.all(state.position >= LOW - 1e-5)
-    assert np.all(state.position <= HIGH + 1e-5)
-    distance = np.linalg.norm(state.position[1] - state.position[0])
+    assert np.all(state.positions >= LOW - 1e-5)
+    assert np.all(state.positions <= HIGH + 1e-5)
+    distance = np.linalg.norm(state.positions[1] - state.positions[0])
     assert SPACING - 1e-5 <= distance <= 0.99 * LENGTH + 1e-5
 
 
-def check_ways(states: list[Kinematics], obstacles: tuple[Obstacle, ...]) -> None:
+def check_ways(states: list[MotionState], obstacles: tuple[Obstacle, ...]) -> None:
     """The rope reaches round the obstacles where its ends were farthest apart."""
-    spans = [float(np.linalg.norm(s.position[1] - s.position[0])) for s in states]
+    spans = [float(np.linalg.norm(s.positions[1] - s.positions[0])) for s in states]
     for k in np.argsort(spans)[-3:]:
-        way = taut_length(*states[k].position, obstacles)
+        way = taut_length(*states[k].positions, obstacles)
         assert way <= 0.99 * LENGTH + 2e-3, f"{way:.4f} m round the obstacles"

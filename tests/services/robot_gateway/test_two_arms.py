@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lariat.trajectory.chunk import Chunk
+from lariat.trajectory import SetpointChunk
 from services.robot_gateway.cell import CellReport
 from services.robot_gateway.constraints.sphere_distance import Spheres, distances
 from services.robot_gateway.safety.state_machine import Command
@@ -52,16 +52,16 @@ class TwoArms:
 
     def follow(self, ways: np.ndarray, seconds: float, duration: float) -> None:
         """Both grips by these ways [m] from where they are, as long as it lasts."""
-        here, since = self.cell.guidance.state.position.copy(), self.now
+        here, since = self.cell.guidance.state.positions.copy(), self.now
         due = end = self.now
         while self.now < end + round(seconds * 1e9):
             if self.now >= due:
                 times = (self.now - since) * 1e-9 + 0.02 * np.arange(16)
                 points = stopping(np.array([here + smooth_step(t, duration) * ways for t in times]))
                 turns = np.tile(ALONG_X, (len(points), 2, 1))
-                chunk = Chunk("writer", self._sequence, self.now, 0.02, points, turns)
+                chunk = SetpointChunk(self.now, 0.02, points, turns)
                 self._sequence += 1
-                self.cell.take_chunk(chunk, self.now)
+                self.cell.take_chunk(chunk, "writer", self._sequence, self.now)
                 due += 20_000_000
             self.step()
             self.gaps.append(self.gap())
@@ -119,7 +119,7 @@ def test_arms_that_would_touch_are_kept_apart_by_their_links() -> None:
     past = np.array([[0.29, 0.0, 0.0], [-0.29, 0.055, 0.0]])
     world.follow(past, 4.0, 4.0)
     assert world.report.rule == "spacing", world.report
-    grips = world.cell.guidance.state.position
+    grips = world.cell.guidance.state.positions
     assert np.linalg.norm(grips[1] - grips[0]) > 0.04, "not the spacing of the grips"
     least = min(world.gaps)
     assert least > 0.004, f"{1e3 * least:.1f} mm between the arms"

@@ -10,9 +10,9 @@ import pytest
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod
+from lariat.trajectory import MotionState
 from services.controller.estimation.material_filter import Estimated, MaterialFilter
 from services.controller.estimation.state_estimator import StateEstimator
-from services.controller.mpc.motion import Motion
 from tests.services.controller.cell import COUNT, PROPERTIES, Cell, grips
 
 GOAL = grips((-0.14, 0.05, 0.27), (0.16, 0.02, 0.31))
@@ -102,7 +102,7 @@ def test_a_rope_that_hangs_still_tells_its_stiffness_before_it_is_moved(factor: 
     held = Pose(left.position, tilted), right
     plant = model.with_properties(replace(given, youngs_modulus=1e6 * factor))
     rope = plant.rest(*held).state.positions
-    arm, now = Motion.at_rest(*held), 1_000_000_000
+    arm, now = MotionState.at_rest(*held), 1_000_000_000
     estimate, adaptation = StateEstimator(model, arm, now), MaterialFilter(given)
     random = np.random.default_rng(0)
     sigma, observed = np.full(COUNT, 2e-3), np.ones(COUNT, dtype=bool)

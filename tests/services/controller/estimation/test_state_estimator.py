@@ -7,8 +7,8 @@ import numpy as np
 from lariat.geometry import polylines
 from lariat.rod import Rod, RodProperties
 from lariat.rod.statics import framed
+from lariat.trajectory import MotionState
 from services.controller.estimation.state_estimator import StateEstimator
-from services.controller.mpc.motion import Motion
 from tests.services.controller.cell import grips
 
 ROD = Rod(RodProperties(0.45, 0.008, 0.044, 1e6), 24)
@@ -22,14 +22,14 @@ def test_rope_in_its_other_shape_of_rest_is_followed_there() -> None:
     loop[:, :1] += -0.06 + 0.12 * s
     guess = framed(polylines.resampled(loop, 24), *(g.orientation for g in NEAR))
     other = ROD.rest(*NEAR, guess=guess).state.positions
-    estimate = StateEstimator(ROD, Motion.at_rest(*NEAR), 0)
+    estimate = StateEstimator(ROD, MotionState.at_rest(*NEAR), 0)
     assert polylines.mean_node_distance(estimate.nodes, other) > 0.02
     assert estimate.switch_equilibrium(other, ALL)
     assert polylines.mean_node_distance(estimate.nodes, other) < 1e-3
 
 
 def test_rope_held_aside_has_no_such_shape() -> None:
-    estimate = StateEstimator(ROD, Motion.at_rest(*NEAR), 0)
+    estimate = StateEstimator(ROD, MotionState.at_rest(*NEAR), 0)
     before = estimate.nodes
     bump = np.sin(np.linspace(0.0, np.pi, 24))[:, None] * [0.0, 0.05, 0.03]
     assert not estimate.switch_equilibrium(before + bump, ALL)

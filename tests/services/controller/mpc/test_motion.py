@@ -8,19 +8,21 @@ from hypothesis import strategies as st
 
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
-from services.controller.mpc.motion import Bounds, Motion, jerk_towards, stop
+from lariat.trajectory import MotionState, stopping_states
 from services.controller.mpc.setpoint_stream import SetpointRow
+from services.controller.mpc.velocity_tracking import jerk_towards
+from shared.motion_contract import LEAST_CHUNK_SPAN
 from shared.scenario.sections import Limits
 
 DT = 0.02
-REST = Motion.at_rest(
+REST = MotionState.at_rest(
     Pose(np.array([-0.2, 0.0, 0.3]), poses.IDENTITY),
     Pose(np.array([0.2, 0.0, 0.3]), poses.IDENTITY),
 )
 
 
-def integrated(motion: Motion, jerk: np.ndarray) -> Motion:
-    v, a = motion.velocity, motion.acceleration
+def integrated(motion: MotionState, jerk: np.ndarray) -> MotionState:
+    v, a = motion.twists, motion.accelerations
     return motion.moved(
         DT * v + DT**2 / 2 * a + DT**3 / 6 * jerk, v + DT * a + DT**2 / 2 * jerk, a + DT * jerk
     )
@@ -34,7 +36,7 @@ def norms(vectors: np.ndarray) -> np.ndarray:
 @given(st.integers(0, 10**6), st.integers(1, 40))
 def test_random_wishes_end_at_rest_within_limits(seed: int, count: int) -> None:
     random = np.random.default_rng(seed)
-    bounds = Bounds.share(Limits(), 1.0)
+    limits = Limits()
     motion = REST
     motions = [motion]
     wanted = np.zeros((2, 2, 3))
@@ -42,18 +44,18 @@ def test_random_wishes_end_at_rest_within_limits(seed: int, count: int) -> None:
         if random.random() < 0.3:
             wanted = random.normal(size=(2, 2, 3)) * 0.5
         jerk = jerk_towards(
-            motion.velocity, motion.acceleration, wanted, np.zeros_like(wanted), bounds, DT
+            motion.twists, motion.accelerations, wanted, np.zeros_like(wanted), limits, DT
         )
         motion = integrated(motion, jerk)
         motions.append(motion)
-    motions += stop(motion, bounds, DT)
+    motions += stopping_states(motion, limits, DT)
     assert motions[-1].resting
-    speeds = np.array([norms(m.velocity) for m in motions])
-    accelerations = np.array([norms(m.acceleration) for m in motions])
-    jerks = norms(np.diff([m.acceleration for m in motions], axis=0)) / DT
-    assert (speeds <= 1.02 * bounds.speed).all()
-    assert (accelerations <= 1.001 * bounds.acceleration).all()
-    assert (jerks <= 1.001 * bounds.jerk).all()
+    speeds = np.array([norms(m.twists) for m in motions])
+    accelerations = np.array([norms(m.accelerations) for m in motions])
+    jerks = norms(np.diff([m.accelerations for m in motions], axis=0)) / DT
+    assert (speeds <= 1.02 * limits.speed_bounds).all()
+    assert (accelerations <= 1.001 * limits.acceleration_bounds).all()
+    assert (jerks <= 1.001 * limits.jerk_bounds).all()
     # The points alone, as the gateway sees them.
     points = np.array([m.positions for m in motions])
     third = np.linalg.norm(np.diff(points, n=3, axis=0), axis=-1) / DT**3
@@ -61,7 +63,7 @@ def test_random_wishes_end_at_rest_within_limits(seed: int, count: int) -> None:
 
 
 def test_velocity_is_reached_without_overshoot() -> None:
-    bounds = Bounds.share(Limits(), 1.0)
+    limits = Limits()
     wanted = np.zeros((2, 2, 3))
     wanted[:, 0, 0] = 0.3
     motion = REST
@@ -69,9 +71,9 @@ def test_velocity_is_reached_without_overshoot() -> None:
     for _ in range(30):
         motion = integrated(
             motion,
-            jerk_towards(motion.velocity, motion.acceleration, wanted, 0.0 * wanted, bounds, DT),
+            jerk_towards(motion.twists, motion.accelerations, wanted, 0.0 * wanted, limits, DT),
         )
-        speeds.append(motion.velocity[0, 0, 0])
+        speeds.append(motion.twists[0, 0, 0])
     assert max(speeds) < 0.303
     assert abs(speeds[-1] - 0.3) < 1e-3
     assert speeds[12] > 0.28
@@ -79,20 +81,21 @@ def test_velocity_is_reached_without_overshoot() -> None:
 
 def test_every_chunk_repeats_the_points_before_its_decision() -> None:
     dt = 20_000_000
-    row = SetpointRow(REST, 0, dt, Bounds.share(Limits(), 0.7))
+    row = SetpointRow(REST, 0, dt, Limits().scaled(0.7))
     wanted = np.full((2, 2, 3), 0.05)
     motions = [REST]
     for _ in range(5):
         last = motions[-1]
-        jerk = jerk_towards(last.velocity, last.acceleration, wanted, 0.0 * wanted, row.bounds, DT)
+        jerk = jerk_towards(last.twists, last.accelerations, wanted, 0.0 * wanted, row.limits, DT)
         motions.append(integrated(last, jerk))
     commit = row.index_at(30_000_000)
     first = row.extended(commit, motions[1:])
     second = row.extended(commit + 1, [])
-    assert second.t0 - first.t0 == dt
-    assert all(a is b for a, b in zip(first.motions[1:], second.motions, strict=False))
-    assert first.motions[-1].resting
-    assert (len(first.motions) - 1) * DT >= 0.25
+    assert second.start - first.start == dt
+    repeated = len(first.positions) - 1
+    np.testing.assert_array_equal(first.positions[1:], second.positions[:repeated])
+    np.testing.assert_array_equal(first.positions[-2], first.positions[-1])
+    assert first.span >= LEAST_CHUNK_SPAN
     halfway = row.motion_at(row.time_of(commit + 2) + dt // 2).positions
     ends = [row.motion(commit + k).positions for k in (2, 3)]
     assert np.all((halfway - ends[0]) * (halfway - ends[1]) < 0.0)

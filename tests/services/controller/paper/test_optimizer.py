@@ -9,7 +9,6 @@ from lariat.rod import Rod
 from lariat.rod.xpbd import XpbdProperties, XpbdRod
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
 from services.controller.mpc.horizon import HorizonProblem
-from services.controller.mpc.motion import Bounds
 from services.controller.paper.optimizer import PaperOptimizer
 from services.controller.paper.policies import Actions, Network, Policy
 from shared.scenario.sections import Limits, PaperControl
@@ -30,7 +29,7 @@ def test_training_in_a_horizon_lowers_the_objective(name: str, solver: str) -> N
     policy: Policy = Actions(settings.horizon, 6)
     if name == "network":
         policy = Network(COUNT, 6, settings.learning_rate, seed=0)
-    method = PaperOptimizer(policy, settings, moves, Bounds.share(Limits(), 1.0))
+    method = PaperOptimizer(policy, settings, moves, Limits())
     rod = RODS[solver]
     state = rod.rest(*grips((-0.19, 0.0, 0.3), (0.19, 0.0, 0.3))).state
     goal = rod.rest(*grips((-0.16, 0.1, 0.25), (0.18, 0.1, 0.3))).state.positions
@@ -74,7 +73,7 @@ def test_ends_stay_within_reach_whatever_was_learnt(held: int | None) -> None:
     if held is not None:
         moves[held] = False
         policy.velocities = lambda nodes, goal: np.tile([9.0, 0.0, 1.0], (len(nodes), 1))
-    method = PaperOptimizer(policy, settings, moves, Bounds.share(Limits(), 1.0))
+    method = PaperOptimizer(policy, settings, moves, Limits())
     rod = RODS["direct"]
     state = rod.rest(*grips((-0.19, 0.0, 0.3), (0.19, 0.0, 0.3))).state
     still = np.zeros((settings.horizon, 2, 6))

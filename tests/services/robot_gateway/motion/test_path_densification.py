@@ -1,25 +1,26 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from lariat.geometry import poses
 from lariat.geometry.obstacles import TABLE, Obstacle
-from lariat.trajectory.limits import LimitTable, MotionLimits
-from lariat.trajectory.stop import Stop
+from lariat.trajectory import Stop
 from services.robot_gateway.motion.path_densification import (
     ARM,
     DENSE,
     densely,
     stop_times,
 )
-from tests.services.robot_gateway.cells import ALONG_X, World
+from tests.services.robot_gateway.cells import ALONG_X, LIMITS, World
 from tests.services.robot_gateway.test_cell import REST
 
 
 @pytest.mark.parametrize("speed", [0.0, 0.05, 0.5, 2.0])
 def test_stop_is_judged_every_few_millimetres_from_any_speed(speed: float) -> None:
-    limits = LimitTable.of([MotionLimits(speed=2.0)])
+    limits = replace(LIMITS, speed=2.0)
     velocity = np.array([[[speed, 0.0, 0.0], [0.0, 0.0, 1.5]]])
     stop = Stop.plan(velocity, 0.5 * velocity, limits)
     moved = stop.at(stop_times(stop))[0]

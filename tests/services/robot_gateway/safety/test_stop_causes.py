@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from lariat.trajectory.limits import Rule
+from services.robot_gateway.constraints.rule import Rule
 from services.robot_gateway.safety.state_machine import Rejected, Safety
 from services.robot_gateway.safety.stop_causes import CAUSES, markdown
 

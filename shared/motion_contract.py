@@ -1,0 +1,38 @@
+"""Numbers on which planner, controller and gateway agree, so that nothing planned is refused.
+
+The scenario states what the grippers are allowed. The gateway enforces exactly that. The planner
+and the controller use less of it: a share of each limit on motion, a fraction of the rope's
+permitted stretch, and a margin from each boundary. The distances between the bodies of grippers
+stand in `lariat.geometry.grippers`.
+"""
+
+from __future__ import annotations
+
+SETPOINT_PERIOD = 20_000_000
+"""Time between two setpoints and between two points of a path [ns]."""
+LEAST_CHUNK_SPAN = 0.25
+"""Least time from the first setpoint of a chunk to its last that the gateway accepts [s]."""
+CHUNK_SPAN = 0.26
+"""Least time from the first setpoint of a chunk to its last that the controller sends [s]."""
+
+PATH_LIMIT_SHARE = 0.7
+"""Share of each limit on motion that a planned path uses [-]."""
+OFFSET_LIMIT_SHARE = 0.28
+"""Share of each limit for the offset that the controller adds to a path [-]. Path and offset
+together stay below the limits."""
+PATHLESS_LIMIT_SHARE = 0.85
+"""Share of each limit for the offset when no path is planned [-]."""
+STOP_LIMIT_SHARE = 0.9
+"""Share of each limit for the stop at the end of a chunk [-]."""
+
+PATH_STRETCH_SHARE = 0.985
+"""Fraction of the permitted distance between the grips that a path uses [-]."""
+CONTROL_STRETCH_SHARE = 0.99
+"""Fraction of the permitted distance between the grips that the controller uses [-]."""
+PATH_WORKSPACE_MARGIN = 0.003
+"""Distance that a path keeps from the faces of the workspace [m]."""
+PATH_SPACING_MARGIN = 0.005
+"""Distance of the grips beyond the least one at which a path is optimised [m]."""
+CHUNK_BOUNDARY_MARGIN = 0.0015
+"""Slack that the gateway demands of a chunk beyond every boundary, so that following it never
+touches one; the planner demands it of the spacing of the grips [m]."""

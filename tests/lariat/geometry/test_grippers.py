@@ -1,0 +1,39 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lariat.geometry.grippers import (
+    GRIPPER_COVER_RATIO,
+    GripperBody,
+    axis_clearance,
+    axis_spacing,
+    gripper_bodies,
+)
+
+
+@pytest.mark.parametrize("length", [0.0, 0.005, 0.012, 0.048, 0.3])
+@pytest.mark.parametrize("radius", [0.004, 0.012, 0.05])
+def test_cover_is_no_larger_than_its_stated_ratio_and_holds_the_capsule(
+    length: float, radius: float
+) -> None:
+    centres, cover = GripperBody(end=(0.0, 0.0, length), radius=radius).spheres
+    assert radius <= cover <= GRIPPER_COVER_RATIO * radius
+    # Points on the side of the capsule, the farthest ones from its axis.
+    side = np.stack([[radius, 0.0, z] for z in np.linspace(0.0, length, 50)])
+    nearest = np.linalg.norm(side[:, None] - centres, axis=2).min(axis=1)
+    assert nearest.max() <= cover + 1e-12
+
+
+@pytest.mark.parametrize("radius", [0.001, 0.012, 0.05])
+def test_planned_distances_satisfy_the_cover(radius: float) -> None:
+    keep_out = 0.005
+    _, cover = GripperBody(end=(0.0, 0.0, 4.0 * radius), radius=radius).spheres
+    assert axis_clearance(radius, keep_out) >= cover + keep_out
+    assert axis_spacing(radius, keep_out) >= 2.0 * cover + keep_out
+
+
+def test_grippers_point_away_from_the_rope() -> None:
+    left, right = gripper_bodies(0.048, 0.012)
+    assert left.end == (0.0, 0.0, -0.048)
+    assert right.end == (0.0, 0.0, 0.048)

@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.rod.launch import layout
+from lariat.rod.launch.layout import TimeRow
 
 Scheme = Literal["euler", "sdirk2"]
 HISTORY: dict[str, int] = {"euler": 2, "sdirk2": 4}
@@ -78,6 +78,6 @@ def _rows(
     stages = np.array(_ROWS[scheme])
     rows = np.tile(stages, (horizon * substeps, 1))
     h = np.repeat(np.broadcast_to(dt / substeps, horizon), substeps * len(stages))
-    rows[:, layout.DURATION] *= h
-    rows[:, layout.GRIP_DURATION] *= h
+    rows[:, TimeRow.DURATION] *= h
+    rows[:, TimeRow.GRIP_DURATION] *= h
     return rows

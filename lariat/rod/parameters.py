@@ -7,20 +7,21 @@ import re
 import numpy as np
 from jaxtyping import Int64
 
-from lariat.rod.launch import layout
+from lariat.rod.launch.codes import Parameter
+from lariat.rod.launch.layout import PARAMETER_WIDTH
 from lariat.rod.properties import RodProperties
 
 _CODES = {
-    "bending_stiffness": layout.BENDING_PARAMETER,
-    "twisting_stiffness": layout.TWISTING_PARAMETER,
-    "stretch_stiffness": layout.STRETCH_PARAMETER,
-    "damping": layout.DAMPING_PARAMETER,
-    "internal_damping": layout.INTERNAL_DAMPING_PARAMETER,
-    "linear_density": layout.DENSITY_PARAMETER,
-    "length": layout.LENGTH_PARAMETER,
-    "rest_curvature_1": layout.CURVATURE_PARAMETER,
-    "rest_curvature_2": layout.CURVATURE_PARAMETER + 1,
-    "rest_twist": layout.CURVATURE_PARAMETER + 2,
+    "bending_stiffness": Parameter.BENDING_STIFFNESS,
+    "twisting_stiffness": Parameter.TWISTING_STIFFNESS,
+    "stretch_stiffness": Parameter.STRETCH_STIFFNESS,
+    "damping": Parameter.DAMPING,
+    "internal_damping": Parameter.INTERNAL_DAMPING,
+    "linear_density": Parameter.LINEAR_DENSITY,
+    "length": Parameter.LENGTH,
+    "rest_curvature_1": Parameter.REST_CURVATURE,
+    "rest_curvature_2": Parameter.REST_CURVATURE_2,
+    "rest_twist": Parameter.REST_TWIST,
 }
 PARAMETERS = tuple(_CODES)
 """Each with all others held: a length with the density and the stiffnesses of the material.
@@ -30,9 +31,9 @@ The last three shift the whole rod's rest shape [1/m]. Beside them, `stiffness_p
 """
 
 _KNOT_CODES = {
-    "stiffness_profile": layout.PROFILE_PARAMETER,
-    "density_profile": layout.DENSITY_PROFILE_PARAMETER,
-    "rest_curvature": layout.CURVATURE_PARAMETER,
+    "stiffness_profile": Parameter.STIFFNESS_PROFILE,
+    "density_profile": Parameter.DENSITY_PROFILE,
+    "rest_curvature": Parameter.REST_CURVATURE,
 }
 _KNOT = re.compile(r"(stiffness_profile|density_profile|rest_curvature)\[(\d+)\](?:\[([012])\])?")
 
@@ -43,7 +44,7 @@ def numbered(names: tuple[str, ...], properties: RodProperties) -> Int64[np.ndar
     Raises:
         ValueError: There is no parameter of such a name.
     """
-    rows = np.zeros((len(names), layout.PARAMETER_WIDTH), dtype=np.int64)
+    rows = np.zeros((len(names), PARAMETER_WIDTH), dtype=np.int64)
     for row, name in zip(rows, names, strict=True):
         found = _KNOT.fullmatch(name)
         if name in _CODES:

@@ -17,9 +17,11 @@ from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from lariat.rod import statics
 from lariat.rod.integration_schemes import HISTORY, Scheme
-from lariat.rod.launch import layout
-from lariat.rod.launch.buffers import Launch
+from lariat.rod.launch.buffers import BufferPool
+from lariat.rod.launch.codes import Derivatives
 from lariat.rod.launch.inputs import ENDS, End, Wanted, constants, opened
+from lariat.rod.launch.kernel_launch import launch
+from lariat.rod.launch.layout import REPORT_WIDTH, ReportRow, Section
 from lariat.rod.launch.outputs import linearized, rolled, slopes
 from lariat.rod.parameters import PARAMETERS
 from lariat.rod.properties import RodProperties
@@ -73,7 +75,7 @@ class Rod:
         self.right: End = right
         self.gravity = gravity
         self.tolerance = tolerance
-        self.launch = Launch()
+        self.buffer_pool = BufferPool()
         self.constants = constants(self)
 
     @property
@@ -145,9 +147,9 @@ class Rod:
         obstacles: Float64[np.ndarray, "m 12"] | None = None,
     ) -> list[Rollout]:
         """`rollout` of several rods in one launch."""
-        sheet = opened(self, states, actions, dt, steps, block_of_step, substeps, obstacles)
-        sheet.run()
-        return [rolled(sheet, b, self.properties.length) for b in range(len(states))]
+        buffers = opened(self, states, actions, dt, steps, block_of_step, substeps, obstacles)
+        launch(buffers)
+        return [rolled(buffers, b, self.properties.length) for b in range(len(states))]
 
     def linearize(
         self,
@@ -197,11 +199,13 @@ class Rod:
     ) -> list[Linearization]:
         """`linearize` of several rods in one launch."""
         wanted = Wanted(
-            layout.WANT_SENSITIVITIES, parameters, with_actions, directions=state_directions
+            Derivatives.SENSITIVITIES, parameters, with_actions, directions=state_directions
         )
-        sheet = opened(self, states, actions, dt, steps, block_of_step, substeps, obstacles, wanted)
-        sheet.run()
-        return [linearized(sheet, b, self.properties.length) for b in range(len(states))]
+        buffers = opened(
+            self, states, actions, dt, steps, block_of_step, substeps, obstacles, wanted
+        )
+        launch(buffers)
+        return [linearized(buffers, b, self.properties.length) for b in range(len(states))]
 
     def gradient(
         self,
@@ -243,11 +247,13 @@ class Rod:
         d_cost_d_positions: Float64[np.ndarray, "B H n 3"],
     ) -> list[Gradient]:
         """`gradient` of several rods in one launch."""
-        wanted = Wanted(layout.WANT_ADJOINT, parameters, cost=d_cost_d_positions)
-        sheet = opened(self, states, actions, dt, steps, block_of_step, substeps, obstacles, wanted)
-        sheet.run()
+        wanted = Wanted(Derivatives.ADJOINT, parameters, cost=d_cost_d_positions)
+        buffers = opened(
+            self, states, actions, dt, steps, block_of_step, substeps, obstacles, wanted
+        )
+        launch(buffers)
         length = self.properties.length
-        return [slopes(sheet, b, state, length, parameters) for b, state in enumerate(states)]
+        return [slopes(buffers, b, state, length, parameters) for b, state in enumerate(states)]
 
     def rest(
         self,
@@ -277,7 +283,11 @@ class Rod:
 
         Long steps walk to equilibrium; the energy never grows while the grips stand still.
         """
-        sheet = opened(self, [state], actions[None], durations, obstacles=obstacles, carries=False)
-        sheet.run()
-        report = sheet.section(layout.AT_REPORT)[0].reshape(-1, layout.REPORT_WIDTH)
-        return rolled(sheet, 0, self.properties.length), bool(report[-1, 3] > 0.0)
+        buffers = opened(
+            self, [state], actions[None], durations, obstacles=obstacles, carries=False
+        )
+        launch(buffers)
+        report = buffers.section(Section.REPORTS)[0].reshape(-1, REPORT_WIDTH)
+        return rolled(buffers, 0, self.properties.length), bool(
+            report[-1, ReportRow.DEFINITE] > 0.0
+        )

@@ -5,7 +5,8 @@ import taichi as ti
 from lariat.rod.kernels.access import hessian_at
 from lariat.rod.kernels.rotations import add3, add33, load3, load33, store3, store33
 from lariat.rod.kernels.types import Doubles, Integers
-from lariat.rod.launch import layout as at
+from lariat.rod.launch.codes import Task
+from lariat.rod.launch.layout import SELF_CONTACT_HEAD, SELF_CONTACT_WIDTH, Header, Section
 
 
 @ti.func
@@ -71,20 +72,20 @@ def solve(
     and returns whether it failed. `SOLVE_AGAIN` does so with the columns of the last time.
     """
     result = 0.0
-    newton = task == at.SOLVE
-    if newton or task == at.SOLVE_EXACTLY or task == at.SOLVE_AGAIN:
-        first = ni[at.FIRST_FREE]
-        end = ni[at.END_FREE]
-        most = ni[at.MOST_TOUCHES]
+    newton = task == Task.SOLVE
+    if newton or task == Task.SOLVE_EXACTLY or task == Task.SOLVE_AGAIN:
+        first = ni[Header.FIRST_FREE]
+        end = ni[Header.END_FREE]
+        most = ni[Header.MAX_SELF_CONTACTS]
         count = 0
         if most > 0:
-            count = ti.cast(w[rod + ni[at.AT_TOUCHES]], ti.i32)
-        entries = rod + ni[at.AT_TOUCHES] + at.TOUCH_HEAD
-        width = 3 * (2 * ni[at.NODES] - 1)
-        columns = rod + ni[at.AT_TOUCH_COLUMNS]
-        matrix = rod + ni[at.AT_TOUCH_MATRIX]
+            count = ti.cast(w[rod + ni[Section.SELF_CONTACTS]], ti.i32)
+        entries = rod + ni[Section.SELF_CONTACTS] + SELF_CONTACT_HEAD
+        width = 3 * (2 * ni[Header.NODES] - 1)
+        columns = rod + ni[Section.SELF_CONTACT_COLUMNS]
+        matrix = rod + ni[Section.SELF_CONTACT_MATRIX]
         forces = matrix + most * count
-        right = rod + ni[at.AT_TOUCH_VECTORS]
+        right = rod + ni[Section.SELF_CONTACT_VECTORS]
         last = right + width
         target = arg
         stride = 1
@@ -99,7 +100,7 @@ def solve(
             for k in range(3 * first, 3 * end):
                 w[right + k] = w[arg + stride * k]
         c = 0
-        if task == at.SOLVE_AGAIN:
+        if task == Task.SOLVE_AGAIN:
             c = count
         while c < count + rounds:
             d = target
@@ -107,7 +108,7 @@ def solve(
                 d = columns + width * c
                 for k in range(width):
                     w[d + k] = 0.0
-                entry = entries + at.TOUCH_WIDTH * c
+                entry = entries + SELF_CONTACT_WIDTH * c
                 normal = load3(w, entry + 4)
                 for side in range(2):
                     node = d + 6 * ti.cast(w[entry + side], ti.i32)
@@ -124,7 +125,7 @@ def solve(
                 for k in range(width):
                     w[d + k] = w[right + k]
                 for a in range(count):
-                    entry = entries + at.TOUCH_WIDTH * a
+                    entry = entries + SELF_CONTACT_WIDTH * a
                     at_points, at_other = turning(w, entry, last)
                     take(w, entry, d, at_points, at_other)
                 for k in range(width):
@@ -151,7 +152,7 @@ def solve(
             row = matrix + most * a
             for b in range(count):
                 if b <= a:
-                    entry = entries + at.TOUCH_WIDTH * b
+                    entry = entries + SELF_CONTACT_WIDTH * b
                     value = across(w, entry, d)
                     if a == b:
                         value += w[entry + 7]
@@ -199,24 +200,24 @@ def fold_touches(
     `arg` and `real` as in `solve`.
     """
     result = 0.0
-    if task == at.TOUCH_COUPLE or task == at.TOUCH_FOLD:
+    if task == Task.SUBTRACT_SELF_CONTACT_COUPLINGS or task == Task.FOLD_SELF_CONTACTS:
         stride = ti.cast(real, ti.i32)
-        width = 3 * (2 * ni[at.NODES] - 1)
-        from_free = task == at.TOUCH_FOLD
-        moves = rod + ni[at.AT_TOUCH_VECTORS]
+        width = 3 * (2 * ni[Header.NODES] - 1)
+        from_free = task == Task.FOLD_SELF_CONTACTS
+        moves = rod + ni[Section.SELF_CONTACT_VECTORS]
         to = moves + width
-        entries = rod + ni[at.AT_TOUCHES] + at.TOUCH_HEAD
+        entries = rod + ni[Section.SELF_CONTACTS] + SELF_CONTACT_HEAD
         for k in range(width):
-            free = k >= 3 * ni[at.FIRST_FREE] and k < 3 * ni[at.END_FREE]
+            free = k >= 3 * ni[Header.FIRST_FREE] and k < 3 * ni[Header.END_FREE]
             w[moves + k] = ti.select(free == from_free, w[arg + stride * k], 0.0)
             w[to + k] = 0.0
-        for a in range(ti.cast(w[rod + ni[at.AT_TOUCHES]], ti.i32)):
-            entry = entries + at.TOUCH_WIDTH * a
+        for a in range(ti.cast(w[rod + ni[Section.SELF_CONTACTS]], ti.i32)):
+            entry = entries + SELF_CONTACT_WIDTH * a
             at_points, at_other = turning(w, entry, moves)
             at_points += (across(w, entry, moves) / w[entry + 7]) * load3(w, entry + 4)
             take(w, entry, to, at_points, at_other)
         for k in range(width):
-            free = k >= 3 * ni[at.FIRST_FREE] and k < 3 * ni[at.END_FREE]
+            free = k >= 3 * ni[Header.FIRST_FREE] and k < 3 * ni[Header.END_FREE]
             if free != from_free:
                 w[arg + stride * k] = w[arg + stride * k] + w[to + k]
     else:
@@ -230,9 +231,9 @@ def factor(
 ) -> ti.f64:
     """Block LDL^T in place, over free blocks; returns whether all pivots are positive."""
     result = 0.0
-    if task == at.FACTOR:
-        first = ni[at.FIRST_FREE]
-        end = ni[at.END_FREE]
+    if task == Task.FACTORIZE:
+        first = ni[Header.FIRST_FREE]
+        end = ni[Header.END_FREE]
         definite = 1
         for j in range(first, end):
             m = hessian_at(ni, rod, step, j)

@@ -3,14 +3,14 @@
 import taichi as ti
 
 from lariat.rod.kernels.access import scalar
-from lariat.rod.launch import layout as at
+from lariat.rod.launch.layout import Scalar
 
 
 @ti.func
 def contact_law(ni: ti.template(), w: ti.template(), rod, depth):
     """Energy, force and stiffness of a penalty that is smooth at first touch."""
-    stiffness = scalar(ni, w, rod, at.CONTACT_STIFFNESS)
-    margin = scalar(ni, w, rod, at.CONTACT_MARGIN)
+    stiffness = scalar(ni, w, rod, Scalar.CONTACT_STIFFNESS)
+    margin = scalar(ni, w, rod, Scalar.CONTACT_MARGIN)
     rest = depth - margin
     soft = depth < margin
     energy = ti.select(

@@ -23,7 +23,8 @@ from lariat.rod.kernels.rotations import (
 )
 from lariat.rod.kernels.signed_distance import contacts
 from lariat.rod.kernels.types import Doubles, Integers
-from lariat.rod.launch import layout as at
+from lariat.rod.launch.codes import Task
+from lariat.rod.launch.layout import EFFECTIVE_BEND_WIDTH, HISTORY_SLOTS, Header, Scalar, Section
 
 
 @ti.real_func
@@ -32,15 +33,15 @@ def bends(
 ) -> ti.f64:
     """Bending and twisting."""
     result = 0.0
-    if task == at.BENDS:
+    if task == Task.BEND_ENERGY:
         exact = arg
-        n = ni[at.NODES]
-        g = rod + ni[at.AT_GRADIENT]
+        n = ni[Header.NODES]
+        g = rod + ni[Section.GRADIENT]
         energy = 0.0
         for j in range(n - 2):
-            y, jacobian, c, d = bend_turn(ni, w, rod, step + at.NEW, j)
-            stiffness = load3(w, rod + ni[at.AT_EFFECTIVE_BENDS] + at.EFFECTIVE_WIDTH * j)
-            rest = load3(w, rod + ni[at.AT_EFFECTIVE_BENDS] + at.EFFECTIVE_WIDTH * j + 3)
+            y, jacobian, c, d = bend_turn(ni, w, rod, step + HISTORY_SLOTS, j)
+            stiffness = load3(w, rod + ni[Section.EFFECTIVE_BENDS] + EFFECTIVE_BEND_WIDTH * j)
+            rest = load3(w, rod + ni[Section.EFFECTIVE_BENDS] + EFFECTIVE_BEND_WIDTH * j + 3)
             moment = stiffness * (y - rest)
             energy += 0.5 * moment.dot(y - rest)
             back = jacobian.transpose()
@@ -78,28 +79,28 @@ def edges(
 ) -> ti.f64:
     """Inertia, gravity and stretch; clears what the others add to."""
     result = 0.0
-    if task == at.EDGES:
+    if task == Task.EDGE_ENERGY:
         exact = arg
         shift = real
-        n = ni[at.NODES]
+        n = ni[Header.NODES]
         _h, weight, _carry = step_times(ni, w, rod, step)
-        stretch = scalar(ni, w, rod, at.STRETCH)
-        length = scalar(ni, w, rod, at.EDGE_LENGTH)
+        stretch = scalar(ni, w, rod, Scalar.STRETCH_STIFFNESS)
+        length = scalar(ni, w, rod, Scalar.EDGE_LENGTH)
         gravity = ti.Vector(
             [
-                scalar(ni, w, rod, at.GRAVITY_X),
-                scalar(ni, w, rod, at.GRAVITY_Y),
-                scalar(ni, w, rod, at.GRAVITY_Z),
+                scalar(ni, w, rod, Scalar.GRAVITY_X),
+                scalar(ni, w, rod, Scalar.GRAVITY_Y),
+                scalar(ni, w, rod, Scalar.GRAVITY_Z),
             ]
         )
         zero = ti.Matrix.zero(ti.f64, 3, 3)
         eye = ti.Matrix.identity(ti.f64, 3)
-        g = rod + ni[at.AT_GRADIENT]
+        g = rod + ni[Section.GRADIENT]
         energy = 0.0
         for i in range(n):
-            mass = w[rod + ni[at.AT_MASSES] + i]
-            x = load3(w, position_at(ni, rod, step + at.NEW, i))
-            away = x - load3(w, rod + ni[at.AT_TARGETS] + 3 * i)
+            mass = w[rod + ni[Section.MASSES] + i]
+            x = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i))
+            away = x - load3(w, rod + ni[Section.TARGET_POSITIONS] + 3 * i)
             energy += mass * (0.5 * weight * away.dot(away) - gravity.dot(x))
             store3(w, g + 6 * i, mass * (weight * away - gravity))
             m = hessian_at(ni, rod, step, 2 * i)
@@ -107,16 +108,16 @@ def edges(
             store33(w, m + 9, zero)
             store33(w, m + 18, zero)
         for i in range(n - 1):
-            q = load4(w, orientation_at(ni, rod, step + at.NEW, i))
+            q = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, i))
             r = rotation_matrix(q)
-            edge = load3(w, position_at(ni, rod, step + at.NEW, i + 1)) - load3(
-                w, position_at(ni, rod, step + at.NEW, i)
+            edge = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i + 1)) - load3(
+                w, position_at(ni, rod, step + HISTORY_SLOTS, i)
             )
             strain = edge / length - ti.Vector([r[0, 2], r[1, 2], r[2, 2]])
             force = stretch * strain
             energy += 0.5 * length * force.dot(strain)
             local = r.transpose() @ force
-            tension = r.transpose() @ load3(w, rod + ni[at.AT_TENSIONS] + 3 * i)
+            tension = r.transpose() @ load3(w, rod + ni[Section.TENSIONS] + 3 * i)
             if not exact:
                 tension = ti.Vector([0.0, 0.0, ti.max(tension[2], 0.0)])
             add3(w, g + 6 * i, -force)
@@ -139,7 +140,7 @@ def edges(
                 ]
             )
             _re, im, inertia, turn = inertia_terms(
-                ni, w, rod, weight, q, load4(w, rod + ni[at.AT_TARGET_ORIENTATIONS] + 4 * i)
+                ni, w, rod, weight, q, load4(w, rod + ni[Section.TARGET_ORIENTATIONS] + 4 * i)
             )
             momentum = 2.0 * inertia * im
             energy += momentum.dot(im)

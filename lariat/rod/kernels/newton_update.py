@@ -31,7 +31,15 @@ from lariat.rod.kernels.rotations import (
     turned,
 )
 from lariat.rod.kernels.types import Doubles, Integers
-from lariat.rod.launch import layout as at
+from lariat.rod.launch.codes import EndHold, Task
+from lariat.rod.launch.layout import (
+    EFFECTIVE_BEND_WIDTH,
+    HISTORY_SLOTS,
+    Header,
+    Scalar,
+    Section,
+    TimeRow,
+)
 
 
 @ti.real_func
@@ -40,20 +48,22 @@ def accept(
 ) -> ti.f64:
     """Keep the iterate as the point to step from, and the way downhill as right-hand side."""
     result = 0.0
-    if task == at.ACCEPT:
-        n = ni[at.NODES]
+    if task == Task.ACCEPT_ITERATE:
+        n = ni[Header.NODES]
         for k in range(3 * n):
-            w[rod + ni[at.AT_ACCEPTED] + k] = w[position_at(ni, rod, step + at.NEW, 0) + k]
+            w[rod + ni[Section.ACCEPTED_POSITIONS] + k] = w[
+                position_at(ni, rod, step + HISTORY_SLOTS, 0) + k
+            ]
         for k in range(4 * (n - 1)):
-            w[rod + ni[at.AT_ACCEPTED_ORIENTATIONS] + k] = w[
-                orientation_at(ni, rod, step + at.NEW, 0) + k
+            w[rod + ni[Section.ACCEPTED_ORIENTATIONS] + k] = w[
+                orientation_at(ni, rod, step + HISTORY_SLOTS, 0) + k
             ]
         for j in range(2 * n - 1):
             downhill = 0.0
-            if j >= ni[at.FIRST_FREE] and j < ni[at.END_FREE]:
+            if j >= ni[Header.FIRST_FREE] and j < ni[Header.END_FREE]:
                 downhill = -1.0
-            gradient = load3(w, rod + ni[at.AT_GRADIENT] + 3 * j)
-            store3(w, rod + ni[at.AT_STEP] + 3 * j, downhill * gradient)
+            gradient = load3(w, rod + ni[Section.GRADIENT] + 3 * j)
+            store3(w, rod + ni[Section.NEWTON_STEP] + 3 * j, downhill * gradient)
     else:
         result = edges(ni, w, task, rod, step, arg, real)
     return result
@@ -65,25 +75,31 @@ def apply_step(
 ) -> ti.f64:
     """Move the iterate to accepted + share * step; the tensions follow linearly."""
     result = 0.0
-    if task == at.APPLY:
+    if task == Task.APPLY_STEP:
         share = real
-        n = ni[at.NODES]
-        d = rod + ni[at.AT_STEP]
-        stretch = scalar(ni, w, rod, at.STRETCH)
-        length = scalar(ni, w, rod, at.EDGE_LENGTH)
+        n = ni[Header.NODES]
+        d = rod + ni[Section.NEWTON_STEP]
+        stretch = scalar(ni, w, rod, Scalar.STRETCH_STIFFNESS)
+        length = scalar(ni, w, rod, Scalar.EDGE_LENGTH)
         for i in range(n - 1):
-            x = load3(w, rod + ni[at.AT_ACCEPTED] + 3 * i)
-            nearby = load3(w, rod + ni[at.AT_ACCEPTED] + 3 * i + 3)
-            q = load4(w, rod + ni[at.AT_ACCEPTED_ORIENTATIONS] + 4 * i)
+            x = load3(w, rod + ni[Section.ACCEPTED_POSITIONS] + 3 * i)
+            nearby = load3(w, rod + ni[Section.ACCEPTED_POSITIONS] + 3 * i + 3)
+            q = load4(w, rod + ni[Section.ACCEPTED_ORIENTATIONS] + 4 * i)
             r = rotation_matrix(q)
             phi = share * load3(w, d + 6 * i + 3)
             edge = nearby - x + share * (load3(w, d + 6 * i + 6) - load3(w, d + 6 * i))
             d3 = r @ ti.Vector([phi[1], -phi[0], 1.0])
-            store3(w, rod + ni[at.AT_TENSIONS] + 3 * i, stretch * (edge / length - d3))
-            store3(w, position_at(ni, rod, step + at.NEW, i), x + share * load3(w, d + 6 * i))
-            store4(w, orientation_at(ni, rod, step + at.NEW, i), turned(q, phi))
-        x = load3(w, rod + ni[at.AT_ACCEPTED] + 3 * n - 3)
-        store3(w, position_at(ni, rod, step + at.NEW, n - 1), x + share * load3(w, d + 6 * n - 6))
+            store3(w, rod + ni[Section.TENSIONS] + 3 * i, stretch * (edge / length - d3))
+            store3(
+                w, position_at(ni, rod, step + HISTORY_SLOTS, i), x + share * load3(w, d + 6 * i)
+            )
+            store4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, i), turned(q, phi))
+        x = load3(w, rod + ni[Section.ACCEPTED_POSITIONS] + 3 * n - 3)
+        store3(
+            w,
+            position_at(ni, rod, step + HISTORY_SLOTS, n - 1),
+            x + share * load3(w, d + 6 * n - 6),
+        )
     else:
         result = accept(ni, w, task, rod, step, arg, real)
     return result
@@ -95,35 +111,35 @@ def targets(
 ) -> ti.f64:
     """Where inertia alone would lead, and the bends' stiffness and rest with internal damping."""
     result = 0.0
-    if task == at.TARGETS:
-        n = ni[at.NODES]
+    if task == Task.INERTIAL_TARGETS:
+        n = ni[Header.NODES]
         _h, _weight, carry = step_times(ni, w, rod, step)
         for i in range(n):
             target = ti.Vector([0.0, 0.0, 0.0])
-            for back in range(1, ni[at.HISTORY] + 1):
+            for back in range(1, ni[Header.HISTORY] + 1):
                 share = target_share(ni, w, rod, step, back, carry)
-                target += share * load3(w, position_at(ni, rod, step + at.NEW - back, i))
-            store3(w, rod + ni[at.AT_TARGETS] + 3 * i, target)
+                target += share * load3(w, position_at(ni, rod, step + HISTORY_SLOTS - back, i))
+            store3(w, rod + ni[Section.TARGET_POSITIONS] + 3 * i, target)
         for i in range(n - 1):
             turn = ti.Vector([0.0, 0.0, 0.0])
-            for back in range(2, ni[at.HISTORY] + 1):
+            for back in range(2, ni[Header.HISTORY] + 1):
                 share = target_share(ni, w, rod, step, back, carry)
                 turn += share * logarithm(past_turn(ni, w, rod, step, i, back))
-            q1 = load4(w, orientation_at(ni, rod, step + at.NEW - 1, i))
+            q1 = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS - 1, i))
             target = quaternion_product(q1, exponential(turn))
-            store4(w, rod + ni[at.AT_TARGET_ORIENTATIONS] + 4 * i, target)
+            store4(w, rod + ni[Section.TARGET_ORIENTATIONS] + 4 * i, target)
         # k |y - rest|^2 + rate k |y - before|^2 is, but for a constant, one square as well.
         rate = internal_rate(ni, w, rod, step)
-        damped = rate > 0.0 or ni[at.PARAMETERS] > 0
+        damped = rate > 0.0 or ni[Header.PARAMETERS] > 0
         for j in range(n - 2):
             before = ti.Vector([0.0, 0.0, 0.0])
             if damped:
                 for back in range(1, 3):
-                    share = w[time_at(ni, rod, step) + at.BASE + back - 1]
-                    y, _jacobian, _c, _d = bend_turn(ni, w, rod, step + at.NEW - back, j)
+                    share = w[time_at(ni, rod, step) + TimeRow.BASE_SHARES + back - 1]
+                    y, _jacobian, _c, _d = bend_turn(ni, w, rod, step + HISTORY_SLOTS - back, j)
                     before += share * y
-            bend = rod + ni[at.AT_BENDS] + 6 * j
-            to = rod + ni[at.AT_EFFECTIVE_BENDS] + at.EFFECTIVE_WIDTH * j
+            bend = rod + ni[Section.BENDS] + 6 * j
+            to = rod + ni[Section.EFFECTIVE_BENDS] + EFFECTIVE_BEND_WIDTH * j
             store3(w, to, (1.0 + rate) * load3(w, bend))
             store3(w, to + 3, (load3(w, bend + 3) + rate * before) / (1.0 + rate))
             store3(w, to + 6, before)
@@ -142,39 +158,39 @@ def predict(
     nor tear edges far out of their length.
     """
     result = 0.0
-    if task == at.PREDICT:
-        n = ni[at.NODES]
-        stretch = scalar(ni, w, rod, at.STRETCH)
-        length = scalar(ni, w, rod, at.EDGE_LENGTH)
+    if task == Task.PREDICT:
+        n = ni[Header.NODES]
+        stretch = scalar(ni, w, rod, Scalar.STRETCH_STIFFNESS)
+        length = scalar(ni, w, rod, Scalar.EDGE_LENGTH)
         leap = 0.0
         strain = 0.0
         before = ti.Vector([0.0, 0.0, 0.0])
         for i in range(n):
-            x1 = load3(w, position_at(ni, rod, step + at.NEW - 1, i))
-            away = load3(w, rod + ni[at.AT_TARGETS] + 3 * i) - x1
+            x1 = load3(w, position_at(ni, rod, step + HISTORY_SLOTS - 1, i))
+            away = load3(w, rod + ni[Section.TARGET_POSITIONS] + 3 * i) - x1
             leap = ti.max(leap, away.norm())
             if i > 0:
                 strain = ti.max(strain, (away - before).norm())
             before = away
-        near = ni[at.OBSTACLES] > 0 or ni[at.MOST_TOUCHES] > 0
-        clear = not near or leap < scalar(ni, w, rod, at.CONTACT_REACH)
+        near = ni[Header.OBSTACLES] > 0 or ni[Header.MAX_SELF_CONTACTS] > 0
+        clear = not near or leap < scalar(ni, w, rod, Scalar.CONTACT_REACH)
         share = 0.0
         if arg == 1 and clear and strain < 2.0 * length:
             share = 1.0
         for i in range(n):
-            x1 = load3(w, position_at(ni, rod, step + at.NEW - 1, i))
-            x = x1 + share * (load3(w, rod + ni[at.AT_TARGETS] + 3 * i) - x1)
-            store3(w, position_at(ni, rod, step + at.NEW, i), x)
+            x1 = load3(w, position_at(ni, rod, step + HISTORY_SLOTS - 1, i))
+            x = x1 + share * (load3(w, rod + ni[Section.TARGET_POSITIONS] + 3 * i) - x1)
+            store3(w, position_at(ni, rod, step + HISTORY_SLOTS, i), x)
         for i in range(n - 1):
-            q1 = load4(w, orientation_at(ni, rod, step + at.NEW - 1, i))
-            target = load4(w, rod + ni[at.AT_TARGET_ORIENTATIONS] + 4 * i)
+            q1 = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS - 1, i))
+            target = load4(w, rod + ni[Section.TARGET_ORIENTATIONS] + 4 * i)
             q = q1 + share * (target - q1)
-            store4(w, orientation_at(ni, rod, step + at.NEW, i), q)
-            edge = load3(w, position_at(ni, rod, step + at.NEW - 1, i + 1)) - load3(
-                w, position_at(ni, rod, step + at.NEW - 1, i)
+            store4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, i), q)
+            edge = load3(w, position_at(ni, rod, step + HISTORY_SLOTS - 1, i + 1)) - load3(
+                w, position_at(ni, rod, step + HISTORY_SLOTS - 1, i)
             )
             d3 = rotation_matrix(q1) @ ti.Vector([0.0, 0.0, 1.0])
-            store3(w, rod + ni[at.AT_TENSIONS] + 3 * i, stretch * (edge / length - d3))
+            store3(w, rod + ni[Section.TENSIONS] + 3 * i, stretch * (edge / length - d3))
     else:
         result = targets(ni, w, task, rod, step, arg, real)
     return result
@@ -186,29 +202,29 @@ def move_grips(
 ) -> ti.f64:
     """Put driven ends where they belong (`exactly`), or write their way there as a step."""
     result = 0.0
-    if task == at.GRIPS:
+    if task == Task.MOVE_GRIPS:
         exactly = arg
-        n = ni[at.NODES]
-        d = rod + ni[at.AT_STEP]
+        n = ni[Header.NODES]
+        d = rod + ni[Section.NEWTON_STEP]
         for end in range(2):
-            kind = ni[at.LEFT + end]
-            if kind != at.FREE:
+            kind = ni[Header.LEFT_END + end]
+            if kind != EndHold.FREE:
                 outer, inner, q = grip(ni, w, rod, step, end)
                 node = end * (n - 1)
                 if exactly:
-                    store3(w, position_at(ni, rod, step + at.NEW, node), outer)
+                    store3(w, position_at(ni, rod, step + HISTORY_SLOTS, node), outer)
                 else:
-                    x = load3(w, position_at(ni, rod, step + at.NEW, node))
+                    x = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, node))
                     store3(w, d + 6 * node, outer - x)
-                if kind == at.CLAMPED:
+                if kind == EndHold.CLAMPED:
                     node = 1 + end * (n - 3)
                     edge = end * (n - 2)
                     if exactly:
-                        store3(w, position_at(ni, rod, step + at.NEW, node), inner)
-                        store4(w, orientation_at(ni, rod, step + at.NEW, edge), q)
+                        store3(w, position_at(ni, rod, step + HISTORY_SLOTS, node), inner)
+                        store4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, edge), q)
                     else:
-                        x = load3(w, position_at(ni, rod, step + at.NEW, node))
-                        before = load4(w, orientation_at(ni, rod, step + at.NEW, edge))
+                        x = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, node))
+                        before = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, edge))
                         store3(w, d + 6 * node, inner - x)
                         store3(w, d + 6 * edge + 3, logarithm(relative(before, q)))
     else:
@@ -222,11 +238,11 @@ def subtract_couplings(
 ) -> ti.f64:
     """Take from the free blocks of `d` what the steps of the fixed blocks cause there."""
     result = 0.0
-    if task == at.COUPLE:
+    if task == Task.SUBTRACT_COUPLINGS:
         d = arg
-        first = ni[at.FIRST_FREE]
-        end = ni[at.END_FREE]
-        count = 2 * ni[at.NODES] - 1
+        first = ni[Header.FIRST_FREE]
+        end = ni[Header.END_FREE]
+        count = 2 * ni[Header.NODES] - 1
         for j in range(ti.max(first - 2, 0), first):
             v = load3(w, d + 3 * j)
             for k in range(2):

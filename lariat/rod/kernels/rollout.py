@@ -50,7 +50,8 @@ from lariat.rod.kernels.rotations import (
 from lariat.rod.kernels.sensitivities import columns_at
 from lariat.rod.kernels.sensitivities import sensitivities as work
 from lariat.rod.kernels.types import Doubles, Integers
-from lariat.rod.launch import layout as at
+from lariat.rod.launch.codes import Derivatives, EndHold, Task
+from lariat.rod.launch.layout import HISTORY_SLOTS, REPORT_WIDTH, Header, Scalar, Section, TimeRow
 
 
 @ti.kernel
@@ -58,7 +59,7 @@ def roll(ni: Integers, w: Doubles, batch: ti.i32):
     """Roll every rod of a batch out, with what is wanted of its derivatives; see `layout`."""
     ti.loop_config(serialize=True)
     for b in range(batch):
-        rod = b * ni[at.STRIDE]
+        rod = b * ni[Header.STRIDE]
         begin(ni, w, rod)
         advance(ni, w, rod)
         finish(ni, w, rod)
@@ -67,8 +68,8 @@ def roll(ni: Integers, w: Doubles, batch: ti.i32):
 @ti.func
 def begin(ni: ti.template(), w: ti.template(), rod):
     """The slot of the start holds a state, the one before it velocities: make these history."""
-    n = ni[at.NODES]
-    last = at.NEW - 1
+    n = ni[Header.NODES]
+    last = HISTORY_SLOTS - 1
     h = w[time_at(ni, rod, 0)]
     for i in range(n - 1):
         q = load4(w, orientation_at(ni, rod, last, i))
@@ -79,9 +80,9 @@ def begin(ni: ti.template(), w: ti.template(), rod):
         for slot in range(last):
             store4(w, orientation_at(ni, rod, slot, i), before)
     for end in range(2):
-        if ni[at.LEFT + end] == at.CLAMPED:
+        if ni[Header.LEFT_END + end] == EndHold.CLAMPED:
             r = rotation_matrix(load4(w, orientation_at(ni, rod, last, end * (n - 2))))
-            reach = scalar(ni, w, rod, at.EDGE_LENGTH) * (1.0 - 2.0 * end)
+            reach = scalar(ni, w, rod, Scalar.EDGE_LENGTH) * (1.0 - 2.0 * end)
             outer = load3(w, position_at(ni, rod, last, end * (n - 1)))
             inner = outer + reach * (r @ ti.Vector([0.0, 0.0, 1.0]))
             store3(w, position_at(ni, rod, last, 1 + end * (n - 3)), inner)
@@ -95,17 +96,17 @@ def begin(ni: ti.template(), w: ti.template(), rod):
 @ti.func
 def finish(ni: ti.template(), w: ti.template(), rod):
     """Leave the last velocities in the targets' and tensions' sections."""
-    n = ni[at.NODES]
-    last = ni[at.STEPS] + at.NEW - 1
-    start = time_at(ni, rod, ni[at.STEPS] - 1)
+    n = ni[Header.NODES]
+    last = ni[Header.STEPS] + HISTORY_SLOTS - 1
+    start = time_at(ni, rod, ni[Header.STEPS] - 1)
     h = w[start]
-    nearer = w[start + at.BASE]
-    further = w[start + at.BASE + 1]
+    nearer = w[start + TimeRow.BASE_SHARES]
+    further = w[start + TimeRow.BASE_SHARES + 1]
     for i in range(n):
         x = load3(w, position_at(ni, rod, last, i))
         x1 = load3(w, position_at(ni, rod, last - 1, i))
         x0 = load3(w, position_at(ni, rod, last - 2, i))
-        store3(w, rod + ni[at.AT_TARGETS] + 3 * i, (x - nearer * x1 - further * x0) / h)
+        store3(w, rod + ni[Section.TARGET_POSITIONS] + 3 * i, (x - nearer * x1 - further * x0) / h)
     for i in range(n - 1):
         q = load4(w, orientation_at(ni, rod, last, i))
         q1 = load4(w, orientation_at(ni, rod, last - 1, i))
@@ -113,7 +114,7 @@ def finish(ni: ti.template(), w: ti.template(), rod):
         base = quaternion_product(q1, exponential(further * logarithm(relative(q1, q0))))
         turn = quaternion_product(q, ti.Vector([base[0], -base[1], -base[2], -base[3]]))
         turn = ti.select(turn[0] < 0.0, -1.0, 1.0) * turn
-        store3(w, rod + ni[at.AT_TENSIONS] + 3 * i, logarithm(turn) / h)
+        store3(w, rod + ni[Section.TENSIONS] + 3 * i, logarithm(turn) / h)
 
 
 @ti.func
@@ -126,27 +127,29 @@ def advance(ni: ti.template(), w: ti.template(), rod):
     It is written as what to do next after each task, with one call for all of them: every call
     that names the parts makes Taichi look through all of these, for each of its own statements.
     """
-    n = ni[at.NODES]
-    first = ni[at.FIRST_FREE]
-    end = ni[at.END_FREE]
-    length = scalar(ni, w, rod, at.EDGE_LENGTH)
-    tolerance = scalar(ni, w, rod, at.TOLERANCE)
-    sensed = ni[at.WANT] % at.WANT_ADJOINT
-    asked = ti.cast(ni[at.PARAMETERS] > 0 and ni[at.OBSTACLES] > 0, ti.i32)
-    slope = rod + ni[at.AT_ADJOINT]
+    n = ni[Header.NODES]
+    first = ni[Header.FIRST_FREE]
+    end = ni[Header.END_FREE]
+    length = scalar(ni, w, rod, Scalar.EDGE_LENGTH)
+    tolerance = scalar(ni, w, rod, Scalar.TOLERANCE)
+    sensed = ni[Header.DERIVATIVES] % Derivatives.ADJOINT
+    asked = ti.cast(ni[Header.PARAMETERS] > 0 and ni[Header.OBSTACLES] > 0, ti.i32)
+    slope = rod + ni[Section.ADJOINT]
     step = 0
     backward = 0
-    d = rod + ni[at.AT_STEP]
+    d = rod + ni[Section.NEWTON_STEP]
     # Longer strides than this could jump over an obstacle. The shortest of edges set no limit: a
     # rod is as fast with many nodes as with few.
     reach = 2.0 * length
-    if ni[at.OBSTACLES] > 0:
-        thickness = scalar(ni, w, rod, at.CONTACT_REACH) - scalar(ni, w, rod, at.CONTACT_MARGIN)
+    if ni[Header.OBSTACLES] > 0:
+        thickness = scalar(ni, w, rod, Scalar.CONTACT_REACH) - scalar(
+            ni, w, rod, Scalar.CONTACT_MARGIN
+        )
         reach = ti.max(ti.min(reach, 4.0 * thickness), thickness)
-    touching = ni[at.MOST_TOUCHES] > 0
+    touching = ni[Header.MAX_SELF_CONTACTS] > 0
     if touching:
         # Nor over another strand.
-        reach = ti.min(reach, scalar(ni, w, rod, at.CONTACT_REACH))
+        reach = ti.min(reach, scalar(ni, w, rod, Scalar.CONTACT_REACH))
     column = 0
     iterations = 0
     strides = 0
@@ -164,27 +167,27 @@ def advance(ni: ti.template(), w: ti.template(), rod):
     left = 0.0
     moved_grips = 0
     stepped = 0
-    task = at.TARGETS
-    while task != at.DONE:
+    task = Task.INERTIAL_TARGETS
+    while task != Task.DONE:
         arg = exact
         real = shift
         if finishing == 2:
             # Derivatives want the forces of contact alone.
             arg = 2
-        if task == at.APPLY:
+        if task == Task.APPLY_STEP:
             real = share
-        elif task == at.GRIPS:
+        elif task == Task.MOVE_GRIPS:
             arg = moved_grips
-        elif task == at.PREDICT:
+        elif task == Task.PREDICT:
             arg = 1 - careful
-        elif task == at.COUPLE or task == at.SOLVE:
+        elif task == Task.SUBTRACT_COUPLINGS or task == Task.SOLVE:
             arg = d
             if backward == 1:
                 arg = slope
-        elif task == at.TOUCH_COUPLE or task == at.SOLVE_AGAIN:
+        elif task == Task.SUBTRACT_SELF_CONTACT_COUPLINGS or task == Task.SOLVE_AGAIN:
             arg = columns_at(ni, rod, step, column // 6)[0] + column % 6
             real = 6.0
-        elif task == at.SOLVE_EXACTLY or task == at.TOUCH_FOLD:
+        elif task == Task.SOLVE_EXACTLY or task == Task.FOLD_SELF_CONTACTS:
             arg = slope
             real = 1.0
             if backward == 0:
@@ -193,70 +196,72 @@ def advance(ni: ti.template(), w: ti.template(), rod):
         value = work(ni, w, task, rod, step, arg, real)
         judge = 0
         if finishing == 2:
-            if task == at.TARGETS:
-                task = at.INERTIA
-            elif task == at.INERTIA:
-                forces = ti.select(touching, at.TOUCHES, at.PARAMETER_FORCES)
-                task = ti.select(asked, at.CONTACTS, forces)
-            elif task == at.CONTACTS:
-                task = ti.select(touching, at.TOUCHES, at.PARAMETER_FORCES)
-            elif task == at.TOUCHES:
-                task = at.PARAMETER_FORCES
-            elif task == at.PARAMETER_FORCES:
-                solving = ti.select(touching, at.SOLVE_EXACTLY, at.SOLVE)
-                task = ti.select(backward, solving, at.GRIP_SENSITIVITIES)
-            elif task == at.GRIP_SENSITIVITIES:
-                task = at.SENSITIVITIES
-            elif task == at.SENSITIVITIES:
+            if task == Task.INERTIAL_TARGETS:
+                task = Task.INERTIA_DERIVATIVES
+            elif task == Task.INERTIA_DERIVATIVES:
+                forces = ti.select(touching, Task.SELF_CONTACT, Task.PARAMETER_DERIVATIVES)
+                task = ti.select(asked, Task.OBSTACLE_CONTACT, forces)
+            elif task == Task.OBSTACLE_CONTACT:
+                task = ti.select(touching, Task.SELF_CONTACT, Task.PARAMETER_DERIVATIVES)
+            elif task == Task.SELF_CONTACT:
+                task = Task.PARAMETER_DERIVATIVES
+            elif task == Task.PARAMETER_DERIVATIVES:
+                solving = ti.select(touching, Task.SOLVE_EXACTLY, Task.SOLVE)
+                task = ti.select(backward, solving, Task.GRIP_SENSITIVITIES)
+            elif task == Task.GRIP_SENSITIVITIES:
+                task = Task.SENSITIVITIES
+            elif task == Task.SENSITIVITIES:
                 column = 0
-                task = ti.select(touching, at.TOUCH_COUPLE, at.WRITE)
-            elif task == at.TOUCH_COUPLE:
+                task = ti.select(
+                    touching, Task.SUBTRACT_SELF_CONTACT_COUPLINGS, Task.WRITE_SENSITIVITIES
+                )
+            elif task == Task.SUBTRACT_SELF_CONTACT_COUPLINGS:
                 # The first column makes what the others use.
-                task = ti.select(column == 0, at.SOLVE_EXACTLY, at.SOLVE_AGAIN)
-            elif task == at.SOLVE_AGAIN or task == at.SOLVE_EXACTLY:
+                task = ti.select(column == 0, Task.SOLVE_EXACTLY, Task.SOLVE_AGAIN)
+            elif task == Task.SOLVE_AGAIN or task == Task.SOLVE_EXACTLY:
                 if value > 0.0:
-                    w[rod + ni[at.AT_REPORT] + at.REPORT_WIDTH * step + 1] = 0.0
+                    w[rod + ni[Section.REPORTS] + REPORT_WIDTH * step + 1] = 0.0
                 column += 1
-                task = at.TOUCH_COUPLE
+                task = Task.SUBTRACT_SELF_CONTACT_COUPLINGS
                 if backward == 1:
-                    task = at.TOUCH_FOLD
+                    task = Task.FOLD_SELF_CONTACTS
                 elif column == 6 * columns_at(ni, rod, step, 0)[1]:
-                    task = at.WRITE
-            elif task == at.SOLVE or task == at.TOUCH_FOLD:
-                task = at.ADJOINT
-            elif task == at.ADJOINT:
-                task = at.GRIP_ADJOINT
-            elif task == at.GRIP_ADJOINT:
+                    task = Task.WRITE_SENSITIVITIES
+            elif task == Task.SOLVE or task == Task.FOLD_SELF_CONTACTS:
+                task = Task.ADJOINT
+            elif task == Task.ADJOINT:
+                task = Task.GRIP_ADJOINT
+            elif task == Task.GRIP_ADJOINT:
                 step -= 1
-                task = at.SOLVED
+                task = Task.SOLVED
             else:
                 finishing = 3
-                task = at.SOLVED
-        elif task == at.TARGETS:
-            task = at.PREDICT
-        elif task == at.PREDICT:
-            task = at.EDGES
+                task = Task.SOLVED
+        elif task == Task.INERTIAL_TARGETS:
+            task = Task.PREDICT
+        elif task == Task.PREDICT:
+            task = Task.EDGE_ENERGY
             if careful == 1:
                 moved_grips = 1
-                task = at.GRIPS
+                task = Task.MOVE_GRIPS
             stepped = 0
-        elif task == at.EDGES:
+        elif task == Task.EDGE_ENERGY:
             energy = value
-            task = at.BENDS
-        elif task == at.BENDS:
+            task = Task.BEND_ENERGY
+        elif task == Task.BEND_ENERGY:
             energy += value
-            task = at.CONTACTS
-        elif task == at.CONTACTS and touching:
+            task = Task.OBSTACLE_CONTACT
+        elif task == Task.OBSTACLE_CONTACT and touching:
             energy += value
-            task = at.TOUCHES
-        elif task == at.CONTACTS or task == at.TOUCHES:
+            task = Task.SELF_CONTACT
+        elif task == Task.OBSTACLE_CONTACT or task == Task.SELF_CONTACT:
             energy += value
             attempts += 1
-            task = at.FACTOR
+            task = Task.FACTORIZE
             if careful == 1 and finishing == 0 and not (energy <= lowest + 1e-13 * ti.abs(lowest)):
                 share *= 0.5
                 stepped = 0
-                task = at.APPLY
+                task = Task.APPLY_STEP
                 if share < 1e-6:
                     # No descent left above rounding: this is as far as it goes.
                     share = 0.0
@@ -264,29 +269,29 @@ def advance(ni: ti.template(), w: ti.template(), rod):
                     finishing = 1
                     exact = 1
                     shift = 0.0
-        elif task == at.FACTOR:
+        elif task == Task.FACTORIZE:
             definite = ti.cast(value, ti.i32)
-            task = at.ACCEPT
+            task = Task.ACCEPT_ITERATE
             if careful == 1:
                 lowest = ti.min(lowest, energy)
             if finishing == 1:
-                task = at.SOLVED
+                task = Task.SOLVED
             elif definite == 0:
                 if exact == 0:
                     shift = ti.max(10.0 * shift, 1e-9)
                 exact = 0
                 judge = 1
-                task = at.EDGES
-        elif task == at.ACCEPT:
-            task = at.SOLVE
+                task = Task.EDGE_ENERGY
+        elif task == Task.ACCEPT_ITERATE:
+            task = Task.SOLVE
             if iterations == 0:
                 moved_grips = 0
-                task = at.GRIPS
-        elif task == at.GRIPS and moved_grips == 0:
-            task = at.COUPLE
-        elif task == at.COUPLE:
-            task = at.SOLVE
-        elif task == at.SOLVE:
+                task = Task.MOVE_GRIPS
+        elif task == Task.MOVE_GRIPS and moved_grips == 0:
+            task = Task.SUBTRACT_COUPLINGS
+        elif task == Task.SUBTRACT_COUPLINGS:
+            task = Task.SOLVE
+        elif task == Task.SOLVE:
             moved = 0.0
             rotated = 0.0
             driven = 0.0
@@ -303,28 +308,28 @@ def advance(ni: ti.template(), w: ti.template(), rod):
             # Derivatives want the factors of where it ends.
             size = ti.max(moved, length * rotated)
             left = size
-            if ni[at.WANT] == 0 and iterations > 0 and share == 1.0:
+            if ni[Header.DERIVATIVES] == 0 and iterations > 0 and share == 1.0:
                 ratio = size / (largest + 1e-300)
                 left = ti.min(1.0, 100.0 * ratio) * size
             largest = size
             share = 1.0
-            near = ni[at.OBSTACLES] > 0 or touching
+            near = ni[Header.OBSTACLES] > 0 or touching
             if iterations > 0 or (near and moved > 4.0 * reach + 2.0 * driven):
                 share = ti.min(share, ti.min(reach / (moved + 1e-30), 0.8 / (rotated + 1e-30)))
             if iterations == 0 or share == 1.0:
                 strides += 1
             stepped = 1
-            task = at.APPLY
-        elif task == at.APPLY:
-            task = at.EDGES
+            task = Task.APPLY_STEP
+        elif task == Task.APPLY_STEP:
+            task = Task.EDGE_ENERGY
             if stepped == 1 and iterations == 0:
                 moved_grips = 1
-                task = at.GRIPS
+                task = Task.MOVE_GRIPS
             elif stepped == 1:
                 judge = 1
         else:
             # Grips are where they belong.
-            task = at.EDGES
+            task = Task.EDGE_ENERGY
             judge = stepped
         if judge == 1:
             if stepped == 1:
@@ -333,34 +338,34 @@ def advance(ni: ti.template(), w: ti.template(), rod):
                     converged = 1
                     if touching:
                         # Touches without a place are not pushed apart.
-                        lost = w[rod + ni[at.AT_TOUCHES] + 1]
+                        lost = w[rod + ni[Section.SELF_CONTACTS] + 1]
                         converged = ti.cast(lost == 0.0, ti.i32)
                     # Derivatives want the true Hessian.
                     finishing = ti.cast(exact == 0 or shift > 0.0, ti.i32)
                     if finishing == 0:
-                        task = at.SOLVED
+                        task = Task.SOLVED
                 iterations += 1
                 exact = 1
                 shift = 0.0
-            if task != at.SOLVED and finishing == 0:
+            if task != Task.SOLVED and finishing == 0:
                 if careful == 0 and (strides >= 14 or attempts >= 100 or not (largest < 1e6)):
                     careful = 1
                     iterations = 1
                     exact = 1
                     shift = 0.0
-                    task = at.PREDICT
-                elif attempts >= ni[at.MAX_ITERATIONS]:
-                    task = at.SOLVED
-        if task == at.SOLVED:
+                    task = Task.PREDICT
+                elif attempts >= ni[Header.MAX_ITERATIONS]:
+                    task = Task.SOLVED
+        if task == Task.SOLVED:
             if finishing < 2:
-                report = rod + ni[at.AT_REPORT] + at.REPORT_WIDTH * step
+                report = rod + ni[Section.REPORTS] + REPORT_WIDTH * step
                 w[report] = attempts
                 w[report + 1] = converged
                 w[report + 2] = largest
                 w[report + 3] = definite
             if finishing < 2 and sensed == 1:
                 finishing = 2
-                task = at.INERTIA
+                task = Task.INERTIA_DERIVATIVES
             elif backward == 0:
                 step += 1
                 iterations = 0
@@ -376,19 +381,21 @@ def advance(ni: ti.template(), w: ti.template(), rod):
                 largest = 0.0
                 moved_grips = 0
                 stepped = 0
-                task = at.TARGETS
-                if step == ni[at.STEPS]:
-                    task = at.DONE
-                    if ni[at.WANT] >= at.WANT_ADJOINT:
+                task = Task.INERTIAL_TARGETS
+                if step == ni[Header.STEPS]:
+                    task = Task.DONE
+                    if ni[Header.DERIVATIVES] >= Derivatives.ADJOINT:
                         backward = 1
                         finishing = 2
                         step -= 1
             if backward == 1:
-                task = at.DONE
+                task = Task.DONE
                 if step >= 0:
-                    task = at.TARGETS
-                    slope = rod + ni[at.AT_ADJOINT] + 3 * (2 * n - 1) * (step + at.NEW)
-                    if (step + 1) % ni[at.SUBSTEPS] == 0:
-                        cost = rod + ni[at.AT_COST] + 3 * n * (step // ni[at.SUBSTEPS])
+                    task = Task.INERTIAL_TARGETS
+                    slope = rod + ni[Section.ADJOINT] + 3 * (2 * n - 1) * (step + HISTORY_SLOTS)
+                    if (step + 1) % ni[Header.SUBSTEPS] == 0:
+                        cost = (
+                            rod + ni[Section.COST_GRADIENT] + 3 * n * (step // ni[Header.SUBSTEPS])
+                        )
                         for i in range(n):
                             add3(w, slope + 6 * i, load3(w, cost + 3 * i))

@@ -12,7 +12,15 @@ from lariat.rod.kernels.banded_solve import factor
 from lariat.rod.kernels.contact_penalty import contact_law
 from lariat.rod.kernels.rotations import add3, load3, store3
 from lariat.rod.kernels.types import Doubles, Integers
-from lariat.rod.launch import layout as at
+from lariat.rod.launch.codes import Task
+from lariat.rod.launch.layout import (
+    HISTORY_SLOTS,
+    SELF_CONTACT_HEAD,
+    SELF_CONTACT_WIDTH,
+    Header,
+    Scalar,
+    Section,
+)
 
 
 @ti.real_func
@@ -25,32 +33,34 @@ def touches(
     smooth at its nodes as between them. Every pair counts from both sides, by half.
     """
     result = 0.0
-    if task == at.TOUCHES:
-        n = ni[at.NODES]
-        samples = ni[at.TOUCH_SAMPLES]
-        most = ni[at.MOST_TOUCHES]
-        length = scalar(ni, w, rod, at.EDGE_LENGTH)
+    if task == Task.SELF_CONTACT:
+        n = ni[Header.NODES]
+        samples = ni[Header.SELF_CONTACT_SAMPLES]
+        most = ni[Header.MAX_SELF_CONTACTS]
+        length = scalar(ni, w, rod, Scalar.EDGE_LENGTH)
         # Between centre lines: two radii and one margin.
-        margin = scalar(ni, w, rod, at.CONTACT_MARGIN)
-        reach = 2.0 * scalar(ni, w, rod, at.CONTACT_REACH) - margin
+        margin = scalar(ni, w, rod, Scalar.CONTACT_MARGIN)
+        reach = 2.0 * scalar(ni, w, rod, Scalar.CONTACT_REACH) - margin
         share = 0.5 * length / samples
         longest = 0.0
         for i in range(n - 1):
-            edge = load3(w, position_at(ni, rod, step + at.NEW, i + 1)) - load3(
-                w, position_at(ni, rod, step + at.NEW, i)
+            edge = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i + 1)) - load3(
+                w, position_at(ni, rod, step + HISTORY_SLOTS, i)
             )
             longest = ti.max(longest, edge.norm())
-        gap = ni[at.TOUCH_GAP]
-        g = rod + ni[at.AT_GRADIENT]
-        head = rod + ni[at.AT_TOUCHES]
+        gap = ni[Header.SELF_CONTACT_GAP]
+        g = rod + ni[Section.GRADIENT]
+        head = rod + ni[Section.SELF_CONTACTS]
         count = 0
         lost = 0
         total = 0.0
         for k in range(samples * (n - 1)):
             i = k // samples
             s = (k % samples + 0.5) / samples
-            start = load3(w, position_at(ni, rod, step + at.NEW, i))
-            point = start + s * (load3(w, position_at(ni, rod, step + at.NEW, i + 1)) - start)
+            start = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i))
+            point = start + s * (
+                load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i + 1)) - start
+            )
             nearest = 1e30
             touched = 0
             place = 0.0
@@ -65,8 +75,8 @@ def touches(
                     leave = 1
                     stride = 1
                     if j < stop:
-                        a = load3(w, position_at(ni, rod, step + at.NEW, j))
-                        along = load3(w, position_at(ni, rod, step + at.NEW, j + 1)) - a
+                        a = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, j))
+                        along = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, j + 1)) - a
                         away = point - a
                         t = ti.min(ti.max(away.dot(along) / along.dot(along), 0.0), 1.0)
                         distance = (away - t * along).norm()
@@ -81,8 +91,11 @@ def touches(
                             stride = ti.max(1, ti.cast((distance - reach) / longest, ti.i32))
                     if leave == 1 and nearest < reach:
                         if count < most:
-                            b = load3(w, position_at(ni, rod, step + at.NEW, touched))
-                            along = load3(w, position_at(ni, rod, step + at.NEW, touched + 1)) - b
+                            b = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, touched))
+                            along = (
+                                load3(w, position_at(ni, rod, step + HISTORY_SLOTS, touched + 1))
+                                - b
+                            )
                             normal = (point - b - place * along) / (nearest + 1e-15)
                             energy, force, slope = contact_law(ni, w, rod, reach - nearest)
                             total += share * energy
@@ -93,7 +106,7 @@ def touches(
                             add3(w, g + 6 * touched + 6, -place * pull)
                             inside = ti.cast(place > 0.0 and place < 1.0, ti.f64)
                             over = inside / along.norm()
-                            entry = head + at.TOUCH_HEAD + at.TOUCH_WIDTH * count
+                            entry = head + SELF_CONTACT_HEAD + SELF_CONTACT_WIDTH * count
                             w[entry] = i
                             w[entry + 1] = touched
                             w[entry + 2] = s

@@ -15,7 +15,8 @@ from lariat.rod.kernels.adjoint import adjoint
 from lariat.rod.kernels.rotations import left_jacobian, load3, load4, load33, rotation_matrix
 from lariat.rod.kernels.step_derivatives import parameter_code_at, parameter_forces_at
 from lariat.rod.kernels.types import Doubles, Integers
-from lariat.rod.launch import layout as at
+from lariat.rod.launch.codes import EndHold, Parameter, Task
+from lariat.rod.launch.layout import HISTORY_SLOTS, STEP_BLOCKS, Header, Scalar, Section, TimeRow
 
 
 @ti.func
@@ -44,10 +45,16 @@ def add36(w: ti.template(), start, m):
 @ti.func
 def columns_at(ni: ti.template(), rod, step, group):
     """Where a group of six columns of a step lies, and how many groups there are."""
-    groups = ni[at.DRIVEN] + (ni[at.PARAMETERS] + 5) // 6 + (ni[at.DIRECTIONS] + 5) // 6
-    size = 18 * (2 * ni[at.NODES] - 1)
-    ring = at.NEW + 1
-    return rod + ni[at.AT_SENSITIVITIES] + size * (ring * group + (step + at.NEW) % ring), groups
+    groups = (
+        ni[Header.ACTION_GROUPS]
+        + (ni[Header.PARAMETERS] + 5) // 6
+        + (ni[Header.STATE_DIRECTIONS] + 5) // 6
+    )
+    size = 18 * (2 * ni[Header.NODES] - 1)
+    ring = HISTORY_SLOTS + 1
+    return rod + ni[Section.SENSITIVITIES] + size * (
+        ring * group + (step + HISTORY_SLOTS) % ring
+    ), groups
 
 
 @ti.real_func
@@ -56,53 +63,55 @@ def grip_sensitivities(
 ) -> ti.f64:
     """Rows of driven blocks of every column, from the same rows one step before."""
     result = 0.0
-    if task == at.GRIP_SENSITIVITIES:
-        n = ni[at.NODES]
+    if task == Task.GRIP_SENSITIVITIES:
+        n = ni[Header.NODES]
         count = 2 * n - 1
         times = time_at(ni, rod, step)
-        back = ti.cast(w[times + at.GRIP_BACK], ti.i32)
-        h = w[times + at.GRIP_DURATION]
-        ring = at.NEW + 1
-        block = ni[at.INTEGERS + step // ni[at.SUBSTEPS]]
-        actions = ni[at.DRIVEN]
-        groups = actions + (ni[at.PARAMETERS] + 5) // 6 + (ni[at.DIRECTIONS] + 5) // 6
+        back = ti.cast(w[times + TimeRow.GRIP_SOLVES_BACK], ti.i32)
+        h = w[times + TimeRow.GRIP_DURATION]
+        ring = HISTORY_SLOTS + 1
+        block = ni[STEP_BLOCKS + step // ni[Header.SUBSTEPS]]
+        actions = ni[Header.ACTION_GROUPS]
+        groups = actions + (ni[Header.PARAMETERS] + 5) // 6 + (ni[Header.STATE_DIRECTIONS] + 5) // 6
         for group in range(groups):
-            start = rod + ni[at.AT_SENSITIVITIES] + 18 * count * ring * group
-            new = start + 18 * count * ((step + at.NEW) % ring)
-            old = start + 18 * count * ((step + at.NEW - back) % ring)
+            start = rod + ni[Section.SENSITIVITIES] + 18 * count * ring * group
+            new = start + 18 * count * ((step + HISTORY_SLOTS) % ring)
+            old = start + 18 * count * ((step + HISTORY_SLOTS - back) % ring)
             for end in range(2):
-                kind = ni[at.LEFT + end]
+                kind = ni[Header.LEFT_END + end]
                 driven = 0.0
                 if group < actions and group == 2 * block + end:
                     driven = h
-                if kind != at.FREE:
+                if kind != EndHold.FREE:
                     outer = 18 * 2 * end * (n - 1)
                     moved = load36(w, old + outer)
                     for a in ti.static(range(3)):
                         moved[a, a] += driven
                     store36(w, new + outer, moved)
-                    if kind == at.CLAMPED:
+                    if kind == EndHold.CLAMPED:
                         edge = end * (n - 2)
                         rotation = 18 * (2 * edge + 1)
                         inner = 18 * 2 * (1 + end * (n - 3))
-                        r = rotation_matrix(load4(w, orientation_at(ni, rod, step + at.NEW, edge)))
-                        action = rod + ni[at.AT_ACTIONS] + 12 * block + 6 * end
+                        r = rotation_matrix(
+                            load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, edge))
+                        )
+                        action = rod + ni[Section.ACTIONS] + 12 * block + 6 * end
                         turn = driven * (r.transpose() @ left_jacobian(h * load3(w, action + 3)))
                         turned = load36(w, old + rotation)
                         for a in ti.static(range(3)):
                             for b in ti.static(range(3)):
                                 turned[a, 3 + b] += turn[a, b]
                         store36(w, new + rotation, turned)
-                        reach = scalar(ni, w, rod, at.EDGE_LENGTH) * (1.0 - 2.0 * end)
+                        reach = scalar(ni, w, rod, Scalar.EDGE_LENGTH) * (1.0 - 2.0 * end)
                         for a in ti.static(range(3)):
                             for b in ti.static(range(6)):
                                 moved[a, b] += reach * (
                                     r[a, 0] * turned[1, b] - r[a, 1] * turned[0, b]
                                 )
                         store36(w, new + inner, moved)
-                        for p in range(ni[at.PARAMETERS]):
+                        for p in range(ni[Header.PARAMETERS]):
                             code = ni[parameter_code_at(ni, p)]
-                            if code == at.LENGTH_PARAMETER and group == actions + p // 6:
+                            if code == Parameter.LENGTH and group == actions + p // 6:
                                 for a in ti.static(range(3)):
                                     to = new + inner + 6 * a + p % 6
                                     w[to] = w[to] + (1.0 - 2.0 * end) / (n - 1) * r[a, 2]
@@ -120,37 +129,41 @@ def sensitivities(
     Where strands may touch each other, the solve is left to `SOLVE_EXACTLY`, column by column.
     """
     result = 0.0
-    if task == at.SENSITIVITIES:
-        n = ni[at.NODES]
+    if task == Task.SENSITIVITIES:
+        n = ni[Header.NODES]
         count = 2 * n - 1
-        first = ni[at.FIRST_FREE]
-        end = ni[at.END_FREE]
-        stop = ti.select(ni[at.MOST_TOUCHES] > 0, first, end)
-        ring = at.NEW + 1
-        driven = ni[at.DRIVEN]
-        steady = driven + (ni[at.PARAMETERS] + 5) // 6
-        groups = steady + (ni[at.DIRECTIONS] + 5) // 6
+        first = ni[Header.FIRST_FREE]
+        end = ni[Header.END_FREE]
+        stop = ti.select(ni[Header.MAX_SELF_CONTACTS] > 0, first, end)
+        ring = HISTORY_SLOTS + 1
+        driven = ni[Header.ACTION_GROUPS]
+        steady = driven + (ni[Header.PARAMETERS] + 5) // 6
+        groups = steady + (ni[Header.STATE_DIRECTIONS] + 5) // 6
         rate = internal_rate(ni, w, rod, step)
-        block = ni[at.INTEGERS + step // ni[at.SUBSTEPS]]
+        block = ni[STEP_BLOCKS + step // ni[Header.SUBSTEPS]]
         _h, weight, carry = step_times(ni, w, rod, step)
         for group in range(groups):
             alive = group >= driven
             if not alive:
-                alive = group // 2 <= block and ni[at.LEFT + group % 2] != at.FREE
+                alive = group // 2 <= block and ni[Header.LEFT_END + group % 2] != EndHold.FREE
             if alive:
-                start = rod + ni[at.AT_SENSITIVITIES] + 18 * count * ring * group
-                new = start + 18 * count * ((step + at.NEW) % ring)
+                start = rod + ni[Section.SENSITIVITIES] + 18 * count * ring * group
+                new = start + 18 * count * ((step + HISTORY_SLOTS) % ring)
                 for j in range(first, end):
                     i = j // 2
                     moved = ti.Matrix.zero(ti.f64, 3, 6)
-                    for back in range(1, ni[at.HISTORY] + 1):
-                        past = start + 18 * count * ((step + at.NEW - back) % ring) + 18 * j
+                    for back in range(1, ni[Header.HISTORY] + 1):
+                        past = start + 18 * count * ((step + HISTORY_SLOTS - back) % ring) + 18 * j
                         if j % 2 == 0:
-                            mass = weight * w[rod + ni[at.AT_MASSES] + i]
+                            mass = weight * w[rod + ni[Section.MASSES] + i]
                             share = target_share(ni, w, rod, step, back, carry)
                             moved += (mass * share) * load36(w, past)
                         else:
-                            c = rod + ni[at.AT_INERTIA_COUPLINGS] + 9 * (at.NEW * i + back - 1)
+                            c = (
+                                rod
+                                + ni[Section.INERTIA_COUPLINGS]
+                                + 9 * (HISTORY_SLOTS * i + back - 1)
+                            )
                             moved -= load33(w, c) @ load36(w, past)
                     store36(w, new + 18 * j, moved)
                     if group >= driven and group < steady:
@@ -159,18 +172,22 @@ def sensitivities(
                 if rate > 0.0:
                     for i in range(n - 2):
                         j = 2 * i + 1
-                        after = rod + ni[at.AT_BEND_JACOBIANS] + 27 * i
+                        after = rod + ni[Section.BEND_JACOBIANS] + 27 * i
                         moment = ti.Matrix.zero(ti.f64, 3, 6)
                         for back in range(1, 3):
-                            share = w[time_at(ni, rod, step) + at.BASE + back - 1]
+                            share = w[time_at(ni, rod, step) + TimeRow.BASE_SHARES + back - 1]
                             if share != 0.0:
-                                past = start + 18 * count * ((step + at.NEW - back) % ring) + 18 * j
+                                past = (
+                                    start
+                                    + 18 * count * ((step + HISTORY_SLOTS - back) % ring)
+                                    + 18 * j
+                                )
                                 jacobian = share * load33(w, after + 9 * back)
                                 moment += jacobian.transpose() @ load36(w, past + 36)
                                 moment -= jacobian @ load36(w, past)
                         for a in ti.static(range(3)):
                             for b in ti.static(range(6)):
-                                moment[a, b] *= rate * w[rod + ni[at.AT_BENDS] + 6 * i + a]
+                                moment[a, b] *= rate * w[rod + ni[Section.BENDS] + 6 * i + a]
                         latest = load33(w, after)
                         if j >= first:
                             add36(w, new + 18 * j, -(latest.transpose() @ moment))
@@ -206,13 +223,13 @@ def sensitivities(
                     if j + 2 < end:
                         v -= load33(w, m + 18).transpose() @ load36(w, new + 18 * j + 36)
                     store36(w, new + 18 * j, v)
-    elif task == at.WRITE:
-        n = ni[at.NODES]
+    elif task == Task.WRITE_SENSITIVITIES:
+        n = ni[Header.NODES]
         groups = columns_at(ni, rod, step, 0)[1]
         for group in range(groups):
             new, _groups = columns_at(ni, rod, step, group)
-            out = rod + ni[at.AT_SENSITIVITIES_OUT]
-            out += 18 * groups * n * (step // ni[at.SUBSTEPS]) + 6 * group
+            out = rod + ni[Section.SENSITIVITIES_OUT]
+            out += 18 * groups * n * (step // ni[Header.SUBSTEPS]) + 6 * group
             for i in range(n):
                 for a in ti.static(range(3)):
                     for b in ti.static(range(6)):

@@ -10,7 +10,8 @@ from lariat.rod.kernels.contact_penalty import contact_law
 from lariat.rod.kernels.rotations import add3, add33, load3, load33
 from lariat.rod.kernels.self_contact import touches
 from lariat.rod.kernels.types import Doubles, Integers
-from lariat.rod.launch import layout as at
+from lariat.rod.launch.codes import Task
+from lariat.rod.launch.layout import HISTORY_SLOTS, OBSTACLE_WIDTH, Header, Scalar, Section
 
 
 @ti.real_func
@@ -22,19 +23,19 @@ def contacts(
     `arg`: 1 with the whole Hessian, 0 with its definite part, 2 without any.
     """
     result = 0.0
-    if task == at.CONTACTS:
+    if task == Task.OBSTACLE_CONTACT:
         exact = arg == 1
-        n = ni[at.NODES]
-        samples = ni[at.SAMPLES]
-        length = scalar(ni, w, rod, at.EDGE_LENGTH)
-        reach = scalar(ni, w, rod, at.CONTACT_REACH)
+        n = ni[Header.NODES]
+        samples = ni[Header.CONTACT_SAMPLES]
+        length = scalar(ni, w, rod, Scalar.EDGE_LENGTH)
+        reach = scalar(ni, w, rod, Scalar.CONTACT_REACH)
         share = length / samples
         total = 0.0
-        for k in range(ni[at.OBSTACLES]):
-            row = ni[at.AT_OBSTACLES] + at.OBSTACLE_WIDTH * k
+        for k in range(ni[Header.OBSTACLES]):
+            row = ni[Header.OBSTACLE_ROWS] + OBSTACLE_WIDTH * k
             for i in range(n - 1):
-                start = load3(w, position_at(ni, rod, step + at.NEW, i))
-                stop = load3(w, position_at(ni, rod, step + at.NEW, i + 1))
+                start = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i))
+                stop = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i + 1))
                 # Reach of the whole edge, which may be stretched while the iteration runs.
                 bound = 0.5 * (stop - start).norm() + reach
                 middle = 0.5 * (start + stop)
@@ -128,7 +129,7 @@ def contacts(
                             stiff = share * slope * outward.outer_product(outward)
                             if exact:
                                 stiff -= share * force * (turn @ bend @ turn.transpose())
-                            g = rod + ni[at.AT_GRADIENT] + 6 * i
+                            g = rod + ni[Section.GRADIENT] + 6 * i
                             add3(w, g, (1.0 - s) * pull)
                             add3(w, g + 6, s * pull)
                             if arg < 2:

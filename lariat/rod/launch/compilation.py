@@ -18,10 +18,13 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.obstacles import Obstacle, pack
-from lariat.rod.launch import layout, machine_code, taichi_runtime
-from lariat.rod.launch.buffers import Sheet
+from lariat.rod.launch import machine_code, taichi_runtime
+from lariat.rod.launch.buffers import LaunchBuffers
+from lariat.rod.launch.codes import Derivatives
 from lariat.rod.launch.inputs import Wanted, opened
 from lariat.rod.launch.kernel_key import imported_sources, kernel_key
+from lariat.rod.launch.layout import Section
+from lariat.rod.launch.sizes import Sizes
 from lariat.rod.properties import RodProperties
 from lariat.rod.rod import Rod
 
@@ -89,7 +92,7 @@ def _key_assembly(key: str) -> str:
     return f'\n.section .rodata\n.asciz "{machine_code.KEY_MARKER}{key}"\n'
 
 
-def trial_launches() -> list[Sheet]:
+def trial_launches() -> list[LaunchBuffers[Sizes]]:
     """Prepare launches that together run every part of the kernel."""
     properties = RodProperties(0.45, 0.008, 0.044, 1e6, internal_damping=0.01)
     bar = Obstacle(
@@ -102,9 +105,9 @@ def trial_launches() -> list[Sheet]:
     names = ("bending_stiffness", "length", "damping", "internal_damping")
     launches = []
     for kinds, self_contact in (
-        (layout.WANT_ADJOINT, False),
-        (layout.WANT_SENSITIVITIES, False),
-        (0, True),
+        (Derivatives.ADJOINT, False),
+        (Derivatives.SENSITIVITIES, False),
+        (Derivatives(0), True),
     ):
         rod = Rod(properties, 12, scheme="sdirk2", self_contact=self_contact)
         state = rod.straight((0.0, 0.0, 0.3), (1.0, 0.0, 0.3))
@@ -114,15 +117,15 @@ def trial_launches() -> list[Sheet]:
     return launches
 
 
-def deviation(launch: Sheet, doubles: Float64[np.ndarray, "m"]) -> float:
+def deviation(launch: LaunchBuffers[Sizes], doubles: Float64[np.ndarray, "m"]) -> float:
     """Largest difference of a launch's results from others, relative to each section's largest."""
     worst = 0.0
     results = (
-        layout.AT_POSITIONS,
-        layout.AT_ORIENTATIONS,
-        layout.AT_SENSITIVITIES_OUT,
-        layout.AT_ACTIONS_OUT,
-        layout.AT_PARAMETERS_OUT,
+        Section.POSITIONS,
+        Section.ORIENTATIONS,
+        Section.SENSITIVITIES_OUT,
+        Section.ACTIONS_OUT,
+        Section.PARAMETERS_OUT,
     )
     other = replace(
         launch, doubles=doubles, rods=doubles[: launch.rods.size].reshape(launch.rods.shape)

@@ -20,6 +20,7 @@ PACKAGE_ROOT = Path(__file__).parents[2]
 _KERNELS = "rod/kernels"
 """Package of the kernel's source, relative to the root; every module in it enters the key."""
 _LAUNCH_MODULES = (
+    "rod/launch/codes.py",
     "rod/launch/compilation.py",
     "rod/launch/layout.py",
     "rod/launch/taichi_runtime.py",

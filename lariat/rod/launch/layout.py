@@ -1,217 +1,225 @@
-"""Where everything lies in the two arrays that the kernel works on.
+"""Layout of the two arrays that the kernel works on.
 
-One launch takes an integer array (sizes, offsets, indices) and one array of doubles, in which
-each rod of a batch owns a stretch of `stride` numbers. Launches cost by the argument, and numpy
-views into the doubles make inputs and outputs free of copies.
+A launch takes an integer array and an array of doubles, because its cost grows with the number of
+its arguments, and because NumPy views into the doubles save copies of inputs and results.
 
-Unknowns come in blocks of three: block 2 i is the position of node i, block 2 i + 1 the rotation
-of edge i, as a tangent vector in the edge's own frame. The Hessian couples a block with the next
-two, so that a block row is three 3x3 matrices: diagonal, H(j+1, j) and H(j+2, j).
+The integers are a `Header`, the offset of every `Section`, the action block of each step, and a row
+for each differentiated parameter. In the doubles, each rod of a batch owns `Header.STRIDE` numbers,
+cut into sections; the obstacles, which all rods of the batch share, follow after the last rod.
+
+The unknowns of a rod come in blocks of three: block 2 i is the position of node i, block 2 i + 1
+the rotation of edge i, a tangent vector in the edge's own frame. The Hessian couples a block with
+the next two, so that a row of blocks is three 3x3 matrices: H(j, j), H(j+1, j) and H(j+2, j).
+
+A history has `HISTORY_SLOTS` slots for the solves before a roll-out, the last of which is its
+start; solve t fills slot t + HISTORY_SLOTS.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from enum import IntEnum, auto
 
-# Sizes, in the integer array.
-BATCH, NODES, STEPS, FIRST_FREE, END_FREE, BLOCKS, OBSTACLES, PARAMETERS = range(8)
-WANT, MAX_ITERATIONS, SAMPLES, SUBSTEPS, LEFT, RIGHT, STRIDE, HORIZON = range(8, 16)
-# Offsets of a rod's sections from its start, in the integer array.
-(
-    AT_SCALARS,
-    AT_MASSES,
-    AT_BENDS,
-    AT_TIMES,
-    AT_ACTIONS,
-    AT_POSITIONS,
-    AT_ORIENTATIONS,
-    AT_TARGETS,
-    AT_TARGET_ORIENTATIONS,
-    AT_TARGET_SLOPES,
-    AT_TENSIONS,
-    AT_ACCEPTED,
-    AT_ACCEPTED_ORIENTATIONS,
-    AT_HESSIAN,
-    AT_GRADIENT,
-    AT_STEP,
-    AT_INERTIA_COUPLINGS,
-    AT_EFFECTIVE_BENDS,
-    AT_BEND_JACOBIANS,
-    AT_REPORT,
-    AT_SENSITIVITIES,
-    AT_SENSITIVITIES_OUT,
-    AT_PARAMETER_FORCES,
-    AT_ADJOINT,
-    AT_COST,
-    AT_ACTIONS_OUT,
-    AT_PARAMETERS_OUT,
-) = range(16, 43)
-AT_OBSTACLES = 43
-"""Absolute: obstacles are shared by the batch."""
-DIRECTIONS = 44
-"""Count of directions of the initial state that sensitivities are carried along."""
-DRIVEN = 45
-"""Count of groups of six sensitivities to actions: two a block, or none at all."""
-HISTORY = 46
-"""How many of the solves before enter one: at most NEW."""
-MOST_TOUCHES = 47
-"""Places for touches of the rod with itself; none where that is not looked for."""
-AT_TOUCHES, AT_TOUCH_COLUMNS, AT_TOUCH_MATRIX, AT_TOUCH_VECTORS = range(48, 52)
-TOUCH_SAMPLES, TOUCH_GAP = range(52, 54)
-"""Points of an edge that may touch, and how many edges further on others may be touched."""
-INTEGERS = 54
-"""Here the block of every step begins, followed by code, knot and knot count of each parameter."""
+HISTORY_SLOTS = 4
+"""Number of earlier solves that may enter one; slot of a history that the first solve fills."""
+
+
+class Header(IntEnum):
+    """Places of sizes and options in the integer array."""
+
+    BATCH = 0
+    NODES = auto()
+    STEPS = auto()
+    """Implicit solves."""
+    HORIZON = auto()
+    """Steps that a caller asked for, each of `SUBSTEPS` solves."""
+    SUBSTEPS = auto()
+    HISTORY = auto()
+    """Number of earlier solves that enter one, at most HISTORY_SLOTS."""
+    FIRST_FREE = auto()
+    """First block of unknowns that no grip places."""
+    END_FREE = auto()
+    """Block after the last one that no grip places."""
+    LEFT_END = auto()
+    """`EndHold` of the left end; that of the right end follows."""
+    RIGHT_END = auto()
+    ACTION_BLOCKS = auto()
+    OBSTACLES = auto()
+    PARAMETERS = auto()
+    STATE_DIRECTIONS = auto()
+    """Directions of the initial state that sensitivities are carried along."""
+    ACTION_GROUPS = auto()
+    """Groups of six sensitivities to actions: two for each block, or none."""
+    DERIVATIVES = auto()
+    """`Derivatives` that are computed."""
+    MAX_ITERATIONS = auto()
+    CONTACT_SAMPLES = auto()
+    """Points of an edge that obstacles push."""
+    MAX_SELF_CONTACTS = auto()
+    """Places for contacts of the rod with itself; zero where these are not looked for."""
+    SELF_CONTACT_SAMPLES = auto()
+    """Points of an edge that other edges push."""
+    SELF_CONTACT_GAP = auto()
+    """Difference of indices from which on two edges may push each other."""
+    OBSTACLE_ROWS = auto()
+    """Offset of the obstacles in the doubles."""
+    STRIDE = auto()
+    """Doubles of each rod."""
+
+
+class Section(IntEnum):
+    """Sections of a rod; the integer array holds their offsets from the start of the rod."""
+
+    SCALARS = len(Header)
+    MASSES = auto()
+    BENDS = auto()
+    """Stiffness [N m] and rest angles [rad] of each bend, three numbers each."""
+    TIMES = auto()
+    """A `TimeRow` for each solve."""
+    ACTIONS = auto()
+    POSITIONS = auto()
+    ORIENTATIONS = auto()
+    TARGET_POSITIONS = auto()
+    """Positions to which inertia alone would lead; after the launch, the last velocities."""
+    TARGET_ORIENTATIONS = auto()
+    TARGET_DERIVATIVES = auto()
+    """Derivative of the moments of inertia with respect to the share of velocity that is kept."""
+    TENSIONS = auto()
+    """Stretch forces of the mixed Newton method; after the launch, the last angular velocities."""
+    ACCEPTED_POSITIONS = auto()
+    ACCEPTED_ORIENTATIONS = auto()
+    HESSIAN = auto()
+    """The Hessian, then its factors; of every solve where the adjoint is computed."""
+    GRADIENT = auto()
+    NEWTON_STEP = auto()
+    INERTIA_COUPLINGS = auto()
+    EFFECTIVE_BENDS = auto()
+    BEND_JACOBIANS = auto()
+    REPORTS = auto()
+    """A `ReportRow` for each solve."""
+    SENSITIVITIES = auto()
+    SENSITIVITIES_OUT = auto()
+    PARAMETER_DERIVATIVES = auto()
+    """Derivative of the gradient with respect to each parameter."""
+    ADJOINT = auto()
+    COST_GRADIENT = auto()
+    ACTIONS_OUT = auto()
+    PARAMETERS_OUT = auto()
+    SELF_CONTACTS = auto()
+    SELF_CONTACT_COLUMNS = auto()
+    SELF_CONTACT_MATRIX = auto()
+    SELF_CONTACT_VECTORS = auto()
+
+
+STEP_BLOCKS = len(Header) + len(Section)
+"""Place in the integer array of the action block of the first step; the parameters follow."""
 PARAMETER_WIDTH = 3
+"""Integers of a parameter: its `Parameter`, the knot of a profile, and the number of knots."""
 
-# Scalars of a rod, in its section of that name.
-STRETCH, DAMPING, EDGE_LENGTH, GRAVITY_X, GRAVITY_Y, GRAVITY_Z = range(6)
-CONTACT_STIFFNESS, CONTACT_REACH, CONTACT_MARGIN, TOLERANCE = range(6, 10)
-BENDING, TWISTING, DENSITY, INERTIA_BEND, INERTIA_TWIST, INTERNAL_DAMPING = range(10, 16)
-SCALAR_COUNT = 16
 
-NEW = 4
-"""Slot of positions and orientations that the first solve fills; the start is in the one before."""
+class Scalar(IntEnum):
+    """Places of a rod's constants in their section."""
 
-# Of a solve, in its section of times.
-DURATION, CARRIES, GRIP_BACK, GRIP_DURATION = range(4)
-"""Grips are where they were `GRIP_BACK` solves ago, moved for `GRIP_DURATION`."""
-BASE, MOMENTUM = 4, 8
-"""Shares of the last four solves in the point from which velocity counts, and in displacement."""
-TIME_WIDTH = 12
+    STRETCH_STIFFNESS = 0
+    DAMPING = auto()
+    EDGE_LENGTH = auto()
+    GRAVITY_X = auto()
+    GRAVITY_Y = auto()
+    GRAVITY_Z = auto()
+    CONTACT_STIFFNESS = auto()
+    CONTACT_REACH = auto()
+    """Distance of a centre line from an obstacle below which contact pushes [m]."""
+    CONTACT_MARGIN = auto()
+    TOLERANCE = auto()
+    BENDING_STIFFNESS = auto()
+    TWISTING_STIFFNESS = auto()
+    LINEAR_DENSITY = auto()
+    BENDING_INERTIA = auto()
+    """Moment of inertia of an edge about an axis across it [kg m^2]."""
+    TWISTING_INERTIA = auto()
+    """Moment of inertia of an edge about its own axis [kg m^2]."""
+    INTERNAL_DAMPING = auto()
 
-EFFECTIVE_WIDTH = 9
-"""Stiffness (3) and rest (3) with internal damping, and the turn that damping counts from (3)."""
+
+class TimeRow(IntEnum):
+    """Numbers of a solve, in the section of times.
+
+    A grip is moved for `GRIP_DURATION` from where it was `GRIP_SOLVES_BACK` solves before. Velocity
+    is the displacement from the base over the duration; base, and the displacement that inertia
+    adds to it, are sums of the positions of the last solves.
+    """
+
+    DURATION = 0
+    KEEPS_VELOCITY = 1
+    """One, or zero for a solve without inertia's displacement and internal damping."""
+    GRIP_SOLVES_BACK = 2
+    GRIP_DURATION = 3
+    BASE_SHARES = 4
+    """Shares of the last solves in the base, the latest first."""
+    MOMENTUM_SHARES = BASE_SHARES + HISTORY_SLOTS
+    """Shares of the last solves in the displacement by inertia, the latest first."""
+
+
+TIME_WIDTH = TimeRow.MOMENTUM_SHARES + HISTORY_SLOTS
+
+
+class EffectiveBend(IntEnum):
+    """Numbers of a bend in a solve: internal damping acts as more stiffness and another rest."""
+
+    STIFFNESS = 0
+    REST = 3
+    DAMPED_FROM = 6
+    """Rotation vector of the bend at the base, from which internal damping counts."""
+
+
+class SelfContact(IntEnum):
+    """Numbers of a contact between a point of an edge and the nearest point of another edge."""
+
+    EDGE = 0
+    OTHER_EDGE = 1
+    PLACE = 2
+    """Place of the point along its edge, from 0 to 1."""
+    OTHER_PLACE = 3
+    NORMAL = 4
+    """Unit vector from the other point to the point."""
+    COMPLIANCE = 7
+    """Inverse of the contact's stiffness [m/N]."""
+    OTHER_DIRECTION = 8
+    """Unit vector along the other edge; zero where the other point is an end of it."""
+    OTHER_INVERSE_LENGTH = 11
+    """One over the length of the other edge [1/m]; zero where the other point is an end of it."""
+    DISTANCE = 12
+    FORCE = 13
+
+
+SELF_CONTACT_HEAD = 2
+"""Numbers before the self-contacts: how many there are, and how many found no place."""
+
+
+class ReportRow(IntEnum):
+    """Numbers that a solve reports."""
+
+    ITERATIONS = 0
+    CONVERGED = 1
+    LAST_STEP = 2
+    """Largest movement in the last Newton step [m]."""
+    DEFINITE = 3
+    """Whether all pivots of the last Hessian are positive."""
+
+
+class ObstacleRow(IntEnum):
+    """Numbers of an obstacle."""
+
+    SHAPE = 0
+    """Index into `lariat.geometry.obstacles.SHAPES`."""
+    POSITION = 1
+    ROTATION = 4
+    """Rotation matrix, row by row."""
+    SIZES = 13
+    BOUNDING_RADIUS = 16
+
+
+EFFECTIVE_BEND_WIDTH = 9
 HESSIAN_WIDTH = 27
-TOUCH_HEAD = 2
-"""Before the touches: how many there are, and how many found no place."""
-TOUCH_WIDTH = 14
-"""Of a touch: both edges, the places along them, the normal (3), compliance [m/N], direction (3)
-and one over the length of the other edge (zero at its ends), distance [m], force [N]."""
+SELF_CONTACT_WIDTH = 14
 REPORT_WIDTH = 4
-"""Of a step: iterations, converged, last step [m], definite (the Hessian's pivots positive)."""
 OBSTACLE_WIDTH = 17
-"""Shape index, position (3), rotation matrix (9), sizes (3), bounding radius."""
-
-WANT_SENSITIVITIES = 1
-WANT_ADJOINT = 2
-
-FREE, PINNED, CLAMPED = range(3)
-
-(
-    EDGES,
-    BENDS,
-    CONTACTS,
-    TOUCHES,
-    FACTOR,
-    SOLVE,
-    COUPLE,
-    ACCEPT,
-    APPLY,
-    TARGETS,
-    PREDICT,
-    GRIPS,
-    INERTIA,
-    PARAMETER_FORCES,
-    GRIP_SENSITIVITIES,
-    SENSITIVITIES,
-    TOUCH_COUPLE,
-    SOLVE_EXACTLY,
-    SOLVE_AGAIN,
-    WRITE,
-    TOUCH_FOLD,
-    GRIP_ADJOINT,
-    ADJOINT,
-    SOLVED,
-    DONE,
-) = range(25)
-"""Tasks of the compiled parts."""
-
-(
-    BENDING_PARAMETER,
-    TWISTING_PARAMETER,
-    STRETCH_PARAMETER,
-    DAMPING_PARAMETER,
-    INTERNAL_DAMPING_PARAMETER,
-    DENSITY_PARAMETER,
-    LENGTH_PARAMETER,
-    PROFILE_PARAMETER,
-    CURVATURE_PARAMETER,
-) = range(9)
-DENSITY_PROFILE_PARAMETER = 11
-"""Codes of parameters; the last is followed by the other two components of rest curvature."""
-
-
-@dataclass(frozen=True)
-class Sizes:
-    """What one launch is about."""
-
-    batch: int
-    nodes: int
-    steps: int
-    """Implicit solves: horizon times substeps times stages."""
-    horizon: int
-    blocks: int
-    """Blocks of actions."""
-    obstacles: int
-    parameters: int
-    directions: int
-    driven: int
-    """Groups of six sensitivities to actions."""
-    want: int
-    history: int
-    """How many of the solves before enter one."""
-    touches: int
-    """Places for touches of the rod with itself."""
-
-    @property
-    def columns(self) -> int:
-        """Groups of six columns of the forward sensitivities."""
-        return self.driven + -(-self.parameters // 6) + -(-self.directions // 6)
-
-
-def sections(sizes: Sizes) -> tuple[dict[int, tuple[int, int]], int]:
-    """Offset and length of each section of a rod, and the length of all together."""
-    n, steps = sizes.nodes, sizes.steps
-    unknowns = 2 * n - 1
-    kept = steps if sizes.want & WANT_ADJOINT else 1
-    forward = 1 if sizes.want & WANT_SENSITIVITIES else 0
-    backward = 1 if sizes.want & WANT_ADJOINT else 0
-    lengths = {
-        AT_SCALARS: SCALAR_COUNT,
-        AT_MASSES: n,
-        AT_BENDS: 6 * (n - 2),
-        AT_TIMES: TIME_WIDTH * steps,
-        AT_ACTIONS: 12 * sizes.blocks,
-        AT_POSITIONS: 3 * n * (steps + NEW),
-        AT_ORIENTATIONS: 4 * (n - 1) * (steps + NEW),
-        AT_TARGETS: 3 * n,
-        AT_TARGET_ORIENTATIONS: 4 * (n - 1),
-        AT_TARGET_SLOPES: 3 * (n - 1),
-        AT_TENSIONS: 3 * (n - 1),
-        AT_ACCEPTED: 3 * n,
-        AT_ACCEPTED_ORIENTATIONS: 4 * (n - 1),
-        AT_HESSIAN: HESSIAN_WIDTH * unknowns * kept,
-        AT_GRADIENT: 3 * unknowns,
-        AT_STEP: 3 * unknowns,
-        AT_INERTIA_COUPLINGS: 9 * NEW * (n - 1),
-        AT_EFFECTIVE_BENDS: EFFECTIVE_WIDTH * (n - 2),
-        AT_BEND_JACOBIANS: 27 * (n - 2),
-        AT_TOUCHES: TOUCH_HEAD + TOUCH_WIDTH * sizes.touches,
-        AT_TOUCH_COLUMNS: 3 * unknowns * sizes.touches,
-        AT_TOUCH_MATRIX: (sizes.touches + 1) * sizes.touches,
-        AT_TOUCH_VECTORS: 9 * unknowns if sizes.touches else 0,
-        AT_REPORT: REPORT_WIDTH * steps,
-        AT_SENSITIVITIES: forward * (NEW + 1) * 18 * unknowns * sizes.columns,
-        AT_SENSITIVITIES_OUT: forward * sizes.horizon * n * 18 * sizes.columns,
-        AT_PARAMETER_FORCES: 18 * unknowns * -(-sizes.parameters // 6),
-        AT_ADJOINT: backward * 3 * unknowns * (steps + NEW),
-        AT_COST: backward * 3 * n * sizes.horizon,
-        AT_ACTIONS_OUT: backward * 12 * sizes.blocks,
-        AT_PARAMETERS_OUT: backward * sizes.parameters,
-    }
-    offsets = {}
-    at = 0
-    for name, length in lengths.items():
-        offsets[name] = (at, length)
-        at += length
-    return offsets, at

@@ -14,12 +14,13 @@ from jaxtyping import Float64, Int64
 
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
+from lariat.rod.launch.buffers import BufferPool
 from lariat.rod.launch.inputs import ENDS, End
 from lariat.rod.state import Gradient, Rest, RodState, Rollout
 from lariat.rod.xpbd import rest
-from lariat.rod.xpbd.launch import layout
-from lariat.rod.xpbd.launch.buffers import Launch
 from lariat.rod.xpbd.launch.inputs import constants, opened
+from lariat.rod.xpbd.launch.kernel_launch import launch
+from lariat.rod.xpbd.launch.layout import Section
 from lariat.rod.xpbd.launch.outputs import PARAMETERS, positions, rolled, slopes
 from lariat.rod.xpbd.properties import XpbdProperties
 
@@ -66,7 +67,7 @@ class XpbdRod:
         self.right: End = right
         self.gravity = gravity
         self.iterations = iterations
-        self.launch = Launch()
+        self.buffer_pool = BufferPool()
         self.constants = constants(self)
 
     @property
@@ -123,11 +124,11 @@ class XpbdRod:
         obstacles: Float64[np.ndarray, "m 12"] | None = None,
     ) -> list[Rollout]:
         """`rollout` of several rods in one launch."""
-        sheet = opened(
+        buffers = opened(
             self, states, actions, dt, steps, block_of_step, substeps, obstacles, taped=False
         )
-        sheet.run(forward=True, backward=False)
-        return [rolled(sheet, b) for b in range(len(states))]
+        launch(buffers, forward=True, backward=False)
+        return [rolled(buffers, b) for b in range(len(states))]
 
     def gradient(
         self,
@@ -180,26 +181,26 @@ class XpbdRod:
         unknown = [name for name in parameters if name not in PARAMETERS]
         if unknown:
             raise ValueError(f"no parameter {unknown[0]!r}; there are {', '.join(PARAMETERS)}")
-        sheet = opened(
+        buffers = opened(
             self, states, actions, dt, steps, block_of_step, substeps, obstacles, taped=True
         )
         slope = d_cost_d_positions
         later = callable(slope)
         if callable(slope):
-            sheet.run(forward=True, backward=False)
-            slope = slope(positions(sheet))
-        horizon = sheet.sizes.steps // substeps
+            launch(buffers, forward=True, backward=False)
+            slope = slope(positions(buffers))
+        horizon = buffers.sizes.steps // substeps
         slope = np.asarray(slope, float)
         if slope.shape != (len(states), horizon, self.node_count, 3):
             raise ValueError(
                 f"d_cost_d_positions must be ({horizon} steps, {self.node_count} nodes, 3), got "
                 f"shape {slope.shape[1:]}"
             )
-        sheet.section(layout.AT_COST)[:] = slope.reshape(len(states), -1)
-        sheet.run(forward=not later, backward=True)
+        buffers.section(Section.COST_GRADIENT)[:] = slope.reshape(len(states), -1)
+        launch(buffers, forward=not later, backward=True)
         clamped = self.left == "clamped", self.right == "clamped"
         return [
-            Gradient(rolled(sheet, b), *slopes(sheet, b, clamped, parameters))
+            Gradient(rolled(buffers, b), *slopes(buffers, b, clamped, parameters))
             for b in range(len(states))
         ]
 

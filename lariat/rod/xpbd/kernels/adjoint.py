@@ -7,6 +7,7 @@ them: every correction is undone, in turn, from what the tape holds of it.
 import taichi as ti
 
 from lariat.rod.kernels.rotations import exponential, left_jacobian, rotation_matrix
+from lariat.rod.launch.codes import EndHold
 from lariat.rod.xpbd.kernels.collision import collide_adjoint
 from lariat.rod.xpbd.kernels.constraints import (
     bend_adjoint,
@@ -26,62 +27,69 @@ from lariat.rod.xpbd.kernels.quaternions import (
     turned_by,
 )
 from lariat.rod.xpbd.kernels.step import action
-from lariat.rod.xpbd.launch import layout as at
+from lariat.rod.xpbd.launch.layout import (
+    PREDICTED_WIDTH,
+    STEP_BLOCKS,
+    Header,
+    Parameter,
+    Scalar,
+    Section,
+)
 
 
 @ti.func
 def settle_adjoint(ni: ti.template(), w: ti.template(), rod, step):
     """From positions and velocities after the step to what the sweeps ended with."""
-    n = ni[at.NODES]
-    h = scalar(ni, w, rod, at.STEP)
-    left = 1.0 - scalar(ni, w, rod, at.LINEAR_DAMPING)
-    left_turn = 1.0 - scalar(ni, w, rod, at.ANGULAR_DAMPING)
+    n = ni[Header.NODES]
+    h = scalar(ni, w, rod, Scalar.STEP_DURATION)
+    left = 1.0 - scalar(ni, w, rod, Scalar.LINEAR_DAMPING)
+    left_turn = 1.0 - scalar(ni, w, rod, Scalar.ANGULAR_DAMPING)
     keep, keep_turn = ti.pow(left, h), ti.pow(left_turn, h)
-    counted = (step + 1) % ni[at.SUBSTEPS] == 0
-    cost_at = place(ni, rod, at.AT_COST, 3 * n * (step // ni[at.SUBSTEPS]))
+    counted = (step + 1) % ni[Header.SUBSTEPS] == 0
+    cost_at = place(ni, rod, Section.COST_GRADIENT, 3 * n * (step // ni[Header.SUBSTEPS]))
     d_linear = 0.0
     d_angular = 0.0
     for i in range(n):
-        x_at = place(ni, rod, at.AT_D_POSITIONS, 3 * i)
-        d_v = load3(w, place(ni, rod, at.AT_D_VELOCITIES, 3 * i))
-        d_linear += d_v.dot(load3(w, place(ni, rod, at.AT_VELOCITIES, 3 * ((step + 1) * n + i))))
+        x_at = place(ni, rod, Section.D_POSITIONS, 3 * i)
+        d_v = load3(w, place(ni, rod, Section.D_VELOCITIES, 3 * i))
+        d_linear += d_v.dot(load3(w, place(ni, rod, Section.VELOCITIES, 3 * ((step + 1) * n + i))))
         d_x = load3(w, x_at) + (keep / h) * d_v
         if counted:
             d_x += load3(w, cost_at + 3 * i)
-        store(w, place(ni, rod, at.AT_D_NODES, 3 * i), d_x)
+        store(w, place(ni, rod, Section.D_NODES, 3 * i), d_x)
         store(w, x_at, -(keep / h) * d_v)
     for i in range(n - 1):
-        before = load4(w, place(ni, rod, at.AT_ORIENTATIONS, 4 * (step * (n - 1) + i)))
-        after = load4(w, place(ni, rod, at.AT_ORIENTATIONS, 4 * ((step + 1) * (n - 1) + i)))
-        q_at = place(ni, rod, at.AT_D_ORIENTATIONS, 4 * i)
-        omega_at = place(ni, rod, at.AT_ANGULAR_VELOCITIES, 3 * ((step + 1) * (n - 1) + i))
-        d_omega = load3(w, place(ni, rod, at.AT_D_ANGULAR_VELOCITIES, 3 * i))
+        before = load4(w, place(ni, rod, Section.ORIENTATIONS, 4 * (step * (n - 1) + i)))
+        after = load4(w, place(ni, rod, Section.ORIENTATIONS, 4 * ((step + 1) * (n - 1) + i)))
+        q_at = place(ni, rod, Section.D_ORIENTATIONS, 4 * i)
+        omega_at = place(ni, rod, Section.ANGULAR_VELOCITIES, 3 * ((step + 1) * (n - 1) + i))
+        d_omega = load3(w, place(ni, rod, Section.D_ANGULAR_VELOCITIES, 3 * i))
         d_angular += d_omega.dot(load3(w, omega_at))
         y = (2.0 * keep_turn / h) * d_omega
-        store(w, place(ni, rod, at.AT_D_EDGES, 4 * i), load4(w, q_at) + led(y, before))
+        store(w, place(ni, rod, Section.D_EDGES, 4 * i), load4(w, q_at) + led(y, before))
         store(w, q_at, -led(y, after))
-    w[place(ni, rod, at.AT_D_PARAMETERS, at.LINEAR)] -= h / left * d_linear
-    w[place(ni, rod, at.AT_D_PARAMETERS, at.ANGULAR)] -= h / left_turn * d_angular
+    w[place(ni, rod, Section.D_PARAMETERS, Parameter.LINEAR_DAMPING)] -= h / left * d_linear
+    w[place(ni, rod, Section.D_PARAMETERS, Parameter.ANGULAR_DAMPING)] -= h / left_turn * d_angular
 
 
 @ti.func
 def solve_adjoint(ni: ti.template(), w: ti.template(), rod, step):
     """The sweeps backwards."""
-    n = ni[at.NODES]
-    h = scalar(ni, w, rod, at.STEP)
-    contacts = ti.cast(w[place(ni, rod, at.AT_CONTACT_COUNTS, step)], ti.i32)
+    n = ni[Header.NODES]
+    h = scalar(ni, w, rod, Scalar.STEP_DURATION)
+    contacts = ti.cast(w[place(ni, rod, Section.CONTACT_COUNTS, step)], ti.i32)
     c = constants(ni, w, rod)
     zero = ti.Vector([0.0, 0.0, 0.0])
     for i in range(n - 2):
-        store(w, place(ni, rod, at.AT_D_MULTIPLIERS, 3 * i), zero)
+        store(w, place(ni, rod, Section.D_MULTIPLIERS, 3 * i), zero)
     for k in range(contacts):
-        store(w, place(ni, rod, at.AT_D_NORMALS, 3 * k), zero)
-        w[place(ni, rod, at.AT_D_CONTACT_MULTIPLIERS, k)] = 0.0
+        store(w, place(ni, rod, Section.D_NORMALS, 3 * k), zero)
+        w[place(ni, rod, Section.D_CONTACT_MULTIPLIERS, k)] = 0.0
     d_mass = 0.0
     d_inertia = 0.0
     d_compliance = 0.0
-    for back in range(ni[at.ITERATIONS]):
-        sweep = (step + 1) * ni[at.ITERATIONS] - 1 - back
+    for back in range(ni[Header.ITERATIONS]):
+        sweep = (step + 1) * ni[Header.ITERATIONS] - 1 - back
         for last in range(contacts):
             d_mass += push_adjoint(ni, w, c, rod, step, sweep, contacts - 1 - last)
         for last in range(2):
@@ -94,64 +102,66 @@ def solve_adjoint(ni: ti.template(), w: ti.template(), rod, step):
                 d_compliance += compliance
         for last in range(2):
             color = 1 - last
-            count = (ni[at.END_EDGE] - ni[at.FIRST_EDGE] - color + 1) // 2
+            count = (ni[Header.END_EDGE] - ni[Header.FIRST_EDGE] - color + 1) // 2
             for k in range(count):
-                i = ni[at.FIRST_EDGE] + color + 2 * (count - 1 - k)
+                i = ni[Header.FIRST_EDGE] + color + 2 * (count - 1 - k)
                 mass, inertia = stretch_adjoint(ni, w, c, rod, sweep, i)
                 d_mass += mass
                 d_inertia += inertia
     # Weights are inverse masses and inverse inertias.
-    mass_weight = scalar(ni, w, rod, at.NODE_WEIGHT)
-    inertia_weight = scalar(ni, w, rod, at.EDGE_WEIGHT)
-    w[place(ni, rod, at.AT_D_PARAMETERS, at.MASS)] -= mass_weight * mass_weight * d_mass
-    w[place(ni, rod, at.AT_D_PARAMETERS, at.INERTIA)] -= inertia_weight**2 * d_inertia
-    w[place(ni, rod, at.AT_D_PARAMETERS, at.BENDING)] += d_compliance / (h * h)
+    mass_weight = scalar(ni, w, rod, Scalar.INVERSE_MASS)
+    inertia_weight = scalar(ni, w, rod, Scalar.INVERSE_INERTIA)
+    w[place(ni, rod, Section.D_PARAMETERS, Parameter.MASS)] -= mass_weight * mass_weight * d_mass
+    w[place(ni, rod, Section.D_PARAMETERS, Parameter.INERTIA)] -= inertia_weight**2 * d_inertia
+    w[place(ni, rod, Section.D_PARAMETERS, Parameter.BENDING_COMPLIANCE)] += d_compliance / (h * h)
     collide_adjoint(ni, w, rod, step, contacts)
 
 
 @ti.func
 def predict_adjoint(ni: ti.template(), w: ti.template(), rod, step):
     """From what the sweeps began with to the state before and the actions."""
-    n = ni[at.NODES]
-    h = scalar(ni, w, rod, at.STEP)
-    block = ni[at.INTEGERS + step // ni[at.SUBSTEPS]]
+    n = ni[Header.NODES]
+    h = scalar(ni, w, rod, Scalar.STEP_DURATION)
+    block = ni[STEP_BLOCKS + step // ni[Header.SUBSTEPS]]
     zero = ti.Vector([0.0, 0.0, 0.0])
     for i in range(n):
         d_x = zero
-        if i >= ni[at.FIRST_NODE] and i < ni[at.END_NODE]:
-            d_x = load3(w, place(ni, rod, at.AT_D_NODES, 3 * i))
-        add(w, place(ni, rod, at.AT_D_POSITIONS, 3 * i), d_x)
-        store(w, place(ni, rod, at.AT_D_VELOCITIES, 3 * i), h * d_x)
+        if i >= ni[Header.FIRST_NODE] and i < ni[Header.END_NODE]:
+            d_x = load3(w, place(ni, rod, Section.D_NODES, 3 * i))
+        add(w, place(ni, rod, Section.D_POSITIONS, 3 * i), d_x)
+        store(w, place(ni, rod, Section.D_VELOCITIES, 3 * i), h * d_x)
     for i in range(n - 1):
-        if i >= ni[at.FIRST_EDGE] and i < ni[at.END_EDGE]:
-            kept = place(ni, rod, at.AT_PREDICTED, at.PREDICTED_WIDTH * (step * (n - 1) + i))
+        if i >= ni[Header.FIRST_EDGE] and i < ni[Header.END_EDGE]:
+            kept = place(
+                ni, rod, Section.PREDICTED_ORIENTATIONS, PREDICTED_WIDTH * (step * (n - 1) + i)
+            )
             unit, norm = load4(w, kept), w[kept + 4]
-            d_q = load4(w, place(ni, rod, at.AT_D_EDGES, 4 * i))
+            d_q = load4(w, place(ni, rod, Section.D_EDGES, 4 * i))
             p = (d_q - unit.dot(d_q) * unit) / norm
-            before = load4(w, place(ni, rod, at.AT_ORIENTATIONS, 4 * (step * (n - 1) + i)))
-            omega = load3(w, place(ni, rod, at.AT_ANGULAR_VELOCITIES, 3 * (step * (n - 1) + i)))
-            add(w, place(ni, rod, at.AT_D_ORIENTATIONS, 4 * i), p - (0.5 * h) * led(omega, p))
+            before = load4(w, place(ni, rod, Section.ORIENTATIONS, 4 * (step * (n - 1) + i)))
+            omega = load3(w, place(ni, rod, Section.ANGULAR_VELOCITIES, 3 * (step * (n - 1) + i)))
+            add(w, place(ni, rod, Section.D_ORIENTATIONS, 4 * i), p - (0.5 * h) * led(omega, p))
             turn = (0.5 * h) * turned_by(before, p)
-            store(w, place(ni, rod, at.AT_D_ANGULAR_VELOCITIES, 3 * i), turn)
+            store(w, place(ni, rod, Section.D_ANGULAR_VELOCITIES, 3 * i), turn)
     for end in range(2):
-        held = ni[at.LEFT + end]
-        actions = place(ni, rod, at.AT_D_ACTIONS, 12 * block + 6 * end)
+        held = ni[Header.LEFT_END + end]
+        actions = place(ni, rod, Section.D_ACTIONS, 12 * block + 6 * end)
         i = end * (n - 1)
-        if held != at.FREE:
-            d_x = load3(w, place(ni, rod, at.AT_D_NODES, 3 * i))
-            if held == at.CLAMPED:
-                grip = place(ni, rod, at.AT_D_GRIPS, 3 * end)
+        if held != EndHold.FREE:
+            d_x = load3(w, place(ni, rod, Section.D_NODES, 3 * i))
+            if held == EndHold.CLAMPED:
+                grip = place(ni, rod, Section.D_GRIPS, 3 * end)
                 edge = end * (n - 2)
-                inner = load3(w, place(ni, rod, at.AT_D_NODES, 3 * (1 + end * (n - 3))))
-                q_at = place(ni, rod, at.AT_ORIENTATIONS, 4 * ((step + 1) * (n - 1) + edge))
+                inner = load3(w, place(ni, rod, Section.D_NODES, 3 * (1 + end * (n - 3))))
+                q_at = place(ni, rod, Section.ORIENTATIONS, 4 * ((step + 1) * (n - 1) + edge))
                 q = load4(w, q_at)
-                length = scalar(ni, w, rod, at.EDGE_LENGTH) * (1.0 - 2.0 * end)
+                length = scalar(ni, w, rod, Scalar.EDGE_LENGTH) * (1.0 - 2.0 * end)
                 d_x += inner
-                d_q = load4(w, place(ni, rod, at.AT_D_EDGES, 4 * edge))
+                d_q = load4(w, place(ni, rod, Section.D_EDGES, 4 * edge))
                 turn = load3(w, grip) + 0.5 * turned_by(q, d_q)
                 turn += (length * director(q)).cross(inner)
                 y = h * action(ni, w, rod, step, end, 1)
                 add(w, actions + 3, h * (left_jacobian(y).transpose() @ turn))
                 store(w, grip, rotation_matrix(exponential(y)).transpose() @ turn)
-            add(w, place(ni, rod, at.AT_D_POSITIONS, 3 * i), d_x)
+            add(w, place(ni, rod, Section.D_POSITIONS, 3 * i), d_x)
             add(w, actions, h * d_x)

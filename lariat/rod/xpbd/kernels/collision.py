@@ -7,8 +7,9 @@ never past it, and a slope that is not negative says that there is none.
 
 import taichi as ti
 
+from lariat.rod.launch.layout import OBSTACLE_WIDTH
 from lariat.rod.xpbd.kernels.quaternions import add, load3, place, scalar, store
-from lariat.rod.xpbd.launch import layout as at
+from lariat.rod.xpbd.launch.layout import CONTACT_WIDTH, CONTACTS_PER_NODE, Header, Scalar, Section
 
 CLOSE = 1e-13
 """Distance from the surface that counts as on it [m]."""
@@ -98,18 +99,18 @@ def surface(w: ti.template(), row, point):
 @ti.func
 def collide(ni: ti.template(), w: ti.template(), rod, step, slot):
     """Lists the planes that nodes run into on their way from slot - 1 to slot."""
-    n = ni[at.NODES]
-    limit = ni[at.CONTACT_LIMIT]
-    radius = scalar(ni, w, rod, at.RADIUS)
-    kept = ti.select(ni[at.TAPED] > 0, step, 0)
+    n = ni[Header.NODES]
+    limit = ni[Header.CONTACT_LIMIT]
+    radius = scalar(ni, w, rod, Scalar.RADIUS)
+    kept = ti.select(ni[Header.TAPED] > 0, step, 0)
     count = 0
-    for i in range(ni[at.FIRST_NODE], ni[at.END_NODE]):
-        start = load3(w, place(ni, rod, at.AT_POSITIONS, 3 * ((slot - 1) * n + i)))
-        stop = load3(w, place(ni, rod, at.AT_POSITIONS, 3 * (slot * n + i)))
+    for i in range(ni[Header.FIRST_NODE], ni[Header.END_NODE]):
+        start = load3(w, place(ni, rod, Section.POSITIONS, 3 * ((slot - 1) * n + i)))
+        stop = load3(w, place(ni, rod, Section.POSITIONS, 3 * (slot * n + i)))
         way = stop - start
         found = 0
-        for o in range(ni[at.OBSTACLES]):
-            row = ni[at.AT_OBSTACLES] + at.OBSTACLE_WIDTH * o
+        for o in range(ni[Header.OBSTACLES]):
+            row = ni[Header.OBSTACLE_ROWS] + OBSTACLE_WIDTH * o
             reach = w[row + 16] + radius + way.norm()
             # 0 outside and going on, 1 entered, 2 inside all along, 3 nothing to do.
             status = ti.select((start - load3(w, row + 1)).norm() < reach, 0, 3)
@@ -138,8 +139,8 @@ def collide(ni: ti.template(), w: ti.template(), rod, step, slot):
                 beyond, _slope, _second = surface(w, row, stop)
                 if beyond > radius:
                     status = 3
-            if (status == 1 or status == 2) and found < at.CONTACTS_PER_NODE:
-                contact = place(ni, rod, at.AT_CONTACTS, at.CONTACT_WIDTH * (kept * limit + count))
+            if (status == 1 or status == 2) and found < CONTACTS_PER_NODE:
+                contact = place(ni, rod, Section.CONTACTS, CONTACT_WIDTH * (kept * limit + count))
                 w[contact] = i
                 w[contact + 1] = row
                 w[contact + 2] = ti.select(status == 1, 1.0, 0.0)
@@ -147,10 +148,10 @@ def collide(ni: ti.template(), w: ti.template(), rod, step, slot):
                 store(w, contact + 4, point)
                 store(w, contact + 7, normal)
                 store(w, contact + 10, stop)
-                w[place(ni, rod, at.AT_CONTACT_MULTIPLIERS, kept * limit + count)] = 0.0
+                w[place(ni, rod, Section.CONTACT_MULTIPLIERS, kept * limit + count)] = 0.0
                 found += 1
                 count += 1
-    w[place(ni, rod, at.AT_CONTACT_COUNTS, kept)] = count
+    w[place(ni, rod, Section.CONTACT_COUNTS, kept)] = count
 
 
 @ti.func
@@ -160,15 +161,15 @@ def collide_adjoint(ni: ti.template(), w: ti.template(), rod, step, count):
     C does not change as the point slides in its plane, and the point never leaves the surface: only
     the normal's slope counts.
     """
-    n = ni[at.NODES]
-    limit = ni[at.CONTACT_LIMIT]
+    n = ni[Header.NODES]
+    limit = ni[Header.CONTACT_LIMIT]
     for k in range(count):
-        contact = place(ni, rod, at.AT_CONTACTS, at.CONTACT_WIDTH * (step * limit + k))
+        contact = place(ni, rod, Section.CONTACTS, CONTACT_WIDTH * (step * limit + k))
         i = ti.cast(w[contact], ti.i32)
         row = ti.cast(w[contact + 1], ti.i32)
         share = w[contact + 3]
-        start = load3(w, place(ni, rod, at.AT_POSITIONS, 3 * (step * n + i)))
-        d_normal = load3(w, place(ni, rod, at.AT_D_NORMALS, 3 * k))
+        start = load3(w, place(ni, rod, Section.POSITIONS, 3 * (step * n + i)))
+        d_normal = load3(w, place(ni, rod, Section.D_NORMALS, 3 * k))
         point = start
         if w[contact + 2] > 0.5:
             point = load3(w, contact + 4)
@@ -178,5 +179,5 @@ def collide_adjoint(ni: ti.template(), w: ti.template(), rod, step, count):
             normal = load3(w, contact + 7)
             way = load3(w, contact + 10) - start
             d_point -= (way.dot(d_point) / way.dot(normal)) * normal
-        add(w, place(ni, rod, at.AT_D_POSITIONS, 3 * i), (1.0 - share) * d_point)
-        add(w, place(ni, rod, at.AT_D_NODES, 3 * i), share * d_point)
+        add(w, place(ni, rod, Section.D_POSITIONS, 3 * i), (1.0 - share) * d_point)
+        add(w, place(ni, rod, Section.D_NODES, 3 * i), share * d_point)

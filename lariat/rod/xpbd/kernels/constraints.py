@@ -22,7 +22,15 @@ from lariat.rod.xpbd.kernels.quaternions import (
     store,
     times,
 )
-from lariat.rod.xpbd.launch import layout as at
+from lariat.rod.xpbd.launch.layout import (
+    BEND_TAPE_WIDTH,
+    CONTACT_TAPE_WIDTH,
+    CONTACT_WIDTH,
+    STRETCH_TAPE_WIDTH,
+    Header,
+    Scalar,
+    Section,
+)
 
 Constants = ti.types.struct(
     mass=ti.f64, inertia=ti.f64, per_length=ti.f64, bending=ti.f64, contact=ti.f64
@@ -33,34 +41,34 @@ Constants = ti.types.struct(
 @ti.func
 def constants(ni: ti.template(), w: ti.template(), rod):
     """What every correction needs: read once, as stores would make each read it anew."""
-    h = scalar(ni, w, rod, at.STEP)
+    h = scalar(ni, w, rod, Scalar.STEP_DURATION)
     return Constants(
-        mass=scalar(ni, w, rod, at.NODE_WEIGHT),
-        inertia=scalar(ni, w, rod, at.EDGE_WEIGHT),
-        per_length=1.0 / scalar(ni, w, rod, at.EDGE_LENGTH),
-        bending=scalar(ni, w, rod, at.COMPLIANCE) / (h * h),
-        contact=scalar(ni, w, rod, at.CONTACT_COMPLIANCE) / (h * h),
+        mass=scalar(ni, w, rod, Scalar.INVERSE_MASS),
+        inertia=scalar(ni, w, rod, Scalar.INVERSE_INERTIA),
+        per_length=1.0 / scalar(ni, w, rod, Scalar.EDGE_LENGTH),
+        bending=scalar(ni, w, rod, Scalar.BENDING_COMPLIANCE) / (h * h),
+        contact=scalar(ni, w, rod, Scalar.CONTACT_COMPLIANCE) / (h * h),
     )
 
 
 @ti.func
 def node_weight(ni: ti.template(), c, i):
-    return ti.select(i >= ni[at.FIRST_NODE] and i < ni[at.END_NODE], c.mass, 0.0)
+    return ti.select(i >= ni[Header.FIRST_NODE] and i < ni[Header.END_NODE], c.mass, 0.0)
 
 
 @ti.func
 def edge_weight(ni: ti.template(), c, i):
-    return ti.select(i >= ni[at.FIRST_EDGE] and i < ni[at.END_EDGE], c.inertia, 0.0)
+    return ti.select(i >= ni[Header.FIRST_EDGE] and i < ni[Header.END_EDGE], c.inertia, 0.0)
 
 
 @ti.func
 def stretch(ni: ti.template(), w: ti.template(), c, rod, slot, sweep, i):
     """(4): the edge lies along its own third axis, at its own length; without compliance."""
-    n = ni[at.NODES]
+    n = ni[Header.NODES]
     w1, w2 = node_weight(ni, c, i), node_weight(ni, c, i + 1)
     wq = edge_weight(ni, c, i)
-    x = place(ni, rod, at.AT_POSITIONS, 3 * (slot * n + i))
-    q_at = place(ni, rod, at.AT_ORIENTATIONS, 4 * (slot * (n - 1) + i))
+    x = place(ni, rod, Section.POSITIONS, 3 * (slot * n + i))
+    q_at = place(ni, rod, Section.ORIENTATIONS, 4 * (slot * (n - 1) + i))
     x1, x2, q = load3(w, x), load3(w, x + 3), load4(w, q_at)
     inverse = 1.0 / ((w1 + w2) * c.per_length * c.per_length + 4.0 * wq)
     dl = -inverse * ((x2 - x1) * c.per_length - director(q))
@@ -69,7 +77,7 @@ def stretch(ni: ti.template(), w: ti.template(), c, rod, slot, sweep, i):
     p = q - wq * director_pull(q, dl)
     shrink = 1.0 / ti.sqrt(p.dot(p))
     store(w, q_at, shrink * p)
-    tape = place(ni, rod, at.AT_STRETCH_TAPE, at.STRETCH_WIDTH * (sweep * (n - 1) + i))
+    tape = place(ni, rod, Section.STRETCH_TAPE, STRETCH_TAPE_WIDTH * (sweep * (n - 1) + i))
     store(w, tape, q)
     store(w, tape + 4, dl)
     w[tape + 7] = shrink
@@ -78,13 +86,13 @@ def stretch(ni: ti.template(), w: ti.template(), c, rod, slot, sweep, i):
 @ti.func
 def stretch_adjoint(ni: ti.template(), w: ti.template(), c, rod, sweep, i):
     """Slopes in the inverse mass and the inverse inertia."""
-    n = ni[at.NODES]
+    n = ni[Header.NODES]
     w1, w2 = node_weight(ni, c, i), node_weight(ni, c, i + 1)
     wq = edge_weight(ni, c, i)
-    tape = place(ni, rod, at.AT_STRETCH_TAPE, at.STRETCH_WIDTH * (sweep * (n - 1) + i))
+    tape = place(ni, rod, Section.STRETCH_TAPE, STRETCH_TAPE_WIDTH * (sweep * (n - 1) + i))
     q, dl, shrink = load4(w, tape), load3(w, tape + 4), w[tape + 7]
-    x = place(ni, rod, at.AT_D_NODES, 3 * i)
-    q_at = place(ni, rod, at.AT_D_EDGES, 4 * i)
+    x = place(ni, rod, Section.D_NODES, 3 * i)
+    q_at = place(ni, rod, Section.D_EDGES, 4 * i)
     x1, x2, after = load3(w, x), load3(w, x + 3), load4(w, q_at)
     pull = director_pull(q, dl)
     unit = shrink * (q - wq * pull)
@@ -105,13 +113,13 @@ def stretch_adjoint(ni: ti.template(), w: ti.template(), c, rod, sweep, i):
 @ti.func
 def bend(ni: ti.template(), w: ti.template(), c, rod, step, slot, sweep, i):
     """(7), (8): the turn from edge i to the next is the one at rest, but for the compliance."""
-    n = ni[at.NODES]
+    n = ni[Header.NODES]
     w1, w2 = edge_weight(ni, c, i), edge_weight(ni, c, i + 1)
-    q_at = place(ni, rod, at.AT_ORIENTATIONS, 4 * (slot * (n - 1) + i))
-    kept = ti.select(ni[at.TAPED] > 0, step, 0)
-    l_at = place(ni, rod, at.AT_MULTIPLIERS, 3 * (kept * (n - 2) + i))
+    q_at = place(ni, rod, Section.ORIENTATIONS, 4 * (slot * (n - 1) + i))
+    kept = ti.select(ni[Header.TAPED] > 0, step, 0)
+    l_at = place(ni, rod, Section.MULTIPLIERS, 3 * (kept * (n - 2) + i))
     q1, q2, multiplier = load4(w, q_at), load4(w, q_at + 4), load3(w, l_at)
-    turn, rest = between(q1, q2), load3(w, place(ni, rod, at.AT_DARBOUX, 3 * i))
+    turn, rest = between(q1, q2), load3(w, place(ni, rod, Section.REST_DARBOUX, 3 * i))
     sign = ti.select(turn.dot(rest) < 0.0, -1.0, 1.0)
     inverse = 1.0 / (w1 + w2 + c.bending)
     dl = -inverse * (turn - sign * rest + c.bending * multiplier)
@@ -120,7 +128,7 @@ def bend(ni: ti.template(), w: ti.template(), c, rod, step, slot, sweep, i):
     shrink1, shrink2 = 1.0 / ti.sqrt(p1.dot(p1)), 1.0 / ti.sqrt(p2.dot(p2))
     store(w, q_at, shrink1 * p1)
     store(w, q_at + 4, shrink2 * p2)
-    tape = place(ni, rod, at.AT_BEND_TAPE, at.BEND_WIDTH * (sweep * (n - 2) + i))
+    tape = place(ni, rod, Section.BEND_TAPE, BEND_TAPE_WIDTH * (sweep * (n - 2) + i))
     store(w, tape, q1)
     store(w, tape + 4, q2)
     store(w, tape + 8, dl)
@@ -131,20 +139,20 @@ def bend(ni: ti.template(), w: ti.template(), c, rod, step, slot, sweep, i):
 @ti.func
 def bend_adjoint(ni: ti.template(), w: ti.template(), c, rod, step, sweep, i):
     """Slopes in the inverse inertia and in the compliance over h squared."""
-    n = ni[at.NODES]
+    n = ni[Header.NODES]
     w1, w2 = edge_weight(ni, c, i), edge_weight(ni, c, i + 1)
-    tape = place(ni, rod, at.AT_BEND_TAPE, at.BEND_WIDTH * (sweep * (n - 2) + i))
+    tape = place(ni, rod, Section.BEND_TAPE, BEND_TAPE_WIDTH * (sweep * (n - 2) + i))
     q1, q2, dl = load4(w, tape), load4(w, tape + 4), load3(w, tape + 8)
     shrink1, shrink2 = w[tape + 11], w[tape + 12]
-    q_at = place(ni, rod, at.AT_D_EDGES, 4 * i)
+    q_at = place(ni, rod, Section.D_EDGES, 4 * i)
     after1, after2 = load4(w, q_at), load4(w, q_at + 4)
     pull1, pull2 = -times(q2, dl), times(q1, dl)
     unit1, unit2 = shrink1 * (q1 + w1 * pull1), shrink2 * (q2 + w2 * pull2)
     p1 = shrink1 * (after1 - unit1.dot(after1) * unit1)
     p2 = shrink2 * (after2 - unit2.dot(after2) * unit2)
     inverse = 1.0 / (w1 + w2 + c.bending)
-    l_at = place(ni, rod, at.AT_MULTIPLIERS, 3 * (step * (n - 2) + i))
-    d_l_at = place(ni, rod, at.AT_D_MULTIPLIERS, 3 * i)
+    l_at = place(ni, rod, Section.MULTIPLIERS, 3 * (step * (n - 2) + i))
+    d_l_at = place(ni, rod, Section.D_MULTIPLIERS, 3 * i)
     multiplier = load3(w, l_at) - dl
     store(w, l_at, multiplier)
     d_multiplier = load3(w, d_l_at)
@@ -161,13 +169,13 @@ def bend_adjoint(ni: ti.template(), w: ti.template(), c, rod, step, sweep, i):
 @ti.func
 def push(ni: ti.template(), w: ti.template(), c, rod, step, slot, sweep, k):
     """The collision constraint (x - entry) . normal >= 0; its multiplier never pulls."""
-    n = ni[at.NODES]
-    limit = ni[at.CONTACT_LIMIT]
-    kept = ti.select(ni[at.TAPED] > 0, step, 0)
-    contact = place(ni, rod, at.AT_CONTACTS, at.CONTACT_WIDTH * (kept * limit + k))
+    n = ni[Header.NODES]
+    limit = ni[Header.CONTACT_LIMIT]
+    kept = ti.select(ni[Header.TAPED] > 0, step, 0)
+    contact = place(ni, rod, Section.CONTACTS, CONTACT_WIDTH * (kept * limit + k))
     i = ti.cast(w[contact], ti.i32)
-    x_at = place(ni, rod, at.AT_POSITIONS, 3 * (slot * n + i))
-    l_at = place(ni, rod, at.AT_CONTACT_MULTIPLIERS, kept * limit + k)
+    x_at = place(ni, rod, Section.POSITIONS, 3 * (slot * n + i))
+    l_at = place(ni, rod, Section.CONTACT_MULTIPLIERS, kept * limit + k)
     x, normal = load3(w, x_at), load3(w, contact + 7)
     value = (x - load3(w, contact + 4)).dot(normal)
     wanted = -(value + c.contact * w[l_at]) / (c.mass + c.contact)
@@ -175,7 +183,7 @@ def push(ni: ti.template(), w: ti.template(), c, rod, step, slot, sweep, k):
     dl = ti.max(wanted, -w[l_at])
     w[l_at] = w[l_at] + dl
     store(w, x_at, x + c.mass * dl * normal)
-    tape = place(ni, rod, at.AT_CONTACT_TAPE, at.CONTACT_TAPE_WIDTH * (sweep * limit + k))
+    tape = place(ni, rod, Section.CONTACT_TAPE, CONTACT_TAPE_WIDTH * (sweep * limit + k))
     store(w, tape, x)
     w[tape + 3] = dl
     w[tape + 4] = bound
@@ -184,12 +192,12 @@ def push(ni: ti.template(), w: ti.template(), c, rod, step, slot, sweep, k):
 @ti.func
 def push_adjoint(ni: ti.template(), w: ti.template(), c, rod, step, sweep, k):
     """Slope in the inverse mass."""
-    limit = ni[at.CONTACT_LIMIT]
-    contact = place(ni, rod, at.AT_CONTACTS, at.CONTACT_WIDTH * (step * limit + k))
-    tape = place(ni, rod, at.AT_CONTACT_TAPE, at.CONTACT_TAPE_WIDTH * (sweep * limit + k))
+    limit = ni[Header.CONTACT_LIMIT]
+    contact = place(ni, rod, Section.CONTACTS, CONTACT_WIDTH * (step * limit + k))
+    tape = place(ni, rod, Section.CONTACT_TAPE, CONTACT_TAPE_WIDTH * (sweep * limit + k))
     x, dl, free = load3(w, tape), w[tape + 3], 1.0 - w[tape + 4]
-    x_at = place(ni, rod, at.AT_D_NODES, 3 * ti.cast(w[contact], ti.i32))
-    l_at = place(ni, rod, at.AT_D_CONTACT_MULTIPLIERS, k)
+    x_at = place(ni, rod, Section.D_NODES, 3 * ti.cast(w[contact], ti.i32))
+    l_at = place(ni, rod, Section.D_CONTACT_MULTIPLIERS, k)
     d_x, normal = load3(w, x_at), load3(w, contact + 7)
     inverse = 1.0 / (c.mass + c.contact)
     d_dl = w[l_at] + c.mass * normal.dot(d_x)
@@ -198,5 +206,5 @@ def push_adjoint(ni: ti.template(), w: ti.template(), c, rod, step, sweep, k):
     w[l_at] = free * (w[l_at] + c.contact * d_value) - (1.0 - free) * (d_dl - w[l_at])
     store(w, x_at, d_x + d_value * normal)
     d_normal = c.mass * dl * d_x + d_value * (x - load3(w, contact + 4))
-    add(w, place(ni, rod, at.AT_D_NORMALS, 3 * k), d_normal)
+    add(w, place(ni, rod, Section.D_NORMALS, 3 * k), d_normal)
     return dl * normal.dot(d_x) - free * inverse * dl * d_dl

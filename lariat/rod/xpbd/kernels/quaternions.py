@@ -5,12 +5,12 @@ With u a vector, (0, u) the quaternion without real part, and Im the vector part
 
 import taichi as ti
 
-from lariat.rod.xpbd.launch import layout as at
+from lariat.rod.xpbd.launch.layout import Section
 
 
 @ti.func
 def scalar(ni: ti.template(), w: ti.template(), rod, k):
-    return w[rod + ni[at.AT_SCALARS] + k]
+    return w[rod + ni[Section.SCALARS] + k]
 
 
 @ti.func

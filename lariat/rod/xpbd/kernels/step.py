@@ -3,6 +3,7 @@
 import taichi as ti
 
 from lariat.rod.kernels.rotations import exponential, quaternion_product
+from lariat.rod.launch.codes import EndHold
 from lariat.rod.xpbd.kernels.collision import collide
 from lariat.rod.xpbd.kernels.constraints import bend, constants, push, stretch
 from lariat.rod.xpbd.kernels.quaternions import (
@@ -15,71 +16,73 @@ from lariat.rod.xpbd.kernels.quaternions import (
     store,
     turned_by,
 )
-from lariat.rod.xpbd.launch import layout as at
+from lariat.rod.xpbd.launch.layout import PREDICTED_WIDTH, STEP_BLOCKS, Header, Scalar, Section
 
 
 @ti.func
 def action(ni: ti.template(), w: ti.template(), rod, step, end, kind):
-    block = ni[at.INTEGERS + step // ni[at.SUBSTEPS]]
-    return load3(w, place(ni, rod, at.AT_ACTIONS, 12 * block + 6 * end + 3 * kind))
+    block = ni[STEP_BLOCKS + step // ni[Header.SUBSTEPS]]
+    return load3(w, place(ni, rod, Section.ACTIONS, 12 * block + 6 * end + 3 * kind))
 
 
 @ti.func
 def clamp(ni: ti.template(), w: ti.template(), rod, slot, end):
     """Places the inner node of a held edge."""
-    n = ni[at.NODES]
-    length = scalar(ni, w, rod, at.EDGE_LENGTH) * (1.0 - 2.0 * end)
-    outer = load3(w, place(ni, rod, at.AT_POSITIONS, 3 * (slot * n + end * (n - 1))))
-    q = load4(w, place(ni, rod, at.AT_ORIENTATIONS, 4 * (slot * (n - 1) + end * (n - 2))))
-    inner = place(ni, rod, at.AT_POSITIONS, 3 * (slot * n + 1 + end * (n - 3)))
+    n = ni[Header.NODES]
+    length = scalar(ni, w, rod, Scalar.EDGE_LENGTH) * (1.0 - 2.0 * end)
+    outer = load3(w, place(ni, rod, Section.POSITIONS, 3 * (slot * n + end * (n - 1))))
+    q = load4(w, place(ni, rod, Section.ORIENTATIONS, 4 * (slot * (n - 1) + end * (n - 2))))
+    inner = place(ni, rod, Section.POSITIONS, 3 * (slot * n + 1 + end * (n - 3)))
     store(w, inner, outer + length * director(q))
 
 
 @ti.func
 def begin(ni: ti.template(), w: ti.template(), rod):
     """Unit quaternions, and held edges as they are held."""
-    n = ni[at.NODES]
+    n = ni[Header.NODES]
     for i in range(n - 1):
-        k = place(ni, rod, at.AT_ORIENTATIONS, 4 * i)
+        k = place(ni, rod, Section.ORIENTATIONS, 4 * i)
         q = load4(w, k)
         store(w, k, q / ti.sqrt(q.dot(q)))
     for end in range(2):
-        if ni[at.LEFT + end] == at.CLAMPED:
+        if ni[Header.LEFT_END + end] == EndHold.CLAMPED:
             clamp(ni, w, rod, 0, end)
 
 
 @ti.func
 def predict(ni: ti.template(), w: ti.template(), rod, step, slot):
     """Lines 4 to 7: free motion, then the manipulated particles where their actions put them."""
-    n = ni[at.NODES]
-    h = scalar(ni, w, rod, at.STEP)
-    kept = ti.select(ni[at.TAPED] > 0, step, 0)
-    gravity = load3(w, place(ni, rod, at.AT_SCALARS, at.GRAVITY_X))
+    n = ni[Header.NODES]
+    h = scalar(ni, w, rod, Scalar.STEP_DURATION)
+    kept = ti.select(ni[Header.TAPED] > 0, step, 0)
+    gravity = load3(w, place(ni, rod, Section.SCALARS, Scalar.GRAVITY_X))
     for i in range(n):
-        x = load3(w, place(ni, rod, at.AT_POSITIONS, 3 * (step * n + i)))
-        v = load3(w, place(ni, rod, at.AT_VELOCITIES, 3 * (step * n + i)))
-        store(w, place(ni, rod, at.AT_POSITIONS, 3 * (slot * n + i)), x + h * (v + h * gravity))
+        x = load3(w, place(ni, rod, Section.POSITIONS, 3 * (step * n + i)))
+        v = load3(w, place(ni, rod, Section.VELOCITIES, 3 * (step * n + i)))
+        store(w, place(ni, rod, Section.POSITIONS, 3 * (slot * n + i)), x + h * (v + h * gravity))
     for i in range(n - 1):
-        q = load4(w, place(ni, rod, at.AT_ORIENTATIONS, 4 * (step * (n - 1) + i)))
-        omega = load3(w, place(ni, rod, at.AT_ANGULAR_VELOCITIES, 3 * (step * (n - 1) + i)))
+        q = load4(w, place(ni, rod, Section.ORIENTATIONS, 4 * (step * (n - 1) + i)))
+        omega = load3(w, place(ni, rod, Section.ANGULAR_VELOCITIES, 3 * (step * (n - 1) + i)))
         p = q + (0.5 * h) * led(omega, q)
         norm = ti.sqrt(p.dot(p))
-        store(w, place(ni, rod, at.AT_ORIENTATIONS, 4 * (slot * (n - 1) + i)), p / norm)
-        predicted = place(ni, rod, at.AT_PREDICTED, at.PREDICTED_WIDTH * (kept * (n - 1) + i))
+        store(w, place(ni, rod, Section.ORIENTATIONS, 4 * (slot * (n - 1) + i)), p / norm)
+        predicted = place(
+            ni, rod, Section.PREDICTED_ORIENTATIONS, PREDICTED_WIDTH * (kept * (n - 1) + i)
+        )
         store(w, predicted, p / norm)
         w[predicted + 4] = norm
     for end in range(2):
-        held = ni[at.LEFT + end]
-        if held != at.FREE:
+        held = ni[Header.LEFT_END + end]
+        if held != EndHold.FREE:
             i = end * (n - 1)
-            x = load3(w, place(ni, rod, at.AT_POSITIONS, 3 * (step * n + i)))
+            x = load3(w, place(ni, rod, Section.POSITIONS, 3 * (step * n + i)))
             x += h * action(ni, w, rod, step, end, 0)
-            store(w, place(ni, rod, at.AT_POSITIONS, 3 * (slot * n + i)), x)
-        if held == at.CLAMPED:
+            store(w, place(ni, rod, Section.POSITIONS, 3 * (slot * n + i)), x)
+        if held == EndHold.CLAMPED:
             i = end * (n - 2)
-            q = load4(w, place(ni, rod, at.AT_ORIENTATIONS, 4 * (step * (n - 1) + i)))
+            q = load4(w, place(ni, rod, Section.ORIENTATIONS, 4 * (step * (n - 1) + i)))
             q = quaternion_product(exponential(h * action(ni, w, rod, step, end, 1)), q)
-            store(w, place(ni, rod, at.AT_ORIENTATIONS, 4 * (slot * (n - 1) + i)), q)
+            store(w, place(ni, rod, Section.ORIENTATIONS, 4 * (slot * (n - 1) + i)), q)
             clamp(ni, w, rod, slot, end)
 
 
@@ -90,20 +93,20 @@ def solve(ni: ti.template(), w: ti.template(), rod, step, slot):
     Every second one first (red-black). Along the rod from end to end a sweep takes 5 % longer and
     leaves the same error at rest: at J = 20, 9.72 mm against 9.73 mm.
     """
-    n = ni[at.NODES]
-    kept = ti.select(ni[at.TAPED] > 0, step, 0)
+    n = ni[Header.NODES]
+    kept = ti.select(ni[Header.TAPED] > 0, step, 0)
     c = constants(ni, w, rod)
     for i in range(n - 2):
         zero = ti.Vector([0.0, 0.0, 0.0])
-        store(w, place(ni, rod, at.AT_MULTIPLIERS, 3 * (kept * (n - 2) + i)), zero)
+        store(w, place(ni, rod, Section.MULTIPLIERS, 3 * (kept * (n - 2) + i)), zero)
     collide(ni, w, rod, step, slot)
-    contacts = ti.cast(w[place(ni, rod, at.AT_CONTACT_COUNTS, kept)], ti.i32)
-    for j in range(ni[at.ITERATIONS]):
-        sweep = ti.select(ni[at.TAPED] > 0, step * ni[at.ITERATIONS] + j, 0)
-        edges = ni[at.END_EDGE] - ni[at.FIRST_EDGE]
+    contacts = ti.cast(w[place(ni, rod, Section.CONTACT_COUNTS, kept)], ti.i32)
+    for j in range(ni[Header.ITERATIONS]):
+        sweep = ti.select(ni[Header.TAPED] > 0, step * ni[Header.ITERATIONS] + j, 0)
+        edges = ni[Header.END_EDGE] - ni[Header.FIRST_EDGE]
         for color in range(2):
             for k in range((edges - color + 1) // 2):
-                stretch(ni, w, c, rod, slot, sweep, ni[at.FIRST_EDGE] + color + 2 * k)
+                stretch(ni, w, c, rod, slot, sweep, ni[Header.FIRST_EDGE] + color + 2 * k)
         for color in range(2):
             for k in range((n - 1 - color) // 2):
                 bend(ni, w, c, rod, step, slot, sweep, color + 2 * k)
@@ -114,17 +117,17 @@ def solve(ni: ti.template(), w: ti.template(), rod, step, slot):
 @ti.func
 def settle(ni: ti.template(), w: ti.template(), rod, step, slot):
     """Velocities from how far everything came, damped by (1 - xi)^dt."""
-    n = ni[at.NODES]
-    h = scalar(ni, w, rod, at.STEP)
-    keep = ti.pow(1.0 - scalar(ni, w, rod, at.LINEAR_DAMPING), h)
-    keep_turn = ti.pow(1.0 - scalar(ni, w, rod, at.ANGULAR_DAMPING), h)
+    n = ni[Header.NODES]
+    h = scalar(ni, w, rod, Scalar.STEP_DURATION)
+    keep = ti.pow(1.0 - scalar(ni, w, rod, Scalar.LINEAR_DAMPING), h)
+    keep_turn = ti.pow(1.0 - scalar(ni, w, rod, Scalar.ANGULAR_DAMPING), h)
     for i in range(n):
-        before = load3(w, place(ni, rod, at.AT_POSITIONS, 3 * (step * n + i)))
-        after = load3(w, place(ni, rod, at.AT_POSITIONS, 3 * (slot * n + i)))
+        before = load3(w, place(ni, rod, Section.POSITIONS, 3 * (step * n + i)))
+        after = load3(w, place(ni, rod, Section.POSITIONS, 3 * (slot * n + i)))
         v = (keep / h) * (after - before)
-        store(w, place(ni, rod, at.AT_VELOCITIES, 3 * (slot * n + i)), v)
+        store(w, place(ni, rod, Section.VELOCITIES, 3 * (slot * n + i)), v)
     for i in range(n - 1):
-        before = load4(w, place(ni, rod, at.AT_ORIENTATIONS, 4 * (step * (n - 1) + i)))
-        after = load4(w, place(ni, rod, at.AT_ORIENTATIONS, 4 * (slot * (n - 1) + i)))
+        before = load4(w, place(ni, rod, Section.ORIENTATIONS, 4 * (step * (n - 1) + i)))
+        after = load4(w, place(ni, rod, Section.ORIENTATIONS, 4 * (slot * (n - 1) + i)))
         omega = (2.0 * keep_turn / h) * turned_by(before, after)
-        store(w, place(ni, rod, at.AT_ANGULAR_VELOCITIES, 3 * (slot * (n - 1) + i)), omega)
+        store(w, place(ni, rod, Section.ANGULAR_VELOCITIES, 3 * (slot * (n - 1) + i)), omega)

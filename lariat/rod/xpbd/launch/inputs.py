@@ -9,11 +9,14 @@ import numpy as np
 from jaxtyping import Float64, Int64
 
 from lariat.rod.checks import check_launch, check_state
+from lariat.rod.launch.buffers import LaunchBuffers
 from lariat.rod.launch.inputs import ENDS
+from lariat.rod.launch.layout import OBSTACLE_WIDTH
+from lariat.rod.obstacle_table import unpacked
 from lariat.rod.state import RodState
-from lariat.rod.xpbd.launch import layout
-from lariat.rod.xpbd.launch.buffers import Sheet
-from lariat.rod.xpbd.launch.layout import Sizes
+from lariat.rod.xpbd.launch.kernel_launch import allocate
+from lariat.rod.xpbd.launch.layout import Header, Scalar, Section
+from lariat.rod.xpbd.launch.sizes import Sizes
 
 if TYPE_CHECKING:
     from lariat.rod.xpbd.rod import XpbdRod
@@ -32,7 +35,7 @@ def opened(
     obstacles: Float64[np.ndarray, "m 12"] | None,
     *,
     taped: bool,
-) -> Sheet:
+) -> LaunchBuffers[Sizes]:
     """All but a cost; arguments as of `XpbdRod.rollouts`.
 
     Args:
@@ -41,7 +44,7 @@ def opened(
     n = rod.node_count
     actions = np.asarray(actions, float)
     block_of_step = check_launch(len(states), actions, dt, steps, block_of_step, substeps)
-    rows = rod.launch.rows(obstacles)
+    rows = np.zeros((0, OBSTACLE_WIDTH)) if obstacles is None else unpacked(obstacles)
     sizes = Sizes(
         len(states),
         n,
@@ -52,43 +55,43 @@ def opened(
         rod.iterations,
         taped,
     )
-    sheet = rod.launch.open(sizes, block_of_step)
-    integers = sheet.integers
-    integers[layout.FIRST_NODE] = HELD_NODES[rod.left]
-    integers[layout.END_NODE] = n - HELD_NODES[rod.right]
-    integers[layout.FIRST_EDGE] = rod.left == "clamped"
-    integers[layout.END_EDGE] = n - 1 - (rod.right == "clamped")
-    integers[layout.LEFT], integers[layout.RIGHT] = ENDS.index(rod.left), ENDS.index(rod.right)
-    rods = sheet.doubles[: sheet.stride * len(states)].reshape(len(states), -1)
-    rods[:, : len(rod.constants)] = rod.constants
-    sheet.section(layout.AT_SCALARS)[:, layout.STEP] = dt / substeps
-    sheet.section(layout.AT_ACTIONS)[:] = actions.reshape(len(states), -1)
+    buffers = allocate(rod.buffer_pool, sizes, block_of_step)
+    integers = buffers.integers
+    integers[Header.FIRST_NODE] = HELD_NODES[rod.left]
+    integers[Header.END_NODE] = n - HELD_NODES[rod.right]
+    integers[Header.FIRST_EDGE] = rod.left == "clamped"
+    integers[Header.END_EDGE] = n - 1 - (rod.right == "clamped")
+    integers[Header.LEFT_END] = ENDS.index(rod.left)
+    integers[Header.RIGHT_END] = ENDS.index(rod.right)
+    buffers.rods[:, : len(rod.constants)] = rod.constants
+    buffers.section(Section.SCALARS)[:, Scalar.STEP_DURATION] = dt / substeps
+    buffers.section(Section.ACTIONS)[:] = actions.reshape(len(states), -1)
     for b, state in enumerate(states):
         check_state(state, n)
         for section, value in (
-            (layout.AT_POSITIONS, state.positions),
-            (layout.AT_ORIENTATIONS, state.orientations),
-            (layout.AT_VELOCITIES, state.velocities),
-            (layout.AT_ANGULAR_VELOCITIES, state.angular_velocities),
+            (Section.POSITIONS, state.positions),
+            (Section.ORIENTATIONS, state.orientations),
+            (Section.VELOCITIES, state.velocities),
+            (Section.ANGULAR_VELOCITIES, state.angular_velocities),
         ):
-            sheet.section(section)[b, : value.size] = value.ravel()
+            buffers.section(section)[b, : value.size] = value.ravel()
     if taped:
-        rods[:, sheet.offsets[layout.AT_D_POSITIONS][0] :] = 0.0
-    sheet.obstacles()[:] = rows
-    return sheet
+        buffers.rods[:, buffers.places[Section.D_POSITIONS].start :] = 0.0
+    buffers.obstacles()[:] = rows
+    return buffers
 
 
 def constants(rod: XpbdRod) -> Float64[np.ndarray, "k"]:
     """Scalars but for the step, and rest shape, in the order of their sections."""
     p = rod.properties
-    scalars = np.zeros(layout.SCALAR_COUNT)
-    scalars[layout.EDGE_LENGTH] = rod.edge_length
-    scalars[layout.GRAVITY_X : layout.GRAVITY_Z + 1] = rod.gravity
-    scalars[layout.RADIUS] = p.diameter / 2.0
-    scalars[layout.NODE_WEIGHT] = 1.0 / p.mass
-    scalars[layout.EDGE_WEIGHT] = 1.0 / p.inertia
-    scalars[layout.LINEAR_DAMPING] = p.linear_damping
-    scalars[layout.ANGULAR_DAMPING] = p.angular_damping
-    scalars[layout.COMPLIANCE] = p.bending_compliance
-    scalars[layout.CONTACT_COMPLIANCE] = p.contact_compliance
+    scalars = np.zeros(len(Scalar))
+    scalars[Scalar.EDGE_LENGTH] = rod.edge_length
+    scalars[Scalar.GRAVITY_X : Scalar.GRAVITY_Z + 1] = rod.gravity
+    scalars[Scalar.RADIUS] = p.diameter / 2.0
+    scalars[Scalar.INVERSE_MASS] = 1.0 / p.mass
+    scalars[Scalar.INVERSE_INERTIA] = 1.0 / p.inertia
+    scalars[Scalar.LINEAR_DAMPING] = p.linear_damping
+    scalars[Scalar.ANGULAR_DAMPING] = p.angular_damping
+    scalars[Scalar.BENDING_COMPLIANCE] = p.bending_compliance
+    scalars[Scalar.CONTACT_COMPLIANCE] = p.contact_compliance
     return np.concatenate([scalars, p.rest_darboux(rod.node_count).ravel()])

@@ -6,31 +6,32 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
+from lariat.rod.launch.buffers import LaunchBuffers
 from lariat.rod.state import RodState, Rollout, StateGradient
-from lariat.rod.xpbd.launch import layout
-from lariat.rod.xpbd.launch.buffers import Sheet
+from lariat.rod.xpbd.launch.layout import Section
+from lariat.rod.xpbd.launch.sizes import Sizes
 
 PARAMETERS = ("mass", "inertia", "linear_damping", "angular_damping", "bending_compliance")
 """What derivatives can be taken of, line 2 of Algorithm 1; in the order of the kernel."""
 
 
-def positions(sheet: Sheet) -> Float64[np.ndarray, "B H n 3"]:
+def positions(buffers: LaunchBuffers[Sizes]) -> Float64[np.ndarray, "B H n 3"]:
     """Of all nodes after every step [m]."""
-    every = sheet.sizes.substeps
-    slots = sheet.section(layout.AT_POSITIONS)
-    return slots.reshape(len(slots), -1, sheet.sizes.nodes, 3)[:, every::every].copy()
+    every = buffers.sizes.substeps
+    slots = buffers.section(Section.POSITIONS)
+    return slots.reshape(len(slots), -1, buffers.sizes.nodes, 3)[:, every::every].copy()
 
 
-def rolled(sheet: Sheet, b: int) -> Rollout:
+def rolled(buffers: LaunchBuffers[Sizes], b: int) -> Rollout:
     """The roll-out of one rod of the batch.
 
     Sweeps are counted, not judged: `converged` says only that all numbers are finite.
     """
-    n, every = sheet.sizes.nodes, sheet.sizes.substeps
-    nodes = positions(sheet)[b]
-    edges = sheet.section(layout.AT_ORIENTATIONS)[b].reshape(-1, n - 1, 4)[every::every].copy()
-    velocities = sheet.section(layout.AT_VELOCITIES)[b, -3 * n :]
-    turning = sheet.section(layout.AT_ANGULAR_VELOCITIES)[b, -3 * (n - 1) :]
+    n, every = buffers.sizes.nodes, buffers.sizes.substeps
+    nodes = positions(buffers)[b]
+    edges = buffers.section(Section.ORIENTATIONS)[b].reshape(-1, n - 1, 4)[every::every].copy()
+    velocities = buffers.section(Section.VELOCITIES)[b, -3 * n :]
+    turning = buffers.section(Section.ANGULAR_VELOCITIES)[b, -3 * (n - 1) :]
     return Rollout(
         nodes,
         edges,
@@ -40,32 +41,32 @@ def rolled(sheet: Sheet, b: int) -> Rollout:
             velocities.reshape(n, 3).copy(),
             turning.reshape(n - 1, 3).copy(),
         ),
-        np.full(len(nodes), sheet.sizes.iterations * every),
+        np.full(len(nodes), buffers.sizes.iterations * every),
         np.isfinite(nodes).all(axis=(1, 2)),
     )
 
 
 def slopes(
-    sheet: Sheet, b: int, clamped: tuple[bool, bool], parameters: tuple[str, ...]
+    buffers: LaunchBuffers[Sizes], b: int, clamped: tuple[bool, bool], parameters: tuple[str, ...]
 ) -> tuple[Float64[np.ndarray, "K 2 6"], StateGradient, dict[str, float]]:
     """Those in actions, initial state and parameters of one rod of the batch."""
-    n = sheet.sizes.nodes
-    d_q = sheet.section(layout.AT_D_ORIENTATIONS)[b].reshape(n - 1, 4)
-    q = sheet.section(layout.AT_ORIENTATIONS)[b, : 4 * (n - 1)].reshape(n - 1, 4)
+    n = buffers.sizes.nodes
+    d_q = buffers.section(Section.D_ORIENTATIONS)[b].reshape(n - 1, 4)
+    q = buffers.section(Section.ORIENTATIONS)[b, : 4 * (n - 1)].reshape(n - 1, 4)
     rotations = 0.5 * poses.multiply(d_q, poses.conjugate(q))[:, 1:]
-    grips = sheet.section(layout.AT_D_GRIPS)[b].reshape(2, 3)
+    grips = buffers.section(Section.D_GRIPS)[b].reshape(2, 3)
     for grip, edge, held in zip(grips, (0, -1), clamped, strict=True):
         if held:
             rotations[edge] = grip
     state = StateGradient(
-        sheet.section(layout.AT_D_POSITIONS)[b].reshape(n, 3).copy(),
+        buffers.section(Section.D_POSITIONS)[b].reshape(n, 3).copy(),
         rotations,
-        sheet.section(layout.AT_D_VELOCITIES)[b].reshape(n, 3).copy(),
-        sheet.section(layout.AT_D_ANGULAR_VELOCITIES)[b].reshape(n - 1, 3).copy(),
+        buffers.section(Section.D_VELOCITIES)[b].reshape(n, 3).copy(),
+        buffers.section(Section.D_ANGULAR_VELOCITIES)[b].reshape(n - 1, 3).copy(),
     )
-    values = sheet.section(layout.AT_D_PARAMETERS)[b]
+    values = buffers.section(Section.D_PARAMETERS)[b]
     return (
-        sheet.section(layout.AT_D_ACTIONS)[b].reshape(-1, 2, 6).copy(),
+        buffers.section(Section.D_ACTIONS)[b].reshape(-1, 2, 6).copy(),
         state,
         {name: float(values[PARAMETERS.index(name)]) for name in parameters},
     )

@@ -1,0 +1,70 @@
+"""Codes by which a launch and the kernel name derivatives, holds, parameters and tasks."""
+
+from __future__ import annotations
+
+from enum import IntEnum, IntFlag, auto
+
+
+class Derivatives(IntFlag):
+    """Derivatives that a launch computes."""
+
+    SENSITIVITIES = 1
+    """Forward: of all positions with respect to actions, parameters and initial state."""
+    ADJOINT = 2
+    """Backward: of one cost."""
+
+
+class EndHold(IntEnum):
+    """Ways to hold an end of the rod."""
+
+    FREE = 0
+    PINNED = 1
+    CLAMPED = 2
+
+
+class Parameter(IntEnum):
+    """Parameters of the rod that derivatives can be taken with respect to."""
+
+    BENDING_STIFFNESS = 0
+    TWISTING_STIFFNESS = auto()
+    STRETCH_STIFFNESS = auto()
+    DAMPING = auto()
+    INTERNAL_DAMPING = auto()
+    LINEAR_DENSITY = auto()
+    LENGTH = auto()
+    STIFFNESS_PROFILE = auto()
+    REST_CURVATURE = auto()
+    """Curvature about d1; that about d2 and the twist follow."""
+    REST_CURVATURE_2 = auto()
+    REST_TWIST = auto()
+    DENSITY_PROFILE = auto()
+
+
+class Task(IntEnum):
+    """Tasks of the kernel's parts, in about the order in which a step calls for them."""
+
+    INERTIAL_TARGETS = 0
+    PREDICT = auto()
+    MOVE_GRIPS = auto()
+    EDGE_ENERGY = auto()
+    BEND_ENERGY = auto()
+    OBSTACLE_CONTACT = auto()
+    SELF_CONTACT = auto()
+    FACTORIZE = auto()
+    ACCEPT_ITERATE = auto()
+    SUBTRACT_COUPLINGS = auto()
+    SOLVE = auto()
+    APPLY_STEP = auto()
+    SOLVED = auto()
+    INERTIA_DERIVATIVES = auto()
+    PARAMETER_DERIVATIVES = auto()
+    GRIP_SENSITIVITIES = auto()
+    SENSITIVITIES = auto()
+    SUBTRACT_SELF_CONTACT_COUPLINGS = auto()
+    SOLVE_EXACTLY = auto()
+    SOLVE_AGAIN = auto()
+    WRITE_SENSITIVITIES = auto()
+    FOLD_SELF_CONTACTS = auto()
+    ADJOINT = auto()
+    GRIP_ADJOINT = auto()
+    DONE = auto()

@@ -1,0 +1,100 @@
+"""Sizes of a launch, and the sections that follow from them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from lariat.rod.launch.codes import Derivatives
+from lariat.rod.launch.layout import (
+    EFFECTIVE_BEND_WIDTH,
+    HESSIAN_WIDTH,
+    HISTORY_SLOTS,
+    REPORT_WIDTH,
+    SELF_CONTACT_HEAD,
+    SELF_CONTACT_WIDTH,
+    TIME_WIDTH,
+    Scalar,
+    Section,
+)
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Sizes and kind of one launch."""
+
+    batch: int
+    nodes: int
+    steps: int
+    """Implicit solves: horizon times substeps times stages of the scheme."""
+    horizon: int
+    action_blocks: int
+    obstacles: int
+    parameters: int
+    state_directions: int
+    action_groups: int
+    """Groups of six sensitivities to actions."""
+    derivatives: Derivatives
+    history: int
+    """Number of earlier solves that enter one."""
+    self_contacts: int
+    """Places for contacts of the rod with itself."""
+
+    @property
+    def columns(self) -> int:
+        """Groups of six columns of the forward sensitivities."""
+        return self.action_groups + -(-self.parameters // 6) + -(-self.state_directions // 6)
+
+
+def sections(sizes: Sizes) -> tuple[dict[int, slice], int]:
+    """Return the place of each section in the doubles of a rod, and their number."""
+    n, steps = sizes.nodes, sizes.steps
+    unknowns = 2 * n - 1
+    stored = steps if sizes.derivatives & Derivatives.ADJOINT else 1
+    forward = 1 if sizes.derivatives & Derivatives.SENSITIVITIES else 0
+    backward = 1 if sizes.derivatives & Derivatives.ADJOINT else 0
+    return consecutive(
+        {
+            Section.SCALARS: len(Scalar),
+            Section.MASSES: n,
+            Section.BENDS: 6 * (n - 2),
+            Section.TIMES: TIME_WIDTH * steps,
+            Section.ACTIONS: 12 * sizes.action_blocks,
+            Section.POSITIONS: 3 * n * (steps + HISTORY_SLOTS),
+            Section.ORIENTATIONS: 4 * (n - 1) * (steps + HISTORY_SLOTS),
+            Section.TARGET_POSITIONS: 3 * n,
+            Section.TARGET_ORIENTATIONS: 4 * (n - 1),
+            Section.TARGET_DERIVATIVES: 3 * (n - 1),
+            Section.TENSIONS: 3 * (n - 1),
+            Section.ACCEPTED_POSITIONS: 3 * n,
+            Section.ACCEPTED_ORIENTATIONS: 4 * (n - 1),
+            Section.HESSIAN: HESSIAN_WIDTH * unknowns * stored,
+            Section.GRADIENT: 3 * unknowns,
+            Section.NEWTON_STEP: 3 * unknowns,
+            Section.INERTIA_COUPLINGS: 9 * HISTORY_SLOTS * (n - 1),
+            Section.EFFECTIVE_BENDS: EFFECTIVE_BEND_WIDTH * (n - 2),
+            Section.BEND_JACOBIANS: 27 * (n - 2),
+            Section.SELF_CONTACTS: SELF_CONTACT_HEAD + SELF_CONTACT_WIDTH * sizes.self_contacts,
+            Section.SELF_CONTACT_COLUMNS: 3 * unknowns * sizes.self_contacts,
+            Section.SELF_CONTACT_MATRIX: (sizes.self_contacts + 1) * sizes.self_contacts,
+            Section.SELF_CONTACT_VECTORS: 9 * unknowns if sizes.self_contacts else 0,
+            Section.REPORTS: REPORT_WIDTH * steps,
+            Section.SENSITIVITIES: forward * (HISTORY_SLOTS + 1) * 18 * unknowns * sizes.columns,
+            Section.SENSITIVITIES_OUT: forward * sizes.horizon * n * 18 * sizes.columns,
+            Section.PARAMETER_DERIVATIVES: 18 * unknowns * -(-sizes.parameters // 6),
+            Section.ADJOINT: backward * 3 * unknowns * (steps + HISTORY_SLOTS),
+            Section.COST_GRADIENT: backward * 3 * n * sizes.horizon,
+            Section.ACTIONS_OUT: backward * 12 * sizes.action_blocks,
+            Section.PARAMETERS_OUT: backward * sizes.parameters,
+        }
+    )
+
+
+def consecutive(lengths: Mapping[int, int]) -> tuple[dict[int, slice], int]:
+    """Return the places of sections that follow each other, and the sum of their lengths."""
+    places = {}
+    stop = 0
+    for section, length in lengths.items():
+        places[section] = slice(stop, stop + length)
+        stop += length
+    return places, stop

@@ -91,6 +91,7 @@ class RecorderSubject:
     """A recorder that hears a recording again."""
 
     service: Any
+    session: str
     messages: Iterator[tuple[int, Entry]]
     folder: str
     """Where the recorded one wrote its files."""
@@ -105,13 +106,14 @@ class RecorderSubject:
         """Compile nothing."""
 
     def feed(self, step: TracedStep) -> None:
-        """Hand over what was received up to a step and stands before its trace in the file."""
+        """Hand over what was received before a step; on simulated time the file's order decides."""
         while True:
             following = self.waiting.pop() if self.waiting else next(self.messages, None)
             if following is None:
                 return
             position, entry = following
-            if entry.log_time > step.trace.now or position >= step.position:
+            own = entry.publisher == self.session and entry.log_time >= step.trace.now
+            if own or entry.log_time > step.trace.now or position >= step.position:
                 self.waiting.append(following)
                 return
             self.service.tap(_Heard(entry))
@@ -149,7 +151,7 @@ def _recorder(
     with tempfile.TemporaryDirectory() as place:
         service = build(scenario, session, RecorderOptions(Path(place), least_free=0.0))
         try:
-            yield RecorderSubject(service, enumerate(recording.messages()), folder)
+            yield RecorderSubject(service, session, enumerate(recording.messages()), folder)
         finally:
             service.close()
 
@@ -170,7 +172,7 @@ def _dashboard(scenario: Scenario, session: str, recorded: RecordedService) -> I
         while asked and asked[-1].position < step.position:
             _ask_again(service.outbox, asked.pop().entry)
 
-    service = build(scenario, session, DashboardOptions(port=_free_port()))
+    service = build(scenario, session, DashboardOptions(port=free_port()))
     try:
         yield Subject(service, feed)
     finally:
@@ -185,17 +187,17 @@ def _ask_again(outbox: Any, entry: Entry) -> None:
         case topics.TASK_REQUEST.key:
             fields = {f.name: v for f, v in message.ListFields()}
             given = {k: v for k, v in fields.items() if k not in ("id", "stamp", "action")}
-            outbox.task(message.action, words, **given)
+            outbox.request_task(message.action, words, **given)
         case topics.SCENE_REQUEST.key:
-            outbox.scene(message.action, message.obstacle, words)
+            outbox.request_scene(message.action, message.obstacle, words)
         case topics.ARM_COMMAND.key:
             given = {f.name: v for f, v in message.ListFields() if f.name in ("arm", "close")}
-            outbox.arm(message.action, message.boot, words, **given)
+            outbox.command_arms(message.action, message.boot, words, **given)
         case topics.TASK_GOAL_DRAFT.key:
-            outbox.draft(grip_pose(message.left), grip_pose(message.right))
+            outbox.draft_goal(grip_pose(message.left), grip_pose(message.right))
 
 
-def _free_port() -> int:
+def free_port() -> int:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]

@@ -21,9 +21,9 @@ from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from lariat.geometry.obstacles import TABLE, Obstacle
 from lariat.geometry.poses import Pose
 from services.perception.markers.detection import MarkerDetector, SteadyPlacement, placed
-from services.sim.camera.marker_plates import Plate
+from services.sim.camera.marker_plates import MarkerPlate
 from services.sim.camera.rgbd_camera import RgbdCamera
-from services.sim.service import gripper
+from services.sim.gripper_body import gripper_body
 
 SIZES = ((640, 480), (1280, 720))
 VIEW = math.radians(65.0)
@@ -86,8 +86,8 @@ def measured(size: tuple[int, int], frames: int, places: int, side: float, seed:
     bodies = [
         TABLE,
         *(Obstacle("cylinder", (x, 0.0, 0.08), radius=0.03, height=0.16) for x in (-0.12, 0, 0.12)),
-        gripper(Pose(rope[0], level), -1.0, 0.012, 0.06),
-        gripper(Pose(rope[-1], level), 1.0, 0.012, 0.06),
+        gripper_body(Pose(rope[0], level), -1.0, 0.012, 0.06),
+        gripper_body(Pose(rope[-1], level), 1.0, 0.012, 0.06),
     ]
     times = []
     for frame in range(frames + WARM):
@@ -119,7 +119,7 @@ def _markers(
         yaw = random.uniform(-math.pi, math.pi)
         pose = Pose(place, poses.exponential(np.array([0.0, 0.0, yaw])))
         stand = Obstacle("box", (*place[:2], place[2] / 2.0), size=(0.1, 0.1, place[2] - 1e-3))
-        plate = Plate(pose, side, k % 50)
+        plate = MarkerPlate(pose, side, k % 50)
         steady, found = SteadyPlacement(), None
         for look in range(LOOKS):
             shot = camera.take(away, 0.004, (TABLE, stand), frame=LOOKS * k + look, plates=[plate])

@@ -20,7 +20,7 @@ from lariat.geometry.clearance import gripper_points
 from lariat.geometry.obstacles import chain_clearance, signed_distance
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod
-from services.sim.world import build_plant, true_properties
+from services.sim.plants.factory import build_plant, true_properties
 from shared.scenario import Scenario, Shape
 from shared.scenario.scenario import LEVEL
 from shared.scenario.sections import End, Ends, Event, Obstacle

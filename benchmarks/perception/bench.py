@@ -32,17 +32,18 @@ from services.perception.centerline.estimate import (
 )
 from services.perception.centerline.estimator import CenterlineEstimator
 from services.perception.tracking.paper_baseline import paper_nodes
-from services.sim.camera.rgbd_camera import RgbdCamera, SensorNoise
-from services.sim.plants.mujoco_model import RopeTruth
+from services.sim.camera.rgbd_camera import RgbdCamera
+from services.sim.camera.sensor_noise import SensorNoise
+from services.sim.gripper_body import gripper_body
+from services.sim.plants.mujoco_model import MujocoRope
 from services.sim.plants.mujoco_plant import MujocoPlant
-from services.sim.service import gripper
 
 Kind = Literal["easy", "hidden", "hard"]
 
 LEVEL = np.array([0.5, 0.5, 0.5, 0.5])
 ROPES = {
-    "rope": RopeTruth(0.45, 0.008, 30, 0.044, 1.0e6, damping=2.0),
-    "cable": RopeTruth(0.55, 0.005, 40, 0.040, 6.0e7, damping=2.0),
+    "rope": MujocoRope(0.45, 0.008, 30, 0.044, 1.0e6, damping=2.0),
+    "cable": MujocoRope(0.55, 0.005, 40, 0.040, 6.0e7, damping=2.0),
 }
 """The paper's rope and cable, their stiffness estimated."""
 MISTAKEN = 2.0
@@ -209,7 +210,7 @@ def _row(
 
 
 def _views(
-    truth: RopeTruth, kind: Kind, resolution: tuple[int, int], count: int, seed: int
+    truth: MujocoRope, kind: Kind, resolution: tuple[int, int], count: int, seed: int
 ) -> Iterator[tuple[Camera, Pose, Pose, Float64[np.ndarray, "n 3"], list[Obstacle]]]:
     """Camera, grips, true nodes and everything else in view."""
     random = np.random.default_rng(seed)
@@ -228,8 +229,8 @@ def _views(
         made += 1
         bodies = [
             Obstacle("half_space", (0.0, 0.0, -0.2)),
-            gripper(left, -1.0, *GRIPPER),
-            gripper(right, 1.0, *GRIPPER),
+            gripper_body(left, -1.0, *GRIPPER),
+            gripper_body(right, 1.0, *GRIPPER),
         ]
         middle = nodes.mean(axis=0)
         azimuth, elevation = random.uniform(-math.pi, math.pi), random.uniform(0.6, 1.5)

@@ -17,7 +17,7 @@ from benchmarks.real.tables import chosen
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle
 from lariat.rod import Rod, RodProperties
-from services.sim.service import scenario_camera
+from services.sim.camera.placement import true_camera
 from shared.service import SECOND
 
 GOAL, ROPE, WAY, MODEL, BODY = "magenta", "tab:blue", "tab:green", "tab:orange", "0.75"
@@ -77,7 +77,7 @@ def _picture(trial: Trial, stamp: int) -> UInt8[np.ndarray, "h w 3"]:
     moment, jpeg = min(trial.trace.pictures, key=lambda p: abs(p[0] - stamp))
     image = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
     assert image is not None
-    camera = scenario_camera(trial.scenario)
+    camera = true_camera(trial.scenario)
     scale = PICTURE_WIDTH / image.shape[1]
     small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     for nodes, color in ((_goal(trial), GOAL_BGR), (_at(trial.trace.seen, moment), SEEN_BGR)):

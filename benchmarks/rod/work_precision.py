@@ -23,7 +23,7 @@ from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties, RodState
 from lariat.rod.integration_schemes import Scheme
 from lariat.rod.xpbd import XpbdProperties, XpbdRod
-from services.sim.plants.mujoco_model import RopeTruth, mjcf
+from services.sim.plants.mujoco_model import MujocoRope, mjcf
 
 NODES, DT, STEPS = 40, 0.01, 100
 PROPERTIES = RodProperties(0.45, 0.008, 0.044, 1e6, damping=1.0)
@@ -149,7 +149,7 @@ class _Cable:
 
     def __init__(self, start: RodState, step: float, damping: float = 1.0) -> None:
         p = PROPERTIES
-        rope = RopeTruth(
+        rope = MujocoRope(
             p.length,
             p.diameter,
             NODES,

@@ -1,0 +1,1 @@
+"""Stand-in for the lab: a rope, obstacles, an RGB-D camera."""

@@ -1,4 +1,4 @@
-"""`python -m services.sim`: this service alone, live on the bus."""
+"""Run the sim service alone, live on the bus: `python -m services.sim`."""
 
 from __future__ import annotations
 

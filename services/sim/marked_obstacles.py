@@ -1,7 +1,7 @@
-"""Obstacles that stand in the lab wherever they stand, whatever anyone believes.
+"""True poses of the obstacles that carry markers.
 
-They carry markers: perception must find them. Events and people move them; all others follow
-`scene/state`, because nothing in the lab could tell where they are.
+Perception must find marked obstacles, which may stand elsewhere than the scenario says; events and
+people move them. Obstacles without a marker stand where `scene/state` says.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ import numpy as np
 from lariat.geometry import poses
 from lariat.geometry.markers import marker_on
 from lariat.geometry.obstacles import Obstacle
-from services.sim.camera.marker_plates import Plate
+from services.sim.camera.marker_plates import MarkerPlate
 from shared.messages import Scene, SceneRequest, TaskState
 from shared.scenario import Scenario
 
 
-class StandingObstacles:
-    """The marked obstacles of a scenario, as they truly are."""
+class MarkedObstacles:
+    """Marked obstacles of a scenario at their true poses."""
 
     def __init__(self, scenario: Scenario) -> None:
         self._marked = scenario.marked
@@ -35,58 +35,58 @@ class StandingObstacles:
             self._start[name] = bodies[name].moved(
                 marked.stands_at or marked.position, tuple(orientation.tolist())
             )
-        self._now = dict(self._start)
-        self._asked: dict[str, SceneRequest] = {}
-        self._happened = 0
+        self._present = dict(self._start)
+        self._pending: dict[str, SceneRequest] = {}
+        self._event_count = 0
         self._run_started = self._reset_count = 0
         self.revision = 0
-        """Grows with every change."""
+        """Number of changes."""
 
-    def follow(self, task: TaskState, now: int) -> None:
-        """Lets events happen that are due, and a reset put everything back."""
+    def update_task(self, task: TaskState, now: int) -> None:
+        """Carry out the events that are due at `now` [ns], and a reset."""
         if task.reset_count != self._reset_count:
             self._reset_count = task.reset_count
-            self._now = dict(self._start)
+            self._present = dict(self._start)
             self.revision += 1
         if task.run_started != self._run_started:
-            self._run_started, self._happened = task.run_started, 0
+            self._run_started, self._event_count = task.run_started, 0
         if not self._run_started:
             return
         elapsed = (now - self._run_started) / 1e9
         due = sorted((e for e in self._events if e.time <= elapsed), key=lambda e: e.time)
-        for event in due[self._happened :]:
+        for event in due[self._event_count :]:
             assert event.position is not None
             self._move(event.move_obstacle, event.position)
-        self._happened = len(due)
+        self._event_count = len(due)
 
-    def ask(self, request: SceneRequest) -> None:
-        """Remembers what a person wants moved, until perception has answered."""
+    def take_request(self, request: SceneRequest) -> None:
+        """Keep a request to move an obstacle until perception has answered it."""
         body = request.obstacle
-        if request.action == SceneRequest.MOVE and body.name in self._now:
-            self._asked = {request.id: request}
+        if request.action == SceneRequest.MOVE and body.name in self._present:
+            self._pending = {request.id: request}
 
-    def answer(self, scene: Scene) -> None:
-        """Moves what a person may move."""
-        request = self._asked.pop(scene.last_request, None)
+    def take_scene(self, scene: Scene) -> None:
+        """Move an obstacle if perception has accepted the request."""
+        request = self._pending.pop(scene.last_request, None)
         if request is not None and not scene.refusal:
             body = request.obstacle
             self._move(body.name, tuple(body.position), tuple(body.orientation))
 
-    def among(self, believed: Sequence[Obstacle]) -> tuple[Obstacle, ...]:
-        """What surrounds the rope: believed obstacles, marked ones where they truly stand."""
-        return tuple(self._now.get(o.name, o) for o in believed)
+    def merged(self, believed: Sequence[Obstacle]) -> tuple[Obstacle, ...]:
+        """Return believed obstacles, the marked ones among them at their true poses."""
+        return tuple(self._present.get(o.name, o) for o in believed)
 
-    def plates(self, bodies: Sequence[Obstacle]) -> list[Plate]:
-        """The markers on obstacles."""
+    def plates(self, obstacles: Sequence[Obstacle]) -> list[MarkerPlate]:
+        """Marker plates on those of some obstacles that carry one."""
         return [
-            Plate(marker_on(o), self._marked[o.name].marker_size, self._marked[o.name].marker)
-            for o in bodies
+            MarkerPlate(marker_on(o), self._marked[o.name].marker_size, self._marked[o.name].marker)
+            for o in obstacles
             if o.name in self._marked
         ]
 
     def _move(
         self, name: str, position: tuple[float, ...], orientation: tuple[float, ...] = ()
     ) -> None:
-        old = self._now[name]
-        self._now[name] = old.moved(position, orientation or old.orientation)
+        old = self._present[name]
+        self._present[name] = old.moved(position, orientation or old.orientation)
         self.revision += 1

@@ -1,28 +1,23 @@
-"""The stand-in for the lab: moves the true rope with the arms and takes pictures of it."""
+"""The sim service: moves the true rope with the arms and takes images of it."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
-from dataclasses import replace
 
-import cv2
 import numpy as np
-from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
-from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
-from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
-from lariat.geometry import poses
-from lariat.geometry.cameras import Camera, Intrinsics
-from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
-from services.sim.camera.marker_plates import Plate
-from services.sim.camera.rgbd_camera import DARK, RgbdCamera, SensorNoise
-from services.sim.marked_obstacles import StandingObstacles
-from services.sim.plants.plant import EndMotion
+from services.sim.camera.marker_plates import MarkerPlate
+from services.sim.camera.messages import calibration_message, color_message, depth_message
+from services.sim.camera.placement import true_camera
+from services.sim.camera.rgbd_camera import BODY_COLOR, RgbdCamera
+from services.sim.camera.sensor_noise import SensorNoise
+from services.sim.gripper_body import gripper_body
+from services.sim.marked_obstacles import MarkedObstacles
+from services.sim.plants.end_motion import EndMotion
 from services.sim.world import World
 from shared import topics
-from shared.messages import ArmStates, NodeChain, poses_known, scene_obstacles, timestamp
+from shared.messages import ArmStates, NodeChain, poses_known, scene_obstacles
 from shared.scenario import Scenario
 from shared.service import SECOND, Inbox, Publication
 
@@ -30,13 +25,14 @@ COLOR = topics.CAMERA_COLOR.at(topics.CAMERA)
 DEPTH = topics.CAMERA_DEPTH.at(topics.CAMERA)
 CALIBRATION = topics.CAMERA_CALIBRATION.at(topics.CAMERA)
 
-SILENCE = SECOND // 10
-"""Without arm states for this long the grips are taken to stand still [ns]."""
-JPEG_QUALITY = 95
+ARM_STATE_TIMEOUT = SECOND // 10
+"""Time without arm states after which the grips are taken to stand still [ns]."""
+CALIBRATION_PERIOD = SECOND
+"""Time between two calibration messages [ns]."""
 
 
 class SimService:
-    """The rope, its surroundings and a camera."""
+    """True rope, its surroundings, and a camera."""
 
     name = "sim"
     reads = (topics.ARM_STATE, topics.SCENE_STATE, topics.SCENE_REQUEST, topics.TASK_STATE)
@@ -49,12 +45,12 @@ class SimService:
         self._scenario = scenario
         self._period = round(SECOND / sensing.rate)
         self._world = World(scenario)
-        self._standing = StandingObstacles(scenario)
-        self._world.set_obstacles(self._standing.among(scenario.bodies))
+        self._marked = MarkedObstacles(scenario)
+        self._world.set_obstacles(self._marked.merged(scenario.bodies))
         self._radius = scenario.plant_rope.diameter / 2.0
-        self._takes_pictures = sensing.source == "camera" and not sensing.outside
+        self._takes_images = sensing.source == "camera" and not sensing.outside
         self._camera = RgbdCamera(
-            scenario_camera(scenario),
+            true_camera(scenario),
             SensorNoise(
                 depth_sigma=sensing.depth_noise,
                 depth_bias=sensing.depth_bias,
@@ -67,42 +63,42 @@ class SimService:
         )
         self._due: int | None = None
         self._frame = 0
-        self._calibrated = -SECOND
+        self._calibration_time = -CALIBRATION_PERIOD
         self._scene_revision: tuple[int, int] | None = None
         self._reset_count: int | None = None
 
     def warm_up(self) -> None:
-        """Takes a picture that nobody sees."""
-        if self._takes_pictures:
-            list(self._picture(0))
+        """Compile the camera's kernels by an image that is not published."""
+        if self._takes_images:
+            list(self._take_image(0))
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
-        """Follows the arms; publishes truth and images at the camera's rate."""
-        self._surround(inbox, now)
+        """Follow the arms; publish truth and images at the camera's rate."""
+        self._update_obstacles(inbox, now)
         arrived = [r.message for r in inbox.every(topics.ARM_STATE) if poses_known(r.message)]
         for states in arrived:
             self._follow(states)
-        # One picture a step at most: a late process must not fall further behind with its pictures.
+        # At most one image in a step: a late process must not fall further behind.
         if arrived or self._world.instant is None:
-            yield from self._published(self._world.instant or now)
-        elif now - self._world.instant > SILENCE:
-            self._world.stand(now)
-            yield from self._published(now)
+            yield from self._observe(self._world.instant or now)
+        elif now - self._world.instant > ARM_STATE_TIMEOUT:
+            self._world.hold(now)
+            yield from self._observe(now)
 
-    def _surround(self, inbox: Inbox, now: int) -> None:
+    def _update_obstacles(self, inbox: Inbox, now: int) -> None:
         task = inbox.latest(topics.TASK_STATE)
         if task is not None:
-            self._standing.follow(task.message, now)
+            self._marked.update_task(task.message, now)
         for request in inbox.every(topics.SCENE_REQUEST):
-            self._standing.ask(request.message)
+            self._marked.take_request(request.message)
         scene = inbox.latest(topics.SCENE_STATE)
         if scene is None:
             return
-        self._standing.answer(scene.message)
-        revision = (scene.message.revision, self._standing.revision)
+        self._marked.take_scene(scene.message)
+        revision = (scene.message.revision, self._marked.revision)
         if revision != self._scene_revision:
             self._scene_revision = revision
-            self._world.set_obstacles(self._standing.among(scene_obstacles(scene.message)))
+            self._world.set_obstacles(self._marked.merged(scene_obstacles(scene.message)))
 
     def _follow(self, states: ArmStates) -> None:
         left, right = (_motion(states, arm) for arm in ("left", "right"))
@@ -111,10 +107,11 @@ class SimService:
         self._reset_count = states.reset_count
         self._world.advance(left, right, states.stamp)
 
-    def _published(self, instant: int) -> Iterator[Publication]:
+    def _observe(self, instant: int) -> Iterator[Publication]:
+        """Publish truth and image of an instant [ns], if a frame of the camera is due."""
         if self._due is not None and instant < self._due:
             return
-        # The grid stays where it is unless time has jumped past it.
+        # Frames stay on their grid unless time has jumped past it.
         late = self._due is None or instant >= self._due + self._period
         self._due = (instant if late or self._due is None else self._due) + self._period
         nodes = self._world.nodes
@@ -127,100 +124,36 @@ class SimService:
                 observed=[True] * len(nodes),
             ),
         )
-        if self._takes_pictures:
-            if instant - self._calibrated >= SECOND:
-                self._calibrated = instant
-                yield Publication(CALIBRATION, calibration(self._camera.camera, instant))
+        if self._takes_images:
+            if instant - self._calibration_time >= CALIBRATION_PERIOD:
+                self._calibration_time = instant
+                intrinsics = self._camera.camera.intrinsics
+                yield Publication(CALIBRATION, calibration_message(intrinsics, instant))
             self._frame += 1
-            yield from self._picture(instant)
+            yield from self._take_image(instant)
 
-    def _picture(self, instant: int) -> Iterator[Publication]:
+    def _take_image(self, instant: int) -> Iterator[Publication]:
         world, limits = self._world, self._scenario.limits
         left, right = world.grips
         bodies = [
             *world.obstacles,
-            gripper(left, -1.0, limits.gripper_radius, limits.gripper_height),
-            gripper(right, 1.0, limits.gripper_radius, limits.gripper_height),
+            gripper_body(left, -1.0, limits.gripper_radius, limits.gripper_height),
+            gripper_body(right, 1.0, limits.gripper_radius, limits.gripper_height),
         ]
-        table = self._scenario.plant.table_color
-        colors = [table if o.shape == "half_space" else DARK for o in bodies]
-        plates = self._standing.plates(world.obstacles)
+        table_color = self._scenario.plant.table_color
+        colors = [table_color if o.shape == "half_space" else BODY_COLOR for o in bodies]
+        plates = self._marked.plates(world.obstacles)
         if (marker := self._scenario.sensing.flange_marker) is not None:
             grip = left if marker.side == "left" else right
-            plates.append(Plate(marker.at(grip), marker.size, marker.marker))
+            plates.append(MarkerPlate(marker.at(grip), marker.size, marker.marker))
         frame = self._camera.take(world.nodes, self._radius, bodies, colors, self._frame, plates)
-        bgr = np.ascontiguousarray(frame.color[..., ::-1])
-        jpeg = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1]
-        stamp = timestamp(instant)
-        yield Publication(
-            COLOR,
-            CompressedImage(
-                timestamp=stamp, frame_id=topics.CAMERA, data=jpeg.tobytes(), format="jpeg"
-            ),
-        )
-        # Uncompressed: a PNG of noise costs more than the rendering, and again on the other side.
-        height, width = frame.depth.shape
-        yield Publication(
-            DEPTH,
-            RawImage(
-                timestamp=stamp,
-                frame_id=topics.CAMERA,
-                width=width,
-                height=height,
-                encoding="16UC1",
-                step=2 * width,
-                data=frame.depth.astype("<u2", copy=False).tobytes(),
-            ),
-        )
+        yield Publication(COLOR, color_message(frame.color, instant))
+        yield Publication(DEPTH, depth_message(frame.depth, instant))
 
 
 def build(scenario: Scenario, session: str) -> SimService:
-    """The service of a scenario."""
+    """Build the service of a scenario."""
     return SimService(scenario)
-
-
-def scenario_camera(scenario: Scenario) -> Camera:
-    """The camera where it truly is."""
-    s, known = scenario.sensing, scenario.camera_pose
-    intrinsics = Intrinsics.symmetric(*s.resolution, math.radians(s.field_of_view))
-    turn = poses.exponential(np.radians(scenario.plant.camera_turn))
-    place = known.position + np.array(scenario.plant.camera_shift)
-    return Camera(intrinsics, Pose(place, poses.multiply(turn, known.orientation)))
-
-
-def calibration(camera: Camera, instant: int) -> CameraCalibration:
-    """The message of a pinhole without distortion."""
-    i = camera.intrinsics
-    return CameraCalibration(
-        timestamp=timestamp(instant),
-        frame_id=topics.CAMERA,
-        width=i.width,
-        height=i.height,
-        distortion_model="plumb_bob",
-        D=[0.0] * 5,
-        K=[i.fx, 0.0, i.cx, 0.0, i.fy, i.cy, 0.0, 0.0, 1.0],
-        R=np.eye(3).ravel(),
-        P=[i.fx, 0.0, i.cx, 0.0, 0.0, i.fy, i.cy, 0.0, 0.0, 0.0, 1.0, 0.0],
-    )
-
-
-def gripper(grip: Pose, side: float, radius: float, height: float) -> Obstacle:
-    """The body that holds an end: a capsule from the grip away from the rope.
-
-    Args:
-        grip: Where it holds the rope.
-        side: +1 at the right end, -1 at the left one: the way from the rope along the grip's z.
-        radius: Of the capsule [m].
-        height: From the grip to its far end [m].
-    """
-    span = max(height - radius, 0.0)
-    away = poses.rotate(grip.orientation, np.array([0.0, 0.0, side]))
-    body = Obstacle("capsule", (0.0, 0.0, 0.0), radius=radius, height=span)
-    return replace(
-        body,
-        position=tuple(grip.position + 0.5 * span * away),
-        orientation=tuple(grip.orientation),
-    )
 
 
 def _motion(states: ArmStates, arm: str) -> EndMotion:

@@ -9,7 +9,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import chain_clearance, signed_distance
-from services.sim.marked_obstacles import StandingObstacles
+from services.sim.marked_obstacles import MarkedObstacles
 from shared import topics
 from shared.messages import IDLE, chain, scene_obstacles
 from shared.scenario import Scenario
@@ -52,7 +52,7 @@ class Scorer:
     replans: int = 0
 
     def __post_init__(self) -> None:
-        self._standing = StandingObstacles(self.scenario)
+        self._marked = MarkedObstacles(self.scenario)
         self._believed = self.scenario.bodies
         self._surround()
         self._radius = self.scenario.plant_rope.diameter / 2.0
@@ -64,13 +64,13 @@ class Scorer:
         match delivery.key:
             case topics.TASK_STATE.key:
                 self._take_task(delivery.parse())
-                self._standing.follow(delivery.parse(), delivery.received)
+                self._marked.update_task(delivery.parse(), delivery.received)
                 self._surround()
             case topics.SCENE_REQUEST.key:
-                self._standing.ask(delivery.parse())
+                self._marked.take_request(delivery.parse())
             case topics.SCENE_STATE.key:
                 scene = delivery.parse()
-                self._standing.answer(scene)
+                self._marked.take_scene(scene)
                 self._believed = scene_obstacles(scene)
                 self._surround()
             case topics.ROPE_TRUTH.key:
@@ -91,7 +91,7 @@ class Scorer:
 
     def _surround(self) -> None:
         """Obstacles as they truly are."""
-        bodies = self._standing.among(self._believed)
+        bodies = self._marked.merged(self._believed)
         self._obstacles = tuple(o for o in bodies if not o.support)
 
     def _take_task(self, task) -> None:

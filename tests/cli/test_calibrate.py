@@ -15,7 +15,7 @@ from cli.extrinsics import View, solve
 from lariat.geometry import poses
 from lariat.geometry.cameras import Camera
 from lariat.geometry.poses import Pose
-from services.sim.service import scenario_camera
+from services.sim.camera.placement import true_camera
 from shared.scenario import parse
 from stack.simulation.recorder_tap import RecorderTap
 from tests.services.perception.cell import TEXT, Cell
@@ -56,7 +56,7 @@ def test_the_camera_is_found_to_a_millimetre_and_a_tenth_of_a_degree(
     recorded: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     of = parse(TEXT.replace('[plant]\nmodel = "mujoco"\n', WRONG) + MARKER, Path())
-    true = scenario_camera(of).T_world_camera
+    true = true_camera(of).T_world_camera
     assert main(["calibrate", str(recorded), "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert answer["moved_mm"] > 15.0
@@ -79,7 +79,7 @@ def _with(sensing, answer):
 
 def test_the_deviations_are_those_of_repeated_calibrations() -> None:
     of = parse(TEXT, Path())
-    camera = scenario_camera(of)
+    camera = true_camera(of)
     random = np.random.default_rng(3)
     square = 0.02 * np.array([[-1, 1, 0], [1, 1, 0], [1, -1, 0], [-1, -1, 0]], float)
     places = random.uniform((-0.2, -0.2, 0.1), (0.2, 0.2, 0.4), (12, 3))
@@ -100,7 +100,7 @@ def test_the_deviations_are_those_of_repeated_calibrations() -> None:
 
 
 def test_one_wild_sighting_does_not_matter() -> None:
-    camera: Camera = scenario_camera(parse(TEXT, Path()))
+    camera: Camera = true_camera(parse(TEXT, Path()))
     square = 0.02 * np.array([[-1, 1, 0], [1, 1, 0], [1, -1, 0], [-1, -1, 0]], float)
     places = np.random.default_rng(0).uniform((-0.2, -0.2, 0.1), (0.2, 0.2, 0.4), (12, 3))
     views = [View(p + square, camera.project(p + square)[0]) for p in places]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from services.sim.world import build_plant
+from services.sim.plants.factory import build_plant
 from shared.scenario import load
 from tests.closed_loop.loop import SCENARIOS, run
 

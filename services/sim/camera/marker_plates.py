@@ -1,4 +1,4 @@
-"""Square markers printed on flat plates."""
+"""Flat plates with a printed square marker."""
 
 from __future__ import annotations
 
@@ -11,33 +11,33 @@ from jaxtyping import Float64, UInt8
 from lariat.geometry.markers import BORDER, CELLS, DICTIONARY
 from lariat.geometry.poses import Pose
 
-BLACK, WHITE = 15, 235
-"""Grey values of ink and paper."""
+INK, PAPER = 15, 235
+"""Grey values of black and white cells."""
 
 
 @dataclass(frozen=True)
-class Plate:
-    """A marker and the white border around it."""
+class MarkerPlate:
+    """Marker with the white border around it."""
 
     pose: Pose
-    """Of its centre: x to the right along its upper edge, y up, z out of its face."""
+    """Pose of the centre: x to the right along the upper edge, y up, z out of the face."""
     side: float
-    """Of the black square [m]."""
+    """Side of the black square [m]."""
     identity: int
-    """Of the marker."""
+    """Identity of the marker in the dictionary."""
 
     @property
     def packed(self) -> Float64[np.ndarray, "10"]:
-        """As `kernels_plates` takes it."""
+        """Centre, x axis, y axis and half the side, as `kernels.plates` takes them [m]."""
         x, y = self.pose.apply(np.eye(3)[:2]) - self.pose.position
         half = 0.5 * self.side * (CELLS + 2 * BORDER) / CELLS
         return np.array([*self.pose.position, *x, *y, half])
 
     @property
     def pattern(self) -> UInt8[np.ndarray, "c c"]:
-        """Grey values of its cells, the white border among them."""
+        """Grey values of the cells, border included; first row at +y, first column at -x."""
         patterns = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, DICTIONARY))
         tag = cv2.aruco.generateImageMarker(patterns, self.identity, CELLS)
         return np.pad(
-            np.where(tag > 127, WHITE, BLACK).astype(np.uint8), BORDER, constant_values=WHITE
+            np.where(tag > 127, PAPER, INK).astype(np.uint8), BORDER, constant_values=PAPER
         )

@@ -1,8 +1,8 @@
-"""The simulated RGB-D camera: exact rays, then honest noise, all of it compiled.
+"""Simulated RGB-D camera: ray casting, then sensor noise, in compiled kernels.
 
-Colour is what a headlight would show, with the rope's edge blended into partly covered pixels;
-depth is the z coordinate at each pixel's centre in millimetres, 0 where nothing was measured.
-A frame depends on its scene, the seed and the frame's number only.
+The scene is lit from the camera; the rope's edges are blended into partly covered pixels. Depth is
+the z coordinate at the centre of each pixel in millimetres, 0 where nothing was measured. A frame
+depends on its scene, the seed and the number of the frame only.
 """
 
 from __future__ import annotations
@@ -19,123 +19,87 @@ from lariat.geometry.cameras import Camera
 from lariat.geometry.obstacles import Obstacle, pack
 from lariat.rod.launch import taichi_runtime
 from services.sim.camera.kernels.bodies import draw_bodies
-from services.sim.camera.kernels.noise import measure
+from services.sim.camera.kernels.noise import measure_depth
 from services.sim.camera.kernels.plates import draw_plates
 from services.sim.camera.kernels.rays import FAR
 from services.sim.camera.kernels.rope import draw_chains
-from services.sim.camera.marker_plates import Plate
+from services.sim.camera.marker_plates import MarkerPlate
+from services.sim.camera.sensor_noise import SensorNoise
 
 RGB = tuple[int, int, int]
 
-WHITE: RGB = (255, 255, 255)
-DARK: RGB = (60, 60, 66)
-BLACK: RGB = (12, 12, 12)
+ROPE_COLOR: RGB = (255, 255, 255)
+"""Default colour of the rope."""
+BODY_COLOR: RGB = (60, 60, 66)
+"""Default colour of obstacles and grippers."""
+HALF_SPACE_COLOR: RGB = (12, 12, 12)
+"""Default colour of half spaces."""
 
-GRAIN_STRIDE = 7919
-"""Places by which the strip of colour noise moves on from frame to frame, a prime."""
-GAUSSIAN_COUNT = 1 << 18
-"""Length of the table of normal numbers; rows of an image start anywhere in it."""
-
-
-@dataclass(frozen=True)
-class SensorNoise:
-    """What separates a measured frame from the exact one."""
-
-    depth_sigma: float = 0.0015
-    """Standard deviation of every depth [m]."""
-    depth_bias: float = 0.0
-    """Added to every depth [m]."""
-    depth_quantum: float = 0.001
-    """Step of the depth values [m]."""
-    edge_step: float = 0.02
-    """Neighbours further apart than this make an edge [m]."""
-    edge_mixing: float = 0.5
-    """Probability that a pixel on an edge mixes both sides' depths."""
-    edge_dropout: float = 0.5
-    """Probability that a pixel on an edge has no depth."""
-    color_sigma: float = 2.0
-    """Standard deviation of every colour value [levels of 255]."""
-    exposure: float = 1.0
-    """Factor on every colour value."""
-
-    def __post_init__(self) -> None:
-        for name in ("depth_sigma", "edge_step", "color_sigma", "exposure"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{name} must not be negative, got {value}; 0 turns it off")
-        if not self.depth_quantum > 0.0:
-            raise ValueError(
-                f"depth_quantum must be positive, got {self.depth_quantum} m; "
-                "depth images hold whole millimetres, so 0.001 is the finest"
-            )
-        for name in ("edge_mixing", "edge_dropout"):
-            value = getattr(self, name)
-            if not 0.0 <= value <= 1.0:
-                raise ValueError(f"{name} is a probability in 0..1, got {value}")
-
-
-PERFECT = SensorNoise(
-    depth_sigma=0.0, depth_quantum=0.001, edge_mixing=0.0, edge_dropout=0.0, color_sigma=0.0
-)
-"""Only the quantisation of the images."""
+COLOR_NOISE_STRIDE = 7919
+"""Offset of the colour noise between two frames in its table, a prime [elements]."""
+COLOR_NOISE_MARGIN = 999_983
+"""Length by which the table of colour noise exceeds a frame [elements]."""
+DEPTH_NOISE_COUNT = 1 << 18
+"""Length of the table of depth noise; every image row starts at a random element of it."""
 
 
 @dataclass(frozen=True)
 class Frame:
-    """One image pair, both registered to the same pixels."""
+    """Colour and depth image, registered to the same pixels."""
 
     color: UInt8[np.ndarray, "h w 3"]
-    """Red, green, blue."""
+    """Red, green, blue [1/255]."""
     depth: UInt16[np.ndarray, "h w"]
     """Depth [mm], 0 where nothing was measured."""
 
 
 @dataclass(frozen=True)
-class _Planes:
-    """What lies behind everything else."""
+class _Background:
+    """Image of the half spaces alone."""
 
-    scene: bytes
-    """Of what was drawn."""
+    key: bytes
+    """Poses and colours of the half spaces that were drawn."""
     color: UInt8[np.ndarray, "h w3"]
+    """Red, green, blue [1/255]."""
     z_buffer: Float32[np.ndarray, "h w"]
-    """[m]."""
+    """Depth [m]."""
 
 
 class RgbdCamera:
-    """Takes pictures of a rope, obstacles and grippers."""
+    """Camera that sees a rope, obstacles, grippers and marker plates."""
 
     def __init__(
         self,
         camera: Camera,
         noise: SensorNoise | None = None,
         seed: int = 0,
-        rope_color: RGB = WHITE,
+        rope_color: RGB = ROPE_COLOR,
         background: int = 4,
     ) -> None:
-        """A camera that stands still.
+        """Create a camera.
 
         Args:
-            camera: The true pinhole.
-            noise: What the sensor adds.
-            seed: Of the noise.
-            rope_color: Of the rope's face towards the camera.
-            background: Grey value where a ray hits nothing.
+            camera: True pinhole and pose.
+            noise: Noise settings; the defaults if None.
+            seed: Seed of the noise.
+            rope_color: Colour of the rope where it faces the camera.
+            background: Grey value where a ray hits nothing [1/255].
         """
         taichi_runtime.start()
         self.camera = camera
         self.noise = noise or SensorNoise()
         self._seed = seed
         self._rope_color = rope_color
-        self._background = background
+        self._background_grey = background
         shape = (camera.intrinsics.height, camera.intrinsics.width)
         self._scratch = [np.zeros(shape, np.float32) for _ in range(3)]
-        self._planes: _Planes | None = None
+        self._background: _Background | None = None
         random = np.random.default_rng(seed)
-        self._gaussian = random.standard_normal(GAUSSIAN_COUNT, np.float32)
-        # A frame's grain is a window of a longer strip: drawing it afresh would cost 10 ms.
-        strip = random.standard_normal(3 * shape[0] * shape[1] + 999_983)
-        grain = np.rint(strip * self.noise.color_sigma).astype(np.int16)
-        self._grain = grain if self.noise.color_sigma > 0.0 else None
+        self._depth_noise = random.standard_normal(DEPTH_NOISE_COUNT, np.float32)
+        # The colour noise of a frame is a window of this table: drawing it anew would cost 10 ms.
+        table = random.standard_normal(3 * shape[0] * shape[1] + COLOR_NOISE_MARGIN)
+        color_noise = np.rint(table * self.noise.color_sigma).astype(np.int16)
+        self._color_noise = color_noise if self.noise.color_sigma > 0.0 else None
         i, pose = camera.intrinsics, camera.T_world_camera
         self._packed_camera = np.concatenate(
             [
@@ -152,21 +116,23 @@ class RgbdCamera:
         obstacles: Sequence[Obstacle] = (),
         colors: Sequence[RGB] | None = None,
         frame: int = 0,
-        plates: Sequence[Plate] = (),
+        plates: Sequence[MarkerPlate] = (),
     ) -> Frame:
-        """The image of a chain of capsules among obstacles.
+        """Take an image of a rope among obstacles.
 
         Args:
-            chain: The rope's nodes in the world [m].
-            radius: Of the rope [m].
-            obstacles: Everything else that can be seen, grippers included.
-            colors: One for each obstacle; dark, and the half spaces nearly black, by default.
+            chain: Nodes of the rope in the world [m].
+            radius: Radius of the rope [m].
+            obstacles: All other bodies, grippers included.
+            colors: Colour of each obstacle; `BODY_COLOR` and `HALF_SPACE_COLOR` by default.
             frame: Number of the frame, which selects its noise.
-            plates: Printed on or above the obstacles.
+            plates: Marker plates.
         """
         n, i = self.noise, self.camera.intrinsics
         if colors is None:
-            colors = [BLACK if o.shape == "half_space" else DARK for o in obstacles]
+            colors = [
+                HALF_SPACE_COLOR if o.shape == "half_space" else BODY_COLOR for o in obstacles
+            ]
         capsules = np.empty((len(chain) - 1, 10))
         capsules[:, 0:3], capsules[:, 3:6] = chain[:-1], chain[1:]
         capsules[:, 6] = radius
@@ -177,20 +143,22 @@ class RgbdCamera:
         z_buffer, cover, shade = self._scratch
         bodies = pack(obstacles).reshape(-1, 12)
         tints = np.minimum(np.array(colors, float).reshape(-1, 3) * n.exposure, 255.0)
-        endless = np.array([o.shape == "half_space" for o in obstacles], bool)
-        planes = self._drawn_planes(bodies[endless], tints[endless])
-        np.copyto(flat, planes.color)
-        np.copyto(z_buffer, planes.z_buffer)
-        draw_bodies(flat, z_buffer, self._packed_camera, bodies[~endless], tints[~endless])
+        is_half_space = np.array([o.shape == "half_space" for o in obstacles], bool)
+        background = self._draw_background(bodies[is_half_space], tints[is_half_space])
+        np.copyto(flat, background.color)
+        np.copyto(z_buffer, background.z_buffer)
+        draw_bodies(
+            flat, z_buffer, self._packed_camera, bodies[~is_half_space], tints[~is_half_space]
+        )
         if plates:
             packed = np.array([plate.packed for plate in plates])
             patterns = np.stack([plate.pattern for plate in plates])
             draw_plates(flat, z_buffer, self._packed_camera, packed, patterns)
         draw_chains(flat, z_buffer, cover, shade, self._packed_camera, capsules)
-        measure(
+        measure_depth(
             depth,
             z_buffer,
-            self._gaussian,
+            self._depth_noise,
             np.array(
                 [
                     n.depth_sigma,
@@ -203,23 +171,24 @@ class RgbdCamera:
             ),
             (self._seed * 2654435761 + frame * 40503 + 1) & 0xFFFFFFFF,
         )
-        if self._grain is None:
+        if self._color_noise is None:
             return Frame(color, depth)
-        start = frame * GRAIN_STRIDE % (self._grain.size - color.size)
-        grain = self._grain[start : start + color.size].reshape(color.shape)
-        # One pass that saturates.
-        return Frame(np.asarray(cv2.add(color, grain, dtype=cv2.CV_8U), np.uint8), depth)
+        start = frame * COLOR_NOISE_STRIDE % (self._color_noise.size - color.size)
+        color_noise = self._color_noise[start : start + color.size].reshape(color.shape)
+        # Saturates, in one pass.
+        color = np.asarray(cv2.add(color, color_noise, dtype=cv2.CV_8U), np.uint8)
+        return Frame(color, depth)
 
-    def _drawn_planes(
+    def _draw_background(
         self, bodies: Float64[np.ndarray, "m 12"], tints: Float64[np.ndarray, "m 3"]
-    ) -> _Planes:
-        """Half spaces alone, drawn when they change: they fill the image and stand still."""
-        scene = bodies.tobytes() + tints.tobytes()
-        if self._planes is None or self._planes.scene != scene:
+    ) -> _Background:
+        """Draw the half spaces alone, if they changed: they fill the image and seldom move."""
+        key = bodies.tobytes() + tints.tobytes()
+        if self._background is None or self._background.key != key:
             i = self.camera.intrinsics
-            grey = min(round(self._background * self.noise.exposure), 255)
+            grey = min(round(self._background_grey * self.noise.exposure), 255)
             color = np.full((i.height, 3 * i.width), grey, np.uint8)
             z_buffer = np.full((i.height, i.width), FAR, np.float32)
             draw_bodies(color, z_buffer, self._packed_camera, bodies, tints)
-            self._planes = _Planes(scene, color, z_buffer)
-        return self._planes
+            self._background = _Background(key, color, z_buffer)
+        return self._background

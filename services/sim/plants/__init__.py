@@ -1,0 +1,1 @@
+"""Plants: simulations of the true rope, by MuJoCo or by Lariat's own rod."""

@@ -1,8 +1,8 @@
-"""MuJoCo's elastic rod between two mocap grippers, as MJCF text.
+"""MuJoCo model of a rope between two mocap grippers, as MJCF text.
 
-The rope is a one-dimensional flex: an independent discrete elastic rod with bending and twist. Its
-rest shape is the shape it has in the model, so a rope with rest curvature is written curved. The
-grip of an end is a mocap body whose z axis lies along the rope, as everywhere.
+The rope is a one-dimensional flex: a discrete elastic rod with bending and twist. Its shape in the
+model is its rest shape, so a rope with rest curvature is written curved. The grip of an end is a
+mocap body whose z axis lies along the rope, as in all of Lariat.
 """
 
 from __future__ import annotations
@@ -17,39 +17,42 @@ from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle
 
 TIMESTEP = 0.002
-"""[s]; at 5 ms the rope sinks 16 mm into a cylinder, at 2 ms 0.4 mm."""
+"""Time step of the engine [s]; at 5 ms the rope sinks 16 mm into a cylinder, at 2 ms 0.4 mm."""
 
 
 @dataclass(frozen=True)
-class RopeTruth:
-    """The rope that the plant has; nobody tells the controller."""
+class MujocoRope:
+    """Properties of the true rope, which the controller does not know."""
 
     length: float
-    """[m]."""
+    """Length [m]."""
     diameter: float
-    """[m]."""
+    """Diameter [m]."""
     node_count: int
-    """Equal edges of length / (node_count - 1)."""
+    """Number of nodes; all edges have the length `length / (node_count - 1)`."""
     linear_density: float
-    """[kg/m]."""
+    """Mass per length [kg/m]."""
     youngs_modulus: float
-    """[Pa]; bending stiffness EI = E pi d^4 / 64."""
+    """Young's modulus E [Pa]; the bending stiffness is EI = E pi d^4 / 64."""
     poisson_ratio: float = 0.3
-    """[-]."""
+    """Poisson's ratio [-]."""
     damping: float = 1.0
-    """Force per velocity and mass [1/s]."""
+    """Damping force per velocity and mass [1/s]."""
     stiffness_profile: tuple[float, ...] = ()
-    """Factors on the bending stiffness along the rope, evenly spread from left to right."""
+    """Factors on bending and twisting stiffness, evenly spread from left to right [-]."""
     rest_curvature: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Of the unloaded rope in its material frame: two curvatures and a twist [1/m]."""
+    """Two curvatures and a twist of the unloaded rope in its material frame [1/m]."""
     friction: float = 0.3
-    """Coulomb coefficient against everything."""
+    """Coulomb friction coefficient against all obstacles [-]."""
 
 
 def rest_shape(
-    rope: RopeTruth,
+    rope: MujocoRope,
 ) -> tuple[Float64[np.ndarray, "n 3"], Float64[np.ndarray, "n-1 4"]]:
-    """Nodes and edge frames of the unloaded rope, its first edge along the world's z axis [m]."""
+    """Node positions [m] and edge orientations (wxyz) of the unloaded rope.
+
+    The first node is at the origin, the first edge along z.
+    """
     edge = rope.length / (rope.node_count - 1)
     turn = poses.exponential(edge * np.array(rope.rest_curvature))
     frames = [poses.IDENTITY]
@@ -59,25 +62,25 @@ def rest_shape(
     return np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)]), np.array(frames)
 
 
-def mjcf(rope: RopeTruth, obstacles: Sequence[Obstacle]) -> str:
-    """The whole world."""
+def mjcf(rope: MujocoRope, obstacles: Sequence[Obstacle]) -> str:
+    """MJCF text of a rope among obstacles."""
     nodes, frames = rest_shape(rope)
     n = rope.node_count
     edge = rope.length / (n - 1)
     mass = rope.linear_density * edge
-    # MuJoCo refuses massless rotations; these never turn.
-    still = _row([max(mass * edge**2, 1e-9)] * 3)
-    roll = _row([mass * rope.diameter**2 / 8.0] * 3)
+    # MuJoCo requires an inertia, although these bodies only slide.
+    node_inertia = _row([max(mass * edge**2, 1e-9)] * 3)
+    twist_inertia = _row([mass * rope.diameter**2 / 8.0] * 3)
     slides = "".join(f'<joint type="slide" axis="{axis}"/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
-    inner = "".join(
+    inner_nodes = "".join(
         f'<body name="node{i}" pos="{_row(nodes[i])}">'
-        f'<inertial pos="0 0 0" mass="{mass:.9g}" diaginertia="{still}"/>'
+        f'<inertial pos="0 0 0" mass="{mass:.9g}" diaginertia="{node_inertia}"/>'
         f"{slides}</body>"
         for i in range(2, n - 2)
     )
     twists = "".join(
         f'<body name="rope_twist_{e}">'
-        f'<inertial pos="0 0 0" mass="1e-9" diaginertia="{roll}"/>'
+        f'<inertial pos="0 0 0" mass="1e-9" diaginertia="{twist_inertia}"/>'
         f'<joint name="rope_twist_{e}" type="hinge" axis="1 0 0"/></body>'
         for e in range(1, n - 2)
     )
@@ -94,7 +97,7 @@ def mjcf(rope: RopeTruth, obstacles: Sequence[Obstacle]) -> str:
 <option timestep="{TIMESTEP}" integrator="discrete" solver="Newton" iterations="50"
  tolerance="1e-8" cone="pyramidal"/>
 <statistic extent="1" center="0 0 0.2"/>
-<worldbody>{geoms}{grips}{inner}{twists}</worldbody>
+<worldbody>{geoms}{grips}{inner_nodes}{twists}</worldbody>
 <deformable><flex name="rope" dim="1" radius="{rope.diameter / 2.0:.9g}" body="{" ".join(bodies)}"
  vertex="{_row(vertices.ravel())}" element="{" ".join(f"{i} {i + 1}" for i in range(n - 1))}">
 <elasticity young="{rope.youngs_modulus:.9g}" poisson="{rope.poisson_ratio:.9g}" damping="0"/>

@@ -1,4 +1,4 @@
-"""The rope played by MuJoCo: independent of our own rod."""
+"""Plant that simulates the rope by MuJoCo, independent of Lariat's own rod."""
 
 from __future__ import annotations
 
@@ -12,34 +12,55 @@ from jaxtyping import Float64
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
-from services.sim.plants.mujoco_model import TIMESTEP, RopeTruth, mjcf
-from services.sim.plants.plant import EndMotion, slack_curve, way
+from services.sim.plants.end_motion import EndMotion, interpolate
+from services.sim.plants.mujoco_model import TIMESTEP, MujocoRope, mjcf
+from services.sim.plants.slack_curve import slack_curve
 
 REST_SPEED = 1e-4
-"""A rope slower than this is at rest [m/s]."""
+"""Speed below which the rope counts as at rest [m/s]."""
+SETTLING_DAMPING = 8.0
+"""Least damping while the rope settles at a reset, force per velocity and mass [1/s]."""
+MIN_SETTLING_TIME = 0.5
+"""Least time for which the rope settles at a reset [s]."""
+MAX_SETTLING_CHECKS = 2000
+"""Largest number of checks whether the rope has settled."""
+STEPS_PER_CHECK = 10
+"""Steps of the engine between two of these checks."""
 
 
 class MujocoPlant:
-    """A flex between two mocap grippers."""
+    """MuJoCo flex between two mocap grippers."""
 
-    def __init__(self, rope: RopeTruth, obstacles: Sequence[Obstacle] = ()) -> None:
+    def __init__(self, rope: MujocoRope, obstacles: Sequence[Obstacle] = ()) -> None:
+        """Create a rope in its unloaded shape.
+
+        Args:
+            rope: Properties of the true rope.
+            obstacles: Obstacles that the rope can touch.
+        """
         self.rope = rope
         self._build(obstacles)
         self._ends: list[EndMotion] = [
             EndMotion(Pose(p.copy(), q.copy()))
             for p, q in zip(self._state.mocap_pos, self._state.mocap_quat, strict=True)
         ]
-        self._ahead = 0.0
+        self._remainder = 0.0
 
     @property
     def nodes(self) -> Float64[np.ndarray, "n 3"]:
-        """Where the rope is now, left end first [m]."""
+        """Node positions, left end first [m]."""
         return self._state.flexvert_xpos.copy()
 
     def reset(
         self, left: Pose, right: Pose, guess: Float64[np.ndarray, "m 3"] | None = None
     ) -> None:
-        """Puts the rope at rest between two grips, near `guess` where several rests exist.
+        """Put the rope at rest between two grips.
+
+        Args:
+            left: Pose of the left grip.
+            right: Pose of the right grip.
+            guess: Points along the rope, left end first [m]; the rope comes to rest near them
+                where there are several rest shapes.
 
         Raises:
             ValueError: The grips are further apart than the rope is long.
@@ -53,7 +74,7 @@ class MujocoPlant:
             )
         mujoco.mj_resetData(self._model, self._state)
         self._ends = [EndMotion(left), EndMotion(right)]
-        self._ahead = 0.0
+        self._remainder = 0.0
         curve = slack_curve(left, right, length, n) if guess is None else guess
         curve = polylines.resampled(np.asarray(curve, float), n)
         self._place(self._ends)
@@ -62,7 +83,7 @@ class MujocoPlant:
         self._settle()
 
     def set_obstacles(self, obstacles: Sequence[Obstacle]) -> None:
-        """Replaces everything that the rope can touch; the rope keeps its state."""
+        """Replace all obstacles; the rope keeps its state."""
         old = self._state
         self._build(obstacles)
         self._state.time = old.time
@@ -71,24 +92,26 @@ class MujocoPlant:
         mujoco.mj_forward(self._model, self._state)
 
     def step(self, left: EndMotion, right: EndMotion, duration: float) -> None:
-        """Moves the grips there within `duration` [s] and the rope with them.
+        """Move the grips to their new motion within `duration` [s], and the rope with them.
 
-        Time is cut into whole steps of the engine; what is left of one is kept for the next call.
+        The engine makes whole steps; the remainder of the duration is carried to the next call.
         """
         goals = [left, right]
         if duration > 0.0:
-            first = TIMESTEP - self._ahead
+            first = TIMESTEP - self._remainder
             count = max(0, 1 + math.floor((duration - first) / TIMESTEP + 1e-9))
             times = np.minimum(first + TIMESTEP * np.arange(count), duration)
-            ways = [way(a, b, duration, times) for a, b in zip(self._ends, goals, strict=True)]
+            paths = [
+                interpolate(a, b, duration, times) for a, b in zip(self._ends, goals, strict=True)
+            ]
             for k in range(count):
-                for row, (positions, orientations) in enumerate(ways):
+                for row, (positions, orientations) in enumerate(paths):
                     self._state.mocap_pos[row] = positions[k]
                     self._state.mocap_quat[row] = orientations[k]
                 mujoco.mj_step(self._model, self._state)
-            self._ahead = duration - (first + TIMESTEP * (count - 1))
+            self._remainder = duration - (first + TIMESTEP * (count - 1))
         self._ends = goals
-        # The clamped vertices follow the grips at once.
+        # Kinematics again, so that the clamped vertices are where the grips are.
         self._place(goals)
         mujoco.mj_kinematics(self._model, self._state)
         mujoco.mj_flex(self._model, self._state)
@@ -110,8 +133,8 @@ class MujocoPlant:
 
     def _scale_stiffness(self) -> None:
         profile = np.array(self.rope.stiffness_profile)
-        # The engine's layout: a count, then ten numbers for every pair of neighbouring edges, of
-        # which the fifth is the bending stiffness and the ninth the twisting stiffness.
+        # Layout of `flex_bending`: a count, then ten numbers for every pair of neighbouring edges,
+        # the fifth of them its bending and the ninth its twisting stiffness.
         joints = int(self._model.flex_bending[0])
         rows = self._model.flex_bending[1 : 1 + 10 * joints].reshape(joints, 10)
         at = np.linspace(0.0, len(profile) - 1.0, joints)
@@ -124,12 +147,13 @@ class MujocoPlant:
 
     def _settle(self) -> None:
         damping = self._model.dof_damping.copy()
-        # Strongly damped first, so that the guess does not swing; then as it is.
-        self._model.dof_damping[:] *= max(1.0, 8.0 / max(self.rope.damping, 1e-3))
-        for _ in range(2000):
-            for _ in range(10):
+        # More damping while the rope settles, so that it does not swing for long.
+        self._model.dof_damping[:] *= max(1.0, SETTLING_DAMPING / max(self.rope.damping, 1e-3))
+        for _ in range(MAX_SETTLING_CHECKS):
+            for _ in range(STEPS_PER_CHECK):
                 mujoco.mj_step(self._model, self._state)
-            if np.max(np.abs(self._state.qvel[:-1])) < REST_SPEED and self._state.time > 0.5:
+            at_rest = np.max(np.abs(self._state.qvel[:-1])) < REST_SPEED
+            if at_rest and self._state.time > MIN_SETTLING_TIME:
                 break
         self._model.dof_damping[:] = damping
         self._state.qvel[:] = 0.0

@@ -1,4 +1,4 @@
-"""The rope played by our own rod in fine steps: fast, and as good as the model that controls it."""
+"""Plant that simulates the rope by Lariat's own rod, in finer steps than the controller's."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from lariat.geometry import polylines, poses
 from lariat.geometry.obstacles import Obstacle, pack
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties, RodState
-from services.sim.plants.plant import EndMotion, way
+from services.sim.plants.end_motion import EndMotion, interpolate
 
-STEP = 0.004
-"""Longest implicit step [s]; the controller's is several times longer."""
+MAX_STEP = 0.004
+"""Longest implicit step of the rod [s]."""
 
 
 class RodPlant:
-    """A clamped rod."""
+    """Rod clamped at both ends."""
 
     def __init__(
         self,
@@ -28,6 +28,14 @@ class RodPlant:
         obstacles: Sequence[Obstacle] = (),
         self_contact: bool = False,
     ) -> None:
+        """Create a straight rod.
+
+        Args:
+            properties: Properties of the true rope.
+            node_count: Number of nodes.
+            obstacles: Obstacles that the rope can touch.
+            self_contact: Whether strands of the rope touch each other.
+        """
         self._rod = Rod(properties, node_count, self_contact=self_contact)
         half = properties.length / 2.0
         self._state = self._rod.straight([-half, 0.0, 1.0], [half, 0.0, 1.0])
@@ -36,17 +44,23 @@ class RodPlant:
 
     @property
     def nodes(self) -> Float64[np.ndarray, "n 3"]:
-        """Where the rope is now, left end first [m]."""
+        """Node positions, left end first [m]."""
         return self._state.positions.copy()
 
     def set_obstacles(self, obstacles: Sequence[Obstacle]) -> None:
-        """Replaces everything that the rope can touch; the rope keeps its state."""
+        """Replace all obstacles; the rope keeps its state."""
         self._obstacles = pack(obstacles)
 
     def reset(
         self, left: Pose, right: Pose, guess: Float64[np.ndarray, "m 3"] | None = None
     ) -> None:
-        """Puts the rope at rest between two grips, near `guess` where several rests exist.
+        """Put the rope at rest between two grips.
+
+        Args:
+            left: Pose of the left grip.
+            right: Pose of the right grip.
+            guess: Points along the rope, left end first [m]; the rope comes to rest near them
+                where there are several rest shapes.
 
         Raises:
             ValueError: The grips are further apart than the rope is long.
@@ -56,18 +70,18 @@ class RodPlant:
         self._ends = (EndMotion(left), EndMotion(right))
 
     def step(self, left: EndMotion, right: EndMotion, duration: float) -> None:
-        """Moves the grips there within `duration` [s] and the rope with them."""
+        """Move the grips to their new motion within `duration` [s], and the rope with them."""
         goals = (left, right)
         if duration > 0.0:
-            count = math.ceil(duration / STEP - 1e-9)
+            count = math.ceil(duration / MAX_STEP - 1e-9)
             dt = duration / count
             actions = np.empty((count, 2, 6))
             for end, (start, goal) in enumerate(zip(self._ends, goals, strict=True)):
-                # From where the rod's end is, so that rounding never adds up.
+                # From the rod's own end, so that rounding errors do not accumulate.
                 here = self._grips()[end]
-                there = way(start, goal, duration, dt * np.arange(1, count + 1))
-                positions = np.vstack([here.position, there[0]])
-                orientations = np.vstack([here.orientation, there[1]])
+                path = interpolate(start, goal, duration, dt * np.arange(1, count + 1))
+                positions = np.vstack([here.position, path[0]])
+                orientations = np.vstack([here.orientation, path[1]])
                 turns = poses.multiply(orientations[1:], poses.conjugate(orientations[:-1]))
                 actions[:, end, :3] = np.diff(positions, axis=0) / dt
                 actions[:, end, 3:] = poses.logarithm(turns) / dt
@@ -80,7 +94,7 @@ class RodPlant:
         return Pose(x[0], q[0]), Pose(x[-1], q[-1])
 
     def _untwisted(self, nodes: Float64[np.ndarray, "m 3"], left: Pose) -> RodState:
-        """A state along given nodes whose frames turn as little as they can from the left grip."""
+        """State along given nodes, its frames parallel-transported from the left grip."""
         n = self._rod.node_count
         positions = polylines.resampled(np.asarray(nodes, float), n)
         along = poses.normalized(np.diff(positions, axis=0))

@@ -16,7 +16,8 @@ from lariat.geometry.poses import Pose
 from services.camera.service import CameraService
 from services.perception.centerline.estimator import CenterlineEstimator
 from services.perception.rgbd.decoding import decoded
-from services.sim.camera.rgbd_camera import PERFECT, Frame, RgbdCamera
+from services.sim.camera.rgbd_camera import Frame, RgbdCamera
+from services.sim.camera.sensor_noise import NOISELESS
 from shared.configuration import ConfigurationError
 from shared.messages import stamp_of
 from shared.service import Inbox, Publication
@@ -99,7 +100,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def pictured(camera: Camera) -> Frame:
-    return RgbdCamera(camera, PERFECT).take(curve(3), ROPE.radius, (TABLE,))
+    return RgbdCamera(camera, NOISELESS).take(curve(3), ROPE.radius, (TABLE,))
 
 
 def played(file: Path) -> list[Publication]:

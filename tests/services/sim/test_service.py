@@ -10,9 +10,10 @@ from lariat.geometry.obstacles import Obstacle, chain_clearance, signed_distance
 from lariat.geometry.poses import Pose
 from services.perception.rgbd.decoding import decoded
 from services.perception.service import COLOR, DEPTH
-from services.sim.plants.plant import EndMotion
-from services.sim.service import gripper
-from services.sim.world import World, true_properties
+from services.sim.gripper_body import gripper_body
+from services.sim.plants.end_motion import EndMotion
+from services.sim.plants.factory import true_properties
+from services.sim.world import World
 from shared import topics
 from shared.messages import chain, stamp_of
 from shared.service import SECOND
@@ -137,7 +138,7 @@ def test_the_truth_may_differ_from_what_is_believed() -> None:
 
 def test_a_gripper_reaches_away_from_the_rope() -> None:
     along_x = Pose(np.array([0.2, 0.0, 0.3]), np.array([0.5, 0.5, 0.5, 0.5]))
-    body = gripper(along_x, 1.0, 0.012, 0.06)
+    body = gripper_body(along_x, 1.0, 0.012, 0.06)
     points = np.array([[0.2 + 0.0599, 0.0, 0.3], [0.2 + 0.0601, 0.0, 0.3], [0.185, 0.0, 0.3]])
     inside = signed_distance(points, body) < 0.0
     assert inside.tolist() == [True, False, False]

@@ -1,0 +1,1 @@
+"""Taichi kernels of the simulated camera."""

@@ -1,7 +1,7 @@
-"""Obstacles as the simulated camera sees them.
+"""Drawing of obstacles.
 
-Rays have unit depth, so the parameter of a hit is its depth. Geometry is double precision (a
-quadratic's discriminant cancels), images are single.
+Rays have unit depth, so the ray parameter of a hit is its depth. Geometry is in double precision,
+because the discriminants of quadratics cancel; images are in single precision.
 """
 
 import taichi as ti
@@ -10,17 +10,19 @@ from services.sim.camera.kernels.rays import (
     FAR,
     NEAR,
     images_f32,
-    nearest_of_sphere,
+    rotate,
     rotation_of,
     rows_f64,
-    turned,
+    sphere_hit,
     vector_f64,
 )
 
 
 @ti.func
 def body_hit(shape: ti.i32, o, d, a: ti.f64, b: ti.f64, c: ti.f64):
-    """Depth and outward normal where the local ray o + z d enters a bounded obstacle.
+    """Return depth and outward normal where the ray o + z d enters a bounded obstacle.
+
+    The ray is in the frame of the obstacle; the depth is `FAR` if it misses.
 
     Shapes and sizes as in `lariat.geometry.obstacles.pack`: 0 cylinder, 1 box, 2 sphere, 3 capsule.
     """
@@ -46,7 +48,7 @@ def body_hit(shape: ti.i32, o, d, a: ti.f64, b: ti.f64, c: ti.f64):
         if enter < leave and enter > NEAR:
             z = enter
     elif shape == 2:
-        z = nearest_of_sphere(o, d, a)
+        z = sphere_hit(o, d, a)
         n = (o + z * d) / a
     else:
         # The wall of a cylinder or of a capsule, then its ends.
@@ -63,7 +65,7 @@ def body_hit(shape: ti.i32, o, d, a: ti.f64, b: ti.f64, c: ti.f64):
             side = 2.0 * k - 1.0
             end = ti.Vector([0.0, 0.0, side * b], dt=ti.f64)
             if shape == 3:
-                cap = nearest_of_sphere(o - end, d, a)
+                cap = sphere_hit(o - end, d, a)
                 if cap < z:
                     z = cap
                     n = (o + z * d - end) / a
@@ -84,7 +86,7 @@ def draw_bodies(
     bodies: rows_f64,
     body_colors: rows_f64,
 ):
-    """Draws obstacles over what is there.
+    """Draw obstacles over an image.
 
     Args:
         color: (H, 3 W): red, green and blue of each pixel.
@@ -105,8 +107,8 @@ def draw_bodies(
             q = ti.Vector([bodies[m, 4], bodies[m, 5], bodies[m, 6], bodies[m, 7]], dt=ti.f64)
             a, b, c = bodies[m, 8], bodies[m, 9], bodies[m, 10]
             if shape == 4:
-                # The normal's product with a ray is affine in the pixel: one division a pixel.
-                n = turned(q, ti.Vector([a, b, c], dt=ti.f64))
+                # The product of normal and ray is affine in the pixel: one division for each pixel.
+                n = rotate(q, ti.Vector([a, b, c], dt=ti.f64))
                 above = n.dot(eye - centre)
                 nc = R.transpose() @ n
                 slope = ti.f32(nc[0] / fx)
@@ -131,7 +133,7 @@ def draw_bodies(
                                         color[v, 3 * u + k] = ti.cast(tint[k], ti.u8)
             else:
                 back = ti.Vector([q[0], -q[1], -q[2], -q[3]], dt=ti.f64)
-                # Half extents of the local box around the body.
+                # Half extents of the box around the obstacle.
                 hx, hy, hz = a, b, c
                 if shape == 0:
                     hx, hy, hz = a, a, b
@@ -149,16 +151,16 @@ def draw_bodies(
                         ],
                         dt=ti.f64,
                     )
-                    p = R.transpose() @ (centre + turned(q, offset) - eye)
+                    p = R.transpose() @ (centre + rotate(q, offset) - eye)
                     if p[2] < NEAR:
-                        # Beside or around the camera: every pixel may see it.
+                        # Behind or around the camera: every pixel may see it.
                         u0, v0, u1, v1 = 0.0, 0.0, FAR, FAR
                     else:
                         u0 = ti.min(u0, fx * p[0] / p[2] + cx)
                         v0 = ti.min(v0, fy * p[1] / p[2] + cy)
                         u1 = ti.max(u1, fx * p[0] / p[2] + cx)
                         v1 = ti.max(v1, fy * p[1] / p[2] + cy)
-                o = turned(back, eye - centre)
+                o = rotate(back, eye - centre)
                 for v in range(
                     ti.max(0, ti.cast(ti.floor(ti.max(v0, -1.0)), ti.i32)),
                     ti.min(height, ti.cast(ti.min(v1, 1e5), ti.i32) + 2),
@@ -168,7 +170,7 @@ def draw_bodies(
                         ti.min(width, ti.cast(ti.min(u1, 1e5), ti.i32) + 2),
                     ):
                         ray = ti.Vector([(u - cx) / fx, (v - cy) / fy, 1.0], dt=ti.f64)
-                        d = turned(back, R @ ray)
+                        d = rotate(back, R @ ray)
                         z, n = body_hit(shape, o, d, a, b, c)
                         if z < z_buffer[v, u]:
                             z_buffer[v, u] = ti.f32(z)

@@ -1,16 +1,16 @@
-"""What the simulated sensor adds to exact depth."""
+"""Depth noise of the simulated sensor."""
 
 import taichi as ti
 
 from services.sim.camera.kernels.rays import FAR, images_f32, vector_f64
 
-BLOCK = 64
-"""Pixels of a row that are searched for edges at once."""
+EDGE_BLOCK = 64
+"""Number of pixels of a row that are searched for edges together."""
 
 
 @ti.func
 def mix_bits(x: ti.u32) -> ti.u32:
-    """A hash with full avalanche (lowbias32, Wellons 2018)."""
+    """Hash with full avalanche (lowbias32, Wellons 2018)."""
     x ^= x >> 16
     x *= ti.u32(0x7FEB352D)
     x ^= x >> 15
@@ -20,28 +20,28 @@ def mix_bits(x: ti.u32) -> ti.u32:
 
 
 @ti.kernel
-def measure(
+def measure_depth(
     depth: ti.types.ndarray(dtype=ti.u16, ndim=2),
     z_buffer: images_f32,
     gaussian: ti.types.ndarray(dtype=ti.f32, ndim=1),
     noise: vector_f64,
     seed: ti.u32,
 ):
-    """Depth as the sensor reports it.
+    """Write the depth that the sensor reports.
 
     Args:
         depth: (H, W) [mm], written; 0 where nothing was measured.
         z_buffer: (H, W), exact [m].
-        gaussian: A table of standard normal numbers, much longer than a row.
-        noise: Sigma, bias, quantum [m], edge step [m], edge mixing and drop-out probabilities.
-        seed: Of this frame.
+        gaussian: Table of standard normal numbers, much longer than a row.
+        noise: Sigma, bias, quantum and edge step [m], edge mixing and drop-out probabilities [-].
+        seed: Seed of this frame.
     """
     height = depth.shape[0]
     width = depth.shape[1]
     sigma, bias, quantum = ti.f32(noise[0]), ti.f32(noise[1]), ti.f32(noise[2])
     step, mixing, dropout = ti.f32(noise[3]), ti.f32(noise[4]), ti.f32(noise[5])
     last = ti.cast(gaussian.shape[0] - width, ti.u32)
-    # Typed constants: a double literal would turn the whole pass into double precision.
+    # Typed constants: a double literal would make the whole pass double precision.
     none, half, one = ti.f32(0.0), ti.f32(0.5), ti.f32(1.0)
     unit, fine, far = ti.f32(1.0 / 1024.0), ti.f32(1000.0), ti.f32(FAR)
     finest, farthest = one / quantum, ti.f32(65535.0)
@@ -50,17 +50,17 @@ def measure(
         table = ti.cast(key % last, ti.i32)
         upper = ti.max(v - 1, 0)
         lower = ti.min(v + 1, height - 1)
-        # Without branches, so that this loop becomes vector instructions.
+        # Without branches, so that the loop compiles to vector instructions.
         for u in range(width):
             z = z_buffer[v, u]
             value = (z + bias + sigma * gaussian[table + u]) * finest + half
             value = ti.min(farthest, ti.max(none, ti.floor(value) * quantum * fine + half))
             depth[v, u] = ti.cast(value if z < far else none, ti.u16)
-        for block in range((width + BLOCK - 1) // BLOCK):
-            begin = block * BLOCK
-            end = ti.min(begin + BLOCK, width)
+        for block in range((width + EDGE_BLOCK - 1) // EDGE_BLOCK):
+            begin = block * EDGE_BLOCK
+            end = ti.min(begin + EDGE_BLOCK, width)
             last_u = end - 1
-            # Most of an image has no edges; this, too, becomes vector instructions.
+            # Most of an image has no edges; this search compiles to vector instructions, too.
             steepest = ti.max(
                 ti.abs(z_buffer[v, ti.max(begin - 1, 0)] - z_buffer[v, begin]),
                 ti.max(

@@ -1,4 +1,4 @@
-"""Printed plates as the simulated camera sees them: flat squares with a pattern of cells."""
+"""Drawing of marker plates: flat squares with a pattern of cells."""
 
 import taichi as ti
 
@@ -11,10 +11,10 @@ from services.sim.camera.kernels.rays import (
     vector_f64,
 )
 
-FINE = 3
-"""Rays a pixel, along each axis: edges of cells must lie where they are."""
-STICKER = 0.0015
-"""A plate is seen although the face that it lies on is this much nearer [m]."""
+SUPERSAMPLING = 3
+"""Rays of a pixel along each axis, which place the edges of cells within a pixel."""
+PLATE_DEPTH_MARGIN = 0.0015
+"""Depth by which a face may lie in front of a plate without hiding it [m]."""
 
 
 @ti.kernel
@@ -25,7 +25,7 @@ def draw_plates(
     plates: rows_f64,
     patterns: ti.types.ndarray(dtype=ti.u8, ndim=3),
 ):
-    """Draws plates over what is there.
+    """Draw plates over an image.
 
     Args:
         color: (H, 3 W): red, green and blue of each pixel.
@@ -48,7 +48,7 @@ def draw_plates(
             half = plates[m, 9]
             normal = x.cross(y)
             above = normal.dot(eye - centre)
-            # From here on in the optical frame.
+            # In the optical frame from here on.
             p = R.transpose() @ (centre - eye)
             reach = 1.5 * half
             if above > 0.0 and p[2] - reach > NEAR:
@@ -71,9 +71,9 @@ def draw_plates(
                         bright = 0.0
                         nearest = 0.0
                         lit = 0.0
-                        for k in range(FINE * FINE):
-                            du = (k % FINE + 0.5) / FINE - 0.5
-                            dv = (k // FINE + 0.5) / FINE - 0.5
+                        for k in range(SUPERSAMPLING * SUPERSAMPLING):
+                            du = (k % SUPERSAMPLING + 0.5) / SUPERSAMPLING - 0.5
+                            dv = (k // SUPERSAMPLING + 0.5) / SUPERSAMPLING - 0.5
                             ray = ti.Vector(
                                 [(u + du - cx) / fx, (v + dv - cy) / fy, 1.0], dt=ti.f64
                             )
@@ -92,8 +92,8 @@ def draw_plates(
                                     lit += 0.4 + 0.6 * down / d.norm()
                         if covered > 0.0:
                             z = nearest / covered
-                            if z < z_buffer[v, u] + STICKER:
-                                part = covered / (FINE * FINE)
+                            if z < z_buffer[v, u] + PLATE_DEPTH_MARGIN:
+                                part = covered / (SUPERSAMPLING * SUPERSAMPLING)
                                 grey = bright / covered * lit / covered
                                 for c in ti.static(range(3)):
                                     value = (1.0 - part) * color[v, 3 * u + c] + part * grey

@@ -1,9 +1,11 @@
-"""What the camera's kernels share: types, limits, and one intersection."""
+"""Types, limits and functions shared by the camera's kernels."""
 
 import taichi as ti
 
 FAR = 1e6
+"""Depth of a ray that hits nothing [m]."""
 NEAR = 0.02
+"""Least depth that is drawn [m]."""
 
 images_f32 = ti.types.ndarray(dtype=ti.f32, ndim=2)
 rows_f64 = ti.types.ndarray(dtype=ti.f64, ndim=2)
@@ -11,8 +13,8 @@ vector_f64 = ti.types.ndarray(dtype=ti.f64, ndim=1)
 
 
 @ti.func
-def nearest_of_sphere(o, d, r):
-    """Depth at which o + z d enters the sphere about the origin, FAR when it misses."""
+def sphere_hit(o, d, r):
+    """Depth at which the ray o + z d enters a sphere about the origin; `FAR` if it misses."""
     dd = d.dot(d)
     od = o.dot(d)
     h = od * od - dd * (o.dot(o) - r * r)
@@ -25,8 +27,8 @@ def nearest_of_sphere(o, d, r):
 
 
 @ti.func
-def turned(q, v):
-    """R(q) v."""
+def rotate(q, v):
+    """R(q) v of a unit quaternion q, wxyz."""
     w = ti.Vector([q[1], q[2], q[3]], dt=ti.f64)
     t = 2.0 * w.cross(v)
     return v + q[0] * t + w.cross(t)
@@ -34,7 +36,7 @@ def turned(q, v):
 
 @ti.func
 def rotation_of(camera: ti.template()):
-    """R_world_camera out of a packed camera."""
+    """R_world_camera of a packed camera."""
     return ti.Matrix(
         [
             [camera[4], camera[5], camera[6]],

@@ -1,5 +1,4 @@
-"""The rope as the simulated camera sees it: capsules, their edges blended into partly covered
-pixels."""
+"""Drawing of the rope: capsules whose edges are blended into partly covered pixels."""
 
 import taichi as ti
 
@@ -7,9 +6,9 @@ from services.sim.camera.kernels.rays import (
     FAR,
     NEAR,
     images_f32,
-    nearest_of_sphere,
     rotation_of,
     rows_f64,
+    sphere_hit,
     vector_f64,
 )
 
@@ -23,22 +22,22 @@ def draw_chains(
     camera: vector_f64,
     chains: rows_f64,
 ):
-    """Draws chains of capsules over what is there.
+    """Draw a chain of capsules over an image.
 
     Args:
         color: (H, 3 W): red, green and blue of each pixel.
         z_buffer: (H, W) [m].
-        cover: (H, W) scratch, part of the pixel that the rope covers.
-        shade: (H, W) scratch, cosine between the rope's normal and the ray.
+        cover: (H, W) scratch, share of the pixel that the rope covers [-].
+        shade: (H, W) scratch, cosine between the rope's normal and the ray [-].
         camera: fx, fy, cx, cy, R_world_camera by rows (9), position (3) [pixels, m].
-        chains: (k, 10): both ends of a capsule, its radius and colour [m, 0..255].
+        chains: (k, 10): both ends of a capsule, its radius and colour [m, 1/255].
     """
     height = z_buffer.shape[0]
     width = z_buffer.shape[1]
     fx, fy, cx, cy = camera[0], camera[1], camera[2], camera[3]
     R = rotation_of(camera)
     eye = ti.Vector([camera[13], camera[14], camera[15]], dt=ti.f64)
-    # Rows that the rope is seen in; all others stay as they are.
+    # Rows in which the rope can be seen; all others stay unchanged.
     first, last = height, -1
     for _ in range(1):
         for s in range(chains.shape[0]):
@@ -58,7 +57,7 @@ def draw_chains(
         for s in range(chains.shape[0]):
             start = ti.Vector([chains[s, 0], chains[s, 1], chains[s, 2]], dt=ti.f64) - eye
             end = ti.Vector([chains[s, 3], chains[s, 4], chains[s, 5]], dt=ti.f64) - eye
-            # From here on in the optical frame.
+            # In the optical frame from here on.
             p = R.transpose() @ start
             e = R.transpose() @ end - p
             r = chains[s, 6]
@@ -83,7 +82,7 @@ def draw_chains(
                     ):
                         d = ti.Vector([(u - cx) / fx, (v - cy) / fy, 1.0], dt=ti.f64)
                         dd, de, od = d.dot(d), d.dot(e), -p.dot(d)
-                        # Closest approach of ray and axis: how much of the pixel is rope.
+                        # The closest approach of ray and axis sets the share of the pixel that is rope.
                         across = dd * ee - de * de
                         t = 0.0
                         if across > 1e-15:
@@ -109,7 +108,7 @@ def draw_chains(
                             if z >= FAR:
                                 for k in range(2):
                                     tip = p + k * e
-                                    cap = nearest_of_sphere(-tip, d, r)
+                                    cap = sphere_hit(-tip, d, r)
                                     if cap < z:
                                         z = cap
                                         cosine = -(z * d - tip).dot(d) / r
@@ -119,7 +118,7 @@ def draw_chains(
                                     cover[v, u] = ti.f32(part)
                                 if z < z_buffer[v, u]:
                                     z_buffer[v, u] = ti.f32(z)
-                                    # The colour's brightness is kept in the sign-free shade.
+                                    # Brightness of the capsule nearest to the camera.
                                     shade[v, u] = ti.f32(cosine / ti.sqrt(dd))
                                 elif shaded == 0:
                                     shade[v, u] = ti.f32(0.0)

@@ -15,7 +15,8 @@ from services.perception.centerline.estimate import (
     RopeModel,
 )
 from services.perception.centerline.estimator import CenterlineEstimator
-from services.sim.camera.rgbd_camera import RgbdCamera, SensorNoise
+from services.sim.camera.rgbd_camera import RgbdCamera
+from services.sim.camera.sensor_noise import SensorNoise
 from tests.services.perception.scenes import CAMERA, ROPE, curve, grips, screen, taken
 
 CABLE = RopeModel(length=0.55, radius=0.0025, node_count=40)

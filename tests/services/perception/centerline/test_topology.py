@@ -15,8 +15,8 @@ from lariat.rod import Rod, RodProperties
 from services.perception.centerline.estimate import Expected, RopeModel
 from services.perception.centerline.estimator import CenterlineEstimator
 from services.sim.camera.rgbd_camera import RgbdCamera
+from services.sim.gripper_body import gripper_body
 from services.sim.plants.mujoco_plant import MujocoPlant
-from services.sim.service import gripper
 
 
 def pose(position: list[float], orientation: list[float]) -> Pose:
@@ -54,8 +54,8 @@ def test_what_the_image_does_not_settle_is_not_said_to_be_sure(
     camera = Camera(Intrinsics.symmetric(*size, math.radians(65.0)), eye)
     bodies = [
         Obstacle("half_space", (0.0, 0.0, -0.2)),
-        gripper(left, -1.0, *GRIPPER),
-        gripper(right, 1.0, *GRIPPER),
+        gripper_body(left, -1.0, *GRIPPER),
+        gripper_body(right, 1.0, *GRIPPER),
     ]
     frame = RgbdCamera(camera).take(nodes, radius, bodies)
     believed = RodProperties(

@@ -15,7 +15,7 @@ from lariat.rod import RodProperties
 from services.perception.centerline.estimator import CenterlineEstimator
 from services.perception.rgbd.depth_bias import DepthBias
 from services.perception.tracking.centerline_tracker import Tracker
-from services.sim.camera.rgbd_camera import SensorNoise
+from services.sim.camera.sensor_noise import SensorNoise
 from tests.services.perception.scenes import CAMERA, ROPE, curve, grips, taken
 
 BELIEVED = RodProperties(ROPE.length, 2.0 * ROPE.radius, 0.044, 1e6)

@@ -3,14 +3,14 @@ from __future__ import annotations
 import numpy as np
 
 from services.perception.tracking.paper_baseline import paper_nodes
-from services.sim.camera.rgbd_camera import PERFECT
+from services.sim.camera.sensor_noise import NOISELESS
 from tests.services.perception.scenes import CAMERA, ROPE, curve, taken
 
 
 def test_the_paper_s_nodes_lie_a_radius_above_the_axis() -> None:
     x = np.linspace(-0.2, 0.2, 30)
     nodes = np.stack([x, 0.0 * x, np.full(30, 0.2)], axis=1)
-    frame = taken(nodes, noise=PERFECT)
+    frame = taken(nodes, noise=NOISELESS)
     found = paper_nodes(frame.color, frame.depth, CAMERA, nodes[0], 0.4, 30)
     middle = found[5:-5]
     # The surface that faces the camera, not the centre line.

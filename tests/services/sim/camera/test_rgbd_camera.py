@@ -10,7 +10,8 @@ from jaxtyping import Float64
 from lariat.geometry import poses
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from lariat.geometry.obstacles import TABLE, Obstacle, scene_distance
-from services.sim.camera.rgbd_camera import PERFECT, RgbdCamera, SensorNoise
+from services.sim.camera.rgbd_camera import RgbdCamera
+from services.sim.camera.sensor_noise import NOISELESS, SensorNoise
 
 VIEW = Camera(
     Intrinsics.symmetric(320, 240, math.radians(60.0)),
@@ -46,7 +47,7 @@ def surface_distance(
 
 def test_every_depth_is_the_first_surface_on_its_ray() -> None:
     chain = arch()
-    depth = RgbdCamera(VIEW, PERFECT).take(chain, RADIUS, BODIES).depth / 1000.0
+    depth = RgbdCamera(VIEW, NOISELESS).take(chain, RADIUS, BODIES).depth / 1000.0
     rows, columns = np.mgrid[0:240:3, 0:320:3]
     pixels = np.stack([columns.ravel(), rows.ravel()], axis=1).astype(float)
     measured = depth[rows.ravel(), columns.ravel()]
@@ -62,7 +63,7 @@ def test_every_depth_is_the_first_surface_on_its_ray() -> None:
 
 def test_rays_past_everything_have_no_depth() -> None:
     up = Camera(VIEW.intrinsics, looking_at((0.0, 0.0, 0.5), (0.0, 1.0, 1.5)))
-    frame = RgbdCamera(up, PERFECT).take(arch() - [0.0, 1.0, 0.0], RADIUS, BODIES)
+    frame = RgbdCamera(up, NOISELESS).take(arch() - [0.0, 1.0, 0.0], RADIUS, BODIES)
     assert np.all(frame.depth[:100] == 0)
 
 
@@ -84,7 +85,7 @@ def test_depth_noise_has_the_asked_deviation() -> None:
 
 def test_half_the_edge_pixels_drop_out() -> None:
     noise = SensorNoise(depth_sigma=0.0, edge_mixing=0.0, edge_dropout=0.5)
-    exact = RgbdCamera(VIEW, PERFECT).take(arch(), RADIUS, BODIES).depth
+    exact = RgbdCamera(VIEW, NOISELESS).take(arch(), RADIUS, BODIES).depth
     noisy = RgbdCamera(VIEW, noise).take(arch(), RADIUS, BODIES).depth
     z = exact.astype(float) / 1000.0
     inner = z[1:-1, 1:-1]
@@ -118,7 +119,7 @@ def test_a_frame_depends_on_its_scene_and_on_none_before() -> None:
 
 def test_an_obstacle_in_front_hides_the_rope() -> None:
     chain = arch()
-    camera = RgbdCamera(VIEW, PERFECT)
+    camera = RgbdCamera(VIEW, NOISELESS)
     eye = VIEW.T_world_camera.position
     wall = Obstacle("sphere", tuple(eye + 0.6 * (chain[10] - eye)), radius=0.05)
     (u, v), _ = VIEW.project(chain[10])
@@ -130,7 +131,7 @@ def test_an_obstacle_in_front_hides_the_rope() -> None:
 def test_brightness_adds_up_to_the_rope_s_projected_width() -> None:
     chain = np.array([[-0.1, 0.0, 0.3], [0.1, 0.0, 0.3]])
     view = Camera(VIEW.intrinsics, looking_at((0.0, 0.0, 1.1), (0.0, 0.0, 0.3), (0.0, 1.0, 0.0)))
-    frame = RgbdCamera(view, PERFECT, background=0).take(chain, 0.004)
+    frame = RgbdCamera(view, NOISELESS, background=0).take(chain, 0.004)
     column = frame.color[:, 160, 0].astype(float) / 255.0
     width = 2.0 * 0.004 * view.intrinsics.fx / 0.8
     # Shading dims the flanks: a headlight gives a cylinder 0.6 + 0.4 pi / 4 of its width.

@@ -7,13 +7,14 @@ from lariat.geometry import polylines, poses
 from lariat.geometry.obstacles import TABLE, Obstacle, chain_clearance
 from lariat.geometry.poses import Pose
 from lariat.rod import RodProperties
-from services.sim.plants.mujoco_model import RopeTruth, rest_shape
+from services.sim.plants.end_motion import EndMotion, interpolate
+from services.sim.plants.mujoco_model import MujocoRope, rest_shape
 from services.sim.plants.mujoco_plant import MujocoPlant
-from services.sim.plants.plant import EndMotion, slack_curve, way
 from services.sim.plants.rod_plant import RodPlant
+from services.sim.plants.slack_curve import slack_curve
 
 ALONG_X = np.array([0.5, 0.5, 0.5, 0.5])
-ROPE = RopeTruth(0.45, 0.008, 30, 0.044, 1.0e6, damping=2.0)
+ROPE = MujocoRope(0.45, 0.008, 30, 0.044, 1.0e6, damping=2.0)
 LEFT = Pose(np.array([-0.18, 0.0, 0.3]), ALONG_X)
 RIGHT = Pose(np.array([0.18, 0.0, 0.3]), ALONG_X)
 TILT = tuple(poses.exponential(np.array([0.0, 0.3, 0.5])))
@@ -46,7 +47,7 @@ def test_a_grip_meets_both_poses_and_both_twists() -> None:
     )
     tiny = 1e-6
     times = np.array([0.0, tiny, 0.1, 0.1 + tiny])
-    positions, orientations = way(start, end, 0.1, times)
+    positions, orientations = interpolate(start, end, 0.1, times)
     turns = poses.multiply(orientations[1::2], poses.conjugate(orientations[::2]))
     rates = poses.logarithm(turns) / tiny
     for k, motion in enumerate((start, end)):
@@ -68,7 +69,7 @@ def test_a_slack_curve_has_its_length_between_its_grips() -> None:
 
 def test_an_unloaded_rope_with_rest_curvature_is_a_circle() -> None:
     curvature = 8.0
-    nodes, _ = rest_shape(RopeTruth(0.45, 0.008, 91, 0.044, 1e6, rest_curvature=(curvature, 0, 0)))
+    nodes, _ = rest_shape(MujocoRope(0.45, 0.008, 91, 0.044, 1e6, rest_curvature=(curvature, 0, 0)))
     # The tangent stays in the plane of z and y; a circle's chord is 2 sin(s k / 2) / k.
     chord = np.linalg.norm(nodes[-1] - nodes[0])
     assert np.ptp(nodes[:, 0]) < 1e-12
@@ -119,7 +120,7 @@ def test_twisting_an_end_moves_the_rope_out_of_its_plane() -> None:
 def test_a_profile_bends_where_it_is_soft() -> None:
     even = MujocoPlant(ROPE, [])
     soft_left = MujocoPlant(
-        RopeTruth(0.45, 0.008, 30, 0.044, 1.0e6, damping=2.0, stiffness_profile=(0.5, 0.5, 2, 2)),
+        MujocoRope(0.45, 0.008, 30, 0.044, 1.0e6, damping=2.0, stiffness_profile=(0.5, 0.5, 2, 2)),
         [],
     )
     for plant in (even, soft_left):

@@ -1,0 +1,43 @@
+"""Plant of a scenario."""
+
+from __future__ import annotations
+
+from lariat.rod import RodProperties
+from services.sim.plants.plant import Plant
+from shared.scenario import Scenario
+
+
+def true_properties(scenario: Scenario) -> RodProperties:
+    """Properties of the true rope, which the controller does not know."""
+    values = {k: v for k, v in vars(scenario.plant_rope).items() if k != "node_count"}
+    hidden = scenario.plant.rope
+    if hidden.stiffness_profile:
+        values["stiffness_profile"] = hidden.stiffness_profile
+    return RodProperties(**values, rest_curvature=(hidden.rest_curvature,))
+
+
+def build_plant(scenario: Scenario) -> Plant:
+    """Build the plant of a scenario, without bringing it to the scenario's start."""
+    properties = true_properties(scenario)
+    count = scenario.plant_rope.node_count
+    if scenario.plant.model == "rod":
+        from services.sim.plants.rod_plant import RodPlant
+
+        return RodPlant(properties, count, scenario.bodies, scenario.plant.self_contact)
+    # Imported here: a cell with the rod as its plant does not need MuJoCo.
+    from services.sim.plants.mujoco_model import MujocoRope
+    from services.sim.plants.mujoco_plant import MujocoPlant
+
+    rope = MujocoRope(
+        length=properties.length,
+        diameter=properties.diameter,
+        node_count=count,
+        linear_density=properties.linear_density,
+        youngs_modulus=properties.youngs_modulus,
+        poisson_ratio=properties.poisson_ratio,
+        damping=properties.damping,
+        stiffness_profile=scenario.plant.rope.stiffness_profile,
+        rest_curvature=scenario.plant.rope.rest_curvature,
+        friction=scenario.plant.friction,
+    )
+    return MujocoPlant(rope, scenario.bodies)

@@ -30,7 +30,11 @@ class RunPlots:
         self._draw_time = -math.inf
         self._stale = True
         self._error = add_chart(
-            gui, "Mean node error [mm]", "error", palette.BUSY, limit_label="tolerance"
+            gui,
+            "Mean node distance to the goal [mm]",
+            "error",
+            palette.BUSY,
+            limit_label="tolerance",
         )
         self._clearance = add_chart(
             gui, "Rope clearance [mm]", "clearance", palette.GOAL, limit_label="desired"

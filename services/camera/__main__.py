@@ -1,4 +1,4 @@
-"""`python -m services.camera`: a real RGB-D camera, or a recorded one, on the bus."""
+"""Run the camera service alone, live on the bus: `python -m services.camera`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the camera takes on its command line."""
+"""Command-line options of the camera service, beside those of every service."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class CameraOptions:
-    """Which camera plays; a RealSense where no recording is named."""
+    """Source of the images: a RealSense, or a recording if one is named."""
 
     recording: Path | None = None
-    """File whose camera plays instead of a device: an MCAP, or a .db3 or .bag of a RealSense."""
+    """File to play instead of using a device: an MCAP, or a .db3 or .bag of a RealSense."""
     camera: str = "overhead"
     """Name of the camera in an MCAP."""
     repeat: bool = True
-    """An MCAP begins again when it is over; a RealSense's recording always does."""
+    """Whether an MCAP starts again at its end; recordings of a RealSense always do."""
     serial: str = ""
-    """Of the device; empty: the first one."""
+    """Serial number of the device; empty for the first one."""

@@ -1,4 +1,4 @@
-"""A recorded RGB-D camera that plays again at its own pace."""
+"""Playback of a recorded RGB-D camera at its original pace."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from services.camera.source import Shot
+from services.camera.source import Exposure
 from shared import topics
 from shared.configuration import ConfigurationError
 from shared.messages import stamp_of
@@ -14,13 +14,18 @@ from shared.recording import Recording
 
 
 class Playback:
-    """Plays the colour and depth images of one camera."""
+    """Source that plays the images of one camera of an MCAP file."""
 
     def __init__(self, path: Path, camera: str, repeat: bool) -> None:
-        """Opens the file.
+        """Open the file.
+
+        Args:
+            path: MCAP file.
+            camera: Name of the camera in the file.
+            repeat: Whether to start again at the end.
 
         Raises:
-            ConfigurationError: It cannot be read, or holds no whole exposure of the camera.
+            ConfigurationError: The file cannot be read or holds no complete exposure.
         """
         self._keys = tuple(
             topic.at(camera).key
@@ -31,40 +36,40 @@ class Playback:
             self._recording = Recording.open(path)
         except ValueError as error:
             raise ConfigurationError(f"--recording {path}: {error}") from error
-        self._shots = self._all()
-        self._next = next(self._shots, None)
+        self._exposures = self._read()
+        self._next = next(self._exposures, None)
         if self._next is None:
             raise ConfigurationError(
                 f"--recording {path}: no colour and depth of one stamp with a calibration "
                 f"on {', '.join(self._keys)}"
             )
-        self._begin: tuple[int, int] | None = None
+        self._started: tuple[int, int] | None = None
 
-    def newest(self, now: int) -> Shot | None:
-        """The newest exposure that is due."""
+    def newest(self, now: int) -> Exposure | None:
+        """Return the newest exposure that is due."""
         due = None
         while self._next is not None:
-            if self._begin is None:
-                self._begin = now, self._next.exposed
-            began, first = self._begin
-            if now - began < self._next.exposed - first:
+            if self._started is None:
+                self._started = now, self._next.time
+            started, first = self._started
+            if now - started < self._next.time - first:
                 break
             due = self._next
-            self._next = next(self._shots, None)
+            self._next = next(self._exposures, None)
             if self._next is None and self._repeat:
-                self._shots, self._begin = self._all(), None
-                self._next = next(self._shots, None)
+                self._exposures, self._started = self._read(), None
+                self._next = next(self._exposures, None)
                 break
         return due
 
     def close(self) -> None:
-        """Has nothing to let go of."""
+        """Do nothing: the file is not kept open."""
 
-    def _all(self) -> Iterator[Shot]:
+    def _read(self) -> Iterator[Exposure]:
         color_key, depth_key, calibration_key = self._keys
         waiting: dict[int, dict[str, Any]] = {}
         calibration = None
-        early: list[tuple[int, dict[str, Any]]] = []
+        uncalibrated: list[tuple[int, dict[str, Any]]] = []
         for entry in self._recording.messages(self._keys):
             message = entry.parse()
             if entry.key == calibration_key:
@@ -74,9 +79,9 @@ class Playback:
                 pair = waiting.setdefault(stamp, {})
                 pair[entry.key] = message
                 if len(pair) == 2:
-                    early.append((stamp, waiting.pop(stamp)))
+                    uncalibrated.append((stamp, waiting.pop(stamp)))
             if calibration is not None:
-                # The first images may have been recorded before the first calibration.
-                for stamp, whole in early:
-                    yield Shot(whole[color_key], whole[depth_key], calibration, stamp)
-                early.clear()
+                # The first images may precede the first calibration.
+                for stamp, images in uncalibrated:
+                    yield Exposure(images[color_key], images[depth_key], calibration, stamp)
+                uncalibrated.clear()

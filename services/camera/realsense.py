@@ -1,6 +1,6 @@
-"""An Intel RealSense through its maker's library, which is an optional extra: camera of the stack.
+"""Intel RealSense camera, by its maker's library, which the extra `camera` of the stack installs.
 
-The library's own recordings (.db3, .bag) play in the device's place.
+Recordings of that library (.db3, .bag) can be played in place of a device.
 """
 
 from __future__ import annotations
@@ -14,37 +14,38 @@ from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
-from services.camera.source import Shot
+from services.camera.source import Exposure
 from shared.configuration import ConfigurationError
 
 JPEG_QUALITY = 95
-MODELS = {
+"""Quality of the colour images [%]."""
+DISTORTION_MODELS = {
     rs.distortion.none: "plumb_bob",
     rs.distortion.brown_conrady: "plumb_bob",
-    # The maker's inverse model is the plumb bob's for the tiny coefficients that devices have.
+    # Equal to the plumb bob for the small coefficients of these devices.
     rs.distortion.inverse_brown_conrady: "plumb_bob",
 }
 
 
 class RealSense:
-    """One device; depth is registered to colour by the library."""
+    """Device whose depth is registered to colour by its library."""
 
     def __init__(
         self, serial: str, resolution: tuple[int, int], rate: int, recording: Path | None = None
     ) -> None:
-        """Starts both streams.
+        """Start both streams.
 
         Args:
-            serial: Of the device; empty: the first one.
-            resolution: Of both streams [pixels].
-            rate: [Hz].
-            recording: File that plays instead, as large and as fast as it was recorded.
+            serial: Serial number of the device; empty for the first one.
+            resolution: Width and height of both streams [pixels].
+            rate: Rate of both streams [Hz].
+            recording: File to play instead, at its own resolution and rate.
 
         Raises:
-            ConfigurationError: There is no such device, or it cannot do what is asked.
+            ConfigurationError: There is no such device, or it lacks this resolution or rate.
         """
         self._pipeline = rs.pipeline()
-        self._exposed = -1.0
+        self._last_time = -1.0
         config = rs.config()
         if recording is not None:
             config.enable_device_from_file(str(recording))
@@ -59,35 +60,37 @@ class RealSense:
             width, height = resolution
             asked = f"camera {serial or '(any)'} at {width} x {height}, {rate} Hz"
             raise ConfigurationError(f"{recording or asked}: {error}") from error
-        self._millimetres = 1e3 * profile.get_device().first_depth_sensor().get_depth_scale()
+        self._millimeters_per_unit = (
+            1e3 * profile.get_device().first_depth_sensor().get_depth_scale()
+        )
         self._align = rs.align(rs.stream.color)
 
-    def newest(self, now: int) -> Shot | None:
-        """The newest exposure, when there is one."""
+    def newest(self, now: int) -> Exposure | None:
+        """Return the newest exposure; None if there is none."""
         frames = self._pipeline.poll_for_frames()
         if not frames:
             return None
         frames = self._align.process(frames)
         color, depth = frames.get_color_frame(), frames.get_depth_frame()
-        # A new depth may come with the colour of the exposure before.
-        if not color or not depth or color.get_timestamp() == self._exposed:
+        # A new depth image may come with the colour image of the previous exposure.
+        if not color or not depth or color.get_timestamp() == self._last_time:
             return None
-        self._exposed = color.get_timestamp()
+        self._last_time = color.get_timestamp()
         bgr = np.asanyarray(color.get_data())[..., ::-1]
         jpeg = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1]
-        z = np.rint(np.asanyarray(depth.get_data()) * self._millimetres).astype("<u2")
+        z = np.rint(np.asanyarray(depth.get_data()) * self._millimeters_per_unit).astype("<u2")
         height, width = z.shape
-        return Shot(
+        return Exposure(
             CompressedImage(data=jpeg.tobytes(), format="jpeg"),
             RawImage(
                 width=width, height=height, encoding="16UC1", step=2 * width, data=z.tobytes()
             ),
             _calibration(color.profile.as_video_stream_profile().intrinsics),
-            round(1e6 * self._exposed),
+            round(1e6 * self._last_time),
         )
 
     def close(self) -> None:
-        """Stops both streams."""
+        """Stop both streams."""
         self._pipeline.stop()
 
 
@@ -95,7 +98,7 @@ def _calibration(i: rs.intrinsics) -> CameraCalibration:
     return CameraCalibration(
         width=i.width,
         height=i.height,
-        distortion_model=MODELS.get(i.model, str(i.model)),
+        distortion_model=DISTORTION_MODELS.get(i.model, str(i.model)),
         D=list(i.coeffs),
         K=[i.fx, 0.0, i.ppx, 0.0, i.fy, i.ppy, 0.0, 0.0, 1.0],
         R=np.eye(3).ravel(),

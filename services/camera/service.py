@@ -1,4 +1,4 @@
-"""Puts a camera's exposures on the bus, stamped by the cell's clock."""
+"""The camera service: publishes exposures, stamped by the cell's clock."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from services.camera.clock_offset import ClockOffset
 from services.camera.options import CameraOptions
 from services.camera.playback import Playback
-from services.camera.source import Source
+from services.camera.source import CameraSource
 from shared import topics
 from shared.configuration import ConfigurationError
 from shared.messages import timestamp
@@ -17,12 +17,16 @@ from shared.service import SECOND, Inbox, Publication
 COLOR = topics.CAMERA_COLOR.at(topics.CAMERA)
 DEPTH = topics.CAMERA_DEPTH.at(topics.CAMERA)
 CALIBRATION = topics.CAMERA_CALIBRATION.at(topics.CAMERA)
-MAKERS = (".bag", ".db3")
-"""Endings of recordings that a device's own library plays."""
+REALSENSE_SUFFIXES = (".bag", ".db3")
+"""Suffixes of recordings that the library of a RealSense plays."""
+CALIBRATION_PERIOD = SECOND
+"""Time between two calibration messages [ns]."""
+SILENCE_TIMEOUT = SECOND
+"""Time without an exposure after which the health says so [ns]."""
 
 
 class CameraService:
-    """A camera from outside, in the place of the simulated one."""
+    """Real or recorded camera."""
 
     name = "camera"
     reads = ()
@@ -30,47 +34,48 @@ class CameraService:
     rate = 60.0
     latency = 0.0
 
-    def __init__(self, source: Source, latency: float) -> None:
-        """
+    def __init__(self, source: CameraSource, latency: float) -> None:
+        """Start without an exposure.
+
         Args:
-            source: Where exposures come from.
+            source: Source of the exposures.
             latency: Least time from exposure to arrival [s].
         """
         self._source = source
         self._clock = ClockOffset(round(latency * SECOND))
-        self._last: int | None = None
-        self._calibrated = -SECOND
+        self._last_arrival: int | None = None
+        self._calibration_time = -CALIBRATION_PERIOD
         self.note = "waiting for the first exposure"
 
     def warm_up(self) -> None:
-        """Has nothing to compile."""
+        """Do nothing: no code is compiled here."""
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
-        """Publishes the newest exposure."""
-        shot = self._source.newest(now)
-        if shot is None:
-            if self._last is not None and now - self._last > SECOND:
-                self.note = f"no exposure for {(now - self._last) / SECOND:.0f} s"
+        """Publish the newest exposure."""
+        exposure = self._source.newest(now)
+        if exposure is None:
+            if self._last_arrival is not None and now - self._last_arrival > SILENCE_TIMEOUT:
+                self.note = f"no exposure for {(now - self._last_arrival) / SECOND:.0f} s"
             return
-        self._last = now
-        stamp = self._clock.stamp(shot.exposed, now)
+        self._last_arrival = now
+        stamp = self._clock.stamp(exposure.time, now)
         self.note = f"clock offset {(self._clock.offset or 0) / SECOND:.4f} s"
-        for message in (shot.color, shot.depth, shot.calibration):
+        for message in (exposure.color, exposure.depth, exposure.calibration):
             message.timestamp.CopyFrom(timestamp(stamp))
             message.frame_id = topics.CAMERA
-        if now - self._calibrated >= SECOND:
-            self._calibrated = now
-            yield Publication(CALIBRATION, shot.calibration)
-        yield Publication(COLOR, shot.color)
-        yield Publication(DEPTH, shot.depth)
+        if now - self._calibration_time >= CALIBRATION_PERIOD:
+            self._calibration_time = now
+            yield Publication(CALIBRATION, exposure.calibration)
+        yield Publication(COLOR, exposure.color)
+        yield Publication(DEPTH, exposure.depth)
 
     def close(self) -> None:
-        """Lets go of the device."""
+        """Release the device or the file."""
         self._source.close()
 
 
 def build(scenario: Scenario, session: str, options: CameraOptions | None = None) -> CameraService:
-    """The camera of a scenario.
+    """Build the camera of a scenario.
 
     Raises:
         ConfigurationError: The scenario has a simulated camera, or the source cannot be opened.
@@ -79,14 +84,13 @@ def build(scenario: Scenario, session: str, options: CameraOptions | None = None
     sensing = scenario.sensing
     if sensing.source != "camera" or not sensing.outside:
         raise ConfigurationError(
-            f"scenario {scenario.name!r} sees with its own camera; set sensing.source = 'camera' "
+            f"scenario {scenario.name!r} simulates its camera; set sensing.source = 'camera' "
             "and sensing.outside = true"
         )
-    devices = options.recording is None or options.recording.suffix in MAKERS
-    if options.recording is not None and not devices:
+    if options.recording is not None and options.recording.suffix not in REALSENSE_SUFFIXES:
         playback = Playback(options.recording, options.camera, options.repeat)
         return CameraService(playback, latency=0.0)
-    # Only who has a device needs its library.
+    # Imported here: an MCAP needs no library of a device.
     from services.camera.realsense import RealSense
 
     device = RealSense(options.serial, sensing.resolution, round(sensing.rate), options.recording)

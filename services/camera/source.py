@@ -1,4 +1,4 @@
-"""Where frames come from: a device, or a recording."""
+"""Interface of a source of exposures: a device, or a recording."""
 
 from __future__ import annotations
 
@@ -11,28 +11,30 @@ from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
 
 @dataclass(frozen=True)
-class Shot:
-    """One exposure: depth registered to the pixels of the colour image."""
+class Exposure:
+    """Colour and depth image, registered to the pixels of the colour image."""
 
     color: CompressedImage
+    """Colour image."""
     depth: RawImage
+    """Depth image."""
     calibration: CameraCalibration
-    """Of the colour image."""
-    exposed: int
-    """By the source's own clock [ns]."""
+    """Calibration of the colour image."""
+    time: int
+    """Time of the exposure by the source's own clock [ns]."""
 
 
-class Source(Protocol):
-    """Something that takes pictures."""
+class CameraSource(Protocol):
+    """Source of exposures."""
 
-    def newest(self, now: int) -> Shot | None:
-        """The newest exposure since the last call, without waiting for one.
+    def newest(self, now: int) -> Exposure | None:
+        """Return the newest exposure since the last call; None if there is none. Never waits.
 
         Args:
-            now: By the cell's clock [ns].
+            now: Present time by the cell's clock [ns].
         """
         ...
 
     def close(self) -> None:
-        """Lets go of the device."""
+        """Release the device or the file."""
         ...

@@ -1,4 +1,4 @@
-"""`python -m services.recorder`: this service alone, live on the bus."""
+"""Run the recorder alone, live on the bus: `python -m services.recorder`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What viewers such as Foxglove draw of a cell: rope, prediction, goal, obstacles and grips."""
+"""Drawing of the cell for viewers such as Foxglove: rope, prediction, goal, obstacles, grippers."""
 
 from __future__ import annotations
 
@@ -24,15 +24,18 @@ from shared.messages import ArmStates, arm_pose, chain, scene_obstacles, timesta
 from shared.scenario import SIDES, Scenario
 
 FRAME = "world"
+"""Name of the frame of all entities."""
 ROPE = Color(r=1.0, g=0.62, b=0.1, a=1.0)
 PREDICTION = Color(r=0.2, g=0.75, b=1.0, a=0.8)
 GOAL = Color(r=0.25, g=0.85, b=0.35, a=0.9)
 OBSTACLE = Color(r=0.6, g=0.62, b=0.68, a=0.9)
 SUPPORT = Color(r=0.62, g=0.55, b=0.45, a=0.6)
-GRIP = Color(r=0.85, g=0.2, b=0.3, a=1.0)
-GROUND = 2.0
-"""Extent of a half space as it is drawn [m]."""
-DRAWN = (
+GRIPPER = Color(r=0.85, g=0.2, b=0.3, a=1.0)
+HALF_SPACE_SIDE = 2.0
+"""Side of the square drawn for a half space [m]."""
+HALF_SPACE_THICKNESS = 1e-3
+"""Thickness of that square [m]."""
+DRAWN_TOPICS = (
     topics.ROPE_NODES,
     topics.TASK_STATE,
     topics.SCENE_STATE,
@@ -41,24 +44,24 @@ DRAWN = (
 )
 
 
-class View:
-    """Keeps the newest state of what is drawn."""
+class FoxgloveScene:
+    """Newest messages of the drawn topics, and their drawing."""
 
     def __init__(self, scenario: Scenario) -> None:
         self._thickness = scenario.rope.diameter
         self._gripper = (scenario.limits.gripper_radius, scenario.limits.gripper_height)
-        self._kinds = {topic.key: topic.type for topic in DRAWN}
+        self._types = {topic.key: topic.type for topic in DRAWN_TOPICS}
         self._newest: dict[str, bytes] = {}
 
     def take(self, key: str, payload: bytes) -> None:
-        """Takes one message of any topic."""
-        if key in self._kinds:
+        """Take an encoded message of any topic."""
+        if key in self._types:
             self._newest[key] = payload
 
     def draw(self, now: int) -> SceneUpdate:
-        """Everything that is known at an instant [ns]."""
+        """Draw the newest messages; the entities are stamped with `now` [ns]."""
         update = SceneUpdate()
-        newest = {key: self._kinds[key].FromString(p) for key, p in self._newest.items()}
+        newest = {key: self._types[key].FromString(p) for key, p in self._newest.items()}
         entities = {key: self._entity(update, key, now) for key in ("rope", "goal", "prediction")}
         if rope := newest.get(topics.ROPE_NODES.key):
             self._line(entities["rope"], chain(rope.positions), ROPE)
@@ -75,7 +78,7 @@ class View:
         return update
 
     def _entity(self, update: SceneUpdate, name: str, now: int) -> SceneEntity:
-        # An entity replaces the older one of its name.
+        # An entity replaces the previous one of its id.
         return update.entities.add(timestamp=timestamp(now), frame_id=FRAME, id=name)
 
     def _line(self, entity: SceneEntity, nodes: Float64[np.ndarray, "n 3"], color: Color) -> None:
@@ -90,13 +93,15 @@ class View:
 
     def _add_grippers(self, entity: SceneEntity, arms: ArmStates) -> None:
         radius, height = self._gripper
-        # Bodies point away from the rope, whose z runs from left to right.
+        # The grips' z axes run along the rope from left to right; grippers point away from it.
         for side, away in zip(SIDES, (-1.0, 1.0), strict=True):
             if not any(a.arm == side and len(a.position) == 3 for a in arms.arms):
                 continue
             grip = arm_pose(arms, side)
             middle = grip.apply(np.array([0.0, 0.0, away * height / 2.0]))
-            entity.cylinders.append(_cylinder(Pose(middle, grip.orientation), radius, height, GRIP))
+            entity.cylinders.append(
+                _cylinder(Pose(middle, grip.orientation), radius, height, GRIPPER)
+            )
 
 
 def _add_obstacle(entity: SceneEntity, obstacle: Obstacle) -> None:
@@ -117,10 +122,9 @@ def _add_obstacle(entity: SceneEntity, obstacle: Obstacle) -> None:
         case "half_space":
             up = poses.normalized(np.array(obstacle.normal))
             turn = poses.between(np.array([0.0, 0.0, 1.0]), up)
-            thickness = 1e-3
             below = Pose(pose.position, poses.multiply(pose.orientation, turn))
-            center = below.apply(np.array([0.0, 0.0, -thickness / 2.0]))
-            size = (GROUND, GROUND, thickness)
+            center = below.apply(np.array([0.0, 0.0, -HALF_SPACE_THICKNESS / 2.0]))
+            size = (HALF_SPACE_SIDE, HALF_SPACE_SIDE, HALF_SPACE_THICKNESS)
             entity.cubes.append(_box(Pose(center, below.orientation), size, SUPPORT))
 
 

@@ -1,4 +1,4 @@
-"""What the recorder takes on its command line."""
+"""Command-line options of the recorder, beside those of every service."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class RecorderOptions:
-    """Where recordings go."""
+    """Folder of the recordings, and space to leave on its disk."""
 
     folder: Path = Path("recordings")
-    """Holds one MCAP file for each run."""
+    """Folder that receives one MCAP file for each run."""
     least_free: float = 0.5
-    """Recording stops when less than this is left on the disk [GB]."""
+    """Free space on the disk below which recording stops [GB]."""

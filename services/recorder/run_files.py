@@ -1,7 +1,8 @@
-"""Which file messages go to: one for each run, from idle to its end.
+"""Files of the recorder: one for each run, which begins while the cell is still idle.
 
-A file begins when the recorder starts or a run has ended, so that every run has what came before
-it. What cannot be written is said in `trouble` and tried again later; it never stops a cell.
+A file is opened when the recorder starts and whenever a run has ended, so that it holds what came
+before its run. A file that cannot be written never stops the cell: `trouble` gives the reason, and
+the recorder tries again later.
 """
 
 from __future__ import annotations
@@ -19,41 +20,49 @@ from shared.scenario import Scenario
 from shared.service import SECOND
 from shared.topics import Topic
 
-LINGER = 2 * SECOND
-"""A run that is reached or has failed is recorded for so long after [ns]."""
-IDLE_IMAGES = 30 * SECOND
-"""A cell that idles longer goes on being recorded, but without images, until a run starts [ns]."""
-RETRY = 10 * SECOND
-"""Time between two attempts to write where it did not work [ns]."""
+AFTER_RUN_TIME = 2 * SECOND
+"""Time for which recording goes on after a run has reached its goal or failed [ns]."""
+IDLE_IMAGE_TIME = 30 * SECOND
+"""Time after which an idle cell is recorded without images, until a run starts [ns]."""
+RETRY_PERIOD = 10 * SECOND
+"""Time between two attempts to open a file [ns]."""
 
 
 class RunFiles:
-    """Opens, fills and closes the files of a folder."""
+    """Writer of one file after another into a folder."""
 
     def __init__(self, scenario: Scenario, options: RecorderOptions) -> None:
         self._scenario = scenario
         self._options = options
         self._writer: Writer | None = None
-        self._first = True
-        self._retry_at = 0
-        self._opened = 0
-        self._over_since = 0
+        self._is_first_file = True
+        self._retry_time = 0
+        self._open_time = 0
+        self._run_end = 0
         self.run = ""
-        """Name of the run in the file; empty while the cell idles."""
+        """Name of the run in the file; empty while the cell is idle."""
         self.trouble = ""
-        """Why nothing is being recorded; empty otherwise."""
+        """Reason why nothing is recorded; empty while a file is open."""
 
     @property
     def writer(self) -> Writer | None:
-        """The file being written; None when that does not work."""
+        """Writer of the open file; None if there is none."""
         return self._writer
 
     def write(
         self, topic: Topic, payload: bytes, publisher: str, sequence: int, received: int
     ) -> None:
-        """Adds one message, where there is a file."""
-        self._begin_if_due(received)
-        if self._writer is None or (topic.large and self._idles(received)):
+        """Write a message to the open file, if there is one.
+
+        Args:
+            topic: Topic of the message.
+            payload: Encoded message.
+            publisher: Session id of the publisher.
+            sequence: Number of the message, counted by its publisher.
+            received: Time of receipt [ns].
+        """
+        self._open_if_due(received)
+        if self._writer is None or (topic.large and self._is_long_idle(received)):
             return
         try:
             self._writer.write(topic, payload, publisher, sequence, received)
@@ -61,76 +70,76 @@ class RunFiles:
             self._give_up(f"cannot write {self._writer.path}: {error}", received)
 
     def take_task(self, task: TaskState, now: int) -> None:
-        """Ends the file when the run in it is over; to be told before the message is written."""
+        """Open and close files by the state of the run; call it before writing the message."""
         over = task.state in (IDLE, REACHED, FAILED)
         if self.run and (task.state == IDLE or (task.run and task.run != self.run)):
-            self._end(now)
+            self._next_file(now)
         if self.run:
-            self._over_since = (self._over_since or now) if over else 0
+            self._run_end = (self._run_end or now) if over else 0
         elif not over:
-            self.run, self._over_since = task.run or "unnamed", 0
+            self.run, self._run_end = task.run or "unnamed", 0
 
     def tick(self, now: int) -> None:
-        """Opens a file when there is none, flushes the open one each second."""
-        if self.run and self._over_since and now - self._over_since >= LINGER:
-            self._end(now)
-        self._begin_if_due(now)
+        """Open a file if there is none, check the free space, flush the open file."""
+        if self.run and self._run_end and now - self._run_end >= AFTER_RUN_TIME:
+            self._next_file(now)
+        self._open_if_due(now)
         if self._writer is None:
             return
         try:
-            self._check_room()
+            self._check_free_space()
             self._writer.flush(now)
         except OSError as error:
             self._give_up(f"cannot write {self._writer.path}: {error}", now)
 
     def close(self) -> None:
-        """Ends the open file; one that holds nothing but idling after a run is removed."""
+        """Close the open file; remove it if it holds only an idle cell after a run."""
         if self._writer is None:
             return
         writer, self._writer = self._writer, None
         try:
             writer.close()
-            if not self.run and not self._first:
+            if not self.run and not self._is_first_file:
                 writer.path.unlink()
         except OSError as error:
-            self.trouble = f"cannot end {writer.path}: {error}"
+            self.trouble = f"cannot close {writer.path}: {error}"
 
-    def _idles(self, now: int) -> bool:
-        return not self.run and now - self._opened > IDLE_IMAGES
+    def _is_long_idle(self, now: int) -> bool:
+        return not self.run and now - self._open_time > IDLE_IMAGE_TIME
 
-    def _begin_if_due(self, now: int) -> None:
-        if self._writer is None and now >= self._retry_at:
-            self._begin(now)
+    def _open_if_due(self, now: int) -> None:
+        if self._writer is None and now >= self._retry_time:
+            self._open(now)
 
-    def _check_room(self) -> None:
+    def _check_free_space(self) -> None:
         free = shutil.disk_usage(self._options.folder).free / 1e9
         if free < self._options.least_free:
             raise OSError(
                 f"only {free:.2f} GB are left on its disk; make room, or lower --least-free"
             )
 
-    def _begin(self, now: int) -> None:
+    def _open(self, now: int) -> None:
         path = self._path(now)
         try:
-            # Else every attempt would leave a file on a disk that has no room for it.
+            # Before the file is created: otherwise every attempt would leave a file on a full disk.
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._check_room()
+            self._check_free_space()
             self._writer = Writer(path, self._scenario, now, {"time": "live"})
         except OSError as error:
             self._give_up(f"cannot record to {path.parent}: {error}", now)
             return
-        self._opened, self.trouble = now, ""
+        self._open_time, self.trouble = now, ""
 
-    def _end(self, now: int) -> None:
+    def _next_file(self, now: int) -> None:
         self.close()
-        self.run, self._over_since, self._first = "", 0, False
-        self._begin(now)
+        self.run, self._run_end, self._is_first_file = "", 0, False
+        self._open(now)
 
     def _give_up(self, reason: str, now: int) -> None:
-        self.trouble, self._retry_at = reason, now + RETRY
+        self.trouble, self._retry_time = reason, now + RETRY_PERIOD
         writer, self._writer = self._writer, None
         if writer is not None:
-            # When its index does not fit either, `lariat repair` makes one.
+            # The index may not fit on the disk; `lariat repair` rebuilds it.
             with suppress(OSError):
                 writer.close()
 

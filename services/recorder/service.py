@@ -1,4 +1,4 @@
-"""Records everything that the cell says, and draws it for viewers."""
+"""The recorder service: writes every message of the bus and draws the cell for viewers."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import logging
 from collections.abc import Iterator
 from typing import Protocol
 
-from services.recorder.foxglove_scene import View
+from services.recorder.foxglove_scene import FoxgloveScene
 from services.recorder.options import RecorderOptions
 from services.recorder.run_files import RunFiles
 from shared import topics
@@ -18,8 +18,8 @@ from shared.topics import Topic
 log = logging.getLogger(__name__)
 
 
-class Heard(Protocol):
-    """A message as it crossed the bus, not yet decoded."""
+class EncodedMessage(Protocol):
+    """Message as it crossed the bus, not yet decoded."""
 
     @property
     def key(self) -> str: ...
@@ -34,7 +34,7 @@ class Heard(Protocol):
 
 
 class RecorderService:
-    """Writes what `tap` is given; its steps open, flush and end files."""
+    """Recorder whose `tap` writes messages and whose steps open, flush and close files."""
 
     name = "recorder"
     reads = ()
@@ -44,45 +44,47 @@ class RecorderService:
 
     def __init__(self, scenario: Scenario, options: RecorderOptions) -> None:
         self._files = RunFiles(scenario, options)
-        self._view = View(scenario)
+        self._scene = FoxgloveScene(scenario)
         self._topics: dict[str, Topic | None] = {}
-        self._next: dict[tuple[str, str], int] = {}
+        self._next_sequence: dict[tuple[str, str], int] = {}
         self._drops = 0
-        self._said: tuple[bool, str, str] | None = None
-        self._said_at = 0
+        self._published: tuple[bool, str, str] | None = None
+        self._publish_time = 0
         self.note = ""
 
     def warm_up(self) -> None:
-        """Nothing is compiled here."""
+        """Do nothing: no code is compiled here."""
 
-    def tap(self, heard: Heard) -> None:
-        """Takes one message of the bus."""
-        topic = self._topic(heard.key)
+    def tap(self, message: EncodedMessage) -> None:
+        """Take a message of the bus."""
+        topic = self._topic(message.key)
         if topic is None:
             return
-        expected = self._next.get((heard.key, heard.publisher), heard.sequence)
-        self._drops += max(0, heard.sequence - expected)
-        self._next[heard.key, heard.publisher] = heard.sequence + 1
-        if heard.key == topics.TASK_STATE.key:
-            self._files.take_task(TaskState.FromString(heard.payload), heard.received)
-        self._files.write(topic, heard.payload, heard.publisher, heard.sequence, heard.received)
-        self._view.take(heard.key, heard.payload)
+        expected = self._next_sequence.get((message.key, message.publisher), message.sequence)
+        self._drops += max(0, message.sequence - expected)
+        self._next_sequence[message.key, message.publisher] = message.sequence + 1
+        if message.key == topics.TASK_STATE.key:
+            self._files.take_task(TaskState.FromString(message.payload), message.received)
+        self._files.write(
+            topic, message.payload, message.publisher, message.sequence, message.received
+        )
+        self._scene.take(message.key, message.payload)
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
-        """Looks after the files and draws the cell."""
+        """Open, flush and close files; publish the drawing and the recorder's state."""
         self._files.tick(now)
         if self._files.trouble != self.note:
             self.note = self._files.trouble
             if self.note:
                 log.error("not recording: %s", self.note)
-        yield Publication(topics.VIEW_SCENE, self._view.draw(now))
+        yield Publication(topics.VIEW_SCENE, self._scene.draw(now))
         writer = self._files.writer
-        said = (writer is not None, str(writer.path) if writer else "", self._files.run)
-        if said != self._said or now - self._said_at >= SECOND:
-            if said != self._said and writer:
+        state = (writer is not None, str(writer.path) if writer else "", self._files.run)
+        if state != self._published or now - self._publish_time >= SECOND:
+            if state != self._published and writer:
                 log.info("recording %s to %s", self._files.run or "idle cell", writer.path)
-            self._said, self._said_at = said, now
-            recording, file, run = said
+            self._published, self._publish_time = state, now
+            recording, file, run = state
             yield Publication(
                 topics.RUN_RECORD,
                 RecordState(
@@ -97,7 +99,7 @@ class RecorderService:
             )
 
     def close(self) -> None:
-        """Ends the open file."""
+        """Close the open file."""
         self._files.close()
 
     def _topic(self, key: str) -> Topic | None:
@@ -105,7 +107,7 @@ class RecorderService:
             try:
                 self._topics[key] = topics.find(key)
             except KeyError as error:
-                # Somebody else's key, or another version of Lariat.
+                # Key of another program, or of another version of Lariat.
                 log.warning("not recorded: %s", error)
                 self._topics[key] = None
         return self._topics[key]
@@ -114,5 +116,5 @@ class RecorderService:
 def build(
     scenario: Scenario, session: str, options: RecorderOptions | None = None
 ) -> RecorderService:
-    """The recorder of a scenario's cell."""
+    """Build the recorder of a scenario."""
     return RecorderService(scenario, options or RecorderOptions())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from services.recorder.foxglove_scene import View
+from services.recorder.foxglove_scene import FoxgloveScene
 from shared import topics
 from shared.recording import Writer
 from shared.scenario import Scenario
@@ -21,7 +21,7 @@ class RecorderTap:
             OSError: It exists already or cannot be written.
         """
         self._writer = Writer(path, scenario, stack.now, {"time": "simulated"})
-        self._view = View(scenario)
+        self._scene = FoxgloveScene(scenario)
         self._drawings = 0
 
     def __call__(self, delivery: Delivery) -> None:
@@ -33,9 +33,9 @@ class RecorderTap:
             delivery.sequence,
             delivery.received,
         )
-        self._view.take(delivery.key, delivery.payload)
+        self._scene.take(delivery.key, delivery.payload)
         if delivery.key == topics.ROPE_NODES.key:
-            drawing = self._view.draw(delivery.received)
+            drawing = self._scene.draw(delivery.received)
             payload = drawing.SerializeToString(deterministic=True)
             self._writer.write(
                 topics.VIEW_SCENE, payload, "recorder-0", self._drawings, delivery.received

@@ -84,7 +84,7 @@ def test_a_reset_brings_the_rope_back(model: str) -> None:
 @pytest.mark.parametrize("model", ["mujoco", "rod"])
 def test_an_obstacle_that_appears_holds_the_rope_up(model: str) -> None:
     world = World(scenario(source="truth", model=model))
-    world.stand(SECOND)
+    world.hold(SECOND)
     lowest = world.nodes[:, 2].min()
     ball = Obstacle("sphere", (0.0, 0.0, lowest - 0.04), radius=0.03, name="ball")
     world.set_obstacles([ball])
@@ -113,9 +113,9 @@ def test_without_arms_the_rope_is_shown_at_its_start() -> None:
 
 def test_time_without_arm_states_lets_the_rope_settle() -> None:
     world = World(scenario())
-    world.stand(SECOND)
+    world.hold(SECOND)
     before = world.nodes
-    world.stand(2 * SECOND)
+    world.hold(2 * SECOND)
     assert world.instant == 2 * SECOND
     assert np.max(np.abs(world.nodes - before)) < 1e-3
 

@@ -82,7 +82,7 @@ def draw_chains(
                     ):
                         d = ti.Vector([(u - cx) / fx, (v - cy) / fy, 1.0], dt=ti.f64)
                         dd, de, od = d.dot(d), d.dot(e), -p.dot(d)
-                        # The closest approach of ray and axis sets the share of the pixel that is rope.
+                        # Share of the pixel that is rope, by the closest approach of ray and axis.
                         across = dd * ee - de * de
                         t = 0.0
                         if across > 1e-15:

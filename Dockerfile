@@ -85,10 +85,14 @@ COPY services/controller services/controller
 USER lariat
 ENTRYPOINT ["python", "-m", "services.controller"]
 
-# The arm's kinematics. An image without Pinocchio would only fail once a scenario has a CR5.
+# The arm's kinematics. Older versions of pip find extras by their names with dashes only, and go on
+# without one that they do not find: hence the check.
 FROM base AS kinematics
+RUN apt-get update -qq \
+ && apt-get install -y -qq --no-install-recommends libgomp1 \
+ && rm -rf /var/lib/apt/lists/*
 RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --find-links=/wheels --editable './stack[robot_gateway,cr5_emulator]' \
+    pip install --quiet --find-links=/wheels --editable './stack[robot-gateway,cr5-emulator]' \
  && python -c "import pinocchio"
 
 FROM kinematics AS robot_gateway

@@ -1,1 +1,1 @@
-"""A CR5 that is not there: its maker's protocol, byte for byte, and an arm that moves behind it."""
+"""Emulator of a Dobot CR5: the vendor's TCP/IP protocol, byte for byte, and the arm's motion."""

@@ -13,7 +13,7 @@ from typing import Any
 
 import tyro
 
-from services.cr5_emulator.core import Emulator
+from services.cr5_emulator.emulator import Emulator
 from services.cr5_emulator.motion_log import MotionLog
 from services.cr5_emulator.options import FAULTS, Options
 from services.cr5_emulator.priority import raised_priority

@@ -1,4 +1,4 @@
-"""What the emulated arm tells on ports 30004 to 30006."""
+"""Feedback packets on ports 30004 to 30006."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import numpy as np
 from jaxtyping import Float64
 
 from services.cr5_emulator import frames
-from services.cr5_emulator.controller import COLLISION, Controller
-from services.cr5_emulator.load import Tether
+from services.cr5_emulator.controller import COLLISION_ALARM, Controller
+from services.cr5_emulator.tether import Tether
 from shared.cr5 import packet
 
 
-class Feedback:
-    """Writes packets of one controller."""
+class FeedbackWriter:
+    """Writes the packets of one controller."""
 
     def __init__(self, controller: Controller) -> None:
         self._controller = controller
@@ -20,19 +20,19 @@ class Feedback:
         self._noise = np.random.default_rng(controller.options.seed)
 
     def packet(self, now: float) -> bytes:
-        """The packet at a time [s since 1970]."""
+        """Return the packet of the present state. Args: now: Time stamp [s since 1970]."""
         c = self._controller
         r = packet.blank()
         r["digital_inputs"], r["digital_outputs"] = c.inputs, c.outputs
         r["robot_mode"], r["time_stamp"] = c.mode, round(1e3 * now)
         r["speed_scaling"], r["robot_voltage"] = c.speed_factor, 48.0 if c.powered else 0.0
-        self._motion(r)
-        self._state(r)
+        self._write_motion(r)
+        self._write_state(r)
         if c.v4:
             r["run_time"] = round(1e3 * c.time)
             r["current_command_id"] = c.finished
-            r["collision_state"] = COLLISION in c.alarms
-            # Every bit is active low: emergency stop, protective stop, reduced mode, not stopped,
+            r["collision_state"] = COLLISION_ALARM in c.alarms
+            # All bits are active low: emergency stop, protective stop, reduced mode, not stopped,
             # moving, system and user emergency stop, safe home.
             pressed = (1 << 0 | 1 << 5) if c.pressed else 0
             r["safety_state"] = 0xFF & ~(pressed | (1 << 4 if c.busy else 1 << 3))
@@ -41,7 +41,7 @@ class Feedback:
             r["elbow_position"] = 1e3 * c.geometry.frames(c.joints)[2, :3, 3]
         return r.tobytes()
 
-    def _motion(self, r: np.ndarray) -> None:
+    def _write_motion(self, r: np.ndarray) -> None:
         c = self._controller
         user, tool = c.users[c.user], c.tools[c.tool]
         r["q_target"], r["qd_target"] = np.degrees(c.target), np.degrees(c.target_speed)
@@ -58,19 +58,19 @@ class Feedback:
             r[f"tool_vector_{name}"] = frames.vector(pose)
             r[f"{name}_quaternion"] = frames.quaternion(pose)
             linear, angular = (c.geometry.jacobian(links) @ speed).reshape(2, 3)
-            # The tool's tip is carried round the flange.
+            # Velocity of the tool's tip, which rotates with the flange.
             linear = linear + np.cross(angular, links[-1][:3, :3] @ tool[:3] / 1e3)
             r[f"tcp_speed_{name}"] = np.concatenate(
                 [1e3 * from_user @ linear, np.degrees(from_user @ angular)]
             )
 
     def _force(self) -> Float64[np.ndarray, "3"]:
-        """On the gripper, in the base [N]."""
+        """Force on the gripper, in the base [N]."""
         c = self._controller
         force = c.options.force_noise * self._noise.normal(size=3)
         return force if self._tether is None else force + self._tether.force(c.flange(c.joints))
 
-    def _state(self, r: np.ndarray) -> None:
+    def _write_state(self, r: np.ndarray) -> None:
         c = self._controller
         r["motor_temperatures"], r["joint_modes"] = 30.0, 8.0
         r["joint_voltages"] = 48.0 if c.powered else 0.0

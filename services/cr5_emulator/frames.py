@@ -1,18 +1,18 @@
-"""Poses of the emulated arm in its user and tool frames, as the protocol writes them."""
+"""Poses in user and tool frames, and their vectors in the protocol."""
 
 from __future__ import annotations
 
 import numpy as np
 from jaxtyping import Float64
 
-from services.cr5_emulator.geometry import Transform
+from services.cr5_emulator.kinematics import Transform
 
 Vector = Float64[np.ndarray, "6"]
-"""X, Y, Z [mm], Rx, Ry, Rz [deg]: turns about the fixed axes, x first."""
+"""X, Y, Z [mm], Rx, Ry, Rz [deg]: rotations about the fixed axes, x first."""
 
 
 def transform(vector: Vector) -> Transform:
-    """The pose of a vector [m]."""
+    """Convert a vector to a pose [m]."""
     (cx, cy, cz), (sx, sy, sz) = np.cos(np.radians(vector[3:])), np.sin(np.radians(vector[3:]))
     T = np.eye(4)
     T[:3, :3] = [
@@ -25,7 +25,7 @@ def transform(vector: Vector) -> Transform:
 
 
 def vector(T: Transform) -> Vector:
-    """The vector of a pose; upright ones have Rx = 0."""
+    """Convert a pose to a vector; Rx is 0 where Ry is +-90 deg."""
     level = np.hypot(T[0, 0], T[1, 0])
     ry = np.arctan2(-T[2, 0], level)
     if level > 1e-9:
@@ -36,7 +36,7 @@ def vector(T: Transform) -> Vector:
 
 
 def quaternion(T: Transform) -> Float64[np.ndarray, "4"]:
-    """w, x, y, z with w >= 0: the eigenvector of the largest eigenvalue (Bar-Itzhack)."""
+    """Return the orientation as wxyz with w >= 0, by Bar-Itzhack's eigenvalue method."""
     R = T[:3, :3]
     K = np.empty((4, 4))
     K[0, 0] = np.trace(R)
@@ -46,16 +46,18 @@ def quaternion(T: Transform) -> Float64[np.ndarray, "4"]:
     return q if q[0] >= 0.0 else -q
 
 
-def line(start: Transform, end: Transform, progress: float) -> Transform:
-    """The pose part of the way on a straight line with an even turn."""
+def interpolate(start: Transform, end: Transform, progress: float) -> Transform:
+    """Interpolate: position on a straight line, rotation about a fixed axis at a constant rate."""
     T = np.eye(4)
     T[:3, 3] = start[:3, 3] + progress * (end[:3, 3] - start[:3, 3])
-    T[:3, :3] = turned(start[:3, :3], end[:3, :3], progress)
+    T[:3, :3] = _interpolate_rotation(start[:3, :3], end[:3, :3], progress)
     return T
 
 
-def turned(start: np.ndarray, end: np.ndarray, progress: float) -> Float64[np.ndarray, "3 3"]:
-    """The rotation part of the shortest way between two."""
+def _interpolate_rotation(
+    start: np.ndarray, end: np.ndarray, progress: float
+) -> Float64[np.ndarray, "3 3"]:
+    """Rotation at a fraction of the shortest rotation between two."""
     q = quaternion(_rotation(end @ start.T))
     angle = 2.0 * np.arctan2(np.linalg.norm(q[1:]), q[0]) * progress
     axis = q[1:] / max(float(np.linalg.norm(q[1:])), 1e-12)
@@ -70,12 +72,12 @@ def _rotation(R: np.ndarray) -> Transform:
 
 
 def arc(start: Transform, through: Transform, end: Transform, full: bool) -> tuple:
-    """A path on the circle through three points, and its length [m]; None when they are in line."""
+    """Return the path on the circle through three points and its length [m]; None if collinear."""
     p, q, r = start[:3, 3], through[:3, 3], end[:3, 3]
     normal = np.cross(q - p, r - p)
     if np.linalg.norm(normal) < 1e-9:
         return None, 0.0
-    # The centre is equally far from all three, in their plane.
+    # The centre is equidistant from all three and lies in their plane.
     A = np.stack([q - p, r - p, normal])
     centre = np.linalg.solve(A, [(q @ q - p @ p) / 2.0, (r @ r - p @ p) / 2.0, normal @ p])
     x = p - centre
@@ -86,7 +88,7 @@ def arc(start: Transform, through: Transform, end: Transform, full: bool) -> tup
         angle = float(np.arctan2((r - centre) @ y, (r - centre) @ x)) % (2.0 * np.pi)
 
     def path(progress: float) -> Transform:
-        T = line(start, start if full else end, progress)
+        T = interpolate(start, start if full else end, progress)
         T[:3, 3] = centre + np.cos(angle * progress) * x + np.sin(angle * progress) * y
         return T
 
@@ -94,18 +96,18 @@ def arc(start: Transform, through: Transform, end: Transform, full: bool) -> tup
 
 
 def in_frames(flange: Transform, user: Vector, tool: Vector) -> Transform:
-    """The tool's pose in the user frame for a flange pose in the base."""
+    """Return the tool's pose in the user frame, for a flange pose in the base."""
     return np.linalg.inv(transform(user)) @ flange @ transform(tool)
 
 
 def to_flange(pose: Transform, user: Vector, tool: Vector) -> Transform:
-    """The flange pose in the base for a tool pose in the user frame."""
+    """Return the flange pose in the base, for a tool pose in the user frame."""
     return transform(user) @ pose @ np.linalg.inv(transform(tool))
 
 
-def moved(pose: Transform, offset: Transform, along_itself: bool) -> Transform:
-    """A pose shifted and turned along its own axes, or along those of its frame."""
-    if along_itself:
+def offset_pose(pose: Transform, offset: Transform, in_own_frame: bool) -> Transform:
+    """Apply an offset in the pose's own frame, or in the axes of its reference frame."""
+    if in_own_frame:
         return pose @ offset
     T = pose.copy()
     T[:3, 3] += offset[:3, 3]

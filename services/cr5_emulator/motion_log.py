@@ -1,7 +1,7 @@
-"""The emulated arm's own log of its motion: what it did, whatever anybody commanded.
+"""Log of the emulated arm's joint motion, independent of what was commanded.
 
-A CSV file with one row for each of the controller's 8 ms: the time on the caller's clock [s], the
-mode, the six joints [rad] and their speeds [rad/s].
+A CSV file with one row per 8 ms step of the controller: time on the caller's clock [s], mode, six
+joint angles [rad] and six joint speeds [rad/s].
 """
 
 from __future__ import annotations
@@ -10,20 +10,22 @@ from pathlib import Path
 
 from services.cr5_emulator.controller import Controller
 
-HEAD = ",".join(["time", "mode", *(f"q{k}" for k in range(1, 7)), *(f"qd{k}" for k in range(1, 7))])
+HEADER = ",".join(
+    ["time", "mode", *(f"q{k}" for k in range(1, 7)), *(f"qd{k}" for k in range(1, 7))]
+)
 
 
 class MotionLog:
-    """Writes rows; a line is whole in the file even when the process is killed after it."""
+    """Appends rows, line-buffered: a row is complete in the file even if the process is killed."""
 
     def __init__(self, file: Path) -> None:
-        """Args: file: Continued when it exists, as by an emulator that was started again."""
+        """Args: file: Appended to when it exists, as after a restart of the emulator."""
         self._file = file.open("a", buffering=1)
         if file.stat().st_size == 0:
-            self._file.write(HEAD + "\n")
+            self._file.write(HEADER + "\n")
 
     def __call__(self, now: float, controller: Controller) -> None:
-        """One row. Args: now: [s]."""
+        """Append one row. Args: now: Time on the caller's clock [s]."""
         numbers = (*controller.joints, *controller.joint_speed)
         self._file.write(f"{now:.6f},{controller.mode}," + ",".join(f"{v:.7f}" for v in numbers))
         self._file.write("\n")

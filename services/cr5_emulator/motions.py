@@ -1,4 +1,4 @@
-"""What the emulated arm can be doing: each motion says where the joints shall be next."""
+"""Motions of the emulated arm: each computes the next commanded joint angles."""
 
 from __future__ import annotations
 
@@ -9,27 +9,28 @@ from typing import Protocol
 import numpy as np
 from jaxtyping import Float64
 
-from services.cr5_emulator.geometry import Geometry, Joints, Transform
+from services.cr5_emulator.kinematics import Geometry, Joints, Transform
 
 JOINT_RANGE = np.radians([360.0, 360.0, 160.0, 360.0, 360.0, 360.0])
+"""Largest angle of each joint, either way [rad]."""
 JOINT_SPEED = np.pi
-"""[rad/s]"""
+"""Maximum speed of every joint [rad/s]."""
 JOINT_ACCELERATION = 8.0
-"""Of planned motions at 100 % [rad/s^2]."""
-JOINT_BRAKING = 20.0
-"""Of stops [rad/s^2]."""
+"""Joint acceleration of planned motions at 100 % [rad/s^2]."""
+JOINT_DECELERATION = 20.0
+"""Joint deceleration of a stop [rad/s^2]."""
 LINEAR_SPEED = 2.0
-"""At 100 % [m/s]."""
+"""Speed of the flange at 100 % [m/s]."""
 LINEAR_ACCELERATION = 4.0
-"""At 100 % [m/s^2]."""
-NEAR_SINGULAR = 0.02
-"""Sine, or metres for the shoulder, below which a line stops."""
-NEAR_PLANNED = 0.05
-"""The same for the points of a line that are tried before it begins."""
+"""Acceleration of the flange at 100 % [m/s^2]."""
+SINGULARITY_MARGIN = 0.02
+"""Distance to a singularity below which a line stops: a sine, metres at the shoulder."""
+PLANNED_SINGULARITY_MARGIN = 0.05
+"""The same for the points of a line that are checked before it begins."""
 
 
-class Alarm(Exception):  # it is one, with the maker's number
-    """The controller raises an alarm."""
+class Alarm(Exception):
+    """The controller raises alarms, by the vendor's numbers."""
 
     def __init__(self, *numbers: int) -> None:
         super().__init__(numbers)
@@ -37,25 +38,25 @@ class Alarm(Exception):  # it is one, with the maker's number
 
 
 class Motion(Protocol):
-    """One entry of the queue while it runs."""
+    """A motion while it runs."""
 
     done: bool
     progress: float
-    """From 0 to 1; 0 of motions without an end."""
+    """Progress from 0 to 1; 0 for a motion without an end."""
 
     def advance(self, joints: Joints, h: float) -> Joints:
-        """Where the joints shall be `h` [s] later; may raise Alarm."""
+        """Return the joint angles `h` [s] later; raises Alarm."""
         ...
 
 
-def singularity(geometry: Geometry, joints: Joints, near: float = NEAR_SINGULAR) -> int | None:
-    """0 at the shoulder, 1 at the wrist, 2 at the elbow, None elsewhere."""
+def singularity(geometry: Geometry, joints: Joints, near: float = SINGULARITY_MARGIN) -> int | None:
+    """Return the kind of singularity: 0 shoulder, 1 wrist, 2 elbow, None elsewhere."""
     if abs(np.sin(joints[4])) < near:
         return 1
     if abs(np.sin(joints[2])) < near:
         return 2
     frames = geometry.frames(joints)
-    # Axes 5 and 6 cross in the plane of axes 1 and 2 when the crossing is d4 from axis 1.
+    # Axes 5 and 6 intersect in the plane of axes 1 and 2 if the point is d4 from axis 1.
     crossing = frames[5, :3, 3]
     in_plane = np.hypot(crossing[0], crossing[1]) ** 2 - geometry.d[3] ** 2
     return 0 if in_plane < near**2 else None
@@ -66,29 +67,34 @@ def check_range(
     limits: Float64[np.ndarray, "6 2"] | None = None,
     before: Joints | None = None,
 ) -> None:
-    """Raises the alarm of the first joint that is past its end.
+    """Check the joint range.
 
     Args:
-        limits: Least and greatest angle [rad]; without them what the arm is built for.
-        before: Where the joints come from: the way back within the limits is free.
+        joints: Joint angles [rad].
+        limits: Least and greatest angle of each joint [rad]; by default the mechanical ones.
+        before: Joint angles before: motion back into the range is allowed.
+
+    Raises:
+        Alarm: The first joint that is past its end.
     """
     low, high = (-JOINT_RANGE, JOINT_RANGE) if limits is None else limits.T
-    past = np.maximum(joints - high, low - joints)
+    excess = np.maximum(joints - high, low - joints)
     if before is not None:
-        past = np.where(past > np.maximum(before - high, low - before), past, 0.0)
-    for k in np.nonzero(past > 0.0)[0]:
+        excess = np.where(excess > np.maximum(before - high, low - before), excess, 0.0)
+    for k in np.nonzero(excess > 0.0)[0]:
         raise Alarm(64 + 2 * int(k) + (0 if joints[k] > high[k] else 1))
 
 
 @dataclass(frozen=True)
 class Trapezoid:
-    """Progress from 0 to 1 with bounded rate and acceleration."""
+    """Trapezoidal velocity profile of a progress from 0 to 1."""
 
     rate: float
     acceleration: float
 
     @property
     def duration(self) -> float:
+        """Time from 0 to 1 [s]."""
         ramp = self._ramp
         return 2.0 * ramp + max(1.0 / self._peak - ramp, 0.0)
 
@@ -111,13 +117,13 @@ class Trapezoid:
 
 
 class JointMotion:
-    """All joints arrive together."""
+    """Joint-space motion; all joints arrive together."""
 
     def __init__(self, start: Joints, target: Joints, speed: float, acceleration: float) -> None:
-        """Args: speed, acceleration: Fractions of what the arm can do."""
+        """Args: speed, acceleration: Fractions of the arm's maximum."""
         check_range(target)
-        self._start, self._way = start, target - start
-        size = max(float(np.max(np.abs(self._way))), 1e-9)
+        self._start, self._displacement = start, target - start
+        size = max(float(np.max(np.abs(self._displacement))), 1e-9)
         self._profile = Trapezoid(
             speed * JOINT_SPEED / size, acceleration * JOINT_ACCELERATION / size
         )
@@ -127,11 +133,11 @@ class JointMotion:
         self._time += h
         self.done = self._time >= self._profile.duration
         self.progress = self._profile(self._time)
-        return self._start + self.progress * self._way
+        return self._start + self.progress * self._displacement
 
 
 class LineMotion:
-    """The flange on a straight line, turning at a constant rate."""
+    """Cartesian motion of the flange along a path."""
 
     def __init__(
         self,
@@ -142,7 +148,7 @@ class LineMotion:
         speed: float,
         acceleration: float,
     ) -> None:
-        """Args: path: Pose at a progress from 0 to 1. length: Of the way [m]. speed: [m/s]."""
+        """Args: path: Pose at a progress from 0 to 1. length: Path length [m]. speed: [m/s]."""
         self._geometry, self._path = geometry, path
         length = max(length, 1e-4)
         self._profile = Trapezoid(speed / length, acceleration / length)
@@ -156,7 +162,7 @@ class LineMotion:
                 raise Alarm((16, 26, 27)[singularity(geometry, solved) or 0])
             joints = solved
             check_range(joints)
-            kind = singularity(geometry, joints, NEAR_PLANNED)
+            kind = singularity(geometry, joints, PLANNED_SINGULARITY_MARGIN)
             if kind is not None:
                 raise Alarm((16, 26, 27)[kind])
 
@@ -176,45 +182,45 @@ class LineMotion:
 
 
 class ServoMotion:
-    """Points that arrive one by one; each is reached after its own time."""
+    """Motion through servo points, each reached after its own time."""
 
     def __init__(self, limits_speed: bool) -> None:
-        """Args: limits_speed: Whether a point too far is reached late instead of an alarm."""
+        """Args: limits_speed: Whether a point too far away is reached later instead of an alarm."""
         self._limits_speed = limits_speed
         self._target: Joints | None = None
-        self._left = 0.0
+        self._remaining = 0.0
         self.done = True
         self.arrived_ago = 0.0
-        """Since the last point [s]."""
+        """Time since the last point [s]."""
 
     def aim(self, joints: Joints, target: Joints, t: float) -> None:
-        """A new point, to be reached in `t` [s] from where the joints are."""
+        """Set a new point, to be reached in `t` [s]; raises Alarm."""
         check_range(target)
         fast = np.abs(target - joints) / t > JOINT_SPEED
         if np.any(fast):
             if not self._limits_speed:
                 raise Alarm(48 + int(np.argmax(fast)))
             t = float(np.max(np.abs(target - joints))) / JOINT_SPEED
-        self._target, self._left = target, t
+        self._target, self._remaining = target, t
         self.done, self.arrived_ago = False, 0.0
 
     def advance(self, joints: Joints, h: float) -> Joints:
         self.arrived_ago += h
         if self._target is None or self.done:
             return joints
-        if self._left <= h:
-            self._left, self.done = 0.0, True
+        if self._remaining <= h:
+            self._remaining, self.done = 0.0, True
             return self._target
-        joints = joints + (self._target - joints) * (h / self._left)
-        self._left -= h
+        joints = joints + (self._target - joints) * (h / self._remaining)
+        self._remaining -= h
         return joints
 
 
 class JogMotion:
-    """One joint, or the flange along one axis, at a constant speed until it is stopped."""
+    """Jog of one joint, or of the flange along one axis, at a constant speed until stopped."""
 
     def __init__(self, geometry: Geometry, rate: Joints | None, twist: np.ndarray | None) -> None:
-        """Args: rate: Of the joints [rad/s], or twist: of the flange in the base [m/s, rad/s]."""
+        """Args: rate: Joint speeds [rad/s], or twist: of the flange in the base [m/s, rad/s]."""
         self._geometry, self._rate, self._twist = geometry, rate, twist
         self.done, self.progress = False, 0.0
 
@@ -229,7 +235,7 @@ class JogMotion:
 
 
 class Braking:
-    """A stop from a speed of the joints."""
+    """Stop from a joint speed, at constant deceleration."""
 
     def __init__(self, speed: Joints) -> None:
         self._speed = speed
@@ -237,7 +243,7 @@ class Braking:
 
     def advance(self, joints: Joints, h: float) -> Joints:
         size = float(np.max(np.abs(self._speed)))
-        left = max(size - JOINT_BRAKING * h, 0.0)
+        left = max(size - JOINT_DECELERATION * h, 0.0)
         after = self._speed * (left / max(size, 1e-12))
         joints = joints + (self._speed + after) * (h / 2.0)
         self._speed, self.done = after, left == 0.0
@@ -245,40 +251,40 @@ class Braking:
 
 
 class Delay:
-    """Stands still for a while."""
+    """Wait without moving."""
 
     def __init__(self, seconds: float) -> None:
-        self._left = seconds
+        self._remaining = seconds
         self.done, self.progress = False, 0.0
 
     def advance(self, joints: Joints, h: float) -> Joints:
-        self._left -= h
-        self.done = self._left <= 0.0
+        self._remaining -= h
+        self.done = self._remaining <= 0.0
         return joints
 
 
 @dataclass(frozen=True)
 class Trigger:
-    """An output that switches on the way."""
+    """Output that switches at a point of a motion."""
 
     distance: float
-    """From the start when positive, from the end when negative; in percent or in mm or degrees."""
+    """Distance from the start, or from the end when negative; in percent, or in mm or degrees."""
     percent: bool
     switch: Callable[[], None]
 
-    def share(self, length: float) -> float:
+    def progress(self, length: float) -> float:
         """Progress at which it switches, from 0 to 1."""
-        share = self.distance / (100.0 if self.percent else max(length, 1e-9))
-        return min(max(share if self.distance >= 0.0 else 1.0 + share, 0.0), 1.0)
+        progress = self.distance / (100.0 if self.percent else max(length, 1e-9))
+        return min(max(progress if self.distance >= 0.0 else 1.0 + progress, 0.0), 1.0)
 
 
-class Triggered:
-    """A motion that switches outputs on its way."""
+class TriggeredMotion:
+    """Motion that switches outputs on the way."""
 
     def __init__(self, motion: Motion, length: float, triggers: tuple[Trigger, ...]) -> None:
-        """Args: length: Of the way, in mm or degrees as the triggers count."""
+        """Args: length: Length of the motion, in mm or degrees as the triggers count."""
         self._motion = motion
-        self._waiting = sorted(((t.share(length), k, t) for k, t in enumerate(triggers)))
+        self._waiting = sorted(((t.progress(length), k, t) for k, t in enumerate(triggers)))
         self.done, self.progress = False, 0.0
 
     def advance(self, joints: Joints, h: float) -> Joints:

@@ -7,7 +7,8 @@ import contextlib
 import socket
 from pathlib import Path
 
-from services.cr5_emulator.core import Connection, Emulator
+from services.cr5_emulator.connection import Connection
+from services.cr5_emulator.emulator import Emulator
 from shared.clock import SystemClock
 
 STEP_PERIOD = 0.002

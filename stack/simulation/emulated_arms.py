@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from services.cr5_emulator.core import Connection, Emulator
+from services.cr5_emulator.connection import Connection
+from services.cr5_emulator.emulator import Emulator
 from services.cr5_emulator.options import Options
 from services.robot_gateway.drivers.cr5.link import ByteStream, StreamState
 from shared.scenario import SIDES, Scenario, Side

@@ -1,80 +1,82 @@
-"""Power, enabling, stopping, alarms, hand guiding, scripts and logs."""
+"""Commands of power, enabling, stopping, alarms, hand guiding, scripts and log export."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from services.cr5_emulator.commands.execution import Execution, Options, Table, Values
+from services.cr5_emulator.commands.context import CommandContext, Options, Table, Values
 from services.cr5_emulator.commands.signature import SWITCH, TEXT, Command, Failure, Parameter
-from services.cr5_emulator.controller import COLLISION
+from services.cr5_emulator.controller import COLLISION_ALARM
 from services.cr5_emulator.motions import JointMotion
 
-NO_STICK = 3
-"""Of GetExportStatus: no USB stick is found."""
-NEARLY = np.radians(1.0)
-"""Deviation from the joints at the pause that counts as small [rad]."""
+NO_USB_STICK = 3
+"""Answer of GetExportStatus: no USB stick is found."""
+PAUSE_POSITION_TOLERANCE = 1e-3
+"""Deviation from the joint angles at the pause that counts as none [rad]."""
+SMALL_PAUSE_DEVIATION = np.radians(1.0)
+"""Deviation from the joint angles at the pause that counts as small [rad]."""
 
 
 class Power:
-    """The arm's state."""
+    """Power and operating state of the arm."""
 
-    def __init__(self, execution: Execution) -> None:
-        self._do = execution
-        self._arm = execution.controller
+    def __init__(self, context: CommandContext) -> None:
+        self._context = context
+        self._arm = context.controller
         self.not_tcp = False
-        """Somebody took TCP control away."""
+        """Whether the control mode is no longer TCP."""
         self._exported = 0
 
     def table(self) -> Table:
-        """Commands by name."""
-        arm, now = self._arm, self._do.now
-        offset = 999.0 if self._do.v4 else 500.0
+        """Return the commands by name."""
+        arm, run_now = self._arm, self._context.run_now
+        offset = 999.0 if self._context.v4 else 500.0
         load = (Parameter("number", 0.0, 5.0), *(Parameter("number", -offset, offset),) * 3)
-        counts = (0, 1, 4, 5) if self._do.v4 else (0, 1, 4)
+        counts = (0, 1, 4, 5) if self._context.v4 else (0, 1, 4)
         return {
-            "PowerOn": Command(lambda a, o: self._worked(arm.power_on())),
+            "PowerOn": Command(lambda a, o: self._check_done(arm.power_on())),
             "EnableRobot": Command(self._enable, (), (*load, SWITCH), counts=counts),
-            "DisableRobot": Command(lambda a, o: now(arm.disable)),
-            "ClearError": Command(lambda a, o: now(arm.clear_alarms)),
-            "Pause": Command(lambda a, o: now(arm.pause), since="3.5.7"),
-            "Continue": Command(lambda a, o: now(arm.go_on), since="3.5.7"),
+            "DisableRobot": Command(lambda a, o: run_now(arm.disable)),
+            "ClearError": Command(lambda a, o: run_now(arm.clear_alarms)),
+            "Pause": Command(lambda a, o: run_now(arm.pause), since="3.5.7"),
+            "Continue": Command(lambda a, o: run_now(arm.resume), since="3.5.7"),
             "BrakeControl": Command(self._brake, (Parameter("integer", 1, 6), SWITCH)),
             "StartDrag": Command(lambda a, o: self._drag(1)),
             "StopDrag": Command(lambda a, o: self._drag(0)),
             "RobotMode": Command(lambda a, o: str(arm.mode)),
             "GetErrorID": Command(lambda a, o: self._errors()),
-            "RunScript": Command(lambda a, o: self._worked(arm.run_script(a[0])), (TEXT,)),
-            **(self._v4() if self._do.v4 else self._v3()),
+            "RunScript": Command(lambda a, o: self._check_done(arm.run_script(a[0])), (TEXT,)),
+            **(self._v4() if self._context.v4 else self._v3()),
         }
 
     def _v3(self) -> Table:
-        arm, now = self._arm, self._do.now
+        arm, run_now = self._arm, self._context.run_now
         return {
-            "ResetRobot": Command(lambda a, o: now(arm.stop)),
-            "EmergencyStop": Command(lambda a, o: now(arm.press)),
-            "StopScript": Command(lambda a, o: now(arm.stop_script)),
-            "PauseScript": Command(lambda a, o: self._worked(arm.pause_script(True))),
-            "ContinueScript": Command(lambda a, o: self._worked(arm.pause_script(False))),
+            "ResetRobot": Command(lambda a, o: run_now(arm.stop)),
+            "EmergencyStop": Command(lambda a, o: run_now(arm.press_emergency_stop)),
+            "StopScript": Command(lambda a, o: run_now(arm.stop_script)),
+            "PauseScript": Command(lambda a, o: self._check_done(arm.pause_script(True))),
+            "ContinueScript": Command(lambda a, o: self._check_done(arm.pause_script(False))),
             "SetCollideDrag": Command(lambda a, o: self._drag(a[0], force=True), (SWITCH,)),
         }
 
     def _v4(self) -> Table:
-        arm, now = self._arm, self._do.now
+        arm, run_now = self._arm, self._context.run_now
         return {
             "RequestControl": Command(lambda a, o: self._request_control(), since="4.6"),
-            "Stop": Command(lambda a, o: now(arm.stop)),
+            "Stop": Command(lambda a, o: run_now(arm.stop)),
             "EmergencyStop": Command(self._emergency, (SWITCH,)),
             "GetScrName": Command(lambda a, o: self._script_name(), since="4.6"),
             "SetResumeOffset": Command(lambda a, o: "", (Parameter(),), since="4.6"),
             "PathRecovery": Command(lambda a, o: self._recover_path(), since="4.6"),
-            "PathRecoveryStop": Command(lambda a, o: now(arm.stop_single), since="4.6"),
+            "PathRecoveryStop": Command(lambda a, o: run_now(arm.stop_unqueued), since="4.6"),
             "PathRecoveryStatus": Command(lambda a, o: self._path_status(), since="4.6"),
             "LogExportUSB": Command(lambda a, o: self._export(), (SWITCH,), since="4.6"),
             "GetExportStatus": Command(lambda a, o: str(self._exported), since="4.6"),
         }
 
-    def _worked(self, worked: bool) -> str:
-        if not worked:
+    def _check_done(self, done: bool) -> str:
+        if not done:
             raise Failure(-1)
         return ""
 
@@ -98,13 +100,13 @@ class Power:
     def _drag(self, how: int, force: bool = False) -> str:
         if how and (not self._arm.enabled or (self._arm.alarms and not force)):
             raise Failure(-1)
-        self._arm.drag(how)
+        self._arm.set_dragging(how)
         return ""
 
     def _emergency(self, values: Values, options: Options) -> str:
         del options
         if values[0]:
-            self._arm.press()
+            self._arm.press_emergency_stop()
         else:
             self._arm.pressed = False
         return ""
@@ -116,10 +118,10 @@ class Power:
         return ""
 
     def _errors(self) -> str:
-        """V3 calls a collision -2; 4.6 gave up the lists of the six drives."""
-        v3 = not self._do.v4
-        ids = ",".join(str(-2 if v3 and a == COLLISION else a) for a in self._arm.alarms)
-        flat = self._do.options.version >= "4.6"
+        """List the alarms; V3 reports a collision as -2, and before 4.6 each drive has a list."""
+        v3 = not self._context.v4
+        ids = ",".join(str(-2 if v3 and a == COLLISION_ALARM else a) for a in self._arm.alarms)
+        flat = self._context.options.version >= "4.6"
         return f"[{ids}]" if flat else f"[[{ids}],[],[],[],[],[],[]]"
 
     def _script_name(self) -> str:
@@ -131,16 +133,22 @@ class Power:
         arm = self._arm
         if arm.paused_at is None or not arm.enabled:
             raise Failure(-1)
-        arm.move_alone(JointMotion(arm.target, arm.paused_at, 0.2, 0.5))
+        arm.start_unqueued(JointMotion(arm.target, arm.paused_at, 0.2, 0.5))
         return ""
 
     def _path_status(self) -> str:
         arm = self._arm
         if arm.paused_at is None:
             return "0"
-        way = float(np.max(np.abs(arm.joints - arm.paused_at)))
-        return "0" if way < 1e-3 else "1" if way < NEARLY else "2"
+        deviation = float(np.max(np.abs(arm.joints - arm.paused_at)))
+        return (
+            "0"
+            if deviation < PAUSE_POSITION_TOLERANCE
+            else "1"
+            if deviation < SMALL_PAUSE_DEVIATION
+            else "2"
+        )
 
     def _export(self) -> str:
-        self._exported = NO_STICK
+        self._exported = NO_USB_STICK
         return ""

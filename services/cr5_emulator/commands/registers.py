@@ -1,12 +1,12 @@
-"""Registers of Modbus slaves and of the field bus: plain memory, since nothing is connected."""
+"""Commands of Modbus and field bus registers; they are plain memory, as nothing is connected."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any
 
-from services.cr5_emulator.commands.execution import Execution, Options, Table, Values
-from services.cr5_emulator.commands.outputs import BAUD, ONE_OR_TWO, PARITY
+from services.cr5_emulator.commands.context import CommandContext, Options, Table, Values
+from services.cr5_emulator.commands.io_ports import BAUD, ONE_OR_TWO, PARITY
 from services.cr5_emulator.commands.signature import (
     NUMBER,
     SWITCH,
@@ -16,9 +16,9 @@ from services.cr5_emulator.commands.signature import (
     Parameter,
 )
 
-MASTERS = 5
-"""Connections to slaves at a time."""
-MASTER = Parameter("integer", 0, MASTERS - 1)
+MASTER_COUNT = 5
+"""Largest number of Modbus masters."""
+MASTER = Parameter("integer", 0, MASTER_COUNT - 1)
 ADDRESS = Parameter("integer", 0, 65535)
 SLAVE = Parameter("integer", 0, 255)
 BITS, WORDS = Parameter("integer", 1, 16), Parameter("integer", 1, 4)
@@ -28,16 +28,16 @@ INTEGER = Parameter("integer", -(2**31), 2**31 - 1)
 
 
 class Registers:
-    """Four kinds of registers per Modbus master, three per direction of the field bus."""
+    """Four kinds of registers for each Modbus master, three for each direction of the field bus."""
 
-    def __init__(self, execution: Execution) -> None:
-        self._do = execution
+    def __init__(self, context: CommandContext) -> None:
+        self._context = context
         self._masters: set[int] = set()
         self._modbus: dict[tuple[str, int, int], float] = {}
         self._bus: dict[tuple[str, int], float] = {}
 
     def table(self) -> Table:
-        """Commands by name."""
+        """Return the commands by name."""
         get, put = self._get, self._put
         connect = Command(self._connect, (TEXT, Parameter("integer", 1, 65535), SLAVE), (SWITCH,))
         commands = {
@@ -50,7 +50,7 @@ class Registers:
             "GetHoldRegs": Command(get("holding"), (MASTER, ADDRESS, WORDS), (FORMAT,)),
             "SetHoldRegs": Command(put("holding"), (MASTER, ADDRESS, WORDS, VALUES), (FORMAT,)),
         }
-        return {**commands, **self._v4()} if self._do.v4 else commands
+        return {**commands, **self._v4()} if self._context.v4 else commands
 
     def _v4(self) -> Table:
         kinds = (
@@ -81,7 +81,7 @@ class Registers:
 
     def _connect(self, values: Values, options: Options) -> str:
         del values, options
-        free = [k for k in range(MASTERS) if k not in self._masters]
+        free = [k for k in range(MASTER_COUNT) if k not in self._masters]
         if not free:
             raise Failure(-1)
         self._masters.add(free[0])
@@ -132,7 +132,7 @@ class Registers:
         def run(values: Values, options: Options) -> str:
             del options
             value = self._bus.get((field, values[0]), 0)
-            return self._do.numbers([value]) if field.endswith("Float") else str(value)
+            return self._context.numbers([value]) if field.endswith("Float") else str(value)
 
         return run
 

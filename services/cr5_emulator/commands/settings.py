@@ -1,4 +1,4 @@
-"""Speeds, loads, frames, and how the arm minds collisions, walls and its skin."""
+"""Commands that set speeds, loads, frames, and the reaction to collisions, walls and skin."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from services.cr5_emulator import frames
-from services.cr5_emulator.commands.execution import Execution, Options, Table, Values
+from services.cr5_emulator.command_parser import parse_number
+from services.cr5_emulator.commands.context import CommandContext, Options, Table, Values
 from services.cr5_emulator.commands.signature import (
     NUMBER,
     PERCENT,
@@ -19,27 +20,26 @@ from services.cr5_emulator.commands.signature import (
     Failure,
     Parameter,
 )
-from services.cr5_emulator.grammar import number
 from services.cr5_emulator.motions import JOINT_RANGE
 
 LOAD = Parameter("number", 0.0, 5.0)
 
 
 class Settings:
-    """What a client sets before it moves the arm."""
+    """Settings that a client makes before it moves the arm."""
 
-    def __init__(self, execution: Execution) -> None:
-        self._do = execution
-        self._arm = execution.controller
+    def __init__(self, context: CommandContext) -> None:
+        self._context = context
+        self._arm = context.controller
         self.uncalibrated = False
-        """User and Tool fail."""
+        """Whether User and Tool fail."""
 
     def table(self) -> Table:
-        """Commands by name."""
-        do, arm = self._do, self._arm
-        index = do.index
-        # Frame 0 is the base or the flange, which later firmware does not let anybody change.
-        changeable = Parameter("integer", 1 if do.options.version >= "4.6" else 0, index.high)
+        """Return the commands by name."""
+        context, arm = self._context, self._arm
+        index = context.index
+        # Frame 0 is the base or the flange; later firmware keeps it fixed.
+        changeable = Parameter("integer", 1 if context.options.version >= "4.6" else 0, index.high)
         direction = Parameter("integer", 0, 1)
         return {
             "SpeedFactor": Command(lambda a, o: self._set("speed_factor", a[0]), (PERCENT,)),
@@ -48,7 +48,7 @@ class Settings:
             "CP": Command(
                 lambda a, o: self._keep("blending", a[0]), (Parameter("integer", 0, 100),)
             ),
-            "SetCollisionLevel": self._queued("collision_level", Parameter("integer", 0, 5)),
+            "SetCollisionLevel": self._ordered("collision_level", Parameter("integer", 0, 5)),
             "User": Command(lambda a, o: self._choose("user", a[0]), (index,)),
             "Tool": Command(lambda a, o: self._choose("tool", a[0]), (index,)),
             "SetUser": Command(
@@ -63,7 +63,7 @@ class Settings:
             "CalcTool": Command(
                 self._calculate(arm.tools), (index, direction, POSE), since="3.5.7"
             ),
-            **(self._v4() if do.v4 else self._v3()),
+            **(self._v4() if context.v4 else self._v3()),
         }
 
     def _v3(self) -> Table:
@@ -71,9 +71,9 @@ class Settings:
             "SpeedJ": Command(self._ratio("speedj"), (PERCENT,)),
             "SpeedL": Command(self._ratio("speedl"), (PERCENT,)),
             "PayLoad": Command(self._payload, (LOAD, NUMBER)),
-            "LoadSwitch": self._queued("load_switch", SWITCH),
+            "LoadSwitch": self._ordered("load_switch", SWITCH),
             "SetSafeSkin": Command(self._skin, (SWITCH,)),
-            # The maker gave these up, and still lists them.
+            # Deprecated by the vendor, but still listed.
             "SetObstacleAvoid": Command(self._skin, (SWITCH,)),
             "Arch": Command(lambda a, o: "", (Parameter("integer", 0, 9),)),
             "LimZ": Command(lambda a, o: "", (NUMBER,)),
@@ -108,8 +108,8 @@ class Settings:
             ),
             "EnableSafeSkin": Command(self._skin, (SWITCH,)),
             "SetSafeSkin": Command(self._skin, (Parameter("integer", 3, 6), self._level(3))),
-            "SetPostCollisionMode": self._queued("post_collision", SWITCH),
-            "SetBackDistance": self._queued("back_distance", Parameter("number", 0, 50)),
+            "SetPostCollisionMode": self._ordered("post_collision", SWITCH),
+            "SetBackDistance": self._ordered("back_distance", Parameter("number", 0, 50)),
             "SetSafeWallEnable": Command(self._zone, (Parameter("integer", 1, 8), SWITCH)),
             "SetWorkZoneEnable": Command(self._zone, (Parameter("integer", 1, 6), SWITCH)),
         }
@@ -122,12 +122,14 @@ class Settings:
         return ""
 
     def _keep(self, name: str, value: Any) -> str:
-        setattr(self._arm.preferences, name, value)
+        setattr(self._arm.client_settings, name, value)
         return ""
 
-    def _queued(self, name: str, parameter: Parameter) -> Command:
-        """A setting that takes its turn."""
-        return Command(lambda a, o: self._do.in_turn(lambda: self._keep(name, a[0])), (parameter,))
+    def _ordered(self, name: str, parameter: Parameter) -> Command:
+        """Return a command that makes a setting in queue order."""
+        return Command(
+            lambda a, o: self._context.run_in_order(lambda: self._keep(name, a[0])), (parameter,)
+        )
 
     def _ratio(self, name: str) -> Callable[[Values, Options], str]:
         def run(values: Values, options: Options) -> str:
@@ -138,36 +140,35 @@ class Settings:
         return run
 
     def _payload(self, values: Values, options: Options) -> str:
-        """Kilograms, or on V4 the name of a load that somebody saved on the controller."""
+        """Set the load in kilograms; V4 also accepts names of saved loads, of which none exists."""
         del options
         load = values[0]
         if isinstance(load, str):
-            weight = number(load)
+            weight = parse_number(load)
             if weight is None:
                 TEXT.read(load, -30001, -40001)
-                # None is saved on this one.
                 raise Failure(-1 if len(values) == 1 else -30001)
             load = LOAD.read(load, -30001, -40001)
 
-        def take() -> None:
+        def apply() -> None:
             self._arm.load = load
             if len(values) >= 4:
                 self._arm.load_center = np.array(values[1:4])
 
-        return self._do.in_turn(take)
+        return self._context.run_in_order(apply)
 
     def _skin(self, values: Values, options: Options) -> str:
         del options
-        if not self._do.options.skin:
+        if not self._context.options.skin:
             raise Failure(-1)
-        return self._do.in_turn(lambda: self._keep("skin_on", bool(values[-1])))
+        return self._context.run_in_order(lambda: self._keep("skin_on", bool(values[-1])))
 
     def _zone(self, values: Values, options: Options) -> str:
-        """Walls and zones are drawn on the pendant; there are none."""
+        """Switch a safety wall or zone; none is defined, so switching one on fails."""
         del options
         if values[1]:
             raise Failure(-1)
-        return self._do.in_turn(lambda: None)
+        return self._context.run_in_order(lambda: None)
 
     # Frames
 
@@ -175,7 +176,7 @@ class Settings:
         known = self._arm.users if which == "user" else self._arm.tools
         if index not in known or self.uncalibrated:
             raise Failure(-1)
-        return self._do.in_turn(lambda: self._set(which, index))
+        return self._context.run_in_order(lambda: self._set(which, index))
 
     def _define(self, where: dict[int, np.ndarray]) -> Callable[[Values, Options], str]:
         def run(values: Values, options: Options) -> str:
@@ -186,7 +187,7 @@ class Settings:
         return run
 
     def _calculate(self, where: dict[int, np.ndarray]) -> Callable[[Values, Options], str]:
-        """A frame turned and shifted along its parent (1) or along itself (0)."""
+        """Return a command that offsets a frame in its parent (1) or in itself (0)."""
 
         def run(values: Values, options: Options) -> str:
             del options
@@ -195,7 +196,7 @@ class Settings:
                 raise Failure(-1)
             frame, change = frames.transform(where[index]), frames.transform(np.array(offset))
             found = change @ frame if along_parent else frame @ change
-            return self._do.numbers(frames.vector(found))
+            return self._context.numbers(frames.vector(found))
 
         return run
 
@@ -203,10 +204,10 @@ class Settings:
 
     def _axis_limit(self, values: Values) -> str:
         limits = np.radians(values).reshape(6, 2)
-        wide = np.any(np.abs(limits) > JOINT_RANGE[:, None] + 1e-9)
-        if self._arm.enabled or wide or np.any(limits[:, 0] >= limits[:, 1]):
+        too_wide = np.any(np.abs(limits) > JOINT_RANGE[:, None] + 1e-9)
+        if self._arm.enabled or too_wide or np.any(limits[:, 0] >= limits[:, 1]):
             raise Failure(-1)
         return self._keep("axis_limits", limits)
 
     def _axis_limits(self) -> str:
-        return self._do.numbers(np.degrees(self._arm.preferences.axis_limits).ravel())
+        return self._context.numbers(np.degrees(self._arm.client_settings.axis_limits).ravel())

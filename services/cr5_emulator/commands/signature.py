@@ -1,8 +1,8 @@
-"""What a command takes, and the error code for what it was given instead.
+"""Signatures of commands: parameters, and the error codes of wrong arguments.
 
-The maker's rules: the count of arguments is checked before their types; then the first thing wrong
-from the left is named. V3 numbers every argument alike. V4 numbers required and optional ones
-apart, and named ones, `joint={...}` or `v=20`, have the number 1 wherever they stand.
+The vendor's rules: the count of arguments is checked before their types; then the first error from
+the left is reported. V3 numbers all arguments in one sequence. V4 numbers required and optional
+ones separately; named ones, `joint={...}` or `v=20`, always have the number 1.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from services.cr5_emulator.grammar import Call, number, numbers
+from services.cr5_emulator.command_parser import Call, parse_number, parse_numbers
 
 NO_SUCH_COMMAND = -10000
 WRONG_COUNT = -20000
@@ -21,15 +21,15 @@ WRONG_TYPE = -30000
 OUT_OF_RANGE = -40000
 OPTION_TYPE = -50000
 OPTION_RANGE = -60000
-MOST_JOINT = 360.0
-"""Beyond which a named joint angle is refused before it is planned for [deg]."""
+JOINT_ANGLE_LIMIT = 360.0
+"""Largest magnitude of a named joint angle that is accepted [deg]."""
 
 Kind = Literal["number", "integer", "flag", "text", "list", "any"]
 COMMAND_PORT, MOTION_PORT = 29999, 30003
 
 
 class Failure(Exception):  # an answer, not a defect
-    """A command is answered with an error code."""
+    """A command is refused with an error code."""
 
     def __init__(self, code: int) -> None:
         super().__init__(code)
@@ -38,29 +38,29 @@ class Failure(Exception):  # an answer, not a defect
 
 @dataclass(frozen=True)
 class Parameter:
-    """One argument."""
+    """One parameter."""
 
     kind: Kind = "number"
     low: float = -1e9
     high: float = 1e9
     key: str = ""
-    """Under which an optional one may also come as key=value."""
+    """Key of an optional parameter that may also be given as key=value."""
     count: int = 0
-    """Numbers in a list; 0: any."""
+    """Length of a list; 0: any."""
     also: tuple[float, float] | None = None
-    """A second range."""
+    """Second range of valid values."""
     words: tuple[str, ...] = ()
-    """That a text may be, in upper case; empty: any."""
+    """Valid texts, in upper case; empty: any."""
 
     def read(self, text: str, wrong_type: int, out_of_range: int) -> Any:
-        """The value; Failure with one of the codes otherwise."""
+        """Parse a value; raises Failure with one of the two codes."""
         match self.kind:
             case "any":
                 return text
             case "text":
                 return self._text(text, wrong_type, out_of_range)
             case "list":
-                values = numbers(text)
+                values = parse_numbers(text)
                 if values is None or (self.count and len(values) != self.count):
                     raise Failure(wrong_type)
                 if not all(self._fits(v) for v in values):
@@ -68,7 +68,7 @@ class Parameter:
                 return values
             case "flag" if text.lower() in ("true", "false"):
                 return int(text.lower() == "true")
-        value = number(text)
+        value = parse_number(text)
         if value is None or (self.kind != "number" and value != round(value)):
             raise Failure(wrong_type)
         if not self._fits(value):
@@ -97,7 +97,7 @@ POSE = Parameter("list", count=6)
 
 
 def option(key: str, kind: Kind = "number", low: float = -1e9, high: float = 1e9) -> Parameter:
-    """An optional argument."""
+    """Create an optional parameter."""
     return Parameter(kind, low, high, key)
 
 
@@ -109,34 +109,34 @@ class Command:
     """One command of a firmware."""
 
     run: Run
-    """With the positional values and the options; returns the values to answer, None to wait."""
+    """Takes the positional values and the options; returns the reply's values, None to wait."""
     required: tuple[Parameter, ...] = ()
     optional: tuple[Parameter, ...] = ()
     group: tuple[Parameter, ...] = ()
-    """Behind the required ones, once or many times."""
-    most: int = 64
-    """Times that the group may come."""
+    """Parameters after the required ones that come once or repeatedly."""
+    max_groups: int = 64
+    """Largest number of repetitions of the group."""
     counts: tuple[int, ...] | None = None
-    """Allowed numbers of positional arguments, where not every one of the optional ones is."""
+    """Allowed counts of positional arguments; None: every count from required to all."""
     points: tuple[int, int] = (0, 0)
-    """V4: least and greatest number of joint={...} or pose={...}."""
+    """V4: least and largest number of arguments joint={...} or pose={...}."""
     joints_only: bool = False
     """Whether pose={...} is refused."""
     ports: tuple[int, ...] = (COMMAND_PORT,)
     moves: bool = False
     """Whether the arm must be enabled."""
     since: str = ""
-    """First release that knows it; empty: every one."""
+    """First release with this command; empty: all."""
 
     def read(self, call: Call, v4: bool) -> tuple[list[Any], dict[str, Any]]:
-        """The values of a call; Failure with the code of the first thing wrong from the left."""
+        """Parse the arguments of a call; raises Failure with the code of the first error."""
         points = self._points(call) if self.points[1] else []
         parameters = self._parameters(len(call.arguments))
         values = []
         for k, (text, parameter) in enumerate(zip(call.arguments, parameters, strict=True), 1):
-            # Points stand first, so that what follows them is counted behind them.
-            place = k + len(points)
-            codes = WRONG_TYPE - place, OUT_OF_RANGE - place
+            # Points come first and count as arguments.
+            position = k + len(points)
+            codes = WRONG_TYPE - position, OUT_OF_RANGE - position
             if v4 and k > len(self.required) and not self.group:
                 codes = (
                     OPTION_TYPE - k + len(self.required),
@@ -149,13 +149,13 @@ class Command:
         return values, options
 
     def _parameters(self, count: int) -> tuple[Parameter, ...]:
-        """One for each positional argument."""
+        """Parameter of each positional argument."""
         if self.group:
             times, rest = divmod(count - len(self.required), len(self.group))
-            if rest or not 1 <= times <= self.most:
+            if rest or not 1 <= times <= self.max_groups:
                 raise Failure(WRONG_COUNT)
             return self.required + self.group * times
-        # Where a point is named, everything behind it is named too.
+        # After a named point all arguments are named.
         optional = () if self.points[1] else self.optional
         everything = self.required + optional
         allowed = self.counts or tuple(range(len(self.required), len(everything) + 1))
@@ -169,10 +169,10 @@ class Command:
             raise Failure(WRONG_COUNT)
         found = []
         for key in named:
-            kind, values = key.partition("#")[0], numbers(call.options[key])
+            kind, values = key.partition("#")[0], parse_numbers(call.options[key])
             if values is None or (kind == "pose" and self.joints_only):
                 raise Failure(WRONG_TYPE - 1)
-            if kind == "joint" and max(map(abs, values)) > MOST_JOINT:
+            if kind == "joint" and max(map(abs, values)) > JOINT_ANGLE_LIMIT:
                 raise Failure(OUT_OF_RANGE - 1)
             if len(values) != 6:
                 raise Failure(WRONG_TYPE - 1)
@@ -192,5 +192,5 @@ class Command:
         return options
 
     def _codes(self, name: str) -> tuple[int, int]:
-        place = len(self.required) + [p.key for p in self.optional].index(name) + 1
-        return WRONG_TYPE - place, OUT_OF_RANGE - place
+        position = len(self.required) + [p.key for p in self.optional].index(name) + 1
+        return WRONG_TYPE - position, OUT_OF_RANGE - position

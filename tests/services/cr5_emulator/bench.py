@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from services.cr5_emulator.core import Connection, Emulator
+from services.cr5_emulator.connection import Connection
+from services.cr5_emulator.emulator import Emulator
 from services.cr5_emulator.options import Options
 from shared.cr5.packet import PacketReader
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from services.cr5_emulator.core import Emulator
+from services.cr5_emulator.emulator import Emulator
 from services.cr5_emulator.motion_log import MotionLog
 from services.cr5_emulator.options import Options
 

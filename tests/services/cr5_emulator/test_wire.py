@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from services.cr5_emulator.core import Emulator
+from services.cr5_emulator.emulator import Emulator
 from services.cr5_emulator.options import Options
 from tests.services.cr5_emulator import wire_v3, wire_v4
 from tests.services.cr5_emulator.bench import Bench

@@ -11,7 +11,7 @@ from lariat.geometry.grippers import gripper_bodies
 from lariat.geometry.obstacles import TABLE
 from lariat.geometry.poses import Pose
 from lariat.trajectory import SetpointChunk
-from services.cr5_emulator.core import Emulator
+from services.cr5_emulator.emulator import Emulator
 from services.cr5_emulator.options import Options
 from services.robot_gateway.cell import Cell
 from services.robot_gateway.constraints.motion_constraints import Boundaries

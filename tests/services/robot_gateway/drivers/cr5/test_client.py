@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from services.cr5_emulator.core import Emulator
+from services.cr5_emulator.emulator import Emulator
 from services.cr5_emulator.options import Options
 from services.robot_gateway.drivers.cr5.client import Client
 from services.robot_gateway.drivers.cr5.enable_sequence import Settings
@@ -53,12 +53,12 @@ def test_arm_without_power_is_powered_enabled_and_set_in_this_order() -> None:
         "SetCollisionLevel(4)",
         "Continue()",
     ]
-    assert line.emulator.controller.preferences.collision_level == 4
+    assert line.emulator.controller.client_settings.collision_level == 4
 
 
 def test_v4_is_asked_for_control_and_to_release_its_emergency_stop_first() -> None:
     line = Line(firmware="v4")
-    line.emulator.controller.press()
+    line.emulator.controller.press_emergency_stop()
     line.run(0.1)
     line.client.enable()
     line.run(1.5)

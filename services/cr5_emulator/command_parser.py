@@ -1,9 +1,9 @@
-"""Commands and replies as text.
+"""Parser of commands and formatter of replies.
 
-command := name "(" [argument {"," argument}] ")"; no terminator is promised, so the closing
-parenthesis frames it; blanks and line ends between commands are skipped. No argument of the maker's
-has parentheses, but Python's tuples have, and people send them: one level of them is kept together,
-so that such a command gets one answer.
+command := name "(" [argument {"," argument}] ")"; the protocol promises no terminator,
+so the closing parenthesis ends a command; blanks and line ends between commands are skipped. The
+vendor defines no argument with parentheses, but clients send Python tuples: one level of inner
+parentheses is kept together, so that such a command gets one reply.
 """
 
 from __future__ import annotations
@@ -15,50 +15,50 @@ import numpy as np
 
 NAME = re.compile(r"\s*([A-Za-z_][A-Za-z0-9_]*)\s*\(")
 NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
-LONGEST = 4096
-"""Bytes without a closing parenthesis after which what came is thrown away."""
+COMMAND_LENGTH_LIMIT = 4096
+"""Length of an unfinished command above which it is discarded [characters]."""
 
 
 @dataclass(frozen=True)
 class Call:
-    """One command."""
+    """One command, as parsed."""
 
     text: str
-    """As it was received, from its name to the closing parenthesis."""
+    """The command as received, from its name to the closing parenthesis."""
     name: str
     arguments: tuple[str, ...] = ()
-    """Positional."""
+    """Positional arguments."""
     options: dict[str, str] = field(default_factory=dict)
-    """By key, in lower case; the second of one key is called key#2."""
+    """Arguments key=value, by key in lower case; the second one of a key is stored as key#2."""
 
 
-class CommandReader:
-    """Cuts a stream of bytes into commands."""
+class CommandParser:
+    """Splits a stream of bytes into commands."""
 
     def __init__(self) -> None:
         self._text = ""
 
     def feed(self, data: bytes) -> list[Call]:
-        """The commands that the bytes complete; what is no command becomes one without a name."""
+        """Return the commands that the bytes complete; text that is none has an empty name."""
         self._text += data.decode("utf-8", errors="replace")
         calls = []
         while (end := self._end()) is not None:
             text, self._text = self._text[: end + 1], self._text[end + 1 :]
             calls.append(_call(text.strip()))
-        if len(self._text) > LONGEST:
+        if len(self._text) > COMMAND_LENGTH_LIMIT:
             self._text = ""
         return calls
 
     def _end(self) -> int | None:
-        """Where the first command closes; a parenthesis within quotes does not count."""
+        """Index of the parenthesis that closes the first command; quoted ones do not count."""
         inner, k, before = False, 0, ""
         while k < len(self._text):
             letter = self._text[k]
             if letter == '"':
-                # A quote that nobody closes is rubbish, and must not swallow what comes behind it.
+                # An unclosed quote is skipped: the commands behind it must still be found.
                 k = max(self._text.find('"', k + 1), k)
             elif letter == "(":
-                # Behind a comma it opens a tuple; behind a name a command begins.
+                # After a comma it opens a tuple; after a name it opens a command.
                 inner = inner or before == ","
             elif letter == ")" and inner:
                 inner = False
@@ -73,7 +73,7 @@ def _call(text: str) -> Call:
     match = NAME.search(text)
     if match is None:
         return Call(text, "")
-    # Rubbish before a name does not keep the command from being found.
+    # Other bytes before the name are skipped.
     text = text[match.start() :].lstrip()
     name = match.group(1)
     positional, options = [], {}
@@ -89,9 +89,9 @@ def _call(text: str) -> Call:
 
 
 def _split(text: str) -> list[str]:
-    """Arguments between commas that stand in no braces or quotes.
+    """Split at commas outside of braces and quotes.
 
-    What follows a closing brace without a comma is an argument of its own, as the maker says.
+    Text after a closing brace without a comma is an argument of its own, as the vendor states.
     """
     items, depth, quoted, start = [], 0, False, 0
     for k, letter in enumerate(text):
@@ -113,21 +113,21 @@ def _split(text: str) -> list[str]:
     return [] if len(items) == 1 and not items[0].strip() else items
 
 
-def number(text: str) -> float | None:
-    """A finite number, or None."""
-    # Python would read underscores and other alphabets' digits as well.
+def parse_number(text: str) -> float | None:
+    """Parse a finite number; None when the text is none."""
+    # float() alone would accept underscores and non-ASCII digits.
     value = float(text) if NUMBER.fullmatch(text.strip()) else np.inf
     return value if np.isfinite(value) else None
 
 
-def numbers(text: str) -> tuple[float, ...] | None:
-    """The numbers within braces, or None."""
+def parse_numbers(text: str) -> tuple[float, ...] | None:
+    """Parse numbers within braces; None when the text has another form."""
     if not (text.startswith("{") and text.endswith("}")):
         return None
-    values = tuple(number(item) for item in text[1:-1].split(","))
+    values = tuple(parse_number(item) for item in text[1:-1].split(","))
     return None if None in values else values  # pyright: ignore[reportReturnType]
 
 
-def reply(error: int, values: str, call: Call) -> str:
-    """ErrorID,{values},echo;"""
+def format_reply(error: int, values: str, call: Call) -> str:
+    """Format a reply: ErrorID,{values},echo;"""
     return f"{error},{{{values}}},{call.text};"

@@ -1,11 +1,11 @@
-"""What moves the arm without a plan: servo points and jogging, and the emulator's own placing."""
+"""Commands that move the arm without planning: servo points, jogging, and EmulatorPlace."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from services.cr5_emulator import frames
-from services.cr5_emulator.commands.execution import Execution, Options, Table, Values
+from services.cr5_emulator.commands.context import CommandContext, Options, Table, Values
 from services.cr5_emulator.commands.signature import (
     COMMAND_PORT,
     MOTION_PORT,
@@ -17,44 +17,46 @@ from services.cr5_emulator.commands.signature import (
     option,
 )
 from services.cr5_emulator.motions import JOINT_SPEED, Alarm, JogMotion
+from services.cr5_emulator.servo_follower import NOMINAL_GAIN, NOMINAL_LOOKAHEAD
 
 SERVO_TIME = 0.1
-LOOKAHEAD = 50.0
-GAIN = 500.0
-JOG_SHARE = 0.25
-"""Of a joint's speed."""
-JOG_SPEED, JOG_TURN = 0.25, 0.5
-"""Of the flange [m/s, rad/s]."""
+"""Default time of a servo point [s]."""
+JOG_RATIO = 0.25
+"""Jog speed of a joint, as a fraction of its maximum."""
+JOG_SPEED, JOG_ANGULAR_SPEED = 0.25, 0.5
+"""Jog speed of the flange [m/s, rad/s]."""
 JOINTS = tuple(f"J{k}" for k in range(1, 7))
 DIRECTIONS = ("X", "Y", "Z", "RX", "RY", "RZ")
 
 
-class Following:
-    """Motions that a client steers while they run."""
+class DirectMotion:
+    """Motions that the client controls while they run."""
 
-    def __init__(self, execution: Execution) -> None:
-        self._do = execution
-        self._arm = execution.controller
+    def __init__(self, context: CommandContext) -> None:
+        self._context = context
+        self._arm = context.controller
         self._frame = 1
-        """CoordType of the last jog along an axis."""
+        """Argument `coordtype` of the last jog along an axis."""
 
     def table(self) -> Table:
-        """Commands by name."""
-        do = self._do
-        release = do.options.version
-        ports = (COMMAND_PORT,) if do.v4 else (MOTION_PORT,)
-        # Its users report that 3.5.2 takes half a turn either way.
+        """Return the commands by name."""
+        context = self._context
+        release = context.options.version
+        ports = (COMMAND_PORT,) if context.v4 else (MOTION_PORT,)
+        # Users report that 3.5.2 accepts at most half a turn either way.
         joint = Parameter("number", -180, 180) if release == "3.5.2" else NUMBER
         timed = release >= "3.5.5"
         return {
             "ServoJ": Command(
                 self._servo_joints, (joint,) * 6, self._options(timed), ports=ports, moves=True
             ),
-            "ServoP": Command(self._servo_pose, SIX, self._options(do.v4), ports=ports, moves=True),
+            "ServoP": Command(
+                self._servo_pose, SIX, self._options(context.v4), ports=ports, moves=True
+            ),
             "MoveJog": Command(
                 self._jog,
                 (),
-                (Parameter("any"), option("coordtype", "integer", 0, 2), *do.frame_options),
+                (Parameter("any"), option("coordtype", "integer", 0, 2), *context.frame_options),
                 ports=ports,
                 moves=True,
             ),
@@ -62,13 +64,13 @@ class Following:
         }
 
     def _options(self, timed: bool) -> tuple[Parameter, ...]:
-        """Of servo points; V3's ServoP never took any."""
+        """Optional parameters of servo points; ServoP of V3 has none."""
         if not timed:
             return ()
-        shortest = 0.004 if self._do.options.version >= "4.6" else 0.02
+        shortest = 0.004 if self._context.options.version >= "4.6" else 0.02
         return (
             option("t", "number", shortest, 3600.0),
-            option("aheadtime" if self._do.v4 else "lookahead_time", "number", 20, 100),
+            option("aheadtime" if self._context.v4 else "lookahead_time", "number", 20, 100),
             option("gain", "number", 200, 1000),
         )
 
@@ -79,7 +81,7 @@ class Following:
 
     def _servo_pose(self, values: Values, options: Options) -> str:
         arm = self._arm
-        joints = arm.geometry.solve(self._do.flange(values[:6], {}), arm.target)
+        joints = arm.geometry.solve(self._context.flange(values[:6], {}), arm.target)
         if joints is None or np.max(np.abs(joints - arm.target)) > np.pi:
             arm.alarm(33)
             raise Failure(-1)
@@ -87,79 +89,81 @@ class Following:
 
     def _servo(self, target: np.ndarray, rest: Values, options: Options) -> str:
         arm = self._arm
-        names = ("t", "aheadtime" if self._do.v4 else "lookahead_time", "gain")
+        names = ("t", "aheadtime" if self._context.v4 else "lookahead_time", "gain")
         given = {**dict(zip(names, rest, strict=False)), **options}
-        # V3's ServoP states no time, and what it takes is not documented.
-        usual = SERVO_TIME if self._do.v4 or rest or options else arm.options.servo_time
+        # ServoP of V3 states no time, and the time it takes is not documented.
+        default_time = SERVO_TIME if self._context.v4 or rest or options else arm.options.servo_time
         try:
-            arm.aim(
+            arm.follow_point(
                 target,
-                given.get("t", usual),
-                given.get(names[1], LOOKAHEAD),
-                given.get("gain", GAIN),
+                given.get("t", default_time),
+                given.get(names[1], NOMINAL_LOOKAHEAD),
+                given.get("gain", NOMINAL_GAIN),
             )
         except Alarm as alarm:
             arm.alarm(*alarm.numbers)
             raise Failure(-1) from alarm
         arm.number += 1
         arm.finished = arm.number
-        return self._do.numbered(arm.number)
+        return self._context.numbered(arm.number)
 
     # Jogging
 
     def _jog(self, values: Values, options: Options) -> str:
-        """Without an axis, or with what is none, it stops."""
+        """Start a jog; without a valid axis, stop it."""
         arm = self._arm
         word = str(values[0]).strip("\"'") if values else ""
         named = {**dict(zip(("coordtype", "user", "tool"), values[1:], strict=False)), **options}
         axis, sign = word[:-1].upper(), {"+": 1.0, "-": -1.0}.get(word[-1:])
         known = axis in JOINTS or axis in DIRECTIONS
-        # V4 minds upper and lower case.
+        # V4 is case-sensitive.
         strict = axis if len(axis) < 2 or axis in JOINTS else axis[0] + axis[1].lower()
-        if sign is None or not known or (self._do.v4 and word[:-1] != strict):
+        if sign is None or not known or (self._context.v4 and word[:-1] != strict):
             arm.stop_jog()
             return ""
-        self._do.frames({k: v for k, v in named.items() if k != "coordtype"})
-        share = sign * arm.speed_factor / 100.0
+        self._context.frames({k: v for k, v in named.items() if k != "coordtype"})
+        ratio = sign * arm.speed_factor / 100.0
         if axis in JOINTS:
             rate = np.zeros(6)
-            rate[int(axis[1]) - 1] = JOG_SHARE * JOINT_SPEED * share
+            rate[int(axis[1]) - 1] = JOG_RATIO * JOINT_SPEED * ratio
             motion = JogMotion(arm.geometry, rate, None)
         else:
-            motion = JogMotion(arm.geometry, None, self._twist(axis, share, named))
-        if self._do.v4:
-            arm.move_alone(motion)
+            motion = JogMotion(arm.geometry, None, self._twist(axis, ratio, named))
+        if self._context.v4:
+            arm.start_unqueued(motion)
             return ""
-        return self._do.queued(lambda j: motion)
+        return self._context.queued(lambda j: motion)
 
-    def _twist(self, axis: str, share: float, named: Options) -> np.ndarray:
-        """Of the flange in the base [m/s, rad/s]."""
+    def _twist(self, axis: str, ratio: float, named: Options) -> np.ndarray:
+        """Twist of the flange in the base [m/s, rad/s]."""
         kind = named.get("coordtype", self._frame)
-        if self._do.v4 and kind == 0:
-            raise Failure(-6 if self._do.options.version >= "4.6" else -1)
+        if self._context.v4 and kind == 0:
+            raise Failure(-6 if self._context.options.version >= "4.6" else -1)
         self._frame = kind
         twist = np.zeros(6)
         turns = axis.startswith("R")
         k = "XYZ".index(axis[-1])
-        twist[3 + k if turns else k] = (JOG_TURN if turns else JOG_SPEED) * share
-        along_tool = kind == (2 if self._do.v4 or self._do.options.version < "3.5.7" else 1)
+        twist[3 + k if turns else k] = (JOG_ANGULAR_SPEED if turns else JOG_SPEED) * ratio
+        along_tool = kind == (
+            2 if self._context.v4 or self._context.options.version < "3.5.7" else 1
+        )
         if along_tool:
             R = self._arm.flange(self._arm.target)[:3, :3]
         else:
-            R = frames.transform(self._do.frames(named)[0])[:3, :3]
+            R = frames.transform(self._context.frames(named)[0])[:3, :3]
         return np.concatenate([R @ twist[:3], R @ twist[3:]])
 
     # Placing
 
     def _place(self, values: Values, options: Options) -> str:
-        """EmulatorPlace: what no arm can do, for a simulation that begins anew."""
+        """Put the flange at a pose instantly, for the reset of a simulation; no real arm can."""
         del options
         arm = self._arm
         goal = frames.transform(np.array(values, dtype=float))
         solutions = arm.geometry.all_solutions(goal)
         if not solutions:
             raise Failure(-1)
-        # The branch of now, or else the nearest one.
+        # The present branch, or else the nearest one.
         near = min(solutions, key=lambda s: float(np.sum((s - arm.target) ** 2)))
         if not arm.place(goal, near):
             raise Failure(-1)

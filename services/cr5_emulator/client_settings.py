@@ -1,4 +1,4 @@
-"""What clients set on the emulated arm that changes little or nothing of how it moves."""
+"""Settings that a client makes on the emulated arm and that hardly affect its motion."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ from services.cr5_emulator.motions import JOINT_RANGE
 
 
 @dataclass
-class Preferences:
-    """Kept until the controller is switched off."""
+class ClientSettings:
+    """Settings, kept until the controller is switched off."""
 
     blending: int = 0
-    """CP [%]: kept, not played."""
+    """CP [%]; stored without effect."""
     collision_level: int = 3
-    """0 (off) to 5 (most sensitive): the arm meets nothing."""
+    """0 (off) to 5 (most sensitive); stored without effect."""
     load_switch: int = 0
     skin_on: bool = False
     post_collision: int = 0
-    """0 stops after a collision, 1 pauses."""
+    """Reaction to a collision: 0 stops, 1 pauses."""
     back_distance: float = 0.0
-    """Gone back after a collision [mm]."""
+    """Distance of the retreat after a collision [mm]."""
     tcp_speed: float | None = None
-    """Of straight motions instead of their share [mm/s]."""
+    """Speed of straight motions [mm/s]; None: their ratio of the maximum."""
     force_control: bool = False
     force: dict[str, tuple[float, ...]] = field(default_factory=dict)
-    """By the command that set it."""
+    """Arguments of force control, by the command that set them."""
     frame_offset: Float64[np.ndarray, "6"] = field(default_factory=lambda: np.zeros(6))
-    """Of the user frame, for StartRTOffset [mm, deg]."""
+    """Offset of the user frame that StartRTOffset applies [mm, deg]."""
     axis_limits: Float64[np.ndarray, "6 2"] = field(
         default_factory=lambda: np.stack([-JOINT_RANGE, JOINT_RANGE], axis=1)
     )
-    """Of the joints [rad]."""
+    """Least and greatest angle of each joint [rad]."""

@@ -1,8 +1,8 @@
-"""The emulated arm behind its ports: bytes in, bytes out, time in; it owns no socket.
+"""Emulated arm without sockets: bytes in, bytes out, time in.
 
-Connections are accepted by `connect`; what a client sent goes to `Connection.feed`, what it gets is
-taken from `Connection.take`, one segment at a time. `advance_to` moves the arm, 8 ms at a time, and
-sends what is due.
+`connect` accepts a connection. Bytes from the client go to `Connection.feed`, bytes for it come
+from `Connection.take`, one segment at a time. `advance_to` steps the arm in periods of 8 ms and
+sends the feedback packets that are due.
 """
 
 from __future__ import annotations
@@ -10,73 +10,45 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 
-from services.cr5_emulator.commands.answering import Commands
-from services.cr5_emulator.controller import COLLISION, Controller
-from services.cr5_emulator.feedback import Feedback
-from services.cr5_emulator.grammar import Call, CommandReader, reply
+from services.cr5_emulator.command_parser import Call, format_reply
+from services.cr5_emulator.commands.dispatch import CommandDispatcher
+from services.cr5_emulator.connection import Connection
+from services.cr5_emulator.controller import COLLISION_ALARM, Controller
+from services.cr5_emulator.feedback import FeedbackWriter
+from services.cr5_emulator.http_interface import HttpInterface
 from services.cr5_emulator.options import Options
-from services.cr5_emulator.pages import Pages, RequestReader
 
-TICK = 0.008
-"""Of the controller and of port 30004 [s]."""
+STEP_TIME = 0.008
+"""Period of the controller and of port 30004 [s]."""
 COMMAND_PORTS = {"v3": (29999, 30003), "v4": (29999,)}
 FEEDBACK_PERIODS = {
     "v3": {30004: 8, 30005: 200, 30006: 50},
     "v4": {30004: 8, 30005: 200, 30006: 1000},
 }
-"""Between packets [ms]; where that is no whole number of ticks, on the average."""
-PAGE_PORTS = {"v3": (), "v4": (22000,)}
-IDLE = 10.0
-LATE = 1.5
-JOINED = 0.05
-"""Longest time for which an answer waits for another one to go with [s]."""
-ONCE = {
+"""Mean time between packets on each port [ms]."""
+HTTP_PORTS = {"v3": (), "v4": (22000,)}
+IDLE_TIMEOUT = 10.0
+"""Time without a command after which the fault `idle_close` closes a connection [s]."""
+REPLY_DELAY = 1.5
+"""Delay of replies under the fault `late_reply` [s]."""
+REPLY_JOIN_TIME = 0.05
+"""Longest time for which the fault `joined_replies` holds a reply back [s]."""
+SLOW_FEEDBACK_PERIOD = 40
+"""Time between packets under the fault `slow_feedback` [ms]."""
+TORN_PIECE_SIZE = 400
+"""Size of the pieces of a packet under the fault `torn_feedback` [bytes]."""
+BRIEF_FAULT_TIME = 0.2
+"""Duration of the faults `wrong_test_value` and `wrong_size` [s]."""
+MOTION_ALARMS = {
     "alarm_singular": (26,),
     "alarm_overspeed": (49,),
-    "collision": (COLLISION,),
+    "collision": (COLLISION_ALARM,),
 }
-
-
-class Connection:
-    """One client at one port."""
-
-    def __init__(self, port: int, now: float) -> None:
-        self.port = port
-        self.closed = False
-        self.heard = now
-        """When the client last said something [s]."""
-        self.reader = CommandReader()
-        self.requests = RequestReader()
-        self.waiting: deque[Call] = deque()
-        """Calls behind a Sync."""
-        self._segments: deque[bytes] = deque()
-        self._inbox = bytearray()
-
-    def feed(self, data: bytes) -> None:
-        """Bytes from the client."""
-        self._inbox += data
-
-    def take(self) -> bytes | None:
-        """The next segment for the client."""
-        return self._segments.popleft() if self._segments else None
-
-    def close(self) -> None:
-        """The client is gone, or shall be."""
-        self.closed = True
-
-    def received(self) -> bytes:
-        data, self._inbox = bytes(self._inbox), bytearray()
-        return data
-
-    def write(self, segment: bytes) -> None:
-        self._segments.append(segment)
-        # A feedback client that does not read loses the oldest packets, not the emulator's memory.
-        while len(self._segments) > 250:
-            self._segments.popleft()
+"""Alarms of the faults that strike during a motion."""
 
 
 class Emulator:
-    """A CR5 with its ports."""
+    """A CR5: its controller, its ports and the faults injected into it."""
 
     def __init__(
         self,
@@ -84,16 +56,22 @@ class Emulator:
         start: float = 0.0,
         watch: Callable[[float, Controller], None] | None = None,
     ) -> None:
-        """Args: start: Present time on the caller's clock [s]. watch: Called after every tick."""
+        """Switch the arm on.
+
+        Args:
+            options: Firmware and behaviour.
+            start: Present time on the caller's clock [s].
+            watch: Called after every step with the time [s] and the controller.
+        """
         self.options = options
         self._watch = watch
         self.controller = Controller(options)
-        self.commands = Commands(self.controller)
-        self.feedback = Feedback(self.controller)
-        self.pages = Pages(self.controller)
+        self.commands = CommandDispatcher(self.controller)
+        self.feedback = FeedbackWriter(self.controller)
+        self.http = HttpInterface(self.controller)
         self.now = start
         self._start = start
-        self._ticks = 0
+        self._steps = 0
         self._connections: list[Connection] = []
         self._syncs: list[tuple[Connection, Call]] = []
         self._late: deque[tuple[float, Connection, bytes]] = deque()
@@ -105,8 +83,8 @@ class Emulator:
 
     @property
     def ports(self) -> tuple[int, ...]:
-        """On which it listens."""
-        pages = PAGE_PORTS[self.options.firmware]
+        """Ports on which the arm listens."""
+        pages = HTTP_PORTS[self.options.firmware]
         return tuple(dict.fromkeys((*self._command_ports, *self._feedback_periods, *pages)))
 
     @property
@@ -115,12 +93,12 @@ class Emulator:
 
     @property
     def _feedback_periods(self) -> dict[int, int]:
-        """The oldest firmware sends feedback where it takes motion."""
+        """Time between packets by port [ms]; the oldest firmware sends them on its motion port."""
         legacy = self.options.version < "3.5.2"
         return {30003: 8} if legacy else FEEDBACK_PERIODS[self.options.firmware]
 
     def connect(self, port: int) -> Connection | None:
-        """A client connects; None when it is refused."""
+        """Accept a client; None when it is refused."""
         if port not in self.ports or ("port_taken" in self._active and port == 29999):
             return None
         if port in self._command_ports:
@@ -134,78 +112,78 @@ class Emulator:
         return connection
 
     def inject(self, fault: str) -> None:
-        """Begins a fault now."""
+        """Start a fault."""
         self._pending[fault] = self.now - self._start
         self._begin_faults()
 
     def heal(self, fault: str) -> None:
-        """Ends a fault."""
+        """End a fault."""
         self._active.pop(fault, None)
         self._apply_lasting()
 
     def process(self) -> None:
-        """Answers what has come in, without moving time."""
+        """Answer the commands that have come in, without advancing the time."""
         if "frozen" in self._active:
             return
         for connection in self._connections:
             data = connection.received()
-            if connection.port in PAGE_PORTS[self.options.firmware]:
+            if connection.port in HTTP_PORTS[self.options.firmware]:
                 for request in connection.requests.feed(data):
-                    connection.write(self.pages.answer(*request))
+                    connection.write(self.http.answer(*request))
             if connection.closed or connection.port not in self._command_ports:
                 continue
             if data:
-                connection.heard = self.now
+                connection.last_received = self.now
                 connection.waiting.extend(connection.reader.feed(data))
-            self._work_off(connection)
+            self._handle_waiting(connection)
 
     def advance_to(self, now: float) -> None:
-        """Moves time to `now` [s]."""
+        """Advance the time to `now` [s]."""
         self.process()
-        while self._start + (self._ticks + 1) * TICK <= now + 1e-9:
-            self._ticks += 1
-            self.now = self._start + self._ticks * TICK
-            self._tick()
+        while self._start + (self._steps + 1) * STEP_TIME <= now + 1e-9:
+            self._steps += 1
+            self.now = self._start + self._steps * STEP_TIME
+            self._step()
 
-    def _tick(self) -> None:
+    def _step(self) -> None:
         self._begin_faults()
         self.process()
-        self.controller.advance(TICK)
-        self.pages.watch(self.now)
+        self.controller.advance(STEP_TIME)
+        self.http.watch(self.now)
         for connection, call in list(self._syncs):
             if not self.controller.busy:
                 self._syncs.remove((connection, call))
-                self._send(connection, reply(0, "", call))
-                self._work_off(connection)
+                self._send(connection, format_reply(0, "", call))
+                self._handle_waiting(connection)
         while self._late and self._late[0][0] <= self.now:
             _, connection, segment = self._late.popleft()
             connection.write(segment)
         for connection, (since, data) in list(self._joined.items()):
-            if self.now - since > JOINED:
+            if self.now - since > REPLY_JOIN_TIME:
                 del self._joined[connection]
                 connection.write(data)
         if "idle_close" in self._active:
             for connection in self._connections:
-                idle = self.now - connection.heard
-                if connection.port in self._command_ports and idle > IDLE:
+                idle = self.now - connection.last_received
+                if connection.port in self._command_ports and idle > IDLE_TIMEOUT:
                     connection.close()
         self._send_feedback()
         if self._watch is not None:
             self._watch(self.now, self.controller)
-        self._connections = [c for c in self._connections if not c.closed or c._segments]
+        self._connections = [c for c in self._connections if not c.closed or c.unread]
 
-    # Commands
+    # CommandDispatcher
 
-    def _work_off(self, connection: Connection) -> None:
+    def _handle_waiting(self, connection: Connection) -> None:
         while connection.waiting and not any(c is connection for c, _ in self._syncs):
             call = connection.waiting.popleft()
             text = self.commands.answer(call, connection.port)
             if text is None:
                 self._syncs.append((connection, call))
-            elif self._answers(call):
+            elif self._replies_to(call):
                 self._send(connection, text)
 
-    def _answers(self, call: Call) -> bool:
+    def _replies_to(self, call: Call) -> bool:
         if "no_reply" in self._active:
             return False
         if call.name.lower() not in ("servoj", "servop"):
@@ -216,7 +194,7 @@ class Emulator:
     def _send(self, connection: Connection, text: str) -> None:
         data = text.encode()
         if "late_reply" in self._active:
-            self._late.append((self.now + LATE, connection, data))
+            self._late.append((self.now + REPLY_DELAY, connection, data))
         elif "joined_replies" in self._active:
             if connection in self._joined:
                 connection.write(self._joined.pop(connection)[1] + data)
@@ -238,33 +216,33 @@ class Emulator:
         for connection in self._connections:
             period = self._feedback_periods.get(connection.port)
             if period is not None and "slow_feedback" in self._active:
-                period = max(period, 40)
-            if connection.closed or period is None or 8 * self._ticks % period >= 8:
+                period = max(period, SLOW_FEEDBACK_PERIOD)
+            if connection.closed or period is None or 8 * self._steps % period >= 8:
                 continue
-            packet = packet or self._spoiled(self._packet())
+            packet = packet or self._corrupted(self._next_packet())
             if "torn_feedback" in self._active:
-                for k in range(0, len(packet), 400):
-                    connection.write(packet[k : k + 400])
+                for k in range(0, len(packet), TORN_PIECE_SIZE):
+                    connection.write(packet[k : k + TORN_PIECE_SIZE])
             else:
                 connection.write(packet)
 
-    def _packet(self) -> bytes:
+    def _next_packet(self) -> bytes:
         if "repeated_feedback" not in self._active or not self._sent:
             self._sent = self.feedback.packet(self.now)
         return self._sent
 
-    def _spoiled(self, packet: bytes) -> bytes:
+    def _corrupted(self, packet: bytes) -> bytes:
         data = bytearray(packet)
-        if self._brief("wrong_test_value"):
+        if self._is_brief("wrong_test_value"):
             data[48:56] = bytes(8)
-        if self._brief("wrong_size"):
+        if self._is_brief("wrong_size"):
             data[0:2] = (1441).to_bytes(2, "little")
         if "time_back" in self._active:
             data[32:40] = (1_000_000).to_bytes(8, "little")
         return bytes(data)
 
-    def _brief(self, fault: str) -> bool:
-        return fault in self._active and self.now - self._active[fault] < 0.2
+    def _is_brief(self, fault: str) -> bool:
+        return fault in self._active and self.now - self._active[fault] < BRIEF_FAULT_TIME
 
     # Faults
 
@@ -272,30 +250,30 @@ class Emulator:
         for fault, at in list(self._pending.items()):
             if self.now - self._start < at:
                 continue
-            # An alarm of a motion waits for one.
-            if fault in ONCE and not self.controller.busy:
+            # Alarms of a motion wait until the arm moves.
+            if fault in MOTION_ALARMS and not self.controller.busy:
                 continue
             del self._pending[fault]
             self._active[fault] = self.now
-            self._strike(fault)
+            self._apply_once(fault)
         self._apply_lasting()
 
     def _apply_lasting(self) -> None:
         self.commands.power.not_tcp = bool({"not_tcp", "taken_over"} & self._active.keys())
         self.commands.settings.uncalibrated = "no_user_tool" in self._active
 
-    def _strike(self, fault: str) -> None:
+    def _apply_once(self, fault: str) -> None:
         controller = self.controller
-        if fault in ONCE:
-            controller.alarm(*ONCE[fault])
+        if fault in MOTION_ALARMS:
+            controller.alarm(*MOTION_ALARMS[fault])
         elif fault == "emergency_stop":
-            controller.press()
+            controller.press_emergency_stop()
         elif fault == "power_off":
             controller.lose_power()
         elif fault == "queue_blocked":
             controller.queue_running = False
         elif fault == "drag":
-            controller.drag(1)
+            controller.set_dragging(1)
         elif fault == "taken_over":
             controller.stop()
         elif fault == "links_closed":

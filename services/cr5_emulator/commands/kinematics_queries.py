@@ -1,4 +1,4 @@
-"""Where the arm is, where it would be, and whether it could get there; nothing moves."""
+"""Queries of the kinematics: present pose, forward and inverse solutions, checks of a path."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from services.cr5_emulator import frames
-from services.cr5_emulator.commands.execution import Execution, Options, Table, Values
+from services.cr5_emulator.commands.context import CommandContext, Options, Table, Values
 from services.cr5_emulator.commands.signature import (
     POSE,
     SIX,
@@ -18,34 +18,38 @@ from services.cr5_emulator.commands.signature import (
     Parameter,
     option,
 )
-from services.cr5_emulator.geometry import Transform
+from services.cr5_emulator.kinematics import Transform
 from services.cr5_emulator.motions import Alarm, LineMotion, check_range
 
-RATES = tuple(option(k, "number", 1, 100) for k in ("a", "v"))
-BLENDING = (option("cp", "number", 0, 100), option("r", "number", 0, 1000))
-REFUSED = {64, 65, 66, 67, 68, 69, 70, 71, 72, 73, 74, 75}
-"""Alarms of joints past their ends, which a check calls 18."""
+RATE_OPTIONS = tuple(option(k, "number", 1, 100) for k in ("a", "v"))
+BLENDING_OPTIONS = (option("cp", "number", 0, 100), option("r", "number", 0, 1000))
+JOINT_LIMIT_ALARMS = range(64, 76)
+"""Alarms of joint limits."""
+OUT_OF_WORK_AREA = 18
+"""Result of a check in place of an alarm of a joint limit."""
+CHECK_SPEED, CHECK_ACCELERATION = 0.1, 1.0
+"""Motion for which a path is checked [m/s, m/s^2]."""
 
 
-class Positions:
-    """Kinematics on the wire."""
+class KinematicsQueries:
+    """Kinematic queries; none of them moves the arm."""
 
-    def __init__(self, execution: Execution) -> None:
-        self._do = execution
-        self._arm = execution.controller
+    def __init__(self, context: CommandContext) -> None:
+        self._context = context
+        self._arm = context.controller
 
     def table(self) -> Table:
-        """Commands by name."""
-        do = self._do
+        """Return the commands by name."""
+        context = self._context
         arm = self._arm
         return {
-            "GetAngle": Command(lambda a, o: do.numbers(np.degrees(arm.joints))),
-            "GetPose": Command(self._pose, (), do.frame_options, counts=(0,)),
-            **(self._v4() if do.v4 else self._v3()),
+            "GetAngle": Command(lambda a, o: context.numbers(np.degrees(arm.joints))),
+            "GetPose": Command(self._pose, (), context.frame_options, counts=(0,)),
+            **(self._v4() if context.v4 else self._v3()),
         }
 
     def _v3(self) -> Table:
-        index = self._do.index
+        index = self._context.index
         return {
             "PositiveSolution": Command(self._forward, (*SIX, index, index)),
             "InverseSolution": Command(
@@ -54,7 +58,7 @@ class Positions:
         }
 
     def _v4(self) -> Table:
-        frame = self._do.frame_options
+        frame = self._context.frame_options
         near = (
             option("usejointnear", "integer", 0, 1),
             Parameter("list", key="jointnear", count=6),
@@ -66,12 +70,12 @@ class Positions:
             "RelPointTool": Command(self._shifted("Tool"), offset, points=(1, 1), since="4.6"),
             "RelPointUser": Command(self._shifted("User"), offset, points=(1, 1), since="4.6"),
             "RelJoint": Command(
-                lambda a, o: self._do.numbers(np.add(a[:6], a[6])), (*SIX, POSE), since="4.6"
+                lambda a, o: self._context.numbers(np.add(a[:6], a[6])), (*SIX, POSE), since="4.6"
             ),
             "CheckOddMovJ": Command(
                 self._check(self._joint_path),
                 (),
-                (*frame, *RATES, BLENDING[0]),
+                (*frame, *RATE_OPTIONS, BLENDING_OPTIONS[0]),
                 points=(2, 2),
                 joints_only=True,
                 since="4.6",
@@ -79,7 +83,7 @@ class Positions:
             "CheckOddMovL": Command(
                 self._check(self._line),
                 (),
-                (*frame, *RATES, *BLENDING),
+                (*frame, *RATE_OPTIONS, *BLENDING_OPTIONS),
                 points=(2, 2),
                 joints_only=True,
                 since="4.6",
@@ -87,7 +91,7 @@ class Positions:
             "CheckOddMovC": Command(
                 self._check(self._arc),
                 (),
-                (*frame, *RATES, *BLENDING),
+                (*frame, *RATE_OPTIONS, *BLENDING_OPTIONS),
                 points=(3, 3),
                 joints_only=True,
                 since="4.6",
@@ -98,15 +102,17 @@ class Positions:
         del values
         if len(options) == 1:
             raise Failure(WRONG_COUNT)
-        return self._written(self._arm.flange(self._arm.joints), options)
+        return self._format_pose(self._arm.flange(self._arm.joints), options)
 
-    def _written(self, flange: Transform, options: Options) -> str:
-        return self._do.numbers(frames.vector(frames.in_frames(flange, *self._do.frames(options))))
+    def _format_pose(self, flange: Transform, options: Options) -> str:
+        return self._context.numbers(
+            frames.vector(frames.in_frames(flange, *self._context.frames(options)))
+        )
 
     def _forward(self, values: Values, options: Options) -> str:
         if len(values) >= 8:
             options = {"user": values[6], "tool": values[7]}
-        return self._written(self._arm.flange(np.radians(values[:6])), options)
+        return self._format_pose(self._arm.flange(np.radians(values[:6])), options)
 
     def _inverse(self, values: Values, options: Options) -> str:
         near = self._arm.joints
@@ -117,40 +123,41 @@ class Positions:
         elif options.get("usejointnear") and "jointnear" in options:
             near = np.radians(options["jointnear"])
         try:
-            joints = self._do.near(self._do.flange(values[:6], options), near)
+            joints = self._context.nearest_solution(self._context.flange(values[:6], options), near)
         except Alarm as alarm:
             raise Failure(-1) from alarm
-        return self._do.numbers(np.degrees(joints))
+        return self._context.numbers(np.degrees(joints))
 
     def _shifted(self, where: str) -> Callable[[Values, Options], str]:
-        """A point moved along the tool's or the user frame's axes."""
+        """Return the command RelPointTool or RelPointUser: a point offset in tool or user frame."""
 
         def run(values: Values, options: Options) -> str:
             kind, vector = options["points"][0]
             if kind == "joint":
                 flange = self._arm.flange(np.radians(vector))
-                pose = frames.in_frames(flange, *self._do.frames({}))
+                pose = frames.in_frames(flange, *self._context.frames({}))
             else:
                 pose = frames.transform(vector)
-            moved = frames.moved(pose, frames.transform(np.array(values[0])), where == "Tool")
-            return self._do.numbers(frames.vector(moved))
+            moved = frames.offset_pose(pose, frames.transform(np.array(values[0])), where == "Tool")
+            return self._context.numbers(frames.vector(moved))
 
         return run
 
     # Checks
 
     def _check(self, path: Callable[[list[np.ndarray]], None]) -> Callable[[Values, Options], str]:
-        """0 when it can be gone, -1 while the arm moves, or what is in the way."""
+        """Return a check: 0 when the path is possible, -1 while the arm moves, else an alarm."""
 
         def run(values: Values, options: Options) -> str:
             del values
             if self._arm.busy:
                 return "-1"
-            self._do.frames(options)
+            self._context.frames(options)
             try:
                 path([np.radians(vector) for _, vector in options["points"]])
             except Alarm as alarm:
-                return str(18 if alarm.numbers[0] in REFUSED else alarm.numbers[0])
+                number = alarm.numbers[0]
+                return str(OUT_OF_WORK_AREA if number in JOINT_LIMIT_ALARMS else number)
             return "0"
 
         return run
@@ -162,15 +169,17 @@ class Positions:
     def _line(self, points: list[np.ndarray]) -> None:
         self._joint_path(points)
         start, end = (self._arm.flange(p) for p in points)
-        way = max(float(np.linalg.norm(end[:3, 3] - start[:3, 3])), 1e-3)
-        self._go(points[0], lambda s: frames.line(start, end, s), way)
+        length = max(float(np.linalg.norm(end[:3, 3] - start[:3, 3])), 1e-3)
+        self._check_line_motion(points[0], lambda s: frames.interpolate(start, end, s), length)
 
     def _arc(self, points: list[np.ndarray]) -> None:
         self._joint_path(points)
         path, length = frames.arc(*(self._arm.flange(p) for p in points), full=False)
         if path is None:
             raise Alarm(19)
-        self._go(points[0], path, length)
+        self._check_line_motion(points[0], path, length)
 
-    def _go(self, start: np.ndarray, path: Callable[[float], Transform], length: float) -> None:
-        LineMotion(self._arm.geometry, start, path, length, 0.1, 1.0)
+    def _check_line_motion(
+        self, start: np.ndarray, path: Callable[[float], Transform], length: float
+    ) -> None:
+        LineMotion(self._arm.geometry, start, path, length, CHECK_SPEED, CHECK_ACCELERATION)

@@ -1,7 +1,7 @@
-"""Force sensor and force control.
+"""Commands of the force sensor and of force control.
 
-The emulated arm touches nothing but its tether, if it has one: that is what its sensor tells. Under
-force control it therefore moves as it would without; what is set is checked and kept.
+The sensor reports the force of the tether, if there is one; nothing else touches the arm. Force
+control has no effect on its motion; the arguments are checked and stored.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from services.cr5_emulator.commands.execution import Execution, Options, Table, Values
+from services.cr5_emulator.commands.context import CommandContext, Options, Table, Values
 from services.cr5_emulator.commands.signature import (
     PERCENT,
     SWITCH,
@@ -19,39 +19,41 @@ from services.cr5_emulator.commands.signature import (
     Parameter,
     option,
 )
-from services.cr5_emulator.load import Tether
+from services.cr5_emulator.tether import Tether
 
-SMALL = 1e-9
-"""The least of a range that begins above 0."""
+POSITIVE = 1e-9
+"""Lower bound of a range that excludes 0."""
 DIRECTIONS = Parameter("list", 0, 1, count=6)
 
 
-def six(linear: tuple[float, float], angular: tuple[float, float]) -> tuple[Parameter, ...]:
-    """Three numbers for directions and three for turns."""
+def six_parameters(
+    linear: tuple[float, float], angular: tuple[float, float]
+) -> tuple[Parameter, ...]:
+    """Three parameters for translations and three for rotations."""
     return (Parameter("number", *linear),) * 3 + (Parameter("number", *angular),) * 3
 
 
-class Force:
-    """The sensor at the flange."""
+class ForceControl:
+    """Force sensor at the flange, and the state of force control."""
 
-    def __init__(self, execution: Execution) -> None:
-        self._do = execution
-        self._arm = execution.controller
-        self._tether = Tether.of(execution.options.tether)
+    def __init__(self, context: CommandContext) -> None:
+        self._context = context
+        self._arm = context.controller
+        self._tether = Tether.of(context.options.tether)
         self._zero = np.zeros(6)
 
     def table(self) -> Table:
-        """Commands by name."""
-        if not self._do.v4:
-            return {"GetSixForceData": Command(lambda a, o: self._do.numbers(self._wrench()))}
-        index = self._do.index
+        """Return the commands by name."""
+        if not self._context.v4:
+            return {"GetSixForceData": Command(lambda a, o: self._context.numbers(self._wrench()))}
+        index = self._context.index
         limits = {
-            "FCSetForceLimit": six((SMALL, 500), (SMALL, 50)),
-            "FCSetMass": six((SMALL, 10000), (SMALL, 10000)),
-            "FCSetStiffness": six((0, 10000), (0, 10000)),
-            "FCSetDamping": six((0, 1000), (0, 1000)),
-            "FCSetForceSpeedLimit": six((SMALL, 300), (SMALL, 90)),
-            "FCSetForce": six((-200, 200), (-12, 12)),
+            "FCSetForceLimit": six_parameters((POSITIVE, 500), (POSITIVE, 50)),
+            "FCSetMass": six_parameters((POSITIVE, 10000), (POSITIVE, 10000)),
+            "FCSetStiffness": six_parameters((0, 10000), (0, 10000)),
+            "FCSetDamping": six_parameters((0, 1000), (0, 1000)),
+            "FCSetForceSpeedLimit": six_parameters((POSITIVE, 300), (POSITIVE, 90)),
+            "FCSetForce": six_parameters((-200, 200), (-12, 12)),
         }
         commands = {
             "EnableFTSensor": Command(lambda a, o: self._sensor(), (SWITCH,)),
@@ -62,16 +64,16 @@ class Force:
             "FCForceMode": Command(
                 self._control,
                 (DIRECTIONS, Parameter("list", -200, 200, count=6)),
-                (option("reference", "integer", 0, 1), *self._do.frame_options),
+                (option("reference", "integer", 0, 1), *self._context.frame_options),
                 counts=(2,),
             ),
             "FCSetDeviation": Command(
                 lambda a, o: self._keep("FCSetDeviation", a),
-                (Parameter("list", SMALL, 1000, count=6),),
+                (Parameter("list", POSITIVE, 1000, count=6),),
                 (SWITCH,),
             ),
             "FCOff": Command(lambda a, o: self._switch(False)),
-            # These two are for arms whose sensor is built in.
+            # Both need an arm with a built-in sensor.
             "SetFCCollision": Command(
                 lambda a, o: self._absent(),
                 (Parameter("number", 5, 150), Parameter("number", 0.5, 15)),
@@ -95,7 +97,7 @@ class Force:
         raise Failure(-1)
 
     def _sensor(self) -> str:
-        if not self._do.options.force_sensor:
+        if not self._context.options.force_sensor:
             raise Failure(-1)
         return ""
 
@@ -106,26 +108,28 @@ class Force:
 
     def _read(self) -> str:
         self._sensor()
-        return self._do.numbers(self._wrench())
+        return self._context.numbers(self._wrench())
 
     def _drive(self) -> str:
         self._sensor()
         if not self._arm.enabled or self._arm.busy:
             raise Failure(-1)
-        self._arm.drag(2)
+        self._arm.set_dragging(2)
         return ""
 
     def _control(self, values: Values, options: Options) -> str:
         if any(abs(f) > 12 for f in values[1][3:]):
             raise Failure(-40002)
-        self._do.frames(options)
+        self._context.frames(options)
         return self._switch(True)
 
     def _switch(self, on: bool) -> str:
         self._sensor()
-        return self._do.in_turn(lambda: setattr(self._arm.preferences, "force_control", on))
+        return self._context.run_in_order(
+            lambda: setattr(self._arm.client_settings, "force_control", on)
+        )
 
     def _keep(self, name: str, values: list[Any]) -> str:
         self._sensor()
-        self._arm.preferences.force[name] = tuple(values)
+        self._arm.client_settings.force[name] = tuple(values)
         return ""

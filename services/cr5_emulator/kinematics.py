@@ -1,7 +1,7 @@
-"""Geometry of the emulated arm, in standard Denavit-Hartenberg parameters.
+"""Kinematics of the emulated arm, in standard Denavit-Hartenberg parameters.
 
-Written apart from the gateway's own model, so that the two check each other. The `calibrated` set
-differs from the nominal one as one arm's does from another: about a millimetre at the flange.
+Independent of the gateway's model, so that each checks the other. `CALIBRATED` differs from
+`NOMINAL` as one real arm from another: by about a millimetre at the flange.
 """
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ Transform = Float64[np.ndarray, "4 4"]
 
 @dataclass(frozen=True)
 class Geometry:
-    """Rz(theta + offset) Tz(d) Tx(a) Rx(alpha) for each joint."""
+    """Parameters of T = Rz(theta + offset) Tz(d) Tx(a) Rx(alpha) for each joint."""
 
     d: tuple[float, ...] = (0.147, 0.0, 0.0, 0.141, 0.116, 0.105)
-    """[m]"""
+    """Link offsets [m]."""
     a: tuple[float, ...] = (0.0, -0.427, -0.357, 0.0, 0.0, 0.0)
-    """[m]"""
+    """Link lengths [m]."""
     alpha: tuple[float, ...] = (90.0, 0.0, 0.0, 90.0, -90.0, 0.0)
-    """[deg]"""
+    """Link twists [deg]."""
     offset: tuple[float, ...] = (0.0, -90.0, 0.0, -90.0, 0.0, 0.0)
-    """[deg]"""
+    """Joint angle offsets [deg]."""
 
     def frames(self, joints: Joints) -> Float64[np.ndarray, "7 4 4"]:
-        """Base, and the frame behind every joint; the last one is the flange."""
+        """Return the poses of the base and of each link in the base; the last is the flange."""
         angle = joints + np.radians(self.offset)
         ct, st = np.cos(angle), np.sin(angle)
         ca, sa = np.cos(np.radians(self.alpha)), np.sin(np.radians(self.alpha))
@@ -45,23 +45,23 @@ class Geometry:
         return frames
 
     def flange(self, joints: Joints) -> Transform:
-        """Pose of the flange in the base."""
+        """Return the pose of the flange in the base."""
         return self.frames(joints)[-1]
 
     def jacobian(self, frames: Float64[np.ndarray, "7 4 4"]) -> Float64[np.ndarray, "6 6"]:
-        """Linear over angular velocity of the flange per joint speed, in the base."""
+        """Return the Jacobian: linear over angular velocity of the flange, in the base."""
         axes, origins = frames[:6, :3, 2], frames[:6, :3, 3]
         return np.concatenate([np.cross(axes, frames[6, :3, 3] - origins), axes], axis=1).T
 
     def solve(self, goal: Transform, near: Joints) -> Joints | None:
-        """Joints that put the flange at `goal`, on the branch of `near`; None when none do.
+        """Solve the inverse kinematics on the branch of `near`; None when there is no solution.
 
-        Newton steps of bounded length, damped where the arm is nearly singular.
+        Damped Newton steps of bounded length.
         """
         joints = np.array(near, dtype=float)
         for _ in range(60):
             frames = self.frames(joints)
-            error = _difference(frames[-1], goal)
+            error = _pose_error(frames[-1], goal)
             if np.max(np.abs(error)) < 1e-9:
                 return joints
             J = self.jacobian(frames)
@@ -70,9 +70,9 @@ class Geometry:
         return None
 
     def all_solutions(self, goal: Transform) -> list[Joints]:
-        """Up to eight joint vectors in (-pi, pi] that put the flange at `goal`.
+        """Return all solutions of the inverse kinematics, up to eight, in (-pi, pi].
 
-        In closed form for parallel and crossing axes, then refined for this geometry.
+        Closed form for parallel and intersecting axes, refined for these parameters.
         """
         found: list[Joints] = []
         for seed in _closed_form(goal, self):
@@ -93,14 +93,14 @@ CALIBRATED = Geometry(
 )
 
 
-def _difference(at: Transform, goal: Transform) -> Float64[np.ndarray, "6"]:
+def _pose_error(at: Transform, goal: Transform) -> Float64[np.ndarray, "6"]:
     R = goal[:3, :3] @ at[:3, :3].T
     twist = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2.0
     sine, cosine = float(np.linalg.norm(twist)), (float(np.trace(R)) - 1.0) / 2.0
     if sine > 1e-12:
         twist = twist * (np.arctan2(sine, cosine) / sine)
     elif cosine < 0.0:
-        # Half a turn: any axis of it will do to get away from here.
+        # Half a turn: the sign of the axis is arbitrary.
         twist = np.pi * np.sqrt(np.maximum(np.diag(R) + 1.0, 0.0) / 2.0)
     return np.concatenate([goal[:3, 3] - at[:3, 3], twist])
 
@@ -111,7 +111,7 @@ def _closed_form(goal: Transform, geometry: Geometry) -> list[Joints]:
     offset = np.radians(geometry.offset)
     wrist = goal[:3, 3] - d6 * goal[:3, 2]
     reach = float(np.hypot(wrist[0], wrist[1]))
-    # Seeds are refined, so a pose a little out of the nominal reach may still be in this arm's.
+    # Seeds are refined: a pose slightly out of the nominal reach may be within this arm's.
     if reach < 0.98 * abs(d4):
         return []
     seeds = []

@@ -1,4 +1,4 @@
-"""Recorded trajectories: one joint path per file that the options say the controller has."""
+"""Commands of recorded trajectories; every file of the options holds the same joint path."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from services.cr5_emulator import frames
-from services.cr5_emulator.commands.execution import Execution, Options, Table, Values
+from services.cr5_emulator.commands.context import CommandContext, Options, Table, Values
 from services.cr5_emulator.commands.signature import (
     MOTION_PORT,
     SWITCH,
@@ -19,31 +19,33 @@ from services.cr5_emulator.commands.signature import (
 )
 from services.cr5_emulator.motions import JointMotion
 
-SWINGS = (0.0, 5.0, -5.0, 0.0)
-"""Of the first joint from where the arm was at its start: the recorded path [deg]."""
-NOT_THERE, UNKNOWN, GOOD = -2, -1, 0
-"""What HandleTrajPoints says of a file: no such one, not asked for yet, in order."""
+RECORDED_OFFSETS = (0.0, 5.0, -5.0, 0.0)
+"""Recorded path: angles of the first joint relative to the arm's start [deg]."""
+FILE_MISSING, FILE_UNCHECKED, FILE_VALID = -2, -1, 0
+"""Answers of HandleTrajPoints."""
+REPLAY_SPEED, REPLAY_ACCELERATION = 0.1, 0.2
+"""Fractions of the arm's maximum."""
 
 
-class Traces:
-    """The controller's trajectory files."""
+class TrajectoryFiles:
+    """Trajectory files of the controller."""
 
-    def __init__(self, execution: Execution) -> None:
-        self._do = execution
-        self._arm = execution.controller
-        start = np.radians(execution.options.joints)
-        self._path = [start + np.radians([s, 0, 0, 0, 0, 0]) for s in SWINGS]
-        self._checked = UNKNOWN
+    def __init__(self, context: CommandContext) -> None:
+        self._context = context
+        self._arm = context.controller
+        start = np.radians(context.options.joints)
+        self._path = [start + np.radians([s, 0, 0, 0, 0, 0]) for s in RECORDED_OFFSETS]
+        self._checked = FILE_UNCHECKED
 
     def table(self) -> Table:
-        """Commands by name."""
-        if self._do.v4:
+        """Return the commands by name."""
+        if self._context.v4:
             replay = (
                 option("isconst", "integer", 0, 1),
                 option("multi", "number", 0.25, 2),
                 option("sample", "number", 8, 1000),
                 option("freq", "number", 1e-9, 1),
-                *self._do.frame_options,
+                *self._context.frame_options,
             )
             return {
                 "GetStartPose": Command(self._start_pose, (TEXT,), (Parameter("integer", 1, 2),)),
@@ -61,40 +63,42 @@ class Traces:
     def _motion(self, required: tuple[Parameter, ...]) -> Command:
         return Command(self._replay(), required, ports=(MOTION_PORT,), moves=True)
 
-    def _known(self, name: str) -> None:
-        if name not in self._do.options.traces:
+    def _check_exists(self, name: str) -> None:
+        if name not in self._context.options.traces:
             raise Failure(-1)
 
     def _first(self, kind: str) -> Callable[[Values, Options], str]:
         def run(values: Values, options: Options) -> str:
             del options
-            self._known(values[0])
+            self._check_exists(values[0])
             if kind == "joints":
-                return self._do.numbers(np.degrees(self._path[0]))
-            return self._do.numbers(frames.vector(self._arm.flange(self._path[0])))
+                return self._context.numbers(np.degrees(self._path[0]))
+            return self._context.numbers(frames.vector(self._arm.flange(self._path[0])))
 
         return run
 
     def _start_pose(self, values: Values, options: Options) -> str:
-        """A joint point (1) of a recorded path, a pose (2) of one to fit."""
+        """Return the start: joint angles (1) of a recorded path, or a pose (2)."""
         if values[1:] == [2]:
             return f"2,{{{self._first('pose')(values, options)}}}"
         return f"1,{{{self._first('joints')(values, options)}}}"
 
     def _handle(self, values: Values, options: Options) -> str:
-        """Begins to check a file; without one it says what was found."""
+        """Start the check of a file; without one return the result of the last check."""
         del options
         if not values:
             return str(self._checked)
-        self._checked = GOOD if values[0] in self._do.options.traces else NOT_THERE
+        self._checked = FILE_VALID if values[0] in self._context.options.traces else FILE_MISSING
         return ""
 
     def _replay(self) -> Callable[[Values, Options], str]:
         def run(values: Values, options: Options) -> str:
-            self._known(values[0])
-            share = 0.1 * options.get("multi", 1.0)
+            self._check_exists(values[0])
+            speed = REPLAY_SPEED * options.get("multi", 1.0)
             numbers = [
-                self._do.queued(lambda j, t=target: JointMotion(j, t, share, 0.2))
+                self._context.queued(
+                    lambda j, t=target: JointMotion(j, t, speed, REPLAY_ACCELERATION)
+                )
                 for target in self._path
             ]
             return numbers[-1]

@@ -1,58 +1,62 @@
-"""Inputs and outputs of the controller and of the tool."""
+"""Commands of the inputs and outputs of controller and tool."""
 
 from __future__ import annotations
 
-from services.cr5_emulator.commands.execution import Execution, Options, Table, Values
+from services.cr5_emulator.commands.context import CommandContext, Options, Table, Values
 from services.cr5_emulator.commands.signature import SWITCH, Command, Failure, Parameter
 
-LAST_OUTPUT = 16
-"""Of a controller's own; above 99 it would be an extension's, which this one has not."""
-MOST_OUTPUT = 24
-"""That a list of outputs may name: other controllers have more."""
-PORT = Parameter("integer", 1, LAST_OUTPUT, also=(100, 1000))
+OUTPUT_COUNT = 16
+"""Outputs of the controller; ports from 100 on are those of an extension, which is absent."""
+HIGHEST_OUTPUT = 24
+"""Highest port that a list of outputs may name; other controllers have more outputs."""
+PORT = Parameter("integer", 1, OUTPUT_COUNT, also=(100, 1000))
 INPUT = Parameter("integer", 1, 32, also=(100, 1000))
 TOOL_PORT = Parameter("integer", 1, 2)
-PORTS = Parameter("list", 1, MOST_OUTPUT)
+PORTS = Parameter("list", 1, HIGHEST_OUTPUT)
 PARITY = Parameter("text", words=("N", "O", "E"))
 BAUD = Parameter("integer", 1200, 4000000)
 ONE_OR_TWO = Parameter("integer", 1, 2)
 
 
-class Outputs:
-    """What is wired to the arm."""
+class IoPorts:
+    """States of inputs and outputs, and the serial port of the tool."""
 
-    def __init__(self, execution: Execution) -> None:
-        self._do = execution
-        self._arm = execution.controller
+    def __init__(self, context: CommandContext) -> None:
+        self._context = context
+        self._arm = context.controller
         self._serial = "115200, 8, N, 1"
 
     def table(self) -> Table:
-        """Commands by name."""
-        do = self._do
-        # Amperes on V4 go up to 20 mA.
-        level = Parameter("number", 0, 20 if do.v4 else 10)
-        pulse = (Parameter("integer", 25, 60000),) if do.v4 else ()
-        at_once = "Instant" if do.v4 else "Execute"
+        """Return the commands by name."""
+        context = self._context
+        # On V4 a current output goes up to 20 mA.
+        level = Parameter("number", 0, 20 if context.v4 else 10)
+        pulse = (Parameter("integer", 25, 60000),) if context.v4 else ()
+        at_once = "Instant" if context.v4 else "Execute"
         return {
             "DO": Command(self._pulse, (PORT, SWITCH), pulse),
-            f"DO{at_once}": Command(lambda a, o: do.now(lambda: self.set(*a)), (PORT, SWITCH)),
+            f"DO{at_once}": Command(
+                lambda a, o: context.run_now(lambda: self.set(*a)), (PORT, SWITCH)
+            ),
             "ToolDO": Command(
-                lambda a, o: do.in_turn(lambda: self._set_tool(*a)), (TOOL_PORT, SWITCH)
+                lambda a, o: context.run_in_order(lambda: self._set_tool(*a)), (TOOL_PORT, SWITCH)
             ),
             f"ToolDO{at_once}": Command(
-                lambda a, o: do.now(lambda: self._set_tool(*a)), (TOOL_PORT, SWITCH)
+                lambda a, o: context.run_now(lambda: self._set_tool(*a)), (TOOL_PORT, SWITCH)
             ),
-            "AO": Command(lambda a, o: do.in_turn(lambda: self._analog(*a)), (TOOL_PORT, level)),
+            "AO": Command(
+                lambda a, o: context.run_in_order(lambda: self._analog(*a)), (TOOL_PORT, level)
+            ),
             f"AO{at_once}": Command(
-                lambda a, o: do.now(lambda: self._analog(*a)), (TOOL_PORT, level)
+                lambda a, o: context.run_now(lambda: self._analog(*a)), (TOOL_PORT, level)
             ),
             "DOGroup": Command(self._group, group=(PORT, SWITCH)),
             "DI": Command(lambda a, o: self._inputs(a), (INPUT,)),
             "DIGroup": Command(lambda a, o: self._inputs(a), group=(INPUT,)),
             "ToolDI": Command(lambda a, o: "0", (TOOL_PORT,)),
-            "AI": Command(lambda a, o: do.numbers([0.0]), (TOOL_PORT,)),
-            "ToolAI": Command(lambda a, o: do.numbers([0.0]), (TOOL_PORT,)),
-            **(self._v4() if do.v4 else self._v3()),
+            "AI": Command(lambda a, o: context.numbers([0.0]), (TOOL_PORT,)),
+            "ToolAI": Command(lambda a, o: context.numbers([0.0]), (TOOL_PORT,)),
+            **(self._v4() if context.v4 else self._v3()),
         }
 
     def _v3(self) -> Table:
@@ -64,7 +68,7 @@ class Outputs:
         }
 
     def _v4(self) -> Table:
-        do, arm = self._do, self._arm
+        context, arm = self._context, self._arm
         return {
             "GetDO": Command(lambda a, o: self._states(a), (PORT,)),
             "GetDOGroup": Command(lambda a, o: self._states(a), group=(PORT,)),
@@ -78,7 +82,7 @@ class Outputs:
                 lambda a, o: self._decimal(arm.inputs, a[0]), (PORTS,), since="4.6"
             ),
             "GetToolDO": Command(lambda a, o: str(arm.tool_outputs[a[0] - 1]), (TOOL_PORT,)),
-            "GetAO": Command(lambda a, o: do.numbers([arm.analog[a[0] - 1]]), (TOOL_PORT,)),
+            "GetAO": Command(lambda a, o: context.numbers([arm.analog[a[0] - 1]]), (TOOL_PORT,)),
             "SetTool485": Command(lambda a, o: "", (BAUD,), (PARITY, ONE_OR_TWO, ONE_OR_TWO)),
             "SetToolPower": Command(lambda a, o: "", (SWITCH,), (ONE_OR_TWO,)),
             "SetToolMode": Command(
@@ -87,27 +91,27 @@ class Outputs:
         }
 
     def set(self, port: int, on: int) -> None:
-        """Switches one output."""
-        self._own(port)
+        """Switch one output; raises Failure when the arm has none of that number."""
+        self._check_exists(port)
         bit = 1 << (port - 1)
         self._arm.outputs = self._arm.outputs | bit if on else self._arm.outputs & ~bit
 
-    def _own(self, port: int) -> None:
-        if port > LAST_OUTPUT:
+    def _check_exists(self, port: int) -> None:
+        if port > OUTPUT_COUNT:
             raise Failure(-1)
 
     def _pulse(self, values: Values, options: Options) -> str:
-        """Switches in its turn, and back again after so many milliseconds if that is said."""
+        """Switch in queue order, and back after a time in milliseconds if one is given."""
         del options
         port, on, *time = values
-        self._own(port)
+        self._check_exists(port)
 
         def switch() -> None:
             self.set(port, on)
             if time:
-                self._arm.later(time[0] / 1e3, lambda: self.set(port, 1 - on))
+                self._arm.schedule(time[0] / 1e3, lambda: self.set(port, 1 - on))
 
-        return self._do.in_turn(switch)
+        return self._context.run_in_order(switch)
 
     def _set_tool(self, port: int, on: int) -> None:
         self._arm.tool_outputs[port - 1] = on
@@ -116,30 +120,34 @@ class Outputs:
         self._arm.analog[port - 1] = level
 
     def _group(self, values: Values, options: Options) -> str:
-        """V3 does it at once, V4 in its turn."""
+        """Switch several outputs: at once on V3, in queue order on V4."""
         del options
         pairs = list(zip(values[::2], values[1::2], strict=True))
         for port, _ in pairs:
-            self._own(port)
+            self._check_exists(port)
 
         def switch() -> None:
             for port, on in pairs:
                 self.set(port, on)
 
-        return self._do.in_turn(switch) if self._do.v4 else self._do.now(switch)
+        return (
+            self._context.run_in_order(switch)
+            if self._context.v4
+            else self._context.run_now(switch)
+        )
 
     def _group_decimal(self, values: Values, options: Options) -> str:
-        """The lowest bit is for the port that is named first."""
+        """Switch outputs by the bits of a number; the lowest bit is for the port named first."""
         del options
         ports, decimal = values
         for port in ports:
-            self._own(int(port))
+            self._check_exists(int(port))
 
         def switch() -> None:
             for k, port in enumerate(ports):
                 self.set(int(port), decimal >> k & 1)
 
-        return self._do.in_turn(switch)
+        return self._context.run_in_order(switch)
 
     def _inputs(self, ports: list[int]) -> str:
         if max(ports) >= 100:
@@ -148,7 +156,7 @@ class Outputs:
 
     def _states(self, ports: list[int]) -> str:
         for port in ports:
-            self._own(port)
+            self._check_exists(port)
         return ",".join(str(self._arm.outputs >> (p - 1) & 1) for p in ports)
 
     def _decimal(self, bits: int, ports: tuple[float, ...]) -> str:

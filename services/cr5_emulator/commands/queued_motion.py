@@ -1,6 +1,6 @@
-"""Motion commands: from their arguments to entries of the queue.
+"""Motion commands: each appends an entry to the motion queue.
 
-The arm stops at every point: blending (CP, cp, r) is read and not played.
+The arm stops at every point: blending (CP, cp, r) is accepted without effect.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from services.cr5_emulator import frames
-from services.cr5_emulator.commands.execution import Execution, Options, Table, Values
-from services.cr5_emulator.commands.outputs import Outputs
-from services.cr5_emulator.commands.planning import Path, Planning
+from services.cr5_emulator.commands.context import CommandContext, Options, Table, Values
+from services.cr5_emulator.commands.io_ports import IoPorts
+from services.cr5_emulator.commands.motion_planner import MotionPlanner, Path
 from services.cr5_emulator.commands.signature import (
     COMMAND_PORT,
     MOTION_PORT,
@@ -25,30 +25,30 @@ from services.cr5_emulator.commands.signature import (
     Run,
     option,
 )
-from services.cr5_emulator.geometry import Transform
+from services.cr5_emulator.kinematics import Transform
 from services.cr5_emulator.motions import Alarm, Delay
 
 TRIGGER = Parameter("list", count=4)
 ROUNDS = Parameter("integer", 1, 999)
 
 
-class Moves:
-    """Puts motions on a controller's queue."""
+class QueuedMotion:
+    """Appends motions to a controller's queue."""
 
-    def __init__(self, execution: Execution, outputs: Outputs) -> None:
-        self._do = execution
-        self._arm = execution.controller
-        self._plan = Planning(execution, outputs)
+    def __init__(self, context: CommandContext, io_ports: IoPorts) -> None:
+        self._context = context
+        self._arm = context.controller
+        self._planner = MotionPlanner(context, io_ports)
 
     def table(self) -> Table:
-        """Commands by name."""
-        return self._v4() if self._do.v4 else self._v3()
+        """Return the commands by name."""
+        return self._v4() if self._context.v4 else self._v3()
 
     def _v3(self) -> Table:
-        frame = self._do.frame_options
+        frame = self._context.frame_options
         joint = (*frame, *(option(k, "number", 1, 100) for k in ("speedj", "accj")))
         linear = (*frame, *(option(k, "number", 1, 100) for k in ("speedl", "accl")))
-        index = self._do.index
+        index = self._context.index
         relative = {
             f"RelMov{kind}{where}": self._motion(
                 self._relative(kind, where), (*SIX, index), joint if kind == "J" else linear
@@ -70,7 +70,7 @@ class Moves:
             "MovLIO": self._motion(self._line, SIX, linear, group=(TRIGGER,)),
             "Arc": self._motion(self._arc, SIX * 2, linear),
             "Circle3": self._motion(self._circle, (*SIX * 2, ROUNDS), linear, since="3.5.5"),
-            # The maker gave these three up, and still lists them.
+            # Deprecated by the vendor, but still listed.
             "Circle": self._motion(self._circle_first, (ROUNDS, *SIX * 2), linear),
             "RelMovJ": self._motion(self._relative("J", "User"), SIX, joint),
             "RelMovL": self._motion(self._relative("L", "User"), (NUMBER,) * 3, linear),
@@ -82,9 +82,9 @@ class Moves:
 
     def _v4(self) -> Table:
         rates = tuple(option(k, "number", 1, 100) for k in ("a", "v"))
-        joint = (*self._do.frame_options, *rates, option("cp", "number", 0, 100))
+        joint = (*self._context.frame_options, *rates, option("cp", "number", 0, 100))
         linear = (*joint, option("speed", "number", 1, 2000), option("r", "number", 0, 1000))
-        round_ = (*linear, option("mode", "integer", 0, 2))
+        circular = (*linear, option("mode", "integer", 0, 2))
         splined = (*linear, option("freq", "number", 1e-9, 1), Parameter("text", key="file"))
         relative = {
             f"RelMov{kind}{where}": self._motion(
@@ -99,11 +99,11 @@ class Moves:
             "MovL": self._motion(self._line, (), linear, points=(1, 1)),
             "MovJIO": self._motion(self._joint_to_pose, (), joint, points=(1, 1), group=(TRIGGER,)),
             "MovLIO": self._motion(self._line, (), linear, points=(1, 1), group=(TRIGGER,)),
-            "Arc": self._motion(self._arc, (), round_, points=(2, 2)),
+            "Arc": self._motion(self._arc, (), circular, points=(2, 2)),
             "ArcIO": self._motion(
-                self._arc, (), round_, points=(2, 2), group=(TRIGGER,), since="4.6"
+                self._arc, (), circular, points=(2, 2), group=(TRIGGER,), since="4.6"
             ),
-            "Circle": self._motion(self._circle, (ROUNDS,), round_, points=(2, 2)),
+            "Circle": self._motion(self._circle, (ROUNDS,), circular, points=(2, 2)),
             "MovS": self._motion(self._through, (), splined, points=(0, 50), since="4.6"),
             "RelJointMovJ": self._motion(self._relative_joints, SIX, joint),
             **relative,
@@ -121,40 +121,48 @@ class Moves:
         optional: tuple[Parameter, ...],
         **more: Any,
     ) -> Command:
-        port = COMMAND_PORT if self._do.v4 else MOTION_PORT
+        port = COMMAND_PORT if self._context.v4 else MOTION_PORT
         return Command(run, required, optional, ports=(port,), moves=True, **more)
 
-    # The commands
+    # Commands
 
     def _joint_to_pose(self, values: Values, options: Options) -> str:
-        triggers = self._plan.triggers(values, options)
-        return self._do.queued(
-            self._plan.to_joints(self._plan.goal(values, options), options, triggers)
+        triggers = self._planner.triggers(values, options)
+        return self._context.queued(
+            self._planner.to_joints(self._planner.goal(values, options), options, triggers)
         )
 
     def _joint_to_joints(self, values: Values, options: Options) -> str:
         target = np.radians(values[:6])
-        return self._do.queued(self._plan.to_joints(lambda j: target, options))
+        return self._context.queued(self._planner.to_joints(lambda j: target, options))
 
     def _relative_joints(self, values: Values, options: Options) -> str:
-        way = np.radians(values[:6])
-        return self._do.queued(self._plan.to_joints(lambda j: j + way, options))
+        displacement = np.radians(values[:6])
+        return self._context.queued(self._planner.to_joints(lambda j: j + displacement, options))
 
     def _line(self, values: Values, options: Options) -> str:
-        goal = self._plan.line_to(self._plan.point(values, options, 0))
-        return self._do.queued(
-            self._plan.along(goal, options, self._plan.triggers(values, options))
+        goal = self._planner.line_to(self._planner.point(values, options, 0))
+        return self._context.queued(
+            self._planner.along(goal, options, self._planner.triggers(values, options))
         )
 
     def _arc(self, values: Values, options: Options) -> str:
-        through, end = self._plan.point(values, options, 0), self._plan.point(values, options, 1)
-        triggers = self._plan.triggers(values, options) if "points" in options else ()
-        return self._do.queued(
-            self._plan.along(lambda s: frames.arc(s, through, end, full=False), options, triggers)
+        through, end = (
+            self._planner.point(values, options, 0),
+            self._planner.point(values, options, 1),
+        )
+        triggers = self._planner.triggers(values, options) if "points" in options else ()
+        return self._context.queued(
+            self._planner.along(
+                lambda s: frames.arc(s, through, end, full=False), options, triggers
+            )
         )
 
     def _circle(self, values: Values, options: Options) -> str:
-        through, end = self._plan.point(values, options, 0), self._plan.point(values, options, 1)
+        through, end = (
+            self._planner.point(values, options, 0),
+            self._planner.point(values, options, 1),
+        )
         rounds = values[0] if "points" in options else values[12]
 
         def path_from(start: Transform) -> tuple[Path | None, float]:
@@ -163,14 +171,14 @@ class Moves:
                 return None, 0.0
             return (lambda s: path((s * rounds) % 1.0)), length * rounds
 
-        return self._do.queued(self._plan.along(path_from, options))
+        return self._context.queued(self._planner.along(path_from, options))
 
     def _circle_first(self, values: Values, options: Options) -> str:
-        """The count stands first."""
+        """Circle whose number of rounds is the first argument."""
         return self._circle([*values[1:], values[0]], options)
 
     def _through(self, values: Values, options: Options) -> str:
-        """Straight from point to point; a file would be one of the controller's."""
+        """Move on straight lines through points; files of points are absent."""
         del values
         if "file" in options:
             raise Failure(-1)
@@ -178,37 +186,41 @@ class Moves:
         if count < 4:
             raise Failure(-20000)
         for k in range(count):
-            self._do.queued(
-                self._plan.along(self._plan.line_to(self._plan.point([], options, k)), options)
+            self._context.queued(
+                self._planner.along(
+                    self._planner.line_to(self._planner.point([], options, k)), options
+                )
             )
         return ""
 
     def _relative(self, kind: str, where: str) -> Callable[[Values, Options], str]:
-        """RelMovJUser, RelMovLUser, RelMovJTool, RelMovLTool."""
+        """Return the command RelMovJUser, RelMovLUser, RelMovJTool or RelMovLTool."""
 
         def run(values: Values, options: Options) -> str:
             offset = frames.transform(np.array([*values[:6], 0.0, 0.0, 0.0][:6], dtype=float))
             options = dict(options)
             if len(values) == 7:
                 options[where.lower()] = values[6]
-            user, tool = self._do.frames(options)
+            user, tool = self._context.frames(options)
 
             def goal(start: Transform) -> Transform:
                 pose = frames.in_frames(start, user, tool)
-                return frames.to_flange(frames.moved(pose, offset, where == "Tool"), user, tool)
+                return frames.to_flange(
+                    frames.offset_pose(pose, offset, where == "Tool"), user, tool
+                )
 
             if kind == "J":
-                start = self._plan.to_joints(
-                    lambda j: self._do.near(goal(self._arm.flange(j)), j), options
+                start = self._planner.to_joints(
+                    lambda j: self._context.nearest_solution(goal(self._arm.flange(j)), j), options
                 )
             else:
-                start = self._plan.along(lambda s: self._plan.line_to(goal(s))(s), options)
-            return self._do.queued(start)
+                start = self._planner.along(lambda s: self._planner.line_to(goal(s))(s), options)
+            return self._context.queued(start)
 
         return run
 
     def _run_to(self, values: Values, options: Options) -> str:
-        """At once and alone, as a jog is; nothing else may be under way."""
+        """Move at once, outside the queue; the arm must be at rest."""
         if self._arm.busy:
             raise Failure(-1)
         how = options.get("movetype", 1)
@@ -216,22 +228,22 @@ class Moves:
         if how in (3, 4) and kind == "joint":
             raise Failure(-30001)
         if how == 0:
-            start = self._plan.to_joints(self._plan.goal(values, options), options)
+            start = self._planner.to_joints(self._planner.goal(values, options), options)
         elif how == 1:
-            start = self._plan.along(
-                self._plan.line_to(self._plan.point(values, options, 0)), options
+            start = self._planner.along(
+                self._planner.line_to(self._planner.point(values, options, 0)), options
             )
         elif how == 2:
-            way = np.radians(vector)
-            start = self._plan.to_joints(lambda j: j + way, options)
+            displacement = np.radians(vector)
+            start = self._planner.to_joints(lambda j: j + displacement, options)
         else:
-            user, tool = self._do.frames(options)
+            user, tool = self._context.frames(options)
             offset = frames.transform(vector)
             pose = frames.in_frames(self._arm.flange(self._arm.target), user, tool)
-            goal = frames.to_flange(frames.moved(pose, offset, how == 3), user, tool)
-            start = self._plan.along(self._plan.line_to(goal), options)
+            goal = frames.to_flange(frames.offset_pose(pose, offset, how == 3), user, tool)
+            start = self._planner.along(self._planner.line_to(goal), options)
         try:
-            self._arm.move_alone(start(self._arm.target))
+            self._arm.start_unqueued(start(self._arm.target))
         except Alarm as alarm:
             self._arm.alarm(*alarm.numbers)
             raise Failure(-1) from alarm
@@ -239,16 +251,18 @@ class Moves:
 
     def _wait(self, values: Values, options: Options) -> str:
         del options
-        return self._do.queued(lambda j: Delay(values[0] / 1e3))
+        return self._context.queued(lambda j: Delay(values[0] / 1e3))
 
     def _set_offset(self, values: Values, options: Options) -> str:
         del options
-        self._arm.preferences.frame_offset = np.array(values, dtype=float)
+        self._arm.client_settings.frame_offset = np.array(values, dtype=float)
         return ""
 
     def _offset(self, on: bool) -> str:
-        def take() -> None:
-            self._do.shift = self._arm.preferences.frame_offset.copy() if on else np.zeros(6)
+        def apply() -> None:
+            self._context.shift = (
+                self._arm.client_settings.frame_offset.copy() if on else np.zeros(6)
+            )
 
-        self._do.in_turn(take)
+        self._context.run_in_order(apply)
         return ""

@@ -1,9 +1,9 @@
-"""Port 22000 of V4: the alarms in words, over HTTP.
+"""HTTP interface on port 22000 of V4: the alarms with their descriptions.
 
     POST /interface/language   {"type": "en"}
     GET  /protocol/getAlarm    {"errMsg": [{"id": ..., "level": ..., "description": ..., ...}]}
 
-The words are ours, and English in every language that may be chosen.
+Descriptions are our own and in English, whatever language is chosen.
 """
 
 from __future__ import annotations
@@ -12,67 +12,70 @@ import json
 import re
 import time
 
-from services.cr5_emulator.controller import EMERGENCY, Controller
+from services.cr5_emulator.controller import EMERGENCY_STOP_ALARM, Controller
 from shared.cr5.alarms import ALARMS, MODES
 
 LANGUAGES = ("zh_cn", "zh_hant", "en", "ja", "de", "es", "ru", "ko", "vi", "fr")
-SEVERE, ORDINARY = 0, 5
-LONGEST = 65536
-"""Bytes of a request; a longer one is none."""
-LENGTH = re.compile(rb"^content-length:[ \t]*(\d{1,9})[ \t]*\r?$", re.IGNORECASE | re.MULTILINE)
-REQUEST = re.compile(rb"([A-Z]{1,10}) (/[!-~]*) HTTP/1\.[01]\r?")
-REASONS = {200: "OK", 400: "Bad Request", 404: "Not Found", 405: "Method Not Allowed"}
+SEVERE_LEVEL, ORDINARY_LEVEL = 0, 5
+"""Levels of the emergency stop and of other alarms."""
+BODY_SIZE_LIMIT = 65536
+"""Largest body of a request [bytes]."""
+CONTENT_LENGTH = re.compile(
+    rb"^content-length:[ \t]*(\d{1,9})[ \t]*\r?$", re.IGNORECASE | re.MULTILINE
+)
+REQUEST_LINE = re.compile(rb"([A-Z]{1,10}) (/[!-~]*) HTTP/1\.[01]\r?")
+REASON_PHRASES = {200: "OK", 400: "Bad Request", 404: "Not Found", 405: "Method Not Allowed"}
 
 Answer = tuple[int, dict[str, object]]
 
 
-class RequestReader:
-    """Cuts a stream of bytes into requests: method, path, body."""
+class HttpRequestReader:
+    """Splits a stream of bytes into requests: method, path, body."""
 
     def __init__(self) -> None:
         self._bytes = b""
 
     def feed(self, data: bytes) -> list[tuple[str, str, bytes]]:
-        """The requests that the bytes complete; what is none has no method."""
+        """Return the requests that the bytes complete; a malformed one has an empty method."""
         self._bytes += data
         found = []
         while b"\r\n\r\n" in self._bytes:
             head, _, rest = self._bytes.partition(b"\r\n\r\n")
-            length = LENGTH.search(head)
+            length = CONTENT_LENGTH.search(head)
             size = int(length.group(1)) if length else 0
-            if size > LONGEST:
+            if size > BODY_SIZE_LIMIT:
                 self._bytes = b""
                 return [*found, ("", "", b"")]
             if len(rest) < size:
                 break
-            line = REQUEST.fullmatch(head.partition(b"\n")[0])
+            line = REQUEST_LINE.fullmatch(head.partition(b"\n")[0])
             method, path = (b.decode() for b in line.groups()) if line else ("", "")
             found.append((method, path, rest[:size]))
             self._bytes = rest[size:]
-        if len(self._bytes) > 2 * LONGEST:
+        if len(self._bytes) > 2 * BODY_SIZE_LIMIT:
             self._bytes = b""
             found.append(("", "", b""))
         return found
 
 
-class Pages:
-    """What the controller serves there."""
+class HttpInterface:
+    """Answers requests for the controller's alarms."""
 
     def __init__(self, controller: Controller) -> None:
         self._controller = controller
         self._since: dict[int, float] = {}
-        """When each alarm came [s since 1970]."""
+        """Time at which each alarm was raised [s since 1970]."""
 
     def watch(self, now: float) -> None:
-        """Notes when alarms come [s since 1970]."""
+        """Record the time of new alarms. Args: now: [s since 1970]."""
         self._since = {n: self._since.get(n, now) for n in self._controller.alarms}
 
     def answer(self, method: str, path: str, body: bytes) -> bytes:
-        """The response to a request, as bytes."""
+        """Return the response to a request."""
         status, content = self._answer(method, path.partition("?")[0], body)
         text = json.dumps(content).encode()
         head = (
-            f"HTTP/1.1 {status} {REASONS[status]}\r\nContent-Type: application/json\r\n"
+            f"HTTP/1.1 {status} {REASON_PHRASES[status]}\r\nContent-Type: application/json\r\n"
             f"Content-Length: {len(text)}\r\n\r\n"
         )
         return head.encode() + text
@@ -91,12 +94,12 @@ class Pages:
 
     def _alarm(self, number: int) -> dict[str, object]:
         when = time.gmtime(self._since.get(number, 0.0))
-        stop = number == EMERGENCY
+        stop = number == EMERGENCY_STOP_ALARM
         release = "release the emergency stop, then " if stop else ""
         return {
             "id": number,
-            "level": SEVERE if stop else ORDINARY,
-            "description": ALARMS.get(number, "see the maker's list"),
+            "level": SEVERE_LEVEL if stop else ORDINARY_LEVEL,
+            "description": ALARMS.get(number, "see the vendor's list"),
             "solution": f"{release}clear the error and enable the arm",
             "mode": MODES["v4"][self._controller.mode],
             "date": time.strftime("%Y-%m-%d", when),

@@ -6,7 +6,7 @@ import pytest
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from services.cr5_emulator import frames
-from services.cr5_emulator.geometry import CALIBRATED, NOMINAL
+from services.cr5_emulator.kinematics import CALIBRATED, NOMINAL
 from shared.cr5.kinematics import Kinematics
 
 HERE = Pose(np.zeros(3), poses.IDENTITY)

@@ -1,50 +1,50 @@
-"""Answers calls: finds the command, reads its arguments, minds the arm's state, carries it out."""
+"""Dispatch of calls: find the command, parse its arguments, check the arm's state, run it."""
 
 from __future__ import annotations
 
-from services.cr5_emulator.commands.allowed import (
-    BESIDE_PAUSED_SCRIPT,
-    BESIDE_SCRIPT,
+from services.cr5_emulator.command_parser import Call, format_reply
+from services.cr5_emulator.commands.context import CommandContext
+from services.cr5_emulator.commands.direct_motion import DirectMotion
+from services.cr5_emulator.commands.force_control import ForceControl
+from services.cr5_emulator.commands.io_ports import IoPorts
+from services.cr5_emulator.commands.kinematics_queries import KinematicsQueries
+from services.cr5_emulator.commands.palletizing import Palletizing
+from services.cr5_emulator.commands.permissions import (
+    DURING_PAUSED_SCRIPT,
+    DURING_SCRIPT,
     IN_ALARM,
     WITHOUT_POWER,
 )
-from services.cr5_emulator.commands.execution import Execution
-from services.cr5_emulator.commands.following import Following
-from services.cr5_emulator.commands.force import Force
-from services.cr5_emulator.commands.moves import Moves
-from services.cr5_emulator.commands.outputs import Outputs
-from services.cr5_emulator.commands.positions import Positions
 from services.cr5_emulator.commands.power import Power
+from services.cr5_emulator.commands.queued_motion import QueuedMotion
 from services.cr5_emulator.commands.registers import Registers
 from services.cr5_emulator.commands.settings import Settings
 from services.cr5_emulator.commands.signature import NO_SUCH_COMMAND, Command, Failure
-from services.cr5_emulator.commands.traces import Traces
-from services.cr5_emulator.commands.trays import Trays
+from services.cr5_emulator.commands.trajectory_files import TrajectoryFiles
 from services.cr5_emulator.controller import Controller
-from services.cr5_emulator.grammar import Call, reply
 
 
-class Commands:
-    """The commands of one controller's firmware."""
+class CommandDispatcher:
+    """All commands of a controller's firmware."""
 
     def __init__(self, controller: Controller) -> None:
         self.controller = controller
         self.v4 = controller.v4
         self._release = controller.options.version
-        execution = Execution(controller)
-        self.power, self.settings = Power(execution), Settings(execution)
-        outputs = Outputs(execution)
+        context = CommandContext(controller)
+        self.power, self.settings = Power(context), Settings(context)
+        io_ports = IoPorts(context)
         groups = (
             self.power,
             self.settings,
-            Force(execution),
-            outputs,
-            Registers(execution),
-            Positions(execution),
-            Trays(execution),
-            Moves(execution, outputs),
-            Following(execution),
-            Traces(execution),
+            ForceControl(context),
+            io_ports,
+            Registers(context),
+            KinematicsQueries(context),
+            Palletizing(context),
+            QueuedMotion(context, io_ports),
+            DirectMotion(context),
+            TrajectoryFiles(context),
         )
         self.table: dict[str, Command] = {
             name.lower(): command
@@ -54,7 +54,7 @@ class Commands:
         }
 
     def answer(self, call: Call, port: int) -> str | None:
-        """The reply to a call; None when it comes later (Sync)."""
+        """Run a call and return its reply; None when the reply comes later (Sync)."""
         if self.power.not_tcp and call.name.lower() != "requestcontrol":
             return "Control Mode Is Not Tcp"
         try:
@@ -66,12 +66,12 @@ class Commands:
             return self._refusal(failure.code, call)
         if self._release < "3.5.2":
             return call.text
-        return None if result is None else reply(0, result, call)
+        return None if result is None else format_reply(0, result, call)
 
     def _refusal(self, code: int, call: Call) -> str:
         if self._release < "3.5.2":
             return f"could not understand: '{call.text}'"
-        return reply(code, "", call)
+        return format_reply(code, "", call)
 
     def _find(self, call: Call, port: int) -> Command:
         command = self.table.get(call.name.lower())
@@ -97,7 +97,7 @@ class Commands:
         if not arm.script:
             return
         if arm.paused:
-            if name not in BESIDE_PAUSED_SCRIPT:
+            if name not in DURING_PAUSED_SCRIPT:
                 raise Failure(-7 if self._release >= "4.6" else -1)
-        elif name not in BESIDE_SCRIPT:
+        elif name not in DURING_SCRIPT:
             raise Failure(-5)

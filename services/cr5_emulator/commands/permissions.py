@@ -1,4 +1,4 @@
-"""What V4 carries out in alarm, without power, and while a script runs or is paused."""
+"""Commands that V4 accepts in an alarm, without power, and while a script runs or is paused."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ WITHOUT_POWER = IN_ALARM | {
     "poweron",
     "requestcontrol",
 }
-BESIDE_SCRIPT = IN_ALARM | {
+DURING_SCRIPT = IN_ALARM | {
     "speedfactor",
     "doinstant",
     "tooldoinstant",
@@ -63,7 +63,7 @@ BESIDE_SCRIPT = IN_ALARM | {
     "getcurrentcommandid",
     "getforce",
 }
-BESIDE_PAUSED_SCRIPT = BESIDE_SCRIPT | {
+DURING_PAUSED_SCRIPT = DURING_SCRIPT | {
     "enablerobot",
     "disablerobot",
     "runto",

@@ -1,14 +1,14 @@
-"""Random scenes and goals, each a whole run in simulated time: `lariat bench goals`.
+"""Closed-loop runs to random goals in random scenes: `lariat bench goals`.
 
 Every goal is a rest shape of the true rope. Rope, cylinders and limits are those of
 `scenarios/three-cylinders.toml` unless the kind of scene says otherwise
-(`benchmarks.goals.scenes`); the services run as in `lariat run`.
+(`benchmarks.goals.scenes`); all services run as in `lariat run`.
 """
 
 from __future__ import annotations
 
 import json as encoder
-from dataclasses import replace
+from dataclasses import asdict, replace
 from itertools import groupby, product
 from pathlib import Path
 from typing import Literal
@@ -19,11 +19,12 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from benchmarks.goals import campaign
-from benchmarks.goals.campaign import Order, Trial
+from benchmarks.goals.campaign import Trial, TrialSpec
 from benchmarks.goals.scenes import Kind
 from shared.scenario import Scenario, load
+from shared.scenario.shipped import find
 
-BASE = Path(__file__).parents[2] / "scenarios" / "three-cylinders.toml"
+BASE_SCENARIO = "three-cylinders"
 Method = Literal["gauss_newton", "network", "actions"]
 
 
@@ -46,9 +47,9 @@ def run(
     json: bool = False,
     plots: Path | None = None,
 ) -> int:
-    """Runs random scenes and prints error, clearance, length, time and success together.
+    """Run random scenes in closed loop and print error, clearance, time and success.
 
-    Options that take several values compare them on the same scenes: a row each.
+    An option that takes several values compares them on the same scenes, one column each.
 
     Examples:
       lariat bench goals --count 100 --workers 2
@@ -58,27 +59,28 @@ def run(
 
     Args:
         scene: Kinds of scenes.
-        count: Trials of each kind and setting.
-        first: Number of the first one.
-        seed: Of the scenes.
-        method: Of control.
-        plant: What plays the true rope.
-        stiffness_error: True stiffness over the one that the controller believes.
-        youngs_modulus: That the controller believes [Pa].
-        noise: Standard deviation of every seen node, where the truth is sensed [mm].
-        latency: From exposure to image [ms].
-        sensing: How the rope is seen.
-        adapt: Whether the controller learns the rope.
+        count: Number of trials of each kind and setting.
+        first: Number of the first trial.
+        seed: Seed of the scenes.
+        method: Control method.
+        plant: Simulator of the true rope.
+        stiffness_error: True stiffness relative to the controller's belief [-].
+        youngs_modulus: Young's modulus that the controller believes [Pa].
+        noise: Standard deviation of every perceived node if the truth is sensed [mm].
+        latency: Time from exposure to image [ms].
+        sensing: Source of the perceived rope.
+        adapt: Whether the controller adapts the rope's parameters.
         planner: Whether whole paths are planned.
-        time_limit: Of each run [s].
-        workers: Processes.
-        json: One JSON object instead of a table.
-        plots: Folder for a summary and a picture of every failure.
+        time_limit: Duration of each run [s].
+        workers: Number of processes.
+        json: Print one JSON object instead of a table.
+        plots: Folder for plots: a summary, and one of every failure.
+
+    Returns:
+        0 if all trials succeeded, else 1.
     """
-    common = _common(youngs_modulus, noise, sensing, planner, time_limit)
-    orders = []
-    settings = product(scene, method, plant, stiffness_error, latency, adapt)
-    several = {
+    common = _common_scenario(youngs_modulus, noise, sensing, planner, time_limit)
+    options = {
         "scene": scene,
         "method": method,
         "plant": plant,
@@ -86,44 +88,47 @@ def run(
         "latency": latency,
         "adapt": adapt,
     }
-    for values in settings:
-        kind, how, who, factor, late, learns = values
+    specs = []
+    for values in product(*options.values()):
+        kind, control_method, model, factor, latency_ms, adapts = values
         true_rope = replace(common.plant.rope, youngs_modulus=youngs_modulus * factor)
         base = replace(
             common,
-            plant=replace(common.plant, model=who, rope=true_rope),
-            sensing=replace(common.sensing, latency=1e-3 * late),
-            control=replace(common.control, method=how, adapt=learns),
+            plant=replace(common.plant, model=model, rope=true_rope),
+            sensing=replace(common.sensing, latency=1e-3 * latency_ms),
+            control=replace(common.control, method=control_method, adapt=adapts),
         )
-        named = zip(several.items(), values, strict=True)
+        compared = zip(options.items(), values, strict=True)
         variant = ", ".join(
             f"{v}" if k in ("scene", "method", "plant") else f"{k} {v}"
-            for (k, choices), v in named
+            for (k, choices), v in compared
             if len(choices) > 1
         )
         variant = variant or kind
-        orders += [Order(kind, k, seed, base, variant) for k in range(first, first + count)]
-    trials = _run(orders, workers)
+        specs += [TrialSpec(kind, k, seed, base, variant) for k in range(first, first + count)]
+    trials = _run_with_progress(specs, workers)
     groups = {name: list(group) for name, group in groupby(trials, key=lambda t: t.variant)}
     if plots:
-        _draw(groups, plots)
-    summaries = {name: campaign.summary(group) for name, group in groups.items()}
+        _plot(groups, plots)
     if json:
-        print(encoder.dumps({"summary": summaries, "trials": [t.plain() for t in trials]}))
+        summaries = {
+            name: {**asdict(group[0].conditions), **campaign.summary(group)}
+            for name, group in groups.items()
+        }
+        print(encoder.dumps({"summary": summaries, "trials": [t.as_json() for t in trials]}))
     else:
-        _print(summaries)
-    return 0 if all(t.as_wanted for t in trials) else 1
+        _print(groups)
+    return 0 if all(t.succeeded for t in trials) else 1
 
 
-def _common(
+def _common_scenario(
     youngs_modulus: float,
     noise: float,
     sensing: Literal["truth", "camera"],
     planner: bool,
     time_limit: float,
 ) -> Scenario:
-    """What all trials share."""
-    base = load(BASE)
+    base = load(find(BASE_SCENARIO))
     return replace(
         base,
         rope=replace(base.rope, youngs_modulus=youngs_modulus),
@@ -133,28 +138,28 @@ def _common(
     )
 
 
-def _run(orders: list[Order], workers: int) -> list[Trial]:
+def _run_with_progress(specs: list[TrialSpec], workers: int) -> list[Trial]:
     console = Console(stderr=True, highlight=False)
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
         MofNCompleteColumn(),
-        TextColumn("{task.fields[found]}"),
+        TextColumn("{task.fields[result]}"),
         TimeElapsedColumn(),
     )
-    good = 0
+    success_count = 0
     with Progress(*columns, console=console, redirect_stdout=False) as progress:
-        bar = progress.add_task("Trials", total=len(orders), found="")
+        bar = progress.add_task("Trials", total=len(specs), result="")
 
-        def done(trial: Trial) -> None:
-            nonlocal good
-            good += trial.as_wanted
-            seen = progress.tasks[0].completed + 1
-            progress.update(bar, advance=1, found=f"{good} of {seen:g} as wanted")
-            if not trial.as_wanted:
+        def report(trial: Trial) -> None:
+            nonlocal success_count
+            success_count += trial.succeeded
+            finished = progress.tasks[0].completed + 1
+            progress.update(bar, advance=1, result=f"{success_count} of {finished:g} succeeded")
+            if not trial.succeeded:
                 progress.console.print(_line(trial))
 
-        return campaign.run(orders, workers, done)
+        return campaign.run_trials(specs, workers, report)
 
 
 def _line(trial: Trial) -> str:
@@ -166,23 +171,28 @@ def _line(trial: Trial) -> str:
     )
 
 
-def _print(summaries: dict[str, dict[str, float]]) -> None:
-    table = Table()
+def _print(groups: dict[str, list[Trial]]) -> None:
+    table = Table(caption="error: mean node distance of true rope and goal, last 0.2 s of a run")
     table.add_column("")
-    for name in summaries:
+    for name in groups:
         table.add_column(escape(name), justify="right")
-    for row in next(iter(summaries.values())):
-        table.add_row(escape(row), *(f"{summary[row]:g}" for summary in summaries.values()))
+    conditions = [asdict(group[0].conditions) for group in groups.values()]
+    for name in conditions[0]:
+        table.add_row(name, *(escape(column[name]) for column in conditions))
+    table.add_section()
+    summaries = [campaign.summary(group) for group in groups.values()]
+    for name in summaries[0]:
+        table.add_row(escape(name), *(f"{column[name]:g}" for column in summaries))
     Console().print(table)
 
 
-def _draw(groups: dict[str, list[Trial]], folder: Path) -> None:
-    from benchmarks.goals import pictures
+def _plot(groups: dict[str, list[Trial]], folder: Path) -> None:
+    from benchmarks.goals import plots
 
     folder.mkdir(parents=True, exist_ok=True)
-    pictures.draw_summary(dict(groups), folder / "summary.png")
+    plots.plot_summary(dict(groups), folder / "summary.png")
     for group in groups.values():
         for trial in group:
-            if not trial.as_wanted:
+            if not trial.succeeded:
                 setting = trial.variant.replace(" ", "-").replace(",", "")
-                pictures.draw_trial(trial, folder / f"{trial.kind}-{trial.number}-{setting}.png")
+                plots.plot_trial(trial, folder / f"{trial.kind}-{trial.number}-{setting}.png")

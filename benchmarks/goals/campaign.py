@@ -1,4 +1,4 @@
-"""Runs many trials, in several processes where there are cores, and sums them up."""
+"""Campaign of trials: closed-loop runs in seeded scenes, in one or several processes."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float64
 
-from benchmarks.goals.motion_metrics import Executed
-from benchmarks.goals.scenes import Kind, draw
+from benchmarks.conditions import Conditions
+from benchmarks.goals.motion_metrics import MotionMetrics
+from benchmarks.goals.scenes import Kind, sample_scene
 from lariat.geometry.obstacles import Obstacle
 from shared import topics
 from shared.messages import scene_obstacles
@@ -22,156 +23,165 @@ from shared.scenario import Scenario
 from stack.simulation import closed_loop
 from stack.simulation.closed_loop import Score
 
+PLANNING_STEP_MS = 20.0
+"""Duration of the planner's step above which it counts as a planning [ms]."""
+
 
 @dataclass(frozen=True)
-class Order:
-    """One trial to run."""
+class TrialSpec:
+    """Trial to run."""
 
     kind: Kind
+    """Kind of scene."""
     number: int
+    """Number of the scene."""
     seed: int
+    """Seed of the scenes."""
     base: Scenario
     """Rope, plant, sensing, control and run of the trial."""
     variant: str = ""
-    """Which of several settings under comparison this is."""
+    """Setting under comparison, in words."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One trial and what came of it."""
+    """Finished trial."""
 
     variant: str
     kind: Kind
     number: int
+    conditions: Conditions
     score: Score
     reason: str
-    """Why the run ended."""
+    """Reason why the run ended."""
     plan_s: list[float]
     """Wall time of every planning [s]."""
     speed: float
-    """Most speed of a grip, as a share of the limit."""
+    """Largest speed of a grip, relative to its limit [-]."""
     acceleration: float
-    """The same of its acceleration."""
-    apart: float
-    """Most distance of the grips, as a share of the rope's length."""
+    """Largest acceleration of a grip, relative to its limit [-]."""
+    grip_distance: float
+    """Largest distance of the grips, relative to the rope's length [-]."""
     gripper_clearance_mm: float
-    """Least distance of a gripper's body from an obstacle."""
+    """Least distance of a gripper's body from an obstacle [mm]."""
     shapes: Float64[np.ndarray, "t n 3"] = field(repr=False)
-    """The true rope ten times a second [m]."""
+    """True rope ten times a second [m]."""
     goal: Float64[np.ndarray, "n 3"] = field(repr=False)
+    """Goal at the end of the run [m]."""
     obstacles: tuple[Obstacle, ...] = field(repr=False)
+    """Obstacles at the end of the run."""
 
     @property
     def touched(self) -> bool:
-        """Whether the rope met an obstacle that is no support."""
+        """Whether the rope touched an obstacle that is not a support."""
         return self.score.contact_time_s > 0.0
 
-    def within(self, millimetres: float) -> bool:
-        """Whether the final error is less."""
+    def error_below(self, bound_mm: float) -> bool:
+        """Whether the final error is below a bound [mm]."""
         error = self.score.final_error_mm
-        return error is not None and error < millimetres
+        return error is not None and error < bound_mm
 
     @property
-    def as_wanted(self) -> bool:
-        """Reached, or where nothing can be reached said so; and touched nothing."""
+    def succeeded(self) -> bool:
+        """Whether nothing was touched and the goal was reached, or given up where it is blocked."""
         if self.kind == "blocked":
             return not self.touched and "gave up" in self.reason
         return not self.touched and self.score.reached
 
-    def plain(self) -> dict[str, Any]:
-        """For JSON."""
+    def as_json(self) -> dict[str, Any]:
+        """Figures of the trial, without shapes and obstacles."""
         table = asdict(replace(self, shapes=np.zeros((0, 0, 3)), goal=np.zeros((0, 3))))
         for key in ("shapes", "goal", "obstacles"):
             del table[key]
         return table
 
 
-def run(orders: Sequence[Order], workers: int, done: Callable[[Trial], None]) -> list[Trial]:
-    """All trials, in their order.
+def run_trials(
+    specs: Sequence[TrialSpec], workers: int, report: Callable[[Trial], None]
+) -> list[Trial]:
+    """Run trials and return them in the order of their specifications.
 
     Args:
-        workers: Processes; one runs them here.
-        done: Called after each, in the order in which they end.
+        specs: Trials to run.
+        workers: Number of processes; with 1 all trials run in this process.
+        report: Called after each trial, in the order in which they finish.
     """
     if workers <= 1:
-        return list(_here(orders, done))
-    # A fork would share a Taichi runtime that is not made for it.
+        return list(_run_here(specs, report))
+    # Not forked: a copy of a Taichi runtime does not work.
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(workers, mp_context=context) as pool:
-        futures = {pool.submit(one, order): k for k, order in enumerate(orders)}
+        futures = {pool.submit(run_trial, spec): k for k, spec in enumerate(specs)}
         trials: dict[int, Trial] = {}
         for future in as_completed(futures):
             trials[futures[future]] = future.result()
-            done(future.result())
-    return [trials[k] for k in range(len(orders))]
+            report(future.result())
+    return [trials[k] for k in range(len(specs))]
 
 
-def _here(orders: Sequence[Order], done: Callable[[Trial], None]) -> Iterator[Trial]:
-    for order in orders:
-        trial = one(order)
-        done(trial)
+def _run_here(specs: Sequence[TrialSpec], report: Callable[[Trial], None]) -> Iterator[Trial]:
+    for spec in specs:
+        trial = run_trial(spec)
+        report(trial)
         yield trial
 
 
-def one(order: Order) -> Trial:
-    """Draws the scene and runs it."""
+def run_trial(spec: TrialSpec) -> Trial:
+    """Sample the scene and run it."""
     with tempfile.TemporaryDirectory() as folder:
-        scenario = draw(order.kind, order.number, order.seed, order.base, Path(folder))
-        executed = Executed(scenario)
-        outcome = closed_loop.run(scenario, taps=(executed,))
+        scenario = sample_scene(spec.kind, spec.number, spec.seed, spec.base, Path(folder))
+        metrics = MotionMetrics(scenario)
+        outcome = closed_loop.run(scenario, taps=(metrics,))
     scene = outcome.stack.latest(topics.SCENE_STATE)
-    task = executed.task
-    plans = [ms / 1e3 for ms in outcome.stack.step_ms("planner") if ms > PLANNING]
+    task = metrics.task
+    step_ms = outcome.stack.step_ms("planner")
     return Trial(
-        order.variant,
-        order.kind,
-        order.number,
+        spec.variant,
+        spec.kind,
+        spec.number,
+        Conditions.of(scenario),
         outcome.score,
         outcome.reason,
-        plans,
-        executed.speed,
-        executed.acceleration,
-        executed.apart,
-        1e3 * executed.gripper_clearance,
-        np.array(executed.shapes),
+        [ms / 1e3 for ms in step_ms if ms > PLANNING_STEP_MS],
+        metrics.speed,
+        metrics.acceleration,
+        metrics.grip_distance,
+        1e3 * metrics.gripper_clearance,
+        np.array(metrics.shapes),
         np.array(task.goal.positions).reshape(-1, 3) if task else np.zeros((0, 3)),
         scenario.bodies if scene is None else scene_obstacles(scene),
     )
 
 
-PLANNING = 20.0
-"""A step of the planner that took longer than this has planned [ms]."""
-
-
 def summary(trials: Sequence[Trial]) -> dict[str, float]:
-    """What several trials together show; one without an error never moved and counts as missed."""
+    """Statistics of several trials; a trial whose rope never moved has an infinite error."""
     scores = [t.score for t in trials]
     errors = [np.inf if s.final_error_mm is None else s.final_error_mm for s in scores]
     times = [s.reached_s for s in scores if s.reached_s is not None]
     plans = [s for t in trials for s in t.plan_s] or [np.nan]
-    predictions = [s.horizon_error_mm for s in scores if s.horizon_error_mm is not None]
+    horizon_errors = [s.horizon_error_mm for s in scores if s.horizon_error_mm is not None]
     clearances = [s.min_clearance_mm for s in scores if s.min_clearance_mm is not None]
     figures = {
         "trials": len(trials),
-        "as wanted": sum(t.as_wanted for t in trials),
-        "within 1 mm": sum(t.within(1.0) for t in trials),
-        "within 3 mm": sum(t.within(3.0) for t in trials),
-        "within 5 mm": sum(t.within(5.0) for t in trials),
+        "succeeded": sum(t.succeeded for t in trials),
+        "error below 1 mm": sum(t.error_below(1.0) for t in trials),
+        "error below 3 mm": sum(t.error_below(3.0) for t in trials),
+        "error below 5 mm": sum(t.error_below(5.0) for t in trials),
         "touched": sum(t.touched for t in trials),
-        "error median [mm]": np.median(errors),
-        "error worst [mm]": np.max(errors),
-        "clearance least [mm]": min(clearances, default=np.nan),
-        "gripper clearance least [mm]": min(t.gripper_clearance_mm for t in trials),
-        "length error worst [mm]": max(s.length_error_mm for s in scores),
-        "time median [s]": np.median(times) if times else np.nan,
-        "speed most [of limit]": max(t.speed for t in trials),
-        "acceleration most [of limit]": max(t.acceleration for t in trials),
-        "grips apart most [of length]": max(t.apart for t in trials),
-        "horizon error median [mm]": np.median(predictions) if predictions else np.nan,
-        "plan median [s]": np.median(plans),
-        "plan longest [s]": np.max(plans),
-        "step p50 [ms]": np.median([s.plan_ms["p50"] for s in scores]),
-        "step p99 [ms]": np.median([s.plan_ms["p99"] for s in scores]),
+        "median error [mm]": np.median(errors),
+        "largest error [mm]": np.max(errors),
+        "least clearance [mm]": min(clearances, default=np.nan),
+        "least gripper clearance [mm]": min(t.gripper_clearance_mm for t in trials),
+        "largest length error [mm]": max(s.length_error_mm for s in scores),
+        "median time to goal [s]": np.median(times) if times else np.nan,
+        "largest speed [of limit]": max(t.speed for t in trials),
+        "largest acceleration [of limit]": max(t.acceleration for t in trials),
+        "largest grip distance [of length]": max(t.grip_distance for t in trials),
+        "median horizon error [mm]": np.median(horizon_errors) if horizon_errors else np.nan,
+        "median planning time [s]": np.median(plans),
+        "longest planning time [s]": np.max(plans),
+        "controller step p50 [ms]": np.median([s.plan_ms["p50"] for s in scores]),
+        "controller step p99 [ms]": np.median([s.plan_ms["p99"] for s in scores]),
         "replans": sum(s.replans for s in scores),
     }
     return {name: round(float(value), 4) for name, value in figures.items()}

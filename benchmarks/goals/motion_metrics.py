@@ -1,4 +1,4 @@
-"""What the arms did: speed, acceleration, distance of the grips, clearance of their bodies."""
+"""Metrics of the arms' motion: speed, acceleration, grip distance, gripper clearance."""
 
 from __future__ import annotations
 
@@ -17,30 +17,33 @@ from shared.scenario.sections import Limits
 from shared.service import SECOND
 from stack.simulation.simulated_time import Delivery
 
-EVERY = SECOND // 30
-"""Between two looks at the gripper's bodies [ns]."""
+CLEARANCE_PERIOD = SECOND // 30
+"""Time between two measurements of the grippers' clearance [ns]."""
+SHAPE_PERIOD = SECOND // 10
+"""Time between two kept shapes of the rope [ns]."""
 
 
-class Executed:
-    """A tap that measures the motion of the grips, as shares of what is allowed."""
+class MotionMetrics:
+    """Tap that measures the motion of the grips, relative to its limits."""
 
     def __init__(self, scenario: Scenario) -> None:
         self.speed = self.acceleration = 0.0
-        """Most, of linear or angular, as a share of the limit [-]."""
-        self.apart = 0.0
-        """Most distance of the grips, as a share of the rope's length [-]."""
+        """Largest linear or angular speed and acceleration, relative to their limits [-]."""
+        self.grip_distance = 0.0
+        """Largest distance of the grips, relative to the rope's length [-]."""
         self.gripper_clearance = np.inf
-        """Least distance of a gripper's body from an obstacle that is no support [m]."""
+        """Least distance of a gripper's body from an obstacle that is not a support [m]."""
         self.shapes: list[Float64[np.ndarray, "n 3"]] = []
-        """The true rope ten times a second, for pictures [m]."""
+        """True rope ten times a second, for plots [m]."""
         self.task: TaskState | None = None
+        """Newest state of the controller."""
         self._limits, self._length = scenario.limits, scenario.rope.length
         self._obstacles: tuple[Obstacle, ...] = scenario.bodies
-        self._last: tuple[int, Float64[np.ndarray, "2 2 3"]] | None = None
-        self._looked = self._drawn = 0
+        self._last_velocity: tuple[int, Float64[np.ndarray, "2 2 3"]] | None = None
+        self._clearance_stamp = self._shape_stamp = 0
 
     def __call__(self, delivery: Delivery) -> None:
-        """Takes one message."""
+        """Take one message."""
         match delivery.key:
             case topics.ARM_STATE.key:
                 self._take_arms(delivery.parse())
@@ -50,8 +53,8 @@ class Executed:
                 self.task = delivery.parse()
             case topics.ROPE_TRUTH.key:
                 message = delivery.parse()
-                if message.stamp - self._drawn >= SECOND // 10:
-                    self._drawn = message.stamp
+                if message.stamp - self._shape_stamp >= SHAPE_PERIOD:
+                    self._shape_stamp = message.stamp
                     self.shapes.append(chain(message.positions))
 
     def _take_arms(self, arms: ArmStates) -> None:
@@ -64,20 +67,20 @@ class Executed:
         limits = self._limits
         rates = np.linalg.norm(velocity, axis=2) / (limits.speed, limits.angular_speed)
         self.speed = max(self.speed, float(np.max(rates)))
-        if self._last is not None and arms.stamp > self._last[0]:
-            dt = (arms.stamp - self._last[0]) / SECOND
-            change = np.linalg.norm(velocity - self._last[1], axis=2) / dt
+        if self._last_velocity is not None and arms.stamp > self._last_velocity[0]:
+            dt = (arms.stamp - self._last_velocity[0]) / SECOND
+            change = np.linalg.norm(velocity - self._last_velocity[1], axis=2) / dt
             shares = change / (limits.acceleration, limits.angular_acceleration)
             self.acceleration = max(self.acceleration, float(np.max(shares)))
-        self._last = arms.stamp, velocity
+        self._last_velocity = arms.stamp, velocity
         left, right = arm_pose(arms, "left"), arm_pose(arms, "right")
-        apart = float(np.linalg.norm(right.position - left.position)) / self._length
-        self.apart = max(self.apart, apart)
-        if arms.stamp - self._looked >= EVERY:
-            self._looked = arms.stamp
+        distance = float(np.linalg.norm(right.position - left.position)) / self._length
+        self.grip_distance = max(self.grip_distance, distance)
+        if arms.stamp - self._clearance_stamp >= CLEARANCE_PERIOD:
+            self._clearance_stamp = arms.stamp
             avoid = [o for o in self._obstacles if not o.support]
-            near = gripper_clearance(left, right, avoid, limits)
-            self.gripper_clearance = min(self.gripper_clearance, near)
+            clearance = gripper_clearance(left, right, avoid, limits)
+            self.gripper_clearance = min(self.gripper_clearance, clearance)
 
 
 def gripper_clearance(

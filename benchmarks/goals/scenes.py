@@ -1,8 +1,8 @@
-"""Seeded scenes for trials: `draw` makes the scenario of a kind and a number.
+"""Random scenes: `sample_scene` makes the scenario of a kind, a number and a seed.
 
-Every goal is a rest shape of the true rope between grips that keep their distance from everything:
-a goal that the rope cannot take measures nothing. Whether a way leads there is not known
-beforehand, except in `blocked`, where none does.
+Every goal is a rest shape of the true rope between grips that keep clear of all obstacles, so that
+the rope can take it. Whether a path leads there is not known beforehand, except for `blocked`,
+where there is none.
 """
 
 from __future__ import annotations
@@ -38,63 +38,80 @@ Kind = Literal[
     "blocked",
 ]
 KINDS: tuple[Kind, ...] = get_args(Kind)
-SPARE = 0.015
-"""Clearance of a start and of a goal [m]."""
-TRIES = 400
-"""Draws of a shape among given obstacles before the obstacles are drawn anew."""
-Low = tuple[float, float, float]
+"""All kinds of scenes."""
+MIN_CLEARANCE = 0.015
+"""Least clearance of rope and grippers at start and goal [m]."""
+MIN_GRIP_HEIGHT = 0.03
+"""Least height of a grip above the table [m]."""
+MAX_SHAPE_SAMPLES = 400
+"""Number of shapes sampled among given obstacles before the obstacles are sampled anew."""
+MAX_SCENE_SAMPLES = 20
+"""Number of times that the obstacles are sampled anew."""
+Corner = tuple[float, float, float]
+"""Corner of a box [m]."""
 
 
 @dataclass(frozen=True)
-class Grips:
-    """A shape that the rope can take, and what holds it there."""
+class HeldShape:
+    """Rest shape of the rope, and the grips that hold it there."""
 
     left: Pose
+    """Left grip."""
     right: Pose
+    """Right grip."""
     nodes: Float64[np.ndarray, "n 3"]
-    """[m]"""
+    """Node positions [m]."""
 
 
-class Unlucky(ValueError):
-    """No shape was found among these obstacles."""
+class NoShapeFoundError(ValueError):
+    """Raised when no shape was found among the obstacles of a scene."""
 
 
-def draw(kind: Kind, number: int, seed: int, base: Scenario, folder: Path) -> Scenario:
-    """A scene of a kind; the same for the same number, seed, rope and plant.
+def sample_scene(kind: Kind, number: int, seed: int, base: Scenario, folder: Path) -> Scenario:
+    """Return a scene, always the same for the same kind, number, seed, rope and plant.
 
     Args:
-        base: Whose rope, plant, sensing, control and run are kept.
-        folder: Where the files of node lists go.
+        kind: Kind of scene.
+        number: Number of the scene.
+        seed: Seed of the scenes.
+        base: Rope, plant, sensing, control and run of the scene.
+        folder: Folder for the files of node positions.
+
+    Raises:
+        ValueError: No scene was found.
     """
     random = np.random.default_rng([seed, number])
     base = replace(base, name=f"{kind}-{number}", folder=folder, seed=seed + number, events=())
-    for _ in range(20):
+    for _ in range(MAX_SCENE_SAMPLES):
         try:
-            return _MAKERS[kind](_Draw(base, random))
-        except Unlucky:
+            return _SAMPLERS[kind](_SceneSampler(base, random))
+        except NoShapeFoundError:
             continue
     raise ValueError(f"no scene of kind {kind!r} was found for number {number}; try another seed")
 
 
-class _Draw:
-    """One scene in the making."""
+class _SceneSampler:
+    """Sampler of the shapes of one scene, among its obstacles."""
 
     def __init__(self, base: Scenario, random: np.random.Generator) -> None:
         self.base, self.random = base, random
         self.rod = Rod(true_properties(base), base.rope.node_count)
 
     def shape(
-        self, low: Low, high: Low, tilt: float = 0.0, half: tuple[float, float] = (0.08, 0.2)
-    ) -> Grips:
-        """A rest shape whose middle lies in a box.
+        self, low: Corner, high: Corner, tilt: float = 0.0, half: tuple[float, float] = (0.08, 0.2)
+    ) -> HeldShape:
+        """Return a rest shape whose middle lies in a box.
 
         Args:
             low: Lowest corner of the box [m].
             high: Highest corner [m].
             tilt: Largest rotation of each grip away from the chord [rad]; 0 keeps both level.
             half: Bounds of half the distance between the grips [m].
+
+        Raises:
+            NoShapeFoundError: No rest shape keeps clear of the obstacles.
         """
-        for _ in range(TRIES):
+        for _ in range(MAX_SHAPE_SAMPLES):
             length, yaw, slope = self.random.uniform((half[0], -0.7, -0.3), (half[1], 0.7, 0.3))
             centre = self.random.uniform(low, high)
             chord = length * np.array([np.cos(yaw), np.sin(yaw), slope])
@@ -103,18 +120,18 @@ class _Draw:
                 about = poses.multiply(poses.exponential(np.array([0.0, 0.0, yaw])), LEVEL)
                 tilts = self.random.uniform(-tilt, tilt, (2, 3))
                 held = [poses.multiply(poses.exponential(t), about) for t in tilts]
-            found = self._rest(Pose(centre - chord, held[0]), Pose(centre + chord, held[1]))
-            if found is not None:
-                return found
-        raise Unlucky
+            shape = self._rest(Pose(centre - chord, held[0]), Pose(centre + chord, held[1]))
+            if shape is not None:
+                return shape
+        raise NoShapeFoundError
 
-    def _rest(self, left: Pose, right: Pose) -> Grips | None:
+    def _rest(self, left: Pose, right: Pose) -> HeldShape | None:
         base = self.base
-        if min(left.position[2], right.position[2]) < 0.03:
+        if min(left.position[2], right.position[2]) < MIN_GRIP_HEIGHT:
             return None
         bodies = gripper_points(left, right, base.limits.gripper_reach)
         body = min(float(np.min(signed_distance(bodies, o))) for o in base.bodies)
-        if body < base.limits.gripper_radius + SPARE:
+        if body < base.limits.gripper_radius + MIN_CLEARANCE:
             return None
         try:
             rest = self.rod.rest(left, right)
@@ -122,74 +139,78 @@ class _Draw:
             return None
         nodes = rest.state.positions
         radius = base.rope.diameter / 2.0
-        clear = chain_clearance(nodes, radius, base.bodies) > SPARE
+        clear = chain_clearance(nodes, radius, base.bodies) > MIN_CLEARANCE
         if not (rest.converged and rest.stable and clear):
             return None
         if base.plant.model == "mujoco":
-            # The other engine's rope rests a little differently.
+            # MuJoCo's rope has a slightly different rest shape.
             plant = build_plant(base)
             plant.reset(left, right, nodes)
             nodes = plant.nodes
-        return Grips(left, right, nodes)
+        return HeldShape(left, right, nodes)
 
-    def among(self, *obstacles: Obstacle) -> _Draw:
-        """The same among other obstacles."""
+    def with_obstacles(self, *obstacles: Obstacle) -> _SceneSampler:
+        """Return a sampler among other obstacles, with the same random numbers."""
         named = tuple(replace(o, name=o.name or f"{o.shape}-{k}") for k, o in enumerate(obstacles))
-        return _Draw(replace(self.base, obstacles=named), self.random)
+        return _SceneSampler(replace(self.base, obstacles=named), self.random)
 
-    def by_grips(self, grips: Grips) -> Shape:
-        """The rope at rest between two grips."""
+    def by_grips(self, shape: HeldShape) -> Shape:
+        """Specify a shape by its grips."""
         return Shape(
-            line=(_triple(grips.left.position), _triple(grips.right.position)),
-            left_orientation=_quadruple(grips.left.orientation),
-            right_orientation=_quadruple(grips.right.orientation),
+            line=(_triple(shape.left.position), _triple(shape.right.position)),
+            left_orientation=_quadruple(shape.left.orientation),
+            right_orientation=_quadruple(shape.right.orientation),
         )
 
-    def by_nodes(self, grips: Grips, name: str, oriented: bool = False) -> Shape:
-        """The nodes, as a file."""
+    def by_nodes(self, shape: HeldShape, name: str, oriented: bool = False) -> Shape:
+        """Specify a shape by a file of its nodes, and its orientations if asked for."""
         file = f"{self.base.name}-{name}.csv"
-        np.savetxt(self.base.folder / file, grips.nodes, delimiter=",")
-        shape = Shape(nodes=file)
+        np.savetxt(self.base.folder / file, shape.nodes, delimiter=",")
+        specified = Shape(nodes=file)
         if oriented:
-            held = self.by_grips(grips)
-            shape = replace(
-                shape,
+            held = self.by_grips(shape)
+            specified = replace(
+                specified,
                 left_orientation=held.left_orientation,
                 right_orientation=held.right_orientation,
             )
-        return shape
+        return specified
 
-    def finished(
-        self, start: Shape, goal: Grips, oriented: bool = False, event: Event | None = None
+    def scenario(
+        self, start: Shape, goal: HeldShape, oriented: bool = False, event: Event | None = None
     ) -> Scenario:
-        """The scenario, its goal the nodes of a shape, with orientations or without."""
+        """Return the scenario whose goal is given by the nodes of a shape."""
         events = () if event is None else (event,)
         shape = self.by_nodes(goal, "goal", oriented)
         return replace(self.base, start=start, goal=shape, events=events)
 
 
-BEFORE: tuple[Low, Low] = ((-0.12, -0.32, 0.16), (0.12, -0.16, 0.38))
-BEHIND: tuple[Low, Low] = ((-0.08, 0.07, 0.08), (0.08, 0.25, 0.20))
+IN_FRONT: tuple[Corner, Corner] = ((-0.12, -0.32, 0.16), (0.12, -0.16, 0.38))
+"""Box in front of the obstacles [m]."""
+BEHIND: tuple[Corner, Corner] = ((-0.08, 0.07, 0.08), (0.08, 0.25, 0.20))
+"""Box behind the obstacles [m]."""
 
 
-def _easy(draw: _Draw) -> Scenario:
-    goal = draw.shape((-0.08, -0.20, 0.24), (0.08, 0.20, 0.36))
-    return draw.finished(draw.base.start, goal)
+def _easy(sampler: _SceneSampler) -> Scenario:
+    goal = sampler.shape((-0.08, -0.20, 0.24), (0.08, 0.20, 0.36))
+    return sampler.scenario(sampler.base.start, goal)
 
 
-def _hard(draw: _Draw) -> Scenario:
-    return draw.finished(draw.base.start, draw.shape(*BEHIND))
+def _hard(sampler: _SceneSampler) -> Scenario:
+    return sampler.scenario(sampler.base.start, sampler.shape(*BEHIND))
 
 
-def _boxes(draw: _Draw) -> Scenario:
-    draw = draw.among(*_some_boxes(draw.random, int(draw.random.integers(4, 8))))
-    start = draw.shape(*BEFORE)
-    goal = draw.shape((-0.12, 0.05, 0.06), (0.12, 0.30, 0.22))
-    return draw.finished(draw.by_grips(start), goal)
+def _boxes(sampler: _SceneSampler) -> Scenario:
+    sampler = sampler.with_obstacles(
+        *_sample_boxes(sampler.random, int(sampler.random.integers(4, 8)))
+    )
+    start = sampler.shape(*IN_FRONT)
+    goal = sampler.shape((-0.12, 0.05, 0.06), (0.12, 0.30, 0.22))
+    return sampler.scenario(sampler.by_grips(start), goal)
 
 
-def _some_boxes(random: np.random.Generator, count: int) -> list[Obstacle]:
-    """Boxes on the table, a third of them afloat."""
+def _sample_boxes(random: np.random.Generator, count: int) -> list[Obstacle]:
+    """Sample boxes, two thirds of them on the table and one third above it."""
     boxes = []
     for k in range(count):
         size = random.uniform((0.04, 0.04, 0.05), (0.16, 0.12, 0.20))
@@ -201,23 +222,23 @@ def _some_boxes(random: np.random.Generator, count: int) -> list[Obstacle]:
     return boxes
 
 
-def _slot(draw: _Draw) -> Scenario:
-    """A window in a wall that nothing passes over or round, or a shelf above the goal."""
-    random = draw.random
+def _slot(sampler: _SceneSampler) -> Scenario:
+    """A wall with a window as the only passage, or a shelf above the goal."""
+    random = sampler.random
     thick = float(random.uniform(0.015, 0.04))
     if random.random() < 0.3:
         depth, height = float(random.uniform(0.15, 0.25)), float(random.uniform(0.14, 0.2))
         plate = Obstacle("box", (0.0, 0.1 + depth / 2.0, height), size=(1.0, depth, 0.02))
-        draw = draw.among(plate)
-        goal = draw.shape((-0.05, 0.12, 0.03), (0.05, 0.08 + depth, height - 0.02))
-        return draw.finished(draw.by_grips(draw.shape(*BEFORE)), goal)
+        sampler = sampler.with_obstacles(plate)
+        goal = sampler.shape((-0.05, 0.12, 0.03), (0.05, 0.08 + depth, height - 0.02))
+        return sampler.scenario(sampler.by_grips(sampler.shape(*IN_FRONT)), goal)
     wide = random.random() < 0.5
     width = float(random.uniform(0.60, 0.70) if wide else random.uniform(0.38, 0.46))
     height = float(random.uniform(0.11, 0.17) if wide else random.uniform(0.26, 0.34))
     sill = float(random.uniform(0.05, 0.15))
     side = 0.9 - width / 2.0
     top = 1.3 - sill - height
-    draw = draw.among(
+    sampler = sampler.with_obstacles(
         Obstacle("box", (0.0, 0.0, sill / 2.0), size=(1.8, thick, sill), name="sill"),
         Obstacle(
             "box", (0.0, 0.0, sill + height + top / 2.0), size=(1.8, thick, top), name="lintel"
@@ -232,14 +253,14 @@ def _slot(draw: _Draw) -> Scenario:
             for sign in (-1.0, 1.0)
         ),
     )
-    start = draw.shape(*BEFORE)
-    goal = draw.shape((-0.10, 0.10, 0.08), (0.10, 0.30, 0.30))
-    return draw.finished(draw.by_grips(start), goal)
+    start = sampler.shape(*IN_FRONT)
+    goal = sampler.shape((-0.10, 0.10, 0.08), (0.10, 0.30, 0.30))
+    return sampler.scenario(sampler.by_grips(start), goal)
 
 
-def _turning(draw: _Draw) -> tuple[_Draw, Grips, Grips]:
-    """Both ends rotate, among a few cylinders and boxes."""
-    random = draw.random
+def _turning(sampler: _SceneSampler) -> tuple[_SceneSampler, HeldShape, HeldShape]:
+    """Sample three cylinders, and start and goal of a rope whose ends rotate."""
+    random = sampler.random
     posts = [
         Obstacle(
             "cylinder",
@@ -249,64 +270,67 @@ def _turning(draw: _Draw) -> tuple[_Draw, Grips, Grips]:
         )
         for x, h in zip((-0.13, 0.0, 0.13), random.uniform(0.08, 0.2, 3).tolist(), strict=True)
     ]
-    turning = replace(draw.base, ends=Ends(End(rotates=True), End(rotates=True)))
-    draw = _Draw(turning, random).among(*posts)
-    start = draw.shape(*BEFORE, tilt=0.5)
-    return draw, start, draw.shape((-0.1, 0.08, 0.12), (0.1, 0.25, 0.28), tilt=0.9)
+    turning = replace(sampler.base, ends=Ends(End(rotates=True), End(rotates=True)))
+    sampler = _SceneSampler(turning, random).with_obstacles(*posts)
+    start = sampler.shape(*IN_FRONT, tilt=0.5)
+    return sampler, start, sampler.shape((-0.1, 0.08, 0.12), (0.1, 0.25, 0.28), tilt=0.9)
 
 
-def _rotating(draw: _Draw) -> Scenario:
-    draw, start, goal = _turning(draw)
-    return draw.finished(draw.by_grips(start), goal, oriented=True)
+def _rotating(sampler: _SceneSampler) -> Scenario:
+    sampler, start, goal = _turning(sampler)
+    return sampler.scenario(sampler.by_grips(start), goal, oriented=True)
 
 
-def _shapes(draw: _Draw) -> Scenario:
-    """Start and goal as bare node lists, as benchmarks give them."""
-    draw, start, goal = _turning(draw)
-    return draw.finished(draw.by_nodes(start, "start"), goal)
+def _shapes(sampler: _SceneSampler) -> Scenario:
+    """Start and goal given by nodes only, as in published benchmarks."""
+    sampler, start, goal = _turning(sampler)
+    return sampler.scenario(sampler.by_nodes(start, "start"), goal)
 
 
-def _appearing(draw: _Draw) -> Scenario:
-    """Something comes into the way just after the run has begun."""
-    return _disturbed(draw, moves=False)
+def _appearing(sampler: _SceneSampler) -> Scenario:
+    """A box appears on the way shortly after the start."""
+    return _disturbed(sampler, moves=False)
 
 
-def _moving(draw: _Draw) -> Scenario:
-    return _disturbed(draw, moves=True)
+def _moving(sampler: _SceneSampler) -> Scenario:
+    """A box moves onto the way shortly after the start."""
+    return _disturbed(sampler, moves=True)
 
 
-def _disturbed(draw: _Draw, *, moves: bool) -> Scenario:
-    random = draw.random
+def _disturbed(sampler: _SceneSampler, *, moves: bool) -> Scenario:
+    random = sampler.random
     time, x, y, z = random.uniform((0.4, -0.12, 0.02, 0.26), (0.9, 0.12, 0.06, 0.40))
     body = Obstacle("box", (float(x), float(y), float(z)), size=(0.08, 0.05, 0.08), name="guest")
-    crowd = draw.among(*draw.base.obstacles, body)
+    crowd = sampler.with_obstacles(*sampler.base.obstacles, body)
     goal = crowd.shape(*BEHIND)
     if not moves:
         event = Event(float(time), add_obstacle=body)
-        return draw.finished(draw.base.start, goal, event=event)
+        return sampler.scenario(sampler.base.start, goal, event=event)
     aside = replace(body, position=(0.6, 0.4, 0.1))
     event = Event(float(time), move_obstacle="guest", position=body.position)
-    aside_base = replace(draw.base, obstacles=(*draw.base.obstacles, aside))
-    return _Draw(aside_base, random).finished(draw.base.start, goal, event=event)
+    aside_base = replace(sampler.base, obstacles=(*sampler.base.obstacles, aside))
+    return _SceneSampler(aside_base, random).scenario(sampler.base.start, goal, event=event)
 
 
-def _new_goal(draw: _Draw) -> Scenario:
-    """Another goal while the rope is on its way."""
-    first = draw.shape(*BEHIND)
-    second = draw.shape((-0.08, -0.20, 0.14), (0.08, 0.25, 0.36))
-    event = Event(float(draw.random.uniform(0.5, 2.0)), goal=draw.by_nodes(second, "second"))
-    return draw.finished(draw.base.start, first, event=event)
+def _new_goal(sampler: _SceneSampler) -> Scenario:
+    """The goal changes while the rope is on its way."""
+    first = sampler.shape(*BEHIND)
+    second = sampler.shape((-0.08, -0.20, 0.14), (0.08, 0.25, 0.36))
+    event = Event(float(sampler.random.uniform(0.5, 2.0)), goal=sampler.by_nodes(second, "second"))
+    return sampler.scenario(sampler.base.start, first, event=event)
 
 
-def _blocked(draw: _Draw) -> Scenario:
-    """A wall without a window."""
+def _blocked(sampler: _SceneSampler) -> Scenario:
+    """A wall without a window between start and goal."""
     wall = Obstacle("box", (0.0, 0.0, 0.65), size=(1.8, 0.02, 1.3), name="wall")
-    draw = draw.among(wall)
-    start = draw.shape((-0.1, -0.3, 0.2), (0.1, -0.2, 0.38))
-    return draw.finished(draw.by_grips(start), draw.shape((-0.1, 0.15, 0.12), (0.1, 0.3, 0.3)))
+    sampler = sampler.with_obstacles(wall)
+    start = sampler.shape((-0.1, -0.3, 0.2), (0.1, -0.2, 0.38))
+    return sampler.scenario(
+        sampler.by_grips(start), sampler.shape((-0.1, 0.15, 0.12), (0.1, 0.3, 0.3))
+    )
 
 
-_MAKERS: dict[Kind, Callable[[_Draw], Scenario]] = {
+_SAMPLERS: dict[Kind, Callable[[_SceneSampler], Scenario]] = {
     "easy": _easy,
     "hard": _hard,
     "boxes": _boxes,

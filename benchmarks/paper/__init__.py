@@ -1,0 +1,1 @@
+"""The paper's simulations: its methods and Lariat's, on its rod and on Lariat's."""

@@ -1,0 +1,1 @@
+"""Accuracy of the perceived rope in single images."""

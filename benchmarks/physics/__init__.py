@@ -1,0 +1,1 @@
+"""The rod against closed-form solutions."""

@@ -1,0 +1,1 @@
+"""Gradients, speed, robustness and accuracy of the rod."""

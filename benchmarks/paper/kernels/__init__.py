@@ -1,0 +1,1 @@
+"""Taichi kernels of the paper's own way to gradients."""

@@ -1,4 +1,4 @@
-"""Trials as pictures: a failure is easier to understand when it is seen."""
+"""Plots of trials: the rope on its way, and distributions over all trials."""
 
 from __future__ import annotations
 
@@ -19,10 +19,11 @@ from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle
 
 VIEWS = (("from above", 0, 1), ("from the front", 0, 2), ("from the side", 1, 2))
+"""Names of the views, and the coordinates that they show."""
 
 
-def draw_trial(trial: Trial, path: Path) -> None:
-    """Three views of the rope on its way, with its goal and what surrounds it."""
+def plot_trial(trial: Trial, path: Path) -> None:
+    """Plot the rope on its way from three sides, with goal (green), end (red) and obstacles."""
     figure, axes = plt.subplots(1, 3, figsize=(15, 5))
     for axis, (name, first, second) in zip(axes, VIEWS, strict=True):
         axis.set_title(name)
@@ -43,16 +44,16 @@ def draw_trial(trial: Trial, path: Path) -> None:
     score = trial.score
     figure.suptitle(
         f"{score.scenario} {trial.variant}: error {score.final_error_mm} mm, clearance "
-        f"{score.min_clearance_mm} mm; {trial.reason}"
+        f"{score.min_clearance_mm} mm; {trial.reason}\n{trial.conditions}"
     )
     figure.savefig(path, dpi=70, bbox_inches="tight")
     plt.close(figure)
 
 
-def draw_summary(groups: dict[str, Sequence[Trial]], path: Path) -> None:
-    """Error, clearance and time of every trial, one colour a group."""
+def plot_summary(groups: dict[str, Sequence[Trial]], path: Path) -> None:
+    """Plot the distributions of error, clearance and time, one line for each group."""
     figure, axes = plt.subplots(1, 3, figsize=(12, 3.6))
-    names = ("error at the end [mm]", "least clearance [mm]", "within tolerance after [s]")
+    names = ("final error [mm]", "least clearance [mm]", "time to goal [s]")
     for axis, name in zip(axes, names, strict=True):
         axis.set_xlabel(name)
         axis.set_ylabel("share of the trials")
@@ -73,7 +74,7 @@ def draw_summary(groups: dict[str, Sequence[Trial]], path: Path) -> None:
 
 
 def _outline(axis: Axes, obstacle: Obstacle, first: int, second: int) -> None:
-    """The projection of a body: the hull of points on its surface."""
+    """Draw the projection of an obstacle: the hull of points on its surface."""
     half = obstacle.height / 2.0
     angle = np.linspace(0.0, 2.0 * np.pi, 25)
     ring = obstacle.radius * np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
@@ -86,8 +87,8 @@ def _outline(axis: Axes, obstacle: Obstacle, first: int, second: int) -> None:
         case "cylinder":
             points = np.concatenate([ring + _up(z) for z in (-half, half)])
         case _:
-            ball = [ring * c + _up(obstacle.radius * s) for c, s in _latitudes()]
-            points = np.concatenate([b + _up(z) for b in ball for z in (-half, half)])
+            rings = [ring * c + _up(obstacle.radius * s) for c, s in _latitudes()]
+            points = np.concatenate([b + _up(z) for b in rings for z in (-half, half)])
     world = poses.rotate(np.array(obstacle.orientation), points) + np.array(obstacle.position)
     flat = world[:, (first, second)]
     hull = cv2.convexHull(flat.astype(np.float32))[:, 0]

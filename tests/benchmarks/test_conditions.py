@@ -1,0 +1,20 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+from benchmarks.conditions import Conditions
+from shared.scenario import load
+
+SCENARIO = load("scenarios/three-cylinders.toml")
+
+
+def test_conditions_name_plant_sensing_and_adaptation() -> None:
+    conditions = str(Conditions.of(SCENARIO))
+    assert "MuJoCo, n = 40" in conditions
+    assert "camera, 640 x 480, depth noise 1.5 mm" in conditions
+    assert "adapting: no" in conditions
+
+
+def test_sensed_truth_is_told_from_the_camera() -> None:
+    truth = replace(SCENARIO, sensing=replace(SCENARIO.sensing, source="truth"))
+    assert Conditions.of(truth).sensed == "truth, node noise 0 mm"

@@ -20,7 +20,8 @@ from lariat.geometry import poses
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from lariat.geometry.obstacles import TABLE, Obstacle
 from lariat.geometry.poses import Pose
-from services.perception.markers.detection import MarkerDetector, SteadyPlacement, placed
+from services.perception.markers.marker_detection import MarkerDetector
+from services.perception.markers.marker_pose import MarkerPoseFilter, locate_marker
 from services.sim.camera.marker_plates import MarkerPlate
 from services.sim.camera.rgbd_camera import RgbdCamera
 from services.sim.gripper_body import gripper_body
@@ -120,11 +121,11 @@ def _markers(
         pose = Pose(place, poses.exponential(np.array([0.0, 0.0, yaw])))
         stand = Obstacle("box", (*place[:2], place[2] / 2.0), size=(0.1, 0.1, place[2] - 1e-3))
         plate = MarkerPlate(pose, side, k % 50)
-        steady, found = SteadyPlacement(), None
+        steady, found = MarkerPoseFilter(), None
         for look in range(LOOKS):
             shot = camera.take(away, 0.004, (TABLE, stand), frame=LOOKS * k + look, plates=[plate])
-            for sighting in detector.find(shot.color):
-                seen = placed(sighting, camera.camera, float(place[2]))
+            for sighting in detector.detect(shot.color):
+                seen = locate_marker(sighting, camera.camera, float(place[2]))
                 if sighting.identity == k % 50 and seen is not None:
                     found = steady.add(seen)
         if found is None:

@@ -25,7 +25,7 @@ from cli.extrinsics import Extrinsics, View, solve
 from lariat.geometry import poses
 from lariat.geometry.cameras import Intrinsics
 from lariat.geometry.poses import Pose
-from services.perception.markers.detection import MarkerDetector
+from services.perception.markers.marker_detection import MarkerDetector
 from shared import topics
 from shared.configuration import ConfigurationError
 from shared.messages import arm_pose, poses_known, stamp_of
@@ -126,7 +126,7 @@ def sightings(recording: Recording, scenario: Scenario) -> Sightings:
         image = cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_COLOR)
         if image is None:
             continue
-        seen = [s for s in detector.find(image[..., ::-1].copy()) if s.identity == marker.marker]
+        seen = [s for s in detector.detect(image[..., ::-1].copy()) if s.identity == marker.marker]
         views += [View(corners, s.corners) for s in seen[:1]]
     if intrinsics is None:
         raise ConfigurationError(f"the recording holds nothing on {CALIBRATION}")

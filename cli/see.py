@@ -18,8 +18,8 @@ from lariat.geometry.poses import Pose
 from shared.configuration import ConfigurationError
 
 if TYPE_CHECKING:
-    from services.perception.centerline.estimate import Estimate
-    from services.perception.image.detector import Photograph
+    from services.perception.centerline.estimate import CenterlineEstimate
+    from services.perception.image.detector import DetectedRope
 
 LINE = (255, 0, 255)
 """Colour that centre lines are drawn in."""
@@ -70,8 +70,9 @@ def main(
         nodes: At equal distances along the rope.
         out: File for the picture with what was found drawn over it.
     """
-    from services.perception.centerline.estimate import CenterlineSettings, RopeModel
+    from services.perception.centerline.estimate import RopeModel
     from services.perception.centerline.estimator import CenterlineEstimator
+    from services.perception.centerline.settings import CenterlineSettings
     from services.perception.image import detector
 
     measured = None
@@ -84,7 +85,7 @@ def main(
     picture = _picture(image)
     drawn = picture.copy()
     try:
-        rope = detector.read(picture, color)
+        rope = detector.detect_rope(picture, color)
     except ValueError as error:
         raise ConfigurationError(f"{image}: {error}") from error
     answer = _lines(rope)
@@ -112,7 +113,7 @@ def main(
     return 1 if answer.get("lost") else 0
 
 
-def _lines(rope: Photograph) -> dict[str, object]:
+def _lines(rope: DetectedRope) -> dict[str, object]:
     return {
         "color": list(rope.color),
         "width": round(rope.width, 2),
@@ -121,7 +122,7 @@ def _lines(rope: Photograph) -> dict[str, object]:
     }
 
 
-def _notes(rope: Photograph) -> list[str]:
+def _notes(rope: DetectedRope) -> list[str]:
     """Why it may be no rope."""
     notes = []
     if rope.shadow > SHADOW:
@@ -145,7 +146,7 @@ def _written(path: Path, picture: UInt8[np.ndarray, "h w 3"]) -> bool:
         return False
 
 
-def _words(found: Estimate) -> dict[str, object]:
+def _words(found: CenterlineEstimate) -> dict[str, object]:
     if found.lost:
         return {"lost": found.lost}
     return {
@@ -197,7 +198,9 @@ def _draw(
 
 
 def _draw_nodes(
-    picture: UInt8[np.ndarray, "h w 3"], pixels: Float64[np.ndarray, "n 2"], found: Estimate
+    picture: UInt8[np.ndarray, "h w 3"],
+    pixels: Float64[np.ndarray, "n 2"],
+    found: CenterlineEstimate,
 ) -> None:
     _draw(picture, pixels, LINE)
     for pixel, seen in zip(np.rint(pixels).astype(int).tolist(), found.observed, strict=True):

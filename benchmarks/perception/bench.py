@@ -24,13 +24,9 @@ from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties
-from services.perception.centerline.estimate import (
-    CenterlineSettings,
-    Estimate,
-    Expected,
-    RopeModel,
-)
+from services.perception.centerline.estimate import CenterlineEstimate, RopeModel, ShapePrior
 from services.perception.centerline.estimator import CenterlineEstimator
+from services.perception.centerline.settings import CenterlineSettings
 from services.perception.tracking.paper_baseline import paper_nodes
 from services.sim.camera.rgbd_camera import RgbdCamera
 from services.sim.camera.sensor_noise import SensorNoise
@@ -142,11 +138,11 @@ def measured(
         truth.length, truth.diameter, truth.linear_density, MISTAKEN * truth.youngs_modulus
     )
     rod = Rod(believed, truth.node_count)
-    heaviness = 9.81 * truth.linear_density / believed.bending_stiffness
-    model = RopeModel(truth.length, truth.diameter / 2.0, truth.node_count, heaviness)
+    weight_over_stiffness = 9.81 * truth.linear_density / believed.bending_stiffness
+    model = RopeModel(truth.length, truth.diameter / 2.0, truth.node_count, weight_over_stiffness)
     settings = CenterlineSettings(depth_sigma=sigma)
     noise = SensorNoise(depth_sigma=sigma)
-    estimates: list[tuple[Estimate, np.ndarray]] = []
+    estimates: list[tuple[CenterlineEstimate, np.ndarray]] = []
     times, theirs, found = [], [], []
     for frame, (camera, left, right, nodes, bodies) in enumerate(
         _views(truth, kind, resolution, views, seed)
@@ -156,12 +152,14 @@ def measured(
         )
         estimator = CenterlineEstimator(camera, model, settings)
 
-        def at_rest(left: Pose = left, right: Pose = right) -> Expected:
+        def at_rest(left: Pose = left, right: Pose = right) -> ShapePrior:
             rest = rod.rest(left, right)
-            return Expected(rest.state.positions, np.full(truth.node_count, 0.02))
+            return ShapePrior(rest.state.positions, np.full(truth.node_count, 0.02))
 
         began = time.process_time()
-        estimate = estimator.estimate(picture.color, picture.depth, left, right, model=at_rest)
+        estimate = estimator.estimate(
+            picture.color, picture.depth, left, right, fallback_prior=at_rest
+        )
         times.append(1e3 * (time.process_time() - began))
         estimates.append((estimate, nodes))
         paper = paper_nodes(
@@ -177,7 +175,7 @@ def _row(
     kind: Kind,
     resolution: tuple[int, int],
     sigma: float,
-    estimates: list[tuple[Estimate, np.ndarray]],
+    estimates: list[tuple[CenterlineEstimate, np.ndarray]],
     times: list[float],
     theirs: list[float],
     found: list[float],

@@ -1,0 +1,1 @@
+"""Perception: node chains of the rope from RGB-D frames, and the scene of obstacles."""

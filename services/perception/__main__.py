@@ -1,4 +1,4 @@
-"""`python -m services.perception`: this service alone, live on the bus."""
+"""`python -m services.perception`: run the perception service live on the bus."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An inextensible chain fitted to rays and ranges, with what it knows about itself."""
+"""Fit of an inextensible chain to rays and ranges, with standard deviations."""
 
 from __future__ import annotations
 
@@ -13,62 +13,61 @@ from services.perception.centerline import kernels
 
 @dataclass(frozen=True)
 class FitSettings:
-    """What the fit believes about sensor and rope."""
+    """Noise of the measurements, priors of the shape, and convergence."""
 
     ray_sigma: float = 0.35
-    """Deviation of one ridge point across the rope [pixels]; neighbours share their pixels."""
+    """Standard deviation of a ridge point across the rope [pixels]; neighbours share pixels."""
     edge_sigma: float = 3e-5
-    """Deviation of the length of an edge [m]."""
+    """Standard deviation of the length of an edge [m]."""
     curvature_sigma: float = 7.0
-    """Deviation of the curvature of a rope that nothing is known of [1/m]."""
-    change_sigma: float = 700.0
-    """Deviation of the change of curvature along the rope [1/m^2]."""
+    """Standard deviation of the curvature of an unobserved rope [1/m]."""
+    curvature_change_sigma: float = 700.0
+    """Standard deviation of the derivative of curvature along the rope [1/m^2]."""
     tolerance: float = 1e-5
-    """The fit is done when no node moves further [m]."""
-    iterations: int = 30
-    """Of Gauss-Newton, at most."""
+    """Largest step of a node at which the iteration has converged [m]."""
+    max_iterations: int = 30
+    """Largest number of Gauss-Newton iterations."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A fitted chain."""
+    """Fitted chain."""
 
     nodes: Float64[np.ndarray, "n 3"]
-    """[m]."""
+    """Node positions [m]."""
     sigma: Float64[np.ndarray, "n"]
-    """Standard deviation of each node's position, all directions together [m]."""
+    """Standard deviation of each position, all directions together [m]."""
     support: Float64[np.ndarray, "n"]
-    """How many ranges speak for each node."""
+    """Number of ranges that support each node, outliers excluded by their weight."""
     misfit: float
-    """Root mean square of the residuals over their deviations; 1 where the noise is as assumed."""
+    """Root mean square of the residuals over their standard deviations [-]."""
     outliers: float
-    """Part of the ranges that the fit does not believe."""
+    """Share of the ranges that are outliers."""
 
 
 class ChainFit:
-    """Owns the fit's memory for one number of nodes."""
+    """Gauss-Newton fit of chains with a given number of nodes; owns the kernel's memory."""
 
     def __init__(
         self,
         node_count: int,
         length: float,
-        heaviness: float = 0.0,
+        weight_over_stiffness: float = 0.0,
         settings: FitSettings | None = None,
     ) -> None:
-        """A fit of equal edges.
-
+        """
         Args:
-            node_count: n.
-            length: Of the rope [m].
-            heaviness: Weight per length over bending stiffness [1/m^3]; 0 in no gravity.
-            settings: What it believes.
+            node_count: Number of nodes n.
+            length: Length of the chain [m].
+            weight_over_stiffness: Weight per length over bending stiffness [1/m^3].
+            settings: Noise, priors and convergence.
         """
         taichi_runtime.start()
         self.settings = settings or FitSettings()
         self._edge = length / (node_count - 1)
-        self._heaviness = heaviness
-        self._matrix = np.zeros((3 * node_count, kernels.BAND))
-        self._right = np.zeros(3 * node_count)
+        self._weight_over_stiffness = weight_over_stiffness
+        self._matrix = np.zeros((3 * node_count, kernels.BANDWIDTH))
+        self._right_side = np.zeros(3 * node_count)
         self._support = np.zeros(node_count)
         self._variance = np.zeros(node_count)
         self._report = np.zeros(4)
@@ -81,14 +80,15 @@ class ChainFit:
         eye: Float64[np.ndarray, "3"],
         anchors: Float64[np.ndarray, "n 4"],
     ) -> Fit:
-        """The most likely chain.
+        """Return the most likely chain.
 
         Args:
-            start: Where to begin [m].
-            samples: Columns as in `kernels.fit`.
-            segments: The segment that each sample is thought to lie on.
+            start: Initial node positions [m].
+            samples: Rays and ranges, columns as in `kernels.fit`.
+            segments: Segment on which each sample is assumed to lie.
             eye: Centre of projection [m].
-            anchors: A place for each node and its deviation [m], 0 where there is none.
+            anchors: Expected position of each node and its standard deviation [m]; a standard
+                deviation of 0 means no anchor.
         """
         nodes = np.ascontiguousarray(start, dtype=np.float64).copy()
         s, edge = self.settings, self._edge
@@ -99,17 +99,17 @@ class ChainFit:
             np.ascontiguousarray(eye, dtype=np.float64),
             np.ascontiguousarray(anchors),
             self._matrix,
-            self._right,
+            self._right_side,
             self._support,
             self._variance,
             self._report,
             edge,
             s.edge_sigma,
             s.curvature_sigma * edge**2,
-            self._heaviness / s.curvature_sigma**2,
-            s.change_sigma * edge**3,
+            self._weight_over_stiffness / s.curvature_sigma**2,
+            s.curvature_change_sigma * edge**3,
             s.tolerance,
-            s.iterations,
+            s.max_iterations,
         )
         cost, count, outliers, _ = self._report
         ranges = max(1, int(np.count_nonzero(samples[:, 3] > 0.0)))

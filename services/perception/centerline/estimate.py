@@ -1,4 +1,4 @@
-"""What perception knows of the rope, expects and says."""
+"""Input and output types of the centreline estimation."""
 
 from __future__ import annotations
 
@@ -7,64 +7,53 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from services.perception.centerline.chain_fit import FitSettings
-from services.perception.centerline.segmentation import Color
+MAX_DOUBT = 0.3
+"""Doubt from which an estimate contradicts its image: no node counts as observed, every standard
+deviation is wide, and the estimate is no prior for the next frame."""
 
 
 @dataclass(frozen=True)
 class RopeModel:
-    """What perception must know of the rope."""
+    """Properties of the rope that perception needs."""
 
     length: float
-    """[m]."""
+    """Length at rest [m]."""
     radius: float
-    """[m]."""
+    """Radius of the cross-section [m]."""
     node_count: int
-    """Nodes at equal distance along it."""
-    heaviness: float = 0.0
-    """Weight per length over bending stiffness [1/m^3]: how what is hidden hangs."""
+    """Number of nodes, evenly spaced along the rope."""
+    weight_over_stiffness: float = 0.0
+    """Weight per length over bending stiffness [1/m^3]; determines how hidden parts sag."""
 
 
 @dataclass(frozen=True)
-class CenterlineSettings:
-    """How images are read."""
-
-    threshold: int = 128
-    """Least brightness of the rope, 1..254; with a colour, least likeness to it."""
-    rope_color: Color | None = None
-    """Of a rope that is told by its colour; None: it is brighter than everything else."""
-    depth_sigma: float = 0.0015
-    """Standard deviation of one depth [m]."""
-    depth_quantum: float = 0.001
-    """Step of the depth values [m]."""
-    grip_sigma: float = 0.0003
-    """Deviation of a grip's position as seen by the camera: calibration [m]."""
-    fit: FitSettings = FitSettings()
-
-
-@dataclass(frozen=True)
-class Expected:
-    """Where the rope is thought to be."""
+class ShapePrior:
+    """Expected shape of the rope."""
 
     positions: Float64[np.ndarray, "n 3"]
-    """[m]."""
+    """Expected node positions [m]."""
     sigma: Float64[np.ndarray, "n"]
-    """[m]."""
+    """Standard deviation of each position [m]."""
 
 
 @dataclass(frozen=True)
-class Estimate:
-    """Where the rope was seen; `lost` says why it was not."""
+class CenterlineEstimate:
+    """Node chain seen in one frame."""
 
     positions: Float64[np.ndarray, "n 3"]
-    """[m]; no rows when lost."""
+    """Node positions [m]; no rows when the rope is lost."""
     sigma: Float64[np.ndarray, "n"]
     """Standard deviation of each position, all directions together [m]."""
     observed: Bool[np.ndarray, "n"]
-    """False where the position is bridged."""
+    """False where the position is interpolated over a hidden part."""
     lost: str = ""
-    """Why there are no positions; empty otherwise."""
+    """Reason why there are no positions; empty otherwise."""
     misfit: float = 1.0
-    """Residuals over their expected size."""
+    """Root mean square of the residuals over their standard deviations [-]."""
     doubt: float = 0.0
-    """0 where image and chain agree; more than `DOUBTFUL` where they contradict each other."""
+    """Contradiction between image and chain [-]: 0 for none, above `MAX_DOUBT` for a wrong one."""
+
+    @staticmethod
+    def failed(reason: str) -> CenterlineEstimate:
+        """Return the estimate of a frame in which the rope is lost."""
+        return CenterlineEstimate(np.zeros((0, 3)), np.zeros(0), np.zeros(0, bool), reason)

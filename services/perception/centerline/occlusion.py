@@ -1,4 +1,4 @@
-"""How far a hidden stretch of rope may be from where a fit bridges it."""
+"""Uncertainty of the hidden parts of a rope."""
 
 from __future__ import annotations
 
@@ -7,31 +7,32 @@ import itertools
 import numpy as np
 from jaxtyping import Bool, Float64
 
-FOLDS = 0.15
-"""Standard deviation of a hidden stretch as a part of what its length allows: loops are rare."""
-FOLDED = 3.0
-"""How much larger it is where both ends of the stretch meet: a fold may point anywhere."""
+SIGMA_OVER_BULGE = 0.15
+"""Standard deviation of a hidden stretch over the bulge that its length allows: loops are rare."""
+FOLD_FACTOR = 3.0
+"""Increase of that ratio where both ends of the stretch meet: a fold may point in any direction."""
 
 
-def slack(
+def occlusion_uncertainty(
     nodes: Float64[np.ndarray, "n 3"],
     edge: float,
-    seen: Bool[np.ndarray, "n"],
+    observed: Bool[np.ndarray, "n"],
     held: tuple[bool, bool],
 ) -> Float64[np.ndarray, "n"]:
-    """Standard deviation of every node because of what is hidden; 0 where it is seen [m].
+    """Return the standard deviation of every node due to occlusion; 0 where it is observed [m].
 
-    A fit knows one shape of a hidden stretch; the more it is longer than its chord, the more
-    others there are, loops among them.
+    The fit knows one shape of a hidden stretch. The more its length exceeds its chord, the more
+    other shapes are possible, loops among them. A stretch of length l and chord c bulges by
+    sqrt(l^2 - c^2) / 2; the standard deviation is a parabola over the stretch, proportional to it.
 
     Args:
-        nodes: As fitted [m].
-        edge: Between two of them [m].
-        seen: Which of them are.
-        held: Whether the left and the right end are where a grip says.
+        nodes: Fitted nodes [m].
+        edge: Distance between two of them along the rope [m].
+        observed: Whether each node is observed.
+        held: Whether a grip holds the left and the right end.
     """
     n = len(nodes)
-    known = seen.copy()
+    known = observed.copy()
     known[0] |= held[0]
     known[-1] |= held[1]
     fixed = np.flatnonzero(known)
@@ -42,10 +43,10 @@ def slack(
         span, chord = (b - a) * edge, float(np.linalg.norm(nodes[b] - nodes[a]))
         bulge = 0.5 * np.sqrt(max(span**2 - chord**2, 0.0))
         along = (np.arange(a, b + 1) - a) / (b - a)
-        wide = FOLDS * (1.0 + FOLDED * (2.0 * bulge / span) ** 4)
-        sigma[a : b + 1] = wide * bulge * 4.0 * along * (1.0 - along)
+        ratio = SIGMA_OVER_BULGE * (1.0 + FOLD_FACTOR * (2.0 * bulge / span) ** 4)
+        sigma[a : b + 1] = ratio * bulge * 4.0 * along * (1.0 - along)
     if len(fixed):
-        # Beyond the last seen node nothing holds the rope.
-        sigma[: fixed[0]] = FOLDS * edge * np.arange(fixed[0], 0, -1)
-        sigma[fixed[-1] + 1 :] = FOLDS * edge * np.arange(1, n - fixed[-1])
+        # Nothing holds the rope beyond the last observed node.
+        sigma[: fixed[0]] = SIGMA_OVER_BULGE * edge * np.arange(fixed[0], 0, -1)
+        sigma[fixed[-1] + 1 :] = SIGMA_OVER_BULGE * edge * np.arange(1, n - fixed[-1])
     return sigma

@@ -1,7 +1,7 @@
-"""Whether a chain and an image can both be true.
+"""Consistency of a chain with the image and the depth that it was fitted to.
 
-A chain that leaves bright pixels unexplained, or that runs where the camera sees past it, has the
-wrong topology however well it fits the points that it was given.
+A chain that leaves rope pixels unexplained, or that runs where the camera sees through it, has the
+wrong topology however well it fits its own points.
 """
 
 from __future__ import annotations
@@ -14,66 +14,75 @@ from jaxtyping import Float64, UInt16
 
 from lariat.geometry import polylines
 from lariat.geometry.cameras import Camera
-from services.perception.centerline.ridge import sampled
+from services.perception.centerline.ridge import sample_depth
 from services.perception.centerline.segmentation import Region
 
-SEEN_PAST = 0.02
-"""Depth behind the chain from which on the camera has looked past it [m]."""
-IN_FRONT = 0.02
-"""Depth before the chain from which on something else hides it [m]."""
-SUBPIXEL = 4
-"""Bits of the fixed-point coordinates that lines are drawn with."""
+SEE_THROUGH_DEPTH = 0.02
+"""Depth behind the chain from which the camera sees through it [m]."""
+OCCLUDING_DEPTH = 0.02
+"""Depth in front of the chain from which something else hides it [m]."""
+EXPLAINING_HIDDEN_SHARE = 0.15
+"""Hidden share of the chain from which all unexplained pixels count as doubt."""
+TOLERATED_UNEXPLAINED_SHARE = 0.04
+"""Unexplained share of the rope pixels that is worth a doubt of one."""
+TOLERATED_CONTRADICTED_SHARE = 0.05
+"""Contradicted share of the chain that is worth a doubt of one."""
+SUBPIXEL_BITS = 4
+"""Fractional bits of the fixed-point coordinates of drawn lines."""
 
 
 @dataclass(frozen=True)
-class Agreement:
-    """How far a chain and an image contradict each other."""
+class ReprojectionConsistency:
+    """Contradictions between a chain and an image."""
 
     unexplained: float
-    """Part of the bright pixels away from the chain."""
+    """Share of the rope pixels away from the chain."""
     contradicted: float
-    """Part of the chain where the camera sees what lies behind it."""
+    """Share of the chain behind which the camera sees something."""
     covered: float
-    """Part of the chain that something nearer hides."""
+    """Share of the chain in front of which the camera sees something."""
 
     def doubt(self, hidden: float) -> float:
-        """0 where both agree, 1 and more where one is surely wrong.
+        """Return 0 for a consistent chain, 1 and more for a wrong one.
 
         Args:
-            hidden: Part of the chain that nothing was seen of. A rope that is in sight from end to
-                end has no part left over for more bright pixels: they are something else.
+            hidden: Share of the chain that was not observed. A rope that is visible from end to end
+                has no part left to explain further pixels: they show something else.
         """
-        share = min(1.0, hidden / 0.15)
-        return share * self.unexplained / 0.04 + self.contradicted / 0.05
+        share = min(1.0, hidden / EXPLAINING_HIDDEN_SHARE)
+        return (
+            share * self.unexplained / TOLERATED_UNEXPLAINED_SHARE
+            + self.contradicted / TOLERATED_CONTRADICTED_SHARE
+        )
 
 
-def agreement(
+def reprojection_consistency(
     nodes: Float64[np.ndarray, "n 3"],
     camera: Camera,
     region: Region,
     depth: UInt16[np.ndarray, "h w"],
     width: float,
-) -> Agreement:
-    """Compares a chain with an image.
+) -> ReprojectionConsistency:
+    """Compare a chain with a frame.
 
     Args:
-        nodes: Of the chain [m].
-        camera: That took the image.
-        region: Its bright part.
-        depth: Of the whole image [mm].
-        width: Of the rope [pixels].
+        nodes: Nodes of the chain [m].
+        camera: Camera of the frame.
+        region: Rope pixels of the image.
+        depth: Whole depth image [mm].
+        width: Width of the rope [pixels].
     """
     dense = polylines.resampled(nodes, 4 * len(nodes))
     pixels, z = camera.project(dense)
     if not np.all(z > 0.0):
-        return Agreement(1.0, 1.0, 0.0)
+        return ReprojectionConsistency(1.0, 1.0, 0.0)
     local = pixels - np.array([region.left, region.top], float)
     drawn = np.zeros_like(region.mask)
-    fixed = np.rint(np.clip(local, -1e4, 1e4) * 2**SUBPIXEL).astype(np.int32)
+    fixed = np.rint(np.clip(local, -1e4, 1e4) * 2**SUBPIXEL_BITS).astype(np.int32)
     thickness = max(3, round(1.3 * width + 3.0))
-    cv2.polylines(drawn, [fixed[:, None]], False, 1, thickness, cv2.LINE_8, SUBPIXEL)
-    bright = int(np.count_nonzero(region.mask))
-    left_over = int(np.count_nonzero(region.mask & ~drawn & 1))
+    cv2.polylines(drawn, [fixed[:, None]], False, 1, thickness, cv2.LINE_8, SUBPIXEL_BITS)
+    rope = int(np.count_nonzero(region.mask))
+    unexplained = int(np.count_nonzero(region.mask & ~drawn & 1))
 
     reach = 2 * max(2, round(0.4 * width)) + 1
     near = cv2.dilate(region.mask, np.ones((reach, reach), np.uint8))
@@ -81,8 +90,10 @@ def agreement(
     height, across = region.mask.shape
     inside = (at >= 0).all(axis=1) & (at[:, 0] < across) & (at[:, 1] < height)
     clipped = np.clip(at, 0, [across - 1, height - 1])
-    lit = inside & (near[clipped[:, 1], clipped[:, 0]] > 0)
-    behind = sampled(depth, pixels)
-    past = ~lit & (behind > z + SEEN_PAST)
-    covered = ~lit & (behind > 0.0) & (behind < z - IN_FRONT)
-    return Agreement(left_over / max(bright, 1), float(np.mean(past)), float(np.mean(covered)))
+    visible = inside & (near[clipped[:, 1], clipped[:, 0]] > 0)
+    measured = sample_depth(depth, pixels)
+    contradicted = ~visible & (measured > z + SEE_THROUGH_DEPTH)
+    covered = ~visible & (measured > 0.0) & (measured < z - OCCLUDING_DEPTH)
+    return ReprojectionConsistency(
+        unexplained / max(rope, 1), float(np.mean(contradicted)), float(np.mean(covered))
+    )

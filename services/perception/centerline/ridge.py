@@ -1,4 +1,4 @@
-"""From a strand of pixels to rays through the rope's axis and ranges to its surface."""
+"""Sub-pixel axis of a strand, and the depth of the rope's surface on it."""
 
 from __future__ import annotations
 
@@ -11,60 +11,88 @@ from jaxtyping import Bool, Float64, UInt16
 from services.perception.centerline.segmentation import Region
 from services.perception.centerline.skeleton import Strand
 
-SMOOTHING = 5
-"""Half the window of the skeleton's running mean [pixels]."""
-WINDOW = 8
-"""Half the window along a strand that a robust first depth is taken from [pixels]."""
+SMOOTHING_HALF_WINDOW = 5
+"""Half the window of the running mean over the skeleton [pixels]."""
+DEPTH_HALF_WINDOW = 8
+"""Half the window along a strand from which its robust depth is taken [pixels]."""
+DEPTH_QUANTILE = 0.35
+"""Quantile of the depths in that window: mixed pixels are too far, so it is below the median."""
+MIN_DEPTH_COUNT = 3
+"""Number of depths in the window up to which there is no robust depth."""
+PROFILE_MARGIN = 2.5
+"""Margin of the brightness profile beyond the rope's flanks [pixels]."""
+PROFILE_FLOOR = 0.4
+"""Share of a profile's peak that is subtracted, so that a bright neighbour does not attract it."""
+MAX_SHIFT_WIDTHS, MAX_SHIFT_PIXELS = 0.45, 0.3
+"""Shift of the ridge from the skeleton up to which a point is clear: [rope widths] + [pixels]."""
 
 
 @dataclass(frozen=True)
 class Ridge:
-    """The axis of a strand in the whole image."""
+    """Axis of a strand in the whole image."""
 
     pixels: Float64[np.ndarray, "k 2"]
-    """Column and row, sub-pixel."""
+    """Column and row, with sub-pixel accuracy."""
     normals: Float64[np.ndarray, "k 2"]
-    """Across the strand, in the image."""
+    """Unit normals in the image."""
     clear: Bool[np.ndarray, "k"]
     """False near crossings."""
     depth: Float64[np.ndarray, "k"]
-    """Robust depth of the surface on the axis [m]; NaN where there is none nearby."""
+    """Robust depth of the surface on the axis [m]; NaN where none was measured nearby."""
 
 
-def ridge(strand: Strand, region: Region, depth: UInt16[np.ndarray, "h w"], width: float) -> Ridge:
-    """The sub-pixel axis of a strand.
+def extract_ridge(
+    strand: Strand, region: Region, depth: UInt16[np.ndarray, "h w"], width: float
+) -> Ridge:
+    """Return the sub-pixel axis of a strand.
 
     Args:
-        strand: In the region's pixels.
-        region: Brightness around it.
-        depth: Of the whole image [mm].
-        width: Of the rope [pixels].
+        strand: Strand in pixels of the region.
+        region: Likeness of the pixels around it.
+        depth: Whole depth image [mm].
+        width: Width of the rope [pixels].
     """
     path = _smoothed(strand.pixels)
     tangents = np.gradient(path, axis=0)
     tangents /= np.linalg.norm(tangents, axis=1, keepdims=True) + 1e-12
     normals = np.stack([tangents[:, 1], -tangents[:, 0]], axis=1)
-    reach = width / 2.0 + 2.5
+    reach = width / 2.0 + PROFILE_MARGIN
     offsets = np.linspace(-reach, reach, 2 * int(2 * reach) + 1)
     around = path[:, None, :] + offsets[:, None] * normals[:, None, :]
     profile = cv2.remap(
-        region.brightness,
+        region.likeness,
         around[..., 0].astype(np.float32),
         around[..., 1].astype(np.float32),
         cv2.INTER_LINEAR,
     ).astype(float)
-    # Of the profile only what rises above half the ridge counts: a bright neighbour must not pull.
-    profile = np.maximum(profile - 0.4 * profile.max(axis=1, keepdims=True), 0.0)
+    profile = np.maximum(profile - PROFILE_FLOOR * profile.max(axis=1, keepdims=True), 0.0)
     shift = (profile @ offsets) / np.maximum(profile.sum(axis=1), 1e-9)
     shift = np.clip(shift, -width / 2.0, width / 2.0)
-    clear = strand.clear & (np.abs(shift) < 0.45 * width + 0.3)
+    clear = strand.clear & (np.abs(shift) < MAX_SHIFT_WIDTHS * width + MAX_SHIFT_PIXELS)
     pixels = path + np.where(clear, shift, 0.0)[:, None] * normals
     pixels += np.array([region.left, region.top], float)
     return Ridge(pixels, normals, clear, _robust_depth(pixels, normals, depth))
 
 
+def sample_depth(
+    depth: UInt16[np.ndarray, "h w"], pixels: Float64[np.ndarray, "*b 2"]
+) -> Float64[np.ndarray, "*b"]:
+    """Depth at the nearest pixels [m]; 0 where nothing was measured or outside the image.
+
+    Args:
+        depth: Depth image [mm].
+        pixels: Columns and rows.
+    """
+    at = np.rint(pixels).astype(int)
+    inside = (at >= 0).all(-1) & (at[..., 0] < depth.shape[1]) & (at[..., 1] < depth.shape[0])
+    columns = np.clip(at[..., 0], 0, depth.shape[1] - 1)
+    rows = np.clip(at[..., 1], 0, depth.shape[0] - 1)
+    return np.where(inside, depth[rows, columns] / 1000.0, 0.0)
+
+
 def _smoothed(pixels: Float64[np.ndarray, "k 2"]) -> Float64[np.ndarray, "k 2"]:
-    half = min(SMOOTHING, (len(pixels) - 1) // 2)
+    """Running mean along a strand, whose ends stay in place."""
+    half = min(SMOOTHING_HALF_WINDOW, (len(pixels) - 1) // 2)
     if half < 1:
         return pixels
     # Mirrored through its ends, so that the mean does not shorten the strand.
@@ -74,29 +102,19 @@ def _smoothed(pixels: Float64[np.ndarray, "k 2"]) -> Float64[np.ndarray, "k 2"]:
     return (sums[2 * half + 1 :] - sums[: -2 * half - 1]) / (2 * half + 1)
 
 
-def sampled(
-    depth: UInt16[np.ndarray, "h w"], pixels: Float64[np.ndarray, "*b 2"]
-) -> Float64[np.ndarray, "*b"]:
-    """Depth of the nearest pixels [m]; 0 where nothing was measured or outside the image."""
-    at = np.rint(pixels).astype(int)
-    inside = (at >= 0).all(-1) & (at[..., 0] < depth.shape[1]) & (at[..., 1] < depth.shape[0])
-    columns = np.clip(at[..., 0], 0, depth.shape[1] - 1)
-    rows = np.clip(at[..., 1], 0, depth.shape[0] - 1)
-    return np.where(inside, depth[rows, columns] / 1000.0, 0.0)
-
-
 def _robust_depth(
     pixels: Float64[np.ndarray, "k 2"],
     normals: Float64[np.ndarray, "k 2"],
     depth: UInt16[np.ndarray, "h w"],
 ) -> Float64[np.ndarray, "k"]:
+    """Low quantile of the depths around each point of a ridge [m]."""
     across = np.array([-1.0, 0.0, 1.0])[:, None, None] * normals
-    values = sampled(depth, pixels + across)
+    values = sample_depth(depth, pixels + across)
     values[values <= 0.0] = np.inf
-    padded = np.pad(values, ((0, 0), (WINDOW, WINDOW)), constant_values=np.inf)
-    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * WINDOW + 1, axis=1)
+    half = DEPTH_HALF_WINDOW
+    padded = np.pad(values, ((0, 0), (half, half)), constant_values=np.inf)
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1, axis=1)
     ordered = np.sort(windows.transpose(1, 0, 2).reshape(len(pixels), -1), axis=1)
     count = np.isfinite(ordered).sum(axis=1)
-    # Mixed pixels are always too far: a low quantile is nearer to the rope than the median.
-    chosen = ordered[np.arange(len(pixels)), (0.35 * count).astype(int)]
-    return np.where(count > 3, chosen, np.nan)
+    chosen = ordered[np.arange(len(pixels)), (DEPTH_QUANTILE * count).astype(int)]
+    return np.where(count > MIN_DEPTH_COUNT, chosen, np.nan)

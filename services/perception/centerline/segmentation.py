@@ -1,4 +1,4 @@
-"""Which pixels are rope: the bright ones, or those of its colour."""
+"""Segmentation of the rope's pixels, by brightness or by colour."""
 
 from __future__ import annotations
 
@@ -9,109 +9,127 @@ import numpy as np
 from jaxtyping import Float64, UInt8
 
 Color = tuple[int, int, int]
+"""Red, green, blue, 0..255."""
 
-BITS = 5
-"""Of each channel that a colour table tells apart."""
-SHADES = (0.6, 1.15)
-"""How dark and how bright a rope's colour is seen, against the given one."""
-SPARSE = 4
-"""Every so many-th row and column says how colours are spread."""
-FEWEST, MOST = 0.3, 3.0
-"""Of the expected share of rope pixels: between them a threshold is sought."""
-NARROWEST, WIDEST = 12, 120
-"""Colour distances between which a threshold lies."""
+
+@dataclass(frozen=True)
+class ColorLikenessSettings:
+    """Colour table, and search for the threshold between rope and background."""
+
+    channel_bits: int = 5
+    """Bits of each channel that the colour table distinguishes."""
+    shade_range: tuple[float, float] = (0.6, 1.15)
+    """Darkest and brightest shade of the rope, relative to its given colour."""
+    pixel_stride: int = 4
+    """Stride of the rows and columns from which the histogram is made [pixels]."""
+    share_range: tuple[float, float] = (0.3, 3.0)
+    """Range of the share of rope pixels, relative to the expected one, at which the threshold is
+    searched."""
+    threshold_range: tuple[int, int] = (12, 120)
+    """Range of the threshold [colour levels]."""
+    histogram_window: int = 9
+    """Width of the running mean over the histogram [colour levels]."""
 
 
 @dataclass(frozen=True)
 class Region:
-    """The part of an image that holds everything that looks like rope."""
+    """Bounding region of all pixels that look like rope."""
 
-    brightness: UInt8[np.ndarray, "h w"]
-    """How much every pixel looks like rope, 0..255."""
+    likeness: UInt8[np.ndarray, "h w"]
+    """Likeness of every pixel to the rope, 0..255."""
     mask: UInt8[np.ndarray, "h w"]
-    """1 where it is taken for rope."""
+    """1 at rope pixels."""
     left: int
-    """Column of the whole image in which the region begins."""
+    """First column of the region in the whole image."""
     top: int
-    """Row of the whole image in which the region begins."""
+    """First row of the region in the whole image."""
 
 
 def brightness(color: UInt8[np.ndarray, "h w 3"]) -> UInt8[np.ndarray, "h w"]:
-    """How bright every pixel is."""
+    """Return the brightness of every pixel."""
     return cv2.cvtColor(color, cv2.COLOR_RGB2GRAY)
 
 
 class ColorLikeness:
-    """How much pixels have the rope's colour, on a scale that fits the background at hand.
+    """Likeness of pixels to the rope's colour, scaled to the background at hand.
 
-    Colours are compared with all shades of the rope's. The distance at which a pixel is as much
-    background as rope is found in each image, where the fewest pixels lie: 128 stands for it.
+    Pixels are compared with all shades of the rope's colour. The distance at which rope and
+    background are equally likely is found in each image, at the minimum of the histogram of
+    distances; it is mapped to a likeness of 128.
     """
 
-    def __init__(self, rope: Color) -> None:
+    def __init__(self, rope: Color, settings: ColorLikenessSettings | None = None) -> None:
         """
         Args:
-            rope: Its colour in full light.
+            rope: Colour of the rope in full light.
+            settings: Colour table and search for the threshold.
         """
-        self._distance = _distances(np.array(rope, float))
+        self._settings = settings or ColorLikenessSettings()
+        self._distance = _shade_distances(np.array(rope, float), self._settings)
 
     def __call__(self, color: UInt8[np.ndarray, "h w 3"], share: float) -> UInt8[np.ndarray, "h w"]:
-        """Likeness of every pixel, 0..255.
+        """Return the likeness of every pixel, 0..255.
 
         Args:
             color: Red, green, blue.
-            share: Part of the image that the rope is expected to cover.
+            share: Share of the image that the rope is expected to cover.
         """
-        sparse = self._distance[_cells(color[::SPARSE, ::SPARSE])]
-        middle = self._threshold(np.bincount(sparse.ravel(), minlength=256), share)
-        scale = 255.0 * (1.0 - self._distance / (2.0 * middle))
-        return np.clip(scale, 0.0, 255.0).astype(np.uint8)[_cells(color)]
+        stride, bits = self._settings.pixel_stride, self._settings.channel_bits
+        sampled = self._distance[_table_indices(color[::stride, ::stride], bits)]
+        threshold = self._threshold(np.bincount(sampled.ravel(), minlength=256), share)
+        scale = 255.0 * (1.0 - self._distance / (2.0 * threshold))
+        return np.clip(scale, 0.0, 255.0).astype(np.uint8)[_table_indices(color, bits)]
 
-    @staticmethod
-    def _threshold(histogram: np.ndarray, share: float) -> float:
+    def _threshold(self, histogram: np.ndarray, share: float) -> float:
+        """Distance at the minimum of a histogram of distances."""
+        s = self._settings
         below = np.cumsum(histogram) / np.sum(histogram)
-        smooth = np.convolve(histogram, np.ones(9) / 9.0, "same")
+        window = np.ones(s.histogram_window) / float(s.histogram_window)
+        smooth = np.convolve(histogram, window, "same")
         at = np.arange(256)
-        allowed = (below >= FEWEST * share) & (below <= MOST * share)
-        allowed &= (at >= NARROWEST) & (at <= WIDEST)
+        fewest, most = s.share_range
+        allowed = (below >= fewest * share) & (below <= most * share)
+        allowed &= (at >= s.threshold_range[0]) & (at <= s.threshold_range[1])
         if not np.any(allowed):
-            # Hidden, or among much of its own colour: as strict as its share asks for.
-            return float(np.clip(np.searchsorted(below, share), NARROWEST, WIDEST))
-        # In the middle of the valley, when it is flat.
+            # The rope is hidden, or much of the image has its colour: the expected share decides.
+            return float(np.clip(np.searchsorted(below, share), *s.threshold_range))
+        # The middle of the minimum, where that is flat.
         lowest = np.flatnonzero(allowed & (smooth <= np.min(smooth[allowed]) + 0.5))
         return float(lowest[len(lowest) // 2])
 
 
-def _cells(color: UInt8[np.ndarray, "h w 3"]) -> np.ndarray:
-    """Where in a table of colours every pixel looks."""
-    parts = color >> (8 - BITS)
-    cells = parts[..., 0].astype(np.uint16) << (2 * BITS)
-    cells |= parts[..., 1].astype(np.uint16) << BITS
+def _table_indices(color: UInt8[np.ndarray, "h w 3"], bits: int) -> np.ndarray:
+    """Index of every pixel into the colour table."""
+    parts = color >> (8 - bits)
+    cells = parts[..., 0].astype(np.uint16) << (2 * bits)
+    cells |= parts[..., 1].astype(np.uint16) << bits
     cells |= parts[..., 2]
     return cells
 
 
-def _distances(rope: Float64[np.ndarray, "3"]) -> UInt8[np.ndarray, "c"]:
-    """Of every colour of the table from the nearest shade of the rope's, 0..255."""
-    step = 1 << (8 - BITS)
+def _shade_distances(
+    rope: Float64[np.ndarray, "3"], settings: ColorLikenessSettings
+) -> UInt8[np.ndarray, "c"]:
+    """Distance of every colour of the table from the nearest shade of the rope, 0..255."""
+    step = 1 << (8 - settings.channel_bits)
     axis = np.arange(0, 256, step) + (step - 1) / 2.0
     colors = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
     along = colors @ rope / max(float(rope @ rope), 1.0)
-    nearest = np.clip(along, *SHADES)[:, None] * rope
-    away = np.linalg.norm(colors - np.minimum(nearest, 255.0), axis=1)
-    return np.minimum(away, 255.0).astype(np.uint8)
+    nearest = np.clip(along, *settings.shade_range)[:, None] * rope
+    distance = np.linalg.norm(colors - np.minimum(nearest, 255.0), axis=1)
+    return np.minimum(distance, 255.0).astype(np.uint8)
 
 
-def rope_region(
-    likeness: UInt8[np.ndarray, "h w"], threshold: int, least_pixels: int = 25, margin: int = 6
+def segment_rope(
+    likeness: UInt8[np.ndarray, "h w"], threshold: int, min_pixels: int = 25, margin: int = 6
 ) -> Region | None:
-    """Everything that looks like rope, without specks; None when nothing does.
+    """Return the region of all rope pixels, without specks; None when there are none.
 
     Args:
-        likeness: How much every pixel looks like rope.
-        threshold: From which on it counts, 1..254.
-        least_pixels: Smaller spots are noise.
-        margin: Other pixels kept around the region.
+        likeness: Likeness of every pixel to the rope.
+        threshold: Least likeness of a rope pixel, 1..254.
+        min_pixels: Area below which a connected component is noise [pixels].
+        margin: Margin around the rope pixels [pixels].
     """
     mask = (likeness >= threshold).view(np.uint8)
     x, y, w, h = cv2.boundingRect(mask)
@@ -121,7 +139,7 @@ def rope_region(
     part = np.s_[top : y + h + margin, left : x + w + margin]
     mask = mask[part]
     count, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
-    kept = stats[:, cv2.CC_STAT_AREA] >= least_pixels
+    kept = stats[:, cv2.CC_STAT_AREA] >= min_pixels
     kept[0] = False
     if not np.any(kept):
         return None

@@ -1,7 +1,7 @@
-"""Centre lines of a mask in pixels: strands that end where the mask does.
+"""Skeleton of a mask, traced into strands that end where the mask does.
 
-Where strands cross, the skeleton has junctions; each is resolved by letting the branches continue
-as straight as they can. Spurs at thick places are cut.
+Where strands cross, the skeleton has junctions; at each, the branches are paired so that they
+continue as straight as possible. Spurs at thick places are removed.
 """
 
 from __future__ import annotations
@@ -13,60 +13,74 @@ import numpy as np
 from jaxtyping import Bool, Float64, UInt8
 from skimage.morphology import skeletonize
 
-NEIGHBOURS = [(-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 1)]
+NEIGHBOUR_OFFSETS = [(-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 1)]
+"""Row and column offsets of a pixel's eight neighbours."""
 
-LEAST_PIXELS = 5
-"""Shorter strands have no direction."""
+MIN_STRAND_PIXELS = 5
+"""Length below which a strand has no direction [pixels]."""
+MAX_SPUR_WIDTHS = 1.2
+"""Length up to which a branch with a free end is a spur [rope widths]."""
+MAX_BRIDGE_WIDTHS = 2.0
+"""Length below which a branch between two junctions belongs to one crossing [rope widths]."""
+DIRECTION_WIDTHS = 2.5
+"""Length over which the direction of a branch at a junction is taken [rope widths]."""
+MAX_PAIR_COSINE = 0.5
+"""Cosine between the outward directions of two branches from which they are no single strand: it
+would turn back by more than 60 degrees."""
 
 Pixel = tuple[int, int]
+"""Row and column."""
+BranchEnd = tuple[int, int]
+"""Index of a branch, and 0 for its first or 1 for its last pixel."""
 
 
 @dataclass(frozen=True)
 class Strand:
-    """One piece of rope as the image shows it."""
+    """Visible piece of rope in the image."""
 
     pixels: Float64[np.ndarray, "k 2"]
-    """Column and row of its skeleton's pixels, in order."""
+    """Column and row of the skeleton's pixels, in order."""
     clear: Bool[np.ndarray, "k"]
-    """False near crossings, where the skeleton is no centre line."""
+    """False near crossings, where the skeleton is not the centreline."""
 
 
 @dataclass
 class _Branch:
-    """Skeleton pixels between two ends; an end is a junction's number or -1 where it is free."""
+    """Skeleton pixels between two ends; an end is the number of a junction, or -1 if free."""
 
     pixels: list[Pixel]
     ends: tuple[int, int]
 
 
-def strands(mask: UInt8[np.ndarray, "h w"], width: float) -> list[Strand]:
-    """The strands of a mask, longest first.
+def trace_strands(mask: UInt8[np.ndarray, "h w"], width: float) -> list[Strand]:
+    """Return the strands of a mask, longest first.
 
     Args:
-        mask: 1 where there is rope.
-        width: Of the rope [pixels].
+        mask: 1 at rope pixels.
+        width: Width of the rope [pixels].
     """
     skeleton = skeletonize(mask.view(bool))
     rows, columns = np.nonzero(skeleton)
     pixels = set(zip(rows.tolist(), columns.tolist(), strict=True))
-    branches = _without_spurs(_traced(pixels), 1.2 * width)
-    chains = _paired(branches, width)
+    branches = _remove_spurs(_trace_branches(pixels), MAX_SPUR_WIDTHS * width)
+    chains = _pair_branches(branches, width)
     found = [_strand(chain, width) for chain in chains]
-    long = [s for s in found if len(s.pixels) >= LEAST_PIXELS]
+    long = [s for s in found if len(s.pixels) >= MIN_STRAND_PIXELS]
     return sorted(long, key=lambda s: -len(s.pixels))
 
 
 def _neighbours(pixels: set[Pixel], p: Pixel) -> list[Pixel]:
+    """Skeleton pixels next to a pixel."""
     r, c = p
-    near = [(r + dr, c + dc) for dr, dc in NEIGHBOURS if (r + dr, c + dc) in pixels]
-    # A diagonal beside a straight neighbour is the corner of a staircase, not a branch.
+    near = [(r + dr, c + dc) for dr, dc in NEIGHBOUR_OFFSETS if (r + dr, c + dc) in pixels]
+    # A diagonal neighbour beside a straight one is the corner of a staircase, not a branch.
     return [
         (a, b) for a, b in near if a == r or b == c or not ((a, c) in pixels or (r, b) in pixels)
     ]
 
 
-def _traced(pixels: set[Pixel]) -> list[_Branch]:
-    """Cuts the skeleton at its junctions."""
+def _trace_branches(pixels: set[Pixel]) -> list[_Branch]:
+    """Branches of a skeleton, cut at its junctions."""
     near = {p: _neighbours(pixels, p) for p in pixels}
     crossing = {p for p, q in near.items() if len(q) > 2}
     junction = _clusters(crossing)
@@ -99,14 +113,14 @@ def _traced(pixels: set[Pixel]) -> list[_Branch]:
         if p not in used and p not in crossing and len(near[p]) <= 1:
             branches.append(follow(p, None))
     for p in sorted(pixels):
-        # What is left are closed rings.
+        # The remaining pixels form closed rings.
         if p not in used and p not in crossing:
             branches.append(follow(p, None))
     return branches
 
 
 def _clusters(crossing: set[Pixel]) -> dict[Pixel, int]:
-    """Numbers junction pixels; those that touch share a number."""
+    """Number of each junction pixel; pixels that touch share a number."""
     number: dict[Pixel, int] = {}
     for count, seed in enumerate(sorted(crossing)):
         if seed in number:
@@ -115,7 +129,7 @@ def _clusters(crossing: set[Pixel]) -> dict[Pixel, int]:
         number[seed] = count
         while stack:
             r, c = stack.pop()
-            for dr, dc in NEIGHBOURS:
+            for dr, dc in NEIGHBOUR_OFFSETS:
                 q = (r + dr, c + dc)
                 if q in crossing and q not in number:
                     number[q] = count
@@ -123,8 +137,8 @@ def _clusters(crossing: set[Pixel]) -> dict[Pixel, int]:
     return number
 
 
-def _without_spurs(branches: list[_Branch], longest: float) -> list[_Branch]:
-    """Drops short branches with one free end, and joins what a junction of two has left."""
+def _remove_spurs(branches: list[_Branch], longest: float) -> list[_Branch]:
+    """Branches without the short ones that have one free end, unless a junction needs them."""
     kept = [
         b for b in branches if len(b.pixels) > longest or (min(b.ends) == -1) == (max(b.ends) == -1)
     ]
@@ -132,15 +146,15 @@ def _without_spurs(branches: list[_Branch], longest: float) -> list[_Branch]:
     for b in kept:
         for end in b.ends:
             degree[end] = degree.get(end, 0) + 1
-    # A junction that lost all but nothing keeps its spurs: they are the strand's own tips.
+    # A junction with fewer than two branches left keeps its spurs: they are the strand's tips.
     lonely = {k for k, v in degree.items() if k >= 0 and v < 2}
     kept += [b for b in branches if b not in kept and (set(b.ends) & lonely)]
     return kept
 
 
-def _paired(branches: list[_Branch], width: float) -> list[list[_Branch]]:
-    """Joins branches across junctions as straight as possible, into chains of whole strands."""
-    # Two junctions joined by a bridge shorter than the rope is wide are one crossing.
+def _pair_branches(branches: list[_Branch], width: float) -> list[list[_Branch]]:
+    """Chains of branches, joined across junctions as straight as possible."""
+    # Two junctions with a short branch between them are one crossing.
     alias: dict[int, int] = {}
 
     def root(k: int) -> int:
@@ -150,35 +164,35 @@ def _paired(branches: list[_Branch], width: float) -> list[list[_Branch]]:
 
     solid: list[_Branch] = []
     for b in branches:
-        if min(b.ends) >= 0 and len(b.pixels) < 2.0 * width:
+        if min(b.ends) >= 0 and len(b.pixels) < MAX_BRIDGE_WIDTHS * width:
             if root(b.ends[0]) != root(b.ends[1]):
                 alias[root(b.ends[0])] = root(b.ends[1])
         else:
             solid.append(b)
-    meeting: dict[int, list[tuple[int, int]]] = {}
+    meeting: dict[int, list[BranchEnd]] = {}
     for k, b in enumerate(solid):
         for side, end in enumerate(b.ends):
             if end >= 0:
                 meeting.setdefault(root(end), []).append((k, side))
-    partner: dict[tuple[int, int], tuple[int, int]] = {}
+    partner: dict[BranchEnd, BranchEnd] = {}
     for arms in meeting.values():
-        for a, b in _straightest(arms, solid, width):
+        for a, b in _straightest_pairs(arms, solid, width):
             partner[a], partner[b] = b, a
         if len(arms) < 3:
-            # Only a spur met them: no crossing, and nothing to distrust.
+            # Only a spur met them: this is no crossing.
             for k, side in arms:
                 first, last = solid[k].ends
                 solid[k].ends = (-1, last) if side == 0 else (first, -1)
-    return _chained(solid, partner)
+    return _chain_branches(solid, partner)
 
 
-def _straightest(
-    arms: list[tuple[int, int]], branches: list[_Branch], width: float
-) -> list[tuple[tuple[int, int], tuple[int, int]]]:
-    """The pairs of branch ends with the least turning, greedily."""
-    reach = max(3, round(2.5 * width))
+def _straightest_pairs(
+    arms: list[BranchEnd], branches: list[_Branch], width: float
+) -> list[tuple[BranchEnd, BranchEnd]]:
+    """Pairs of branch ends with the least turning, chosen greedily."""
+    reach = max(3, round(DIRECTION_WIDTHS * width))
 
-    def outward(arm: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+    def outward(arm: BranchEnd) -> tuple[np.ndarray, np.ndarray]:
         pixels = branches[arm[0]].pixels
         path = pixels if arm[1] == 0 else pixels[::-1]
         near, far = np.array(path[min(1, len(path) - 1)]), np.array(path[min(reach, len(path) - 1)])
@@ -190,20 +204,19 @@ def _straightest(
         for a, b in itertools.combinations(arms, 2)
         if a[0] != b[0]
     )
-    taken: set[tuple[int, int]] = set()
+    taken: set[BranchEnd] = set()
     pairs = []
     for cosine, a, b in ranked:
-        # Two branches that turn back by more than 60 degrees are no single strand.
-        if cosine < 0.5 and a not in taken and b not in taken:
+        if cosine < MAX_PAIR_COSINE and a not in taken and b not in taken:
             taken |= {a, b}
             pairs.append((a, b))
     return pairs
 
 
-def _chained(
-    branches: list[_Branch], partner: dict[tuple[int, int], tuple[int, int]]
+def _chain_branches(
+    branches: list[_Branch], partner: dict[BranchEnd, BranchEnd]
 ) -> list[list[_Branch]]:
-    """Follows partners from open ends; rings are opened anywhere."""
+    """Chains of partners, followed from open ends; rings are opened anywhere."""
     chains: list[list[_Branch]] = []
     used: set[int] = set()
     starts = [(k, s) for k in range(len(branches)) for s in (0, 1) if (k, s) not in partner]
@@ -212,7 +225,7 @@ def _chained(
         if start[0] in used:
             continue
         chain: list[_Branch] = []
-        at: tuple[int, int] | None = start
+        at: BranchEnd | None = start
         while at is not None and at[0] not in used:
             k, side = at
             used.add(k)
@@ -224,6 +237,7 @@ def _chained(
 
 
 def _strand(chain: list[_Branch], width: float) -> Strand:
+    """Strand of a chain of branches, not clear within a rope width of junctions."""
     pixels: list[Pixel] = []
     clear: list[bool] = []
     near = max(2, round(width))

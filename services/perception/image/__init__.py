@@ -1,0 +1,1 @@
+"""Ropes in a single colour image of an unknown camera."""

@@ -1,8 +1,8 @@
-"""Centre lines in one picture, whatever took it: no camera, no cell, no rope model.
+"""Detection of ropes in a single image of any camera: no calibration, no cell, no rope model.
 
-Long thin pieces that stand out, or have the given colour, are guesses; from each the colours of
-rope and background are learnt. The guess whose ribbon is longest and differs most from what lies
-on both of its sides is the rope; other ribbons that do not overlap it are ropes as well.
+Long thin regions that stand out, or that have the given colour, are proposals; from each, the
+colours of rope and background are learnt. The proposal whose mask is longest and differs most from
+both of its sides is the rope; further masks that do not overlap it are ropes as well.
 """
 
 from __future__ import annotations
@@ -13,258 +13,276 @@ import cv2
 import numpy as np
 from jaxtyping import Float64, UInt8
 
-from services.perception.centerline.ridge import Ridge, ridge
+from services.perception.centerline.ridge import Ridge, extract_ridge
 from services.perception.centerline.segmentation import Color, Region
-from services.perception.centerline.skeleton import strands
-from services.perception.image.color_model import (
-    LEAST_RATIO,
-    Piece,
-    Ribbon,
-    contrasts,
-    learnt,
-    measured,
-)
-from services.perception.image.proposals import pieces, pieces_of, unlike
+from services.perception.centerline.skeleton import trace_strands
+from services.perception.image.color_model import ROPE_LOG_RATIO, learn_rope_mask
+from services.perception.image.contrast import Component, RopeMask, component_contrasts
+from services.perception.image.proposals import color_distance, propose, propose_by_color
+from services.perception.image.width import measure_width
 
-LEAST_SIZE = 48
-"""Shorter side of a picture [pixels]."""
-SMALL = 480
-"""Longer side of the picture in which ropes are sought [pixels]."""
-LARGE = 1600
-"""Longer side in which they are measured, if they are wide enough there [pixels]."""
-WIDE = 6.0
-"""What is wide enough [pixels]."""
-LEAST_CONTRAST = 6.0
-"""Distance in Lab, as OpenCV scales it, by which a rope differs from both of its sides."""
-SAME_COLOR, OTHER_COLOR = 12.0, 45.0
-"""Distances in Lab from the given colour that light explains easily, and not at all."""
-SHADOWED, DIM = 0.5, 0.2
-"""Part of a guess that could be a shadow from which on it is worth less, and how much."""
-STRIPED = 30.0
-"""Percentile of those distances along a rope that must be near."""
-MOST_CONTRAST = 60.0
-"""More does not make a guess worthier."""
-BRANCHING = 0.3
-"""How much a junction shortens a piece: ropes cross themselves, grids are nothing else."""
-TRIED = 10
-"""Guesses that are looked at closely."""
-SAME, OVERLAP = 0.7, 0.25
-"""Part that guesses share from which on they are one, and that ropes share."""
-FAINT = 0.4
-"""Contrast of a piece that is kept, against the whole ribbon's."""
-ALSO = 0.5
-"""Worth of another rope, against the best."""
-FEW = 6
-"""Pieces that another rope is in at most."""
-PART = 0.04
-"""Length of a piece that is kept, against the longest."""
-ROUNDS, ROUNDS_MORE = 3, 2
-"""Of learning, in the small picture and in the large one."""
-STEEP = 31.0
-"""Brightness for a factor of e in likelihood."""
+MIN_IMAGE_SIDE = 48
+"""Least shorter side of an image [pixels]."""
+SEARCH_SIDE = 480
+"""Longer side of the image in which ropes are searched [pixels]."""
+MEASUREMENT_SIDE = 1600
+"""Longer side of the image in which they are measured, if they are wide enough there [pixels]."""
+MEASUREMENT_WIDTH = 6.0
+"""Width of a rope that is enough for its measurement [pixels]."""
+MIN_CONTRAST = 6.0
+"""Least distance of a rope from both of its sides [Lab, as OpenCV scales it]."""
+MAX_CONTRAST = 60.0
+"""Distance above which more contrast does not raise the score [Lab]."""
+SAME_COLOR_DISTANCE = 12.0
+"""Distance from the given colour that halves the score [Lab]."""
+OTHER_COLOR_DISTANCE = 45.0
+"""Distance from the given colour from which a proposal is dropped [Lab]."""
+COLOR_PERCENTILE = 30.0
+"""Percentile of the distances along a rope that must be small: of a striped rope, only a part has
+the colour [%]."""
+MAX_SHADOW_SHARE = 0.5
+"""Share of a proposal that could be a shadow, above which it scores less."""
+SHADOW_FACTOR = 0.2
+"""Factor on the score of such a proposal."""
+JUNCTION_PENALTY = 0.3
+"""Reduction of a component's effective length by each junction: ropes cross themselves now and
+then, grids everywhere."""
+MAX_CANDIDATES = 10
+"""Number of proposals whose colours are learnt."""
+SAME_OVERLAP, ROPE_OVERLAP = 0.7, 0.25
+"""Shared share of two skeletons from which two proposals are one, and from which two ropes are."""
+MIN_RELATIVE_CONTRAST = 0.4
+"""Least contrast of a component, relative to the longest one's."""
+MIN_RELATIVE_LENGTH = 0.04
+"""Least length of a component, relative to the longest one's."""
+MIN_RELATIVE_SCORE = 0.5
+"""Least score of a further rope, relative to the best one's."""
+MAX_FURTHER_PIECES = 6
+"""Largest number of pieces of a further rope."""
+SEARCH_ROUNDS, MEASUREMENT_ROUNDS = 3, 2
+"""Rounds of learning in the small and in the large image."""
+LIKENESS_PER_LOG_RATIO = 31.0
+"""Likeness per unit of the log likelihood ratio."""
+MIN_LINE_WIDTHS = 3.0
+"""Length above which a piece has a direction and is kept [rope widths]."""
 
 
 @dataclass(frozen=True)
-class Photograph:
-    """A rope in a picture."""
+class DetectedRope:
+    """Rope in an image."""
 
     color: Color
-    """Of its middle, in this light."""
+    """Colour of its axis in the light of the image."""
     width: float
-    """[pixels]."""
+    """Width [pixels]."""
     lines: list[Ridge]
-    """Sub-pixel centre lines, longest first."""
+    """Sub-pixel centrelines of its pieces, longest first."""
     shadow: float
-    """Part of it that could be a shadow, 0..1: of its surroundings' colour, only darker."""
+    """Share of it that could be a shadow, 0..1: the colours of its sides, only darker."""
     likeness: UInt8[np.ndarray, "h w"]
-    """How much every pixel looks like this rope: 128 is as likely as not."""
-    others: tuple[Photograph, ...] = ()
-    """Ropes that stand out less."""
+    """Likeness of every pixel to this rope; 128 separates rope and background."""
+    others: tuple[DetectedRope, ...] = ()
+    """Further ropes, which stand out less."""
 
 
 @dataclass(frozen=True)
-class _Guess:
-    worth: float
-    ribbon: Ribbon
+class _Candidate:
+    """Mask that may be a rope."""
+
+    score: float
+    rope: RopeMask
     shadow: float
 
 
-def read(color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = None) -> Photograph:
-    """The rope in a picture; the clearest where there are several.
+def detect_rope(color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = None) -> DetectedRope:
+    """Return the rope in an image, the most distinct one where there are several.
 
     Args:
         color: Red, green, blue.
-        rope_color: Of the rope; None: whatever stands out.
+        rope_color: Colour of the rope; None: the rope that stands out most.
 
     Raises:
-        ValueError: Nothing in the picture looks like rope.
+        ValueError: Nothing in the image looks like a rope.
     """
-    if min(color.shape[:2]) < LEAST_SIZE:
+    if min(color.shape[:2]) < MIN_IMAGE_SIDE:
         raise ValueError(
-            f"the picture has {color.shape[1]} x {color.shape[0]} pixels, too few for a rope; give "
-            f"at least {LEAST_SIZE} x {LEAST_SIZE}"
+            f"the image has {color.shape[1]} x {color.shape[0]} pixels, too few for a rope; give "
+            f"at least {MIN_IMAGE_SIDE} x {MIN_IMAGE_SIDE}"
         )
-    guesses = _guesses(_lab(_resized(color, SMALL)), rope_color)
-    ropes = [rope for rope in (_measured(color, guess) for guess in guesses) if rope is not None]
+    candidates = _candidates(_to_lab(_shrunk(color, SEARCH_SIDE)), rope_color)
+    ropes = [rope for rope in (_measure(color, c) for c in candidates) if rope is not None]
     if ropes:
-        # A pattern is many pieces: only the first guess may be one.
-        others = (rope for rope in ropes[1:] if len(rope.lines) <= FEW)
+        # A pattern has many pieces: only the first candidate may be one.
+        others = (rope for rope in ropes[1:] if len(rope.lines) <= MAX_FURTHER_PIECES)
         return replace(ropes[0], others=tuple(others))
     if rope_color is None:
         raise ValueError(
-            "nothing in the picture is long, thin and unlike what lies on both of its sides; give "
-            "the rope's colour, or a picture in which it is larger or differs more from the table"
+            "nothing in the image is long, thin and distinct from both of its sides; give the "
+            "rope's colour, or an image in which it is larger or contrasts more with the table"
         )
     raise ValueError(
-        f"nothing of the colour {list(rope_color)} in the picture is long, thin and unlike what "
-        "lies on both of its sides; take a colour from the picture itself, or no colour at all"
+        f"nothing of the colour {list(rope_color)} in the image is long, thin and distinct from "
+        "both of its sides; take a colour from the image itself, or give none"
     )
 
 
-def _resized(color: UInt8[np.ndarray, "h w 3"], longer: int) -> UInt8[np.ndarray, "h w 3"]:
+def _shrunk(color: UInt8[np.ndarray, "h w 3"], longer: int) -> UInt8[np.ndarray, "h w 3"]:
+    """Image with at most a given longer side [pixels]."""
     scale = min(1.0, longer / max(color.shape[:2]))
     if scale == 1.0:
         return color
     return cv2.resize(color, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
 
 
-def _lab(color: UInt8[np.ndarray, "h w 3"]) -> UInt8[np.ndarray, "h w 3"]:
+def _to_lab(color: UInt8[np.ndarray, "h w 3"]) -> UInt8[np.ndarray, "h w 3"]:
     return cv2.cvtColor(color, cv2.COLOR_RGB2LAB)
 
 
-def _guesses(lab: UInt8[np.ndarray, "h w 3"], rope_color: Color | None) -> list[_Guess]:
-    """Ribbons that do not overlap, the worthiest first."""
-    wanted = None if rope_color is None else _lab(np.array([[rope_color]], np.uint8))[0, 0] * 1.0
-    parts: list[_Guess] = []
-    for part in pieces(lab) if wanted is None else pieces_of(lab, wanted):
-        width, middle = measured(part)
-        guess = _judged(lab, Ribbon(np.zeros(0, np.float32), part, middle, width), wanted)
-        if guess is not None:
-            parts.append(guess)
-    found: list[_Guess] = []
-    for guess in _apart(parts, SAME)[:TRIED]:
-        ribbon = _followed(lab, guess.ribbon.mask, ROUNDS)
-        judged = None if ribbon is None else _judged(lab, ribbon, wanted)
-        if judged is not None:
-            found.append(judged)
-    kept = _apart(found, OVERLAP)
+def _candidates(lab: UInt8[np.ndarray, "h w 3"], rope_color: Color | None) -> list[_Candidate]:
+    """Candidates that do not overlap, best first."""
+    wanted = None if rope_color is None else _to_lab(np.array([[rope_color]], np.uint8))[0, 0] * 1.0
+    proposals: list[_Candidate] = []
+    for mask in propose(lab) if wanted is None else propose_by_color(lab, wanted):
+        width, skeleton = measure_width(mask)
+        proposal = _scored(lab, RopeMask(np.zeros(0, np.float32), mask, skeleton, width), wanted)
+        if proposal is not None:
+            proposals.append(proposal)
+    found: list[_Candidate] = []
+    for proposal in _without_overlap(proposals, SAME_OVERLAP)[:MAX_CANDIDATES]:
+        rope = _learn(lab, proposal.rope.mask, SEARCH_ROUNDS)
+        candidate = None if rope is None else _scored(lab, rope, wanted)
+        if candidate is not None:
+            found.append(candidate)
+    kept = _without_overlap(found, ROPE_OVERLAP)
     if wanted is not None:
         return kept[:1]
     return kept[:1] + [
-        g for g in kept[1:] if g.worth > ALSO * kept[0].worth and g.shadow <= SHADOWED
+        c
+        for c in kept[1:]
+        if c.score > MIN_RELATIVE_SCORE * kept[0].score and c.shadow <= MAX_SHADOW_SHARE
     ]
 
 
-def _apart(guesses: list[_Guess], most: float) -> list[_Guess]:
-    """Those that do not share a part with a worthier one."""
-    kept: list[_Guess] = []
-    for guess in sorted(guesses, key=lambda g: -g.worth):
-        if all(_shared(guess.ribbon, k.ribbon) < most for k in kept):
-            kept.append(guess)
+def _without_overlap(candidates: list[_Candidate], most: float) -> list[_Candidate]:
+    """Candidates that share less than a given share with a better one, best first."""
+    kept: list[_Candidate] = []
+    for candidate in sorted(candidates, key=lambda c: -c.score):
+        if all(_overlap(candidate.rope, k.rope) < most for k in kept):
+            kept.append(candidate)
     return kept
 
 
-def _shared(one: Ribbon, other: Ribbon) -> float:
-    """Part of the longer one's middle that lies in both."""
+def _overlap(one: RopeMask, other: RopeMask) -> float:
+    """Share of the longer skeleton that lies in both masks."""
     near = cv2.dilate(other.mask, np.ones((5, 5), np.uint8))
-    both = np.count_nonzero(near[one.middle])
-    return both / max(np.count_nonzero(one.middle), np.count_nonzero(other.middle))
+    both = np.count_nonzero(near[one.skeleton])
+    return both / max(np.count_nonzero(one.skeleton), np.count_nonzero(other.skeleton))
 
 
-def _judged(
-    lab: UInt8[np.ndarray, "h w 3"], ribbon: Ribbon, wanted: Float64[np.ndarray, "3"] | None
-) -> _Guess | None:
-    """A ribbon and what it is worth; None when it is not even a guess."""
-    found = contrasts(lab, ribbon) if np.any(ribbon.middle) else []
-    gap = _mean(found, [p.gap for p in found]) if found else 0.0
-    if gap < LEAST_CONTRAST:
+def _scored(
+    lab: UInt8[np.ndarray, "h w 3"], rope: RopeMask, wanted: Float64[np.ndarray, "3"] | None
+) -> _Candidate | None:
+    """Mask with its score; None when it cannot be a rope.
+
+    Args:
+        lab: Image in Lab.
+        rope: Mask of the same size.
+        wanted: Colour of the rope in Lab.
+    """
+    found = component_contrasts(lab, rope) if np.any(rope.skeleton) else []
+    contrast = _length_mean(found, [c.contrast for c in found]) if found else 0.0
+    if contrast < MIN_CONTRAST:
         return None
-    # Grain and print are many pieces, a grid is one of many junctions: neither runs far.
-    run = _mean(found, [p.length / (1.0 + BRANCHING * p.junctions) for p in found])
-    steady = _mean(found, [p.steady for p in found])
-    shadow = _mean(found, [p.shadow for p in found])
-    worth = run * min(gap, MOST_CONTRAST) * steady**2
-    if shadow > SHADOWED:
-        worth *= DIM
+    # Grain and print have many components, a grid one with many junctions: neither runs far.
+    run = _length_mean(found, [c.length / (1.0 + JUNCTION_PENALTY * c.junctions) for c in found])
+    steadiness = _length_mean(found, [c.steadiness for c in found])
+    shadow = _length_mean(found, [c.shadow for c in found])
+    score = run * min(contrast, MAX_CONTRAST) * steadiness**2
+    if shadow > MAX_SHADOW_SHARE:
+        score *= SHADOW_FACTOR
     if wanted is not None:
-        # Of a striped rope only a part has the colour.
-        away = float(np.percentile(unlike(lab[ribbon.middle], wanted), STRIPED))
-        if away > OTHER_COLOR:
+        distances = color_distance(lab[rope.skeleton], wanted)
+        distance = float(np.percentile(distances, COLOR_PERCENTILE))
+        if distance > OTHER_COLOR_DISTANCE:
             return None
-        worth /= 1.0 + (away / SAME_COLOR) ** 2
-    return _Guess(worth, ribbon, shadow)
+        score /= 1.0 + (distance / SAME_COLOR_DISTANCE) ** 2
+    return _Candidate(score, rope, shadow)
 
 
-def _measured(color: UInt8[np.ndarray, "h w 3"], guess: _Guess) -> Photograph | None:
-    """A rope in as many pixels as it needs."""
+def _measure(color: UInt8[np.ndarray, "h w 3"], candidate: _Candidate) -> DetectedRope | None:
+    """Rope of a candidate, measured in an image of sufficient resolution."""
     height, width = color.shape[:2]
-    wide = guess.ribbon.width * width / guess.ribbon.mask.shape[1]
+    rope_width = candidate.rope.width * width / candidate.rope.mask.shape[1]
     longer = max(height, width)
-    picture = _resized(color, max(LARGE, round(longer * min(1.0, WIDE / wide))))
-    scale = width / picture.shape[1]
-    size = (picture.shape[1], picture.shape[0])
-    lab = _lab(picture)
-    part = cv2.resize(guess.ribbon.mask, size, interpolation=cv2.INTER_NEAREST)
-    ribbon = _followed(lab, part, ROUNDS_MORE)
-    if ribbon is None:
+    enough = round(longer * min(1.0, MEASUREMENT_WIDTH / rope_width))
+    image = _shrunk(color, max(MEASUREMENT_SIDE, enough))
+    scale = width / image.shape[1]
+    size = (image.shape[1], image.shape[0])
+    lab = _to_lab(image)
+    piece = cv2.resize(candidate.rope.mask, size, interpolation=cv2.INTER_NEAREST)
+    rope = _learn(lab, piece, MEASUREMENT_ROUNDS)
+    if rope is None:
         return None
-    mask = ribbon.mask
-    found = contrasts(lab, ribbon)
-    shadow = _mean(found, [p.shadow for p in found])
-    likeness = np.clip(128.0 + STEEP * (ribbon.likeness - LEAST_RATIO), 0.0, 255.0).astype(np.uint8)
-    # Of what is not this rope only the edge that sub-pixel lines are weighed with.
+    mask = rope.mask
+    found = component_contrasts(lab, rope)
+    shadow = _length_mean(found, [c.shadow for c in found])
+    likeness = 128.0 + LIKENESS_PER_LOG_RATIO * (rope.likelihood - ROPE_LOG_RATIO)
+    likeness = np.clip(likeness, 0.0, 255.0).astype(np.uint8)
+    # Keep only the margin of the mask, which the sub-pixel lines are weighted with.
     likeness *= cv2.dilate(mask, np.ones((5, 5), np.uint8))
-    region, nothing = Region(likeness, mask, 0, 0), np.zeros(likeness.shape, np.uint16)
-    lines = [ridge(s, region, nothing, ribbon.width) for s in strands(mask, ribbon.width)]
-    # Shorter than three widths a piece has no direction that would make it rope.
-    lines = [_scaled(line, scale) for line in lines if len(line.pixels) > 3.0 * ribbon.width]
+    region, no_depth = Region(likeness, mask, 0, 0), np.zeros(likeness.shape, np.uint16)
+    lines = [
+        extract_ridge(s, region, no_depth, rope.width) for s in trace_strands(mask, rope.width)
+    ]
+    lines = [_scaled(r, scale) for r in lines if len(r.pixels) > MIN_LINE_WIDTHS * rope.width]
     if not lines:
         return None
-    red, green, blue = np.median(picture[ribbon.middle & (mask > 0)], axis=0)
-    return Photograph(
+    red, green, blue = np.median(image[rope.skeleton & (mask > 0)], axis=0)
+    return DetectedRope(
         (int(red), int(green), int(blue)),
-        ribbon.width * scale,
+        rope.width * scale,
         lines,
         shadow,
         cv2.resize(likeness, (width, height), interpolation=cv2.INTER_LINEAR),
     )
 
 
-def _followed(
-    lab: UInt8[np.ndarray, "h w 3"], part: UInt8[np.ndarray, "h w"], rounds: int
-) -> Ribbon | None:
-    """The ribbon that a part belongs to, learnt again and again from what is surely like it."""
-    ribbon = None
+def _learn(
+    lab: UInt8[np.ndarray, "h w 3"], piece: UInt8[np.ndarray, "h w"], rounds: int
+) -> RopeMask | None:
+    """Mask of the rope that a piece belongs to, learnt repeatedly from its distinct components."""
+    rope = None
     for _ in range(rounds):
-        ribbon = learnt(lab, part)
-        if ribbon is None:
+        rope = learn_rope_mask(lab, piece)
+        if rope is None:
             return None
-        ribbon = _without_faint(lab, ribbon)
-        part = ribbon.mask
-    return ribbon
+        rope = _distinct_components(lab, rope)
+        piece = rope.mask
+    return rope
 
 
-def _without_faint(lab: UInt8[np.ndarray, "h w 3"], ribbon: Ribbon) -> Ribbon:
-    """A ribbon without pieces that hardly differ from what lies beside them, or are shadows."""
-    found = contrasts(lab, ribbon)
-    longest = max(found, key=lambda p: p.length)
+def _distinct_components(lab: UInt8[np.ndarray, "h w 3"], rope: RopeMask) -> RopeMask:
+    """Mask without components that hardly differ from their sides, or that are shadows."""
+    found = component_contrasts(lab, rope)
+    longest = max(found, key=lambda c: c.length)
     kept = [longest.label] + [
-        p.label
-        for p in found
-        if p.gap * p.steady > FAINT * longest.gap
-        and p.length > PART * longest.length
-        and (p.shadow <= SHADOWED or longest.shadow > SHADOWED)
+        c.label
+        for c in found
+        if c.contrast * c.steadiness > MIN_RELATIVE_CONTRAST * longest.contrast
+        and c.length > MIN_RELATIVE_LENGTH * longest.length
+        and (c.shadow <= MAX_SHADOW_SHARE or longest.shadow > MAX_SHADOW_SHARE)
     ]
-    _, labels = cv2.connectedComponents(ribbon.mask, connectivity=8)
+    _, labels = cv2.connectedComponents(rope.mask, connectivity=8)
     mask = np.isin(labels, kept)
-    return replace(ribbon, mask=mask.view(np.uint8), middle=ribbon.middle & mask)
+    return replace(rope, mask=mask.view(np.uint8), skeleton=rope.skeleton & mask)
 
 
-def _mean(pieces: list[Piece], values: list[float]) -> float:
-    """Weighed with the pieces' lengths."""
-    return float(np.average(values, weights=[p.length for p in pieces]))
+def _length_mean(components: list[Component], values: list[float]) -> float:
+    """Mean of values, weighted with the components' lengths."""
+    return float(np.average(values, weights=[c.length for c in components]))
 
 
 def _scaled(line: Ridge, scale: float) -> Ridge:
-    # The middle of the first pixel is at zero in every size.
+    """Ridge in an image that is larger by a factor."""
+    # The centre of the first pixel is at zero in every size.
     return Ridge((line.pixels + 0.5) * scale - 0.5, line.normals, line.clear, line.depth)

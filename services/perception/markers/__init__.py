@@ -1,0 +1,1 @@
+"""ArUco markers in images, and the obstacles that carry them."""

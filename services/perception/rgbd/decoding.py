@@ -8,25 +8,25 @@ from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from jaxtyping import UInt8, UInt16
 
-DEPTH_ENCODINGS = {"16UC1": 2, "mono16": 2, "32FC1": 4}
-"""And bytes of a pixel."""
+DEPTH_PIXEL_BYTES = {"16UC1": 2, "mono16": 2, "32FC1": 4}
+"""Supported depth encodings and their bytes per pixel."""
 
 
-def decoded(
+def decode_frame(
     color: CompressedImage, depth: RawImage
 ) -> tuple[UInt8[np.ndarray, "h w 3"], UInt16[np.ndarray, "h w"]] | str:
-    """RGB and depth [mm], or why they cannot be read."""
+    """Return RGB and depth [mm], or the reason why the messages cannot be decoded."""
     bgr = None
     if color.data:
         bgr = cv2.imdecode(np.frombuffer(color.data, np.uint8), cv2.IMREAD_COLOR)
     if bgr is None:
         return f"the colour image ({color.format}, {len(color.data)} bytes) cannot be decoded"
-    if depth.encoding not in DEPTH_ENCODINGS:
+    if depth.encoding not in DEPTH_PIXEL_BYTES:
         return (
             f"the depth image is encoded as {depth.encoding!r}; publish 16UC1, millimetres in "
             "little-endian order, or 32FC1, metres"
         )
-    size = DEPTH_ENCODINGS[depth.encoding]
+    size = DEPTH_PIXEL_BYTES[depth.encoding]
     step = depth.step or size * depth.width
     if step < size * depth.width or len(depth.data) < step * depth.height or not depth.data:
         return (
@@ -35,12 +35,12 @@ def decoded(
         )
     rows = np.frombuffer(depth.data, np.uint8)[: step * depth.height].reshape(depth.height, step)
     row = rows[:, : size * depth.width]
-    z = row.view("<u2").astype(np.uint16, copy=False) if size == 2 else _millimetres(row)
+    z = row.view("<u2").astype(np.uint16, copy=False) if size == 2 else _metres_to_millimetres(row)
     return np.ascontiguousarray(bgr[..., ::-1]), z
 
 
-def _millimetres(rows: UInt8[np.ndarray, "h b"]) -> UInt16[np.ndarray, "h w"]:
-    """Whole millimetres from metres; what is not finite, or out of range, was not measured."""
+def _metres_to_millimetres(rows: UInt8[np.ndarray, "h b"]) -> UInt16[np.ndarray, "h w"]:
+    """Convert float metres to whole millimetres; invalid and out-of-range depths become 0."""
     z = 1e3 * np.ascontiguousarray(rows).view("<f4").astype(np.float64)
     measured = np.isfinite(z) & (z > 0.0) & (z < 65535.0)
     return np.rint(np.where(measured, z, 0.0)).astype(np.uint16)

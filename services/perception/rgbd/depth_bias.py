@@ -1,14 +1,15 @@
-"""How far the camera's depth is off, measured on the table.
+"""Bias of the camera's depth, measured on the table.
 
-The table fills most of the picture, and where it lies is known: what is measured there, less what
-the camera should see from where it is said to stand, is a bias of its depth or a place that is
-wrong along its view. Both put the rope beside its grips by as much, and both are taken off.
+The table fills most of the image, and its place is known. The difference between its measured and
+its expected depth is a bias of the sensor, or an error of the camera's position along its view.
+Both displace the rope against its grips by the same amount, and both are corrected.
 """
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64, UInt16
@@ -19,85 +20,108 @@ from lariat.geometry.obstacles import Obstacle, scene_distance
 
 log = logging.getLogger(__name__)
 
-SPARSE = 12
-"""Every so many-th row and column is looked at."""
-LARGEST = 0.012
-"""What is further off is no bias: something lies there [m]."""
-BESIDE = 0.02
-"""From other obstacles, within which a point says nothing of the table [m]."""
-FEWEST = 0.1
-"""Part of the pixels looked at that must show the table."""
-UNEVEN = 0.004
-"""Difference of the bias between halves of the picture from which on it is something else [m]."""
-MEMORY, EVERY = 30, 10
-"""Looks that are averaged, and frames from one to the next after so many."""
-IGNORED, FULL = 0.0007, 0.0014
-"""Biases that nothing is made of, and that are corrected in full; between them in part [m]."""
+
+@dataclass(frozen=True)
+class DepthBiasSettings:
+    """Sampling of the table and acceptance of its measurements."""
+
+    pixel_stride: int = 12
+    """Stride of the rows and columns that are sampled [pixels]."""
+    max_bias: float = 0.012
+    """Depth error above which a pixel does not show the table [m]."""
+    obstacle_margin: float = 0.02
+    """Distance from other obstacles below which a point does not count as table [m]."""
+    min_table_share: float = 0.1
+    """Share of the sampled pixels that must show the table."""
+    max_half_difference: float = 0.004
+    """Difference of the bias between halves of the image above which it is no uniform bias [m]."""
+    min_half_share: float = 0.1
+    """Share of the table's pixels below which half of an image is not compared."""
+    averaged_frames: int = 30
+    """Number of measurements in the running mean."""
+    update_period: int = 10
+    """Period of further measurements once the mean is complete [frames]."""
+    ignored_bias: float = 0.0007
+    """Bias up to which nothing is corrected [m]."""
+    corrected_bias: float = 0.0014
+    """Bias from which the correction is complete; between both it is partial [m]."""
 
 
 class DepthBias:
-    """Averages looks at the table."""
+    """Running mean of the depth bias of one camera."""
 
-    def __init__(self, camera: Camera, bodies: Sequence[Obstacle]) -> None:
+    def __init__(
+        self,
+        camera: Camera,
+        bodies: Sequence[Obstacle],
+        settings: DepthBiasSettings | None = None,
+    ) -> None:
         """
         Args:
-            camera: As it is said to stand.
-            bodies: Half spaces, of which the first on a ray is what is seen, and what stands on
-                them.
+            camera: Camera at its calibrated pose.
+            bodies: Half spaces, of which the first on a pixel's ray is visible, and the obstacles
+                that stand on them.
+            settings: Sampling and acceptance.
         """
+        self._settings = settings or DepthBiasSettings()
         planes = [o for o in bodies if o.shape == "half_space"]
         self._camera, self._standing = camera, [o for o in bodies if o.shape != "half_space"]
-        i = camera.intrinsics
-        rows, columns = np.mgrid[SPARSE // 2 : i.height : SPARSE, SPARSE // 2 : i.width : SPARSE]
-        self._at = rows.ravel(), columns.ravel()
+        i, stride = camera.intrinsics, self._settings.pixel_stride
+        rows, columns = np.mgrid[stride // 2 : i.height : stride, stride // 2 : i.width : stride]
+        self._sampled = rows.ravel(), columns.ravel()
         pixels = np.stack([columns.ravel(), rows.ravel()], axis=1).astype(float)
-        self._pixels, self._expected = pixels, _depths(camera, planes, pixels)
+        self._pixels, self._expected = pixels, _plane_depths(camera, planes, pixels)
         self._halves = np.stack([pixels[:, 0] < i.width / 2.0, pixels[:, 1] < i.height / 2.0])
-        self._mean, self._looks, self._frames, self._said = 0.0, 0, 0, False
+        self._mean, self._count, self._frames, self._reported = 0.0, 0, 0, False
 
-    def look(self, depth: UInt16[np.ndarray, "h w"]) -> float:
-        """What to take off every depth, this frame's included [m].
+    def update(self, depth: UInt16[np.ndarray, "h w"]) -> float:
+        """Take in a frame and return the bias to subtract from its depths [m].
 
         Args:
-            depth: [mm], 0 where nothing was measured.
+            depth: Depth image [mm], 0 where nothing was measured.
         """
+        s = self._settings
         self._frames += 1
-        if self._looks < MEMORY or self._frames % EVERY == 0:
-            self._add(depth[self._at] / 1e3)
-        part = float(np.clip((abs(self._mean) - IGNORED) / (FULL - IGNORED), 0.0, 1.0))
-        self._say(part)
-        return part * self._mean
+        if self._count < s.averaged_frames or self._frames % s.update_period == 0:
+            self._measure(depth[self._sampled] / 1e3)
+        span = s.corrected_bias - s.ignored_bias
+        share = float(np.clip((abs(self._mean) - s.ignored_bias) / span, 0.0, 1.0))
+        self._report(share)
+        return share * self._mean
 
-    def _add(self, measured: Float64[np.ndarray, "k"]) -> None:
+    def _measure(self, measured: Float64[np.ndarray, "k"]) -> None:
+        s = self._settings
         error = measured - self._expected
-        table = (measured > 0.0) & (np.abs(error) < LARGEST)
+        table = (measured > 0.0) & (np.abs(error) < s.max_bias)
         if self._standing and np.any(table):
             points = self._camera.back_project(self._pixels[table], measured[table])
-            table[table] = scene_distance(points, self._standing) > BESIDE
-        if np.mean(table) >= FEWEST and self._even(error, table):
-            self._looks = min(self._looks + 1, MEMORY)
-            self._mean += (float(np.median(error[table])) - self._mean) / self._looks
+            table[table] = scene_distance(points, self._standing) > s.obstacle_margin
+        if np.mean(table) >= s.min_table_share and self._uniform(error, table):
+            self._count = min(self._count + 1, s.averaged_frames)
+            self._mean += (float(np.median(error[table])) - self._mean) / self._count
 
-    def _even(self, error: Float64[np.ndarray, "k"], table: np.ndarray) -> bool:
+    def _uniform(self, error: Float64[np.ndarray, "k"], table: np.ndarray) -> bool:
+        """Whether opposite halves of the image show the same bias."""
+        s = self._settings
         for half in self._halves:
             one, other = error[table & half], error[table & ~half]
-            few = min(len(one), len(other)) < 0.1 * np.count_nonzero(table)
-            if not few and abs(float(np.median(one) - np.median(other))) > UNEVEN:
+            few = min(len(one), len(other)) < s.min_half_share * np.count_nonzero(table)
+            if not few and abs(float(np.median(one) - np.median(other))) > s.max_half_difference:
                 return False
         return True
 
-    def _say(self, part: float) -> None:
-        if (part == 1.0) != self._said and part in (0.0, 1.0):
-            self._said = part == 1.0
-            if self._said:
+    def _report(self, share: float) -> None:
+        if (share == 1.0) != self._reported and share in (0.0, 1.0):
+            self._reported = share == 1.0
+            if self._reported:
                 log.warning(
-                    "the camera sees the table %.1f mm off: taken off its depth; lariat calibrate "
-                    "finds where it stands",
+                    "depth of the table is off by %.1f mm and is corrected; run lariat calibrate "
+                    "to find the camera's pose",
                     1e3 * self._mean,
                 )
 
 
-def _depths(
+def _plane_depths(
     camera: Camera, planes: Sequence[Obstacle], pixels: Float64[np.ndarray, "k 2"]
 ) -> Float64[np.ndarray, "k"]:
     """Depth of the first plane on each pixel's ray; infinite where there is none [m]."""

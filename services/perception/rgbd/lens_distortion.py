@@ -1,4 +1,4 @@
-"""Images of real lenses as a pinhole would have taken them."""
+"""Removal of lens distortion from colour and depth images."""
 
 from __future__ import annotations
 
@@ -7,17 +7,19 @@ import numpy as np
 from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from jaxtyping import UInt8, UInt16
 
-MODELS = ("", "plumb_bob", "rational_polynomial")
-"""Those whose coefficients are OpenCV's."""
-NEGLIGIBLE = 0.05
-"""Distortion that moves no pixel further is left alone [pixels]."""
+OPENCV_MODELS = ("", "plumb_bob", "rational_polynomial")
+"""Distortion models whose coefficients are those of OpenCV."""
+COEFFICIENT_COUNTS = (4, 5, 8, 12, 14)
+"""Numbers of coefficients that OpenCV's models take."""
+NEGLIGIBLE_DISTORTION = 0.05
+"""Largest displacement of a pixel up to which images are passed on unchanged [pixels]."""
 
 
 class Undistortion:
-    """Straightens colour and depth of one calibration; the pinhole keeps its intrinsics."""
+    """Undistorts colour and depth images of one calibration; the intrinsics stay the same."""
 
     def __init__(self, calibration: CameraCalibration) -> None:
-        """Prepares the maps.
+        """Prepare the remapping.
 
         Raises:
             ValueError: The distortion model is unknown, or has a wrong number of coefficients.
@@ -26,28 +28,30 @@ class Undistortion:
         self._maps = None
         if not np.any(coefficients):
             return
-        if model not in MODELS:
+        if model not in OPENCV_MODELS:
             raise ValueError(
-                f"distortion_model {model!r} is unknown; publish {' or '.join(MODELS[1:])}, or "
-                "straightened images with D = 0"
+                f"distortion_model {model!r} is unknown; publish {' or '.join(OPENCV_MODELS[1:])}, "
+                "or undistorted images with D = 0"
             )
-        if len(coefficients) not in (4, 5, 8, 12, 14) or not np.all(np.isfinite(coefficients)):
-            raise ValueError(f"D = {coefficients.tolist()} are no 4, 5, 8, 12 or 14 coefficients")
+        if len(coefficients) not in COEFFICIENT_COUNTS or not np.all(np.isfinite(coefficients)):
+            raise ValueError(
+                f"D must hold 4, 5, 8, 12 or 14 finite coefficients, got {coefficients.tolist()}"
+            )
         matrix = np.array(calibration.K, float).reshape(3, 3)
         size = calibration.width, calibration.height
         x, y = cv2.initUndistortRectifyMap(
             matrix, coefficients, np.eye(3), matrix, size, cv2.CV_32FC1
         )
         columns, rows = np.meshgrid(np.arange(size[0]), np.arange(size[1]))
-        if max(np.max(np.abs(x - columns)), np.max(np.abs(y - rows))) > NEGLIGIBLE:
-            # Fixed-point maps are several times as fast; depth must never be mixed.
+        if max(np.max(np.abs(x - columns)), np.max(np.abs(y - rows))) > NEGLIGIBLE_DISTORTION:
+            # Fixed-point maps are several times as fast; depth must never be interpolated.
             self._maps = cv2.convertMaps(x, y, cv2.CV_16SC2)
             self._nearest = cv2.convertMaps(x, y, cv2.CV_16SC2, nninterpolation=True)
 
     def __call__(
         self, color: UInt8[np.ndarray, "h w 3"], depth: UInt16[np.ndarray, "h w"]
     ) -> tuple[UInt8[np.ndarray, "h w 3"], UInt16[np.ndarray, "h w"]]:
-        """Both images, straightened."""
+        """Return both images as a pinhole camera would have taken them."""
         if self._maps is None:
             return color, depth
         return (

@@ -1,13 +1,14 @@
-"""From frame to frame: the last estimate, carried along with the grips, is expected next.
+"""Default tracker: the last estimate, moved along with the grips, is the prior of the next frame.
 
-Where the image leaves doubt, and at the start, the rod at rest between the grips is asked for the
-shape that it would have.
+Where the image leaves doubt, and in the first frame, the shape at rest of the rod between the grips
+is a further prior.
 """
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64, UInt8, UInt16
@@ -15,103 +16,124 @@ from jaxtyping import Float64, UInt8, UInt16
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties
-from services.perception.centerline.estimate import Estimate, Expected
-from services.perception.centerline.estimator import DOUBTFUL, CenterlineEstimator
+from services.perception.centerline.estimate import MAX_DOUBT, CenterlineEstimate, ShapePrior
+from services.perception.centerline.estimator import CenterlineEstimator
 from services.perception.rgbd.depth_bias import DepthBias
 
 log = logging.getLogger(__name__)
 
-FORGETTING = 500_000_000
-"""An estimate older than this is no help [ns]."""
-DRIFT = 0.03
-"""How fast the rope's middle may leave the place that its ends suggest [m/s]."""
-SLIP = 0.3
-"""Part of the grips' motion that the rope between them need not follow."""
-MODEL_SIGMA = 0.02
-"""Of the rod at rest: stiffness and swing are not known [m]."""
+BRIGHTEST = (255, 255, 255)
+"""Colour that is brighter than any threshold."""
 
 
-class Tracker:
-    """Remembers where the rope was."""
+@dataclass(frozen=True)
+class TrackerSettings:
+    """Uncertainty of the priors."""
+
+    max_age: int = 500_000_000
+    """Age above which an estimate is no longer a prior [ns]."""
+    drift_speed: float = 0.03
+    """Speed at which the rope's middle may leave the place that its ends suggest [m/s]."""
+    grip_lag: float = 0.3
+    """Share of the grips' motion that the rope between them may not follow."""
+    min_sigma: float = 5e-4
+    """Standard deviation that each frame adds at least [m]."""
+    rest_shape_sigma: float = 0.02
+    """Standard deviation of the rod's shape at rest: stiffness and swing are unknown [m]."""
+
+
+class CenterlineTracker:
+    """Tracks the rope with the centreline estimator and the rod as a model."""
 
     def __init__(
         self,
         estimator: CenterlineEstimator,
-        believed: RodProperties,
+        properties: RodProperties,
         bodies: Sequence[Obstacle] = (),
+        settings: TrackerSettings | None = None,
     ) -> None:
         """
         Args:
-            estimator: Reads single frames.
-            believed: The rope as far as it is known.
-            bodies: In view; the table among them says how far depth is off.
+            estimator: Estimator of single frames.
+            properties: Properties of the rope as far as they are known.
+            bodies: Obstacles in view; the table among them reveals the depth bias.
+            settings: Uncertainty of the priors.
         """
-        self.estimator = estimator
-        self._rod = Rod(believed, estimator.rope.node_count)
-        self._last: Estimate | None = None
+        self.camera = estimator.camera
+        self._estimator = estimator
+        self._settings = settings or TrackerSettings()
+        self._rod = Rod(properties, estimator.rope.node_count)
+        self._last: CenterlineEstimate | None = None
         self._stamp = 0
         self._grips: tuple[Pose | None, Pose | None] = (None, None)
-        self._complained = False
+        self._rest_failed = False
         self._bias = DepthBias(estimator.camera, bodies)
 
     def forget(self) -> None:
-        """Starts anew with the next frame."""
+        """Drop the last estimate."""
         self._last = None
 
-    def follow(
+    def warm_up(self, left: Pose, right: Pose) -> None:
+        """Compile the fit on an image of a stripe, and the rod."""
+        i, color = self.camera.intrinsics, self._estimator.settings.rope_color
+        image = np.zeros((i.height, i.width, 3), np.uint8)
+        depth = np.full((i.height, i.width), 900, np.uint16)
+        middle = i.height // 2
+        image[middle - 4 : middle + 4, i.width // 4 : -i.width // 4] = color or BRIGHTEST
+        self._estimator.estimate(image, depth, left, right)
+        self._shape_at_rest(left, right)
+
+    def track(
         self,
         color: UInt8[np.ndarray, "h w 3"],
         depth: UInt16[np.ndarray, "h w"],
         left: Pose | None,
         right: Pose | None,
         stamp: int,
-    ) -> Estimate:
-        """The rope in the next frame; arguments as of `CenterlineEstimator.estimate`.
-
-        Args:
-            stamp: Of the frame [ns].
-        """
-        expected = self._expected(left, right, stamp)
-        estimate = self.estimator.estimate(
+    ) -> CenterlineEstimate:
+        """Estimate the rope in the next frame; arguments as in `RopeTracker.track`."""
+        estimate = self._estimator.estimate(
             color,
             depth,
             left,
             right,
-            expected,
-            lambda: self.at_rest(left, right),
-            self._bias.look(depth),
+            self._propagated(left, right, stamp),
+            lambda: self._shape_at_rest(left, right),
+            self._bias.update(depth),
         )
-        # What is doubtful must not become tomorrow's certainty.
-        if not estimate.lost and estimate.doubt < DOUBTFUL:
+        # A doubtful estimate must not become the next frame's prior.
+        if not estimate.lost and estimate.doubt < MAX_DOUBT:
             self._last, self._stamp, self._grips = estimate, stamp, (left, right)
         return estimate
 
-    def at_rest(self, left: Pose | None, right: Pose | None) -> Expected | None:
-        """How the believed rope would hang between the grips."""
+    def _shape_at_rest(self, left: Pose | None, right: Pose | None) -> ShapePrior | None:
+        """Shape of the rod at rest between the grips; None where it cannot rest."""
         if left is None or right is None:
             return None
         try:
             rest = self._rod.rest(left, right)
         except ValueError as error:
-            # Once, not with every frame in which an arm stands too far off.
-            if not self._complained:
-                log.warning("no shape to expect: %s", error)
-            self._complained = True
+            # Log once, not with every frame in which an arm is too far away.
+            if not self._rest_failed:
+                log.warning("the rod's shape at rest is no prior: %s", error)
+            self._rest_failed = True
             return None
-        self._complained = False
-        count = self.estimator.rope.node_count
-        return Expected(rest.state.positions, np.full(count, MODEL_SIGMA))
+        self._rest_failed = False
+        count = self._estimator.rope.node_count
+        return ShapePrior(rest.state.positions, np.full(count, self._settings.rest_shape_sigma))
 
-    def _expected(self, left: Pose | None, right: Pose | None, stamp: int) -> Expected | None:
-        if self._last is None or not 0 <= stamp - self._stamp <= FORGETTING:
+    def _propagated(self, left: Pose | None, right: Pose | None, stamp: int) -> ShapePrior | None:
+        """Last estimate, each node moved by the interpolated motion of the grips."""
+        s = self._settings
+        if self._last is None or not 0 <= stamp - self._stamp <= s.max_age:
             return None
         shifts = [
             np.zeros(3) if now is None or then is None else now.position - then.position
             for then, now in zip(self._grips, (left, right), strict=True)
         ]
-        s = np.linspace(0.0, 1.0, len(self._last.positions))[:, None]
-        positions = self._last.positions + (1.0 - s) * shifts[0] + s * shifts[1]
+        along = np.linspace(0.0, 1.0, len(self._last.positions))[:, None]
+        positions = self._last.positions + (1.0 - along) * shifts[0] + along * shifts[1]
         moved = max(float(np.linalg.norm(shift)) for shift in shifts)
-        doubt = DRIFT * (stamp - self._stamp) / 1e9 + SLIP * moved
-        sigma: Float64[np.ndarray, "n"] = np.hypot(self._last.sigma, doubt + 5e-4)
-        return Expected(positions, sigma)
+        added = s.drift_speed * (stamp - self._stamp) / 1e9 + s.grip_lag * moved
+        sigma: Float64[np.ndarray, "n"] = np.hypot(self._last.sigma, added + s.min_sigma)
+        return ShapePrior(positions, sigma)

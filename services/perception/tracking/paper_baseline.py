@@ -1,26 +1,92 @@
-"""The seed paper's markerless algorithm (Ying & Yamazaki 2024, Fig. 7), the baseline.
+"""Markerless rope detection of the seed paper (Ying & Yamazaki 2024, Fig. 7), the baseline.
 
 The image is binarised and thinned, every pixel of the skeleton is projected into space, the points
-are sorted from the fixed end by the nearest neighbour, and nodes are laid along them greedily at a
-distance of L / (n - 1). It knows no rope diameter, no grips and no noise.
+are sorted from the fixed end by the nearest neighbour, and nodes are placed along them greedily at
+a distance of L / (n - 1). The method uses no rope diameter, no grips and no noise model.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64, UInt8, UInt16
 from skimage.morphology import skeletonize
 
 from lariat.geometry.cameras import Camera
-from services.perception.centerline.estimate import Estimate, RopeModel
-from services.perception.centerline.segmentation import brightness, rope_region
+from lariat.geometry.poses import Pose
+from services.perception.centerline.estimate import CenterlineEstimate, RopeModel
+from services.perception.centerline.segmentation import brightness, segment_rope
 
-LARGEST_JUMP = 0.03
-"""Sorting stops where the next point is further away [m]."""
-MOST_MISSING = 3
-"""Nodes that may be made up at the far end."""
-SIGMA = 0.006
-"""Of every node [m]: it says nothing about its error, so this is what was measured."""
+MAX_NEIGHBOUR_DISTANCE = 0.03
+"""Distance of the nearest neighbour above which sorting stops [m]."""
+
+
+@dataclass(frozen=True)
+class PaperTrackerSettings:
+    """Threshold of the binarisation, and what the baseline adds to the paper's nodes."""
+
+    threshold: int = 128
+    """Least brightness of the rope, 1..254."""
+    max_missing_nodes: int = 3
+    """Number of nodes that may be extrapolated at the far end."""
+    sigma: float = 0.006
+    """Standard deviation of every node [m]; measured, since the method does not estimate it."""
+    extrapolation_factor: float = 4.0
+    """Factor on the standard deviation of extrapolated nodes."""
+
+
+class PaperTracker:
+    """Tracks the rope with the paper's method, each frame on its own."""
+
+    def __init__(
+        self,
+        camera: Camera,
+        rope: RopeModel,
+        fixed_end: Pose,
+        settings: PaperTrackerSettings | None = None,
+    ) -> None:
+        """
+        Args:
+            camera: Camera at its calibrated pose.
+            rope: Length and number of nodes.
+            fixed_end: Left end of the rope while its grip is unknown.
+            settings: Threshold and uncertainty.
+        """
+        self.camera = camera
+        self._rope, self._fixed_end = rope, fixed_end
+        self._settings = settings or PaperTrackerSettings()
+
+    def forget(self) -> None:
+        """Do nothing: no frame depends on another."""
+
+    def warm_up(self, left: Pose, right: Pose) -> None:
+        """Do nothing: nothing is compiled."""
+
+    def track(
+        self,
+        color: UInt8[np.ndarray, "h w 3"],
+        depth: UInt16[np.ndarray, "h w"],
+        left: Pose | None,
+        right: Pose | None,
+        stamp: int,
+    ) -> CenterlineEstimate:
+        """Estimate the rope in a frame; arguments as in `RopeTracker.track`.
+
+        The skeleton never reaches the tip of the rope, so the last nodes are extrapolated straight.
+        """
+        s, n = self._settings, self._rope.node_count
+        start = (left or self._fixed_end).position
+        found = paper_nodes(color, depth, self.camera, start, self._rope.length, n, s.threshold)
+        if len(found) < max(2, n - s.max_missing_nodes):
+            return CenterlineEstimate.failed(
+                f"the paper's algorithm found {len(found)} of {n} nodes"
+            )
+        step = found[-1] - found[-2]
+        rest = found[-1] + np.arange(1, n - len(found) + 1)[:, None] * step
+        observed = np.arange(n) < len(found)
+        sigma = np.where(observed, s.sigma, s.extrapolation_factor * s.sigma)
+        return CenterlineEstimate(np.concatenate([found, rest]), sigma, observed)
 
 
 def paper_nodes(
@@ -32,18 +98,18 @@ def paper_nodes(
     node_count: int,
     threshold: int = 128,
 ) -> Float64[np.ndarray, "m 3"]:
-    """The nodes that were found, from the fixed end: as many as the points reach for.
+    """Return the nodes from the fixed end on, as many as the points reach for [m].
 
     Args:
         color: Red, green, blue.
-        depth: [mm], 0 where nothing was measured.
-        camera: That took both.
-        start: Of the fixed end [m].
-        length: L, of the rope [m].
-        node_count: n.
-        threshold: Of the binarisation.
+        depth: Depth image [mm], 0 where nothing was measured.
+        camera: Camera of both images.
+        start: Position of the fixed end [m].
+        length: Length L of the rope [m].
+        node_count: Number of nodes n.
+        threshold: Least brightness of the rope, 1..254.
     """
-    region = rope_region(brightness(color), threshold)
+    region = segment_rope(brightness(color), threshold)
     if region is None:
         return np.zeros((0, 3))
     rows, columns = np.nonzero(skeletonize(region.mask.view(bool)))
@@ -51,31 +117,33 @@ def paper_nodes(
     z = depth[rows, columns] / 1000.0
     pixels = np.stack([columns, rows], axis=1).astype(float)[z > 0.0]
     points = camera.back_project(pixels, z[z > 0.0])
-    return _laid(_sorted(points, start), length / (node_count - 1), node_count)
+    return _place_nodes(
+        _sort_by_nearest_neighbour(points, start), length / (node_count - 1), node_count
+    )
 
 
-def _sorted(
+def _sort_by_nearest_neighbour(
     points: Float64[np.ndarray, "k 3"], start: Float64[np.ndarray, "3"]
 ) -> Float64[np.ndarray, "m 3"]:
-    """The nearest neighbour of the nearest neighbour, and so on."""
-    left = np.ones(len(points), bool)
+    """Points in the order in which each is the nearest unused one of its predecessor."""
+    unused = np.ones(len(points), bool)
     here, order = np.asarray(start, float), []
     reach = np.inf
-    while np.any(left):
-        gaps = np.where(left, np.sum((points - here) ** 2, axis=1), np.inf)
+    while np.any(unused):
+        gaps = np.where(unused, np.sum((points - here) ** 2, axis=1), np.inf)
         nearest = int(np.argmin(gaps))
         if gaps[nearest] > reach**2:
             break
-        left[nearest] = False
+        unused[nearest] = False
         order.append(nearest)
-        here, reach = points[nearest], LARGEST_JUMP
+        here, reach = points[nearest], MAX_NEIGHBOUR_DISTANCE
     return points[order]
 
 
-def _laid(
+def _place_nodes(
     points: Float64[np.ndarray, "k 3"], spacing: float, count: int
 ) -> Float64[np.ndarray, "m 3"]:
-    """Nodes along a path, each a spacing away from the one before."""
+    """Nodes along a polyline, each at a given distance from the one before."""
     if not len(points):
         return points
     nodes, k = [points[0]], 0
@@ -85,32 +153,9 @@ def _laid(
             k += 1
         if k == len(points):
             break
-        inner, way = points[max(k - 1, 0)] - here, points[k] - points[max(k - 1, 0)]
-        # Where the sphere of that spacing around the last node cuts the path.
-        a, b, c = way @ way, 2.0 * (inner @ way), inner @ inner - spacing**2
+        inner, edge = points[max(k - 1, 0)] - here, points[k] - points[max(k - 1, 0)]
+        # Intersection of the polyline with the sphere around the last node.
+        a, b, c = edge @ edge, 2.0 * (inner @ edge), inner @ inner - spacing**2
         t = (-b + np.sqrt(max(b * b - 4.0 * a * c, 0.0))) / (2.0 * a) if a > 0.0 else 0.0
-        nodes.append(here + inner + float(np.clip(t, 0.0, 1.0)) * way)
+        nodes.append(here + inner + float(np.clip(t, 0.0, 1.0)) * edge)
     return np.array(nodes)
-
-
-def paper_estimate(
-    color: UInt8[np.ndarray, "h w 3"],
-    depth: UInt16[np.ndarray, "h w"],
-    camera: Camera,
-    start: Float64[np.ndarray, "3"],
-    rope: RopeModel,
-    threshold: int = 128,
-) -> Estimate:
-    """All nodes of the rope; the last ones, which a thinned mask never reaches, go straight on.
-
-    Arguments as of `paper_nodes`.
-    """
-    n = rope.node_count
-    found = paper_nodes(color, depth, camera, start, rope.length, n, threshold)
-    if len(found) < max(2, n - MOST_MISSING):
-        reason = f"the paper's algorithm found {len(found)} of {n} nodes"
-        return Estimate(np.zeros((0, 3)), np.zeros(0), np.zeros(0, bool), reason)
-    step = found[-1] - found[-2]
-    rest = found[-1] + np.arange(1, n - len(found) + 1)[:, None] * step
-    observed = np.arange(n) < len(found)
-    return Estimate(np.concatenate([found, rest]), np.where(observed, SIGMA, 4.0 * SIGMA), observed)

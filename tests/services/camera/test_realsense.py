@@ -15,7 +15,7 @@ from lariat.geometry.obstacles import TABLE
 from lariat.geometry.poses import Pose
 from services.camera.service import CameraService
 from services.perception.centerline.estimator import CenterlineEstimator
-from services.perception.rgbd.decoding import decoded
+from services.perception.rgbd.decoding import decode_frame
 from services.sim.camera.rgbd_camera import Frame, RgbdCamera
 from services.sim.camera.sensor_noise import NOISELESS
 from shared.configuration import ConfigurationError
@@ -120,7 +120,7 @@ def test_depth_of_a_device_lies_on_the_pixels_of_its_colour(recording: Path) -> 
     np.testing.assert_allclose(
         list(calibration.K)[:6], [i.fx, 0.0, i.cx, 0.0, i.fy, i.cy], atol=0.01
     )
-    images = decoded(color, depth)
+    images = decode_frame(color, depth)
     assert not isinstance(images, str)
     # The rope is seen where it is only if the one image lies on the other.
     nodes = curve(3)

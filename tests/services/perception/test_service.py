@@ -8,7 +8,7 @@ import pytest
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
-from services.perception.rgbd.decoding import decoded
+from services.perception.rgbd.decoding import decode_frame
 from services.perception.service import COLOR, DEPTH
 from shared import topics
 from shared.messages import (
@@ -220,12 +220,12 @@ def test_images_that_cannot_be_read_are_named() -> None:
     colored = RawImage(width=4, height=4, encoding="rgb8", step=16, data=bytes(64))
     meters = np.array([[np.nan, 0.5004], [np.inf, -1.0]], "<f4")
     floats = RawImage(width=2, height=2, encoding="32FC1", step=8, data=meters.tobytes())
-    assert "colour image" in str(decoded(CompressedImage(data=b"x"), deep))
-    assert "2 bytes, too few" in str(decoded(good, cut))
-    assert "'rgb8'" in str(decoded(good, colored))
-    kept = decoded(good, floats)
+    assert "colour image" in str(decode_frame(CompressedImage(data=b"x"), deep))
+    assert "2 bytes, too few" in str(decode_frame(good, cut))
+    assert "'rgb8'" in str(decode_frame(good, colored))
+    kept = decode_frame(good, floats)
     assert not isinstance(kept, str)
     assert kept[1].tolist() == [[0, 500], [0, 0]]
-    images = decoded(good, deep)
+    images = decode_frame(good, deep)
     assert not isinstance(images, str)
     assert images[1].tolist() == pixels.reshape(4, 4).tolist()

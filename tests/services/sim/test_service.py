@@ -8,7 +8,7 @@ import pytest
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle, chain_clearance, signed_distance
 from lariat.geometry.poses import Pose
-from services.perception.rgbd.decoding import decoded
+from services.perception.rgbd.decoding import decode_frame
 from services.perception.service import COLOR, DEPTH
 from services.sim.gripper_body import gripper_body
 from services.sim.plants.end_motion import EndMotion
@@ -44,7 +44,7 @@ def test_truth_and_images_come_at_thirty_hertz_with_one_stamp() -> None:
 def test_images_survive_the_wire() -> None:
     cell = Cell(scenario())
     cell.run(0.2)
-    images = decoded(cell.heard[COLOR.key][-1], cell.heard[DEPTH.key][-1])
+    images = decode_frame(cell.heard[COLOR.key][-1], cell.heard[DEPTH.key][-1])
     assert not isinstance(images, str)
     color, depth = images
     assert color.shape == (480, 640, 3)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float64
 
-from services.perception.centerline.estimate import Expected
+from services.perception.centerline.estimate import ShapePrior
 from services.perception.centerline.estimator import CenterlineEstimator
 from services.sim.camera.rgbd_camera import Frame
 from tests.services.perception.scenes import CAMERA, ROPE, curve, grips, taken
@@ -63,9 +63,9 @@ def test_a_tracked_rope_is_not_confused_by_another() -> None:
     for seed in range(6):
         nodes = curve(seed)
         frame = both(taken(nodes, frame=seed), taken(beneath(random, seed), frame=seed + 500))
-        near = Expected(nodes + random.normal(0.0, 1e-3, nodes.shape), np.full(len(nodes), 3e-3))
+        near = ShapePrior(nodes + random.normal(0.0, 1e-3, nodes.shape), np.full(len(nodes), 3e-3))
         found = CenterlineEstimator(CAMERA, ROPE).estimate(
-            frame.color, frame.depth, *grips(nodes), expected=near
+            frame.color, frame.depth, *grips(nodes), prior=near
         )
         assert np.mean(np.linalg.norm(found.positions - nodes, axis=1)) < 0.6e-3
 

@@ -8,13 +8,9 @@ import pytest
 from lariat.geometry import polylines
 from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.obstacles import TABLE
-from services.perception.centerline.estimate import (
-    CenterlineSettings,
-    Estimate,
-    Expected,
-    RopeModel,
-)
+from services.perception.centerline.estimate import CenterlineEstimate, RopeModel, ShapePrior
 from services.perception.centerline.estimator import CenterlineEstimator
+from services.perception.centerline.settings import CenterlineSettings
 from services.sim.camera.rgbd_camera import RgbdCamera
 from services.sim.camera.sensor_noise import SensorNoise
 from tests.services.perception.scenes import CAMERA, ROPE, curve, grips, screen, taken
@@ -22,7 +18,7 @@ from tests.services.perception.scenes import CAMERA, ROPE, curve, grips, screen,
 CABLE = RopeModel(length=0.55, radius=0.0025, node_count=40)
 
 
-def errors(estimate: Estimate, nodes: np.ndarray) -> np.ndarray:
+def errors(estimate: CenterlineEstimate, nodes: np.ndarray) -> np.ndarray:
     assert estimate.lost == ""
     return np.linalg.norm(estimate.positions - nodes, axis=1)
 
@@ -78,7 +74,7 @@ def test_an_expected_shape_bridges_what_is_hidden() -> None:
     estimator = CenterlineEstimator(CAMERA, ROPE)
     nodes = curve(5)
     frame = taken(nodes, (screen(nodes, 9, 20),))
-    expected = Expected(nodes + 0.001, np.full(len(nodes), 0.002))
+    expected = ShapePrior(nodes + 0.001, np.full(len(nodes), 0.002))
     estimate = estimator.estimate(frame.color, frame.depth, *grips(nodes), expected)
     assert np.max(errors(estimate, nodes)) < 3e-3
 
@@ -87,7 +83,7 @@ def test_hidden_nodes_never_become_surer_by_expecting_them() -> None:
     estimator = CenterlineEstimator(CAMERA, ROPE)
     nodes = curve(5)
     frame = taken(nodes, (screen(nodes, 9, 20),))
-    expected = Expected(nodes + 0.02, np.full(len(nodes), 0.02))
+    expected = ShapePrior(nodes + 0.02, np.full(len(nodes), 0.02))
     estimate = estimator.estimate(frame.color, frame.depth, *grips(nodes), expected)
     assert np.all(~estimate.observed[12:18])
     assert np.all(errors(estimate, nodes) < 3.0 * estimate.sigma + 1e-3)
@@ -189,7 +185,7 @@ def test_nothing_is_surely_wrong_whatever_is_expected(nodes: np.ndarray) -> None
     estimator = CenterlineEstimator(CAMERA, ROPE)
     frame = taken(nodes)
     straight = np.linspace(nodes[0], nodes[-1], len(nodes))
-    for expected in (None, Expected(straight, np.full(len(nodes), 0.05))):
+    for expected in (None, ShapePrior(straight, np.full(len(nodes), 0.05))):
         estimate = estimator.estimate(frame.color, frame.depth, *grips(nodes), expected)
         error = errors(estimate, nodes)
         assert not np.any((error > 0.010) & (error > 3.0 * estimate.sigma))
@@ -202,7 +198,7 @@ def test_a_second_rope_in_view_is_not_followed() -> None:
     color = np.maximum(first.color, second.color)
     depth = np.where(second.color[..., 0] > 128, second.depth, first.depth)
     estimator = CenterlineEstimator(CAMERA, ROPE)
-    expected = Expected(nodes + 0.002, np.full(len(nodes), 0.005))
+    expected = ShapePrior(nodes + 0.002, np.full(len(nodes), 0.005))
     estimate = estimator.estimate(color, depth, *grips(nodes), expected)
     assert np.mean(errors(estimate, nodes)) < 1e-3
     assert np.mean(estimate.observed) > 0.95

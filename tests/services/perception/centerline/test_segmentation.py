@@ -8,9 +8,9 @@ import pytest
 from jaxtyping import UInt8
 
 from lariat.geometry.obstacles import TABLE
-from services.perception.centerline.estimate import CenterlineSettings
 from services.perception.centerline.estimator import CenterlineEstimator
 from services.perception.centerline.segmentation import Color
+from services.perception.centerline.settings import CenterlineSettings
 from services.sim.camera.rgbd_camera import Frame, RgbdCamera
 from shared import topics
 from tests.services.perception.cell import Cell, scenario

@@ -12,7 +12,7 @@ from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties
-from services.perception.centerline.estimate import Expected, RopeModel
+from services.perception.centerline.estimate import RopeModel, ShapePrior
 from services.perception.centerline.estimator import CenterlineEstimator
 from services.sim.camera.rgbd_camera import RgbdCamera
 from services.sim.gripper_body import gripper_body
@@ -61,15 +61,15 @@ def test_what_the_image_does_not_settle_is_not_said_to_be_sure(
     believed = RodProperties(
         truth.length, truth.diameter, truth.linear_density, MISTAKEN * truth.youngs_modulus
     )
-    heaviness = 9.81 * truth.linear_density / believed.bending_stiffness
-    rope = RopeModel(truth.length, radius, truth.node_count, heaviness)
+    weight_over_stiffness = 9.81 * truth.linear_density / believed.bending_stiffness
+    rope = RopeModel(truth.length, radius, truth.node_count, weight_over_stiffness)
 
-    def at_rest() -> Expected:
+    def at_rest() -> ShapePrior:
         rest = Rod(believed, truth.node_count).rest(left, right)
-        return Expected(rest.state.positions, np.full(truth.node_count, 0.02))
+        return ShapePrior(rest.state.positions, np.full(truth.node_count, 0.02))
 
     found = CenterlineEstimator(camera, rope).estimate(
-        frame.color, frame.depth, left, right, model=at_rest
+        frame.color, frame.depth, left, right, fallback_prior=at_rest
     )
     error = np.linalg.norm(found.positions - nodes, axis=1)
     assert not np.any((error > 0.010) & (error > 3.0 * found.sigma))

@@ -28,7 +28,7 @@ def away(lines: list[np.ndarray], nodes: Float64[np.ndarray, "n 3"]) -> Float64[
 )
 def test_colour_and_centre_line_are_found_in_a_picture(rope: Color, table: Color) -> None:
     picture = taken(rope, table, seed=3).color
-    read = detector.read(picture)
+    read = detector.detect_rope(picture)
     # A headlight dims the flanks of a rope and never brightens it.
     assert np.max(np.abs(np.subtract(read.color, rope))) < 60
     error = away([line.pixels for line in read.lines], curve(3))
@@ -42,14 +42,14 @@ def test_a_given_colour_picks_one_of_two_ropes() -> None:
     one, other = taken(ORANGE, GREY, seed=3).color, taken((40, 60, 160), GREY, seed=5).color
     blue = other[..., 2].astype(int) - other[..., 0] > 50
     picture = np.where(blue[..., None], other, one)
-    read = detector.read(picture, (40, 60, 160))
+    read = detector.detect_rope(picture, (40, 60, 160))
     error = away([line.pixels for line in read.lines], curve(5))
     assert np.percentile(error, 95) < 1.0
 
 
 def test_a_picture_without_a_rope_is_refused() -> None:
     with pytest.raises(ValueError, match="long, thin"):
-        detector.read(np.full((240, 320, 3), 120, np.uint8))
+        detector.detect_rope(np.full((240, 320, 3), 120, np.uint8))
 
 
 @pytest.mark.parametrize(
@@ -65,7 +65,7 @@ def test_a_picture_without_a_rope_is_refused() -> None:
 def test_a_glossy_cable_is_followed_over_any_table(rope: Look, table: str, shape: int) -> None:
     axis = winding(shape)
     picture = photographed(axis, rope, table, shape)
-    for read in (detector.read(picture), detector.read(picture, rope.color)):
+    for read in (detector.detect_rope(picture), detector.detect_rope(picture, rope.color)):
         found = np.concatenate([line.pixels for line in read.lines])
         gap = np.linalg.norm(found[:, None] - axis[None, ::4], axis=2)
         # Light falls from one side: the dark one of a bright cable may look like the table.
@@ -77,7 +77,7 @@ def test_two_cables_of_two_colours_are_two_ropes() -> None:
     red, black = winding(6), winding(7)
     picture = photographed(red, Look((190, 35, 40)), "white", 6)
     picture = photographed(black, Look((230, 200, 40)), "wood", 7, over=picture)
-    read = detector.read(picture)
+    read = detector.detect_rope(picture)
     seen = [line.pixels for rope in (read, *read.others) for line in rope.lines]
     for axis in (red, black):
         gap = np.linalg.norm(np.concatenate(seen)[:, None] - axis[None, ::8], axis=2)
@@ -87,5 +87,5 @@ def test_two_cables_of_two_colours_are_two_ropes() -> None:
 def test_a_shadow_alone_is_called_one() -> None:
     axis = winding(8)
     shadow = photographed(axis, None, "white", 8)
-    assert detector.read(shadow).shadow > 0.8
-    assert detector.read(photographed(axis, Look((28, 28, 30)), "white", 8)).shadow < 0.3
+    assert detector.detect_rope(shadow).shadow > 0.8
+    assert detector.detect_rope(photographed(axis, Look((28, 28, 30)), "white", 8)).shadow < 0.3

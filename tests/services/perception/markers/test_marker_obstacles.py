@@ -7,8 +7,8 @@ import pytest
 
 from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle
-from services.perception.markers.marker_obstacles import MarkedObstacles
-from tests.services.perception.markers.test_detection import CAMERA, SIDE, picture
+from services.perception.markers.marker_obstacles import MarkerObstacles
+from tests.services.perception.markers.test_marker_detection import CAMERA, SIDE, picture
 
 BOX = Obstacle("box", (0.0, 0.0, 0.04), size=(0.1, 0.1, 0.08), name="box")
 NOWHERE = np.zeros((720, 1280), np.uint16)
@@ -26,10 +26,10 @@ def level(height: float) -> np.ndarray:
 
 
 def test_an_obstacle_follows_its_marker() -> None:
-    watched = MarkedObstacles({4: BOX}, {4: SIDE}, 0.008)
+    watched = MarkerObstacles({4: BOX}, {4: SIDE}, 0.008)
     image = picture((0.12, -0.05, 0.08), 0.6, 4)
     # Every third frame is searched, and three sightings are believed.
-    moves = [watched.look(image, NOWHERE, FRAME * k, CAMERA, [BOX])[1] for k in range(7)]
+    moves = [watched.update(image, NOWHERE, FRAME * k, CAMERA, [BOX])[1] for k in range(7)]
     assert moves[:6] == [[]] * 6
     (move,) = moves[6]
     assert move.name == "box"
@@ -37,7 +37,7 @@ def test_an_obstacle_follows_its_marker() -> None:
     yaw = poses.logarithm(np.array(move.orientation))[2]
     assert yaw == pytest.approx(0.6, abs=math.radians(0.5))
     moved = BOX.moved(move.position, move.orientation)
-    later = [watched.look(image, NOWHERE, FRAME * k, CAMERA, [moved])[1] for k in range(7, 10)]
+    later = [watched.update(image, NOWHERE, FRAME * k, CAMERA, [moved])[1] for k in range(7, 10)]
     assert later == [[]] * 3
 
 
@@ -48,16 +48,16 @@ def test_a_rope_across_a_marker_is_seen_and_the_marker_is_not() -> None:
     depth = level(0.08).astype(np.uint16)
     rows = slice(round(float(v)) - 4, round(float(v)) + 4)
     image[rows], depth[rows] = 255, depth[rows] - 20
-    dark, _ = MarkedObstacles({4: BOX}, {4: SIDE}, 0.008).look(image, depth, 0, CAMERA, [box])
+    dark, _ = MarkerObstacles({4: BOX}, {4: SIDE}, 0.008).update(image, depth, 0, CAMERA, [box])
     assert np.all(dark[rows] == 255)
     dark[rows] = 0
     assert np.count_nonzero(dark[..., 0] > 200) == 0
 
 
 def test_a_foreign_marker_moves_nothing_but_is_masked() -> None:
-    watched = MarkedObstacles({4: BOX}, {4: SIDE}, 0.008)
+    watched = MarkerObstacles({4: BOX}, {4: SIDE}, 0.008)
     image = picture((0.12, -0.05, 0.08), 0.6, 9)
-    looks = [watched.look(image, NOWHERE, FRAME * k, CAMERA, [BOX]) for k in range(4)]
+    looks = [watched.update(image, NOWHERE, FRAME * k, CAMERA, [BOX]) for k in range(4)]
     assert all(moves == [] for _, moves in looks)
     dark = looks[-1][0]
     assert np.count_nonzero(dark[..., 0] > 200) == 0
@@ -77,7 +77,7 @@ def test_a_marker_moved_while_the_rope_hides_it_is_not_taken_for_rope() -> None:
     # Another strand lies beside it, as high as the plate.
     strand = slice(round(float(v)) - 80, round(float(v)) - 72)
     image[strand], depth[strand] = 255, plate[strand]
-    dark, _ = MarkedObstacles({4: BOX}, {4: SIDE}, 0.008).look(image, depth, 0, CAMERA, [box])
+    dark, _ = MarkerObstacles({4: BOX}, {4: SIDE}, 0.008).update(image, depth, 0, CAMERA, [box])
     assert np.all(dark[rope] == 255)
     assert np.all(dark[strand] == 255)
     dark[rope] = dark[strand] = 0
@@ -85,10 +85,10 @@ def test_a_marker_moved_while_the_rope_hides_it_is_not_taken_for_rope() -> None:
 
 
 def test_two_sightings_elsewhere_are_enough_for_a_marker_that_is_known() -> None:
-    watched = MarkedObstacles({4: BOX}, {4: SIDE}, 0.008)
+    watched = MarkerObstacles({4: BOX}, {4: SIDE}, 0.008)
     before, after = picture((0.0, 0.0, 0.08), 0.0, 4), picture((0.06, 0.0, 0.08), 0.0, 4)
     for k in range(5):
-        assert watched.look(before, NOWHERE, 3 * FRAME * k, CAMERA, [BOX])[1] == []
-    assert watched.look(after, NOWHERE, 15 * FRAME, CAMERA, [BOX])[1] == []
-    (move,) = watched.look(after, NOWHERE, 18 * FRAME, CAMERA, [BOX])[1]
+        assert watched.update(before, NOWHERE, 3 * FRAME * k, CAMERA, [BOX])[1] == []
+    assert watched.update(after, NOWHERE, 15 * FRAME, CAMERA, [BOX])[1] == []
+    (move,) = watched.update(after, NOWHERE, 18 * FRAME, CAMERA, [BOX])[1]
     assert np.linalg.norm(np.subtract(move.position, (0.06, 0.0, 0.04))) < 1e-3

@@ -14,7 +14,7 @@ from lariat.geometry.poses import Pose
 from lariat.rod import RodProperties
 from services.perception.centerline.estimator import CenterlineEstimator
 from services.perception.rgbd.depth_bias import DepthBias
-from services.perception.tracking.centerline_tracker import Tracker
+from services.perception.tracking.centerline_tracker import CenterlineTracker
 from services.sim.camera.sensor_noise import SensorNoise
 from tests.services.perception.scenes import CAMERA, ROPE, curve, grips, taken
 
@@ -34,8 +34,8 @@ def test_the_rope_is_seen_where_it_is_although_depth_is_off(bias: float, camera:
     frame = taken(nodes, camera=camera, noise=SensorNoise(depth_bias=bias))
     errors = []
     for planes in ((), (TABLE,)):
-        tracker = Tracker(CenterlineEstimator(CAMERA, ROPE), BELIEVED, planes)
-        found = tracker.follow(frame.color, frame.depth, *grips(nodes), 0)
+        tracker = CenterlineTracker(CenterlineEstimator(CAMERA, ROPE), BELIEVED, planes)
+        found = tracker.track(frame.color, frame.depth, *grips(nodes), 0)
         errors.append(float(np.mean(np.linalg.norm(found.positions - nodes, axis=1))))
     assert errors[0] > 3e-3
     assert errors[1] < 1.5e-3
@@ -44,7 +44,7 @@ def test_the_rope_is_seen_where_it_is_although_depth_is_off(bias: float, camera:
 def test_right_depth_is_left_as_it_is() -> None:
     bias = DepthBias(CAMERA, (TABLE,))
     for frame in range(5):
-        assert bias.look(taken(curve(4), frame=frame).depth) == 0.0
+        assert bias.update(taken(curve(4), frame=frame).depth) == 0.0
 
 
 def test_a_board_on_the_table_is_not_the_table() -> None:
@@ -53,10 +53,10 @@ def test_a_board_on_the_table_is_not_the_table() -> None:
         for height in (0.008, 0.02)
     )
     depth = taken(curve(4), (thin,)).depth
-    assert DepthBias(CAMERA, (TABLE,)).look(depth) == pytest.approx(-0.008, abs=5e-4)
+    assert DepthBias(CAMERA, (TABLE,)).update(depth) == pytest.approx(-0.008, abs=5e-4)
     # Known, or thicker than any bias.
-    assert DepthBias(CAMERA, (TABLE, thin)).look(depth) == 0.0
-    assert DepthBias(CAMERA, (TABLE,)).look(taken(curve(4), (thick,)).depth) == 0.0
+    assert DepthBias(CAMERA, (TABLE, thin)).update(depth) == 0.0
+    assert DepthBias(CAMERA, (TABLE,)).update(taken(curve(4), (thick,)).depth) == 0.0
 
 
 def test_what_is_no_bias_is_not_taken_off() -> None:
@@ -67,7 +67,7 @@ def test_what_is_no_bias_is_not_taken_off() -> None:
         ),
     )
     depth = taken(curve(4), camera=replace(CAMERA, T_world_camera=tilted)).depth
-    assert DepthBias(CAMERA, (TABLE,)).look(depth) == 0.0
+    assert DepthBias(CAMERA, (TABLE,)).update(depth) == 0.0
     # Nothing known lies in view, or nothing is measured at all.
-    assert DepthBias(CAMERA, ()).look(depth) == 0.0
-    assert DepthBias(CAMERA, (TABLE,)).look(np.zeros_like(depth)) == 0.0
+    assert DepthBias(CAMERA, ()).update(depth) == 0.0
+    assert DepthBias(CAMERA, (TABLE,)).update(np.zeros_like(depth)) == 0.0

@@ -7,14 +7,8 @@ import numpy as np
 import pytest
 
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
-from services.perception.markers.detection import (
-    PATTERNS,
-    MarkerDetector,
-    Placement,
-    SteadyPlacement,
-    placed,
-    without_markers,
-)
+from services.perception.markers.marker_detection import PATTERNS, MarkerDetector, mask_markers
+from services.perception.markers.marker_pose import MarkerPose, MarkerPoseFilter, locate_marker
 
 CAMERA = Camera(
     Intrinsics.symmetric(1280, 720, math.radians(65.0)),
@@ -53,9 +47,9 @@ def picture(position: tuple[float, float, float], yaw: float, identity: int) -> 
 def test_a_tag_on_a_known_plane_is_placed_to_a_millimetre_and_half_a_degree(
     place: tuple[float, float, float], yaw: float
 ) -> None:
-    (sighting,) = MarkerDetector().find(picture(place, yaw, 7))
+    (sighting,) = MarkerDetector().detect(picture(place, yaw, 7))
     assert sighting.identity == 7
-    found = placed(sighting, CAMERA, place[2])
+    found = locate_marker(sighting, CAMERA, place[2])
     assert found is not None
     assert np.linalg.norm(found.position - place) < 1e-3
     assert abs(math.remainder(found.yaw - yaw, 2.0 * math.pi)) < math.radians(0.5)
@@ -64,29 +58,29 @@ def test_a_tag_on_a_known_plane_is_placed_to_a_millimetre_and_half_a_degree(
 
 
 def test_a_wrong_height_shows_in_the_side() -> None:
-    (sighting,) = MarkerDetector().find(picture((0.0, 0.0, 0.16), 0.3, 3))
-    found = placed(sighting, CAMERA, 0.0)
+    (sighting,) = MarkerDetector().detect(picture((0.0, 0.0, 0.16), 0.3, 3))
+    found = locate_marker(sighting, CAMERA, 0.0)
     assert found is not None
     assert found.side > 1.15 * SIDE
 
 
 def test_a_plane_above_the_camera_has_no_tag() -> None:
-    (sighting,) = MarkerDetector().find(picture((0.0, 0.0, 0.0), 0.0, 3))
-    assert placed(sighting, CAMERA, 1.5) is None
+    (sighting,) = MarkerDetector().detect(picture((0.0, 0.0, 0.0), 0.0, 3))
+    assert locate_marker(sighting, CAMERA, 1.5) is None
 
 
 def test_a_masked_tag_is_no_rope() -> None:
     image = picture((0.0, 0.0, 0.0), 0.4, 5)
-    sightings = MarkerDetector().find(image)
+    sightings = MarkerDetector().detect(image)
     assert np.count_nonzero(image[..., 0] > 200) > 1000
-    assert np.count_nonzero(without_markers(image, sightings)[..., 0] > 200) == 0
+    assert np.count_nonzero(mask_markers(image, sightings)[..., 0] > 200) == 0
 
 
 def test_one_wild_sighting_does_not_move_an_obstacle() -> None:
-    steady = SteadyPlacement()
-    here = Placement(np.array([0.1, 0.2, 0.0]), math.pi - 0.01, SIDE, 0.0)
-    there = Placement(np.array([0.4, 0.2, 0.0]), 0.0, SIDE, 0.0)
-    over = Placement(np.array([0.1, 0.2, 0.0]), -math.pi + 0.01, SIDE, 0.0)
+    steady = MarkerPoseFilter()
+    here = MarkerPose(np.array([0.1, 0.2, 0.0]), math.pi - 0.01, SIDE, 0.0)
+    there = MarkerPose(np.array([0.4, 0.2, 0.0]), 0.0, SIDE, 0.0)
+    over = MarkerPose(np.array([0.1, 0.2, 0.0]), -math.pi + 0.01, SIDE, 0.0)
     for p in (here, over, here):
         steady.add(p)
     np.testing.assert_allclose(steady.add(there).position, here.position)

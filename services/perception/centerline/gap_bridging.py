@@ -1,0 +1,110 @@
+"""Join of ordered segments into one curve, with bridges over the gaps between them."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.geometry import polylines
+from lariat.geometry.poses import Pose
+from services.perception.centerline.segment_ordering import End, Points, grip_end, segment_ends
+
+BRIDGE_POINTS = 20
+"""Number of points of a bridge."""
+MAX_TANGENT_SCALE = 4.0
+"""Largest length of a bridge's end tangents, relative to the length of the bridge."""
+BISECTION_STEPS = 12
+"""Number of bisections in the search for the length of a bridge."""
+
+
+def join_segments(
+    segments: Sequence[Points], left: Pose | None, right: Pose | None, length: float
+) -> tuple[Points, list[Float64[np.ndarray, "k"]]]:
+    """Join ordered segments into one curve; the bridges share the length that is missing.
+
+    Args:
+        segments: Points along each segment, from left to right [m].
+        left: Grip of the left end; None where it is unknown.
+        right: Grip of the right end.
+        length: Length of the rope [m].
+
+    Returns:
+        Points of the curve [m], and for each segment the position of its points along it, in 0..1.
+    """
+    stops = [segment_ends(p) for p in segments]
+    gaps: list[tuple[End, End]] = []
+    if left is not None:
+        gaps.append((grip_end(left), stops[0][0]))
+    gaps += [(a[1], b[0]) for a, b in itertools.pairwise(stops)]
+    if right is not None:
+        gaps.append((stops[-1][1], grip_end(right)))
+    chords = [float(np.linalg.norm(b[0] - a[0])) for a, b in gaps]
+    visible = sum(polylines.length(p) for p in segments)
+    missing = (
+        max(0.0, length - visible - sum(chords)) if left is not None and right is not None else 0.0
+    )
+    share = missing / max(sum(chords), 1e-9)
+    bridges = [_bridge(*a, *b, c * (1.0 + share)) for (a, b), c in zip(gaps, chords, strict=True)]
+    parts: list[Points] = []
+    spots: list[slice] = []
+    count = 0
+    # The part out of view lies beyond both free ends, half of it beyond each.
+    beyond = hidden_end_length(segments, left, right, length)
+    if left is None:
+        point, tangent = stops[0][0]
+        parts.append((point - beyond * tangent)[None])
+        count += 1
+    for k, segment in enumerate(segments):
+        if left is not None or k > 0:
+            bridge = bridges[k if left is not None else k - 1]
+            parts.append(bridge)
+            count += len(bridge)
+        parts.append(segment)
+        spots.append(slice(count, count + len(segment)))
+        count += len(segment)
+    if right is not None:
+        parts.append(bridges[-1])
+    else:
+        point, tangent = stops[-1][1]
+        parts.append((point + beyond * tangent)[None])
+    curve = np.concatenate(parts)
+    s = polylines.arc_lengths(curve)
+    return curve, [s[spot] / s[-1] for spot in spots]
+
+
+def hidden_end_length(
+    segments: Sequence[Points], left: Pose | None, right: Pose | None, length: float
+) -> float:
+    """Return the length of rope beyond each end that no grip holds [m].
+
+    Arguments as in `join_segments`.
+    """
+    free = (left is None) + (right is None)
+    if free == 0:
+        return 0.0
+    stops = [p[0] for p in segments] + [segments[-1][-1]]
+    gaps = sum(float(np.linalg.norm(b[0] - a[-1])) for a, b in itertools.pairwise(segments))
+    if left is not None:
+        gaps += float(np.linalg.norm(stops[0] - left.position))
+    if right is not None:
+        gaps += float(np.linalg.norm(stops[-1] - right.position))
+    return max(0.0, length - gaps - sum(polylines.length(p) for p in segments)) / free
+
+
+def _bridge(a: np.ndarray, ta: np.ndarray, b: np.ndarray, tb: np.ndarray, length: float) -> Points:
+    """Inner points of a cubic from a to b along both tangents, of a given length if possible."""
+    t = np.linspace(0.0, 1.0, BRIDGE_POINTS + 2)[1:-1, None]
+    value, rise, fall = t * t * (3.0 - 2.0 * t), t * (t - 1.0) ** 2, t * t * (t - 1.0)
+
+    def curve(scale: float) -> Points:
+        return a + value * (b - a) + scale * length * (rise * ta + fall * tb)
+
+    low, high = 0.0, MAX_TANGENT_SCALE
+    for _ in range(BISECTION_STEPS):
+        middle = (low + high) / 2.0
+        short = polylines.length(np.concatenate([[a], curve(middle), [b]])) < length
+        low, high = (middle, high) if short else (low, middle)
+    return curve(low)

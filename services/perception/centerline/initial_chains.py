@@ -1,0 +1,119 @@
+"""Initial chains for the fit: one for each hypothesis about the order of the segments."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.geometry import polylines
+from lariat.geometry.poses import Pose
+from services.perception.centerline.estimate import RopeModel, ShapePrior
+from services.perception.centerline.gap_bridging import hidden_end_length, join_segments
+from services.perception.centerline.observation import Observation
+from services.perception.centerline.segment_ordering import (
+    SegmentOrder,
+    order_by_gaps,
+    order_by_prior,
+)
+
+UNIFORM_HALF_WIDTH = 3.0**0.5
+"""Half width of a uniform distribution over its standard deviation."""
+
+
+@dataclass(frozen=True)
+class InitialChain:
+    """Initial guess of a fit, with the assignment of segments to its edges."""
+
+    nodes: Float64[np.ndarray, "n 3"]
+    """Node positions [m]."""
+    edges: tuple[tuple[int, np.ndarray], ...]
+    """Segments, and for each of their points the edge on which it lies; -1: on none."""
+    prior: ShapePrior | None
+    """Expected shape that it rests on."""
+    sliding: float = 0.0
+    """Standard deviation of a shift of the whole rope along itself [m]."""
+
+
+def initial_chains(
+    view: Observation,
+    rope: RopeModel,
+    reach: float,
+    left: Pose | None,
+    right: Pose | None,
+    prior: ShapePrior | None,
+    fallback_prior: Callable[[], ShapePrior | None] | None,
+) -> Iterator[InitialChain]:
+    """Yield initial chains, the most likely first.
+
+    Args:
+        view: Segments in the frame.
+        rope: Length and number of nodes.
+        reach: Distance from a prior above which a segment does not belong to it [m], beside two of
+            the prior's standard deviations.
+        left: Grip of the left end; None when it is free or unknown.
+        right: Grip of the right end.
+        prior: Expected shape.
+        fallback_prior: Expected shape that is asked for last.
+    """
+    if prior is not None:
+        yield from _from_prior(view, rope, reach, prior, left, right)
+    for order in order_by_gaps(view.points, left, right, rope.length):
+        yield _from_order(view, rope, order, left, right, None)
+    if fallback_prior is not None:
+        shape = fallback_prior()
+        if shape is not None:
+            yield from _from_prior(view, rope, reach, shape, left, right)
+
+
+def _from_prior(
+    view: Observation,
+    rope: RopeModel,
+    reach: float,
+    prior: ShapePrior,
+    left: Pose | None,
+    right: Pose | None,
+) -> Iterator[InitialChain]:
+    """Chains that a prior suggests: by whole segments, and by single points."""
+    reach = reach + 2.0 * float(np.max(prior.sigma))
+    order = order_by_prior(prior.positions, view.points, reach)
+    if order.indices:
+        yield _from_order(view, rope, order, left, right, prior)
+    # Where segments merge in the image, only single points can tell them apart.
+    dense = polylines.resampled(prior.positions, 4 * rope.node_count)
+    edges = []
+    for points in view.points:
+        gaps = np.linalg.norm(points[:, None] - dense[None], axis=2)
+        nearest = np.argmin(gaps, axis=1)
+        far = gaps[np.arange(len(points)), nearest] > reach
+        edges.append(np.where(far, -1, nearest * (rope.node_count - 1) // len(dense)))
+    yield InitialChain(prior.positions, tuple(enumerate(edges)), prior)
+
+
+def _from_order(
+    view: Observation,
+    rope: RopeModel,
+    order: SegmentOrder,
+    left: Pose | None,
+    right: Pose | None,
+    prior: ShapePrior | None,
+) -> InitialChain:
+    """Chain through the segments in a given order."""
+    n = rope.node_count
+    segments = [
+        view.points[i][::-1] if flip else view.points[i]
+        for i, flip in zip(order.indices, order.flipped, strict=True)
+    ]
+    curve, places = join_segments(segments, left, right, rope.length)
+    edges = tuple(
+        (i, np.minimum((place[::-1] if flip else place) * (n - 1), n - 2).astype(int))
+        for i, flip, place in zip(order.indices, order.flipped, places, strict=True)
+    )
+    sliding = 0.0
+    if left is None and right is None:
+        # The rope may lie anywhere along itself that leaves its ends out of view.
+        hidden = hidden_end_length(segments, None, None, rope.length)
+        sliding = hidden / UNIFORM_HALF_WIDTH
+    return InitialChain(polylines.resampled(curve, n), edges, prior, sliding)

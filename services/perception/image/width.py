@@ -1,0 +1,24 @@
+"""Skeleton and width of long thin regions of a mask."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float32, UInt8
+from skimage.morphology import skeletonize
+
+MIN_WIDTH = 1.5
+"""Least width that is reported [pixels]."""
+
+
+def measure_width(mask: UInt8[np.ndarray, "h w"]) -> tuple[float, Bool[np.ndarray, "h w"]]:
+    """Return the width of a mask's long thin regions [pixels], and their skeleton."""
+    skeleton = skeletonize(mask.view(bool))
+    radii = cv2.distanceTransform(mask, cv2.DIST_L2, 5)
+    return width_from_radii(radii[skeleton]), skeleton
+
+
+def width_from_radii(radii: Float32[np.ndarray, "k"]) -> float:
+    """Return the width of a region from the distances of its skeleton to the outside [pixels]."""
+    # The distance reaches to the centre of the first pixel outside.
+    return max(2.0 * float(np.median(radii)) - 1.0, MIN_WIDTH) if len(radii) else MIN_WIDTH

@@ -1,0 +1,64 @@
+"""Scene requests and the scene state as messages."""
+
+from __future__ import annotations
+
+import logging
+
+import numpy as np
+from jaxtyping import Float64
+
+from services.perception.scene import ObstacleScene, SceneChangeRefused
+from shared.messages import Scene, SceneRequest, obstacle_message, scene_obstacles
+
+log = logging.getLogger(__name__)
+
+
+class SceneRequests:
+    """Applies requests to a scene and reports it, with the answer to the last request."""
+
+    def __init__(self, scene: ObstacleScene) -> None:
+        self._scene = scene
+        self._last_request = ""
+        self._refusal = ""
+
+    def handle(self, request: SceneRequest, rope: Float64[np.ndarray, "n 3"] | None) -> None:
+        """Apply a request, or keep the reason why it is refused.
+
+        Args:
+            request: Obstacle to add, move or remove.
+            rope: Nodes of the rope, which obstacles must not overlap [m]; None when unknown.
+        """
+        self._last_request, self._refusal = request.id, ""
+        try:
+            self._apply(request, rope)
+        except ValueError as error:
+            self._refusal = str(error)
+            log.warning("scene request %s refused: %s", request.id, error)
+
+    def state(self, now: int) -> Scene:
+        """Return the message of the scene at a time [ns]."""
+        return Scene(
+            stamp=now,
+            revision=self._scene.revision,
+            obstacles=[obstacle_message(o) for o in self._scene.obstacles],
+            last_request=self._last_request,
+            refusal=self._refusal,
+        )
+
+    def _apply(self, request: SceneRequest, rope: Float64[np.ndarray, "n 3"] | None) -> None:
+        match request.action:
+            case SceneRequest.ADD:
+                (obstacle,) = scene_obstacles(Scene(obstacles=[request.obstacle]))
+                self._scene.add(obstacle, rope)
+            case SceneRequest.MOVE:
+                o = request.obstacle
+                if len(o.position) != 3 or len(o.orientation) not in (0, 4):
+                    raise SceneChangeRefused(
+                        f"moving {o.name!r} takes a position of 3 numbers and an orientation "
+                        f"of 4 or none, got {list(o.position)} and {list(o.orientation)}"
+                    )
+                self._scene.move(o.name, o.position, o.orientation, rope)
+            case SceneRequest.REMOVE:
+                self._scene.remove(request.obstacle.name)
+            case unknown:
+                raise SceneChangeRefused(f"there is no action {unknown}; use ADD, MOVE or REMOVE")

@@ -1,0 +1,45 @@
+"""Protocol of a rope tracker."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from jaxtyping import UInt8, UInt16
+
+from lariat.geometry.cameras import Camera
+from lariat.geometry.poses import Pose
+from services.perception.centerline.estimate import CenterlineEstimate
+
+
+class RopeTracker(Protocol):
+    """Follows one rope through the frames of one camera."""
+
+    camera: Camera
+
+    def track(
+        self,
+        color: UInt8[np.ndarray, "h w 3"],
+        depth: UInt16[np.ndarray, "h w"],
+        left: Pose | None,
+        right: Pose | None,
+        stamp: int,
+    ) -> CenterlineEstimate:
+        """Estimate the rope in the next frame.
+
+        Args:
+            color: Red, green, blue.
+            depth: Depth image [mm], 0 where nothing was measured.
+            left: Grip that holds the left end; None when it is free or unknown.
+            right: Grip that holds the right end.
+            stamp: Time of the exposure [ns].
+        """
+        ...
+
+    def forget(self) -> None:
+        """Drop what earlier frames have shown."""
+        ...
+
+    def warm_up(self, left: Pose, right: Pose) -> None:
+        """Compile what `track` needs, with grips at which the rope may rest."""
+        ...

@@ -20,7 +20,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from lariat.rod import Rod, RodProperties, RodState
+from lariat.rod import Rod, RodProperties, RodState, RolloutSpec
 from services.controller.model_factory import horizon_optimizer
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
 from services.controller.mpc.horizon import HorizonProblem
@@ -111,4 +111,4 @@ def _times(base: Scenario, method: Method, count: int, calls: int) -> Float64[np
 
 
 def _moved(rod: Rod, state: RodState, velocity: Float64[np.ndarray, "2 2 3"]) -> RodState:
-    return rod.rollout(state, velocity.reshape(1, 2, 6), STEP / 4.0, steps=4).final
+    return rod.rollout(RolloutSpec(state, velocity.reshape(1, 2, 6), STEP / 4.0, steps=4)).final

@@ -16,7 +16,7 @@ from jaxtyping import Float64
 from benchmarks.paper.goals import Goal
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import chain_clearance, pack
-from lariat.rod import Rod, RodState
+from lariat.rod import Rod, RodState, RolloutSpec
 from lariat.rod.xpbd import PARAMETERS, XpbdProperties, XpbdRod
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
 from services.controller.mpc.horizon import HorizonOptimizer, HorizonProblem
@@ -83,7 +83,7 @@ def shape(
         plan = method.plan(model, horizon, avoidance)
         times.append(time.process_time() - begun)
         actions, velocity = _executed(method, plan.velocities, velocity)
-        rolled = plant.rollout(state, actions, STEP, obstacles=obstacles)
+        rolled = plant.rollout(RolloutSpec(state, actions, STEP, obstacles=obstacles))
         method.shift(STEP * len(actions))
         for nodes in rolled.positions:
             errors.append(float(np.mean(np.linalg.norm(nodes - goal.nodes, axis=1))))
@@ -91,7 +91,8 @@ def shape(
             nearest = chain_clearance(nodes, avoidance.radius, avoidance.obstacles)
             clearance = min(clearance, nearest)
         before, state = state, rolled.final
-        expected = model.rollout(believed, actions, STEP, obstacles=obstacles).final
+        spec = RolloutSpec(believed, actions, STEP, obstacles=obstacles)
+        expected = model.rollout(spec).final
         miss = np.linalg.norm(expected.positions - state.positions, axis=1)
         misses.append(float(np.mean(miss)))
         if adaptation is not None and isinstance(model, XpbdRod):

@@ -15,7 +15,7 @@ from jaxtyping import Float64
 from benchmarks.paper.closed_loop import horizon_of
 from benchmarks.paper.goals import LEVEL, Goal, scene, start
 from lariat.geometry.poses import Pose
-from lariat.rod import Rod, RodState
+from lariat.rod import Rod, RodState, RolloutSpec
 from lariat.rod.launch import taichi_runtime
 from lariat.rod.xpbd import XpbdRod
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
@@ -39,15 +39,15 @@ def compare(xpbd: XpbdRod, direct: Rod) -> dict[str, float]:
     reverse = reversed_rod(xpbd, state, actions, slope)
     found = reverse()
     compiled = time.process_time() - begun
-    adjoint = xpbd.gradient(state, actions, DT, d_cost_d_positions=slope)
+    adjoint = xpbd.gradient(RolloutSpec(state, actions, DT), slope)
     exact = adjoint.actions[:, :, :3]
     disagreement = float(np.linalg.norm(found - exact) / np.linalg.norm(exact))
 
     def by_adjoint() -> None:
-        xpbd.gradient(state, actions, DT, d_cost_d_positions=slope)
+        xpbd.gradient(RolloutSpec(state, actions, DT), slope)
 
     def by_implicit_function() -> None:
-        direct.gradient(other, actions, DT, parameters=(), d_cost_d_positions=slope)
+        direct.gradient(RolloutSpec(other, actions, DT), slope, parameters=())
 
     by_implicit_function()
     times = {
@@ -84,7 +84,7 @@ def reversed_rod(
     p = rod.properties
     other = ReverseRod(
         rod.node_count,
-        rod.iterations,
+        rod.model.iterations,
         HORIZON,
         rod.edge_length,
         DT,

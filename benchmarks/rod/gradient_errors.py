@@ -10,7 +10,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import poses
 from lariat.geometry.obstacles import TABLE, Obstacle, pack
-from lariat.rod import PARAMETERS, Rod, RodProperties, RodState
+from lariat.rod import PARAMETERS, Rod, RodProperties, RodState, RolloutSpec
 
 PROPERTIES = RodProperties(
     0.45, 0.008, 0.044, 1e6, internal_damping=0.004, rest_curvature=((1.0, 0.5, 0.3),)
@@ -48,17 +48,18 @@ def row(node_count: int, tolerance: float) -> Row:
     moves[:, 1] = [-1.2, 0.0, 0.0, 2.0, 0.0, 2.0]
     moves[:, 0] = [0.0, 0.3, 0.0, 0.0, 1.0, 0.0]
     start = fine.straight([-0.225, 0.0, 0.3], [0.225, 0.0, 0.3])
-    state = fine.rollout(start, moves, DT, obstacles=BAR).final
+    state = fine.rollout(RolloutSpec(start, moves, DT, obstacles=BAR)).final
     actions = 0.5 * rng.normal(size=(BLOCKS, 2, 6))
     slope = rng.normal(size=(BLOCKS, node_count, 3))
 
     def cost(
         actions: Float64[np.ndarray, "K 2 6"] = actions, state: RodState = state, rod: Rod = fine
     ) -> float:
-        return float(np.sum(slope * rod.rollout(state, actions, DT, obstacles=BAR).positions))
+        spec = RolloutSpec(state, actions, DT, obstacles=BAR)
+        return float(np.sum(slope * rod.rollout(spec).positions))
 
     rod = Rod(PROPERTIES, node_count, tolerance=tolerance)
-    found = rod.gradient(state, actions, DT, obstacles=BAR, d_cost_d_positions=slope)
+    found = rod.gradient(RolloutSpec(state, actions, DT, obstacles=BAR), slope)
     exact = np.zeros_like(actions)
     for index in np.ndindex(*exact.shape):
         bump = np.zeros_like(exact)

@@ -10,8 +10,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import polylines, poses
 from lariat.geometry.obstacles import Obstacle, chain_clearance, pack, signed_distance
-from lariat.rod import Rod, RodProperties
-from lariat.rod.statics import framed
+from lariat.rod import Rod, RodProperties, RolloutSpec, framed
 
 LENGTH, DIAMETER = 0.5, 0.008
 STEPS, DT = 30, 0.01
@@ -112,11 +111,12 @@ def outcome(case: Case) -> Outcome:
     """Run it."""
     straight = poses.between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
     state = framed(case.nodes, straight, straight)
-    rollout = case.rod.rollout(state, case.actions, DT, obstacles=pack(case.obstacles))
+    spec = RolloutSpec(state, case.actions, DT, obstacles=pack(case.obstacles))
+    rollout = case.rod.rollout(spec)
     last = rollout.positions[-1]
     return Outcome(
         bool(np.all(np.isfinite(rollout.positions))),
-        rollout.trouble is not None,
+        rollout.failure is not None,
         polylines.length(last) / LENGTH - 1.0,
         chain_clearance(last, DIAMETER / 2.0, case.obstacles),
     )

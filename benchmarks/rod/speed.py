@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.obstacles import TABLE, Obstacle, pack
-from lariat.rod import PARAMETERS, Rod, RodProperties, RodState
+from lariat.rod import PARAMETERS, Rod, RodProperties, RodState, RolloutSpec
 
 PROPERTIES = RodProperties(0.45, 0.008, 0.044, 1e6)
 HORIZON, DT = 5, 0.01
@@ -26,10 +26,10 @@ _START = """
 import resource, time
 begin = time.perf_counter()
 import numpy as np
-from lariat.rod import Rod, RodProperties
+from lariat.rod import Rod, RodProperties, RolloutSpec
 rod = Rod(RodProperties(0.45, 0.008, 0.044, 1e6), 10)
 state = rod.straight([0.0, 0.0, 0.3], [1.0, 0.0, 0.3])
-rod.gradient(state, np.zeros((2, 2, 6)), 0.01, d_cost_d_positions=np.zeros((2, 10, 3)))
+rod.gradient(RolloutSpec(state, np.zeros((2, 2, 6)), 0.01), np.zeros((2, 10, 3)))
 whose = resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN
 used = [resource.getrusage(one) for one in whose]
 print(sum(one.ru_utime + one.ru_stime for one in used), time.perf_counter() - begin)
@@ -43,28 +43,20 @@ def by_size(repeats: int = 200) -> list[dict[str, float]]:
 
 def _timed(n: int, repeats: int) -> dict[str, float]:
     rod, state, actions = moving(n)
+    spec = RolloutSpec(state, actions, DT, obstacles=PILLARS)
     slope = np.random.default_rng(0).normal(size=(HORIZON, n, 3))
 
     def gradient(parameters: tuple[str, ...]) -> Callable[[], object]:
-        return lambda: rod.gradient(
-            state,
-            actions,
-            DT,
-            obstacles=PILLARS,
-            parameters=parameters,
-            d_cost_d_positions=slope,
-        )
+        return lambda: rod.gradient(spec, slope, parameters)
 
-    iterations = rod.rollout(state, actions, DT, obstacles=PILLARS).iterations
+    iterations = rod.rollout(spec).iterations
     return {
         "nodes": n,
         "iterations": float(np.mean(iterations)),
-        "rollout_ms": best(lambda: rod.rollout(state, actions, DT, obstacles=PILLARS), repeats),
+        "rollout_ms": best(lambda: rod.rollout(spec), repeats),
         "with_gradient_ms": best(gradient(()), repeats),
         "with_all_parameters_ms": best(gradient(PARAMETERS), repeats),
-        "with_60_columns_ms": best(
-            lambda: rod.linearize(state, actions, DT, obstacles=PILLARS), repeats
-        ),
+        "with_60_columns_ms": best(lambda: rod.linearize(spec), repeats),
     }
 
 
@@ -75,14 +67,15 @@ def moving(n: int) -> tuple[Rod, RodState, Float64[np.ndarray, "K 2 6"]]:
     actions[:, 0] = [0.1, 0.1, 0.0, 0.0, 1.0, 0.0]
     actions[:, 1] = [-0.3, 0.1, 0.1, 1.0, 0.0, 1.0]
     start = rod.straight([-0.225, 0.0, 0.3], [0.225, 0.0, 0.3])
-    return rod, rod.rollout(start, actions, DT, obstacles=PILLARS).final, actions
+    return rod, rod.rollout(RolloutSpec(start, actions, DT, obstacles=PILLARS)).final, actions
 
 
 def batched(count: int = 64, n: int = 40, repeats: int = 5) -> float:
     """Node steps per second and core, many rods in one launch."""
     rod, state, actions = moving(n)
     many = np.repeat(actions[None], count, axis=0)
-    took = best(lambda: rod.rollouts([state] * count, many, DT, obstacles=PILLARS), repeats)
+    spec = RolloutSpec([state] * count, many, DT, obstacles=PILLARS)
+    took = best(lambda: rod.rollout(spec), repeats)
     return count * n * HORIZON / (1e-3 * took)
 
 

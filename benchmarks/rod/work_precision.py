@@ -20,7 +20,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
-from lariat.rod import Rod, RodProperties, RodState
+from lariat.rod import Rod, RodProperties, RodState, RolloutSpec
 from lariat.rod.integration_schemes import Scheme
 from lariat.rod.xpbd import XpbdProperties, XpbdRod
 from services.sim.plants.mujoco_model import MujocoRope, mjcf
@@ -109,7 +109,7 @@ def _mean(offsets: Float64[np.ndarray, "n 3"]) -> float:
 
 
 def _rolled(rod: Rod, start: RodState, moves: Float64[np.ndarray, "H 2 6"], substeps: int) -> Path:
-    return rod.rollout(start, moves, DT, substeps=substeps).positions
+    return rod.rollout(RolloutSpec(start, moves, DT, substeps=substeps)).positions
 
 
 def _final_grips() -> tuple[Pose, Pose]:
@@ -121,7 +121,7 @@ def _final_grips() -> tuple[Pose, Pose]:
 
 
 def _rest_after(rod: Rod, start: RodState, moves: Float64[np.ndarray, "H 2 6"]) -> Path:
-    moved = rod.rollout(start, moves, DT, substeps=10).final
+    moved = rod.rollout(RolloutSpec(start, moves, DT, substeps=10)).final
     exact = Rod(PROPERTIES, NODES, tolerance=1e-10)
     return exact.rest(*_final_grips(), guess=moved).state.positions
 
@@ -130,15 +130,18 @@ def _paper(
     start: RodState, moves: Float64[np.ndarray, "H 2 6"], end: Float64[np.ndarray, "n 3"]
 ) -> Iterator[Point]:
     properties = XpbdProperties.of_material(PROPERTIES, NODES)
-    truth = XpbdRod(properties, NODES, iterations=400).rollout(start, moves, DT, substeps=20)
+    spec = RolloutSpec(start, moves, DT, substeps=20)
+    truth = XpbdRod(properties, NODES, iterations=400).rollout(spec)
     for substeps, sweeps in ((1, 20), (5, 4), (1, 100), (5, 20), (20, 5)):
         rod = XpbdRod(properties, NODES, iterations=sweeps)
 
         def run(rod: XpbdRod = rod, substeps: int = substeps) -> Path:
-            return rod.rollout(start, moves, DT, substeps=substeps).positions
+            return rod.rollout(RolloutSpec(start, moves, DT, substeps=substeps)).positions
 
         still = rod.rollout(
-            start, np.concatenate([moves, np.zeros((400, 2, 6))]), DT, substeps=substeps
+            RolloutSpec(
+                start, np.concatenate([moves, np.zeros((400, 2, 6))]), DT, substeps=substeps
+            )
         )
         rest = _mean(still.positions[-1] - end)
         yield _point("xpbd", f"{substeps} x {sweeps}", run, truth.positions, rest)

@@ -1,22 +1,25 @@
-"""The differentiable rod; knows no bus, file or clock."""
+"""Differentiable Cosserat rod: roll-outs, derivatives and equilibria."""
 
 from __future__ import annotations
 
+from lariat.rod.initial_shapes import framed
+from lariat.rod.integration_schemes import Scheme
+from lariat.rod.model import End
 from lariat.rod.parameters import PARAMETERS
 from lariat.rod.properties import RodProperties
+from lariat.rod.protocol import DifferentiableRod
+from lariat.rod.results import Gradient, Linearization, Rest, Rollout, StateGradient
 from lariat.rod.rod import Rod
-from lariat.rod.state import (
-    Gradient,
-    Linearization,
-    Rest,
-    RodState,
-    Rollout,
-    StateDirections,
-    StateGradient,
-)
+from lariat.rod.rollout_spec import CostGradient, RolloutSpec
+from lariat.rod.state import RodState, StateDirections
+from lariat.rod.strains import curvatures, forces, moments
+from lariat.rod.twist import add_turns, count_turns
 
 __all__ = [
     "PARAMETERS",
+    "CostGradient",
+    "DifferentiableRod",
+    "End",
     "Gradient",
     "Linearization",
     "Rest",
@@ -24,6 +27,14 @@ __all__ = [
     "RodProperties",
     "RodState",
     "Rollout",
+    "RolloutSpec",
+    "Scheme",
     "StateDirections",
     "StateGradient",
+    "add_turns",
+    "count_turns",
+    "curvatures",
+    "forces",
+    "framed",
+    "moments",
 ]

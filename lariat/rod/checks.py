@@ -1,42 +1,47 @@
-"""Refuses what no kernel should see, by name."""
+"""Checks of what a launch is given, before a kernel sees it."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float64, Int64
 
+from lariat.rod.rollout_spec import RolloutSpec
 from lariat.rod.state import RodState
 
+MAX_SPAN = 1.5
+"""Distance between the ends of a state, relative to the rod's length, above which it is rejected
+[-]. Below that it may be a rope under tension, or one whose length is underestimated."""
 
-def check_launch(
-    count: int,
-    actions: Float64[np.ndarray, "B K 2 6"],
-    dt: float | Float64[np.ndarray, "H"],
-    steps: int | None,
-    block_of_step: Int64[np.ndarray, "H"] | None,
-    substeps: int,
+
+def check_rollout(
+    spec: RolloutSpec[RodState | Sequence[RodState]], actions: Float64[np.ndarray, "B K 2 6"]
 ) -> Int64[np.ndarray, "H"]:
-    """The block of every step.
+    """Check a specification and return the block of every step.
 
     Args:
-        count: Rods.
-        dt: Of a step, or of each [s].
-        steps: Steps that were asked for, if any were.
+        spec: Specification of a roll-out.
+        actions: Its `batched_actions`.
+
+    Raises:
+        ValueError: A field has the wrong shape or is out of its range.
     """
+    count, steps = len(spec.states), spec.steps
     if actions.ndim != 4 or actions.shape[2:] != (2, 6) or len(actions) != count:
         raise ValueError(
             f"actions must be (blocks, 2 ends, 6), got shape {actions.shape[1:]} for {count} rod(s)"
         )
-    durations = np.atleast_1d(np.asarray(dt, float))
+    durations = np.atleast_1d(np.asarray(spec.dt, float))
     if not (durations.min() > 0.0 and math.isfinite(durations.max())):
-        raise ValueError(f"dt must be positive, got {dt} s; try 0.01")
-    if substeps < 1:
-        raise ValueError(f"substeps must be at least 1, got {substeps}")
+        raise ValueError(f"dt must be positive, got {spec.dt} s; try 0.01")
+    if spec.substeps < 1:
+        raise ValueError(f"substeps must be at least 1, got {spec.substeps}")
     if not np.isfinite(actions).all():
-        raise ValueError("actions hold a number that is not finite; were they clipped?")
+        raise ValueError("actions must be finite; clip them first")
     blocks = actions.shape[1]
+    block_of_step = spec.block_of_step
     if block_of_step is None:
         block_of_step = np.minimum(np.arange(steps or blocks), blocks - 1)
         if len(block_of_step) and blocks:
@@ -49,13 +54,18 @@ def check_launch(
         )
     if block_of_step[0] < 0 or block_of_step[-1] >= blocks or np.any(np.diff(block_of_step) < 0):
         raise ValueError(
-            f"block_of_step must rise from 0 to at most {blocks - 1}, got {block_of_step}"
+            f"block_of_step must increase from 0 to at most {blocks - 1}, got {block_of_step}"
         )
     return block_of_step
 
 
-def check_state(state: RodState, n: int) -> None:
-    """Shapes, finite numbers and unit quaternions."""
+def check_state(state: RodState, node_count: int) -> None:
+    """Check that a state fits a rod of so many nodes.
+
+    Raises:
+        ValueError: A field has the wrong shape, is not finite, or is no unit quaternion.
+    """
+    n = node_count
     for name, rows, width in (
         ("positions", n, 3),
         ("orientations", n - 1, 4),
@@ -69,7 +79,22 @@ def check_state(state: RodState, n: int) -> None:
                 "nodes"
             )
         if not np.isfinite(value).all():
-            raise ValueError(f"state.{name} holds a number that is not finite")
+            raise ValueError(f"state.{name} must be finite")
     lengths = np.einsum("ij,ij->i", state.orientations, state.orientations)
     if lengths.min() < 0.998 or lengths.max() > 1.002:
-        raise ValueError("state.orientations must be unit quaternions; normalise them")
+        raise ValueError("state.orientations must be unit quaternions; normalize them")
+
+
+def check_span(state: RodState, length: float) -> None:
+    """Check that the ends of a state are not farther apart than a rod of a length [m] can reach.
+
+    Raises:
+        ValueError: The ends are too far apart.
+    """
+    chord = state.positions[-1] - state.positions[0]
+    distance = float(chord @ chord) ** 0.5
+    if distance > MAX_SPAN * length:
+        raise ValueError(
+            f"the ends of the state are {distance:.4f} m apart but the rod is {length} m long; "
+            "bring them together"
+        )

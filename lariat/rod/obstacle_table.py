@@ -1,4 +1,4 @@
-"""Obstacles as the kernels read them."""
+"""Obstacles as the kernels read them, and as objects again."""
 
 from __future__ import annotations
 
@@ -12,21 +12,31 @@ from lariat.geometry import poses
 from lariat.geometry.obstacles import PACKED_WIDTH, SHAPES, Obstacle
 from lariat.rod.launch.layout import OBSTACLE_WIDTH
 
+UNBOUNDED = 1e12
+"""Bounding radius of a half space [m]."""
 
-def unpacked(packed: Float64[np.ndarray, "m 12"]) -> Float64[np.ndarray, "m 17"]:
-    """Rows of `lariat.geometry.obstacles.pack` with rotation matrix and bounding radius."""
+
+def kernel_rows(packed: Float64[np.ndarray, "m 12"]) -> Float64[np.ndarray, "m 17"]:
+    """Return packed obstacles with rotation matrix and bounding radius, columns as in `layout`.
+
+    Args:
+        packed: Obstacles from `lariat.geometry.pack`.
+
+    Raises:
+        ValueError: The rows have the wrong width or are not finite.
+    """
     packed = np.asarray(packed, float)
     if packed.ndim != 2 or packed.shape[1] != PACKED_WIDTH or not np.all(np.isfinite(packed)):
         raise ValueError(
             f"obstacles must be finite rows of {PACKED_WIDTH} numbers, got shape {packed.shape}; "
-            "make them with lariat.geometry.obstacles.pack"
+            "create them with lariat.geometry.pack"
         )
     return _rows(packed.tobytes())
 
 
 @lru_cache(maxsize=64)
 def _rows(content: bytes) -> Float64[np.ndarray, "m 17"]:
-    """Cached, for a controller asks for the same scene a hundred times a second."""
+    """Cached: a controller asks for the same scene a hundred times a second."""
     packed = np.frombuffer(content).reshape(-1, PACKED_WIDTH)
     rows = np.zeros((len(packed), OBSTACLE_WIDTH))
     rows[:, :4] = packed[:, :4]
@@ -35,7 +45,7 @@ def _rows(content: bytes) -> Float64[np.ndarray, "m 17"]:
         row[13:16] = source[8:11]
         match SHAPES[int(source[0])]:
             case "half_space":
-                row[16] = 1e12
+                row[16] = UNBOUNDED
             case "sphere":
                 row[16] = source[8]
             case "capsule":
@@ -48,8 +58,8 @@ def _rows(content: bytes) -> Float64[np.ndarray, "m 17"]:
     return rows
 
 
-def bodies(packed: Float64[np.ndarray, "m 12"]) -> list[Obstacle]:
-    """The obstacles that `lariat.geometry.obstacles.pack` packed, but for their names."""
+def unpack(packed: Float64[np.ndarray, "m 12"]) -> list[Obstacle]:
+    """Return the obstacles that `lariat.geometry.pack` packed, without their names."""
     found = []
     for row in np.asarray(packed, float):
         shape = SHAPES[int(row[0])]

@@ -1,4 +1,4 @@
-"""What derivatives can be taken of, by name, and how the kernels number it."""
+"""Parameters that a rod can be differentiated in, by name, and their codes in the kernels."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from lariat.rod.launch.codes import Parameter
 from lariat.rod.launch.layout import PARAMETER_WIDTH
 from lariat.rod.properties import RodProperties
 
-_CODES = {
+_SCALAR_CODES = {
     "bending_stiffness": Parameter.BENDING_STIFFNESS,
     "twisting_stiffness": Parameter.TWISTING_STIFFNESS,
     "stretch_stiffness": Parameter.STRETCH_STIFFNESS,
@@ -23,40 +23,48 @@ _CODES = {
     "rest_curvature_2": Parameter.REST_CURVATURE_2,
     "rest_twist": Parameter.REST_TWIST,
 }
-PARAMETERS = tuple(_CODES)
-"""Each with all others held: a length with the density and the stiffnesses of the material.
+PARAMETERS = tuple(_SCALAR_CODES)
+"""Names of scalar parameters, each varied with all others held constant.
 
-The last three shift the whole rod's rest shape [1/m]. Beside them, `stiffness_profile[k]`,
-`density_profile[k]` and `rest_curvature[k][c]` name single entries of a `RodProperties`.
+Units: bending_stiffness and twisting_stiffness [N m^2], stretch_stiffness [N], damping [1/s],
+internal_damping [s], linear_density [kg/m], length [m] at constant density and stiffness. The last
+three, [1/m], shift the rest curvature of the whole rod. Beside them, `stiffness_profile[k]` [-],
+`density_profile[k]` [-] and `rest_curvature[k][c]` [1/m] name single entries of `RodProperties`.
 """
 
-_KNOT_CODES = {
+_PROFILE_CODES = {
     "stiffness_profile": Parameter.STIFFNESS_PROFILE,
     "density_profile": Parameter.DENSITY_PROFILE,
     "rest_curvature": Parameter.REST_CURVATURE,
 }
-_KNOT = re.compile(r"(stiffness_profile|density_profile|rest_curvature)\[(\d+)\](?:\[([012])\])?")
+_KNOT_NAME = re.compile(
+    r"(stiffness_profile|density_profile|rest_curvature)\[(\d+)\](?:\[([012])\])?"
+)
 
 
-def numbered(names: tuple[str, ...], properties: RodProperties) -> Int64[np.ndarray, "P 3"]:
-    """Code, knot and count of knots of each parameter.
+def parameter_codes(names: tuple[str, ...], properties: RodProperties) -> Int64[np.ndarray, "P 3"]:
+    """Return code, knot and number of knots of each parameter.
+
+    Args:
+        names: Names of the parameters.
+        properties: Rod whose parameters they are.
 
     Raises:
-        ValueError: There is no parameter of such a name.
+        ValueError: A name is not a parameter of this rod.
     """
     rows = np.zeros((len(names), PARAMETER_WIDTH), dtype=np.int64)
     for row, name in zip(rows, names, strict=True):
-        found = _KNOT.fullmatch(name)
-        if name in _CODES:
-            row[:] = _CODES[name], 0, 1
+        found = _KNOT_NAME.fullmatch(name)
+        if name in _SCALAR_CODES:
+            row[:] = _SCALAR_CODES[name], 0, 1
         elif found is None or (found[3] is None) == (found[1] == "rest_curvature"):
             raise ValueError(
-                f"no parameter {name!r}; there are {', '.join(PARAMETERS)}, stiffness_profile[k], "
-                "density_profile[k] and rest_curvature[k][c]"
+                f"no parameter {name!r}; choose from {', '.join(PARAMETERS)}, "
+                "stiffness_profile[k], density_profile[k] and rest_curvature[k][c]"
             )
         else:
             knots = len(getattr(properties, found[1]))
             if int(found[2]) >= knots:
                 raise ValueError(f"{found[1]} of this rod has {knots} entries, got {name!r}")
-            row[:] = _KNOT_CODES[found[1]] + int(found[3] or 0), int(found[2]), knots
+            row[:] = _PROFILE_CODES[found[1]] + int(found[3] or 0), int(found[2]), knots
     return rows

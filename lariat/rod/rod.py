@@ -1,35 +1,48 @@
-"""The differentiable Cosserat rod: roll-outs, derivatives and equilibria.
+"""Differentiable Cosserat rod: roll-outs, derivatives and equilibria.
+
+Model: geometrically exact Cosserat rod with stretch, shear, bending and twist, on the staggered
+grid of Spillmann & Teschner, "CoRdE" (SCA 2007): positions on nodes, a quaternion on every edge.
+A step is implicit and minimizes the incremental potential by Newton's method with a banded
+factorization; derivatives follow from the implicit function theorem with the same factors.
+`lariat.rod.kernels` holds the energy and the solver.
 
 Ends: a grip (p, R) clamps the first edge, x_0 = p and x_1 = p + l R z at the left, x_n-1 = p and
-x_n-2 = p - l R z at the right; a pinned end holds its outermost node alone; a free one nothing.
-Actions are, per block and end (0 left, 1 right), linear velocity [m/s] and angular velocity
-[rad/s] of the grip in the world frame. Orientations enter derivatives as tangent vectors.
+x_n-2 = p - l R z at the right; a pinned end holds its outermost node alone, a free one nothing.
+Orientations enter derivatives as rotation vectors in the world frame.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import overload
 
 import numpy as np
-from jaxtyping import Float64, Int64
+from jaxtyping import Float64
 
-from lariat.geometry import poses
 from lariat.geometry.poses import Pose
-from lariat.rod import statics
-from lariat.rod.integration_schemes import HISTORY, Scheme
-from lariat.rod.launch.buffers import BufferPool
+from lariat.rod import initial_shapes, statics
+from lariat.rod.integration_schemes import Scheme
+from lariat.rod.launch.buffers import BufferPool, LaunchBuffers
 from lariat.rod.launch.codes import Derivatives
-from lariat.rod.launch.inputs import ENDS, End, Wanted, constants, opened
+from lariat.rod.launch.inputs import NO_DERIVATIVES, DerivativeRequest, pack_constants, prepare
 from lariat.rod.launch.kernel_launch import launch
 from lariat.rod.launch.layout import REPORT_WIDTH, ReportRow, Section
-from lariat.rod.launch.outputs import linearized, rolled, slopes
+from lariat.rod.launch.outputs import read_gradient, read_linearization, read_rollout
+from lariat.rod.launch.sizes import Sizes
+from lariat.rod.model import End, ImplicitRodModel
 from lariat.rod.parameters import PARAMETERS
 from lariat.rod.properties import RodProperties
-from lariat.rod.state import Gradient, Linearization, Rest, RodState, Rollout, StateDirections
+from lariat.rod.results import Gradient, Linearization, Rest, Rollout
+from lariat.rod.rollout_spec import CostGradient, RolloutSpec
+from lariat.rod.state import RodState, StateDirections
 
 
 class Rod:
-    """A rod of n nodes, stepped implicitly; see `kernels` for its energy."""
+    """Rod of n nodes, stepped implicitly.
+
+    A rod is immutable but for the buffers of its launches: use one from one thread at a time.
+    """
 
     def __init__(
         self,
@@ -42,218 +55,202 @@ class Rod:
         scheme: Scheme = "euler",
         self_contact: bool = False,
     ) -> None:
-        """
+        """Create a rod.
+
         Args:
-            properties: What it is made of.
-            node_count: At least 5.
+            properties: Material and dimensions.
+            node_count: Number of nodes n, at least 5.
             left: How the end at node 0 is held.
-            right: How the other end is held.
-            gravity: Acceleration in the world frame [m/s^2].
-            tolerance: A solve is done when its last Newton step moved no node by more [m]; where
-                no derivative is wanted, when the next one would not, judged by the last two.
-            scheme: How time goes on: "euler" is of first order, one solve a step, and never adds
-                energy; "sdirk2" is of second order, two solves a step.
-            self_contact: Whether the rod's strands touch each other instead of passing through.
-                They must not come closer by a diameter within a step.
+            right: How the end at node n - 1 is held.
+            gravity: Gravitational acceleration in the world frame [m/s^2].
+            tolerance: A solve has converged when its last Newton step moved no node by more [m];
+                without derivatives, when the next step would not, judged by the last two.
+            scheme: Time integration: "euler" is of first order, with one solve a step, and never
+                adds energy; "sdirk2" is of second order, with two solves a step.
+            self_contact: Whether strands of the rod collide with each other. They must not
+                approach by a diameter within a step.
+
+        Raises:
+            ValueError: An argument is out of its range.
         """
-        if node_count < 5:
-            raise ValueError(f"node_count must be at least 5, got {node_count}; try 40")
-        for name, end in (("left", left), ("right", right)):
-            if end not in ENDS:
-                raise ValueError(f"{name} must be one of {', '.join(ENDS)}, got {end!r}")
-        if not 0.0 < tolerance < properties.length:
-            raise ValueError(f"tolerance must be small and positive, got {tolerance} m; try 1e-7")
-        if len(gravity) != 3 or not np.all(np.isfinite(gravity)):
-            raise ValueError(f"gravity must be three finite numbers, got {gravity} m/s^2")
-        if scheme not in HISTORY:
-            raise ValueError(f"scheme must be one of {', '.join(HISTORY)}, got {scheme!r}")
-        self.properties = properties
-        self.scheme: Scheme = scheme
-        self.self_contact = self_contact
-        self.node_count = node_count
-        self.left: End = left
-        self.right: End = right
-        self.gravity = gravity
-        self.tolerance = tolerance
-        self.buffer_pool = BufferPool()
-        self.constants = constants(self)
+        self.model = ImplicitRodModel(
+            properties, node_count, left, right, gravity, tolerance, scheme, self_contact
+        )
+        self._constants = pack_constants(self.model)
+        self._pool = BufferPool()
+
+    @property
+    def properties(self) -> RodProperties:
+        """Material and dimensions."""
+        return self.model.properties
+
+    @property
+    def node_count(self) -> int:
+        """Number of nodes n."""
+        return self.model.node_count
 
     @property
     def edge_length(self) -> float:
         """Rest length of an edge [m]."""
-        return self.properties.length / (self.node_count - 1)
+        return self.model.edge_length
+
+    @property
+    def left(self) -> End:
+        """How the end at node 0 is held."""
+        return self.model.left
+
+    @property
+    def right(self) -> End:
+        """How the end at node n - 1 is held."""
+        return self.model.right
 
     def with_properties(self, properties: RodProperties) -> Rod:
-        """The same rod of another material; shares buffers with this one."""
+        """Return the same rod with another material; it shares its buffers with this one."""
         other = Rod.__new__(Rod)
-        other.__dict__.update(self.__dict__)
-        other.properties = properties
-        other.constants = constants(other)
+        other.model = replace(self.model, properties=properties)
+        other._constants = pack_constants(other.model)
+        other._pool = self._pool
         return other
 
     def straight(self, left_point: Sequence[float], right_point: Sequence[float]) -> RodState:
-        """At rest on the line from one point towards the other, at its own length.
+        """Return the straight rod at rest from one point towards another [m].
 
-        The first node lies at `left_point`; the last reaches as far as the rod is long.
+        The first node lies at `left_point`; the last one as far from it as the rod is long.
+
+        Raises:
+            ValueError: The points coincide or are not finite.
         """
-        start, goal = np.asarray(left_point, float), np.asarray(right_point, float)
-        along = goal - start
-        if not np.all(np.isfinite(along)) or np.linalg.norm(along) < 1e-9:
-            raise ValueError(f"straight needs two different points, got {start} and {goal}")
-        along = along / np.linalg.norm(along)
-        n = self.node_count
-        steps = self.edge_length * np.arange(n)
-        q = poses.between(np.array([0.0, 0.0, 1.0]), along)
-        return RodState(
-            start + steps[:, None] * along,
-            np.tile(q, (n - 1, 1)),
-            np.zeros((n, 3)),
-            np.zeros((n - 1, 3)),
-        )
+        return initial_shapes.straight(self.model, left_point, right_point)
 
+    @overload
+    def rollout(self, spec: RolloutSpec[RodState]) -> Rollout: ...
+    @overload
+    def rollout(self, spec: RolloutSpec[Sequence[RodState]]) -> list[Rollout]: ...
     def rollout(
-        self,
-        state: RodState,
-        actions: Float64[np.ndarray, "K 2 6"],
-        dt: float,
-        steps: int | None = None,
-        block_of_step: Int64[np.ndarray, "H"] | None = None,
-        substeps: int = 1,
-        obstacles: Float64[np.ndarray, "m 12"] | None = None,
-    ) -> Rollout:
-        """Where the rod goes.
+        self, spec: RolloutSpec[RodState] | RolloutSpec[Sequence[RodState]]
+    ) -> Rollout | list[Rollout]:
+        """Simulate the rod.
 
         Args:
-            state: Start.
-            actions: Velocities of the grips, constant over each block.
-            dt: Duration of a step [s].
-            steps: H; as many as there are blocks, where neither this nor the next is given.
-            block_of_step: Block that drives each step, never decreasing; one block a step.
-            substeps: Implicit steps per step.
-            obstacles: From `lariat.geometry.obstacles.pack`.
+            spec: Roll-out of one rod or of a batch.
+
+        Returns:
+            The motion; for a batch, a list of them.
+
+        Raises:
+            ValueError: The specification does not fit the rod.
         """
-        return self.rollouts([state], actions[None], dt, steps, block_of_step, substeps, obstacles)[
-            0
-        ]
-
-    def rollouts(
-        self,
-        states: Sequence[RodState],
-        actions: Float64[np.ndarray, "B K 2 6"],
-        dt: float,
-        steps: int | None = None,
-        block_of_step: Int64[np.ndarray, "H"] | None = None,
-        substeps: int = 1,
-        obstacles: Float64[np.ndarray, "m 12"] | None = None,
-    ) -> list[Rollout]:
-        """`rollout` of several rods in one launch."""
-        buffers = opened(self, states, actions, dt, steps, block_of_step, substeps, obstacles)
+        buffers = self._prepare(spec)
         launch(buffers)
-        return [rolled(buffers, b, self.properties.length) for b in range(len(states))]
+        length = self.properties.length
+        found = [read_rollout(buffers, b, length) for b in range(len(spec.states))]
+        return found if spec.is_batch else found[0]
 
+    @overload
     def linearize(
         self,
-        state: RodState,
-        actions: Float64[np.ndarray, "K 2 6"],
-        dt: float,
-        steps: int | None = None,
-        block_of_step: Int64[np.ndarray, "H"] | None = None,
-        substeps: int = 1,
-        obstacles: Float64[np.ndarray, "m 12"] | None = None,
+        spec: RolloutSpec[RodState],
         parameters: tuple[str, ...] = (),
         state_directions: StateDirections | None = None,
         with_actions: bool = True,
-    ) -> Linearization:
-        """The roll-out and how its positions answer actions, parameters and the start.
-
-        Args:
-            parameters: Names as in `PARAMETERS`.
-            state_directions: Changes of the start whose effect is wanted.
-            with_actions: Whether the effect of actions is wanted; long roll-outs have many.
-        """
-        return self.linearizations(
-            [state],
-            actions[None],
-            dt,
-            steps,
-            block_of_step,
-            substeps,
-            obstacles,
-            parameters,
-            None if state_directions is None else [state_directions],
-            with_actions,
-        )[0]
-
-    def linearizations(
+    ) -> Linearization: ...
+    @overload
+    def linearize(
         self,
-        states: Sequence[RodState],
-        actions: Float64[np.ndarray, "B K 2 6"],
-        dt: float,
-        steps: int | None = None,
-        block_of_step: Int64[np.ndarray, "H"] | None = None,
-        substeps: int = 1,
-        obstacles: Float64[np.ndarray, "m 12"] | None = None,
+        spec: RolloutSpec[Sequence[RodState]],
         parameters: tuple[str, ...] = (),
         state_directions: Sequence[StateDirections] | None = None,
         with_actions: bool = True,
-    ) -> list[Linearization]:
-        """`linearize` of several rods in one launch."""
-        wanted = Wanted(
-            Derivatives.SENSITIVITIES, parameters, with_actions, directions=state_directions
-        )
-        buffers = opened(
-            self, states, actions, dt, steps, block_of_step, substeps, obstacles, wanted
-        )
-        launch(buffers)
-        return [linearized(buffers, b, self.properties.length) for b in range(len(states))]
-
-    def gradient(
+    ) -> list[Linearization]: ...
+    def linearize(
         self,
-        state: RodState,
-        actions: Float64[np.ndarray, "K 2 6"],
-        dt: float,
-        steps: int | None = None,
-        block_of_step: Int64[np.ndarray, "H"] | None = None,
-        substeps: int = 1,
-        obstacles: Float64[np.ndarray, "m 12"] | None = None,
-        parameters: tuple[str, ...] = PARAMETERS,
-        *,
-        d_cost_d_positions: Float64[np.ndarray, "H n 3"],
-    ) -> Gradient:
-        """The roll-out and the gradient of a cost whose slope in its positions is given."""
-        return self.gradients(
-            [state],
-            actions[None],
-            dt,
-            steps,
-            block_of_step,
-            substeps,
-            obstacles,
-            parameters,
-            d_cost_d_positions=np.asarray(d_cost_d_positions)[None],
-        )[0]
+        spec: RolloutSpec[RodState] | RolloutSpec[Sequence[RodState]],
+        parameters: tuple[str, ...] = (),
+        state_directions: StateDirections | Sequence[StateDirections] | None = None,
+        with_actions: bool = True,
+    ) -> Linearization | list[Linearization]:
+        """Simulate the rod and differentiate its positions, forward in time.
 
-    def gradients(
-        self,
-        states: Sequence[RodState],
-        actions: Float64[np.ndarray, "B K 2 6"],
-        dt: float,
-        steps: int | None = None,
-        block_of_step: Int64[np.ndarray, "H"] | None = None,
-        substeps: int = 1,
-        obstacles: Float64[np.ndarray, "m 12"] | None = None,
-        parameters: tuple[str, ...] = PARAMETERS,
-        *,
-        d_cost_d_positions: Float64[np.ndarray, "B H n 3"],
-    ) -> list[Gradient]:
-        """`gradient` of several rods in one launch."""
-        wanted = Wanted(Derivatives.ADJOINT, parameters, cost=d_cost_d_positions)
-        buffers = opened(
-            self, states, actions, dt, steps, block_of_step, substeps, obstacles, wanted
+        Args:
+            spec: Roll-out of one rod or of a batch.
+            parameters: Names of the parameters to differentiate in, as in `PARAMETERS`.
+            state_directions: Directions of the initial state to differentiate along, for each rod
+                of a batch.
+            with_actions: Whether to differentiate in the actions; long roll-outs have many.
+
+        Returns:
+            The motion and its Jacobians; for a batch, a list of them.
+
+        Raises:
+            ValueError: The specification does not fit the rod, or a parameter is unknown.
+        """
+        if isinstance(state_directions, StateDirections):
+            state_directions = (state_directions,)
+        buffers = self._prepare(
+            spec,
+            DerivativeRequest(
+                Derivatives.SENSITIVITIES, parameters, with_actions, directions=state_directions
+            ),
         )
         launch(buffers)
         length = self.properties.length
-        return [slopes(buffers, b, state, length, parameters) for b, state in enumerate(states)]
+        found = [read_linearization(buffers, b, length) for b in range(len(spec.states))]
+        return found if spec.is_batch else found[0]
+
+    @overload
+    def gradient(
+        self,
+        spec: RolloutSpec[RodState],
+        d_cost_d_positions: Float64[np.ndarray, "H n 3"] | CostGradient,
+        parameters: tuple[str, ...] = PARAMETERS,
+    ) -> Gradient: ...
+    @overload
+    def gradient(
+        self,
+        spec: RolloutSpec[Sequence[RodState]],
+        d_cost_d_positions: Float64[np.ndarray, "B H n 3"] | CostGradient,
+        parameters: tuple[str, ...] = PARAMETERS,
+    ) -> list[Gradient]: ...
+    def gradient(
+        self,
+        spec: RolloutSpec[RodState] | RolloutSpec[Sequence[RodState]],
+        d_cost_d_positions: Float64[np.ndarray, "*B H n 3"] | CostGradient,
+        parameters: tuple[str, ...] = PARAMETERS,
+    ) -> Gradient | list[Gradient]:
+        """Simulate the rod and differentiate a cost of its positions by the adjoint method.
+
+        Args:
+            spec: Roll-out of one rod or of a batch.
+            d_cost_d_positions: Gradient of the cost with respect to the positions [1/m], or a
+                function that returns it for the positions of the roll-out.
+            parameters: Names of the parameters to differentiate in, as in `PARAMETERS`.
+
+        Returns:
+            The motion and the gradient; for a batch, a list of them.
+
+        Raises:
+            ValueError: The specification does not fit the rod, or a parameter is unknown.
+        """
+        if callable(d_cost_d_positions):
+            motion = self.rollout(spec)
+            if isinstance(motion, Rollout):
+                positions = motion.positions
+            else:
+                positions = np.stack([rollout.positions for rollout in motion])
+            d_cost_d_positions = d_cost_d_positions(positions)
+        seed = np.asarray(d_cost_d_positions)
+        if not spec.is_batch:
+            seed = seed[None]
+        buffers = self._prepare(
+            spec, DerivativeRequest(Derivatives.ADJOINT, parameters, d_cost_d_positions=seed)
+        )
+        launch(buffers)
+        length = self.properties.length
+        found = [
+            read_gradient(buffers, b, state, length, parameters)
+            for b, state in enumerate(spec.states)
+        ]
+        return found if spec.is_batch else found[0]
 
     def rest(
         self,
@@ -262,32 +259,52 @@ class Rod:
         guess: RodState | None = None,
         obstacles: Float64[np.ndarray, "m 12"] | None = None,
     ) -> Rest:
-        """A shape at which the rod stays, between two grips; that of a free end counts for nothing.
+        """Find an equilibrium between two grips.
 
-        Without a guess it starts from a smooth curve that sags along gravity. A guess keeps its
-        own branch: its turns of twist stay in while its grips walk to the wanted ones.
+        Args:
+            left: Left grip; without effect if that end is free.
+            right: Right grip; without effect if that end is free.
+            guess: Shape to start from; its grips move to the wanted ones and its turns of twist
+                are kept. By default a smooth curve that sags along gravity.
+            obstacles: Obstacles from `lariat.geometry.pack`.
 
         Raises:
-            ValueError: The grips are further apart than the rod between them is long.
+            ValueError: The grips are farther apart than the rod between them is long.
         """
-        return statics.rest(self, left, right, guess, obstacles)
+        return statics.find_rest(self.model, self.settle, left, right, guess, obstacles)
 
-    def settle(
-        self,
-        state: RodState,
-        actions: Float64[np.ndarray, "K 2 6"],
-        durations: Float64[np.ndarray, "K"],
-        obstacles: Float64[np.ndarray, "m 12"] | None = None,
-    ) -> tuple[Rollout, bool]:
-        """Steps of given durations [s] which forget all velocity, and whether the end is stable.
+    def settle(self, spec: RolloutSpec[RodState]) -> tuple[Rollout, bool]:
+        """Simulate steps that forget all velocity, each a descent of the energy.
 
         Long steps walk to equilibrium; the energy never grows while the grips stand still.
+
+        Args:
+            spec: Roll-out of one rod; `dt` may hold a duration for each step.
+
+        Returns:
+            The motion, and whether its last shape is stable.
+
+        Raises:
+            ValueError: The specification does not fit the rod.
         """
-        buffers = opened(
-            self, [state], actions[None], durations, obstacles=obstacles, carries=False
-        )
+        buffers = self._prepare(spec, keep_velocity=False)
         launch(buffers)
         report = buffers.section(Section.REPORTS)[0].reshape(-1, REPORT_WIDTH)
-        return rolled(buffers, 0, self.properties.length), bool(
+        return read_rollout(buffers, 0, self.properties.length), bool(
             report[-1, ReportRow.DEFINITE] > 0.0
+        )
+
+    def _prepare(
+        self,
+        spec: RolloutSpec[RodState] | RolloutSpec[Sequence[RodState]],
+        request: DerivativeRequest = NO_DERIVATIVES,
+        keep_velocity: bool = True,
+    ) -> LaunchBuffers[Sizes]:
+        return prepare(
+            self.model,
+            self._constants,
+            self._pool,
+            spec,
+            request,
+            keep_velocity=keep_velocity,
         )

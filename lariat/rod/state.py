@@ -1,31 +1,29 @@
-"""Where a rod is, and what a roll-out of it answers."""
+"""State of a rod, and directions in which it can change."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float64, Int64
-
-STRETCHED = 0.02
-"""Change of length beyond which a rod that hardly stretches must be caught somewhere [-]."""
+from jaxtyping import Float64
 
 
 @dataclass(frozen=True)
 class RodState:
-    """Positions of n nodes and orientations of the n - 1 edges between them."""
+    """Positions of n nodes and orientations of the n - 1 edges between them, with velocities."""
 
     positions: Float64[np.ndarray, "n 3"]
-    """[m]."""
+    """Node positions, world frame [m]."""
     orientations: Float64[np.ndarray, "n-1 4"]
-    """Of the edges, wxyz; the third axis lies along the edge, from left to right."""
+    """Edge orientations, unit quaternions wxyz, edge to world. The third axis of an edge's frame
+    lies along the edge, from left to right."""
     velocities: Float64[np.ndarray, "n 3"]
-    """[m/s]."""
+    """Node velocities, world frame [m/s]."""
     angular_velocities: Float64[np.ndarray, "n-1 3"]
-    """Of the edges, world frame [rad/s]."""
+    """Edge angular velocities, world frame [rad/s]."""
 
     def at_rest(self) -> RodState:
-        """The same shape without motion."""
+        """Return the same shape without motion."""
         return RodState(
             self.positions,
             self.orientations,
@@ -35,58 +33,20 @@ class RodState:
 
 
 @dataclass(frozen=True)
-class Rollout:
-    """A rod over H steps."""
-
-    positions: Float64[np.ndarray, "H n 3"]
-    """After every step [m]."""
-    orientations: Float64[np.ndarray, "H n-1 4"]
-    """After every step, wxyz."""
-    final: RodState
-    """After the last step."""
-    iterations: Int64[np.ndarray, "H"]
-    """Factorisations spent on every step."""
-    converged: Bool[np.ndarray, "H"]
-    """Whether every step met the tolerance."""
-    rest_length: float = np.nan
-    """Of the whole rod [m]."""
-
-    @property
-    def trouble(self) -> str | None:
-        """Why this roll-out is not to be believed, in one sentence; None where it is.
-
-        A solver that gives up says so here and in `converged`, and leaves finite numbers behind: a
-        controller goes on with its next horizon, which an exception would take from it.
-        """
-        if not np.all(self.converged):
-            step = int(np.argmin(self.converged))
-            return (
-                f"step {step} of {len(self.converged)} did not converge in "
-                f"{self.iterations[step]} factorisations; try more substeps or slower grips"
-            )
-        edges = np.diff(self.positions[-1], axis=0)
-        stretch = np.linalg.norm(edges, axis=1).sum() / self.rest_length - 1.0
-        if abs(stretch) > STRETCHED:
-            return (
-                f"the rod ends {100.0 * stretch:.1f} % off its length: its grips are too far "
-                "apart, or an obstacle has caught it inside; start it clear of obstacles"
-            )
-        return None
-
-
-@dataclass(frozen=True)
 class StateDirections:
-    """D changes of a `RodState`, each in units that its user chooses."""
+    """D directions in the space of `RodState`, each scaled as its user likes."""
 
     positions: Float64[np.ndarray, "D n 3"]
-    """Those of nodes that a clamp places are without effect."""
+    """Displacements of the nodes [m per unit]; without effect at nodes that a clamp holds."""
     rotations: Float64[np.ndarray, "D n-1 3"]
-    """Turns about the world axes."""
+    """Rotations of the edges about the world axes [rad per unit]."""
     velocities: Float64[np.ndarray, "D n 3"]
+    """Changes of node velocities [m/s per unit]."""
     angular_velocities: Float64[np.ndarray, "D n-1 3"]
+    """Changes of edge angular velocities [rad/s per unit]."""
 
-    def checked(self, node_count: int) -> StateDirections:
-        """Itself.
+    def check(self, node_count: int) -> None:
+        """Check shapes and values against a rod.
 
         Raises:
             ValueError: A field does not fit the rod or is not finite.
@@ -99,56 +59,3 @@ class StateDirections:
                     f"state_directions.{name} must be finite and ({len(self.positions)}, {rows}, "
                     f"3), got shape {value.shape}; this rod has {node_count} nodes"
                 )
-        return self
-
-
-@dataclass(frozen=True)
-class Linearization:
-    """A roll-out with its forward sensitivities."""
-
-    rollout: Rollout
-    d_positions_d_actions: Float64[np.ndarray, "H n 3 K 2 6"]
-    """Per block and end: linear [s], then angular velocity [m s]; no blocks where not asked for."""
-    d_positions_d_parameters: Float64[np.ndarray, "H n 3 P"]
-    """In the order in which the parameters were asked for; [m] per unit of each."""
-    d_positions_d_state: Float64[np.ndarray, "H n 3 D"]
-    """Along the state directions that were asked for."""
-
-
-@dataclass(frozen=True)
-class StateGradient:
-    """Slope of a cost with respect to a `RodState`."""
-
-    positions: Float64[np.ndarray, "n 3"]
-    """Per metre; zero at nodes that a clamp places."""
-    rotations: Float64[np.ndarray, "n-1 3"]
-    """Per radian turned about the world axes."""
-    velocities: Float64[np.ndarray, "n 3"]
-    """Per m/s."""
-    angular_velocities: Float64[np.ndarray, "n-1 3"]
-    """Per rad/s."""
-
-
-@dataclass(frozen=True)
-class Gradient:
-    """A roll-out with the gradient of a cost of its positions."""
-
-    rollout: Rollout
-    actions: Float64[np.ndarray, "K 2 6"]
-    """Per m/s, then per rad/s."""
-    state: StateGradient
-    parameters: dict[str, float]
-    """Per SI unit of each parameter."""
-
-
-@dataclass(frozen=True)
-class Rest:
-    """A shape of equilibrium."""
-
-    state: RodState
-    converged: bool
-    """Whether the search met the tolerance."""
-    stable: bool
-    """Whether the shape is a minimum of the energy: it returns when disturbed a little."""
-    residual: float
-    """How far the shape still moved when it was let go once more [m]."""

@@ -9,6 +9,7 @@ from lariat.geometry import poses
 from lariat.geometry.clearance import grippers_apart, swept_gripper_points
 from lariat.geometry.grippers import axis_spacing
 from lariat.geometry.obstacles import segment_distance, signed_distance
+from lariat.rod import RolloutSpec
 from lariat.trajectory import NANOSECONDS
 from services.planner.path_optimization import PathOptimisation, Trial
 from services.planner.problem import Problem, WholePath
@@ -119,7 +120,9 @@ def _moved(
     moving = np.concatenate([np.diff(positions, axis=0), turns], axis=2) / DT
     actions = np.concatenate([moving, np.zeros((AFTER, 2, 6))])
     nodes = problem.rod.rollout(
-        problem.state, actions, DT, substeps=SUBSTEPS, obstacles=problem.packed_supports
+        RolloutSpec(
+            problem.state, actions, DT, substeps=SUBSTEPS, obstacles=problem.packed_supports
+        )
     ).positions
     after = nodes[-AFTER:]
     swing = float(np.max(np.linalg.norm(after - np.mean(after, axis=0), axis=2)))

@@ -24,7 +24,7 @@ from lariat.geometry.clearance import (
 )
 from lariat.geometry.grippers import axis_spacing
 from lariat.geometry.obstacles import Obstacle
-from lariat.rod import RodState, twist
+from lariat.rod import RodState, RolloutSpec, twist
 from services.planner.problem import Problem
 from shared.motion_contract import (
     PATH_SPACING_MARGIN,
@@ -164,13 +164,14 @@ class PathOptimisation:
         return np.concatenate([displacements / (STEPS * STEP_TIME), still])
 
     def _evaluated(self, ways: Sequence[Float64[np.ndarray, "k 2 6"]]) -> list[Trial]:
-        rollouts = self.problem.rod.rollouts(
-            [self.problem.state] * len(ways),
-            np.stack([self._actions(way) for way in ways]),
-            STEP_TIME,
-            steps=len(self.block_of_step),
-            block_of_step=self.block_of_step,
-            obstacles=self.packed,
+        rollouts = self.problem.rod.rollout(
+            RolloutSpec(
+                [self.problem.state] * len(ways),
+                np.stack([self._actions(way) for way in ways]),
+                STEP_TIME,
+                block_of_step=self.block_of_step,
+                obstacles=self.packed,
+            )
         )
         return [
             self._trial(way, r.positions, r.final) for way, r in zip(ways, rollouts, strict=True)
@@ -232,12 +233,13 @@ class PathOptimisation:
         problem = self.problem
         moves = problem.moves
         linear = problem.rod.linearize(
-            problem.state,
-            self._actions(trial.displacements),
-            STEP_TIME,
-            steps=len(self.block_of_step),
-            block_of_step=self.block_of_step,
-            obstacles=self.packed,
+            RolloutSpec(
+                problem.state,
+                self._actions(trial.displacements),
+                STEP_TIME,
+                block_of_step=self.block_of_step,
+                obstacles=self.packed,
+            )
         )
         slopes = linear.d_positions_d_actions[:, :, :, :BLOCKS] / (STEPS * STEP_TIME)
         rows, residuals = [], []

@@ -9,9 +9,7 @@ import numpy as np
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle, pack
 from lariat.geometry.poses import Pose
-from lariat.rod import Rod, RodProperties, RodState
-from lariat.rod.statics import framed
-from lariat.rod.twist import wound
+from lariat.rod import Rod, RodProperties, RodState, add_turns, framed
 from services.planner import whole_path
 from services.planner.parameter_update import learnt_rope
 from services.planner.problem import Problem, WholePath
@@ -153,13 +151,13 @@ class PlannerService:
         packed = pack(supports) if supports else None
         state = self._rod.rest(*grips, obstacles=packed).state
         if turns:
-            state = self._rod.rest(*grips, guess=wound(state, turns), obstacles=packed).state
+            state = self._rod.rest(*grips, guess=add_turns(state, turns), obstacles=packed).state
         if rope is None or not rope.positions:
             return state
         seen = chain(rope.positions)
         if polylines.mean_node_distance(state.positions, seen) < OTHER_SHAPE:
             return state
-        guess = wound(framed(seen, grips[0].orientation, grips[1].orientation), turns)
+        guess = add_turns(framed(seen, grips[0].orientation, grips[1].orientation), turns)
         other = self._rod.rest(*grips, guess=guess, obstacles=packed).state
         return min((state, other), key=lambda s: polylines.mean_node_distance(s.positions, seen))
 

@@ -7,6 +7,7 @@ import pytest
 
 from benchmarks.paper.gradient_times import reversed_rod
 from benchmarks.paper.studies import Bench, Study
+from lariat.rod import RolloutSpec
 from lariat.rod.xpbd import XpbdProperties, XpbdRod
 
 
@@ -44,6 +45,6 @@ def test_taichis_reverse_mode_and_the_adjoint_agree() -> None:
     actions[:, :, :3] = 0.1 * random.normal(size=(5, 2, 3))
     slope = random.normal(size=(5, 40, 3))
     state = rod.straight([-0.225, 0.0, 0.3], [0.225, 0.0, 0.3])
-    own = rod.gradient(state, actions, 0.01, d_cost_d_positions=slope).actions[:, :, :3]
+    own = rod.gradient(RolloutSpec(state, actions, 0.01), slope).actions[:, :, :3]
     theirs = reversed_rod(rod, state, actions, slope)()
     assert np.linalg.norm(theirs - own) < 1e-11 * np.linalg.norm(own)

@@ -17,9 +17,8 @@ from jaxtyping import Float64
 
 from lariat.geometry import polylines, poses
 from lariat.geometry.poses import Pose
-from lariat.rod import Rod, RodProperties, RodState
+from lariat.rod import Rod, RodProperties, RodState, RolloutSpec, framed
 from lariat.rod.identification.rod_twin import cubic_weights
-from lariat.rod.statics import framed
 
 LEVEL = poses.between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
 NODES = 60
@@ -148,7 +147,7 @@ def _turned(rod: Rod, state: RodState, angle: float) -> RodState:
     durations = np.concatenate([np.full(steps, 0.5), 0.5 * 2.0 ** np.arange(14)])
     actions = np.zeros((len(durations), 2, 6))
     actions[:steps, 1, 3] = angle / (0.5 * steps)
-    return rod.settle(state, actions, durations)[0].final.at_rest()
+    return rod.settle(RolloutSpec(state, actions, durations))[0].final.at_rest()
 
 
 def _jumped(rod: Rod, before: RodState, after: RodState) -> bool:

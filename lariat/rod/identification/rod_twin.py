@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from lariat.geometry import poses
-from lariat.rod import Rod, RodProperties, RodState
+from lariat.rod import Rod, RodProperties, RodState, RolloutSpec
 from lariat.rod.identification.initial_state import (
     framed,
     inextensible,
@@ -139,8 +139,8 @@ class Replica:
     ) -> Float64[np.ndarray, "B H k 3"]:
         """Where the free vertices go [m]."""
         states, actions = self.inputs(properties, windows)
-        rolled = self.rod(properties).rollouts(
-            states, actions, self.motion.dt, substeps=self.substeps
+        rolled = self.rod(properties).rollout(
+            RolloutSpec(states, actions, self.motion.dt, substeps=self.substeps)
         )
         return self.at_free_vertices(np.stack([r.positions for r in rolled]))
 
@@ -154,11 +154,8 @@ class Replica:
         for b, state in enumerate(states):
             # One at a time: sensitivities keep every step of their roll-out.
             line = rod.linearize(
-                state,
-                actions[b],
-                self.motion.dt,
-                substeps=self.substeps,
-                parameters=parameters,
+                RolloutSpec(state, actions[b], self.motion.dt, substeps=self.substeps),
+                parameters,
                 with_actions=False,
             )
             nodes = line.rollout.positions

@@ -18,15 +18,17 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.obstacles import Obstacle, pack
+from lariat.rod.initial_shapes import straight
 from lariat.rod.launch import machine_code, taichi_runtime
-from lariat.rod.launch.buffers import LaunchBuffers
+from lariat.rod.launch.buffers import BufferPool, LaunchBuffers
 from lariat.rod.launch.codes import Derivatives
-from lariat.rod.launch.inputs import Wanted, opened
+from lariat.rod.launch.inputs import DerivativeRequest, pack_constants, prepare
 from lariat.rod.launch.kernel_key import imported_sources, kernel_key
 from lariat.rod.launch.layout import Section
 from lariat.rod.launch.sizes import Sizes
+from lariat.rod.model import ImplicitRodModel
 from lariat.rod.properties import RodProperties
-from lariat.rod.rod import Rod
+from lariat.rod.rollout_spec import RolloutSpec
 
 MAX_DEVIATION = 1e-9
 """Deviation from Taichi's kernel above which a library is rejected, relative to the largest number
@@ -109,11 +111,14 @@ def trial_launches() -> list[LaunchBuffers[Sizes]]:
         (Derivatives.SENSITIVITIES, False),
         (Derivatives(0), True),
     ):
-        rod = Rod(properties, 12, scheme="sdirk2", self_contact=self_contact)
-        state = rod.straight((0.0, 0.0, 0.3), (1.0, 0.0, 0.3))
-        wanted = Wanted(kinds, names if kinds else (), cost=cost if kinds else None)
+        model = ImplicitRodModel(properties, 12, scheme="sdirk2", self_contact=self_contact)
+        state = straight(model, (0.0, 0.0, 0.3), (1.0, 0.0, 0.3))
+        request = DerivativeRequest(
+            kinds, names if kinds else (), d_cost_d_positions=cost if kinds else None
+        )
         states = [state, replace(state, velocities=state.velocities + 0.1)]
-        launches.append(opened(rod, states, actions, 0.02, obstacles=scene, wanted=wanted))
+        spec = RolloutSpec(states, actions, 0.02, obstacles=scene)
+        launches.append(prepare(model, pack_constants(model), BufferPool(), spec, request))
     return launches
 
 

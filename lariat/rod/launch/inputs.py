@@ -1,97 +1,103 @@
-"""Fills the arrays of a launch with what one or several rods are about to do."""
+"""Launch inputs: what a roll-out needs, written into the buffers that the kernel reads."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
-from jaxtyping import Float64, Int32, Int64
+from jaxtyping import Float64, Int32
 
 from lariat.geometry import poses
-from lariat.rod.checks import check_launch, check_state
+from lariat.rod.checks import check_rollout, check_span, check_state
 from lariat.rod.integration_schemes import HISTORY, time_table
-from lariat.rod.launch.buffers import LaunchBuffers
+from lariat.rod.launch.buffers import BufferPool, LaunchBuffers
 from lariat.rod.launch.codes import Derivatives
 from lariat.rod.launch.kernel_launch import allocate
 from lariat.rod.launch.layout import HISTORY_SLOTS, OBSTACLE_WIDTH, Header, Scalar, Section, TimeRow
 from lariat.rod.launch.sizes import Sizes
-from lariat.rod.obstacle_table import unpacked
-from lariat.rod.parameters import numbered
+from lariat.rod.model import ENDS, ImplicitRodModel
+from lariat.rod.obstacle_table import kernel_rows
+from lariat.rod.parameters import parameter_codes
+from lariat.rod.rollout_spec import RolloutSpec
 from lariat.rod.so3 import left_jacobian
 from lariat.rod.state import RodState, StateDirections
 
-if TYPE_CHECKING:
-    from lariat.rod.rod import Rod
-
-End = Literal["free", "pinned", "clamped"]
-"""How an end is held."""
-ENDS: tuple[End, ...] = get_args(End)
 HELD_BLOCKS = {"free": 0, "pinned": 1, "clamped": 3}
+"""Blocks of three unknowns that each kind of end prescribes."""
 MAX_ITERATIONS = 1000
-MAX_SAMPLES = 64
-TOUCHES_PER_NODE, MOST_TOUCHES = 8, 512
-"""Places for touches of the rod with itself."""
-OVERSTRETCHED = 1.5
-"""Distance between the ends of a state, in lengths, beyond which it is a mistake [-].
-
-Below that it may be a rope that has been pulled, or whose length an estimate has too short.
-"""
+"""Newton iterations after which a solve counts as failed."""
+MAX_EDGE_SAMPLES = 64
+"""Most points of an edge that are tested for contact with obstacles."""
+MAX_STRAND_SAMPLES = 8
+"""Most points of an edge that are tested for contact with other edges."""
+SELF_CONTACTS_PER_NODE, MAX_SELF_CONTACTS = 8, 512
+"""Capacity for self-contacts: per node, and in all."""
+DERIVATIVE_TOLERANCE_FACTOR = 0.01
+"""Factor on the tolerance of a solve when derivatives in parameters are requested [-]."""
 
 
 @dataclass(frozen=True)
-class Wanted:
-    """Which derivatives."""
+class DerivativeRequest:
+    """Derivatives that a launch computes beside the roll-out."""
 
     kinds: Derivatives = Derivatives(0)
-    """Kinds of derivatives that are computed."""
+    """Kinds of derivatives."""
     parameters: tuple[str, ...] = ()
+    """Names of the parameters."""
     with_actions: bool = True
-    """Whether sensitivities to actions are carried forward."""
+    """Whether forward sensitivities with respect to actions are computed."""
     directions: Sequence[StateDirections] | None = None
-    cost: Float64[np.ndarray, "B H n 3"] | None = None
-    """Slope of the adjoint's cost in the positions."""
+    """Directions of each initial state for forward sensitivities."""
+    d_cost_d_positions: Float64[np.ndarray, "B H n 3"] | None = None
+    """Seed of the adjoint [1/m]."""
 
 
-def opened(
-    rod: Rod,
-    states: Sequence[RodState],
-    actions: Float64[np.ndarray, "B K 2 6"],
-    dt: float | Float64[np.ndarray, "K"],
-    steps: int | None = None,
-    block_of_step: Int64[np.ndarray, "H"] | None = None,
-    substeps: int = 1,
-    obstacles: Float64[np.ndarray, "m 12"] | None = None,
-    wanted: Wanted | None = None,
+NO_DERIVATIVES = DerivativeRequest()
+
+
+def prepare(
+    model: ImplicitRodModel,
+    constants: Float64[np.ndarray, "k"],
+    pool: BufferPool,
+    spec: RolloutSpec[RodState | Sequence[RodState]],
+    request: DerivativeRequest = NO_DERIVATIVES,
     *,
-    carries: bool = True,
+    keep_velocity: bool = True,
 ) -> LaunchBuffers[Sizes]:
-    """A buffers that is ready to run; arguments as of `Rod.rollouts`.
+    """Return buffers with all inputs of a launch.
 
     Args:
-        carries: Whether velocity goes on from step to step.
+        model: The rod.
+        constants: Its `pack_constants`.
+        pool: Memory of the buffers.
+        spec: Roll-out of one rod or of a batch.
+        request: Derivatives to compute.
+        keep_velocity: Whether velocity carries over from step to step; without it every step is a
+            proximal descent of the energy.
+
+    Raises:
+        ValueError: The specification does not fit the rod or is out of its range.
     """
-    wanted = Wanted() if wanted is None else wanted
-    n = rod.node_count
-    actions = np.asarray(actions, float)
-    block_of_step = check_launch(len(states), actions, dt, steps, block_of_step, substeps)
+    n = model.node_count
+    states, actions = spec.states, spec.batched_actions
+    block_of_step = check_rollout(spec, actions)
     horizon, blocks = len(block_of_step), actions.shape[1]
     for state in states:
         check_state(state, n)
-        away = state.positions[-1] - state.positions[0]
-        apart = float(away @ away) ** 0.5
-        if apart > OVERSTRETCHED * rod.properties.length:
-            raise ValueError(
-                f"the ends of the state are {apart:.4f} m apart but the rod is "
-                f"{rod.properties.length} m long; bring them together"
-            )
-    columns = [d.checked(n) for d in wanted.directions or ()]
-    if columns and len({len(d.positions) for d in columns} | {len(columns), len(states)}) > 2:
-        raise ValueError("state_directions must be as many for each state")
-    rows = np.zeros((0, OBSTACLE_WIDTH)) if obstacles is None else unpacked(obstacles)
-    times = time_table(rod.scheme if carries else "still", dt, horizon, substeps)
+        check_span(state, model.properties.length)
+    directions = request.directions or ()
+    for direction in directions:
+        direction.check(n)
+    if directions:
+        counts = {len(d.positions) for d in directions}
+        if len(counts) > 1 or len(directions) != len(states):
+            raise ValueError("state_directions must be equally many for each state")
+    empty = np.zeros((0, OBSTACLE_WIDTH))
+    rows = empty if spec.obstacles is None else kernel_rows(spec.obstacles)
+    scheme = model.scheme if keep_velocity else "still"
+    times = time_table(scheme, spec.dt, horizon, spec.substeps)
     sizes = Sizes(
         len(states),
         n,
@@ -99,55 +105,57 @@ def opened(
         horizon,
         blocks,
         len(rows),
-        len(wanted.parameters),
-        len(columns[0].positions) if columns else 0,
-        2 * blocks if wanted.with_actions else 0,
-        wanted.kinds,
-        HISTORY[rod.scheme] if carries else 1,
-        min(MOST_TOUCHES, TOUCHES_PER_NODE * n) if rod.self_contact else 0,
+        len(request.parameters),
+        len(directions[0].positions) if directions else 0,
+        2 * blocks if request.with_actions else 0,
+        request.kinds,
+        HISTORY[model.scheme] if keep_velocity else 1,
+        min(MAX_SELF_CONTACTS, SELF_CONTACTS_PER_NODE * n) if model.self_contact else 0,
     )
-    buffers = allocate(
-        rod.buffer_pool, sizes, block_of_step, numbered(wanted.parameters, rod.properties)
-    )
-    integers = buffers.integers
-    integers[Header.FIRST_FREE] = HELD_BLOCKS[rod.left]
-    integers[Header.END_FREE] = 2 * n - 1 - HELD_BLOCKS[rod.right]
-    integers[Header.LEFT_END] = ENDS.index(rod.left)
-    integers[Header.RIGHT_END] = ENDS.index(rod.right)
-    integers[Header.MAX_ITERATIONS] = MAX_ITERATIONS
-    samples = math.ceil(2.0 * rod.edge_length / rod.properties.diameter)
-    integers[Header.CONTACT_SAMPLES] = min(MAX_SAMPLES, max(1, samples))
-    if rod.self_contact:
-        _tell_touches(rod, integers)
-    buffers.rods[:, : len(rod.constants)] = rod.constants
-    if wanted.parameters:
-        # What a step leaves unsolved counts a hundred times more in these derivatives.
-        buffers.rods[:, Scalar.TOLERANCE] = 0.01 * rod.tolerance
+    codes = parameter_codes(request.parameters, model.properties)
+    buffers = allocate(pool, sizes, block_of_step, codes)
+    _write_integers(buffers.integers, model)
+    buffers.rods[:, : len(constants)] = constants
+    if request.parameters:
+        # The residual of a step counts a hundred times more in these derivatives.
+        buffers.rods[:, Scalar.TOLERANCE] = DERIVATIVE_TOLERANCE_FACTOR * model.tolerance
     buffers.section(Section.TIMES)[:] = times.ravel()
     buffers.section(Section.ACTIONS)[:] = actions.reshape(sizes.batch, -1)
-    _start(buffers, states)
-    if wanted.kinds & Derivatives.SENSITIVITIES:
+    _write_states(buffers, states)
+    if request.kinds & Derivatives.SENSITIVITIES:
         buffers.section(Section.SENSITIVITIES)[:] = 0.0
         buffers.section(Section.SENSITIVITIES_OUT)[:] = 0.0
         h = float(times[0, TimeRow.DURATION])
-        for b, (state, along) in enumerate(zip(states, columns, strict=False)):
-            _start_columns(buffers, b, state, along, h)
-    if wanted.kinds & Derivatives.ADJOINT:
-        _start_adjoint(buffers, wanted.cost)
+        for b, (state, along) in enumerate(zip(states, directions, strict=False)):
+            _write_directions(buffers, b, state, along, h)
+    if request.kinds & Derivatives.ADJOINT:
+        _write_adjoint_seed(buffers, request.d_cost_d_positions)
     buffers.obstacles()[:] = rows
     return buffers
 
 
-def _tell_touches(rod: Rod, integers: Int32[np.ndarray, "k"]) -> None:
-    edge, diameter = rod.edge_length, rod.properties.diameter
-    integers[Header.SELF_CONTACT_SAMPLES] = min(8, max(1, math.ceil(edge / diameter)))
-    # The tightest bend, a half circle of the rod's own radius, does not touch itself.
-    apart = 0.5 * math.pi * (diameter + rod.properties.contact_margin)
-    integers[Header.SELF_CONTACT_GAP] = 1 + max(2, math.ceil(apart / edge))
+def _write_integers(integers: Int32[np.ndarray, "k"], model: ImplicitRodModel) -> None:
+    """Write how the ends are held and how finely contact is sampled."""
+    n, edge, diameter = model.node_count, model.edge_length, model.properties.diameter
+    integers[Header.FIRST_FREE] = HELD_BLOCKS[model.left]
+    integers[Header.END_FREE] = 2 * n - 1 - HELD_BLOCKS[model.right]
+    integers[Header.LEFT_END], integers[Header.RIGHT_END] = (
+        ENDS.index(model.left),
+        ENDS.index(model.right),
+    )
+    integers[Header.MAX_ITERATIONS] = MAX_ITERATIONS
+    samples = math.ceil(2.0 * edge / diameter)
+    integers[Header.CONTACT_SAMPLES] = min(MAX_EDGE_SAMPLES, max(1, samples))
+    if model.self_contact:
+        samples = math.ceil(edge / diameter)
+        integers[Header.SELF_CONTACT_SAMPLES] = min(MAX_STRAND_SAMPLES, max(1, samples))
+        # The tightest bend, a half circle of the rod's own radius, does not touch itself.
+        half_circle = 0.5 * math.pi * (diameter + model.properties.contact_margin)
+        integers[Header.SELF_CONTACT_GAP] = 1 + max(2, math.ceil(half_circle / edge))
 
 
-def _start(buffers: LaunchBuffers[Sizes], states: Sequence[RodState]) -> None:
-    """Write the states where the kernel's `begin` makes history of them."""
+def _write_states(buffers: LaunchBuffers[Sizes], states: Sequence[RodState]) -> None:
+    """Write the states to where the kernel's `begin` builds the history of positions from them."""
     n = buffers.sizes.nodes
     positions = buffers.section(Section.POSITIONS)
     orientations = buffers.section(Section.ORIENTATIONS)
@@ -159,9 +167,10 @@ def _start(buffers: LaunchBuffers[Sizes], states: Sequence[RodState]) -> None:
         q[0, :, :3], q[1] = state.angular_velocities, state.orientations
 
 
-def _start_adjoint(
+def _write_adjoint_seed(
     buffers: LaunchBuffers[Sizes], cost: Float64[np.ndarray, "B H n 3"] | None
 ) -> None:
+    """Write the gradient of the cost in the positions, and clear what the adjoint adds up."""
     cost = np.asarray(cost, float)
     sizes = buffers.sizes
     if cost.shape != (sizes.batch, sizes.horizon, sizes.nodes, 3):
@@ -170,26 +179,26 @@ def _start_adjoint(
             f"shape {cost.shape[1:]}"
         )
     if not np.isfinite(cost).all():
-        raise ValueError("d_cost_d_positions holds a number that is not finite")
+        raise ValueError("d_cost_d_positions must be finite")
     for name in (Section.ADJOINT, Section.ACTIONS_OUT, Section.PARAMETERS_OUT):
         buffers.section(name)[:] = 0.0
     buffers.section(Section.COST_GRADIENT)[:] = cost.reshape(sizes.batch, -1)
 
 
-def _start_columns(
+def _write_directions(
     buffers: LaunchBuffers[Sizes], b: int, state: RodState, along: StateDirections, h: float
 ) -> None:
-    """Write the directions into the sensitivities of the start and of the time before it."""
+    """Write directions into the sensitivities of the initial state and of the time before it."""
     n, sizes = buffers.sizes.nodes, buffers.sizes
     groups = -(-sizes.state_directions // 6)
     tail = np.zeros((6 * groups, HISTORY_SLOTS, 2 * n, 3))
     new, old = tail[: sizes.state_directions, -1], tail[: sizes.state_directions, 0]
     new[:, ::2], old[:, ::2] = along.positions, along.positions - h * along.velocities
-    # Before the start an edge was at exp(-h omega) q.
-    turned_by = left_jacobian(h * state.angular_velocities, along.angular_velocities)
+    # One step before the start an edge was at exp(-h omega) q.
+    rotated_by = left_jacobian(h * state.angular_velocities, along.angular_velocities)
     back = poses.conjugate(state.orientations)
     new[:, 1:-1:2] = poses.rotate(back, along.rotations)
-    old[:, 1:-1:2] = poses.rotate(back, along.rotations - h * turned_by)
+    old[:, 1:-1:2] = poses.rotate(back, along.rotations - h * rotated_by)
     tail[:, 1:-1] = tail[:, :1]
     rows = tail[:, :, :-1].reshape(groups, 6, HISTORY_SLOTS, 2 * n - 1, 3)
     rows = rows.transpose(0, 2, 3, 4, 1).reshape(groups, HISTORY_SLOTS, -1)
@@ -197,23 +206,23 @@ def _start_columns(
     columns[-groups:, :HISTORY_SLOTS] = rows
 
 
-def constants(rod: Rod) -> Float64[np.ndarray, "k"]:
-    """Scalars, node masses and bends, in the order of their sections."""
-    p, n, length = rod.properties, rod.node_count, rod.edge_length
+def pack_constants(model: ImplicitRodModel) -> Float64[np.ndarray, "k"]:
+    """Return scalars, node masses and bending elements, in the order of their sections."""
+    p, n, length = model.properties, model.node_count, model.edge_length
     scalars = np.zeros(len(Scalar))
     scalars[Scalar.STRETCH_STIFFNESS] = p.stretch_stiffness
     scalars[Scalar.DAMPING] = p.damping
     scalars[Scalar.INTERNAL_DAMPING] = p.internal_damping
     scalars[Scalar.EDGE_LENGTH] = length
-    scalars[Scalar.GRAVITY_X : Scalar.GRAVITY_Z + 1] = rod.gravity
+    scalars[Scalar.GRAVITY_X : Scalar.GRAVITY_Z + 1] = model.gravity
     scalars[Scalar.CONTACT_STIFFNESS] = p.effective_contact_stiffness
     scalars[Scalar.CONTACT_REACH] = p.diameter / 2.0 + p.contact_margin
     scalars[Scalar.CONTACT_MARGIN] = p.contact_margin
-    scalars[Scalar.TOLERANCE] = rod.tolerance
+    scalars[Scalar.TOLERANCE] = model.tolerance
     scalars[Scalar.BENDING_STIFFNESS] = p.bending_stiffness
     scalars[Scalar.TWISTING_STIFFNESS] = p.twisting_stiffness
     scalars[Scalar.LINEAR_DENSITY] = p.linear_density
-    # Of a solid cylinder: rho I = linear density times r^2 / 4, twice that about its axis.
+    # Solid cylinder: rho I is the linear density times r^2 / 4, and twice that about its axis.
     scalars[Scalar.BENDING_INERTIA] = p.linear_density * length * p.diameter**2 / 16.0
     scalars[Scalar.TWISTING_INERTIA] = 2.0 * scalars[Scalar.BENDING_INERTIA]
     masses = p.linear_density * length * p.density_at(n)

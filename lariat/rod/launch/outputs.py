@@ -1,4 +1,4 @@
-"""Reads what a launch has left in its arrays."""
+"""Launch outputs: roll-out, sensitivities and gradients, read from the buffers of a launch."""
 
 from __future__ import annotations
 
@@ -8,19 +8,26 @@ from lariat.geometry import poses
 from lariat.rod.launch.buffers import LaunchBuffers
 from lariat.rod.launch.layout import HISTORY_SLOTS, ReportRow, Section, TimeRow
 from lariat.rod.launch.sizes import Sizes
+from lariat.rod.results import Gradient, Linearization, Rollout, StateGradient
 from lariat.rod.so3 import left_jacobian
-from lariat.rod.state import Gradient, Linearization, RodState, Rollout, StateGradient
+from lariat.rod.state import RodState
 
 
-def rolled(buffers: LaunchBuffers[Sizes], b: int, length: float) -> Rollout:
-    """The roll-out of one rod of the batch."""
+def read_rollout(buffers: LaunchBuffers[Sizes], b: int, length: float) -> Rollout:
+    """Return the roll-out of rod b of the batch.
+
+    Args:
+        buffers: Buffers after the launch.
+        b: Index in the batch.
+        length: Rest length of the rod [m].
+    """
     n, sizes = buffers.sizes.nodes, buffers.sizes
-    every = sizes.steps // sizes.horizon
+    solves = sizes.steps // sizes.horizon
     positions = buffers.section(Section.POSITIONS)[b].reshape(-1, n, 3)
-    positions = positions[HISTORY_SLOTS - 1 + every :: every]
+    positions = positions[HISTORY_SLOTS - 1 + solves :: solves]
     orientations = buffers.section(Section.ORIENTATIONS)[b].reshape(-1, n - 1, 4)
-    orientations = orientations[HISTORY_SLOTS - 1 + every :: every]
-    report = buffers.section(Section.REPORTS)[b].reshape(sizes.horizon, every, -1)
+    orientations = orientations[HISTORY_SLOTS - 1 + solves :: solves]
+    report = buffers.section(Section.REPORTS)[b].reshape(sizes.horizon, solves, -1)
     positions, orientations = positions.copy(), orientations.copy()
     return Rollout(
         positions,
@@ -37,43 +44,47 @@ def rolled(buffers: LaunchBuffers[Sizes], b: int, length: float) -> Rollout:
     )
 
 
-def linearized(buffers: LaunchBuffers[Sizes], b: int, length: float) -> Linearization:
-    """The roll-out of one rod of the batch with its forward sensitivities."""
+def read_linearization(buffers: LaunchBuffers[Sizes], b: int, length: float) -> Linearization:
+    """Return the roll-out of rod b of the batch with its forward sensitivities."""
     n, sizes = buffers.sizes.nodes, buffers.sizes
     driven, blocks = 6 * sizes.action_groups, sizes.action_groups // 2
-    steady = driven + 6 * -(-sizes.parameters // 6)
+    directions = driven + 6 * -(-sizes.parameters // 6)
     out = buffers.section(Section.SENSITIVITIES_OUT)[b].reshape(sizes.horizon, n, 3, -1)
     return Linearization(
-        rolled(buffers, b, length),
+        read_rollout(buffers, b, length),
         out[..., :driven].reshape(sizes.horizon, n, 3, blocks, 2, 6).copy(),
         out[..., driven : driven + sizes.parameters].copy(),
-        out[..., steady : steady + sizes.state_directions].copy(),
+        out[..., directions : directions + sizes.state_directions].copy(),
     )
 
 
-def slopes(
+def read_gradient(
     buffers: LaunchBuffers[Sizes],
     b: int,
     state: RodState,
     length: float,
     parameters: tuple[str, ...],
 ) -> Gradient:
-    """The roll-out of one rod of the batch with what the adjoint found.
+    """Return the roll-out of rod b of the batch with the adjoint's gradient.
 
     Args:
-        state: The start of that rod.
+        buffers: Buffers after the launch.
+        b: Index in the batch.
+        state: Initial state of that rod.
+        length: Rest length of the rod [m].
+        parameters: Names of the parameters, as requested.
     """
     actions = buffers.section(Section.ACTIONS_OUT)[b].reshape(buffers.sizes.action_blocks, 2, 6)
     values = buffers.section(Section.PARAMETERS_OUT)[b].tolist()
     return Gradient(
-        rolled(buffers, b, length),
+        read_rollout(buffers, b, length),
         actions.copy(),
-        _state_slope(buffers, b, state),
+        _state_gradient(buffers, b, state),
         dict(zip(parameters, values, strict=True)),
     )
 
 
-def _state_slope(buffers: LaunchBuffers[Sizes], b: int, state: RodState) -> StateGradient:
+def _state_gradient(buffers: LaunchBuffers[Sizes], b: int, state: RodState) -> StateGradient:
     n = buffers.sizes.nodes
     h = float(buffers.section(Section.TIMES)[b, TimeRow.DURATION])
     adjoint = buffers.section(Section.ADJOINT)[b].reshape(-1, 3 * (2 * n - 1))[:HISTORY_SLOTS]
@@ -81,11 +92,11 @@ def _state_slope(buffers: LaunchBuffers[Sizes], b: int, state: RodState) -> Stat
     both = np.zeros((2, 6 * n))
     both[0, :-3], both[1, :-3] = older + new, older
     both = both.reshape(2, n, 2, 3)
-    # Before the start an edge was at exp(-h omega) q: it turns along, and against omega.
-    turns, pull = poses.rotate(state.orientations, both[:, :-1, 1])
+    # One step before the start an edge was at exp(-h omega) q: it rotates with q, against omega.
+    rotations, back = poses.rotate(state.orientations, both[:, :-1, 1])
     return StateGradient(
         both[0, :, 0].copy(),
-        turns,
+        rotations,
         -h * both[1, :, 0],
-        -h * left_jacobian(-h * state.angular_velocities, pull),
+        -h * left_jacobian(-h * state.angular_velocities, back),
     )

@@ -1,9 +1,9 @@
-"""The paper's rod: position-based Cosserat dynamics, Algorithm 1 with eqs. (2) to (11)."""
+"""Rod of the paper: position-based Cosserat dynamics (Ying & Yamazaki 2024, Algorithm 1)."""
 
 from __future__ import annotations
 
-from lariat.rod.xpbd.launch.outputs import PARAMETERS
+from lariat.rod.xpbd.parameters import PARAMETERS
 from lariat.rod.xpbd.properties import XpbdProperties
-from lariat.rod.xpbd.rod import Slope, XpbdRod
+from lariat.rod.xpbd.rod import XpbdRod
 
-__all__ = ["PARAMETERS", "Slope", "XpbdProperties", "XpbdRod"]
+__all__ = ["PARAMETERS", "XpbdProperties", "XpbdRod"]

@@ -1,38 +1,44 @@
-"""The paper's rod behind the interface of `lariat.rod.Rod`: roll-outs, gradients, rest.
+"""Rod of the paper behind the interface of `lariat.rod.Rod`: roll-outs, gradients, rest.
+
+Source: S. Ying and K. Yamazaki, "Obstacle avoidance shape control of deformable linear objects
+with online parameters adaptation based on differentiable simulation", ROBOMECH Journal (2024),
+Algorithm 1 with eqs. (2) to (11).
 
 Ends, actions and states are those of `Rod`. A grip clamps the first edge: its quaternion and both
-its nodes are manipulated particles. The paper's n positions between n + 1 orientations are the
-nodes and edges from there to the other clamp, whose outer quaternions are the held ones.
+its nodes are the paper's manipulated particles. The paper's n positions between n + 1 orientations
+are the nodes and edges from there to the other clamp, whose outer quaternions are the held ones.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import overload
 
 import numpy as np
-from jaxtyping import Float64, Int64
+from jaxtyping import Float64
 
-from lariat.geometry import poses
 from lariat.geometry.poses import Pose
+from lariat.rod import initial_shapes
 from lariat.rod.launch.buffers import BufferPool
-from lariat.rod.launch.inputs import ENDS, End
-from lariat.rod.state import Gradient, Rest, RodState, Rollout
+from lariat.rod.model import End
+from lariat.rod.results import Gradient, Rest, Rollout
+from lariat.rod.rollout_spec import CostGradient, RolloutSpec
+from lariat.rod.state import RodState
 from lariat.rod.xpbd import rest
-from lariat.rod.xpbd.launch.inputs import constants, opened
+from lariat.rod.xpbd.launch.inputs import pack_constants, prepare, write_adjoint_seed
 from lariat.rod.xpbd.launch.kernel_launch import launch
-from lariat.rod.xpbd.launch.layout import Section
-from lariat.rod.xpbd.launch.outputs import PARAMETERS, positions, rolled, slopes
+from lariat.rod.xpbd.launch.outputs import read_gradient, read_positions, read_rollout
+from lariat.rod.xpbd.model import DEFAULT_ITERATIONS, XpbdRodModel
+from lariat.rod.xpbd.parameters import PARAMETERS, check_parameters
 from lariat.rod.xpbd.properties import XpbdProperties
-
-ITERATIONS = 20
-"""J, which the paper does not give."""
-
-Slope = Callable[[Float64[np.ndarray, "H n 3"]], Float64[np.ndarray, "H n 3"]]
-"""A cost's slope in the positions, from the positions."""
 
 
 class XpbdRod:
-    """A rod of n nodes, stepped by Algorithm 1 of the paper."""
+    """Rod of n nodes, stepped by Algorithm 1 of the paper (extended position-based dynamics).
+
+    A rod is immutable but for the buffers of its launches: use one from one thread at a time.
+    """
 
     def __init__(
         self,
@@ -41,168 +47,135 @@ class XpbdRod:
         left: End = "clamped",
         right: End = "clamped",
         gravity: tuple[float, float, float] = (0.0, 0.0, -9.81),
-        iterations: int = ITERATIONS,
+        iterations: int = DEFAULT_ITERATIONS,
     ) -> None:
-        """
+        """Create a rod.
+
         Args:
-            properties: What it is made of.
-            node_count: At least 5.
+            properties: Parameters of the rope.
+            node_count: Number of nodes n, at least 5.
             left: How the end at node 0 is held.
-            right: How the other end is held.
-            gravity: Acceleration in the world frame [m/s^2].
-            iterations: J, sweeps over the constraints in each step.
+            right: How the end at node n - 1 is held.
+            gravity: Gravitational acceleration in the world frame [m/s^2].
+            iterations: Number J of sweeps over the constraints in a step.
+
+        Raises:
+            ValueError: An argument is out of its range.
         """
-        if node_count < 5:
-            raise ValueError(f"node_count must be at least 5, got {node_count}; try 40")
-        for name, end in (("left", left), ("right", right)):
-            if end not in ENDS:
-                raise ValueError(f"{name} must be one of {', '.join(ENDS)}, got {end!r}")
-        if iterations < 1:
-            raise ValueError(f"iterations must be at least 1, got {iterations}; try {ITERATIONS}")
-        if len(gravity) != 3 or not np.all(np.isfinite(gravity)):
-            raise ValueError(f"gravity must be three finite numbers, got {gravity} m/s^2")
-        self.properties = properties
-        self.node_count = node_count
-        self.left: End = left
-        self.right: End = right
-        self.gravity = gravity
-        self.iterations = iterations
-        self.buffer_pool = BufferPool()
-        self.constants = constants(self)
+        self.model = XpbdRodModel(properties, node_count, left, right, gravity, iterations)
+        self._constants = pack_constants(self.model)
+        self._pool = BufferPool()
+
+    @property
+    def properties(self) -> XpbdProperties:
+        """Parameters of the rope."""
+        return self.model.properties
+
+    @property
+    def node_count(self) -> int:
+        """Number of nodes n."""
+        return self.model.node_count
 
     @property
     def edge_length(self) -> float:
         """Rest length of an edge [m]."""
-        return self.properties.length / (self.node_count - 1)
+        return self.model.edge_length
+
+    @property
+    def left(self) -> End:
+        """How the end at node 0 is held."""
+        return self.model.left
+
+    @property
+    def right(self) -> End:
+        """How the end at node n - 1 is held."""
+        return self.model.right
 
     def with_properties(self, properties: XpbdProperties) -> XpbdRod:
-        """The same rod of another material; shares buffers with this one."""
+        """Return the same rod with other parameters; it shares its buffers with this one."""
         other = XpbdRod.__new__(XpbdRod)
-        other.__dict__.update(self.__dict__)
-        other.properties = properties
-        other.constants = constants(other)
+        other.model = replace(self.model, properties=properties)
+        other._constants = pack_constants(other.model)
+        other._pool = self._pool
         return other
 
     def straight(self, left_point: Sequence[float], right_point: Sequence[float]) -> RodState:
-        """At rest on the line from one point towards the other, at its own length."""
-        start, goal = np.asarray(left_point, float), np.asarray(right_point, float)
-        along = goal - start
-        if not np.all(np.isfinite(along)) or np.linalg.norm(along) < 1e-9:
-            raise ValueError(f"straight needs two different points, got {start} and {goal}")
-        along = along / np.linalg.norm(along)
-        n = self.node_count
-        return RodState(
-            start + self.edge_length * np.arange(n)[:, None] * along,
-            np.tile(poses.between(np.array([0.0, 0.0, 1.0]), along), (n - 1, 1)),
-            np.zeros((n, 3)),
-            np.zeros((n - 1, 3)),
-        )
+        """Return the straight rod at rest from one point towards another [m]; as `Rod.straight`."""
+        return initial_shapes.straight(self.model, left_point, right_point)
 
+    @overload
+    def rollout(self, spec: RolloutSpec[RodState]) -> Rollout: ...
+    @overload
+    def rollout(self, spec: RolloutSpec[Sequence[RodState]]) -> list[Rollout]: ...
     def rollout(
-        self,
-        state: RodState,
-        actions: Float64[np.ndarray, "K 2 6"],
-        dt: float,
-        steps: int | None = None,
-        block_of_step: Int64[np.ndarray, "H"] | None = None,
-        substeps: int = 1,
-        obstacles: Float64[np.ndarray, "m 12"] | None = None,
-    ) -> Rollout:
-        """Where the rod goes; arguments as of `Rod.rollout`."""
-        return self.rollouts([state], actions[None], dt, steps, block_of_step, substeps, obstacles)[
-            0
-        ]
-
-    def rollouts(
-        self,
-        states: Sequence[RodState],
-        actions: Float64[np.ndarray, "B K 2 6"],
-        dt: float,
-        steps: int | None = None,
-        block_of_step: Int64[np.ndarray, "H"] | None = None,
-        substeps: int = 1,
-        obstacles: Float64[np.ndarray, "m 12"] | None = None,
-    ) -> list[Rollout]:
-        """`rollout` of several rods in one launch."""
-        buffers = opened(
-            self, states, actions, dt, steps, block_of_step, substeps, obstacles, taped=False
-        )
-        launch(buffers, forward=True, backward=False)
-        return [rolled(buffers, b) for b in range(len(states))]
-
-    def gradient(
-        self,
-        state: RodState,
-        actions: Float64[np.ndarray, "K 2 6"],
-        dt: float,
-        steps: int | None = None,
-        block_of_step: Int64[np.ndarray, "H"] | None = None,
-        substeps: int = 1,
-        obstacles: Float64[np.ndarray, "m 12"] | None = None,
-        parameters: tuple[str, ...] = PARAMETERS,
-        *,
-        d_cost_d_positions: Float64[np.ndarray, "H n 3"] | Slope,
-    ) -> Gradient:
-        """The roll-out and the gradient of a cost.
+        self, spec: RolloutSpec[RodState] | RolloutSpec[Sequence[RodState]]
+    ) -> Rollout | list[Rollout]:
+        """Simulate the rod.
 
         Args:
-            d_cost_d_positions: The cost's slope, or a function that gives it for the positions of
-                the roll-out.
-        """
-        given = d_cost_d_positions
-        slope = (lambda x: given(x[0])[None]) if callable(given) else np.asarray(given)[None]
-        return self.gradients(
-            [state],
-            actions[None],
-            dt,
-            steps,
-            block_of_step,
-            substeps,
-            obstacles,
-            parameters,
-            d_cost_d_positions=slope,
-        )[0]
+            spec: Roll-out of one rod or of a batch.
 
-    def gradients(
+        Returns:
+            The motion; for a batch, a list of them. Sweeps are counted, not judged: `converged`
+            says only that all numbers are finite.
+
+        Raises:
+            ValueError: The specification does not fit the rod.
+        """
+        buffers = prepare(self.model, self._constants, self._pool, spec, with_tape=False)
+        launch(buffers, forward=True, backward=False)
+        found = [read_rollout(buffers, b) for b in range(len(spec.states))]
+        return found if spec.is_batch else found[0]
+
+    @overload
+    def gradient(
         self,
-        states: Sequence[RodState],
-        actions: Float64[np.ndarray, "B K 2 6"],
-        dt: float,
-        steps: int | None = None,
-        block_of_step: Int64[np.ndarray, "H"] | None = None,
-        substeps: int = 1,
-        obstacles: Float64[np.ndarray, "m 12"] | None = None,
+        spec: RolloutSpec[RodState],
+        d_cost_d_positions: Float64[np.ndarray, "H n 3"] | CostGradient,
         parameters: tuple[str, ...] = PARAMETERS,
-        *,
-        d_cost_d_positions: Float64[np.ndarray, "B H n 3"]
-        | Callable[[Float64[np.ndarray, "B H n 3"]], Float64[np.ndarray, "B H n 3"]],
-    ) -> list[Gradient]:
-        """`gradient` of several rods; one launch, or one each way where the slope is a function."""
-        unknown = [name for name in parameters if name not in PARAMETERS]
-        if unknown:
-            raise ValueError(f"no parameter {unknown[0]!r}; there are {', '.join(PARAMETERS)}")
-        buffers = opened(
-            self, states, actions, dt, steps, block_of_step, substeps, obstacles, taped=True
-        )
-        slope = d_cost_d_positions
-        later = callable(slope)
-        if callable(slope):
+    ) -> Gradient: ...
+    @overload
+    def gradient(
+        self,
+        spec: RolloutSpec[Sequence[RodState]],
+        d_cost_d_positions: Float64[np.ndarray, "B H n 3"] | CostGradient,
+        parameters: tuple[str, ...] = PARAMETERS,
+    ) -> list[Gradient]: ...
+    def gradient(
+        self,
+        spec: RolloutSpec[RodState] | RolloutSpec[Sequence[RodState]],
+        d_cost_d_positions: Float64[np.ndarray, "*B H n 3"] | CostGradient,
+        parameters: tuple[str, ...] = PARAMETERS,
+    ) -> Gradient | list[Gradient]:
+        """Simulate the rod and differentiate a cost of its positions, back through every sweep.
+
+        Args:
+            spec: Roll-out of one rod or of a batch.
+            d_cost_d_positions: Gradient of the cost with respect to the positions [1/m], or a
+                function that returns it for the positions of the roll-out; the function is called
+                between the forward and the backward launch.
+            parameters: Names of the parameters to differentiate in, as in `PARAMETERS`.
+
+        Returns:
+            The motion and the gradient; for a batch, a list of them.
+
+        Raises:
+            ValueError: The specification does not fit the rod, or a parameter is unknown.
+        """
+        check_parameters(parameters)
+        buffers = prepare(self.model, self._constants, self._pool, spec, with_tape=True)
+        if callable(d_cost_d_positions):
             launch(buffers, forward=True, backward=False)
-            slope = slope(positions(buffers))
-        horizon = buffers.sizes.steps // substeps
-        slope = np.asarray(slope, float)
-        if slope.shape != (len(states), horizon, self.node_count, 3):
-            raise ValueError(
-                f"d_cost_d_positions must be ({horizon} steps, {self.node_count} nodes, 3), got "
-                f"shape {slope.shape[1:]}"
-            )
-        buffers.section(Section.COST_GRADIENT)[:] = slope.reshape(len(states), -1)
-        launch(buffers, forward=not later, backward=True)
+            positions = read_positions(buffers)
+            seed = d_cost_d_positions(positions if spec.is_batch else positions[0])
+        else:
+            seed = d_cost_d_positions
+        seed = np.asarray(seed, float)
+        write_adjoint_seed(buffers, seed if spec.is_batch else seed[None])
+        launch(buffers, forward=not callable(d_cost_d_positions), backward=True)
         clamped = self.left == "clamped", self.right == "clamped"
-        return [
-            Gradient(rolled(buffers, b), *slopes(buffers, b, clamped, parameters))
-            for b in range(len(states))
-        ]
+        found = [read_gradient(buffers, b, clamped, parameters) for b in range(len(spec.states))]
+        return found if spec.is_batch else found[0]
 
     def rest(
         self,
@@ -212,11 +185,19 @@ class XpbdRod:
         obstacles: Float64[np.ndarray, "m 12"] | None = None,
         dt: float = 0.01,
     ) -> Rest:
-        """A shape at which the rod stays, between two grips; see `Rod.rest`.
+        """Find an equilibrium between two grips; as `Rod.rest`.
 
-        Sweeps that have not converged leave it at another shape for every length of a step.
+        Sweeps that have not converged leave the rod at another shape for every duration of a step.
 
         Args:
-            dt: Of the step that leaves it where it is [s].
+            left: Left grip.
+            right: Right grip.
+            guess: Shape to start from.
+            obstacles: Obstacles from `lariat.geometry.pack`.
+            dt: Duration of the steps that leave the shape unchanged [s].
+
+        Raises:
+            ValueError: The grips are farther apart than the rod between them is long.
         """
-        return rest.rest(self, left, right, guess, obstacles, dt)
+        damped = self.with_properties(rest.heavily_damped(self.properties, dt))
+        return rest.find_rest(self.model, damped.rollout, left, right, guess, obstacles, dt)

@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from lariat.rod import Rod, RodProperties, RodState
+from lariat.rod import Rod, RodProperties, RodState, RolloutSpec
 from lariat.rod.identification import posterior
 from lariat.rod.identification.material import Material
 from lariat.trajectory import MotionState, mean_twists
@@ -267,12 +267,13 @@ class MaterialFilter:
         rod = estimate.rod.with_properties(self.properties)
         names, chain = self._material.derivatives(self.properties, shape_tells)
         linear = rod.linearize(
-            estimate.state.at_rest(),
-            np.zeros((1, 2, 6)),
-            SETTLING,
-            steps=SETTLING_STEPS,
-            block_of_step=np.zeros(SETTLING_STEPS, dtype=np.int64),
-            obstacles=estimate.supports,
+            RolloutSpec(
+                estimate.state.at_rest(),
+                np.zeros((1, 2, 6)),
+                SETTLING,
+                steps=SETTLING_STEPS,
+                obstacles=estimate.supports,
+            ),
             parameters=names,
             with_actions=False,
         )
@@ -346,7 +347,13 @@ class _Swing:
             blocks = np.zeros(steps, dtype=np.int64)
             self._states = [
                 rod.rollout(
-                    state, action, elapsed / steps, steps, blocks, obstacles=estimate.supports
+                    RolloutSpec(
+                        state,
+                        action,
+                        elapsed / steps,
+                        block_of_step=blocks,
+                        obstacles=estimate.supports,
+                    )
                 ).final
                 for rod, state in zip(_pair(estimate.rod), self._states, strict=True)
             ]

@@ -14,10 +14,7 @@ from collections import deque
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from lariat.rod import Rod, RodState
-from lariat.rod.statics import framed
-from lariat.rod.twist import turns as turns_of
-from lariat.rod.twist import wound
+from lariat.rod import Rod, RodState, RolloutSpec, add_turns, count_turns, framed
 from lariat.rod.xpbd import XpbdRod
 from lariat.trajectory import MotionState, mean_twists
 
@@ -57,9 +54,9 @@ class StateEstimator:
         """Begins again at rest with some turns of twist, from the shape that is seen if any is."""
         guess = None
         if seen is not None:
-            guess = wound(framed(seen, *motion.orientations), turns)
+            guess = add_turns(framed(seen, *motion.orientations), turns)
         elif turns:
-            guess = wound(self.rod.rest(*motion.grips, obstacles=self.supports).state, turns)
+            guess = add_turns(self.rod.rest(*motion.grips, obstacles=self.supports).state, turns)
         self.state: RodState = self.rod.rest(
             *motion.grips, guess=guess, obstacles=self.supports
         ).state
@@ -81,7 +78,7 @@ class StateEstimator:
     @property
     def turns(self) -> int:
         """Whole turns of twist in the rope: they cannot be seen, but the model keeps them."""
-        return turns_of(self.state)
+        return count_turns(self.state)
 
     def advance(self, motion: MotionState, time: int) -> None:
         """Moves the model's ends to measured poses at `time` [ns]."""
@@ -139,7 +136,7 @@ class StateEstimator:
             observed: Which of them count.
         """
         seen = np.where(observed[:, None], nodes, self.nodes)
-        guess = wound(framed(seen, *self.motion.orientations), self.turns)
+        guess = add_turns(framed(seen, *self.motion.orientations), self.turns)
         try:
             found = self.rod.rest(*self.motion.grips, guess=guess, obstacles=self.supports)
         except ValueError:
@@ -163,7 +160,7 @@ class StateEstimator:
         action = twist.reshape(1, 2, 6)
         blocks = np.zeros(steps, dtype=np.int64)
         return self.rod.rollout(
-            state, action, dt / steps, None, blocks, obstacles=self.supports
+            RolloutSpec(state, action, dt / steps, block_of_step=blocks, obstacles=self.supports)
         ).final
 
     def observe(

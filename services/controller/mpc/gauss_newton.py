@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from lariat.rod import Rod
+from lariat.rod import Rod, RolloutSpec
 from lariat.trajectory import MotionLimits, clipped
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
 from services.controller.mpc.constraints import constrained_step, overstretch
@@ -87,7 +87,8 @@ class GaussNewton:
         for _ in range(self.iterations):
             actions = problem.path + np.einsum("hk,kec->hec", means, velocities)
             actions[0] += 0.5 * initial_velocity
-            linear = rod.linearize(problem.state, actions, dt, obstacles=problem.supports)
+            spec = RolloutSpec(problem.state, actions, dt, obstacles=problem.supports)
+            linear = rod.linearize(spec)
             jacobian = linear.d_positions_d_actions[..., self.moves]
             jacobian = np.einsum("hnckm,kj->hncjm", jacobian, means, optimize=True)
             units = np.maximum(units, self._node_response(jacobian))

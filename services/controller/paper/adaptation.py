@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from lariat.rod import RodState
+from lariat.rod import RodState, RolloutSpec
 from lariat.rod.xpbd import PARAMETERS, XpbdProperties, XpbdRod
 from services.controller.estimation.state_estimator import StateEstimator
 from services.controller.paper.policies import Adam
@@ -82,7 +82,8 @@ class PaperAdaptation:
 
         for _ in range(self._settings.optimizer_steps):
             rod = self._rod.with_properties(self.properties)
-            answer = rod.gradient(begun, actions, dt, obstacles=obstacles, d_cost_d_positions=slope)
+            spec = RolloutSpec(begun, actions, dt, obstacles=obstacles)
+            answer = rod.gradient(spec, slope)
             self._move(answer.parameters)
         return shapes[-1] - shapes[0]
 

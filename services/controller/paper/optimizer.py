@@ -21,8 +21,7 @@ from jaxtyping import Bool, Float64
 
 from lariat.geometry.clearance import near
 from lariat.geometry.obstacles import Obstacle, pack, signed_distance
-from lariat.rod import Gradient, Rod
-from lariat.rod.xpbd import Slope, XpbdRod
+from lariat.rod import DifferentiableRod, RolloutSpec
 from lariat.trajectory import MotionLimits
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
 from services.controller.mpc.constraints import limit_grip_distance
@@ -75,7 +74,7 @@ class PaperOptimizer:
         self._elapsed += elapsed
 
     def plan(
-        self, rod: Rod | XpbdRod, problem: HorizonProblem, avoidance: AvoidanceSpecification
+        self, rod: DifferentiableRod, problem: HorizonProblem, avoidance: AvoidanceSpecification
     ) -> HorizonPlan:
         """Solve a horizon.
 
@@ -106,7 +105,10 @@ class PaperOptimizer:
                 cost, slope = self._loss(nodes, wanted, problem, field)
                 return slope
 
-            answer = _gradient(rod, problem, problem.path + wanted, s.time_step, obstacles, pull)
+            spec = RolloutSpec(
+                problem.state, problem.path + wanted, s.time_step, obstacles=obstacles
+            )
+            answer = rod.gradient(spec, pull, parameters=())
             slope = answer.actions + 2.0 * s.speed_weight / count * wanted
             self.policy.learn(slope[:, self.moves])
             before = np.concatenate([before[:1], nodes[:-1]])
@@ -159,23 +161,6 @@ class PaperOptimizer:
             "obstacles": s.obstacle_weight / count * potential,
             "speed": s.speed_weight / count * float(np.sum(velocities**2)),
         }, slope
-
-
-def _gradient(
-    rod: Rod | XpbdRod,
-    problem: HorizonProblem,
-    actions: Float64[np.ndarray, "h 2 6"],
-    dt: float,
-    obstacles: Float64[np.ndarray, "m 12"],
-    slope: Slope,
-) -> Gradient:
-    """Gradient of a cost whose derivative depends on the roll-out itself."""
-    given = slope
-    if isinstance(rod, Rod):
-        given = slope(rod.rollout(problem.state, actions, dt, obstacles=obstacles).positions)
-    return rod.gradient(
-        problem.state, actions, dt, obstacles=obstacles, parameters=(), d_cost_d_positions=given
-    )
 
 
 class _RepulsivePotential:

@@ -11,8 +11,7 @@ from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
-from lariat.rod import Rod
-from lariat.rod.twist import wound
+from lariat.rod import Rod, add_turns
 from services.controller.run.task import Goal, RequestRefused
 from shared.scenario import SIDES, Scenario, Shape
 
@@ -72,7 +71,7 @@ class GoalFactory:
             packed = geometry.pack(supports) if supports else None
             rest = self.rod.rest(left, right, obstacles=packed)
             if turns:
-                guess = wound(rest.state, turns)
+                guess = add_turns(rest.state, turns)
                 rest = self.rod.rest(left, right, guess=guess, obstacles=packed)
         except ValueError as error:
             raise RequestRefused(str(error)) from error

@@ -11,7 +11,7 @@ from jaxtyping import Float64
 from lariat.geometry import polylines, poses
 from lariat.geometry.obstacles import Obstacle, pack
 from lariat.geometry.poses import Pose
-from lariat.rod import Rod, RodProperties, RodState
+from lariat.rod import Rod, RodProperties, RodState, RolloutSpec
 from services.sim.plants.end_motion import EndMotion, interpolate
 
 MAX_STEP = 0.004
@@ -85,7 +85,8 @@ class RodPlant:
                 turns = poses.multiply(orientations[1:], poses.conjugate(orientations[:-1]))
                 actions[:, end, :3] = np.diff(positions, axis=0) / dt
                 actions[:, end, 3:] = poses.logarithm(turns) / dt
-            rollout = self._rod.rollout(self._state, actions, dt, obstacles=self._obstacles)
+            spec = RolloutSpec(self._state, actions, dt, obstacles=self._obstacles)
+            rollout = self._rod.rollout(spec)
             self._state = rollout.final
         self._ends = goals
 

@@ -11,7 +11,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import poses
 from lariat.geometry.obstacles import TABLE, Obstacle, pack
-from lariat.rod import PARAMETERS, Rod, RodProperties, RodState, StateDirections
+from lariat.rod import PARAMETERS, Rod, RodProperties, RodState, RolloutSpec, StateDirections
 from lariat.rod.integration_schemes import Scheme
 
 PROPERTIES = RodProperties(
@@ -53,9 +53,21 @@ class Scene:
         moving[:, 1] = [-1.2, 0.0, 0.0, 2.0, 0.0, 2.0]
         moving[:, 0] = [0.0, 0.3, 0.0, 0.0, 1.0, 0.0]
         start = self.rod.straight([-0.225, 0.0, 0.3], [0.225, 0.0, 0.3])
-        self.state = self.rod.rollout(start, moving, DT, obstacles=obstacles).final
+        self.state = self.rod.rollout(RolloutSpec(start, moving, DT, obstacles=obstacles)).final
         self.actions = 0.5 * rng.normal(size=(3, 2, 6))
         self.slope = rng.normal(size=(6, node_count, 3))
+
+    def spec(
+        self,
+        actions: Float64[np.ndarray, "K 2 6"] | None = None,
+        state: RodState | None = None,
+    ) -> RolloutSpec[RodState]:
+        return RolloutSpec(
+            self.state if state is None else state,
+            self.actions if actions is None else actions,
+            DT,
+            **self.options,
+        )
 
     def cost(
         self,
@@ -63,12 +75,7 @@ class Scene:
         state: RodState | None = None,
         rod: Rod | None = None,
     ) -> float:
-        rollout = (rod or self.rod).rollout(
-            self.state if state is None else state,
-            self.actions if actions is None else actions,
-            DT,
-            **self.options,
-        )
+        rollout = (rod or self.rod).rollout(self.spec(actions, state))
         assert rollout.converged.all()
         return float(np.sum(self.slope * rollout.positions))
 
@@ -122,10 +129,8 @@ def test_adjoint_and_sensitivities_match_differences_in_actions(name: str) -> No
             return scene.cost(actions=scene.actions + h * bump)
 
         exact[index] = difference(moved, 1e-4)
-    adjoint = scene.rod.gradient(
-        scene.state, scene.actions, DT, **scene.options, d_cost_d_positions=scene.slope
-    ).actions
-    forward = scene.rod.linearize(scene.state, scene.actions, DT, **scene.options)
+    adjoint = scene.rod.gradient(scene.spec(), scene.slope).actions
+    forward = scene.rod.linearize(scene.spec())
     swept = np.einsum("hni,hnikea->kea", scene.slope, forward.d_positions_d_actions)
     scale = np.linalg.norm(exact)
     assert np.linalg.norm(adjoint - exact) < 1e-7 * scale
@@ -135,15 +140,8 @@ def test_adjoint_and_sensitivities_match_differences_in_actions(name: str) -> No
 @pytest.mark.parametrize("name", SCENES)
 def test_adjoint_and_sensitivities_match_differences_in_parameters(name: str) -> None:
     scene = SCENES[name]()
-    found = scene.rod.gradient(
-        scene.state,
-        scene.actions,
-        DT,
-        **scene.options,
-        parameters=ALL,
-        d_cost_d_positions=scene.slope,
-    ).parameters
-    forward = scene.rod.linearize(scene.state, scene.actions, DT, **scene.options, parameters=ALL)
+    found = scene.rod.gradient(scene.spec(), scene.slope, ALL).parameters
+    forward = scene.rod.linearize(scene.spec(), ALL)
     swept = np.einsum("hni,hnip->p", scene.slope, forward.d_positions_d_parameters)
     for k, parameter in enumerate(ALL):
         absolute = parameter.startswith("rest") or "[" in parameter
@@ -164,9 +162,7 @@ def test_adjoint_and_sensitivities_match_differences_in_parameters(name: str) ->
 )
 def test_adjoint_matches_differences_in_the_state(name: str) -> None:
     scene = SCENES[name]()
-    found = scene.rod.gradient(
-        scene.state, scene.actions, DT, **scene.options, d_cost_d_positions=scene.slope
-    ).state
+    found = scene.rod.gradient(scene.spec(), scene.slope).state
     rng = np.random.default_rng(1)
     # Rotations of edges hardly move nodes, so that their differences drown sooner.
     for part, h, within in (
@@ -206,17 +202,9 @@ def test_sensitivities_to_the_state_are_what_the_adjoint_says(name: str) -> None
         rng.normal(size=(7, n - 1, 3)),
     )
     swept = scene.rod.linearize(
-        scene.state,
-        scene.actions,
-        DT,
-        **scene.options,
-        parameters=ALL,
-        state_directions=along,
-        with_actions=False,
+        scene.spec(), ALL, state_directions=along, with_actions=False
     ).d_positions_d_state
-    slope = scene.rod.gradient(
-        scene.state, scene.actions, DT, **scene.options, d_cost_d_positions=scene.slope
-    ).state
+    slope = scene.rod.gradient(scene.spec(), scene.slope).state
     expected = sum(
         np.einsum("ni,dni->d", getattr(slope, part), getattr(along, part))
         for part in ("positions", "rotations", "velocities", "angular_velocities")
@@ -227,7 +215,7 @@ def test_sensitivities_to_the_state_are_what_the_adjoint_says(name: str) -> None
 
 def test_a_free_end_ignores_its_actions() -> None:
     scene = Scene(10, None, "pinned", "free")
-    forward = scene.rod.linearize(scene.state, scene.actions, DT, **scene.options)
+    forward = scene.rod.linearize(scene.spec())
     assert not np.any(forward.d_positions_d_actions[:, :, :, :, 1])
     assert np.any(forward.d_positions_d_actions[:, :, :, :, 0, :3])
 
@@ -235,8 +223,9 @@ def test_a_free_end_ignores_its_actions() -> None:
 def test_a_batch_is_its_rods_one_by_one() -> None:
     scene = Scene(10, BAR)
     actions = np.stack([scene.actions, -scene.actions])
-    both = scene.rod.linearizations([scene.state] * 2, actions, DT, **scene.options)
+    batch = RolloutSpec([scene.state] * 2, actions, DT, **scene.options)
+    both = scene.rod.linearize(batch)
     for found, alone in zip(both, actions, strict=True):
-        expected = scene.rod.linearize(scene.state, alone, DT, **scene.options)
+        expected = scene.rod.linearize(scene.spec(alone))
         assert np.array_equal(found.rollout.positions, expected.rollout.positions)
         assert np.array_equal(found.d_positions_d_actions, expected.d_positions_d_actions)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.rod import hard_cases
-from lariat.rod import Rod, RodProperties
+from lariat.rod import Rod, RodProperties, RolloutSpec
 
 
 def test_yanked_and_overlapped_rods_end_well() -> None:
@@ -21,11 +21,11 @@ def test_yanked_and_overlapped_rods_end_well() -> None:
 def test_a_rod_that_an_obstacle_caught_says_so() -> None:
     rod = Rod(RodProperties(0.45, 0.008, 0.044, 1e6), 10, tolerance=1e-7)
     state = rod.straight([0.0, 0.0, 0.3], [1.0, 0.0, 0.3])
-    assert rod.rollout(state, np.zeros((2, 2, 6)), 0.01).trouble is None
+    assert rod.rollout(RolloutSpec(state, np.zeros((2, 2, 6)), 0.01)).failure is None
     actions = np.zeros((10, 2, 6))
     actions[:, 1, 0] = 0.5
-    overstretched = rod.rollout(state, actions, 0.01)
-    assert "off its length" in str(overstretched.trouble)
+    overstretched = rod.rollout(RolloutSpec(state, actions, 0.01))
+    assert "off its rest length" in str(overstretched.failure)
 
 
 def test_ends_further_apart_than_the_rod_is_long_are_refused() -> None:
@@ -33,4 +33,4 @@ def test_ends_further_apart_than_the_rod_is_long_are_refused() -> None:
     state = rod.straight([0.0, 0.0, 0.3], [1.0, 0.0, 0.3])
     far = replace(state, positions=2.0 * state.positions)
     with pytest.raises(ValueError, match=r"apart but the rod is 0\.45 m long"):
-        rod.rollout(far, np.zeros((1, 2, 6)), 0.01)
+        rod.rollout(RolloutSpec(far, np.zeros((1, 2, 6)), 0.01))

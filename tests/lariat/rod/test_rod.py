@@ -10,7 +10,7 @@ import pytest
 from lariat.geometry import polylines, poses
 from lariat.geometry.obstacles import TABLE, Obstacle, chain_clearance, pack
 from lariat.geometry.poses import Pose
-from lariat.rod import Rod, RodProperties
+from lariat.rod import Rod, RodProperties, RolloutSpec
 from lariat.rod.strains import curvatures, forces, moments
 
 PROPERTIES = RodProperties(0.45, 0.008, 0.044, 1e6)
@@ -29,7 +29,7 @@ def test_a_free_rod_keeps_its_momentum() -> None:
     state = replace(state, velocities=rng.normal(size=(20, 3)))
     masses = np.full(20, 1.0)
     masses[[0, -1]] = 0.5
-    rollout = rod.rollout(state, np.zeros((20, 2, 6)), 0.005)
+    rollout = rod.rollout(RolloutSpec(state, np.zeros((20, 2, 6)), 0.005))
     assert rollout.converged.all()
     before, after = masses @ state.velocities, masses @ rollout.final.velocities
     assert np.allclose(after, before, atol=1e-5 * np.linalg.norm(before))
@@ -39,7 +39,7 @@ def test_damping_alone_slows_a_flying_rod_as_an_implicit_step_does() -> None:
     rod = Rod(replace(PROPERTIES, damping=3.0), 10, "free", "free", gravity=(0.0, 0.0, 0.0))
     state = rod.straight([0.0, 0.0, 0.0], [1.0, 0.0, 0.0])
     state = replace(state, velocities=np.tile([0.0, 0.4, 0.3], (10, 1)))
-    rollout = rod.rollout(state, np.zeros((10, 2, 6)), 0.01)
+    rollout = rod.rollout(RolloutSpec(state, np.zeros((10, 2, 6)), 0.01))
     expected = np.array([0.0, 0.4, 0.3]) / 1.03**10
     assert np.allclose(rollout.final.velocities, expected, atol=1e-6)
 
@@ -48,7 +48,7 @@ def test_a_free_rod_spins_about_its_axis_for_ever() -> None:
     rod = Rod(replace(PROPERTIES, damping=0.0), 10, "free", "free", gravity=(0.0, 0.0, 0.0))
     state = rod.straight([0.0, 0.0, 0.0], [1.0, 0.0, 0.0])
     state = replace(state, angular_velocities=np.tile([7.0, 0.0, 0.0], (9, 1)))
-    rollout = rod.rollout(state, np.zeros((10, 2, 6)), 0.01)
+    rollout = rod.rollout(RolloutSpec(state, np.zeros((10, 2, 6)), 0.01))
     assert np.allclose(rollout.final.angular_velocities, [7.0, 0.0, 0.0], atol=1e-6)
 
 
@@ -57,7 +57,7 @@ def test_grips_place_the_first_and_last_edges() -> None:
     actions = np.zeros((12, 2, 6))
     actions[:, 1] = [-0.4, 0.1, 0.2, 1.0, -2.0, 0.5]
     state = rod.straight([-0.225, 0.0, 0.3], [0.225, 0.0, 0.3])
-    final = rod.rollout(state, actions, 0.01).final
+    final = rod.rollout(RolloutSpec(state, actions, 0.01)).final
     turn = poses.exponential(0.12 * np.array([1.0, -2.0, 0.5]))
     q = poses.multiply(turn, ALONG_X)
     p = np.array([0.225, 0.0, 0.3]) + 0.12 * np.array([-0.4, 0.1, 0.2])
@@ -71,7 +71,9 @@ def test_a_yanked_rope_keeps_its_length() -> None:
     actions = np.zeros((20, 2, 6))
     actions[:5, 1, :3] = [-4.0, 2.0, 2.0]
     actions[10:15, 0, :3] = [2.0, -3.0, 3.0]
-    rollout = rod.rollout(rod.straight([-0.225, 0.0, 0.3], [1.0, 0.0, 0.3]), actions, 0.01)
+    rollout = rod.rollout(
+        RolloutSpec(rod.straight([-0.225, 0.0, 0.3], [1.0, 0.0, 0.3]), actions, 0.01)
+    )
     lengths = [polylines.length(nodes) for nodes in rollout.positions]
     assert rollout.converged.all()
     assert np.max(np.abs(np.array(lengths) / PROPERTIES.length - 1.0)) < 5e-3
@@ -81,7 +83,9 @@ def test_energy_never_grows_while_the_grips_stand_still() -> None:
     rod = Rod(replace(PROPERTIES, damping=0.0), 30)
     actions = np.zeros((10, 2, 6))
     actions[:, 1, :3] = [-1.0, 0.5, 0.3]
-    moving = rod.rollout(rod.straight([0.0, 0.0, 0.3], [1.0, 0.0, 0.3]), actions, 0.01).final
+    moving = rod.rollout(
+        RolloutSpec(rod.straight([0.0, 0.0, 0.3], [1.0, 0.0, 0.3]), actions, 0.01)
+    ).final
     mass = PROPERTIES.linear_density * rod.edge_length
     energies = []
     for _ in range(60):
@@ -92,7 +96,7 @@ def test_energy_never_grows_while_the_grips_stand_still() -> None:
         kinetic = 0.5 * mass * np.sum(moving.velocities[free] ** 2)
         fall = 9.81 * mass * np.sum(moving.positions[free, 2])
         energies.append(bending + stretch + kinetic + fall)
-        moving = rod.rollout(moving, np.zeros((1, 2, 6)), 0.01).final
+        moving = rod.rollout(RolloutSpec(moving, np.zeros((1, 2, 6)), 0.01)).final
     # The first sample still holds the velocity of the grips.
     assert np.max(np.diff(energies[1:])) < 1e-6 * (energies[1] - energies[-1])
 
@@ -110,7 +114,7 @@ def test_rest_is_an_equilibrium_from_a_bad_start() -> None:
     assert found.stable
     assert again.converged
     assert np.allclose(again.state.positions, found.state.positions, atol=1e-6)
-    still = rod.rollout(found.state, np.zeros((10, 2, 6)), 0.01).final
+    still = rod.rollout(RolloutSpec(found.state, np.zeros((10, 2, 6)), 0.01)).final
     assert np.allclose(still.positions, found.state.positions, atol=1e-6)
 
 
@@ -119,7 +123,7 @@ def test_rest_between_near_grips_is_where_a_rope_comes_whose_ends_are_brought_to
     wide, near = grips(0.3), grips(0.12)
     actions = np.zeros((40, 2, 6))
     actions[:36, 0, 0], actions[:36, 1, 0] = 0.09 / 36.0, -0.09 / 36.0
-    brought = rod.rollout(rod.rest(*wide).state, actions, 1.0).final.positions
+    brought = rod.rollout(RolloutSpec(rod.rest(*wide).state, actions, 1.0)).final.positions
     assert polylines.mean_node_distance(brought, rod.rest(*near).state.positions) < 1e-3
 
 
@@ -166,15 +170,17 @@ def test_bad_states_and_actions_are_refused_by_name() -> None:
     rod = Rod(PROPERTIES, 10)
     state = rod.straight([0.0, 0.0, 0.0], [1.0, 0.0, 0.0])
     with pytest.raises(ValueError, match="actions"):
-        rod.rollout(state, np.zeros((5, 2, 3)), 0.01)
-    with pytest.raises(ValueError, match="not finite"):
-        rod.rollout(state, np.full((5, 2, 6), np.nan), 0.01)
+        rod.rollout(RolloutSpec(state, np.zeros((5, 2, 3)), 0.01))
+    with pytest.raises(ValueError, match="must be finite"):
+        rod.rollout(RolloutSpec(state, np.full((5, 2, 6), np.nan), 0.01))
     with pytest.raises(ValueError, match=r"state\.positions"):
-        rod.rollout(replace(state, positions=state.positions[:-1]), np.zeros((5, 2, 6)), 0.01)
+        rod.rollout(
+            RolloutSpec(replace(state, positions=state.positions[:-1]), np.zeros((5, 2, 6)), 0.01)
+        )
     crooked = replace(state, orientations=2.0 * state.orientations)
     with pytest.raises(ValueError, match="unit quaternions"):
-        rod.rollout(crooked, np.zeros((5, 2, 6)), 0.01)
+        rod.rollout(RolloutSpec(crooked, np.zeros((5, 2, 6)), 0.01))
     with pytest.raises(ValueError, match="dt"):
-        rod.rollout(state, np.zeros((5, 2, 6)), 0.0)
+        rod.rollout(RolloutSpec(state, np.zeros((5, 2, 6)), 0.0))
     with pytest.raises(ValueError, match="no parameter 'colour'"):
-        rod.linearize(state, np.zeros((5, 2, 6)), 0.01, parameters=("colour",))
+        rod.linearize(RolloutSpec(state, np.zeros((5, 2, 6)), 0.01), ("colour",))

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lariat.rod import Rod, RodProperties
+from lariat.rod import Rod, RodProperties, RolloutSpec
 from lariat.rod.integration_schemes import Scheme
 from lariat.rod.strains import curvatures, forces, moments
 
@@ -18,7 +18,9 @@ def swung(scheme: Scheme, substeps: int) -> np.ndarray:
     """A rod let go level from one pin, after 0.2 s."""
     rod = Rod(PROPERTIES, 12, "pinned", "free", tolerance=1e-11, scheme=scheme)
     start = rod.straight([0.0, 0.0, 0.0], [1.0, 0.0, 0.0])
-    return rod.rollout(start, np.zeros((10, 2, 6)), 0.02, substeps=substeps).positions[-1]
+    return rod.rollout(RolloutSpec(start, np.zeros((10, 2, 6)), 0.02, substeps=substeps)).positions[
+        -1
+    ]
 
 
 @pytest.mark.parametrize(("scheme", "order"), [("euler", 1), ("sdirk2", 2)])
@@ -39,7 +41,7 @@ def test_internal_damping_takes_energy_from_bending_and_none_from_a_fall() -> No
     weightless = Rod(properties, 12, "free", "free", gravity=(0.0, 0.0, 0.0))
     start = weightless.straight([0.0, 0.0, 0.0], [1.0, 0.0, 0.0])
     drifting = replace(start, velocities=np.tile([0.0, 0.3, 0.2], (12, 1)))
-    final = weightless.rollout(drifting, np.zeros((10, 2, 6)), 0.01).final
+    final = weightless.rollout(RolloutSpec(drifting, np.zeros((10, 2, 6)), 0.01)).final
     assert np.allclose(final.velocities, [0.0, 0.3, 0.2], atol=1e-6)
 
     def left(damping: float) -> float:
@@ -48,7 +50,9 @@ def test_internal_damping_takes_energy_from_bending_and_none_from_a_fall() -> No
         rod = Rod(made, 12, right="free", gravity=(0.0, 0.0, 0.0), scheme="sdirk2")
         struck = np.zeros((12, 3))
         struck[:, 2] = np.linspace(0.0, 1.0, 12) ** 2
-        moved = rod.rollout(replace(start, velocities=struck), np.zeros((50, 2, 6)), 0.01)
+        moved = rod.rollout(
+            RolloutSpec(replace(start, velocities=struck), np.zeros((50, 2, 6)), 0.01)
+        )
         return float(np.linalg.norm(moved.final.velocities))
 
     assert left(0.05) < 0.2 * left(0.0)
@@ -59,7 +63,9 @@ def test_the_second_order_never_gains_energy_at_rest_grips() -> None:
     rod = Rod(properties, 20, scheme="sdirk2")
     actions = np.zeros((10, 2, 6))
     actions[:, 1, :3] = [-1.0, 0.5, 0.3]
-    moving = rod.rollout(rod.straight([0.0, 0.0, 0.3], [1.0, 0.0, 0.3]), actions, 0.01).final
+    moving = rod.rollout(
+        RolloutSpec(rod.straight([0.0, 0.0, 0.3], [1.0, 0.0, 0.3]), actions, 0.01)
+    ).final
     mass = properties.linear_density * rod.edge_length
     energies = []
     for _ in range(60):
@@ -68,6 +74,6 @@ def test_the_second_order_never_gains_energy_at_rest_grips() -> None:
         kinetic = 0.5 * mass * np.sum(moving.velocities[2:-2] ** 2)
         fall = 9.81 * mass * np.sum(moving.positions[2:-2, 2])
         energies.append(bending + stretch + kinetic + fall)
-        moving = rod.rollout(moving, np.zeros((1, 2, 6)), 0.01).final
+        moving = rod.rollout(RolloutSpec(moving, np.zeros((1, 2, 6)), 0.01)).final
     # Two orders above the first sample's share of the grips' velocity would show at once.
     assert max(energies[1:]) <= energies[1] + 1e-3 * (energies[1] - energies[-1])

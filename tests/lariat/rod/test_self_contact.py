@@ -10,9 +10,8 @@ import pytest
 from jaxtyping import Float64
 
 from lariat.geometry import polylines, poses
-from lariat.rod import Rod, RodProperties, RodState
-from lariat.rod.launch.inputs import End
-from lariat.rod.statics import framed
+from lariat.rod import End, Rod, RodProperties, RodState, RolloutSpec
+from lariat.rod.initial_shapes import framed
 from lariat.rod.strains import curvatures, moments
 
 PROPERTIES = RodProperties(0.8, 0.008, 0.044, 1e6, damping=2.0)
@@ -54,8 +53,8 @@ def pulled(self_contact: bool) -> tuple[RodState, float]:
     actions = np.zeros((1, 2, 6))
     actions[0, :, :3] = np.outer([-0.5, 0.5], span) * further / 1.5
     for _ in range(30):
-        rolled = rod.rollout(state, actions, DT, steps=10)
-        assert rolled.trouble is None
+        rolled = rod.rollout(RolloutSpec(state, actions, DT, steps=10))
+        assert rolled.failure is None
         state = rolled.final
         closest = min(closest, *map(nearest_strands, rolled.positions[::5]))
     return state, closest
@@ -79,7 +78,7 @@ def test_a_tight_knot_gains_no_energy() -> None:
     for _ in range(40):
         bending = np.sum(moments(rod, state) * curvatures(rod, state)) * rod.edge_length / 2.0
         energies.append(bending + 0.5 * mass * np.sum(state.velocities[1:-1] ** 2))
-        state = rod.rollout(state, np.zeros((1, 2, 6)), DT).final
+        state = rod.rollout(RolloutSpec(state, np.zeros((1, 2, 6)), DT)).final
     # The first sample still holds the velocity of the ends; pushed strands give a little back.
     assert max(energies[1:]) < 1.01 * energies[0]
 
@@ -92,15 +91,15 @@ def test_derivatives_of_a_tight_knot_match_differences(held: End) -> None:
     actions = 0.05 * rng.normal(size=(4, 2, 6))
     slope = rng.normal(size=(4, N, 3))
     names = ("bending_stiffness", "length")
-    found = rod.gradient(state, actions, DT, parameters=names, d_cost_d_positions=slope)
-    forward = rod.linearize(state, actions, DT, parameters=names)
+    found = rod.gradient(RolloutSpec(state, actions, DT), slope, names)
+    forward = rod.linearize(RolloutSpec(state, actions, DT), names)
     assert found.rollout.converged.all()
     assert forward.rollout.converged.all()
     swept = np.einsum("hni,hnikea->kea", slope, forward.d_positions_d_actions)
     np.testing.assert_allclose(swept, found.actions, atol=1e-9 * np.abs(swept).max())
 
     def cost(rod: Rod, state: RodState, actions: Float64[np.ndarray, "K 2 6"]) -> float:
-        return float(np.sum(slope * rod.rollout(state, actions, DT).positions))
+        return float(np.sum(slope * rod.rollout(RolloutSpec(state, actions, DT)).positions))
 
     def stiffer(h: float) -> float:
         bending, twisting = PROPERTIES.bending_stiffness, PROPERTIES.twisting_stiffness

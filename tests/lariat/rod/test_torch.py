@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lariat.rod import Rod, RodProperties
+from lariat.rod import Rod, RodProperties, RolloutSpec
 
 pytest.importorskip("torch")
 import torch
@@ -27,6 +27,7 @@ def test_torch_finds_the_same_slopes_as_differences() -> None:
         )
     ]
     names = ("damping", "internal_damping")
+    spec = RolloutSpec(state, np.zeros((2, 2, 6)), 0.01)
 
     def positions(
         actions: torch.Tensor, at: torch.Tensor, moving: torch.Tensor, values: torch.Tensor
@@ -40,7 +41,7 @@ def test_torch_finds_the_same_slopes_as_differences() -> None:
             internal_damping=float(values[1]),
         )
         other = rod.with_properties(changed)
-        return rollout(other, actions, at, moving, values, state, 0.01, names=names)
+        return rollout(other, spec, actions, at, moving, values, names)
 
     values = torch.tensor([1.0, 0.01], dtype=torch.float64, requires_grad=True)
     assert torch.autograd.gradcheck(positions, (*start, values), eps=1e-6, atol=1e-6, rtol=1e-5)
@@ -51,6 +52,7 @@ def test_as_many_parameters_as_names_are_asked_for() -> None:
 
     rod = Rod(RodProperties(0.45, 0.008, 0.044, 1e6), 6)
     state = rod.straight([0.0, 0.0, 0.3], [1.0, 0.0, 0.3])
+    spec = RolloutSpec(state, np.zeros((1, 2, 6)), 0.01)
     at, none = torch.tensor(state.positions), torch.zeros(0)
     with pytest.raises(ValueError, match="names"):
-        rollout(rod, torch.zeros(1, 2, 6), at, 0 * at, none, state, 0.01, names=("damping",))
+        rollout(rod, spec, torch.zeros(1, 2, 6), at, 0 * at, none, names=("damping",))

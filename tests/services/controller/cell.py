@@ -9,7 +9,7 @@ from jaxtyping import Float64
 
 from lariat.geometry.obstacles import TABLE, Obstacle
 from lariat.geometry.poses import Pose
-from lariat.rod import Rod, RodProperties
+from lariat.rod import Rod, RodProperties, RolloutSpec
 from lariat.trajectory import MotionState, mean_twists
 from services.controller.estimation.material_filter import MaterialFilter
 from services.controller.estimation.state_estimator import StateEstimator
@@ -79,7 +79,7 @@ class Cell:
             for k in range(1, 5):
                 after = row.motion_at(self.now + k * STEP // 4)
                 twist = mean_twists(self.arm, after, STEP * 1e-9 / 4).reshape(1, 2, 6)
-                self.rope = self.plant.rollout(self.rope, twist, STEP * 1e-9 / 4).final
+                self.rope = self.plant.rollout(RolloutSpec(self.rope, twist, STEP * 1e-9 / 4)).final
                 self.arm = after
             self.points.append(self.arm.positions)
             self.now += STEP

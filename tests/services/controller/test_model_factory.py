@@ -23,7 +23,7 @@ def test_a_controller_of_the_papers_rod_warms_up_and_adapts_its_five_parameters(
     service = build(replace(SCENARIO, control=control), "session")
     rod = service.estimate.rod
     assert isinstance(rod, XpbdRod)
-    assert (rod.properties.bending_compliance, rod.iterations) == (0.002, 7)
+    assert (rod.properties.bending_compliance, rod.model.iterations) == (0.002, 7)
     assert isinstance(service.adaptation, PaperAdaptation)
     service.warm_up()
 

@@ -1,50 +1,53 @@
-"""Fills the arrays of a launch with what one or several rods are about to do."""
+"""Launch inputs: what a roll-out needs, written into the buffers that the kernel reads."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float64, Int64
+from jaxtyping import Float64
 
-from lariat.rod.checks import check_launch, check_state
-from lariat.rod.launch.buffers import LaunchBuffers
-from lariat.rod.launch.inputs import ENDS
+from lariat.rod.checks import check_rollout, check_state
+from lariat.rod.launch.buffers import BufferPool, LaunchBuffers
 from lariat.rod.launch.layout import OBSTACLE_WIDTH
-from lariat.rod.obstacle_table import unpacked
+from lariat.rod.model import ENDS
+from lariat.rod.obstacle_table import kernel_rows
+from lariat.rod.rollout_spec import RolloutSpec
 from lariat.rod.state import RodState
 from lariat.rod.xpbd.launch.kernel_launch import allocate
 from lariat.rod.xpbd.launch.layout import Header, Scalar, Section
 from lariat.rod.xpbd.launch.sizes import Sizes
-
-if TYPE_CHECKING:
-    from lariat.rod.xpbd.rod import XpbdRod
+from lariat.rod.xpbd.model import XpbdRodModel
 
 HELD_NODES = {"free": 0, "pinned": 1, "clamped": 2}
+"""Nodes that each kind of end prescribes."""
 
 
-def opened(
-    rod: XpbdRod,
-    states: Sequence[RodState],
-    actions: Float64[np.ndarray, "B K 2 6"],
-    dt: float,
-    steps: int | None,
-    block_of_step: Int64[np.ndarray, "H"] | None,
-    substeps: int,
-    obstacles: Float64[np.ndarray, "m 12"] | None,
+def prepare(
+    model: XpbdRodModel,
+    constants: Float64[np.ndarray, "k"],
+    pool: BufferPool,
+    spec: RolloutSpec[RodState | Sequence[RodState]],
     *,
-    taped: bool,
+    with_tape: bool,
 ) -> LaunchBuffers[Sizes]:
-    """All but a cost; arguments as of `XpbdRod.rollouts`.
+    """Return buffers with all inputs of a launch, but for the seed of the adjoint.
 
     Args:
-        taped: Whether derivatives will be asked for.
+        model: The rod.
+        constants: Its `pack_constants`.
+        pool: Memory of the buffers.
+        spec: Roll-out of one rod or of a batch.
+        with_tape: Whether the launch records what the adjoint needs.
+
+    Raises:
+        ValueError: The specification does not fit the rod or is out of its range.
     """
-    n = rod.node_count
-    actions = np.asarray(actions, float)
-    block_of_step = check_launch(len(states), actions, dt, steps, block_of_step, substeps)
-    rows = np.zeros((0, OBSTACLE_WIDTH)) if obstacles is None else unpacked(obstacles)
+    n = model.node_count
+    states, actions, substeps = spec.states, spec.batched_actions, spec.substeps
+    block_of_step = check_rollout(spec, actions)
+    empty = np.zeros((0, OBSTACLE_WIDTH))
+    rows = empty if spec.obstacles is None else kernel_rows(spec.obstacles)
     sizes = Sizes(
         len(states),
         n,
@@ -52,19 +55,21 @@ def opened(
         substeps,
         actions.shape[1],
         len(rows),
-        rod.iterations,
-        taped,
+        model.iterations,
+        with_tape,
     )
-    buffers = allocate(rod.buffer_pool, sizes, block_of_step)
+    buffers = allocate(pool, sizes, block_of_step)
     integers = buffers.integers
-    integers[Header.FIRST_NODE] = HELD_NODES[rod.left]
-    integers[Header.END_NODE] = n - HELD_NODES[rod.right]
-    integers[Header.FIRST_EDGE] = rod.left == "clamped"
-    integers[Header.END_EDGE] = n - 1 - (rod.right == "clamped")
-    integers[Header.LEFT_END] = ENDS.index(rod.left)
-    integers[Header.RIGHT_END] = ENDS.index(rod.right)
-    buffers.rods[:, : len(rod.constants)] = rod.constants
-    buffers.section(Section.SCALARS)[:, Scalar.STEP_DURATION] = dt / substeps
+    integers[Header.FIRST_NODE] = HELD_NODES[model.left]
+    integers[Header.END_NODE] = n - HELD_NODES[model.right]
+    integers[Header.FIRST_EDGE] = model.left == "clamped"
+    integers[Header.END_EDGE] = n - 1 - (model.right == "clamped")
+    integers[Header.LEFT_END], integers[Header.RIGHT_END] = (
+        ENDS.index(model.left),
+        ENDS.index(model.right),
+    )
+    buffers.rods[:, : len(constants)] = constants
+    buffers.section(Section.SCALARS)[:, Scalar.STEP_DURATION] = spec.dt / substeps
     buffers.section(Section.ACTIONS)[:] = actions.reshape(len(states), -1)
     for b, state in enumerate(states):
         check_state(state, n)
@@ -75,18 +80,34 @@ def opened(
             (Section.ANGULAR_VELOCITIES, state.angular_velocities),
         ):
             buffers.section(section)[b, : value.size] = value.ravel()
-    if taped:
+    if with_tape:
         buffers.rods[:, buffers.places[Section.D_POSITIONS].start :] = 0.0
     buffers.obstacles()[:] = rows
     return buffers
 
 
-def constants(rod: XpbdRod) -> Float64[np.ndarray, "k"]:
-    """Scalars but for the step, and rest shape, in the order of their sections."""
-    p = rod.properties
+def write_adjoint_seed(buffers: LaunchBuffers[Sizes], seed: Float64[np.ndarray, "B H n 3"]) -> None:
+    """Write the gradient of a cost with respect to the positions [1/m].
+
+    Raises:
+        ValueError: The seed has the wrong shape.
+    """
+    sizes = buffers.sizes
+    horizon = sizes.steps // sizes.substeps
+    if seed.shape != (sizes.batch, horizon, sizes.nodes, 3):
+        raise ValueError(
+            f"d_cost_d_positions must be ({horizon} steps, {sizes.nodes} nodes, 3), got shape "
+            f"{seed.shape[1:]}"
+        )
+    buffers.section(Section.COST_GRADIENT)[:] = seed.reshape(sizes.batch, -1)
+
+
+def pack_constants(model: XpbdRodModel) -> Float64[np.ndarray, "k"]:
+    """Return scalars without the time step, and the rest shape, in the order of their sections."""
+    p = model.properties
     scalars = np.zeros(len(Scalar))
-    scalars[Scalar.EDGE_LENGTH] = rod.edge_length
-    scalars[Scalar.GRAVITY_X : Scalar.GRAVITY_Z + 1] = rod.gravity
+    scalars[Scalar.EDGE_LENGTH] = model.edge_length
+    scalars[Scalar.GRAVITY_X : Scalar.GRAVITY_Z + 1] = model.gravity
     scalars[Scalar.RADIUS] = p.diameter / 2.0
     scalars[Scalar.INVERSE_MASS] = 1.0 / p.mass
     scalars[Scalar.INVERSE_INERTIA] = 1.0 / p.inertia
@@ -94,4 +115,4 @@ def constants(rod: XpbdRod) -> Float64[np.ndarray, "k"]:
     scalars[Scalar.ANGULAR_DAMPING] = p.angular_damping
     scalars[Scalar.BENDING_COMPLIANCE] = p.bending_compliance
     scalars[Scalar.CONTACT_COMPLIANCE] = p.contact_compliance
-    return np.concatenate([scalars, p.rest_darboux(rod.node_count).ravel()])
+    return np.concatenate([scalars, p.rest_darboux(model.node_count).ravel()])

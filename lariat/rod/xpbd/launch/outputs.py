@@ -1,4 +1,4 @@
-"""Reads what a launch has left in its arrays."""
+"""Launch outputs: roll-out and gradients, read from the buffers of a launch."""
 
 from __future__ import annotations
 
@@ -7,31 +7,30 @@ from jaxtyping import Float64
 
 from lariat.geometry import poses
 from lariat.rod.launch.buffers import LaunchBuffers
-from lariat.rod.state import RodState, Rollout, StateGradient
+from lariat.rod.results import Gradient, Rollout, StateGradient
+from lariat.rod.state import RodState
 from lariat.rod.xpbd.launch.layout import Section
 from lariat.rod.xpbd.launch.sizes import Sizes
-
-PARAMETERS = ("mass", "inertia", "linear_damping", "angular_damping", "bending_compliance")
-"""What derivatives can be taken of, line 2 of Algorithm 1; in the order of the kernel."""
+from lariat.rod.xpbd.parameters import PARAMETERS
 
 
-def positions(buffers: LaunchBuffers[Sizes]) -> Float64[np.ndarray, "B H n 3"]:
-    """Of all nodes after every step [m]."""
+def read_positions(buffers: LaunchBuffers[Sizes]) -> Float64[np.ndarray, "B H n 3"]:
+    """Return the positions of all nodes after every step [m]."""
     every = buffers.sizes.substeps
     slots = buffers.section(Section.POSITIONS)
     return slots.reshape(len(slots), -1, buffers.sizes.nodes, 3)[:, every::every].copy()
 
 
-def rolled(buffers: LaunchBuffers[Sizes], b: int) -> Rollout:
-    """The roll-out of one rod of the batch.
+def read_rollout(buffers: LaunchBuffers[Sizes], b: int) -> Rollout:
+    """Return the roll-out of rod b of the batch.
 
     Sweeps are counted, not judged: `converged` says only that all numbers are finite.
     """
     n, every = buffers.sizes.nodes, buffers.sizes.substeps
-    nodes = positions(buffers)[b]
+    nodes = read_positions(buffers)[b]
     edges = buffers.section(Section.ORIENTATIONS)[b].reshape(-1, n - 1, 4)[every::every].copy()
     velocities = buffers.section(Section.VELOCITIES)[b, -3 * n :]
-    turning = buffers.section(Section.ANGULAR_VELOCITIES)[b, -3 * (n - 1) :]
+    angular_velocities = buffers.section(Section.ANGULAR_VELOCITIES)[b, -3 * (n - 1) :]
     return Rollout(
         nodes,
         edges,
@@ -39,17 +38,24 @@ def rolled(buffers: LaunchBuffers[Sizes], b: int) -> Rollout:
             nodes[-1],
             edges[-1],
             velocities.reshape(n, 3).copy(),
-            turning.reshape(n - 1, 3).copy(),
+            angular_velocities.reshape(n - 1, 3).copy(),
         ),
         np.full(len(nodes), buffers.sizes.iterations * every),
         np.isfinite(nodes).all(axis=(1, 2)),
     )
 
 
-def slopes(
+def read_gradient(
     buffers: LaunchBuffers[Sizes], b: int, clamped: tuple[bool, bool], parameters: tuple[str, ...]
-) -> tuple[Float64[np.ndarray, "K 2 6"], StateGradient, dict[str, float]]:
-    """Those in actions, initial state and parameters of one rod of the batch."""
+) -> Gradient:
+    """Return the roll-out of rod b of the batch with the adjoint's gradient.
+
+    Args:
+        buffers: Buffers after the launch.
+        b: Index in the batch.
+        clamped: Whether the left and the right end are clamped.
+        parameters: Names of the parameters, as requested.
+    """
     n = buffers.sizes.nodes
     d_q = buffers.section(Section.D_ORIENTATIONS)[b].reshape(n - 1, 4)
     q = buffers.section(Section.ORIENTATIONS)[b, : 4 * (n - 1)].reshape(n - 1, 4)
@@ -65,7 +71,8 @@ def slopes(
         buffers.section(Section.D_ANGULAR_VELOCITIES)[b].reshape(n - 1, 3).copy(),
     )
     values = buffers.section(Section.D_PARAMETERS)[b]
-    return (
+    return Gradient(
+        read_rollout(buffers, b),
         buffers.section(Section.D_ACTIONS)[b].reshape(-1, 2, 6).copy(),
         state,
         {name: float(values[PARAMETERS.index(name)]) for name in parameters},

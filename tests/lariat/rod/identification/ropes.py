@@ -8,7 +8,7 @@ import numpy as np
 
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
-from lariat.rod import Rod, RodProperties
+from lariat.rod import Rod, RodProperties, RolloutSpec
 from lariat.rod.identification import Motion, motion
 
 STIFFNESS = 0.02
@@ -46,7 +46,7 @@ def recorded(
         actions = actions.reshape(frames, 2, 6)
         # No jerk at the start, which no rope that is recorded begins with either.
         actions = actions * np.minimum(1.0, t / 0.2)
-        nodes = rod.rollout(start, actions, 0.01, substeps=4).positions
+        nodes = rod.rollout(RolloutSpec(start, actions, 0.01, substeps=4)).positions
         middles = 0.5 * (nodes[:, 1:] + nodes[:, :-1])
         inner = nodes[:, 4:-3:4]
         ends = [middles[:, -1:], nodes[:, -1:]] if right == "clamped" else [nodes[:, -1:]]

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lariat.rod import Rod, RodProperties
+from lariat.rod import Rod, RodProperties, RolloutSpec
 from lariat.rod.launch import machine_code
 from lariat.rod.launch.kernel_key import PACKAGE_ROOT, kernel_key, own_sources
 
@@ -30,7 +30,7 @@ from lariat.rod import Rod, RodProperties
 
 rod = Rod(RodProperties(0.45, 0.008, 0.044, 1e6), 8, gravity=(0.0, 0.0, -{gravity}))
 state = rod.straight((0.0, 0.0, 0.3), (1.0, 0.0, 0.3))
-final = rod.rollout(state, np.zeros((5, 2, 6)), 0.02).final.positions
+final = rod.rollout(RolloutSpec(state, np.zeros((5, 2, 6)), 0.02)).final.positions
 assert "taichi" not in sys.modules
 print(lariat.__path__[0], float(final[:, 2].min()).hex())
 """
@@ -40,7 +40,7 @@ def gradient() -> np.ndarray:
     rod = Rod(RodProperties(0.45, 0.008, 0.044, 1e6), 8)
     state = rod.straight((0.0, 0.0, 0.3), (1.0, 0.0, 0.3))
     actions = np.full((3, 2, 6), 0.1)
-    found = rod.gradient(state, actions, 0.02, d_cost_d_positions=np.ones((3, 8, 3)))
+    found = rod.gradient(RolloutSpec(state, actions, 0.02), np.ones((3, 8, 3)))
     return found.actions
 
 

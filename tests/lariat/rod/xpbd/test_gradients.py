@@ -11,7 +11,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import poses
 from lariat.geometry.obstacles import TABLE, Obstacle, pack
-from lariat.rod import RodState
+from lariat.rod import RodState, RolloutSpec
 from lariat.rod.xpbd import PARAMETERS, XpbdProperties, XpbdRod
 
 PROPERTIES = XpbdProperties(0.45, 0.008, rest_curvature=((1.0, 0.5, 0.3),))
@@ -51,9 +51,21 @@ class Scene:
         moving[:, 1] = [-0.8, 0.0, 0.0, 2.0, 0.0, 2.0]
         moving[:, 0] = [0.0, 0.3, 0.0, 0.0, 1.0, 0.0]
         start = self.rod.straight([-0.225, 0.0, 0.3], [0.225, 0.0, 0.3])
-        self.state = self.rod.rollout(start, moving, DT, obstacles=obstacles).final
+        self.state = self.rod.rollout(RolloutSpec(start, moving, DT, obstacles=obstacles)).final
         self.actions = 0.5 * rng.normal(size=(3, 2, 6))
         self.slope = rng.normal(size=(6, node_count, 3))
+
+    def spec(
+        self,
+        actions: Float64[np.ndarray, "K 2 6"] | None = None,
+        state: RodState | None = None,
+    ) -> RolloutSpec[RodState]:
+        return RolloutSpec(
+            self.state if state is None else state,
+            self.actions if actions is None else actions,
+            DT,
+            **self.options,
+        )
 
     def cost(
         self,
@@ -61,18 +73,11 @@ class Scene:
         state: RodState | None = None,
         rod: XpbdRod | None = None,
     ) -> float:
-        rollout = (rod or self.rod).rollout(
-            self.state if state is None else state,
-            self.actions if actions is None else actions,
-            DT,
-            **self.options,
-        )
+        rollout = (rod or self.rod).rollout(self.spec(actions, state))
         return float(np.sum(self.slope * rollout.positions))
 
     def gradient(self):
-        return self.rod.gradient(
-            self.state, self.actions, DT, **self.options, d_cost_d_positions=self.slope
-        )
+        return self.rod.gradient(self.spec(), self.slope)
 
 
 def difference(function: Callable[[float], float], h: float) -> float:
@@ -155,16 +160,8 @@ def test_a_slope_that_is_a_function_sees_the_positions_of_the_roll_out() -> None
     def slope(positions: Float64[np.ndarray, "H n 3"]) -> Float64[np.ndarray, "H n 3"]:
         return positions - goal
 
-    rollout = scene.rod.rollout(scene.state, scene.actions, DT, **scene.options)
-    given = scene.rod.gradient(
-        scene.state,
-        scene.actions,
-        DT,
-        **scene.options,
-        d_cost_d_positions=slope(rollout.positions),
-    )
-    asked = scene.rod.gradient(
-        scene.state, scene.actions, DT, **scene.options, d_cost_d_positions=slope
-    )
+    rollout = scene.rod.rollout(scene.spec())
+    given = scene.rod.gradient(scene.spec(), slope(rollout.positions))
+    asked = scene.rod.gradient(scene.spec(), slope)
     assert np.array_equal(given.actions, asked.actions)
     assert given.parameters == asked.parameters

@@ -10,7 +10,7 @@ from jaxtyping import Float64
 
 from lariat.geometry.obstacles import Obstacle, pack, signed_distance
 from lariat.geometry.poses import Pose
-from lariat.rod import Rod
+from lariat.rod import Rod, RolloutSpec
 from lariat.rod.xpbd import XpbdProperties, XpbdRod
 
 PROPERTIES = XpbdProperties(0.45, 0.008)
@@ -30,7 +30,7 @@ def test_converged_sweeps_rest_where_the_continuous_rod_rests() -> None:
 def test_a_rest_shape_stays() -> None:
     rod = XpbdRod(PROPERTIES, 40)
     rest = rod.rest(LEFT, RIGHT)
-    rolled = rod.rollout(rest.state, np.zeros((1, 2, 6)), 0.01, steps=50)
+    rolled = rod.rollout(RolloutSpec(rest.state, np.zeros((1, 2, 6)), 0.01, steps=50))
     assert np.max(np.abs(rolled.positions - rest.state.positions)) < 1e-8
 
 
@@ -39,7 +39,9 @@ def test_the_scale_of_the_parameters_shows_in_nothing() -> None:
     actions = np.zeros((30, 2, 6))
     actions[:, 1] = [-0.3, 0.3, 0.0, 0.0, 1.0, 0.0]
     state = XpbdRod(PROPERTIES, 20).rest(LEFT, RIGHT).state
-    one, other = (XpbdRod(p, 20).rollout(state, actions, 0.01) for p in (PROPERTIES, scaled))
+    one, other = (
+        XpbdRod(p, 20).rollout(RolloutSpec(state, actions, 0.01)) for p in (PROPERTIES, scaled)
+    )
     assert np.allclose(one.positions, other.positions, atol=1e-12)
 
 
@@ -47,7 +49,7 @@ def test_damping_takes_its_share_of_velocity_in_a_second() -> None:
     rod = XpbdRod(PROPERTIES, 10, "free", "free", gravity=(0.0, 0.0, 0.0))
     state = rod.straight([0.0, 0.0, 0.0], [1.0, 0.0, 0.0])
     state = replace(state, velocities=np.tile([0.0, 1.0, 0.0], (10, 1)))
-    final = rod.rollout(state, np.zeros((1, 2, 6)), 0.01, steps=100).final
+    final = rod.rollout(RolloutSpec(state, np.zeros((1, 2, 6)), 0.01, steps=100)).final
     assert final.velocities[:, 1] == pytest.approx(1.0 - PROPERTIES.linear_damping, rel=1e-9)
 
 
@@ -60,7 +62,9 @@ def thrown(speed: float, steps: int) -> Float64[np.ndarray, "H 40 3"]:
     state = rod.straight([-0.225, 0.06, 0.2], [0.225, 0.06, 0.2])
     state = replace(state, velocities=np.tile([0.0, -speed, 0.0], (40, 1)))
     still = np.zeros((1, 2, 6))
-    return rod.rollout(state, still, 0.01, steps=steps, obstacles=pack([BAR])).positions
+    return rod.rollout(
+        RolloutSpec(state, still, 0.01, steps=steps, obstacles=pack([BAR]))
+    ).positions
 
 
 def test_a_rod_thrown_at_an_obstacle_stays_outside() -> None:
@@ -81,13 +85,12 @@ def test_bad_input_is_named_before_anything_runs() -> None:
         replace(PROPERTIES, bending_compliance=-1.0)
     with pytest.raises(ValueError, match="linear_damping is the share lost in a second"):
         replace(PROPERTIES, linear_damping=1.0)
-    with pytest.raises(ValueError, match="actions hold a number that is not finite"):
-        rod.rollout(state, np.nan * still, 0.01)
+    with pytest.raises(ValueError, match="actions must be finite"):
+        rod.rollout(RolloutSpec(state, np.nan * still, 0.01))
+    wrong = replace(state, positions=np.zeros((9, 3)))
     with pytest.raises(ValueError, match=r"state\.positions must be \(10, 3\)"):
-        rod.rollout(replace(state, positions=np.zeros((9, 3))), still, 0.01)
+        rod.rollout(RolloutSpec(wrong, still, 0.01))
     with pytest.raises(ValueError, match="the ends are"):
         rod.rest(LEFT, Pose(np.array([0.9, 0.0, 0.3]), LEVEL))
     with pytest.raises(ValueError, match="no parameter 'stiffness'"):
-        rod.gradient(
-            state, still, 0.01, parameters=("stiffness",), d_cost_d_positions=np.zeros((1, 10, 3))
-        )
+        rod.gradient(RolloutSpec(state, still, 0.01), np.zeros((1, 10, 3)), ("stiffness",))

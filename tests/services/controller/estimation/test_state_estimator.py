@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lariat.geometry import polylines
-from lariat.rod import Rod, RodProperties
-from lariat.rod.statics import framed
+from lariat.rod import Rod, RodProperties, framed
 from lariat.trajectory import MotionState
 from services.controller.estimation.state_estimator import StateEstimator
 from tests.services.controller.cell import grips

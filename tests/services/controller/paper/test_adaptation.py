@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from lariat.rod import RolloutSpec
 from lariat.rod.xpbd import XpbdProperties, XpbdRod
 from services.controller.paper.adaptation import PaperAdaptation
 from shared.scenario.sections import PaperControl
@@ -28,8 +29,8 @@ def test_a_stiffness_that_is_wrong_comes_closer_and_predictions_with_it() -> Non
         actions = np.zeros((5, 2, 6))
         actions[:, 1, :3] = [0.2 * np.cos(0.4 * k), 0.3 * np.sin(0.3 * k), 0.1 * np.sin(0.5 * k)]
         now = model.with_properties(adaptation.properties)
-        expected = now.rollout(known, actions, DT).final
-        before, state = state, plant.rollout(state, actions, DT).final
+        expected = now.rollout(RolloutSpec(known, actions, DT)).final
+        before, state = state, plant.rollout(RolloutSpec(state, actions, DT)).final
         misses = np.linalg.norm(expected.positions - state.positions, axis=1)
         errors.append(float(np.mean(misses)))
         adaptation.adapt(known, actions, DT, state.positions, everywhere)

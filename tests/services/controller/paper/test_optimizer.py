@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lariat.rod import Rod
+from lariat.rod import Rod, RolloutSpec
 from lariat.rod.xpbd import XpbdProperties, XpbdRod
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
 from services.controller.mpc.horizon import HorizonProblem
@@ -88,7 +88,7 @@ def test_ends_stay_within_reach_whatever_was_learnt(held: int | None) -> None:
         speeds = np.linalg.norm(plan.velocities[:, :, 0], axis=2)
         assert speeds.max() <= Limits().speed + 1e-12
         actions = plan.velocities.reshape(-1, 2, 6)
-        rolled = rod.rollout(state, actions, settings.time_step)
+        rolled = rod.rollout(RolloutSpec(state, actions, settings.time_step))
         apart += np.linalg.norm(rolled.positions[:, -1] - rolled.positions[:, 0], axis=1).tolist()
         state = rolled.final
     assert max(apart) < 0.44 + 1e-9

@@ -1,0 +1,90 @@
+"""Rod as a chain of nodes: material, discretization, kind of ends, solver settings."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Generic, Literal, Protocol, TypeVar, get_args
+
+from lariat.rod.integration_schemes import HISTORY, Scheme
+from lariat.rod.properties import RodProperties
+
+End = Literal["free", "pinned", "clamped"]
+"""How an end is held: not at all, at its outermost node, or along its outermost edge."""
+ENDS: tuple[End, ...] = get_args(End)
+MIN_NODE_COUNT = 5
+
+
+class Dimensions(Protocol):
+    """Properties that every rod has."""
+
+    @property
+    def length(self) -> float:
+        """Rest length [m]."""
+        ...
+
+    @property
+    def diameter(self) -> float:
+        """Diameter [m]."""
+        ...
+
+
+P_co = TypeVar("P_co", bound=Dimensions, covariant=True)
+
+
+@dataclass(frozen=True)
+class RodModel(Generic[P_co]):
+    """Chain of nodes with a material; the part that all rods have in common.
+
+    Raises:
+        ValueError: A field is out of its range.
+    """
+
+    properties: P_co
+    """Material and dimensions."""
+    node_count: int
+    """Nodes, at least 5."""
+    left: End = "clamped"
+    """How the end at node 0 is held."""
+    right: End = "clamped"
+    """How the end at the last node is held."""
+    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    """Gravitational acceleration in the world frame [m/s^2]."""
+
+    def __post_init__(self) -> None:
+        if self.node_count < MIN_NODE_COUNT:
+            raise ValueError(
+                f"node_count must be at least {MIN_NODE_COUNT}, got {self.node_count}; try 40"
+            )
+        for name, end in (("left", self.left), ("right", self.right)):
+            if end not in ENDS:
+                raise ValueError(f"{name} must be one of {', '.join(ENDS)}, got {end!r}")
+        if len(self.gravity) != 3 or not all(map(math.isfinite, self.gravity)):
+            raise ValueError(f"gravity must be three finite numbers, got {self.gravity} m/s^2")
+
+    @property
+    def edge_length(self) -> float:
+        """Rest length of an edge [m]."""
+        return self.properties.length / (self.node_count - 1)
+
+
+@dataclass(frozen=True)
+class ImplicitRodModel(RodModel[RodProperties]):
+    """Chain of nodes whose steps minimize an energy; see `lariat.rod.Rod`."""
+
+    tolerance: float = 1e-7
+    """Largest displacement of a node in the last Newton step of a converged solve [m]."""
+    scheme: Scheme = "euler"
+    """Time integration scheme."""
+    self_contact: bool = False
+    """Whether strands of the rod collide with each other."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 0.0 < self.tolerance < self.properties.length:
+            raise ValueError(
+                f"tolerance must be positive and less than the length, got {self.tolerance} m; "
+                "try 1e-7"
+            )
+        if self.scheme not in HISTORY:
+            raise ValueError(f"scheme must be one of {', '.join(HISTORY)}, got {self.scheme!r}")

@@ -1,0 +1,81 @@
+"""Interface that every differentiable rod offers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol, overload
+
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.geometry.poses import Pose
+from lariat.rod.model import Dimensions, End
+from lariat.rod.results import Gradient, Rest, Rollout
+from lariat.rod.rollout_spec import CostGradient, RolloutSpec
+from lariat.rod.state import RodState
+
+
+class DifferentiableRod(Protocol):
+    """Rod that rolls out, differentiates a cost of a roll-out, and finds equilibria.
+
+    Satisfied by `lariat.rod.Rod` and `lariat.rod.xpbd.XpbdRod`.
+    """
+
+    @property
+    def properties(self) -> Dimensions:
+        """Material and dimensions."""
+        ...
+
+    @property
+    def node_count(self) -> int:
+        """Number of nodes."""
+        ...
+
+    @property
+    def edge_length(self) -> float:
+        """Rest length of an edge [m]."""
+        ...
+
+    @property
+    def left(self) -> End:
+        """How the end at node 0 is held."""
+        ...
+
+    @property
+    def right(self) -> End:
+        """How the end at the last node is held."""
+        ...
+
+    def straight(self, left_point: Sequence[float], right_point: Sequence[float]) -> RodState:
+        """Return the straight rod at rest from one point towards another [m]."""
+        ...
+
+    @overload
+    def rollout(self, spec: RolloutSpec[RodState]) -> Rollout: ...
+    @overload
+    def rollout(self, spec: RolloutSpec[Sequence[RodState]]) -> list[Rollout]: ...
+
+    @overload
+    def gradient(
+        self,
+        spec: RolloutSpec[RodState],
+        d_cost_d_positions: Float64[np.ndarray, "H n 3"] | CostGradient,
+        parameters: tuple[str, ...] = ...,
+    ) -> Gradient: ...
+    @overload
+    def gradient(
+        self,
+        spec: RolloutSpec[Sequence[RodState]],
+        d_cost_d_positions: Float64[np.ndarray, "B H n 3"] | CostGradient,
+        parameters: tuple[str, ...] = ...,
+    ) -> list[Gradient]: ...
+
+    def rest(
+        self,
+        left: Pose,
+        right: Pose,
+        guess: RodState | None = None,
+        obstacles: Float64[np.ndarray, "m 12"] | None = None,
+    ) -> Rest:
+        """Find an equilibrium between two grips."""
+        ...

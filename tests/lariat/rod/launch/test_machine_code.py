@@ -26,7 +26,7 @@ import sys
 {imports}
 import numpy as np
 import lariat
-from lariat.rod import Rod, RodProperties
+from lariat.rod import Rod, RodProperties, RolloutSpec
 
 rod = Rod(RodProperties(0.45, 0.008, 0.044, 1e6), 8, gravity=(0.0, 0.0, -{gravity}))
 state = rod.straight((0.0, 0.0, 0.3), (1.0, 0.0, 0.3))

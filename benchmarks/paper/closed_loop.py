@@ -23,35 +23,37 @@ from services.controller.mpc.horizon import HorizonOptimizer, HorizonProblem
 from services.controller.paper.adaptation import PaperAdaptation
 
 STEP = 0.01
-"""The paper's time step [s]."""
+"""Time step of the paper [s]."""
+FINAL_STEPS = 20
+"""Number of steps over which the final error is averaged."""
 
 
 @dataclass(frozen=True)
-class Run:
-    """One goal."""
+class ShapingRun:
+    """Result of one run to one goal."""
 
     errors: Float64[np.ndarray, "T"]
     """Mean node distance to the goal after every step [m]."""
     clearance: float
-    """Least distance of surfaces over the run, over segments [m]."""
+    """Least distance of the surfaces of rope and obstacles over the run [m]."""
     length_error: float
-    """Largest deviation from the rest length [m]."""
+    """Largest deviation of the rope's length from its rest length [m]."""
     horizon_times: Float64[np.ndarray, "h"]
-    """CPU time of planning, kernels and all [s]."""
+    """Processor time of planning each horizon [s]."""
     adaptation_times: Float64[np.ndarray, "h"]
-    """CPU time of adapting [s]."""
+    """Processor time of each adaptation [s]."""
     prediction_errors: Float64[np.ndarray, "h"]
-    """Mean node distance of what was predicted for the end of a horizon and what came [m]."""
+    """Mean node distance of predicted and true rope at the end of each horizon [m]."""
     parameters: dict[str, float]
-    """Adapted ones, at the end."""
+    """Adapted parameters at the end, by name."""
 
     @property
     def final_error(self) -> float:
-        """Mean over the last 0.2 s [m]."""
-        return float(np.mean(self.errors[-20:]))
+        """Mean node distance to the goal over the last 0.2 s [m]."""
+        return float(np.mean(self.errors[-FINAL_STEPS:]))
 
 
-def shape(
+def run_to_goal(
     method: HorizonOptimizer,
     model: Rod | XpbdRod,
     plant: Rod | XpbdRod,
@@ -61,15 +63,23 @@ def shape(
     steps: int,
     adaptation: PaperAdaptation | None = None,
     progress: Callable[[float], None] = lambda error: None,
-) -> Run:
-    """Brings the plant's rope from its start towards a goal.
+) -> ShapingRun:
+    """Move the plant's rope from its start towards a goal.
 
-    Where model and plant are one rod, the model knows the whole state, as in the paper's
-    simulations. Else it sees nodes at the end of each horizon, and keeps its own orientations.
+    If model and plant are the same rod, the model knows the whole state, as in the paper's
+    simulations. Otherwise it observes the nodes at the end of each horizon and keeps its own
+    orientations.
 
     Args:
-        steps: T, of 10 ms.
-        progress: Told of the error after every horizon [m].
+        method: Planner.
+        model: Rod by which the method plans.
+        plant: Rod in the place of the true rope.
+        goal: Goal to reach.
+        start: State of the plant at the start.
+        avoidance: Obstacles and the clearance to keep.
+        steps: Number of steps T of 10 ms.
+        adaptation: Adaptation of the model; none if None.
+        progress: Called with the error after every horizon [m].
     """
     obstacles = pack(avoidance.obstacles)
     everywhere = np.ones(model.node_count, dtype=bool)
@@ -105,7 +115,7 @@ def shape(
             moved = (state.positions - before.positions) / (STEP * len(actions))
             believed = replace(expected, positions=state.positions, velocities=moved)
         progress(errors[-1])
-    return Run(
+    return ShapingRun(
         np.array(errors),
         clearance,
         max(lengths),

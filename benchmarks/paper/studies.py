@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from benchmarks.paper.closed_loop import Run, shape
+from benchmarks.paper.closed_loop import ShapingRun, run_to_goal
 from benchmarks.paper.goals import Goal, goals, scene, start
 from lariat.rod import Rod
 from lariat.rod.xpbd import XpbdRod
@@ -70,7 +70,7 @@ class Outcome:
     """What came of a study."""
 
     study: Study
-    runs: list[Run] = field(default_factory=list)
+    runs: list[ShapingRun] = field(default_factory=list)
 
     def row(self) -> dict[str, float | str | int]:
         """Of the table."""
@@ -136,7 +136,7 @@ class Bench:
         for k, goal in enumerate(self._goals_of(study, plant, count)):
             adaptation = PaperAdaptation(self.xpbd, PAPER) if study.adapts else None
             outcome.runs.append(
-                shape(
+                run_to_goal(
                     self._method(study),
                     model,
                     plant,

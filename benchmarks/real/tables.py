@@ -6,46 +6,49 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from benchmarks.real.experiments import GOALS, ROPES, Trial
+from benchmarks.real.experiments import GOALS, ROPES, ExperimentRun
 
 PAPER_ERRORS = {"rope": (18.0, 11.0, 9.0), "cable": (10.0, 11.0, 7.0)}
-"""Table 3 of the paper [mm]."""
+"""Final mean node errors of the paper's Table 3, by rope and goal [mm]."""
 
 
-def table_2(trials: Sequence[Trial]) -> str:
-    """What the controller believed of the stiffness, what it learnt, what is true."""
+def table_2(runs: Sequence[ExperimentRun]) -> str:
+    """Markdown table of believed, adapted and true bending stiffness."""
     lines = [
-        "| | believed EI [N m²] | adapted EI [N m²] | true EI [N m²] | off by |",
+        "| | believed EI [N m²] | adapted EI [N m²] | true EI [N m²] | adapted / true − 1 |",
         "|---|---|---|---|---|",
     ]
-    for trial in trials:
-        if not trial.case.adapt:
+    for run in runs:
+        if not run.experiment.adapt:
             continue
-        value, deviation = trial.adapted_stiffness
-        off = value / trial.true_stiffness - 1.0
+        value, deviation = run.adapted_stiffness
+        off = value / run.true_stiffness - 1.0
         lines.append(
-            f"| {trial.case.rope}, goal {trial.case.goal} | {trial.believed_stiffness:.2e} | "
-            f"({1e4 * value:.2f} ± {1e4 * deviation:.2f})e-4 | {trial.true_stiffness:.2e} | "
+            f"| {run.experiment.rope}, goal {run.experiment.goal} | {run.believed_stiffness:.2e} | "
+            f"({1e4 * value:.2f} ± {1e4 * deviation:.2f})e-4 | {run.true_stiffness:.2e} | "
             f"{100.0 * off:+.0f} % |"
         )
     return "\n".join(lines)
 
 
-def table_3(trials: Sequence[Trial]) -> str:
-    """Mean node errors at the end of the runs [mm], the paper's beside them."""
+def table_3(runs: Sequence[ExperimentRun]) -> str:
+    """Markdown table of the final mean node errors [mm], beside the paper's."""
     goals = " | ".join(f"goal {g}" for g in GOALS)
     lines = [
-        f"| | believed stiffness | adapting | {goals} | average | worst time | least clearance |",
+        f"| | believed stiffness | adapting | {goals} | average | longest time to goal | "
+        "least clearance |",
         "|---|---|---|" + "---|" * (len(GOALS) + 3),
     ]
     for rope in ROPES:
-        rows = sorted({(t.case.belief, t.case.adapt) for t in trials if t.case.rope == rope})
+        rows = sorted(
+            {(r.experiment.belief, r.experiment.adapt) for r in runs if r.experiment.rope == rope}
+        )
         for belief, adapt in sorted(rows, key=lambda row: (not row[1], row[0])):
-            own = chosen(trials, rope, belief, adapt)
-            errors = [error(t) for t in own]
-            times = [t.score.reached_s for t in own]
+            same_setting = select(runs, rope, belief, adapt)
+            errors = [error(r) for r in same_setting]
+            times = [r.score.reached_s for r in same_setting]
             slowest = "not all" if None in times else f"{max(times):.1f} s"
-            clearances = [t.score.min_clearance_mm for t in own]
+            clearances = [r.score.min_clearance_mm for r in same_setting]
             least = min((c for c in clearances if c is not None), default=float("nan"))
             cells = " | ".join(f"{e:.2f}" for e in errors)
             lines.append(
@@ -58,13 +61,19 @@ def table_3(trials: Sequence[Trial]) -> str:
     return "\n".join(lines)
 
 
-def chosen(trials: Sequence[Trial], rope: str, belief: float, adapt: bool) -> list[Trial]:
-    """The runs to all goals, in their order."""
-    own = [t for t in trials if (t.case.rope, t.case.belief, t.case.adapt) == (rope, belief, adapt)]
-    return sorted(own, key=lambda t: t.case.goal)
+def select(
+    runs: Sequence[ExperimentRun], rope: str, belief: float, adapt: bool
+) -> list[ExperimentRun]:
+    """Return the runs to all goals, in the order of the goals."""
+    chosen = [
+        r
+        for r in runs
+        if (r.experiment.rope, r.experiment.belief, r.experiment.adapt) == (rope, belief, adapt)
+    ]
+    return sorted(chosen, key=lambda r: r.experiment.goal)
 
 
-def error(trial: Trial) -> float:
-    """Mean node error at the end [mm]; infinite when the rope never moved."""
-    value = trial.score.final_error_mm
+def error(run: ExperimentRun) -> float:
+    """Final mean node error [mm]; infinite if the rope never moved."""
+    value = run.score.final_error_mm
     return float("inf") if value is None else value

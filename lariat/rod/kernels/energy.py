@@ -1,83 +1,52 @@
-"""Energy, gradient and Hessian of a step."""
+"""Inertia, weight, stretch and bending: energy, gradient and Hessian.
+
+With the inertial targets y and q^ of `prediction`, wt = (1 + c h) / h^2, nodes of mass m, edges of
+length l and moments of inertia J:
+
+    (I)  sum over nodes  m wt |x - y|^2 / 2
+         sum over edges  wt J |2 Im(conj(q^) q)|^2 / 2
+    (W)  sum over nodes  -m g x
+    (S)  sum over edges  l K |e / l - d3|^2 / 2                   e = x_i+1 - x_i, d3 = R(q_i) z
+    (B)  sum over bends  (k1, k2, k3) |y - rest|^2 / 2            y = log(conj(q_i) q_i+1)
+
+(S) is eq. (4) of the paper with shear as stiff as stretch, (B) its eq. (7) with the logarithm
+instead of 2 Im(conj(q) q), so that the torque stays proportional to twist. Rotations of an edge are
+tangent vectors phi in its own frame, q exp(phi).
+
+Stretch is far stiffer than all else and makes plain Newton iterations crawl. Its force is therefore
+a variable of its own (mixed Newton): the geometric part of its Hessian takes the tension that the
+last linear solve predicted, and the number of iterations does not depend on the stiffness.
+"""
 
 import taichi as ti
 
-from lariat.rod.kernels.access import (
-    bend_turn,
-    hessian_at,
-    inertia_terms,
-    orientation_at,
-    position_at,
-    scalar,
-    step_times,
-)
-from lariat.rod.kernels.rotations import (
-    add3,
-    add33,
-    cross_matrix,
-    load3,
-    load4,
-    rotation_matrix,
-    store3,
-    store33,
-)
-from lariat.rod.kernels.signed_distance import contacts
+from lariat.rod.kernels.addressing import hessian_at, orientation_at, position_at, scalar
+from lariat.rod.kernels.memory import add, add33, load3, load4, store, store33
+from lariat.rod.kernels.obstacle_contact import obstacle_contacts
+from lariat.rod.kernels.rotations import cross_matrix, rotation_matrix
+from lariat.rod.kernels.step_terms import bend_rotation, inertia_terms, step_times
 from lariat.rod.kernels.types import Doubles, Integers
 from lariat.rod.launch.codes import Task
-from lariat.rod.launch.layout import EFFECTIVE_BEND_WIDTH, HISTORY_SLOTS, Header, Scalar, Section
+from lariat.rod.launch.layout import (
+    EFFECTIVE_BEND_WIDTH,
+    HISTORY_SLOTS,
+    EffectiveBend,
+    Header,
+    Scalar,
+    Section,
+)
 
 
 @ti.real_func
-def bends(
+def edge_energy(
     ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
 ) -> ti.f64:
-    """Bending and twisting."""
-    result = 0.0
-    if task == Task.BEND_ENERGY:
-        exact = arg
-        n = ni[Header.NODES]
-        g = rod + ni[Section.GRADIENT]
-        energy = 0.0
-        for j in range(n - 2):
-            y, jacobian, c, d = bend_turn(ni, w, rod, step + HISTORY_SLOTS, j)
-            stiffness = load3(w, rod + ni[Section.EFFECTIVE_BENDS] + EFFECTIVE_BEND_WIDTH * j)
-            rest = load3(w, rod + ni[Section.EFFECTIVE_BENDS] + EFFECTIVE_BEND_WIDTH * j + 3)
-            moment = stiffness * (y - rest)
-            energy += 0.5 * moment.dot(y - rest)
-            back = jacobian.transpose()
-            add3(w, g + 6 * j + 3, -(back @ moment))
-            add3(w, g + 6 * j + 9, jacobian @ moment)
-            front = jacobian
-            rear = back
-            for a in ti.static(range(3)):
-                for b in ti.static(range(3)):
-                    front[a, b] *= stiffness[b]
-                    rear[a, b] *= stiffness[b]
-            if exact:
-                ky = cross_matrix(y)
-                km = cross_matrix(moment)
-                twice = y.cross(moment)
-                second = -c * (cross_matrix(twice) + ky @ km)
-                second += d * (ky @ twice).outer_product(y)
-                front += second + 0.5 * km
-                rear += second - 0.5 * km
-            low = rear @ jacobian
-            high = front @ back
-            m = hessian_at(ni, rod, step, 2 * j + 1)
-            add33(w, m, 0.5 * (low + low.transpose()))
-            add33(w, m + 54, 0.5 * (high + high.transpose()))
-            add33(w, m + 18, -(front @ jacobian))
-        result = energy
-    else:
-        result = contacts(ni, w, task, rod, step, arg, real)
-    return result
+    """Set energy, gradient and Hessian to those of inertia, weight and stretch, eqs. (I), (W), (S).
 
-
-@ti.real_func
-def edges(
-    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
-) -> ti.f64:
-    """Inertia, gravity and stretch; clears what the others add to."""
+    Args:
+        arg: 1 for the whole Hessian, 0 for a positive definite part of it.
+        real: Levenberg shift on the Hessian's diagonal, relative to the stretch stiffness.
+    """
     result = 0.0
     if task == Task.EDGE_ENERGY:
         exact = arg
@@ -100,9 +69,9 @@ def edges(
         for i in range(n):
             mass = w[rod + ni[Section.MASSES] + i]
             x = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i))
-            away = x - load3(w, rod + ni[Section.TARGET_POSITIONS] + 3 * i)
-            energy += mass * (0.5 * weight * away.dot(away) - gravity.dot(x))
-            store3(w, g + 6 * i, mass * (weight * away - gravity))
+            displacement = x - load3(w, rod + ni[Section.TARGET_POSITIONS] + 3 * i)
+            energy += mass * (0.5 * weight * displacement.dot(displacement) - gravity.dot(x))
+            store(w, g + 6 * i, mass * (weight * displacement - gravity))
             m = hessian_at(ni, rod, step, 2 * i)
             store33(w, m, (mass * weight + shift * stretch / length) * eye)
             store33(w, m + 9, zero)
@@ -120,10 +89,10 @@ def edges(
             tension = r.transpose() @ load3(w, rod + ni[Section.TENSIONS] + 3 * i)
             if not exact:
                 tension = ti.Vector([0.0, 0.0, ti.max(tension[2], 0.0)])
-            add3(w, g + 6 * i, -force)
-            add3(w, g + 6 * i + 6, force)
+            add(w, g + 6 * i, -force)
+            add(w, g + 6 * i + 6, force)
             # Rows: how the moment about d1, d2, d3 answers a change of the edge vector.
-            lever = stretch * ti.Matrix(
+            moment_arm = stretch * ti.Matrix(
                 [[r[0, 1], r[1, 1], r[2, 1]], [-r[0, 0], -r[1, 0], -r[2, 0]], [0.0, 0.0, 0.0]]
             )
             m = hessian_at(ni, rod, step, 2 * i)
@@ -131,37 +100,88 @@ def edges(
                 w[m + 4 * a] = w[m + 4 * a] + stretch / length
                 w[m + 54 + 4 * a] = w[m + 54 + 4 * a] + stretch / length
                 w[m + 18 + 4 * a] = w[m + 18 + 4 * a] - stretch / length
-            add33(w, m + 9, -lever)
-            turning = length * ti.Matrix(
+            add33(w, m + 9, -moment_arm)
+            rotation_block = length * ti.Matrix(
                 [
                     [stretch + tension[2], 0.0, -0.5 * tension[0]],
                     [0.0, stretch + tension[2], -0.5 * tension[1]],
                     [-0.5 * tension[0], -0.5 * tension[1], 0.0],
                 ]
             )
-            _re, im, inertia, turn = inertia_terms(
+            _re, im, inertia, momentum_map = inertia_terms(
                 ni, w, rod, weight, q, load4(w, rod + ni[Section.TARGET_ORIENTATIONS] + 4 * i)
             )
             momentum = 2.0 * inertia * im
             energy += momentum.dot(im)
-            moment = turn.transpose() @ momentum
-            store3(
+            moment = momentum_map.transpose() @ momentum
+            store(
                 w,
                 g + 6 * i + 3,
                 moment + ti.Vector([length * local[1], -length * local[0], 0.0]),
             )
-            scaled = turn
+            weighted_map = momentum_map
             for a in ti.static(range(3)):
                 for b in ti.static(range(3)):
-                    scaled[a, b] *= inertia[a]
-            turning += turn.transpose() @ scaled
-            lift = shift * stretch * length
+                    weighted_map[a, b] *= inertia[a]
+            rotation_block += momentum_map.transpose() @ weighted_map
+            diagonal = shift * stretch * length
             if exact:
-                lift -= 0.5 * momentum.dot(im)
-            store33(w, m + 27, turning + lift * eye)
-            store33(w, m + 36, lever.transpose())
+                diagonal -= 0.5 * momentum.dot(im)
+            store33(w, m + 27, rotation_block + diagonal * eye)
+            store33(w, m + 36, moment_arm.transpose())
             store33(w, m + 45, zero)
         result = energy
     else:
-        result = bends(ni, w, task, rod, step, arg, real)
+        result = bend_energy(ni, w, task, rod, step, arg, real)
+    return result
+
+
+@ti.real_func
+def bend_energy(
+    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+) -> ti.f64:
+    """Add energy, gradient and Hessian of bending and twisting, eq. (B).
+
+    Args:
+        arg: 1 for the whole Hessian, 0 for its positive definite Gauss-Newton part.
+    """
+    result = 0.0
+    if task == Task.BEND_ENERGY:
+        exact = arg
+        n = ni[Header.NODES]
+        g = rod + ni[Section.GRADIENT]
+        energy = 0.0
+        for j in range(n - 2):
+            y, left_inverse, c, d = bend_rotation(ni, w, rod, step + HISTORY_SLOTS, j)
+            effective = rod + ni[Section.EFFECTIVE_BENDS] + EFFECTIVE_BEND_WIDTH * j
+            stiffness = load3(w, effective + EffectiveBend.STIFFNESS)
+            rest = load3(w, effective + EffectiveBend.REST)
+            moment = stiffness * (y - rest)
+            energy += 0.5 * moment.dot(y - rest)
+            right_inverse = left_inverse.transpose()
+            add(w, g + 6 * j + 3, -(right_inverse @ moment))
+            add(w, g + 6 * j + 9, left_inverse @ moment)
+            front_factor = left_inverse
+            rear_factor = right_inverse
+            for a in ti.static(range(3)):
+                for b in ti.static(range(3)):
+                    front_factor[a, b] *= stiffness[b]
+                    rear_factor[a, b] *= stiffness[b]
+            if exact:
+                ky = cross_matrix(y)
+                km = cross_matrix(moment)
+                y_moment = y.cross(moment)
+                curvature_term = -c * (cross_matrix(y_moment) + ky @ km)
+                curvature_term += d * (ky @ y_moment).outer_product(y)
+                front_factor += curvature_term + 0.5 * km
+                rear_factor += curvature_term - 0.5 * km
+            first_block = rear_factor @ left_inverse
+            second_block = front_factor @ right_inverse
+            m = hessian_at(ni, rod, step, 2 * j + 1)
+            add33(w, m, 0.5 * (first_block + first_block.transpose()))
+            add33(w, m + 54, 0.5 * (second_block + second_block.transpose()))
+            add33(w, m + 18, -(front_factor @ left_inverse))
+        result = energy
+    else:
+        result = obstacle_contacts(ni, w, task, rod, step, arg, real)
     return result

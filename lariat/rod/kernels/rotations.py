@@ -1,18 +1,16 @@
-"""Rotations inside kernels; conventions as in `lariat.geometry.poses`.
+"""Rotations: quaternions (wxyz), rotation vectors, and the Jacobians of SO(3).
 
-Without branches, as everything that is inlined here must be: see `kernels`. Nowhere is there
-`w[i] += v`, which Taichi makes an atomic addition of, with a lock for every number.
+Conventions are those of `lariat.geometry.poses`. Without branches, like everything that is inlined
+into a real function (see the package).
 """
 
 import taichi as ti
 
-# Polynomials in z = 1 - cos(t / 2), exact to rounding for angles t up to half a turn: all three are
-# smooth in z up to a whole one. Interpolated at Chebyshev nodes with 60 digits. The library's arcus
-# tangent took a fifth of the time of a whole roll-out, roots and quotients a tenth.
-ANGLE, CURVE, CURVE_SLOPE = range(3)
+LOG_FACTOR, JACOBIAN_COEFFICIENT, JACOBIAN_COEFFICIENT_DERIVATIVE = range(3)
+"""Places of the polynomials in `SERIES`."""
 # fmt: off
 SERIES = (
-    # t / sin(t / 2)
+    # log(u) = LOG_FACTOR Im(u): t / sin(t / 2)
     (
         2.0, 0.6666666666669252, 0.2666666666323836, 0.11428571608572231,
         0.05079360093602386, 0.02308886458730117, 0.010646583266642305, 0.005046899599081766,
@@ -30,7 +28,7 @@ SERIES = (
         -0.0003259344991775923, 0.00013966898382363732, -3.703731148977058e-05,
         4.652236360101222e-06,
     ),
-    # c'/t
+    # c'/t of `log_coefficients`
     (
         0.002777777777777776, 0.001058201058202379, 0.0004938271603186931, 0.00023836246977912727,
         0.00011655358149204461, 5.737171241752032e-05, 2.8297169889642786e-05,
@@ -42,59 +40,12 @@ SERIES = (
     ),
 )
 # fmt: on
+"""Coefficients of polynomials in z = 1 - cos(t / 2), lowest order first.
 
-
-@ti.func
-def load3(w: ti.template(), at):
-    return ti.Vector([w[at], w[at + 1], w[at + 2]])
-
-
-@ti.func
-def store3(w: ti.template(), at, v):
-    for a in ti.static(range(3)):
-        w[at + a] = v[a]
-
-
-@ti.func
-def add3(w: ti.template(), at, v):
-    for a in ti.static(range(3)):
-        w[at + a] = w[at + a] + v[a]
-
-
-@ti.func
-def load4(w: ti.template(), at):
-    return ti.Vector([w[at], w[at + 1], w[at + 2], w[at + 3]])
-
-
-@ti.func
-def store4(w: ti.template(), at, v):
-    for a in ti.static(range(4)):
-        w[at + a] = v[a]
-
-
-@ti.func
-def load33(w: ti.template(), at):
-    return ti.Matrix(
-        [
-            [w[at], w[at + 1], w[at + 2]],
-            [w[at + 3], w[at + 4], w[at + 5]],
-            [w[at + 6], w[at + 7], w[at + 8]],
-        ]
-    )
-
-
-@ti.func
-def store33(w: ti.template(), at, m):
-    for a in ti.static(range(3)):
-        for b in ti.static(range(3)):
-            w[at + 3 * a + b] = m[a, b]
-
-
-@ti.func
-def add33(w: ti.template(), at, m):
-    for a in ti.static(range(3)):
-        for b in ti.static(range(3)):
-            w[at + 3 * a + b] = w[at + 3 * a + b] + m[a, b]
+They are exact to rounding for angles t up to half a turn, where all three functions are smooth in
+z up to z = 1. Interpolated at Chebyshev nodes with 60 digits. They replace the arcus tangent, which
+would take a fifth of the time of a roll-out, and roots and quotients, which would take a tenth.
+"""
 
 
 @ti.func
@@ -105,6 +56,7 @@ def cross_matrix(v):
 
 @ti.func
 def quaternion_product(a, b):
+    """Hamilton product a b."""
     return ti.Vector(
         [
             a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
@@ -116,14 +68,15 @@ def quaternion_product(a, b):
 
 
 @ti.func
-def relative(a, b):
-    """conj(a) b on the short way round."""
+def relative_rotation(a, b):
+    """conj(a) b, with the sign that makes its real part positive: the shorter rotation."""
     u = quaternion_product(ti.Vector([a[0], -a[1], -a[2], -a[3]]), b)
     return ti.select(u[0] < 0.0, -1.0, 1.0) * u
 
 
 @ti.func
 def rotation_matrix(q):
+    """Rotation matrix of a unit quaternion."""
     w, x, y, z = q[0], q[1], q[2], q[3]
     return ti.Matrix(
         [
@@ -135,8 +88,8 @@ def rotation_matrix(q):
 
 
 @ti.func
-def turned(q, phi):
-    """q after a small rotation `phi` in its own frame; exp(phi) to second order, and cheaper."""
+def rotated(q, phi):
+    """Rotate q by a small `phi` in its own frame: q exp(phi) to second order, normalised."""
     p = quaternion_product(q, ti.Vector([1.0, 0.5 * phi[0], 0.5 * phi[1], 0.5 * phi[2]]))
     return p / ti.sqrt(p.dot(p))
 
@@ -155,7 +108,7 @@ def exponential(y):
 @ti.func
 def logarithm(u):
     """Rotation vector of a unit quaternion with u[0] >= 0."""
-    return series(1.0 - u[0], ANGLE) * ti.Vector([u[1], u[2], u[3]])
+    return evaluate_series(1.0 - u[0], LOG_FACTOR) * ti.Vector([u[1], u[2], u[3]])
 
 
 @ti.func
@@ -164,12 +117,14 @@ def log_coefficients(u):
 
     c = (1 - (t/2) cot(t/2)) / t^2.
     """
-    return series(1.0 - u[0], CURVE), series(1.0 - u[0], CURVE_SLOPE)
+    return evaluate_series(1.0 - u[0], JACOBIAN_COEFFICIENT), evaluate_series(
+        1.0 - u[0], JACOBIAN_COEFFICIENT_DERIVATIVE
+    )
 
 
 @ti.func
-def series(z, which: ti.template()):
-    """One of `SERIES` for z from 0 to 1, as five short sums that a processor does side by side."""
+def evaluate_series(z, which: ti.template()):
+    """Polynomial `which` of `SERIES` at z in [0, 1], as five short sums that run in parallel."""
     z2 = z * z
     z4 = z2 * z2
     total = 0.0

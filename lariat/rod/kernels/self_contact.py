@@ -1,16 +1,18 @@
-"""The rod's contact with itself.
+"""Contact of the rod with itself: energy, gradient and list of contacts.
 
-A touch pushes a point of one edge and the nearest of another apart, along the line between them.
-It couples nodes that are far apart in the band: the Hessian gets c u u^T, where u has the normal
-at four nodes. So few touches at a time are kept out of the band, and come in with the solve.
+    sum over points  l / count p(reach - distance) / 2,  reach = diameter + margin
+
+between points of an edge and the nearest point of another edge that is no neighbour, pushed apart
+along the line between them. The contacts are few and stay out of the band: the list of their
+`SelfContact` numbers enters the solves one by one.
 """
 
 import taichi as ti
 
-from lariat.rod.kernels.access import position_at, scalar
-from lariat.rod.kernels.banded_solve import factor
-from lariat.rod.kernels.contact_penalty import contact_law
-from lariat.rod.kernels.rotations import add3, load3, store3
+from lariat.rod.kernels.addressing import position_at, scalar
+from lariat.rod.kernels.banded_factorization import factorize
+from lariat.rod.kernels.contact_penalty import contact_penalty
+from lariat.rod.kernels.memory import add, load3, store
 from lariat.rod.kernels.types import Doubles, Integers
 from lariat.rod.launch.codes import Task
 from lariat.rod.launch.layout import (
@@ -20,28 +22,29 @@ from lariat.rod.launch.layout import (
     Header,
     Scalar,
     Section,
+    SelfContact,
 )
 
 
 @ti.real_func
-def touches(
+def self_contacts(
     ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
 ) -> ti.f64:
-    """Penalty of every point of an edge that comes near another edge, and the list of these.
+    """Add energy and gradient of self-contact, and list the contacts for the solve.
 
-    Of neighbouring edges that a point comes near it touches only the nearest: a strand is as
-    smooth at its nodes as between them. Every pair counts from both sides, by half.
+    Of the edges of another strand that a point comes near, it touches only the nearest: a strand is
+    as smooth at its nodes as between them. Every pair counts from both sides, by half each.
     """
     result = 0.0
     if task == Task.SELF_CONTACT:
         n = ni[Header.NODES]
         samples = ni[Header.SELF_CONTACT_SAMPLES]
-        most = ni[Header.MAX_SELF_CONTACTS]
+        capacity = ni[Header.MAX_SELF_CONTACTS]
         length = scalar(ni, w, rod, Scalar.EDGE_LENGTH)
         # Between centre lines: two radii and one margin.
         margin = scalar(ni, w, rod, Scalar.CONTACT_MARGIN)
         reach = 2.0 * scalar(ni, w, rod, Scalar.CONTACT_REACH) - margin
-        share = 0.5 * length / samples
+        weight = 0.5 * length / samples
         longest = 0.0
         for i in range(n - 1):
             edge = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i + 1)) - load3(
@@ -52,7 +55,7 @@ def touches(
         g = rod + ni[Section.GRADIENT]
         head = rod + ni[Section.SELF_CONTACTS]
         count = 0
-        lost = 0
+        unplaced = 0
         total = 0.0
         for k in range(samples * (n - 1)):
             i = k // samples
@@ -62,7 +65,7 @@ def touches(
                 load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i + 1)) - start
             )
             nearest = 1e30
-            touched = 0
+            other = 0
             place = 0.0
             # Neighbours along the rod are no others: those before, then those after.
             for side in range(2):
@@ -77,54 +80,53 @@ def touches(
                     if j < stop:
                         a = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, j))
                         along = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, j + 1)) - a
-                        away = point - a
-                        t = ti.min(ti.max(away.dot(along) / along.dot(along), 0.0), 1.0)
-                        distance = (away - t * along).norm()
+                        offset = point - a
+                        t = ti.min(ti.max(offset.dot(along) / along.dot(along), 0.0), 1.0)
+                        distance = (offset - t * along).norm()
                         if distance < reach:
                             leave = 0
                             if distance < nearest:
                                 nearest = distance
-                                touched = j
+                                other = j
                                 place = t
                         else:
                             # At least so much further along the rod is the next that could.
                             stride = ti.max(1, ti.cast((distance - reach) / longest, ti.i32))
                     if leave == 1 and nearest < reach:
-                        if count < most:
-                            b = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, touched))
+                        if count < capacity:
+                            b = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, other))
                             along = (
-                                load3(w, position_at(ni, rod, step + HISTORY_SLOTS, touched + 1))
-                                - b
+                                load3(w, position_at(ni, rod, step + HISTORY_SLOTS, other + 1)) - b
                             )
                             normal = (point - b - place * along) / (nearest + 1e-15)
-                            energy, force, slope = contact_law(ni, w, rod, reach - nearest)
-                            total += share * energy
-                            pull = -share * force * normal
-                            add3(w, g + 6 * i, (1.0 - s) * pull)
-                            add3(w, g + 6 * i + 6, s * pull)
-                            add3(w, g + 6 * touched, (place - 1.0) * pull)
-                            add3(w, g + 6 * touched + 6, -place * pull)
+                            energy, force, stiffness = contact_penalty(ni, w, rod, reach - nearest)
+                            total += weight * energy
+                            pull = -weight * force * normal
+                            add(w, g + 6 * i, (1.0 - s) * pull)
+                            add(w, g + 6 * i + 6, s * pull)
+                            add(w, g + 6 * other, (place - 1.0) * pull)
+                            add(w, g + 6 * other + 6, -place * pull)
                             inside = ti.cast(place > 0.0 and place < 1.0, ti.f64)
                             over = inside / along.norm()
                             entry = head + SELF_CONTACT_HEAD + SELF_CONTACT_WIDTH * count
-                            w[entry] = i
-                            w[entry + 1] = touched
-                            w[entry + 2] = s
-                            w[entry + 3] = place
-                            store3(w, entry + 4, normal)
-                            w[entry + 7] = 1.0 / (share * slope + 1e-12)
-                            store3(w, entry + 8, over * along)
-                            w[entry + 11] = over
-                            w[entry + 12] = nearest
-                            w[entry + 13] = share * force
+                            w[entry + SelfContact.EDGE] = i
+                            w[entry + SelfContact.OTHER_EDGE] = other
+                            w[entry + SelfContact.PLACE] = s
+                            w[entry + SelfContact.OTHER_PLACE] = place
+                            store(w, entry + SelfContact.NORMAL, normal)
+                            w[entry + SelfContact.COMPLIANCE] = 1.0 / (weight * stiffness + 1e-12)
+                            store(w, entry + SelfContact.OTHER_DIRECTION, over * along)
+                            w[entry + SelfContact.OTHER_INVERSE_LENGTH] = over
+                            w[entry + SelfContact.DISTANCE] = nearest
+                            w[entry + SelfContact.FORCE] = weight * force
                             count += 1
                         else:
-                            lost += 1
+                            unplaced += 1
                         nearest = 1e30
                     j += stride
         w[head] = count
-        w[head + 1] = lost
+        w[head + 1] = unplaced
         result = total
     else:
-        result = factor(ni, w, task, rod, step, arg, real)
+        result = factorize(ni, w, task, rod, step, arg, real)
     return result

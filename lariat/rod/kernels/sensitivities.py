@@ -1,67 +1,34 @@
-"""Forward sensitivities."""
+"""Forward sensitivities: columns dx/da for actions, parameters and initial state.
+
+Each solve carries columns S = dx/da on,  H S = -dg/dx1 S1 - dg/dx0 S0 - ... - dg/dtheta,  with the
+factors of its last Newton step, six columns at a time. A ring holds the columns of the last solves.
+"""
 
 import taichi as ti
 
-from lariat.rod.kernels.access import (
+from lariat.rod.kernels.addressing import (
     hessian_at,
-    internal_rate,
     orientation_at,
+    parameter_code_at,
+    parameter_derivatives_at,
     scalar,
-    step_times,
-    target_share,
+    sensitivity_columns_at,
     time_at,
 )
 from lariat.rod.kernels.adjoint import adjoint
-from lariat.rod.kernels.rotations import left_jacobian, load3, load4, load33, rotation_matrix
-from lariat.rod.kernels.step_derivatives import parameter_code_at, parameter_forces_at
+from lariat.rod.kernels.memory import add36, load3, load4, load33, load36, store36
+from lariat.rod.kernels.rotations import left_jacobian, rotation_matrix
+from lariat.rod.kernels.step_terms import internal_rate, step_times, target_share
 from lariat.rod.kernels.types import Doubles, Integers
 from lariat.rod.launch.codes import EndHold, Parameter, Task
 from lariat.rod.launch.layout import HISTORY_SLOTS, STEP_BLOCKS, Header, Scalar, Section, TimeRow
-
-
-@ti.func
-def load36(w: ti.template(), start):
-    m = ti.Matrix.zero(ti.f64, 3, 6)
-    for a in ti.static(range(3)):
-        for b in ti.static(range(6)):
-            m[a, b] = w[start + 6 * a + b]
-    return m
-
-
-@ti.func
-def store36(w: ti.template(), start, m):
-    for a in ti.static(range(3)):
-        for b in ti.static(range(6)):
-            w[start + 6 * a + b] = m[a, b]
-
-
-@ti.func
-def add36(w: ti.template(), start, m):
-    for a in ti.static(range(3)):
-        for b in ti.static(range(6)):
-            w[start + 6 * a + b] = w[start + 6 * a + b] + m[a, b]
-
-
-@ti.func
-def columns_at(ni: ti.template(), rod, step, group):
-    """Where a group of six columns of a step lies, and how many groups there are."""
-    groups = (
-        ni[Header.ACTION_GROUPS]
-        + (ni[Header.PARAMETERS] + 5) // 6
-        + (ni[Header.STATE_DIRECTIONS] + 5) // 6
-    )
-    size = 18 * (2 * ni[Header.NODES] - 1)
-    ring = HISTORY_SLOTS + 1
-    return rod + ni[Section.SENSITIVITIES] + size * (
-        ring * group + (step + HISTORY_SLOTS) % ring
-    ), groups
 
 
 @ti.real_func
 def grip_sensitivities(
     ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
 ) -> ti.f64:
-    """Rows of driven blocks of every column, from the same rows one step before."""
+    """Rows of the driven blocks in every column, from the same rows of the solve before."""
     result = 0.0
     if task == Task.GRIP_SENSITIVITIES:
         n = ni[Header.NODES]
@@ -96,17 +63,20 @@ def grip_sensitivities(
                             load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, edge))
                         )
                         action = rod + ni[Section.ACTIONS] + 12 * block + 6 * end
-                        turn = driven * (r.transpose() @ left_jacobian(h * load3(w, action + 3)))
-                        turned = load36(w, old + rotation)
+                        rotation_per_velocity = driven * (
+                            r.transpose() @ left_jacobian(h * load3(w, action + 3))
+                        )
+                        rotation_columns = load36(w, old + rotation)
                         for a in ti.static(range(3)):
                             for b in ti.static(range(3)):
-                                turned[a, 3 + b] += turn[a, b]
-                        store36(w, new + rotation, turned)
+                                rotation_columns[a, 3 + b] += rotation_per_velocity[a, b]
+                        store36(w, new + rotation, rotation_columns)
                         reach = scalar(ni, w, rod, Scalar.EDGE_LENGTH) * (1.0 - 2.0 * end)
                         for a in ti.static(range(3)):
                             for b in ti.static(range(6)):
                                 moved[a, b] += reach * (
-                                    r[a, 0] * turned[1, b] - r[a, 1] * turned[0, b]
+                                    r[a, 0] * rotation_columns[1, b]
+                                    - r[a, 1] * rotation_columns[0, b]
                                 )
                         store36(w, new + inner, moved)
                         for p in range(ni[Header.PARAMETERS]):
@@ -124,9 +94,9 @@ def grip_sensitivities(
 def sensitivities(
     ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
 ) -> ti.f64:
-    """Carry all columns over one step, or write them out.
+    """Carry all columns over one solve, or write those of the positions as results.
 
-    Where strands may touch each other, the solve is left to `SOLVE_EXACTLY`, column by column.
+    With self-contact the solve itself is left to `SOLVE_EXACTLY`, column by column.
     """
     result = 0.0
     if task == Task.SENSITIVITIES:
@@ -167,7 +137,7 @@ def sensitivities(
                             moved -= load33(w, c) @ load36(w, past)
                     store36(w, new + 18 * j, moved)
                     if group >= driven and group < steady:
-                        force = parameter_forces_at(ni, rod, group - driven, j)
+                        force = parameter_derivatives_at(ni, rod, group - driven, j)
                         add36(w, new + 18 * j, -load36(w, force))
                 if rate > 0.0:
                     for i in range(n - 2):
@@ -225,9 +195,9 @@ def sensitivities(
                     store36(w, new + 18 * j, v)
     elif task == Task.WRITE_SENSITIVITIES:
         n = ni[Header.NODES]
-        groups = columns_at(ni, rod, step, 0)[1]
+        groups = sensitivity_columns_at(ni, rod, step, 0)[1]
         for group in range(groups):
-            new, _groups = columns_at(ni, rod, step, group)
+            new, _groups = sensitivity_columns_at(ni, rod, step, group)
             out = rod + ni[Section.SENSITIVITIES_OUT]
             out += 18 * groups * n * (step // ni[Header.SUBSTEPS]) + 6 * group
             for i in range(n):

@@ -1,4 +1,4 @@
-"""Codes by which a launch and the kernel name derivatives, holds, parameters and tasks."""
+"""Codes by which launches and the kernel name derivatives, holds, parameters, tasks and shapes."""
 
 from __future__ import annotations
 
@@ -68,3 +68,23 @@ class Task(IntEnum):
     ADJOINT = auto()
     GRIP_ADJOINT = auto()
     DONE = auto()
+
+
+class Phase(IntEnum):
+    """Phases of a solve."""
+
+    ITERATION = 0
+    FINAL_HESSIAN = auto()
+    """Factorisation of the true Hessian where the iteration ended with a modified one."""
+    DERIVATIVES = auto()
+    FINISHED = auto()
+
+
+class ObstacleShape(IntEnum):
+    """Shapes of obstacles: places in `lariat.geometry.obstacles.SHAPES`."""
+
+    CYLINDER = 0
+    BOX = auto()
+    SPHERE = auto()
+    CAPSULE = auto()
+    HALF_SPACE = auto()

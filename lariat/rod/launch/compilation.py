@@ -63,7 +63,7 @@ def assembled(folder: Path) -> tuple[str, Path]:
     launches = trial_launches()
     expected = [launch.doubles.copy() for launch in launches]
     for launch, doubles in zip(launches, expected, strict=True):
-        taichi_runtime.launch(rollout.roll, launch.integers, doubles, launch.sizes.batch)
+        taichi_runtime.launch(rollout.roll_out, launch.integers, doubles, launch.sizes.batch)
     # Taichi has read the sources by now: a change since the parent took its own key shows here.
     key = kernel_key(imported_sources())
     (folder / "rod.s").write_text(_kernel_assembly(folder) + _key_assembly(key))
@@ -82,7 +82,7 @@ def assembled(folder: Path) -> tuple[str, Path]:
 def _kernel_assembly(folder: Path) -> str:
     """Assembly of the kernel, from the files that Taichi wrote, under the kernel's own symbol."""
     written = [path.read_text() for path in sorted(folder.glob("*.s"))]
-    symbol = re.compile(r"^(roll_\w+_serial):$", re.MULTILINE)
+    symbol = re.compile(r"^(roll_out_\w+_serial):$", re.MULTILINE)
     for text in reversed(written):
         if found := symbol.search(text):
             return re.sub(rf"\b{found[1]}\b", machine_code.KERNEL_SYMBOL, text)

@@ -75,4 +75,4 @@ def _through_taichi(
     taichi_runtime.start()
     from lariat.rod.kernels import rollout
 
-    taichi_runtime.launch(rollout.roll, integers, doubles, count)
+    taichi_runtime.launch(rollout.roll_out, integers, doubles, count)

@@ -6,6 +6,7 @@ them: every correction is undone, in turn, from what the tape holds of it.
 
 import taichi as ti
 
+from lariat.rod.kernels.memory import add, load3, load4, store
 from lariat.rod.kernels.rotations import exponential, left_jacobian, rotation_matrix
 from lariat.rod.launch.codes import EndHold
 from lariat.rod.xpbd.kernels.collision import collide_adjoint
@@ -15,17 +16,7 @@ from lariat.rod.xpbd.kernels.constraints import (
     push_adjoint,
     stretch_adjoint,
 )
-from lariat.rod.xpbd.kernels.quaternions import (
-    add,
-    director,
-    led,
-    load3,
-    load4,
-    place,
-    scalar,
-    store,
-    turned_by,
-)
+from lariat.rod.xpbd.kernels.quaternions import director, led, place, scalar, turned_by
 from lariat.rod.xpbd.kernels.step import action
 from lariat.rod.xpbd.launch.layout import (
     PREDICTED_WIDTH,

@@ -7,8 +7,9 @@ never past it, and a slope that is not negative says that there is none.
 
 import taichi as ti
 
+from lariat.rod.kernels.memory import add, load3, store
 from lariat.rod.launch.layout import OBSTACLE_WIDTH
-from lariat.rod.xpbd.kernels.quaternions import add, load3, place, scalar, store
+from lariat.rod.xpbd.kernels.quaternions import place, scalar
 from lariat.rod.xpbd.launch.layout import CONTACT_WIDTH, CONTACTS_PER_NODE, Header, Scalar, Section
 
 CLOSE = 1e-13

@@ -9,17 +9,14 @@ what stands here is derived.
 
 import taichi as ti
 
+from lariat.rod.kernels.memory import add, load3, load4, store
 from lariat.rod.xpbd.kernels.quaternions import (
-    add,
     between,
     director,
     director_pull,
     director_slope,
-    load3,
-    load4,
     place,
     scalar,
-    store,
     times,
 )
 from lariat.rod.xpbd.launch.layout import (

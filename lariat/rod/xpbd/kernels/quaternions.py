@@ -19,29 +19,6 @@ def place(ni: ti.template(), rod, section, index):
 
 
 @ti.func
-def load3(w: ti.template(), k):
-    return ti.Vector([w[k], w[k + 1], w[k + 2]])
-
-
-@ti.func
-def load4(w: ti.template(), k):
-    return ti.Vector([w[k], w[k + 1], w[k + 2], w[k + 3]])
-
-
-@ti.func
-def store(w: ti.template(), k, v):
-    for a in ti.static(range(v.n)):
-        w[k + a] = v[a]
-
-
-@ti.func
-def add(w: ti.template(), k, v):
-    for a in ti.static(range(v.n)):
-        # Not `+=`, which would be atomic.
-        w[k + a] = w[k + a] + v[a]
-
-
-@ti.func
 def imaginary(q):
     return ti.Vector([q[1], q[2], q[3]])
 

@@ -2,20 +2,12 @@
 
 import taichi as ti
 
+from lariat.rod.kernels.memory import load3, load4, store
 from lariat.rod.kernels.rotations import exponential, quaternion_product
 from lariat.rod.launch.codes import EndHold
 from lariat.rod.xpbd.kernels.collision import collide
 from lariat.rod.xpbd.kernels.constraints import bend, constants, push, stretch
-from lariat.rod.xpbd.kernels.quaternions import (
-    director,
-    led,
-    load3,
-    load4,
-    place,
-    scalar,
-    store,
-    turned_by,
-)
+from lariat.rod.xpbd.kernels.quaternions import director, led, place, scalar, turned_by
 from lariat.rod.xpbd.launch.layout import PREDICTED_WIDTH, STEP_BLOCKS, Header, Scalar, Section
 
 

@@ -1,26 +1,42 @@
-"""Signed distances with normals and curvatures inside kernels.
+"""Contact with obstacles: signed distance, and energy, gradient and Hessian of the penalty.
 
-The twin of `lariat.geometry.obstacles.signed_distance`, on rows of `layout.OBSTACLE_WIDTH`.
+Every edge has evenly spaced samples x_s, each of which stands for a share l / count of its length:
+
+    sum over samples  l / count p(reach - distance(x_s)),  reach = radius of the rod + margin.
+
+The signed distance, its normal and its curvature are those of
+`lariat.geometry.obstacles.signed_distance`, for a row of `ObstacleRow`. An edge is skipped when its
+middle is further away than its whole length could reach.
 """
 
 import taichi as ti
 
-from lariat.rod.kernels.access import hessian_at, position_at, scalar
-from lariat.rod.kernels.contact_penalty import contact_law
-from lariat.rod.kernels.rotations import add3, add33, load3, load33
-from lariat.rod.kernels.self_contact import touches
+from lariat.rod.kernels.addressing import hessian_at, position_at, scalar
+from lariat.rod.kernels.contact_penalty import contact_penalty
+from lariat.rod.kernels.memory import add, add33, load3, load33
+from lariat.rod.kernels.self_contact import self_contacts
 from lariat.rod.kernels.types import Doubles, Integers
-from lariat.rod.launch.codes import Task
-from lariat.rod.launch.layout import HISTORY_SLOTS, OBSTACLE_WIDTH, Header, Scalar, Section
+from lariat.rod.launch.codes import ObstacleShape, Task
+from lariat.rod.launch.layout import (
+    HISTORY_SLOTS,
+    OBSTACLE_WIDTH,
+    Header,
+    ObstacleRow,
+    Scalar,
+    Section,
+)
 
 
 @ti.real_func
-def contacts(
+def obstacle_contacts(
     ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
 ) -> ti.f64:
-    """Penalty of every obstacle on evenly spaced samples of every edge.
+    """Add energy, gradient and Hessian of contact with obstacles, at samples of every edge.
 
-    `arg`: 1 with the whole Hessian, 0 with its definite part, 2 without any.
+    The signed distance is written out here, since inlined functions cannot branch.
+
+    Args:
+        arg: 1 for the whole Hessian, 0 for its positive semidefinite part, 2 for no Hessian.
     """
     result = 0.0
     if task == Task.OBSTACLE_CONTACT:
@@ -39,20 +55,22 @@ def contacts(
                 # Reach of the whole edge, which may be stretched while the iteration runs.
                 bound = 0.5 * (stop - start).norm() + reach
                 middle = 0.5 * (start + stop)
-                near = (middle - load3(w, row + 1)).norm() < w[row + 16] + bound
+                near = (middle - load3(w, row + ObstacleRow.POSITION)).norm() < w[
+                    row + ObstacleRow.BOUNDING_RADIUS
+                ] + bound
                 # Once for the middle, then for every sample if that came near.
                 for j in range(-1, samples):
                     if near:
                         s = ti.select(j < 0, 0.5, (j + 0.5) / samples)
                         point = start + s * (stop - start)
-                        shape = ti.cast(w[row], ti.i32)
-                        turn = load33(w, row + 4)
-                        p = turn.transpose() @ (point - load3(w, row + 1))
-                        size = load3(w, row + 13)
+                        shape = ti.cast(w[row + ObstacleRow.SHAPE], ti.i32)
+                        rotation = load33(w, row + ObstacleRow.ROTATION)
+                        p = rotation.transpose() @ (point - load3(w, row + ObstacleRow.POSITION))
+                        size = load3(w, row + ObstacleRow.SIZES)
                         distance = 0.0
                         normal = ti.Vector([0.0, 0.0, 1.0])
-                        bend = ti.Matrix.zero(ti.f64, 3, 3)
-                        if shape == 0:
+                        curvature = ti.Matrix.zero(ti.f64, 3, 3)
+                        if shape == ObstacleShape.CYLINDER:
                             rho = ti.sqrt(p[0] * p[0] + p[1] * p[1]) + 1e-15
                             side = 1.0
                             if p[2] < 0.0:
@@ -66,17 +84,17 @@ def contacts(
                                 distance = ti.sqrt(a * a + b * b)
                                 normal = (a * radial + b * axial) / distance
                                 over = (b * radial - a * axial) / distance
-                                bend = (a / (distance * rho)) * around.outer_product(around)
-                                bend += over.outer_product(over) / distance
+                                curvature = (a / (distance * rho)) * around.outer_product(around)
+                                curvature += over.outer_product(over) / distance
                             elif a > b:
                                 distance = a
                                 normal = radial
-                                bend = around.outer_product(around) / rho
+                                curvature = around.outer_product(around) / rho
                             else:
                                 distance = b
                                 normal = axial
-                        elif shape == 1:
-                            out = ti.Vector([0.0, 0.0, 0.0])
+                        elif shape == ObstacleShape.BOX:
+                            outside = ti.Vector([0.0, 0.0, 0.0])
                             active = ti.Vector([0.0, 0.0, 0.0])
                             deepest = -1e30
                             face = ti.Vector([0.0, 0.0, 1.0])
@@ -86,58 +104,60 @@ def contacts(
                                 if p[c] < 0.0:
                                     side = -1.0
                                 if excess > 0.0:
-                                    out[c] = side * excess
+                                    outside[c] = side * excess
                                     active[c] = 1.0
                                 if excess > deepest:
                                     deepest = excess
                                     face = ti.Vector([0.0, 0.0, 0.0])
                                     face[c] = side
                             if deepest > 0.0:
-                                distance = out.norm()
-                                normal = out / distance
-                                bend = -normal.outer_product(normal)
+                                distance = outside.norm()
+                                normal = outside / distance
+                                curvature = -normal.outer_product(normal)
                                 for c in ti.static(range(3)):
-                                    bend[c, c] += active[c]
-                                bend /= distance
+                                    curvature[c, c] += active[c]
+                                curvature /= distance
                             else:
                                 distance = deepest
                                 normal = face
-                        elif shape == 4:
+                        elif shape == ObstacleShape.HALF_SPACE:
                             normal = size
                             distance = p.dot(normal)
                         else:
                             half = 0.0
-                            if shape == 3:
+                            if shape == ObstacleShape.CAPSULE:
                                 half = size[1]
                             axis = ti.min(ti.max(p[2], -half), half)
                             off = p - ti.Vector([0.0, 0.0, axis])
                             rho = off.norm() + 1e-15
                             distance = rho - size[0]
                             normal = off / rho
-                            bend = ti.Matrix.identity(ti.f64, 3) - normal.outer_product(normal)
-                            if shape == 3 and ti.abs(p[2]) < half:
-                                bend[2, 2] -= 1.0
-                            bend /= rho
+                            curvature = ti.Matrix.identity(ti.f64, 3) - normal.outer_product(normal)
+                            if shape == ObstacleShape.CAPSULE and ti.abs(p[2]) < half:
+                                curvature[2, 2] -= 1.0
+                            curvature /= rho
                         depth = reach - distance
                         if j < 0:
                             near = distance < bound
                         elif depth > 0.0:
-                            energy, force, slope = contact_law(ni, w, rod, depth)
+                            energy, force, stiffness = contact_penalty(ni, w, rod, depth)
                             total += share * energy
-                            outward = turn @ normal
+                            outward = rotation @ normal
                             pull = -share * force * outward
-                            stiff = share * slope * outward.outer_product(outward)
+                            hessian = share * stiffness * outward.outer_product(outward)
                             if exact:
-                                stiff -= share * force * (turn @ bend @ turn.transpose())
+                                hessian -= (
+                                    share * force * (rotation @ curvature @ rotation.transpose())
+                                )
                             g = rod + ni[Section.GRADIENT] + 6 * i
-                            add3(w, g, (1.0 - s) * pull)
-                            add3(w, g + 6, s * pull)
+                            add(w, g, (1.0 - s) * pull)
+                            add(w, g + 6, s * pull)
                             if arg < 2:
                                 m = hessian_at(ni, rod, step, 2 * i)
-                                add33(w, m, ((1.0 - s) * (1.0 - s)) * stiff)
-                                add33(w, m + 18, (s * (1.0 - s)) * stiff)
-                                add33(w, m + 54, (s * s) * stiff)
+                                add33(w, m, ((1.0 - s) * (1.0 - s)) * hessian)
+                                add33(w, m + 18, (s * (1.0 - s)) * hessian)
+                                add33(w, m + 54, (s * s) * hessian)
         result = total
     else:
-        result = touches(ni, w, task, rod, step, arg, real)
+        result = self_contacts(ni, w, task, rod, step, arg, real)
     return result

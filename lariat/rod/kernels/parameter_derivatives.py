@@ -1,0 +1,194 @@
+"""Derivative of a step's equation with respect to the parameters, dg/dtheta.
+
+Every term of the energy is linear in its stiffness or its mass, so that its derivative is its own
+gradient over the parameter. Knots of a profile share in a bend or a node by linear interpolation.
+"""
+
+import taichi as ti
+
+from lariat.rod.kernels.addressing import (
+    orientation_at,
+    parameter_code_at,
+    parameter_derivatives_at,
+    position_at,
+    scalar,
+    time_at,
+)
+from lariat.rod.kernels.memory import load3, load4
+from lariat.rod.kernels.rotations import rotation_matrix
+from lariat.rod.kernels.step_derivatives import inertia_derivatives
+from lariat.rod.kernels.step_terms import bend_rotation, inertia_terms, step_times
+from lariat.rod.kernels.types import Doubles, Integers
+from lariat.rod.launch.codes import Parameter, Task
+from lariat.rod.launch.layout import (
+    EFFECTIVE_BEND_WIDTH,
+    HISTORY_SLOTS,
+    EffectiveBend,
+    Header,
+    Scalar,
+    Section,
+    TimeRow,
+)
+
+
+@ti.func
+def add_parameter_derivative(ni: ti.template(), w: ti.template(), rod, p, j, v):
+    """Add to the derivative of the gradient at block j with respect to parameter p."""
+    start = parameter_derivatives_at(ni, rod, p // 6, j) + p % 6
+    for a in ti.static(range(3)):
+        w[start + 6 * a] = w[start + 6 * a] + v[a]
+
+
+@ti.real_func
+def parameter_derivatives(
+    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+) -> ti.f64:
+    """Derivative of the gradient with respect to every parameter that was asked for."""
+    result = 0.0
+    if task == Task.PARAMETER_DERIVATIVES:
+        n = ni[Header.NODES]
+        count = ni[Header.PARAMETERS]
+        stretch = scalar(ni, w, rod, Scalar.STRETCH_STIFFNESS)
+        length = scalar(ni, w, rod, Scalar.EDGE_LENGTH)
+        h, weight, carry = step_times(ni, w, rod, step)
+        damped = 1.0 + scalar(ni, w, rod, Scalar.DAMPING) * h
+        density = scalar(ni, w, rod, Scalar.LINEAR_DENSITY)
+        gravity = ti.Vector(
+            [
+                scalar(ni, w, rod, Scalar.GRAVITY_X),
+                scalar(ni, w, rod, Scalar.GRAVITY_Y),
+                scalar(ni, w, rod, Scalar.GRAVITY_Z),
+            ]
+        )
+        for k in range(18 * ((count + 5) // 6) * (2 * n - 1)):
+            w[parameter_derivatives_at(ni, rod, 0, 0) + k] = 0.0
+        for p in range(count):
+            code = ni[parameter_code_at(ni, p)]
+            knot = ni[parameter_code_at(ni, p) + 1]
+            knots = ni[parameter_code_at(ni, p) + 2]
+            if code == Parameter.STRETCH_STIFFNESS or code == Parameter.LENGTH:
+                for i in range(n - 1):
+                    q = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, i))
+                    r = rotation_matrix(q)
+                    edge = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i + 1)) - load3(
+                        w, position_at(ni, rod, step + HISTORY_SLOTS, i)
+                    )
+                    strain = edge / length - ti.Vector([r[0, 2], r[1, 2], r[2, 2]])
+                    force = strain
+                    moment = ti.Vector([0.0, 0.0, 0.0])
+                    if code == Parameter.STRETCH_STIFFNESS:
+                        local = r.transpose() @ strain
+                        moment = ti.Vector([length * local[1], -length * local[0], 0.0])
+                    else:
+                        force = -(stretch / (length * length * (n - 1))) * edge
+                    add_parameter_derivative(ni, w, rod, p, 2 * i, -force)
+                    add_parameter_derivative(ni, w, rod, p, 2 * i + 2, force)
+                    add_parameter_derivative(ni, w, rod, p, 2 * i + 1, moment)
+            inertial = (
+                code == Parameter.DAMPING
+                or code == Parameter.LINEAR_DENSITY
+                or code == Parameter.LENGTH
+            )
+            # Mass, weight and contact all grow with the length.
+            per_length = 1.0 / (length * (n - 1))
+            if inertial or code == Parameter.DENSITY_PROFILE:
+                for i in range(n):
+                    mass = w[rod + ni[Section.MASSES] + i]
+                    x = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i))
+                    displacement = x - load3(w, rod + ni[Section.TARGET_POSITIONS] + 3 * i)
+                    force = mass * (weight * displacement - gravity)
+                    if code == Parameter.DAMPING:
+                        for back in range(1, 3):
+                            share = w[time_at(ni, rod, step) + TimeRow.BASE_SHARES + back - 1]
+                            x -= share * load3(
+                                w, position_at(ni, rod, step + HISTORY_SLOTS - back, i)
+                            )
+                        force = (mass / h) * x
+                    elif code == Parameter.LENGTH:
+                        force += load3(w, rod + ni[Section.GRADIENT] + 6 * i)
+                        force *= per_length
+                    elif code == Parameter.LINEAR_DENSITY:
+                        force /= density
+                    else:
+                        share = 1.0
+                        if knots > 1:
+                            coordinate = ti.cast(i * (knots - 1), ti.f64) / (n - 1)
+                            share = ti.max(0.0, 1.0 - ti.abs(coordinate - knot))
+                        if i == 0 or i == n - 1:
+                            share *= 0.5
+                        force *= share * density * length / mass
+                    add_parameter_derivative(ni, w, rod, p, 2 * i, force)
+            if inertial:
+                for i in range(n - 1):
+                    _re, im, inertia, momentum_map = inertia_terms(
+                        ni,
+                        w,
+                        rod,
+                        weight,
+                        load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, i)),
+                        load4(w, rod + ni[Section.TARGET_ORIENTATIONS] + 4 * i),
+                    )
+                    moment = momentum_map.transpose() @ (2.0 * inertia * im)
+                    if code == Parameter.LINEAR_DENSITY:
+                        moment /= density
+                    elif code == Parameter.LENGTH:
+                        moment *= per_length
+                    else:
+                        moment *= h / damped
+                        slope = load3(w, rod + ni[Section.TARGET_DERIVATIVES] + 3 * i)
+                        moment -= (h * carry * carry) * slope
+                    add_parameter_derivative(ni, w, rod, p, 2 * i + 1, moment)
+            if (
+                code == Parameter.BENDING_STIFFNESS
+                or code == Parameter.TWISTING_STIFFNESS
+                or code == Parameter.INTERNAL_DAMPING
+                or (code >= Parameter.LENGTH and code != Parameter.DENSITY_PROFILE)
+            ):
+                for j in range(n - 2):
+                    y, jacobian, _c, _d = bend_rotation(ni, w, rod, step + HISTORY_SLOTS, j)
+                    bend = rod + ni[Section.BENDS] + 6 * j
+                    stiffness = load3(w, bend)
+                    rest = load3(w, bend + 3)
+                    # How much of the value at a knot counts here.
+                    share = 1.0
+                    if knots > 1:
+                        coordinate = ti.cast((j + 1) * (knots - 1), ti.f64) / (n - 1)
+                        share = ti.max(0.0, 1.0 - ti.abs(coordinate - knot))
+                    effective = rod + ni[Section.EFFECTIVE_BENDS] + EFFECTIVE_BEND_WIDTH * j
+                    moment = load3(w, effective + EffectiveBend.STIFFNESS) * (
+                        y - load3(w, effective + EffectiveBend.REST)
+                    )
+                    if code == Parameter.BENDING_STIFFNESS:
+                        moment *= share / scalar(ni, w, rod, Scalar.BENDING_STIFFNESS)
+                        moment[2] = 0.0
+                    elif code == Parameter.TWISTING_STIFFNESS:
+                        moment *= share / scalar(ni, w, rod, Scalar.TWISTING_STIFFNESS)
+                        moment[0] = 0.0
+                        moment[1] = 0.0
+                    elif code == Parameter.STIFFNESS_PROFILE:
+                        moment *= (
+                            share
+                            * scalar(ni, w, rod, Scalar.BENDING_STIFFNESS)
+                            / (length * stiffness[0])
+                        )
+                    elif code == Parameter.INTERNAL_DAMPING:
+                        carries = w[time_at(ni, rod, step) + TimeRow.KEEPS_VELOCITY]
+                        moment = (
+                            (carries / h)
+                            * stiffness
+                            * (y - load3(w, effective + EffectiveBend.DAMPED_FROM))
+                        )
+                    elif code == Parameter.LENGTH:
+                        moment = -per_length * (moment + stiffness * rest)
+                    else:
+                        for a in ti.static(range(3)):
+                            moment[a] = 0.0
+                            if code == Parameter.REST_CURVATURE + a:
+                                moment[a] = -share * stiffness[a] * length
+                    add_parameter_derivative(
+                        ni, w, rod, p, 2 * j + 1, -(jacobian.transpose() @ moment)
+                    )
+                    add_parameter_derivative(ni, w, rod, p, 2 * j + 3, jacobian @ moment)
+    else:
+        result = inertia_derivatives(ni, w, task, rod, step, arg, real)
+    return result

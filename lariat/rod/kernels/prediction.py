@@ -1,0 +1,129 @@
+"""Start of a solve: inertial targets and first iterate.
+
+The inertial target of a node is the sum of its last positions, with shares
+
+    y = sum_k (base_k + carry momentum_k) x_(t-k),  carry = 1 / (1 + c h),
+
+which for implicit Euler is y = x1 + carry (x1 - x0). The target q^ of an edge is the same sum in
+the chart of its last orientation: q^ = q1 exp(sum_k share_k log(conj(q1) q_(t-k))).
+"""
+
+import taichi as ti
+
+from lariat.rod.kernels.addressing import orientation_at, position_at, scalar, time_at
+from lariat.rod.kernels.memory import load3, load4, store
+from lariat.rod.kernels.newton_update import apply_step
+from lariat.rod.kernels.rotations import exponential, logarithm, quaternion_product, rotation_matrix
+from lariat.rod.kernels.step_terms import (
+    bend_rotation,
+    internal_rate,
+    past_rotation,
+    step_times,
+    target_share,
+)
+from lariat.rod.kernels.types import Doubles, Integers
+from lariat.rod.launch.codes import Task
+from lariat.rod.launch.layout import (
+    EFFECTIVE_BEND_WIDTH,
+    HISTORY_SLOTS,
+    EffectiveBend,
+    Header,
+    Scalar,
+    Section,
+    TimeRow,
+)
+
+
+@ti.real_func
+def inertial_targets(
+    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+) -> ti.f64:
+    """Compute the inertial targets and the bends' effective stiffness and rest.
+
+    Internal damping k tau / h |y - y1|^2 / 2 and the bends' own energy k |y - rest|^2 / 2 add up,
+    but for a constant, to one square with more stiffness and another rest.
+    """
+    result = 0.0
+    if task == Task.INERTIAL_TARGETS:
+        n = ni[Header.NODES]
+        _h, _weight, carry = step_times(ni, w, rod, step)
+        for i in range(n):
+            target = ti.Vector([0.0, 0.0, 0.0])
+            for back in range(1, ni[Header.HISTORY] + 1):
+                share = target_share(ni, w, rod, step, back, carry)
+                target += share * load3(w, position_at(ni, rod, step + HISTORY_SLOTS - back, i))
+            store(w, rod + ni[Section.TARGET_POSITIONS] + 3 * i, target)
+        for i in range(n - 1):
+            rotation = ti.Vector([0.0, 0.0, 0.0])
+            for back in range(2, ni[Header.HISTORY] + 1):
+                share = target_share(ni, w, rod, step, back, carry)
+                rotation += share * logarithm(past_rotation(ni, w, rod, step, i, back))
+            q1 = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS - 1, i))
+            target = quaternion_product(q1, exponential(rotation))
+            store(w, rod + ni[Section.TARGET_ORIENTATIONS] + 4 * i, target)
+        # k |y - rest|^2 + rate k |y - before|^2 is, but for a constant, one square as well.
+        rate = internal_rate(ni, w, rod, step)
+        damped = rate > 0.0 or ni[Header.PARAMETERS] > 0
+        for j in range(n - 2):
+            before = ti.Vector([0.0, 0.0, 0.0])
+            if damped:
+                for back in range(1, 3):
+                    share = w[time_at(ni, rod, step) + TimeRow.BASE_SHARES + back - 1]
+                    y, _jacobian, _c, _d = bend_rotation(ni, w, rod, step + HISTORY_SLOTS - back, j)
+                    before += share * y
+            bend = rod + ni[Section.BENDS] + 6 * j
+            to = rod + ni[Section.EFFECTIVE_BENDS] + EFFECTIVE_BEND_WIDTH * j
+            store(w, to + EffectiveBend.STIFFNESS, (1.0 + rate) * load3(w, bend))
+            store(w, to + EffectiveBend.REST, (load3(w, bend + 3) + rate * before) / (1.0 + rate))
+            store(w, to + EffectiveBend.DAMPED_FROM, before)
+    else:
+        result = apply_step(ni, w, task, rod, step, arg, real)
+    return result
+
+
+@ti.real_func
+def predict(
+    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+) -> ti.f64:
+    """Set the first iterate: the inertial target (`arg` 1), or the shape before.
+
+    The target is not taken where it could lie beyond an obstacle or another strand, whose far side
+    might then be the nearer one, nor where it would tear edges far out of their length.
+    """
+    result = 0.0
+    if task == Task.PREDICT:
+        n = ni[Header.NODES]
+        stretch = scalar(ni, w, rod, Scalar.STRETCH_STIFFNESS)
+        length = scalar(ni, w, rod, Scalar.EDGE_LENGTH)
+        largest_displacement = 0.0
+        strain = 0.0
+        previous = ti.Vector([0.0, 0.0, 0.0])
+        for i in range(n):
+            x1 = load3(w, position_at(ni, rod, step + HISTORY_SLOTS - 1, i))
+            displacement = load3(w, rod + ni[Section.TARGET_POSITIONS] + 3 * i) - x1
+            largest_displacement = ti.max(largest_displacement, displacement.norm())
+            if i > 0:
+                strain = ti.max(strain, (displacement - previous).norm())
+            previous = displacement
+        near = ni[Header.OBSTACLES] > 0 or ni[Header.MAX_SELF_CONTACTS] > 0
+        unobstructed = not near or largest_displacement < scalar(ni, w, rod, Scalar.CONTACT_REACH)
+        share = 0.0
+        if arg == 1 and unobstructed and strain < 2.0 * length:
+            share = 1.0
+        for i in range(n):
+            x1 = load3(w, position_at(ni, rod, step + HISTORY_SLOTS - 1, i))
+            x = x1 + share * (load3(w, rod + ni[Section.TARGET_POSITIONS] + 3 * i) - x1)
+            store(w, position_at(ni, rod, step + HISTORY_SLOTS, i), x)
+        for i in range(n - 1):
+            q1 = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS - 1, i))
+            target = load4(w, rod + ni[Section.TARGET_ORIENTATIONS] + 4 * i)
+            q = q1 + share * (target - q1)
+            store(w, orientation_at(ni, rod, step + HISTORY_SLOTS, i), q)
+            edge = load3(w, position_at(ni, rod, step + HISTORY_SLOTS - 1, i + 1)) - load3(
+                w, position_at(ni, rod, step + HISTORY_SLOTS - 1, i)
+            )
+            d3 = rotation_matrix(q1) @ ti.Vector([0.0, 0.0, 1.0])
+            store(w, rod + ni[Section.TENSIONS] + 3 * i, stretch * (edge / length - d3))
+    else:
+        result = inertial_targets(ni, w, task, rod, step, arg, real)
+    return result

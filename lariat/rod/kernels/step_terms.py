@@ -1,0 +1,123 @@
+"""Terms that several parts of a step share: time, grips, bends and rotational inertia.
+
+Inlined, hence without branches.
+"""
+
+import taichi as ti
+
+from lariat.rod.kernels.addressing import orientation_at, position_at, scalar, time_at
+from lariat.rod.kernels.memory import load3, load4
+from lariat.rod.kernels.rotations import (
+    cross_matrix,
+    exponential,
+    left_jacobian_inverse,
+    log_coefficients,
+    logarithm,
+    quaternion_product,
+    relative_rotation,
+    rotation_matrix,
+)
+from lariat.rod.launch.layout import HISTORY_SLOTS, STEP_BLOCKS, Header, Scalar, Section, TimeRow
+
+
+@ti.func
+def step_times(ni: ti.template(), w: ti.template(), rod, step):
+    """Duration h, inertia weight (1 + c h) / h^2 and kept share of velocity 1 / (1 + c h)."""
+    h = w[time_at(ni, rod, step)]
+    damped = 1.0 + scalar(ni, w, rod, Scalar.DAMPING) * h
+    return h, damped / (h * h), 1.0 / damped
+
+
+@ti.func
+def target_share(ni: ti.template(), w: ti.template(), rod, step, back, carry):
+    """Share of the solve `back` before this one in the inertial target."""
+    start = time_at(ni, rod, step) + back - 1
+    return w[start + TimeRow.BASE_SHARES] + carry * w[start + TimeRow.MOMENTUM_SHARES]
+
+
+@ti.func
+def internal_rate(ni: ti.template(), w: ti.template(), rod, step):
+    """Internal damping over the duration of a solve [-]; zero without velocity."""
+    start = time_at(ni, rod, step)
+    return (
+        scalar(ni, w, rod, Scalar.INTERNAL_DAMPING) * w[start + TimeRow.KEEPS_VELOCITY] / w[start]
+    )
+
+
+@ti.func
+def grip_target(ni: ti.template(), w: ti.template(), rod, step, end):
+    """Pose of a driven end after a solve: outermost node, next node, orientation of the edge."""
+    n = ni[Header.NODES]
+    start = time_at(ni, rod, step)
+    slot = step + HISTORY_SLOTS - ti.cast(w[start + TimeRow.GRIP_SOLVES_BACK], ti.i32)
+    h = w[start + TimeRow.GRIP_DURATION]
+    block = ni[STEP_BLOCKS + step // ni[Header.SUBSTEPS]]
+    action = rod + ni[Section.ACTIONS] + 12 * block + 6 * end
+    node = end * (n - 1)
+    edge = end * (n - 2)
+    outer = load3(w, position_at(ni, rod, slot, node)) + h * load3(w, action)
+    q1 = load4(w, orientation_at(ni, rod, slot, edge))
+    q = quaternion_product(exponential(h * load3(w, action + 3)), q1)
+    q = q / ti.sqrt(q.dot(q))
+    reach = scalar(ni, w, rod, Scalar.EDGE_LENGTH) * (1.0 - 2.0 * end)
+    inner = outer + reach * (rotation_matrix(q) @ ti.Vector([0.0, 0.0, 1.0]))
+    return outer, inner, q
+
+
+@ti.func
+def bend_rotation(ni: ti.template(), w: ti.template(), rod, slot, j):
+    """Rotation vector y between edges j and j + 1, J_l^-1(y), and its coefficients c and c'/t."""
+    u = relative_rotation(
+        load4(w, orientation_at(ni, rod, slot, j)),
+        load4(w, orientation_at(ni, rod, slot, j + 1)),
+    )
+    y = logarithm(u)
+    c, d = log_coefficients(u)
+    return y, left_jacobian_inverse(y, c), c, d
+
+
+@ti.func
+def past_rotation(ni: ti.template(), w: ti.template(), rod, step, i, back):
+    """Rotation of edge i from the last solve to the one `back` before this, as a quaternion."""
+    return relative_rotation(
+        load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS - 1, i)),
+        load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS - back, i)),
+    )
+
+
+@ti.func
+def inertia_terms(ni: ti.template(), w: ti.template(), rod, weight, q, target):
+    """Terms of an edge's rotational inertia, for u = conj(target) q.
+
+    Returns Re(u), Im(u), the weighted moments of inertia J, and the matrix W = Re(u) I + [Im(u)]x:
+    the gradient in the body frame is W^T 2 J Im(u).
+    """
+    u = relative_rotation(target, q)
+    v = ti.Vector([u[1], u[2], u[3]])
+    bend = weight * scalar(ni, w, rod, Scalar.BENDING_INERTIA)
+    twist = weight * scalar(ni, w, rod, Scalar.TWISTING_INERTIA)
+    inertia = ti.Vector([bend, bend, twist])
+    momentum_map = cross_matrix(v)
+    for a in ti.static(range(3)):
+        momentum_map[a, a] += u[0]
+    return u[0], v, inertia, momentum_map
+
+
+@ti.func
+def inertia_coupling(ni: ti.template(), w: ti.template(), rod, step, i):
+    """Derivative of an edge's gradient with respect to rotations of its target."""
+    _h, weight, _carry = step_times(ni, w, rod, step)
+    _re, im, inertia, momentum_map = inertia_terms(
+        ni,
+        w,
+        rod,
+        weight,
+        load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, i)),
+        load4(w, rod + ni[Section.TARGET_ORIENTATIONS] + 4 * i),
+    )
+    momentum = 2.0 * inertia * im
+    coupling = cross_matrix(momentum)
+    for a in ti.static(range(3)):
+        for b in ti.static(range(3)):
+            coupling[a, b] += 2.0 * momentum_map[b, a] * inertia[b]
+    return 0.5 * (momentum.outer_product(im) - coupling @ momentum_map.transpose())

@@ -20,12 +20,13 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from lariat.rod import Rod, RodProperties, RodState, RolloutSpec
+from lariat.rod import Rod, RodState, RolloutSpec
 from services.controller.model_factory import horizon_optimizer
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
 from services.controller.mpc.horizon import HorizonProblem
 from shared.motion_contract import PATHLESS_LIMIT_SHARE
 from shared.scenario import Scenario, load
+from shared.scenario.rod_properties import rod_properties
 
 BASE = Path(__file__).parents[1] / "scenarios" / "three-cylinders.toml"
 STEP = 0.02
@@ -72,8 +73,7 @@ def _times(base: Scenario, method: Method, count: int, calls: int) -> Float64[np
         rope=replace(base.rope, node_count=count),
         control=replace(base.control, method=method),
     )
-    rope = {k: v for k, v in vars(scenario.rope).items() if k != "node_count"}
-    rod = Rod(RodProperties(**rope), count)
+    rod = Rod(rod_properties(scenario.rope), count)
     state = rod.rest(*scenario.grips(scenario.start)).state
     goal = rod.rest(*scenario.grips(scenario.goal)).state.positions
     moves = np.zeros((2, 6), dtype=bool)

@@ -65,11 +65,11 @@ def _report(scenario: Scenario, key: str, shape: Shape) -> ShapeReport:
 
 def _at_rest(scenario: Scenario, key: str, shape: Shape) -> Float64[np.ndarray, "n 3"]:
     # Imported late: the rod starts a compiler, which a check of values alone does not need.
-    from lariat.rod import Rod, RodProperties
+    from lariat.rod import Rod
     from services.controller.run.goals import GoalFactory
+    from shared.scenario.rod_properties import rod_properties
 
-    rope = {k: v for k, v in vars(scenario.rope).items() if k != "node_count"}
-    rod = Rod(RodProperties(**rope), scenario.rope.node_count)
+    rod = Rod(rod_properties(scenario.rope), scenario.rope.node_count)
     goals = GoalFactory(scenario, rod, scenario.grips(scenario.start))
     # An end that does not rotate keeps the orientation of the start.
     left, right = goals.held(*scenario.grips(shape))

@@ -14,10 +14,10 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.poses import Pose
-from lariat.rod import RodProperties
 from shared import topics
 from shared.messages import arm_pose, chain, poses_known, stamp_of
 from shared.scenario import Rope, Scenario, load
+from shared.scenario.rod_properties import rod_properties
 from shared.scenario.shipped import find
 from shared.service import SECOND
 from stack.scenario_overrides import load_with
@@ -124,9 +124,7 @@ class ExperimentRun:
 
 def bending_stiffness(rope: Rope) -> float:
     """EI of a scenario's rope [N m^2]."""
-    return RodProperties(
-        **{k: v for k, v in vars(rope).items() if k != "node_count"}
-    ).bending_stiffness
+    return rod_properties(rope).bending_stiffness
 
 
 def experiments(beliefs: tuple[float, ...]) -> Iterator[Experiment]:

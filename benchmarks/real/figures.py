@@ -16,8 +16,9 @@ from benchmarks.real.experiments import GOALS, ROPES, ExperimentRun, bending_sti
 from benchmarks.real.tables import select
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle
-from lariat.rod import Rod, RodProperties
+from lariat.rod import Rod
 from services.sim.camera.placement import true_camera
+from shared.scenario.rod_properties import rod_properties
 from shared.service import SECOND
 
 GOAL_COLOR, ROPE_COLOR, PATH_COLOR = "magenta", "tab:blue", "tab:green"
@@ -144,7 +145,7 @@ def _model_error(runs: Sequence[ExperimentRun], path: Path) -> Path:
 def _model_shape(run: ExperimentRun) -> Float64[np.ndarray, "n 3"]:
     """Rest shape of the controller's rod between the last grips [m]."""
     rope = run.scenario.rope
-    properties = RodProperties(**{k: v for k, v in vars(rope).items() if k != "node_count"})
+    properties = rod_properties(rope)
     factor = run.adapted_stiffness[0] / bending_stiffness(rope)
     adapted = properties.with_stiffness(
         factor * properties.bending_stiffness, factor * properties.twisting_stiffness

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from lariat.rod import Rod, RodProperties
+from lariat.rod import Rod
 from lariat.trajectory import MotionState
 from services.controller.estimation.state_estimator import StateEstimator
 from services.controller.messages import (
@@ -45,6 +45,7 @@ from shared.messages import (
 )
 from shared.motion_contract import SETPOINT_PERIOD
 from shared.scenario import SIDES, Scenario
+from shared.scenario.rod_properties import rod_properties
 from shared.service import SECOND, Inbox, Publication
 
 log = logging.getLogger(__name__)
@@ -91,8 +92,7 @@ class ControllerService:
 
     def __init__(self, scenario: Scenario, session: str) -> None:
         self._scenario, self._session = scenario, session
-        rope = {k: v for k, v in vars(scenario.rope).items() if k != "node_count"}
-        self._rod = Rod(RodProperties(**rope), scenario.rope.node_count)
+        self._rod = Rod(rod_properties(scenario.rope), scenario.rope.node_count)
         self._moves = free_components(scenario)
         start = scenario.grips(scenario.start)
         self._goals = GoalFactory(scenario, self._rod, start)

@@ -9,7 +9,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from lariat.geometry.cameras import Camera, Intrinsics
-from lariat.rod import RodProperties
 from services.perception.centerline.estimate import MAX_DOUBT, CenterlineEstimate, RopeModel
 from services.perception.centerline.estimator import CenterlineEstimator
 from services.perception.centerline.settings import CenterlineSettings
@@ -26,6 +25,7 @@ from services.perception.tracking.rope_tracker import RopeTracker
 from shared import topics
 from shared.messages import NodeChain, TaskState, arm_pose, chain, poses_known, stamp_of
 from shared.scenario import Scenario
+from shared.scenario.rod_properties import rod_properties
 from shared.service import SECOND, Inbox, Publication
 
 log = logging.getLogger(__name__)
@@ -59,8 +59,7 @@ class PerceptionService:
 
     def __init__(self, scenario: Scenario) -> None:
         self._scenario = scenario
-        properties = {k: v for k, v in vars(scenario.rope).items() if k != "node_count"}
-        self._properties = RodProperties(**properties)
+        self._properties = rod_properties(scenario.rope)
         self._rope = RopeModel(
             scenario.rope.length,
             scenario.rope.diameter / 2.0,

@@ -9,7 +9,7 @@ import numpy as np
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle, pack
 from lariat.geometry.poses import Pose
-from lariat.rod import Rod, RodProperties, RodState, add_turns, framed
+from lariat.rod import Rod, RodState, add_turns, framed
 from services.planner import whole_path
 from services.planner.parameter_update import learnt_rope
 from services.planner.problem import Problem, WholePath
@@ -28,6 +28,7 @@ from shared.messages import (
     scene_obstacles,
 )
 from shared.scenario import SIDES, Scenario
+from shared.scenario.rod_properties import rod_properties
 from shared.service import SECOND, Inbox, Publication
 
 STILL = 2e-3
@@ -54,9 +55,8 @@ class PlannerService:
     """A plan takes one to four seconds beside everything else [s]."""
 
     def __init__(self, scenario: Scenario) -> None:
-        rope = {k: v for k, v in vars(scenario.rope).items() if k != "node_count"}
         self._scenario = scenario
-        self._given = RodProperties(**rope)
+        self._given = rod_properties(scenario.rope)
         self._rod = Rod(self._given, scenario.rope.node_count)
         self._moves = np.zeros((2, 6), dtype=bool)
         for row, side in zip(self._moves, SIDES, strict=True):

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lariat.rod import Rod, RodProperties
+from lariat.rod import Rod
 from shared import topics
 from shared.messages import chain
+from shared.scenario.rod_properties import rod_properties
 from stack.simulation.closed_loop import Outcome
 from tests.closed_loop.loop import run
 
@@ -32,8 +33,7 @@ def test_a_wound_rope_takes_the_shape_of_its_turns(outcome: Outcome):
 
 def test_without_its_turns_the_goal_would_be_another_shape(outcome: Outcome):
     scenario = outcome.scorer.scenario
-    rope = {k: v for k, v in vars(scenario.rope).items() if k != "node_count"}
-    rod = Rod(RodProperties(**rope), scenario.rope.node_count)
+    rod = Rod(rod_properties(scenario.rope), scenario.rope.node_count)
     untwisted = rod.rest(*scenario.grips(replace(scenario.goal, turns=0.0))).state.positions
     task = outcome.stack.latest(topics.TASK_STATE)
     assert task is not None

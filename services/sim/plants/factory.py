@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from lariat.rod import RodProperties
 from services.sim.plants.plant import Plant
 from shared.scenario import Scenario
+from shared.scenario.rod_properties import rod_properties
 
 
 def true_properties(scenario: Scenario) -> RodProperties:
     """Properties of the true rope, which the controller does not know."""
-    values = {k: v for k, v in vars(scenario.plant_rope).items() if k != "node_count"}
     hidden = scenario.plant.rope
-    if hidden.stiffness_profile:
-        values["stiffness_profile"] = hidden.stiffness_profile
-    return RodProperties(**values, rest_curvature=(hidden.rest_curvature,))
+    properties = rod_properties(scenario.plant_rope)
+    return replace(
+        properties,
+        stiffness_profile=hidden.stiffness_profile or properties.stiffness_profile,
+        rest_curvature=(hidden.rest_curvature,),
+    )
 
 
 def build_plant(scenario: Scenario) -> Plant:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from benchmarks.faults.cases import CASES
 from benchmarks.faults.cell import TICK, FaultCell, Missing
 from benchmarks.faults.motion import JointLog
-from services.robot_gateway.safety.stop_causes import CAUSES
+from services.robot_gateway.safety.stop_causes import STOP_CAUSES
 from shared.messages import RUNNING, ArmStates
 from stack.client import RequestFailed
 
@@ -113,8 +113,8 @@ def trial(cell: FaultCell, name: str) -> Finding:
     under_way = UNDER_WAY * cell.scenario.limits.joint_speed if case.delivers else 0.0
     if crept > under_way + STILL:
         complaints.append(f"a joint moved by {crept:.4f} rad before anybody agreed")
-    if cause in CAUSES and not resumed.startswith(WORDS[CAUSES[cause].resumes]):
-        complaints.append(f"resumed {resumed}, not {CAUSES[cause].resumes}")
+    if cause in STOP_CAUSES and not resumed.startswith(WORDS[STOP_CAUSES[cause].resumes]):
+        complaints.append(f"resumed {resumed}, not {STOP_CAUSES[cause].resumes}")
     return Finding(
         case=name,
         what=case.what,

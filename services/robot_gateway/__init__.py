@@ -1,0 +1,1 @@
+"""The gateway to the arms of a cell: safety, constraints, commanded motion and drivers."""

@@ -1,4 +1,4 @@
-"""All arms of a cell together: commands go out, and what they say of themselves comes in."""
+"""Arms of a cell: commands go out to all drivers, and feedback comes in."""
 
 from __future__ import annotations
 
@@ -10,139 +10,155 @@ import numpy as np
 from lariat.geometry.poses import Pose
 from lariat.trajectory import NANOSECONDS
 from services.robot_gateway.drivers.driver import Driver, Feedback
-from services.robot_gateway.motion import approach
-from services.robot_gateway.motion.follower import Guidance
-from services.robot_gateway.safety.state_machine import Command, Rejected
+from services.robot_gateway.motion.approach import is_away
+from services.robot_gateway.motion.follower import SetpointFollower
+from services.robot_gateway.safety.state_machine import CommandRejected, OperatorCommand
+from shared.scenario import SIDES
 
-SIDES = ("left", "right")
-
-LAG = 0.5
-"""How far back the command is searched for where an arm is now [s]."""
-STILL = (0.01, 0.05)
-"""Linear and angular speed of a gripper below which its arm rests [m/s, rad/s]."""
+COMMAND_HISTORY = 0.5
+"""Time for which commands are kept, because an arm follows its command with a delay [s]."""
+STANDSTILL_SPEED = (0.01, 0.05)
+"""Linear and angular speed of a gripper below which its arm stands still [m/s, rad/s]."""
 
 
 class Arms:
     """Drivers of all ends, left first."""
 
     def __init__(self, drivers: Sequence[Driver], starts: Sequence[Pose]) -> None:
-        """Args: starts: Grips of all ends at the scenario's start."""
+        """Create the arms.
+
+        Args:
+            drivers: Drivers of all ends.
+            starts: Grip poses of all ends at the scenario's start.
+        """
         self.drivers = tuple(drivers)
         self.starts = tuple(starts)
         self.grips = list(starts)
-        """Of all ends, as measured when the cell last came to rest for a person."""
+        """Grip poses of all ends, as measured when the command was last put where they are."""
         self.feedback: tuple[Feedback, ...] = ()
-        self._trail: deque[tuple[int, np.ndarray]] = deque()
-        self._lags: list[float] | None = None
-        """Until the next exchange."""
+        self._history: deque[tuple[int, np.ndarray]] = deque()
+        self._tracking_errors: list[float] | None = None
+        """Kept until the next exchange."""
         self.powered = False
-        """Whether they have had power since it was last taken from them."""
+        """Whether they have been powered since power was last taken from them."""
 
-    def exchange(self, now: int, guidance: Guidance, live: Sequence[bool]) -> None:
-        """Commands to the arms, feedback from them. Args: live: Which ends are sent points."""
+    def exchange(self, now: int, follower: SetpointFollower, enabled: Sequence[bool]) -> None:
+        """Send commands to the arms and take their feedback.
+
+        Args:
+            now: Present time [ns].
+            follower: Commanded motion.
+            enabled: For each end, whether it is sent its commanded pose.
+        """
         rows = []
-        driven = iter(guidance.grips())
-        for driver, goes in zip(self.drivers, live, strict=True):
-            pose, velocity = next(driven) if driver.moves else (None, np.zeros((2, 3)))
-            rows.append(driver.step(now, pose if goes else None, velocity))
+        driven = iter(follower.grips())
+        for driver, sent in zip(self.drivers, enabled, strict=True):
+            pose, twist = next(driven) if driver.moves else (None, np.zeros((2, 3)))
+            rows.append(driver.step(now, pose if sent else None, twist))
         self.feedback = tuple(rows)
-        self._trail.append((now, guidance.state.positions))
-        while (now - self._trail[0][0]) * NANOSECONDS > LAG:
-            self._trail.popleft()
-        self._lags = None
+        self._history.append((now, follower.state.positions))
+        while (now - self._history[0][0]) * NANOSECONDS > COMMAND_HISTORY:
+            self._history.popleft()
+        self._tracking_errors = None
 
-    def measure(self, guidance: Guidance) -> None:
-        """Starts the command from where the arms are."""
+    def put_command_to_measured(self, follower: SetpointFollower) -> None:
+        """Put the command at rest where the arms are."""
         for k, feedback in enumerate(self.feedback):
             if feedback.pose is not None:
                 self.grips[k] = feedback.pose
-            posture = self.drivers[k].posture
-            if posture is not None and feedback.joints:
-                posture.begin(feedback.joints)
-        guidance.place(self.grips)
-        self._trail.clear()
-        self._lags = None
+            joints = self.drivers[k].joint_constraints
+            if joints is not None and feedback.joints:
+                joints.begin(feedback.joints)
+        follower.place(self.grips)
+        self._history.clear()
+        self._tracking_errors = None
 
-    # What they are told
+    # Commands to the devices
 
     def enable(self) -> None:
+        """Bring the arms to where they can follow, over the next ticks."""
         self.powered = True
         for driver in self.drivers:
             driver.enable()
 
     def recover(self) -> None:
+        """Clear what stopped the arms, over the next ticks."""
         self.powered = True
         for driver in self.drivers:
             driver.recover()
 
     def disable(self) -> None:
-        """Takes the power off arms that rest, once after each time they had it."""
+        """Take the power from arms at rest, once after each time that they had it."""
         if self.powered:
             self.powered = False
             for driver in self.drivers:
                 driver.disable()
 
     def close(self) -> None:
-        """Ends the connections to the arms."""
+        """End the connections to the arms."""
         for driver in self.drivers:
             driver.close()
 
-    def place(self, ends: Sequence[int]) -> None:
-        """Puts some ends where the scenario begins; simulation only."""
+    def place_at_start(self, ends: Sequence[int]) -> None:
+        """Put some ends where the scenario begins; simulation only."""
         for k in ends:
             if self.drivers[k].place(self.starts[k]):
                 self.grips[k] = self.starts[k]
 
-    def grip(self, command: Command) -> None:
-        """Opens or closes a gripper; raises Rejected."""
+    def move_gripper(self, command: OperatorCommand) -> None:
+        """Open or close a gripper.
+
+        Raises:
+            CommandRejected: There is no such arm, or it has no gripper.
+        """
         if command.arm not in SIDES:
-            raise Rejected(f"there is no arm {command.arm!r}; there are {', '.join(SIDES)}")
+            raise CommandRejected(f"there is no arm {command.arm!r}; there are {', '.join(SIDES)}")
         driver = self.drivers[SIDES.index(command.arm)]
         if not driver.moves:
-            raise Rejected(f"{command.arm} is fixed and has no gripper")
+            raise CommandRejected(f"{command.arm} is fixed and has no gripper")
         driver.grip(command.close)
 
-    # How they are
+    # State of the devices
 
     @property
-    def on_their_own(self) -> bool:
-        """Whether any of them is a device, which may be elsewhere than it is commanded to be."""
+    def has_devices(self) -> bool:
+        """Whether any end is a device, which may be elsewhere than it is commanded to be."""
         return any(d.moves and np.isfinite(d.tracking_limit) for d in self.drivers)
 
     @property
-    def still(self) -> bool:
-        """Whether no arm moves: they follow their command some time behind it."""
+    def standing_still(self) -> bool:
+        """Whether no arm moves; arms follow their command with a delay."""
         speeds = [np.linalg.norm(f.velocity, axis=-1) for f in self.feedback]
-        return all(bool(np.all(speed < STILL)) for speed in speeds)
+        return all(bool(np.all(speed < STANDSTILL_SPEED)) for speed in speeds)
 
     @property
-    def sound(self) -> list[bool]:
-        """Which of them report no fault."""
+    def fault_free(self) -> list[bool]:
+        """Whether each end reports no fault."""
         faults = [feedback.fault for feedback in self.feedback] or [""] * len(self.drivers)
         return [not fault for fault in faults]
 
     @property
     def ready(self) -> bool:
-        """Whether all can follow and it is known where they are."""
+        """Whether all ends can follow and their poses are known."""
         return all(f.ready and f.pose is not None for f in self.feedback)
 
     @property
-    def pulls(self) -> list[float]:
-        """Change of the force at every gripper since it was armed [N]."""
+    def contact_forces(self) -> list[float]:
+        """Change of the force at every gripper since it was armed at rest [N]."""
         return [feedback.pull for feedback in self.feedback]
 
     @property
-    def away(self) -> list[int]:
-        """Driven ends that are not at the scenario's start."""
+    def ends_away_from_start(self) -> list[int]:
+        """Indices of the driven ends that are not at the scenario's start."""
         return [
             k
             for k, driver in enumerate(self.drivers)
-            if driver.moves and approach.is_away(self.grips[k], self.starts[k])
+            if driver.moves and is_away(self.grips[k], self.starts[k])
         ]
 
     @property
-    def trouble(self) -> str:
-        """What keeps them from being armed, in words; empty when nothing does."""
+    def arming_refusal(self) -> str:
+        """Reason why the arms cannot be armed, in words; empty where there is none."""
         for name, feedback in zip(SIDES, self.feedback, strict=False):
             words = "; ".join(feedback.alarms)
             if feedback.fault:
@@ -153,30 +169,34 @@ class Arms:
 
     @property
     def unready(self) -> str:
-        """Those that are not ready, with their reasons."""
+        """Names of the arms that are not ready, with their reasons."""
         return ", ".join(
             f"{name}: {'; '.join(feedback.alarms) or 'not ready'}"
             for name, feedback in zip(SIDES, self.feedback, strict=False)
             if not feedback.ready
         )
 
-    def near(self, factor: float) -> list[bool]:
-        """Which are within `factor` times their tracking limit of their path."""
+    def within_tracking_limit(self, factor: float) -> list[bool]:
+        """Return whether each end is near its path.
+
+        Args:
+            factor: Distance that counts as near, in tracking limits of the driver [-].
+        """
         limits = [factor * driver.tracking_limit for driver in self.drivers]
         if not self.feedback:
             return [True] * len(limits)
-        return [lag <= limit for lag, limit in zip(self.lags(), limits, strict=True)]
+        return [e <= limit for e, limit in zip(self.tracking_errors(), limits, strict=True)]
 
-    def lags(self) -> list[float]:
-        """Distance of every arm to the nearest place it was commanded to be lately [m].
+    def tracking_errors(self) -> list[float]:
+        """Return the distance of every arm from the nearest position commanded lately [m].
 
-        An arm follows some time behind; what counts is how far it is off its path.
+        An arm follows its command with a delay; what counts is its distance from the path.
         """
-        if self._lags is None:
-            self._lags = self._find_lags()
-        return self._lags
+        if self._tracking_errors is None:
+            self._tracking_errors = self._compute_tracking_errors()
+        return self._tracking_errors
 
-    def _find_lags(self) -> list[float]:
+    def _compute_tracking_errors(self) -> list[float]:
         rows = []
         driven = -1
         for driver, feedback in zip(self.drivers, self.feedback, strict=True):
@@ -184,10 +204,10 @@ class Arms:
             if not driver.moves or np.isinf(driver.tracking_limit):
                 rows.append(0.0)
                 continue
-            trail = [p[driven] for _, p in self._trail]
-            if feedback.pose is None or not trail:
+            history = [positions[driven] for _, positions in self._history]
+            if feedback.pose is None or not history:
                 rows.append(0.0)
             else:
-                gaps = np.linalg.norm(np.array(trail) - feedback.pose.position, axis=1)
+                gaps = np.linalg.norm(np.array(history) - feedback.pose.position, axis=1)
                 rows.append(float(np.min(gaps)))
         return rows

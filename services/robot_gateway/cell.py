@@ -1,52 +1,51 @@
-"""A cell: all arms that hold one rope, stepped with chunks, commands, obstacles and time.
+"""Cell: all arms that hold one rope, stepped with chunks, commands, obstacles and time.
 
-Every tick judges the watchdog, moves the command or its stop, hands it to the arms and judges what
-they say of themselves. All arms stop together, because rules between the ends tie them.
+Every tick consults the watchdog, moves the command or its stop, hands it to the arms and judges
+their feedback. All arms stop together, because rules between the ends tie them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.trajectory import NANOSECONDS, SetpointChunk
-from services.robot_gateway.arms import SIDES, Arms
+from services.robot_gateway.arms import Arms
 from services.robot_gateway.constraints.rule import Rule
 from services.robot_gateway.drivers.driver import Driver
-from services.robot_gateway.motion.approach import (
-    PACES,
-    TOO_FAST,
-    Approach,
-    slow_chunk,
-)
-from services.robot_gateway.motion.follower import Guidance
-from services.robot_gateway.motion.setpoint_sources import Writers
-from services.robot_gateway.motion.validation import Refused
-from services.robot_gateway.safety.force_limit import Pulls
+from services.robot_gateway.motion.approach import PACE_RULES, PACES, Approach, approach_chunk
+from services.robot_gateway.motion.follower import SetpointFollower
+from services.robot_gateway.motion.setpoint_sources import SetpointSources
+from services.robot_gateway.motion.validation import ChunkRefused
+from services.robot_gateway.safety.force_limit import ForceLimit
 from services.robot_gateway.safety.state_machine import (
     DEVICE_CAUSES,
-    Command,
-    Rejected,
-    Safety,
+    CommandRejected,
+    OperatorCommand,
+    SafetyState,
 )
-from services.robot_gateway.safety.stop_causes import CAUSES
-from services.robot_gateway.status import CellReport
+from services.robot_gateway.safety.stop_causes import STOP_CAUSES
+from services.robot_gateway.safety.watchdog import Watchdog
+from services.robot_gateway.status import CellStatus
+from shared.scenario import SIDES
 
-TICK = 0.008
-"""Period of the gateway [s]."""
-SILENCE = 0.1
-"""Age of the last fresh chunk at which the cell holds for a person [s]."""
-LATE = 0.05
-"""Age at which it begins to brake, without holding yet [s]: an arm follows its command some 80 ms
-later, and it must have begun to brake within 150 ms."""
-FOLLOWING = 0.3
-"""Time after the command's rest within which an arm must have come to rest too [s]."""
-PATIENCE = 30.0
-"""Time that an arm has to become ready [s]."""
+
+@dataclass(frozen=True)
+class CellSettings:
+    """Times of a cell."""
+
+    longest_step: float = 3.0
+    """Longest motion in one tick, in periods of the gateway [-]."""
+    settle_time: float = 0.3
+    """Time after the command's rest within which an arm must have come to rest too [s]."""
+    ready_timeout: float = 30.0
+    """Time in which an arm must become ready [s]."""
+    lag_factor: float = 2.0
+    """Distance of the command from its chunk that stops the cell, in step tolerances [-]."""
 
 
 class Cell:
@@ -54,42 +53,57 @@ class Cell:
 
     def __init__(
         self,
-        guidance: Guidance,
+        follower: SetpointFollower,
         drivers: Sequence[Driver],
         starts: Sequence[Pose],
         boot: str,
         arm_automatically: bool = False,
-        pulls: Pulls | None = None,
+        force_limit: ForceLimit | None = None,
+        settings: CellSettings | None = None,
     ) -> None:
-        """Args: starts: Grips of all ends at the scenario's start. boot: Id of this start."""
-        self.guidance = guidance
+        """Create a cell that is disarmed.
+
+        Args:
+            follower: Commanded motion.
+            drivers: Drivers of all ends, left first.
+            starts: Grip poses of all ends at the scenario's start.
+            boot: Id of this start of the gateway.
+            arm_automatically: Whether the cell arms itself at boot.
+            force_limit: Limit on the contact forces.
+            settings: Times of the cell.
+        """
+        self.follower = follower
         self.arms = Arms(drivers, starts)
         self.arm_automatically = arm_automatically
-        self.safety = Safety(boot)
-        self._writers = Writers()
+        self.settings = settings or CellSettings()
+        self.safety = SafetyState(boot)
+        self.watchdog = Watchdog()
+        self._sources = SetpointSources()
         self._approach = Approach()
-        self._pulls = pulls or Pulls(np.inf)
-        self._last_tick: int | None = None
-        self._last_fresh = 0
-        self._late = False
+        self._force_limit = force_limit or ForceLimit(np.inf)
+        self._braking_late = False
+        """Whether the command brakes because the setpoints are old."""
         self._waits_since: int | None = None
+        """Time since which the cell waits for arms to become ready [ns]."""
         self._stalled = False
-        self._planned = False
-        """Whether the tick before took its time over the way to the start, while all rested."""
-        self._moved = 0
+        """Whether the gateway stood still, so that the rest of the motion is not sent."""
+        self._planned_approach = False
+        """Whether the last tick spent its time on planning the approach, while all rested."""
+        self._moved_at = 0
+        """Time at which the command last moved [ns]."""
         self._rule: Rule | None = None
         self._refusal = self._command = self._rejection = ""
         self._sequence = self._refused_sequence = 0
         self._reset_wanted = self._reset_done = 0
 
-    # What arrives
+    # Inputs
 
     def take_scene(self, obstacles: Sequence[Obstacle]) -> None:
-        """Obstacles as they are now."""
-        self.guidance.rules.replace_obstacles(obstacles)
+        """Take the present obstacles."""
+        self.follower.constraints.replace_obstacles(obstacles)
 
-    def take_command(self, command: Command, now: int) -> None:
-        """A person's command."""
+    def take_command(self, command: OperatorCommand, now: int) -> None:
+        """Carry out or reject a person's command that arrived at `now` [ns]."""
         self._command, self._rejection = command.id, ""
         try:
             self.safety.check(command, now)
@@ -100,172 +114,197 @@ class Cell:
                     self.disarm()
                 case "hold":
                     self.safety = self.safety.stopped("person", "held by a person")
-                    self.guidance.halt()
+                    self.follower.halt()
                 case "acknowledge":
                     self.safety = self.safety.acknowledged()
-                    self._pulls.acknowledge(self.arms.pulls)
+                    self._force_limit.acknowledge(self.arms.contact_forces)
                     self._wait_for_arms(now)
                     self.arms.recover()
                 case "gripper":
-                    self._grip(command)
-        except Rejected as rejection:
+                    self._move_gripper(command)
+        except CommandRejected as rejection:
             self._rejection = str(rejection)
 
     def disarm(self) -> None:
-        """Brakes and, once at rest, takes the arms' power away."""
+        """Brake and, once at rest, take the arms' power away."""
         self.safety = self.safety.disarmed()
-        self.guidance.halt()
+        self.follower.halt()
 
     def take_hold(self, session: str, sequence: int, now: int, reason: str) -> None:
-        """A writer stands still on purpose."""
+        """Take a writer's message that it stands still on purpose.
+
+        Args:
+            session: Session of the writer.
+            sequence: Sequence number within the session.
+            now: Time of receipt [ns].
+            reason: Reason of the writer, in words.
+        """
         try:
-            self._take_writer(session, sequence, now, now)
-        except Refused as refused:
+            self._admit(session, sequence, now, now)
+        except ChunkRefused as refused:
             self._refuse(refused, sequence)
             return
-        self._last_fresh, self._sequence = now, sequence
-        # A controller that has nothing to do holds all the time; the way to the start is not its.
+        self.watchdog.feed(now)
+        self._sequence = sequence
+        # A controller that has nothing to do holds all the time; the approach is not its motion.
         if self.safety.may_move and not self._approach.running:
             self.safety = self.safety.stopped("writer_holds", reason or "the controller holds")
-            self.guidance.halt()
+            self.follower.halt()
 
     def take_chunk(self, chunk: SetpointChunk, session: str, sequence: int, now: int) -> None:
-        """Setpoints that arrived at `now` [ns]."""
+        """Follow or refuse a writer's setpoints.
+
+        Args:
+            chunk: Setpoints of the driven ends.
+            session: Session of the writer.
+            sequence: Sequence number within the session.
+            now: Time of receipt [ns].
+        """
         try:
-            offset = self._take_writer(session, sequence, now, chunk.start)
+            offset = self._admit(session, sequence, now, chunk.start)
             if not self.safety.may_move or self._waits_since is not None:
                 return
             if self._reset_wanted != self._reset_done or self._approach.running:
                 return
-            spline = self.guidance.check(chunk, now, offset)
-        except Refused as refused:
+            spline = self.follower.check(chunk, now, offset)
+        except ChunkRefused as refused:
             self._refuse(refused, sequence)
             if refused.rule not in ("ordered", "fresh"):
-                # The writer lives: the chunk before may run to its resting end.
-                self._last_fresh = now
+                # The writer is alive: the chunk before may run to its resting end.
+                self.watchdog.feed(now)
             return
-        self._last_fresh, self._sequence = now, sequence
-        self.guidance.follow(spline, now)
+        self.watchdog.feed(now)
+        self._sequence = sequence
+        self.follower.follow(spline, now)
         self.safety = self.safety.moving(True)
 
     def take_reset(self, count: int) -> None:
-        """Back to the scenario's start once everything rests; simulation only."""
+        """Go back to the scenario's start once everything rests; simulation only."""
         if count != self._reset_wanted:
             self._reset_wanted = count
-            self.guidance.halt()
+            self.follower.halt()
 
-    # The tick
+    # Tick
 
-    def step(self, now: int) -> CellReport:
-        """One tick at `now` [ns]."""
+    def step(self, now: int) -> CellStatus:
+        """Step the cell at `now` [ns]."""
         self.wake(now)
-        elapsed = self._elapsed(now)
-        self._last_tick, self._planned = now, False
-        h = min(elapsed, 3.0 * TICK)
+        elapsed = self.watchdog.elapsed(now)
+        self.watchdog.tick(now)
+        self._planned_approach = False
+        h = min(elapsed, self.settings.longest_step * self.watchdog.settings.period)
         self._watch(now, h)
         if h > 0.0:
-            self._late = (now - self._last_fresh) * NANOSECONDS + h > LATE
-            rule = self.guidance.step(now - round(h / NANOSECONDS), now, self._late)
+            self._braking_late = self.watchdog.must_brake(now, h)
+            rule = self.follower.step(now - round(h / NANOSECONDS), now, self._braking_late)
             self._rule = rule or self._rule
-        if not self.guidance.resting:
-            self._moved = now
-        elif not self.guidance.following:
+        if not self.follower.resting:
+            self._moved_at = now
+        elif not self.follower.following:
             self.safety = self.safety.moving(False)
             self._reset_when_asked(now)
-        self.arms.exchange(now, self.guidance, self._points_go())
+        self.arms.exchange(now, self.follower, self._enabled_ends())
         self._judge_arms(now)
-        return self._report()
+        return self._status()
 
     def wake(self, now: int) -> None:
-        """Notices that the gateway stood still, before it believes what waited for it meanwhile."""
-        elapsed = self._elapsed(now)
-        moved = self.safety.mode == "moving" or not self.guidance.resting
-        if elapsed <= SILENCE or not moved or self._stalled or self._planned:
+        """Stop if the gateway itself stood still, before messages that waited are believed."""
+        moved = self.safety.mode == "moving" or not self.follower.resting
+        if not self.watchdog.overslept(now) or not moved:
             return
-        self._halt("stalled", f"the gateway stood still for {elapsed:.3f} s")
-        if self.arms.on_their_own:
-            # They have stopped by themselves; what the command still had to go is not sent.
+        if self._stalled or self._planned_approach:
+            return
+        elapsed = self.watchdog.elapsed(now)
+        self._stop("stalled", f"the gateway stood still for {elapsed:.3f} s")
+        if self.arms.has_devices:
+            # They have stopped by themselves; the rest of the commanded stop is not sent.
             self._waits_since, self._stalled = now, True
 
-    def _elapsed(self, now: int) -> float:
-        """Since the last tick [s]."""
-        return TICK if self._last_tick is None else (now - self._last_tick) * NANOSECONDS
+    def close(self) -> None:
+        """End the connections to the arms."""
+        self.arms.close()
 
     def _watch(self, now: int, h: float) -> None:
-        """Stops what may not go on."""
-        if not self.guidance.following:
+        """Stop motion that may not go on: silence of the writer, or too large a lag."""
+        if not self.follower.following:
             self._approach.running = False
             return
         if self._approach.running:
-            # Nobody else keeps this way fresh; a person's hold ends it.
-            self._last_fresh = now
-        if self.guidance.finished(now):
-            self.guidance.halt()
+            # No writer refreshes the approach; a person's hold ends it.
+            self.watchdog.feed(now)
+        if self.follower.finished(now):
+            self.follower.halt()
             return
-        # What the next tick would find too late is stopped now.
-        if (now - self._last_fresh) * NANOSECONDS + h > SILENCE:
-            if self.guidance.arrived(now):
-                self.guidance.halt()
+        # What the next tick would find too old is stopped now.
+        if self.watchdog.must_hold(now, h):
+            if self.follower.arrived(now):
+                self.follower.halt()
             else:
-                silent = f"no fresh setpoints for {1e3 * SILENCE:.0f} ms"
-                self._halt("silence", f"{silent}: controller, bus or network dead or stopped")
+                age = self.watchdog.settings.hold_age
+                silent = f"no fresh setpoints for {1e3 * age:.0f} ms"
+                self._stop("silence", f"{silent}: controller, bus or network dead or stopped")
             return
-        behind, turn = self.guidance.behind(now)
-        tolerances = self.guidance.tolerances
-        if behind > 2.0 * tolerances.step or turn > 2.0 * tolerances.turn:
-            far = f"{1e3 * behind:.0f} mm and {turn:.2f} rad"
-            self._halt("left_behind", f"{far} behind its setpoints")
+        distance, angle = self.follower.lag(now)
+        tolerances, factor = self.follower.tolerances, self.settings.lag_factor
+        if distance > factor * tolerances.step or angle > factor * tolerances.turn:
+            lag = f"{1e3 * distance:.0f} mm and {angle:.2f} rad"
+            self._stop("left_behind", f"{lag} behind its setpoints")
 
-    def _halt(self, cause: str, detail: str) -> None:
+    def _stop(self, cause: str, detail: str) -> None:
         self.safety = self.safety.stopped(cause, detail)
-        self._rule = CAUSES[cause].rule or self._rule
-        self.guidance.halt()
+        self._rule = STOP_CAUSES[cause].rule or self._rule
+        self.follower.halt()
 
     def _reset_when_asked(self, now: int) -> None:
         if self._reset_wanted == self._reset_done:
             return
         self._reset_done = self._reset_wanted
-        self.arms.place(range(len(self.arms.drivers)))
-        self.guidance.place(self.arms.grips)
+        self.arms.place_at_start(range(len(self.arms.drivers)))
+        self.follower.place(self.arms.grips)
         if self.safety.mode != "disarmed":
             self._waits_since = now
 
-    def _report(self) -> CellReport:
-        return CellReport(
-            self.safety,
-            (self._late or not self.guidance.following) and not self.guidance.resting,
-            self._rule,
-            self._refusal,
-            self._sequence,
-            self._refused_sequence,
-            self._command,
-            self._rejection,
-            self.arms.feedback,
-            tuple(self.arms.lags()),
-            self._reset_done,
+    def _status(self) -> CellStatus:
+        return CellStatus(
+            safety=self.safety,
+            braking=(self._braking_late or not self.follower.following)
+            and not self.follower.resting,
+            rule=self._rule,
+            refusal=self._refusal,
+            sequence=self._sequence,
+            refused_sequence=self._refused_sequence,
+            command=self._command,
+            rejection=self._rejection,
+            arms=self.arms.feedback,
+            tracking=tuple(self.arms.tracking_errors()),
+            reset_count=self._reset_done,
         )
 
     # Writers
 
-    def _take_writer(self, session: str, sequence: int, now: int, start: int) -> int:
-        """Lets a writer in; the offset from its clock to ours [ns]."""
+    def _admit(self, session: str, sequence: int, now: int, start: int) -> int:
+        """Return the offset from a writer's clock to the gateway's [ns].
+
+        Raises:
+            ChunkRefused: The writer is not the one that is followed, or its message is old.
+        """
         before = self.safety.cause
-        self.safety, answer = self._writers.take(self.safety, session, sequence, now, start)
+        self.safety, answer = self._sources.admit(self.safety, session, sequence, now, start)
         if self.safety.cause == "new_writer" and before != "new_writer":
-            self.guidance.halt()
-        if isinstance(answer, Refused):
+            self.follower.halt()
+        if isinstance(answer, ChunkRefused):
             raise answer
         return answer
 
-    def _refuse(self, refused: Refused, sequence: int) -> None:
+    def _refuse(self, refused: ChunkRefused, sequence: int) -> None:
         self._rule, self._refusal = refused.rule, str(refused)
         self._refused_sequence = sequence
 
-    # Persons
+    # Commands of a person
 
     def _arm(self, now: int) -> None:
-        away = self.arms.away
-        refusal = self.arms.trouble or self._approach.refusal(
+        away = self.arms.ends_away_from_start
+        refusal = self.arms.arming_refusal or self._approach.refusal(
             [SIDES[k] for k in away],
             [self.arms.grips[k] for k in away],
             [self.arms.starts[k] for k in away],
@@ -274,9 +313,9 @@ class Cell:
         self.safety = self.safety.armed(refusal)
         self._enable(now)
 
-    def _arm_by_itself(self, now: int) -> None:
-        """A simulated cell needs no person; its arms are put where the scenario begins."""
-        self.arms.place(self.arms.away)
+    def _arm_at_boot(self, now: int) -> None:
+        """Arm a simulated cell without a person; its arms are put where the scenario begins."""
+        self.arms.place_at_start(self.arms.ends_away_from_start)
         self.safety = replace(self.safety.armed(), detail="armed by the scenario")
         self._enable(now)
 
@@ -284,30 +323,27 @@ class Cell:
         self._wait_for_arms(now)
         self.arms.enable()
 
-    def close(self) -> None:
-        """Ends the connections to the arms."""
-        self.arms.close()
-
     def _wait_for_arms(self, now: int) -> None:
         self._waits_since = now
         self._rule, self._refusal = None, ""
 
-    def _grip(self, command: Command) -> None:
-        if not self.guidance.resting:
-            raise Rejected("a gripper opens and closes only while the arms rest; hold first")
-        self.arms.grip(command)
+    def _move_gripper(self, command: OperatorCommand) -> None:
+        if not self.follower.resting:
+            raise CommandRejected("a gripper opens and closes only while the arms rest; hold first")
+        self.arms.move_gripper(command)
 
     def _begin_approach(self, now: int) -> None:
-        self._approach.wanted, self._planned = False, True
-        driven = self.guidance.driven
+        """Follow the fastest approach to the start that keeps all rules, or disarm."""
+        self._approach.wanted, self._planned_approach = False, True
+        driven = self.follower.driven
         grips = [self.arms.grips[k] for k in driven]
         starts = [self.arms.starts[k] for k in driven]
         for pace in PACES:
             try:
-                chunk = slow_chunk(grips, starts, now, pace)
-                self.guidance.follow(self.guidance.check(chunk, now), now)
-            except Refused as refused:
-                if refused.rule in TOO_FAST and pace != PACES[-1]:
+                chunk = approach_chunk(grips, starts, now, pace)
+                self.follower.follow(self.follower.check(chunk, now), now)
+            except ChunkRefused as refused:
+                if refused.rule in PACE_RULES and pace != PACES[-1]:
                     continue
                 self._refuse(refused, 0)
                 self.safety = self.safety.disarmed(f"the way to the start is barred: {refused}")
@@ -316,64 +352,75 @@ class Cell:
             self.safety = self.safety.moving(True)
             return
 
-    # Arms
+    # Feedback of the arms
 
     def _judge_arms(self, now: int) -> None:
+        """Stop or go on as the feedback of the arms demands."""
         for name, feedback in zip(SIDES, self.arms.feedback, strict=False):
             if feedback.fault not in DEVICE_CAUSES or self.safety.mode in ("disarmed", "fault"):
                 continue
             words = "; ".join(feedback.alarms)
-            self._halt(feedback.fault, f"{name}: {words or feedback.fault}")
+            self._stop(feedback.fault, f"{name}: {words or feedback.fault}")
             self._waits_since = None
         if self.safety.mode == "disarmed":
-            # Power goes when the arms rest, not already when their command does.
-            behind = self.arms.powered and (now - self._moved) * NANOSECONDS < FOLLOWING
-            if self.guidance.resting and (self.arms.still or not behind):
-                self._waits_since = None
-                self.arms.disable()
-                self.arms.measure(self.guidance)
-                self._stalled = False
-                alone = self.arm_automatically and self.safety.cause == "boot"
-                if alone and not self.arms.trouble:
-                    self._arm_by_itself(now)
+            self._finish_disarming(now)
         elif self._waits_since is not None:
-            self._finish_waiting(now)
+            self._finish_waiting(now, self._waits_since)
         elif self.safety.mode != "fault":
             self._judge_tracking()
-            self._judge_pulls()
+            self._judge_forces()
 
-    def _points_go(self) -> list[bool]:
-        """To which ends: those that brake get theirs until they rest, whatever the cell's mode.
+    def _finish_disarming(self, now: int) -> None:
+        """Take the power from arms at rest, and arm a simulated cell at boot."""
+        # The arms must rest, not only their command.
+        settled = (now - self._moved_at) * NANOSECONDS >= self.settings.settle_time
+        may_still_move = self.arms.powered and not settled
+        if not self.follower.resting or not (self.arms.standing_still or not may_still_move):
+            return
+        self._waits_since = None
+        self.arms.disable()
+        self.arms.put_command_to_measured(self.follower)
+        self._stalled = False
+        at_boot = self.arm_automatically and self.safety.cause == "boot"
+        if at_boot and not self.arms.arming_refusal:
+            self._arm_at_boot(now)
 
-        Only an arm that has failed gets none, or that something has taken far from its path, where
-        a point would make it jump back; and all that stood still while the gateway did.
-        """
-        if self._stalled:
-            return [False] * len(self.arms.drivers)
-        if self.guidance.resting:
-            live = self.safety.mode not in ("disarmed", "fault") and self._waits_since is None
-            return [live and near for near in self.arms.near(1.0)]
-        return [a and b for a, b in zip(self.arms.sound, self.arms.near(2.0), strict=True)]
-
-    def _finish_waiting(self, now: int) -> None:
-        if self.arms.ready and self.guidance.resting:
-            self.arms.measure(self.guidance)
+    def _finish_waiting(self, now: int, since: int) -> None:
+        """Go on with arms that have become ready, or stop when they have not in time."""
+        timeout = self.settings.ready_timeout
+        if self.arms.ready and self.follower.resting:
+            self.arms.put_command_to_measured(self.follower)
             self._waits_since, self._stalled = None, False
             if self._approach.wanted:
                 self._begin_approach(now)
-        elif (now - (self._waits_since or now)) * NANOSECONDS > PATIENCE:
+        elif (now - since) * NANOSECONDS > timeout:
             self._waits_since, self._stalled = None, False
-            self._halt("alarm", f"not ready after {PATIENCE:.0f} s: {self.arms.unready}")
+            self._stop("alarm", f"not ready after {timeout:.0f} s: {self.arms.unready}")
+
+    def _enabled_ends(self) -> list[bool]:
+        """Return for each end whether it is sent its commanded pose.
+
+        Ends that brake get theirs until they rest, whatever the cell's mode. None gets an arm that
+        has failed, or one that something has taken far from its path, where a pose would make it
+        jump back; and no arm after the gateway stood still.
+        """
+        if self._stalled:
+            return [False] * len(self.arms.drivers)
+        if self.follower.resting:
+            live = self.safety.mode not in ("disarmed", "fault") and self._waits_since is None
+            return [live and near for near in self.arms.within_tracking_limit(1.0)]
+        near = self.arms.within_tracking_limit(2.0)
+        return [a and b for a, b in zip(self.arms.fault_free, near, strict=True)]
 
     def _judge_tracking(self) -> None:
-        lags, near = self.arms.lags(), self.arms.near(1.0)
-        for name, lag, close in zip(SIDES, lags, near, strict=False):
+        errors, near = self.arms.tracking_errors(), self.arms.within_tracking_limit(1.0)
+        for name, error, close in zip(SIDES, errors, near, strict=False):
             if not close:
-                self._halt("tracking", f"{name}: {1e3 * lag:.0f} mm off its command")
+                self._stop("tracking", f"{name}: {1e3 * error:.0f} mm off its command")
 
-    def _judge_pulls(self) -> None:
-        pulls = self.arms.pulls
-        end = self._pulls.broken(pulls)
+    def _judge_forces(self) -> None:
+        forces = self.arms.contact_forces
+        end = self._force_limit.exceeded(forces)
         if end is not None:
-            felt = f"{SIDES[end]} feels {pulls[end]:.0f} N more than at rest"
-            self._halt("pulled", f"{felt}; limits.pull is {self._pulls.limit:.0f} N")
+            felt = f"{SIDES[end]} feels {forces[end]:.0f} N more than at rest"
+            self._stop("pulled", f"{felt}; limits.pull is {self._force_limit.limit:.0f} N")

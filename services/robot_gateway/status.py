@@ -1,4 +1,4 @@
-"""What a cell says of itself after a tick."""
+"""Status of a cell after a tick."""
 
 from __future__ import annotations
 
@@ -6,28 +6,31 @@ from dataclasses import dataclass
 
 from services.robot_gateway.constraints.rule import Rule
 from services.robot_gateway.drivers.driver import Feedback
-from services.robot_gateway.safety.state_machine import Safety
+from services.robot_gateway.safety.state_machine import SafetyState
 
 
 @dataclass(frozen=True)
-class CellReport:
-    """The cell after a tick."""
+class CellStatus:
+    """Status of the cell after a tick."""
 
-    safety: Safety
+    safety: SafetyState
     braking: bool
+    """Whether the command brakes."""
     rule: Rule | None
-    """Hit last."""
+    """Rule that was broken last."""
     refusal: str
-    """Why the chunk refused last was refused."""
+    """Reason for refusing the chunk that was refused last."""
     sequence: int
-    """Of the chunk accepted last."""
+    """Sequence number of the chunk that was accepted last."""
     refused_sequence: int
+    """Sequence number of the chunk that was refused last."""
     command: str
-    """Id of the command handled last."""
+    """Id of the command that was handled last."""
     rejection: str
-    """Why that command was not carried out."""
+    """Reason why that command was not carried out; empty if it was."""
     arms: tuple[Feedback, ...]
+    """Feedback of each end, left first."""
     tracking: tuple[float, ...]
-    """Distance between command and feedback [m]."""
+    """Distance between command and feedback of each end [m]."""
     reset_count: int
-    """Of the reset carried out last."""
+    """Count of the reset that was carried out last."""

@@ -12,7 +12,7 @@ import pytest
 
 from benchmarks.faults.cases import CASES
 from benchmarks.faults.motion import JointLog
-from services.robot_gateway.safety.stop_causes import CAUSES
+from services.robot_gateway.safety.stop_causes import STOP_CAUSES
 
 
 def log_of(speeds: np.ndarray) -> JointLog:
@@ -47,7 +47,7 @@ def test_log_that_ends_in_the_middle_of_a_row_is_read_up_to_there(tmp_path: Path
 
 def test_every_expected_cause_is_a_row_of_the_table() -> None:
     for case in CASES.values():
-        assert set(case.causes) - {""} <= set(CAUSES)
+        assert set(case.causes) - {""} <= set(STOP_CAUSES)
 
 
 def test_arm_brakes_in_time_and_waits_for_a_person_when_processes_or_its_line_fail(

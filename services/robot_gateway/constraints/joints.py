@@ -1,97 +1,60 @@
-"""What the joints of an arm forbid: their ends, their speed, singular poses, and its links' way.
+"""Joint constraints of an arm: joint limits, joint speed, singularity, collision of its links.
 
-The command is followed in joint space on the branch that the arm is on; a way is tried from there.
+The commanded grip is followed in joint space on the branch that the arm is on, and paths of the
+grip are solved from there.
 """
 
 from __future__ import annotations
-
-from typing import Protocol
 
 import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.poses import Pose
-from services.robot_gateway.constraints.motion_constraints import Rules, Slacks, broken
+from services.robot_gateway.constraints.arm_kinematics import ArmKinematics, Joints
+from services.robot_gateway.constraints.collision import CollisionConstraint
 from services.robot_gateway.constraints.rule import Rule
+from services.robot_gateway.constraints.singularity import singularity_slack
+from services.robot_gateway.constraints.slacks import Slacks, first_broken
 from services.robot_gateway.constraints.sphere_distance import Spheres
 
-LEAST_SINGULAR_VALUE = 0.03
-"""Of the Jacobian in metres and radians; 0.21 at a CR5's usual pose, 0 where it is singular."""
-TRIED = 8
-"""Least number of poses of a way that are solved for, if it has so many."""
-STRIDE = 0.025
-"""Farthest that the grip moves between two of them [m]."""
-
-Joints = Float64[np.ndarray, "j"]
+LEAST_SOLVED_POSES = 8
+"""Least number of poses of a chunk for which joints are solved, if it has as many."""
+MAX_SOLVED_STRIDE = 0.025
+"""Longest motion of a grip between two poses for which joints are solved [m]."""
 
 
-class ArmKinematics(Protocol):
-    """What the rules ask of an arm's geometry."""
-
-    most: Joints
-    """Largest angle of each joint, either way [rad]."""
-
-    def solve(self, grip: Pose, near: Joints) -> Joints | None:
-        """Joints for a grip pose in the world on the branch of `near`."""
-        ...
-
-    def least_singular_value(self, joints: Joints) -> float:
-        """Of the Jacobian in metres and radians."""
-        ...
-
-    def joint_speed(self, joints: Joints, velocity: Float64[np.ndarray, "2 3"]) -> Joints:
-        """Joint speeds for a velocity of the grip in the world [rad/s]."""
-        ...
-
-    base_spheres: tuple[Float64[np.ndarray, "k 3"], np.ndarray]
-    """Centres in the world and radii of spheres that cover what does not move [m]."""
-
-    def link_spheres(self, joints: Joints) -> tuple[Float64[np.ndarray, "k 3"], np.ndarray]:
-        """Centres in the world and radii of spheres that cover the moving links [m]."""
-        ...
-
-
-def tried(positions: Float64[np.ndarray, "m ends 3"]) -> list[int]:
-    """Which poses of a way are solved for: evenly, densely enough, the last one among them."""
-    steps = np.linalg.norm(np.diff(positions, axis=0), axis=-1)
-    longest = float(np.max(np.sum(steps, axis=0), initial=0.0))
-    count = min(len(positions), max(TRIED, 1 + int(np.ceil(longest / STRIDE))))
-    # Where the way is fast its poses are far apart: none of them is left out there.
-    chosen, gone = [0], np.zeros(positions.shape[1])
-    stride = max(1, (len(positions) - 1) // max(count - 1, 1))
-    for k in range(1, len(positions)):
-        gone = gone + steps[k - 1]
-        far = k + 1 < len(positions) and np.max(gone + steps[k]) > STRIDE
-        if far or k - chosen[-1] >= stride or k == len(positions) - 1:
-            chosen.append(k)
-            gone = np.zeros_like(gone)
-    return chosen
-
-
-class Posture:
-    """The joints of one arm while its grip follows a command."""
+class JointConstraints:
+    """Joints of one arm that track the commanded grip, and the constraints on them."""
 
     def __init__(self, kinematics: ArmKinematics, joint_speed: float) -> None:
-        """Args: joint_speed: Limit of every joint [rad/s]."""
+        """Create the constraints of an arm whose joints are not known yet.
+
+        Args:
+            kinematics: Geometry of the arm.
+            joint_speed: Limit on the speed of every joint [rad/s].
+        """
         self.kinematics = kinematics
         self.joint_speed = joint_speed
         self.joints: Joints | None = None
-        """Of the commanded pose; None until the arm has been heard."""
-        self.way: Float64[np.ndarray, "m j"] = np.zeros((0, 0))
-        """Joints of the way that was judged last, those of now first."""
+        """Joints of the commanded grip; None until the arm has reported."""
+        self.path: Float64[np.ndarray, "m j"] = np.zeros((0, 0))
+        """Joints along the path that was checked last, the present ones first [rad]."""
 
     def begin(self, joints: tuple[float, ...]) -> None:
-        """Takes the branch that the arm is on, from its feedback."""
+        """Take the branch that the arm is on from its reported joints [rad]."""
         self.joints = np.array(joints, dtype=float)
 
     def track(self, grip: Pose) -> None:
-        """Follows the command."""
+        """Follow the commanded grip; a pose out of reach leaves the joints as they are."""
         if self.joints is not None:
             found = self.kinematics.solve(grip, self.joints)
             self.joints = self.joints if found is None else found
 
     def too_fast(self, grip: Pose, velocity: Float64[np.ndarray, "2 3"]) -> bool:
-        """Whether a motion of the grip is too fast for a joint."""
+        """Return whether a twist of the grip exceeds the speed limit of a joint.
+
+        A pose out of reach, or joints that are not known, count as too fast.
+        """
         joints = None if self.joints is None else self.kinematics.solve(grip, self.joints)
         if joints is None:
             return True
@@ -103,43 +66,46 @@ class Posture:
         self,
         positions: Float64[np.ndarray, "m 3"],
         orientations: Float64[np.ndarray, "m 4"],
-        chosen: list[int],
-        rules: Rules,
+        solved: list[int],
+        collision: CollisionConstraint,
         margin: float,
         dt: float | None = None,
     ) -> tuple[Rule, float] | None:
-        """The first rule that a way from the command on breaks, and by how much [rad, m].
+        """Return the first rule that a path of the grip breaks, and by how much [rad, m].
 
         Args:
-            chosen: Poses of the way that are looked at.
+            positions: Path of the grip that begins near the command [m].
+            orientations: Orientations along it.
+            solved: Indices of the poses for which joints are solved.
+            collision: Constraint on the distance of the links from obstacles.
             margin: Slack that the links keep from obstacles [m].
-            dt: Between the poses, for the joints' speed; None when they are not even in time.
+            dt: Time between two poses, for the joint speeds [s]; None where the poses are not
+                evenly spaced in time.
         """
         if self.joints is None:
             return "lost_link", 0.0
-        row = [self.joints]
-        for k in chosen:
-            found = self.kinematics.solve(Pose(positions[k], orientations[k]), row[-1])
+        rows = [self.joints]
+        for k in solved:
+            found = self.kinematics.solve(Pose(positions[k], orientations[k]), rows[-1])
             if found is None:
-                # Out of reach begins where the arm is stretched out.
+                # The reach ends where the arm is stretched out, which is singular.
                 return "singularity", 0.0
-            row.append(found)
-        joints = self.way = np.array(row)
+            rows.append(found)
+        joints = self.path = np.array(rows)
         if dt is not None:
-            steps = np.diff(np.array(chosen)) * dt
+            steps = np.diff(np.array(solved)) * dt
             rates = np.abs(np.diff(joints[1:], axis=0)) / steps[:, None]
             excess = float(np.max(rates, initial=0.0)) - self.joint_speed
             if excess > 0.0:
                 return "joint_speed", excess
-        found = self._first_broken(joints[1:], None, rules, margin)
-        if found is None:
+        if self._first_broken(joints[1:], None, collision, margin) is None:
             return None
-        # What is broken where the arm stands is judged only when it matters.
-        return self._first_broken(joints[1:], joints[:1], rules, margin)
+        # The slacks of the present pose are evaluated only where they can matter.
+        return self._first_broken(joints[1:], joints[:1], collision, margin)
 
     def spheres(self) -> Spheres:
-        """What covers the arm along the way that was judged last."""
-        links = [self.kinematics.link_spheres(q) for q in self.way]
+        """Return the spheres that cover the arm along the path that was checked last."""
+        links = [self.kinematics.link_spheres(row) for row in self.path]
         centres, radii = self.kinematics.base_spheres
         base = np.broadcast_to(centres, (len(links), *centres.shape))
         return Spheres.joined(
@@ -148,25 +114,54 @@ class Posture:
 
     def _first_broken(
         self,
-        way: Float64[np.ndarray, "m j"],
+        path: Float64[np.ndarray, "m j"],
         present: Float64[np.ndarray, "1 j"] | None,
-        rules: Rules,
+        collision: CollisionConstraint,
         margin: float,
     ) -> tuple[Rule, float] | None:
-        """The first rule that a way in joint space breaks.
+        """Return the first rule that a path in joint space breaks.
 
         Args:
-            present: Joints of now; None stands for ones that keep every rule well.
+            present: Present joints; None stands for joints that keep every rule.
         """
-        rows = way if present is None else np.concatenate([present, way])
-        values = [self.kinematics.least_singular_value(q) for q in rows]
-        spheres = [self.kinematics.link_spheres(q) for q in rows]
-        links = rules.clearances(np.array([c for c, _ in spheres]), spheres[0][1])
+        rows = path if present is None else np.concatenate([present, path])
+        singularity = singularity_slack(self.kinematics, rows)
+        spheres = [self.kinematics.link_spheres(row) for row in rows]
+        links = collision.slacks(np.array([c for c, _ in spheres]), spheres[0][1])
         slacks: Slacks = {
             "joint_limits": np.min(self.kinematics.most - np.abs(rows), axis=1),
-            "singularity": np.array(values) - LEAST_SINGULAR_VALUE,
+            "singularity": singularity,
         }
         if present is None:
             slacks = {rule: np.concatenate([[np.inf], row]) for rule, row in slacks.items()}
             links = {rule: np.concatenate([[np.inf], row]) for rule, row in links.items()}
-        return broken(slacks) or broken(links, margin)
+        return first_broken(slacks) or first_broken(links, margin)
+
+
+def solved_poses_of_chunk(positions: Float64[np.ndarray, "m ends 3"]) -> list[int]:
+    """Return the poses of a chunk for which joints are solved: dense enough, the last included."""
+    steps = np.linalg.norm(np.diff(positions, axis=0), axis=-1)
+    longest = float(np.max(np.sum(steps, axis=0), initial=0.0))
+    count = min(
+        len(positions), max(LEAST_SOLVED_POSES, 1 + int(np.ceil(longest / MAX_SOLVED_STRIDE)))
+    )
+    # Where the motion is fast the poses are far apart: none of them is left out there.
+    solved, travelled = [0], np.zeros(positions.shape[1])
+    stride = max(1, (len(positions) - 1) // max(count - 1, 1))
+    for k in range(1, len(positions)):
+        travelled = travelled + steps[k - 1]
+        far = k + 1 < len(positions) and np.max(travelled + steps[k]) > MAX_SOLVED_STRIDE
+        if far or k - solved[-1] >= stride or k == len(positions) - 1:
+            solved.append(k)
+            travelled = np.zeros_like(travelled)
+    return solved
+
+
+def solved_poses_of_stop(positions: Float64[np.ndarray, "m ends 3"]) -> list[int]:
+    """Return the poses of a stop for which joints are solved: its ends, and some between.
+
+    A stop is planned anew at every tick, so that few of its poses suffice.
+    """
+    longest = float(np.max(np.linalg.norm(positions[-1] - positions[0], axis=-1)))
+    count = 2 + int(longest / MAX_SOLVED_STRIDE)
+    return np.unique(np.linspace(0, len(positions) - 1, count).round().astype(int)).tolist()

@@ -1,9 +1,10 @@
-"""The shortest way round obstacles between two points, as an upper bound.
+"""Length of the shortest path round obstacles between two points, as an upper bound.
 
-A straight line when nothing is in the way; otherwise an elastic band, begun on four sides of what
-blocks the line, that is pulled taut and pushed out of the obstacles in turn, from few points to
-many. A band that stays outside is a way, so its length is never below the shortest one but for
-`TOUCH`; when no band does, the answer is infinite.
+The path is straight where nothing is in the way. Otherwise it is found by elastic bands (Quinlan
+and Khatib, 1993): each begins on one of four sides of what blocks the line and is contracted and
+pushed out of the obstacles in turn, refined from few points to many. A band that stays outside is a
+path, so its length is never below the shortest one except for `MAX_PENETRATION`. When no band stays
+outside, the length is infinite.
 """
 
 from __future__ import annotations
@@ -16,35 +17,45 @@ from jaxtyping import Float64
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle, segment_distance, signed_distance
 
-LEVELS = (5, 9, 17, 33)
-"""Points of a band, refined in turn."""
-ROUNDS = 12
-"""Of pulling and pushing at each level."""
-LAYINGS = 4
-"""Rounds of pushing out a band's fine points at the end."""
-TOUCH = 1.5e-3
-"""How deep a band may cut into an obstacle between its points [m]."""
+POINT_COUNTS = (5, 9, 17, 33)
+"""Numbers of points of a band, refined in turn."""
+CONTRACTION_ROUNDS = 12
+"""Rounds of contracting and pushing out for each number of points."""
+FINAL_ROUNDS = 4
+"""Rounds of pushing out the finely resampled band at the end."""
+MAX_PENETRATION = 1.5e-3
+"""Depth to which a band may cut into an obstacle between its points [m]."""
+BULGES = (0.25, 0.5, 1.0, 2.0)
+"""Amplitudes of the initial bands that are tried, relative to the straight distance [-]."""
+NORMAL_STEP = 1e-5
+"""Step of the central differences for an obstacle's normal [m]."""
 
 Band = Float64[np.ndarray, "n 3"]
 
 
-def taut_length(
+def shortest_path_length(
     left: Float64[np.ndarray, "3"],
     right: Float64[np.ndarray, "3"],
     obstacles: Sequence[Obstacle],
 ) -> float:
-    """Length of a short way from `left` to `right` outside all obstacles [m]."""
+    """Return the length of a short path outside all obstacles; infinite where none is found [m].
+
+    Args:
+        left: First end [m].
+        right: Second end [m].
+        obstacles: Obstacles to go round; those that contain an end are ignored.
+    """
     straight = float(np.linalg.norm(right - left))
     ends = np.stack([left, right])
-    # An end inside an obstacle is another rule's matter; round it there is no way.
+    # An end inside an obstacle breaks another rule, and no path leads round that obstacle.
     outside = [o for o in obstacles if np.min(signed_distance(ends, o)) > 0.0]
     if all(segment_distance(left[None], right[None], o)[0] >= 0.0 for o in outside):
         return straight
-    return min(_length(left, right, outside, side) for side in _sides(right - left))
+    return min(_band_length(left, right, outside, side) for side in _sides(right - left))
 
 
 def _sides(axis: Float64[np.ndarray, "3"]) -> list[Float64[np.ndarray, "3"]]:
-    """Four directions across an axis."""
+    """Return four unit vectors across an axis."""
     axis = axis / max(float(np.linalg.norm(axis)), 1e-12)
     first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     first /= np.linalg.norm(first)
@@ -52,48 +63,49 @@ def _sides(axis: Float64[np.ndarray, "3"]) -> list[Float64[np.ndarray, "3"]]:
     return [first, -first, second, -second]
 
 
-def _length(
+def _band_length(
     left: Float64[np.ndarray, "3"],
     right: Float64[np.ndarray, "3"],
     obstacles: Sequence[Obstacle],
     side: Float64[np.ndarray, "3"],
 ) -> float:
-    band = _bow(left, right, obstacles, side)
-    for count in LEVELS:
+    """Return the length of a band that begins on one side; infinite if it ends up inside [m]."""
+    band = _initial_band(left, right, obstacles, side)
+    for count in POINT_COUNTS:
         band = polylines.resampled(band, count)
-        for _ in range(ROUNDS):
+        for _ in range(CONTRACTION_ROUNDS):
             band[1:-1] = 0.5 * (band[:-2] + band[2:])
             band[1:-1] = _pushed_out(band[1:-1], obstacles)
-    # Between its points a band cuts edges; each round lays it closer over them.
-    for _ in range(LAYINGS):
-        band = _pushed_out(polylines.resampled(band, 8 * LEVELS[-1]), obstacles)
+    # Between its points a band cuts edges; each round brings it closer to them.
+    for _ in range(FINAL_ROUNDS):
+        band = _pushed_out(polylines.resampled(band, 8 * POINT_COUNTS[-1]), obstacles)
     between = (band[:-1] + band[1:]) / 2.0
     deepest = min(float(np.min(signed_distance(between, o))) for o in obstacles)
-    return polylines.length(band) if deepest > -TOUCH else np.inf
+    return polylines.length(band) if deepest > -MAX_PENETRATION else np.inf
 
 
-def _bow(
+def _initial_band(
     left: Float64[np.ndarray, "3"],
     right: Float64[np.ndarray, "3"],
     obstacles: Sequence[Obstacle],
     side: Float64[np.ndarray, "3"],
 ) -> Band:
-    """A half wave wide enough to have nothing in its way, so that pulling keeps to its side."""
-    t = np.linspace(0.0, 1.0, LEVELS[-1])[:, None]
+    """Return a half wave wide enough to be free, so that contracting keeps to its side."""
+    t = np.linspace(0.0, 1.0, POINT_COUNTS[-1])[:, None]
     wave = np.sin(np.pi * t) * float(np.linalg.norm(right - left)) * side
-    bows = [left + t * (right - left) + bulge * wave for bulge in (0.25, 0.5, 1.0, 2.0)]
-    free = (b for b in bows if all(np.min(signed_distance(b, o)) > 0.0 for o in obstacles))
-    return next(free, bows[-1])
+    bands = [left + t * (right - left) + bulge * wave for bulge in BULGES]
+    free = (b for b in bands if all(np.min(signed_distance(b, o)) > 0.0 for o in obstacles))
+    return next(free, bands[-1])
 
 
 def _pushed_out(points: Band, obstacles: Sequence[Obstacle]) -> Band:
-    step = 1e-5
+    """Return the points, those inside an obstacle moved to its surface along its normal."""
     for obstacle in obstacles:
         distance = signed_distance(points, obstacle)
         (inside,) = np.nonzero(distance < 0.0)
         if not len(inside):
             continue
-        shifted = points[inside, None] + step * np.concatenate([np.eye(3), -np.eye(3)])
+        shifted = points[inside, None] + NORMAL_STEP * np.concatenate([np.eye(3), -np.eye(3)])
         d = signed_distance(shifted, obstacle)
         normals = d[:, :3] - d[:, 3:]
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.poses import Pose
-from services.robot_gateway.constraints.joints import Posture
+from services.robot_gateway.constraints.joints import JointConstraints
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Feedback:
     ready: bool
     """Enabled and able to follow."""
     fault: str = ""
-    """A row of `CAUSES`, `alarm` or `lost_link`, or empty."""
+    """A row of `STOP_CAUSES`, `alarm` or `lost_link`, or empty."""
     alarms: tuple[str, ...] = ()
     """In words."""
     joints: tuple[float, ...] = ()
@@ -48,7 +48,7 @@ class Driver(Protocol):
     """As in the scenario: fixed, ideal or cr5."""
     moves: bool
     """False for an end that is fixed to the world."""
-    posture: Posture | None
+    joint_constraints: JointConstraints | None
     """Rules of its joints, when it has any."""
     live: bool
     """Whether a device is at the other end of a wire, which time alone does not advance."""

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.poses import Pose
-from services.robot_gateway.constraints.joints import Posture
+from services.robot_gateway.constraints.joints import JointConstraints
 from services.robot_gateway.drivers.driver import Feedback
 
 
@@ -16,7 +16,7 @@ class IdealDriver:
     name = "ideal"
     moves = True
     live = False
-    posture: Posture | None = None
+    joint_constraints: JointConstraints | None = None
     tracking_limit = np.inf
 
     def __init__(self, start: Pose) -> None:

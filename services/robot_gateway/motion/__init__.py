@@ -1,0 +1,1 @@
+"""Commanded motion: validation of setpoints, following them, stopping, approaching the start."""

@@ -1,33 +1,52 @@
-"""The slow way of arms from where they are to the scenario's start, to which a person agrees."""
+"""Approach: slow motion of the arms to the scenario's start, to which a person agrees."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from lariat.trajectory import NANOSECONDS, SetpointChunk
+from services.robot_gateway.constraints.rule import Rule
 
-SPEED = 0.05
-"""Greatest [m/s]."""
-TURN = 0.2
-"""Greatest [rad/s]."""
-AT_START = 0.02
-"""Distance from the start up to which an arm counts as there [m]."""
-TURNED = 0.1
-"""The same for its orientation [rad]."""
 PACES = (1.0, 0.5, 0.25, 0.1)
-"""Shares of these speeds that are tried, where a cell's limits are lower."""
-TOO_FAST = ("speed", "acceleration", "jerk", "joint_speed")
-"""Rules that a slower way may keep."""
-AGREEMENT = 30.0
-"""In which a person may arm again to agree [s]."""
+"""Fractions of the approach speeds that are tried in turn where a cell's limits are lower [-]."""
+PACE_RULES: tuple[Rule, ...] = ("speed", "acceleration", "jerk", "joint_speed")
+"""Rules that a slower approach may keep."""
+PEAK_OVER_MEAN_SPEED = 1.875
+"""Greatest speed of the quintic from rest to rest over its mean speed [-]."""
+
+
+@dataclass(frozen=True)
+class ApproachSettings:
+    """Settings of the approach."""
+
+    speed: float = 0.05
+    """Greatest speed of a grip [m/s]."""
+    angular_speed: float = 0.2
+    """Greatest angular speed of a grip [rad/s]."""
+    start_distance: float = 0.02
+    """Distance from the start up to which an arm counts as there [m]."""
+    start_angle: float = 0.1
+    """Angle from the start up to which an arm counts as there [rad]."""
+    agreement_time: float = 30.0
+    """Time in which a person may arm again to agree [s]."""
+    least_duration: float = 1.0
+    """Least duration of an approach [s]."""
+    dt: float = 0.02
+    """Least time between two setpoints [s]."""
+    max_intervals: float = 1500.0
+    """Most setpoint intervals, for long approaches."""
+
+
+SETTINGS = ApproachSettings()
 
 
 class Approach:
-    """Arming an arm that is not at the start takes a second word from the person."""
+    """Agreement to an approach: arming an arm that is not at the start takes a second command."""
 
     def __init__(self) -> None:
         self.wanted = False
@@ -39,53 +58,60 @@ class Approach:
     def refusal(
         self, away: Sequence[str], grips: Sequence[Pose], starts: Sequence[Pose], now: int
     ) -> str:
-        """Why the arms are not armed yet, in words; empty when nothing is in the way.
+        """Return why the arms are not armed yet, in words; empty where nothing prevents it.
 
         Args:
             away: Names of the arms that are not at the start.
-            grips: Where these are.
-            starts: Where they shall be.
+            grips: Their grip poses.
+            starts: Their grip poses at the start.
+            now: Present time [ns].
         """
         agreed = now <= self._agreement_ends
         self._agreement_ends = 0
         self.wanted = bool(away)
         if not away or agreed:
             return ""
-        self._agreement_ends = now + round(AGREEMENT / NANOSECONDS)
+        self._agreement_ends = now + round(SETTINGS.agreement_time / NANOSECONDS)
         words = []
         for name, grip, start in zip(away, grips, starts, strict=True):
-            far, turn = distance(grip, start)
-            words.append(f"{name} is {1e3 * far:.0f} mm and {turn:.2f} rad from the start")
+            distance, angle = pose_difference(grip, start)
+            words.append(f"{name} is {1e3 * distance:.0f} mm and {angle:.2f} rad from the start")
         return (
-            f"{', '.join(words)}; arm again within {AGREEMENT:.0f} s to let it go there straight "
-            f"at most at {1e3 * SPEED:.0f} mm/s, or jog it there first"
+            f"{', '.join(words)}; arm again within {SETTINGS.agreement_time:.0f} s to let it go "
+            f"there straight at most at {1e3 * SETTINGS.speed:.0f} mm/s, or jog it there first"
         )
 
 
-def distance(a: Pose, b: Pose) -> tuple[float, float]:
-    """Between two grips [m, rad]."""
+def pose_difference(a: Pose, b: Pose) -> tuple[float, float]:
+    """Return distance and angle between two poses [m, rad]."""
     turn = poses.logarithm(poses.multiply(b.orientation, poses.conjugate(a.orientation)))
     return float(np.linalg.norm(b.position - a.position)), float(np.linalg.norm(turn))
 
 
 def is_away(grip: Pose, start: Pose) -> bool:
-    """Whether an arm is not at its start."""
-    far, turn = distance(grip, start)
-    return far > AT_START or turn > TURNED
+    """Return whether an arm is not at its start."""
+    distance, angle = pose_difference(grip, start)
+    return distance > SETTINGS.start_distance or angle > SETTINGS.start_angle
 
 
-def slow_chunk(
+def approach_chunk(
     grips: Sequence[Pose], goals: Sequence[Pose], now: int, pace: float = 1.0
 ) -> SetpointChunk:
-    """Straight from some grips to others, all arriving together, at rest at both ends.
+    """Return straight motion between poses, all grips arriving together, at rest at both ends.
 
     Args:
-        pace: Share of the greatest speeds.
+        grips: Present poses.
+        goals: Poses at the end.
+        now: Time of the first setpoint [ns].
+        pace: Fraction of the greatest speeds [-].
     """
-    ways = [distance(a, b) for a, b in zip(grips, goals, strict=True)]
-    # The middle of the quintic is 15/8 times as fast as its mean.
-    duration = max([1.0, *(1.875 * max(far / SPEED, turn / TURN) for far, turn in ways)]) / pace
-    dt = max(0.02, duration / 1500.0)
+    differences = [pose_difference(a, b) for a, b in zip(grips, goals, strict=True)]
+    slowest = (
+        PEAK_OVER_MEAN_SPEED * max(distance / SETTINGS.speed, angle / SETTINGS.angular_speed)
+        for distance, angle in differences
+    )
+    duration = max([SETTINGS.least_duration, *slowest]) / pace
+    dt = max(SETTINGS.dt, duration / SETTINGS.max_intervals)
     u = np.clip(np.arange(int(np.ceil(duration / dt)) + 3) * dt / duration, 0.0, 1.0)
     share = 10.0 * u**3 - 15.0 * u**4 + 6.0 * u**5
     pairs = list(zip(grips, goals, strict=True))

@@ -1,4 +1,4 @@
-"""Ways of grips, looked at so densely that nothing slips through between two poses."""
+"""Densification of paths, so that no obstacle slips through between two checked poses."""
 
 from __future__ import annotations
 
@@ -8,34 +8,42 @@ from jaxtyping import Float64
 from lariat.geometry import poses
 from lariat.trajectory import Stop
 
-DENSE = 0.008
-"""Farthest that a gripper moves between two poses that are judged [m]: a body of 17 mm with what it
-keeps out dips no more than 0.5 mm between them."""
-ARM = 0.1
-"""Farthest that a gripper's body reaches from its grip, for what a turn moves [m]."""
-LEAST = 8
-"""Poses of every stop that are judged, however short it is."""
-MOST = 400
-"""Poses at the most: a stop from 2 m/s needs half of them."""
+MAX_POSE_SPACING = 0.008
+"""Longest motion of a gripper between two checked poses [m]. A body of 17 mm, margin included, dips
+at most 0.5 mm between them."""
+GRIPPER_LEVER_ARM = 0.1
+"""Farthest point of a gripper's body from its grip, for the motion that a rotation causes [m]."""
+LEAST_STOP_POSES = 8
+"""Number of checked poses of the shortest stop."""
+MOST_STOP_POSES = 400
+"""Number of checked poses of the longest stop; one from 2 m/s needs half of them."""
 
 
-def densely(
+def densified(
     positions: Float64[np.ndarray, "m n 3"], orientations: Float64[np.ndarray, "m n 4"]
 ) -> tuple[Float64[np.ndarray, "k n 3"], Float64[np.ndarray, "k n 4"]]:
-    """The same way with poses between those that are far apart, the given ones among them."""
+    """Return the same path with poses inserted between those that are far apart.
+
+    Args:
+        positions: Positions of n grippers along the path [m].
+        orientations: Their orientations, wxyz.
+
+    Returns:
+        Positions and orientations; all given poses are among them.
+    """
     if len(positions) < 2:
         return positions, orientations
-    way = np.diff(positions, axis=0)
-    turn = poses.logarithm(poses.multiply(orientations[1:], poses.conjugate(orientations[:-1])))
-    moved = np.linalg.norm(way, axis=-1) + ARM * np.linalg.norm(turn, axis=-1)
-    parts = np.ceil(np.max(moved, axis=1, initial=0.0) / DENSE).astype(int)
+    steps = np.diff(positions, axis=0)
+    turns = poses.logarithm(poses.multiply(orientations[1:], poses.conjugate(orientations[:-1])))
+    moved = np.linalg.norm(steps, axis=-1) + GRIPPER_LEVER_ARM * np.linalg.norm(turns, axis=-1)
+    parts = np.ceil(np.max(moved, axis=1, initial=0.0) / MAX_POSE_SPACING).astype(int)
     if np.max(parts) <= 1:
         return positions, orientations
     parts = np.maximum(parts, 1)
-    gap = np.repeat(np.arange(len(parts)), parts)
+    segment = np.repeat(np.arange(len(parts)), parts)
     share = np.concatenate([np.arange(1, count + 1) / count for count in parts])[:, None, None]
-    between = positions[gap] + share * way[gap]
-    turned = poses.multiply(poses.exponential(share * turn[gap]), orientations[gap])
+    between = positions[segment] + share * steps[segment]
+    turned = poses.multiply(poses.exponential(share * turns[segment]), orientations[segment])
     return (
         np.concatenate([positions[:1], between]),
         np.concatenate([orientations[:1], turned]),
@@ -43,10 +51,11 @@ def densely(
 
 
 def stop_times(stop: Stop) -> Float64[np.ndarray, "m 1 1 1"]:
-    """When a stop is judged, from its beginning to its end [s]."""
-    # While the acceleration is taken away the speed may still grow a little.
+    """Return the times at which a stop is checked, from its beginning to its end [s]."""
+    # While the acceleration is removed the speed may still grow a little.
     eased = stop.twists + stop.accelerations * stop.durations[0] / 2.0
     speeds = np.maximum(np.linalg.norm(stop.twists, axis=-1), np.linalg.norm(eased, axis=-1))
-    fastest = float(np.max(speeds @ np.array([1.0, ARM]), initial=0.0))
-    count = int(np.clip(np.ceil(fastest * stop.duration / DENSE) + 1, LEAST, MOST))
+    fastest = float(np.max(speeds @ np.array([1.0, GRIPPER_LEVER_ARM]), initial=0.0))
+    count = np.ceil(fastest * stop.duration / MAX_POSE_SPACING) + 1
+    count = int(np.clip(count, LEAST_STOP_POSES, MOST_STOP_POSES))
     return np.linspace(0.0, stop.duration, count)[:, None, None, None]

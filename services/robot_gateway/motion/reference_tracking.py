@@ -1,9 +1,9 @@
-"""The commanded motion of the driven grippers: it follows a reference and never breaks a limit.
+"""Tracking of a reference by the commanded motion, which never exceeds its limits.
 
-The law is nested: the error in position asks for a velocity, the error in velocity for an
-acceleration, and the acceleration changes as fast as the jerk allows. Both askings are linear near
-zero and grow with the square root of the error further out, so that half of the limit remains in
-hand and nothing overshoots. Feed-forward comes from the reference, so a smooth one is followed
+The control law is nested: the error in position demands a velocity, the error in velocity an
+acceleration, and the acceleration changes as fast as the jerk allows. Both demands are linear near
+zero and grow with the square root of the error further out, so that half of the limit stays in
+reserve and nothing overshoots. The reference supplies feed-forward, so a smooth one is followed
 without lag.
 
 At every tick the motion knows a stop that has been checked as a whole. A step is only taken when
@@ -19,48 +19,70 @@ from jaxtyping import Float64
 
 from lariat.geometry import poses
 from lariat.trajectory import MotionLimits, MotionState, Stop, clipped, peak_twists
-from lariat.trajectory.limits import norms
+from lariat.trajectory.limits import Bounds, norms
+from lariat.trajectory.state import Vectors
 
-SHED_TIME = 0.05
-"""Longest time to take away the acceleration of following [s]: what lies between the watchdog's
-100 ms and the 150 ms within which braking must have begun."""
+
+@dataclass(frozen=True)
+class TrackingSettings:
+    """Gains of the control law."""
+
+    shed_time: float = 0.05
+    """Longest time in which a stop removes the acceleration of tracking [s]: what remains between
+    the hold of the watchdog at 100 ms and the 150 ms within which braking must have begun."""
+    position_gain: float = 10.0
+    """Greatest velocity per error in position [1/s]."""
+    velocity_gain: float = 40.0
+    """Greatest acceleration per error in velocity [1/s]."""
+    speed_tolerance: float = 1e-9
+    """Fraction by which rounding may exceed the limit on speed [-]."""
 
 
 @dataclass(frozen=True)
 class Braking:
-    """A checked stop being carried out, or kept ready."""
+    """Checked stop that is carried out or kept ready."""
 
     stop: Stop
     elapsed: float = 0.0
-    """Since it began [s]."""
+    """Time since the stop began [s]."""
 
     def step(self, state: MotionState, h: float) -> tuple[MotionState, Braking]:
-        """The state a time `h` [s] later."""
+        """Return state and stop a time `h` [s] later."""
         before, _, _ = self.stop.at(self.elapsed)
-        after, velocity, acceleration = self.stop.at(self.elapsed + h)
-        state = state.moved(after - before, velocity, acceleration)
+        after, twists, accelerations = self.stop.at(self.elapsed + h)
+        state = state.moved(after - before, twists, accelerations)
         return state, replace(self, elapsed=self.elapsed + h)
 
 
-class Follower:
-    """Steps the commanded motion of n grippers."""
+class ReferenceTracker:
+    """Control law that leads the commanded motion of k grippers to a reference."""
 
-    def __init__(self, limits: MotionLimits) -> None:
+    def __init__(self, limits: MotionLimits, settings: TrackingSettings | None = None) -> None:
+        """Create the control law.
+
+        Args:
+            limits: Limits on the commanded motion of each gripper.
+            settings: Gains.
+        """
         self.limits = limits
-        self.acceleration = np.minimum(limits.acceleration_bounds, SHED_TIME * limits.jerk_bounds)
-        """What following uses of the limit on acceleration."""
-        bandwidth = limits.jerk_bounds / limits.acceleration_bounds
-        self.position_gain = np.minimum(10.0, 0.5 * bandwidth)
-        self.velocity_gain = np.minimum(40.0, 2.0 * bandwidth)
+        self.settings = settings or TrackingSettings()
+        acceleration, jerk = limits.acceleration_bounds, limits.jerk_bounds
+        self.acceleration: Bounds = np.minimum(acceleration, self.settings.shed_time * jerk)
+        """Part of the limit on acceleration that tracking uses [m/s^2, rad/s^2]."""
+        bandwidth = jerk / acceleration
+        self.position_gain: Bounds = np.minimum(self.settings.position_gain, 0.5 * bandwidth)
+        self.velocity_gain: Bounds = np.minimum(self.settings.velocity_gain, 2.0 * bandwidth)
 
     def step(
         self, state: MotionState, now: MotionState, then: MotionState, h: float
     ) -> MotionState:
-        """The state a time `h` [s] later, within the limits.
+        """Return the state a time `h` [s] later, within the limits.
 
         Args:
-            now: The reference at the present time.
-            then: The reference at the end of the step.
+            state: Present command.
+            now: Reference at the present time.
+            then: Reference at the end of the step.
+            h: Duration of the step [s].
         """
         limits = self.limits
         back = poses.conjugate(state.orientations)
@@ -71,13 +93,13 @@ class Follower:
             ],
             axis=1,
         )
-        wanted_velocity = clipped(
+        twists = clipped(
             now.twists + _eased(error, self.position_gain, limits.acceleration_bounds / 2.0),
             limits.speed_bounds,
         )
         wanted = clipped(
             then.accelerations
-            + _eased(wanted_velocity - state.twists, self.velocity_gain, limits.jerk_bounds),
+            + _eased(twists - state.twists, self.velocity_gain, limits.jerk_bounds),
             self.acceleration,
         )
         old = state.accelerations
@@ -89,21 +111,17 @@ class Follower:
         )
 
     def too_fast(self, state: MotionState) -> bool:
-        """Whether the speed is above the limit, or will be before a stop takes effect."""
+        """Return whether the speed exceeds its limit, or will before a stop takes effect."""
         peak = peak_twists(state.twists, state.accelerations, self.limits)
-        allowed = self.limits.speed_bounds * (1.0 + 1e-9)
+        allowed = self.limits.speed_bounds * (1.0 + self.settings.speed_tolerance)
         return bool(np.any(norms(peak) > allowed) or np.any(norms(state.twists) > allowed))
 
     def stop(self, state: MotionState) -> Stop:
-        """The stop from a state."""
+        """Return the stop from a state."""
         return Stop.plan(state.twists, state.accelerations, self.limits)
 
 
-def _eased(
-    error: Float64[np.ndarray, "n 2 3"],
-    gain: Float64[np.ndarray, "n 2 1"],
-    rate: Float64[np.ndarray, "n 2 1"],
-) -> Float64[np.ndarray, "n 2 3"]:
-    """min(gain |e|, sqrt(rate |e|)) along e: its decay never needs more than rate / 2."""
+def _eased(error: Vectors, gain: Bounds, rate: Float64[np.ndarray, "2 1"]) -> Vectors:
+    """Return min(gain |e|, sqrt(rate |e|)) along e, whose decay never needs more than rate / 2."""
     size = np.maximum(norms(error), 1e-300)
     return error * np.minimum(gain, np.sqrt(rate / size))

@@ -1,44 +1,52 @@
-"""Which writer's setpoints count: one session at a time, in their order, on its own clock."""
+"""Sources of setpoints: one writer session at a time, in sequence, on the writer's own clock."""
 
 from __future__ import annotations
 
 from lariat.trajectory import NANOSECONDS
-from services.robot_gateway.motion.validation import Refused
-from services.robot_gateway.safety.state_machine import Safety
+from services.robot_gateway.motion.validation import ChunkRefused
+from services.robot_gateway.safety.state_machine import SafetyState
 
-CLOCK_ERROR = 0.25
-"""A first chunk further from the present than this comes from another clock [s]."""
+MAX_CLOCK_OFFSET = 0.25
+"""Distance of a first chunk from the present above which it comes from another clock [s]."""
 
 
-class Writers:
-    """Sessions, sequence numbers and clocks of those who write."""
+class SetpointSources:
+    """Session, sequence number and clock offset of the writer that is followed."""
 
     def __init__(self) -> None:
-        self._numbers: tuple[str, int, int] = ("", -1, 0)
+        self._session = ""
+        self._sequence = -1
+        self._offset = 0
 
-    def take(
-        self, safety: Safety, session: str, sequence: int, now: int, start: int
-    ) -> tuple[Safety, int | Refused]:
-        """Lets a writer in, or not.
+    def admit(
+        self, safety: SafetyState, session: str, sequence: int, now: int, start: int
+    ) -> tuple[SafetyState, int | ChunkRefused]:
+        """Admit or refuse a message of a writer.
 
         Args:
-            start: The writer's present time [ns], by its own clock.
+            safety: State of the cell.
+            session: Session of the writer.
+            sequence: Sequence number of the message within the session.
+            now: Time of receipt [ns].
+            start: Time of the message by the clock of the writer [ns].
 
         Returns:
-            The cell's state after that, and the offset from the writer's clock to ours [ns] or the
-            rule that it breaks.
+            The cell's state after that, and the offset from the writer's clock to the gateway's
+            [ns] or the refusal by rule `ordered`.
         """
         if not session:
-            return safety, Refused("ordered", "the writer gives no session")
+            return safety, ChunkRefused("ordered", "the writer gives no session")
         safety = safety.written(session)
         if safety.session not in ("", session):
-            return safety, Refused("ordered", f"writer {session!r} is not the one that is followed")
-        known, last, offset = self._numbers
-        if known != session:
-            # Another machine's clock: its first message says how far it is off.
-            apart = now - start
-            offset = apart if abs(apart) * NANOSECONDS > CLOCK_ERROR else 0
-        elif sequence <= last:
-            return safety, Refused("ordered", f"sequence {sequence} after {last}")
-        self._numbers = (session, sequence, offset)
-        return safety, offset
+            followed = f"writer {session!r} is not the one that is followed"
+            return safety, ChunkRefused("ordered", followed)
+        if self._session != session:
+            # The clock of another machine: its first message tells the offset.
+            difference = now - start
+            far = abs(difference) * NANOSECONDS > MAX_CLOCK_OFFSET
+            self._offset = difference if far else 0
+        elif sequence <= self._sequence:
+            refused = ChunkRefused("ordered", f"sequence {sequence} after {self._sequence}")
+            return safety, refused
+        self._session, self._sequence = session, sequence
+        return safety, self._offset

@@ -1,4 +1,4 @@
-"""Whether a chunk of setpoints may be followed: refused whole, with the rule that it breaks."""
+"""Setpoint validation: a chunk that breaks a rule is refused whole, with the rule's name."""
 
 from __future__ import annotations
 
@@ -13,30 +13,35 @@ from shared.motion_contract import LEAST_CHUNK_SPAN
 
 
 @dataclass(frozen=True)
-class Tolerances:
-    """What a chunk is allowed; the commanded motion keeps the limits whatever it says."""
+class ChunkTolerances:
+    """Tolerances for a chunk; the commanded motion keeps the limits whatever the chunk says."""
 
     span: float = LEAST_CHUNK_SPAN
-    """Least duration [s]."""
+    """Least time from the first pose to the last [s]."""
     age: float = 0.25
-    """Most distance of its first pose from the present, either way [s]."""
+    """Most time between the first pose and the present, either way [s]."""
     dt: tuple[float, float] = (0.002, 0.2)
     """Least and most time between two poses [s]."""
     poses: int = 2000
     """Most poses."""
+    coordinate: float = 1e3
+    """Largest coordinate of a position [m]."""
+    quaternion_norm: float = 1e-3
+    """Most deviation of a quaternion's norm from one [-]."""
     speed: float = 1.02
-    """Most speed as a fraction of the limit."""
+    """Most speed as a fraction of the limit [-]."""
     acceleration: float = 1.5
-    """The same for acceleration: what is above the limit is smoothed."""
+    """Most acceleration as a fraction of the limit [-]; what exceeds the limit is smoothed."""
     jerk: float = 10.0
-    """The same for jerk: a planner that bounds acceleration alone swings it within one dt."""
+    """Most jerk as a fraction of the limit [-]: a planner that bounds the acceleration alone
+    reverses it within one dt."""
     step: float = 0.03
-    """Most distance from the commanded position at the time that it takes over [m]."""
+    """Most distance from the commanded position at the time of taking over [m]."""
     turn: float = 0.2
-    """The same for the orientation [rad]."""
+    """Most angle from the commanded orientation at the time of taking over [rad]."""
 
 
-class Refused(ValueError):
+class ChunkRefused(ValueError):
     """A chunk that is not followed."""
 
     def __init__(self, rule: Rule, reason: str) -> None:
@@ -44,39 +49,71 @@ class Refused(ValueError):
         self.rule: Rule = rule
 
 
-def check_finite(chunk: SetpointChunk, ends: int, tolerances: Tolerances) -> None:
-    """Numbers are numbers, shapes fit, quaternions are rotations."""
+def check_finite(chunk: SetpointChunk, ends: int, tolerances: ChunkTolerances) -> None:
+    """Check that numbers are finite, shapes fit, and quaternions are rotations.
+
+    Args:
+        chunk: Setpoints.
+        ends: Number of ends that they must drive.
+        tolerances: Tolerances for chunks.
+
+    Raises:
+        ChunkRefused: By rule `finite`.
+    """
     k = len(chunk.positions)
     shapes = (chunk.positions.shape, chunk.orientations.shape)
     if shapes != ((k, ends, 3), (k, ends, 4)) or not 2 <= k <= tolerances.poses:
-        raise Refused("finite", f"poses of shapes {shapes} do not fit {ends} driven ends")
+        raise ChunkRefused("finite", f"poses of shapes {shapes} do not fit {ends} driven ends")
     if not (np.all(np.isfinite(chunk.positions)) and np.all(np.isfinite(chunk.orientations))):
-        raise Refused("finite", "a pose holds a number that is not finite")
-    if np.max(np.abs(chunk.positions)) > 1e3:
-        raise Refused("finite", f"a position of {np.max(np.abs(chunk.positions)):g} m")
+        raise ChunkRefused("finite", "a pose holds a number that is not finite")
+    if np.max(np.abs(chunk.positions)) > tolerances.coordinate:
+        raise ChunkRefused("finite", f"a position of {np.max(np.abs(chunk.positions)):g} m")
     norms = np.linalg.norm(chunk.orientations, axis=-1)
-    if np.max(np.abs(norms - 1.0)) > 1e-3:
-        raise Refused("finite", f"a quaternion of norm {norms.flat[np.argmax(abs(norms - 1))]:g}")
+    if np.max(np.abs(norms - 1.0)) > tolerances.quaternion_norm:
+        worst = norms.flat[np.argmax(abs(norms - 1))]
+        raise ChunkRefused("finite", f"a quaternion of norm {worst:g}")
     low, high = tolerances.dt
     if not low <= chunk.dt <= high:
-        raise Refused("finite", f"dt = {chunk.dt:g} s is not within {low:g}…{high:g} s")
+        raise ChunkRefused("finite", f"dt = {chunk.dt:g} s is not within {low:g}…{high:g} s")
 
 
-def check_fresh(chunk: SetpointChunk, now: int, offset: int, tolerances: Tolerances) -> None:
-    """The chunk is about now, and long enough."""
+def check_fresh(chunk: SetpointChunk, now: int, offset: int, tolerances: ChunkTolerances) -> None:
+    """Check that a chunk begins near the present, and is long enough.
+
+    Args:
+        chunk: Setpoints.
+        now: Present time [ns].
+        offset: Offset from the clock of the writer to that of the gateway [ns].
+        tolerances: Tolerances for chunks.
+
+    Raises:
+        ChunkRefused: By rule `fresh` or `rest`.
+    """
     age = (now - chunk.start - offset) * NANOSECONDS
     if abs(age) > tolerances.age:
         word = "old" if age > 0.0 else "early"
-        raise Refused("fresh", f"its first pose is {abs(age):.3f} s too {word}")
-    # One dt of grace: whether the span counts poses or gaps is a matter of taste.
+        raise ChunkRefused("fresh", f"its first pose is {abs(age):.3f} s too {word}")
+    # One dt of grace, for writers that count poses instead of intervals.
     if chunk.span + chunk.dt < tolerances.span:
-        raise Refused("rest", f"spans {chunk.span:.3f} s, less than {tolerances.span} s")
+        raise ChunkRefused("rest", f"spans {chunk.span:.3f} s, less than {tolerances.span} s")
 
 
-def check_limits(spline: Spline, now: int, limits: MotionLimits, tolerances: Tolerances) -> None:
-    """Speed, acceleration and jerk of what is still to come, and rest at the end."""
+def check_limits(
+    spline: Spline, now: int, limits: MotionLimits, tolerances: ChunkTolerances
+) -> None:
+    """Check speed, acceleration and jerk of what is still to come, and rest at the end.
+
+    Args:
+        spline: Curve of the chunk.
+        now: Present time [ns].
+        limits: Limits on the motion of each gripper.
+        tolerances: Tolerances for chunks.
+
+    Raises:
+        ChunkRefused: By rule `rest`, `speed`, `acceleration` or `jerk`.
+    """
     past = max(int((now - spline.start) * NANOSECONDS / spline.dt) - 1, 0)
-    table = (
+    table: tuple[tuple[Rule, int, np.ndarray, float, tuple[str, str]], ...] = (
         ("speed", 1, limits.speed_bounds, tolerances.speed, ("m/s", "rad/s")),
         (
             "acceleration",
@@ -91,28 +128,38 @@ def check_limits(spline: Spline, now: int, limits: MotionLimits, tolerances: Tol
     stopping = spline.differences(1)[last - 1] / spline.dt
     if np.any(stopping > tolerances.acceleration * limits.acceleration_bounds[..., 0]):
         worst = float(np.max(stopping * spline.dt))
-        raise Refused("rest", f"does not end at rest: its last poses move at {worst:.3f} m/s")
+        raise ChunkRefused("rest", f"does not end at rest: its last poses move at {worst:.3f} m/s")
     for rule, order, limit, factor, units in table:
         found = spline.differences(order)[past:]
         excess = found / (factor * limit[..., 0])
         if np.any(excess > 1.0 + 1e-9):
             _, end, kind = np.unravel_index(int(np.argmax(excess)), excess.shape)
             worst = float(np.max(found[:, end, kind]))
-            raise Refused(
+            raise ChunkRefused(
                 rule,
                 f"asks for {worst:.3f} {units[kind]}; "
                 f"the limit is {float(limit[kind, 0]):.3f} {units[kind]}",
             )
 
 
-def check_step(spline: Spline, now: int, state: MotionState, tolerances: Tolerances) -> None:
-    """The chunk takes over near where the command is."""
+def check_step(spline: Spline, now: int, state: MotionState, tolerances: ChunkTolerances) -> None:
+    """Check that the chunk takes over near the command.
+
+    Args:
+        spline: Curve of the chunk.
+        now: Time of taking over [ns].
+        state: Command at that time.
+        tolerances: Tolerances for chunks.
+
+    Raises:
+        ChunkRefused: By rule `step`.
+    """
     target = spline(now)
     distance = float(np.max(np.linalg.norm(target.positions - state.positions, axis=-1)))
     if distance > tolerances.step:
-        raise Refused("step", f"jumps by {1e3 * distance:.1f} mm from the commanded position")
+        raise ChunkRefused("step", f"jumps by {1e3 * distance:.1f} mm from the commanded position")
     back = poses.conjugate(state.orientations)
     turn = poses.logarithm(poses.multiply(target.orientations, back))
     angle = float(np.max(np.linalg.norm(turn, axis=-1)))
     if angle > tolerances.turn:
-        raise Refused("step", f"jumps by {angle:.3f} rad from the commanded orientation")
+        raise ChunkRefused("step", f"jumps by {angle:.3f} rad from the commanded orientation")

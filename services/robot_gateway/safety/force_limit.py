@@ -1,38 +1,46 @@
-"""Which arm is pulled too hard: the rope is taut or caught, whatever the geometry says.
+"""Force limit: stops an arm whose rope is taut or caught, whatever the geometry says.
 
-As with every rule, what is already broken may only get better: after a person has acknowledged,
-a pull may not grow beyond what it was then, and falls under the limit for good once it is there.
+As with every rule, what is already broken may only get better: after a person has acknowledged a
+contact force, it may not grow, and once it is under the limit the limit holds again.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-MARGIN = 2.0
-"""By which an acknowledged pull may still sway [N]."""
+FORCE_MARGIN = 2.0
+"""Force by which an acknowledged contact force may fluctuate [N]."""
 
 
-class Pulls:
-    """Limits on the pull at every gripper."""
+class ForceLimit:
+    """Limit on the contact force at every gripper."""
 
     def __init__(self, limit: float) -> None:
-        """Args: limit: [N]."""
+        """Create the limit.
+
+        Args:
+            limit: Largest change of the force since the arm was armed at rest [N].
+        """
         self.limit = limit
         self._allowed: list[float] = []
 
-    def acknowledge(self, pulls: Sequence[float]) -> None:
-        """A person has seen what pulls now [N]."""
-        self._allowed = [p + MARGIN if p > self.limit else 0.0 for p in pulls]
+    def acknowledge(self, forces: Sequence[float]) -> None:
+        """Allow the present contact forces, which a person has seen [N]."""
+        self._allowed = [f + FORCE_MARGIN if f > self.limit else 0.0 for f in forces]
 
-    def broken(self, pulls: Sequence[float]) -> int | None:
-        """The first end that is pulled too hard."""
-        allowed = self._allowed or [0.0] * len(pulls)
-        for k, pull in enumerate(pulls):
-            if pull > max(self.limit, allowed[k]):
+    def exceeded(self, forces: Sequence[float]) -> int | None:
+        """Return the first end whose contact force is too large, if any.
+
+        Args:
+            forces: Contact force at each end [N].
+        """
+        allowed = self._allowed or [0.0] * len(forces)
+        for k, force in enumerate(forces):
+            if force > max(self.limit, allowed[k]):
                 return k
-            if allowed[k] and pull <= self.limit:
+            if allowed[k] and force <= self.limit:
                 allowed[k] = 0.0
             elif allowed[k]:
-                allowed[k] = min(allowed[k], pull + MARGIN)
+                allowed[k] = min(allowed[k], force + FORCE_MARGIN)
         self._allowed = list(allowed)
         return None

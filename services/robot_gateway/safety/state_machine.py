@@ -1,8 +1,9 @@
-"""Who may move: the state machine of a cell.
+"""State machine of a cell: whether anything may move.
 
-It knows no geometry and no device. Causes come from `causes.py`; what a cause's row says about
-resuming is what happens here. Boot is disarmed. Only a person's command leaves a state that needs
-one, and a command counts only with this start's boot id and before it expires.
+It knows no geometry and no device. Causes come from `stop_causes.py`, whose rows also say what must
+happen before anything moves again. At boot a cell is disarmed. Only a person's command leaves a
+state that requires one, and a command counts only with the boot id of this start and before it
+expires.
 """
 
 from __future__ import annotations
@@ -10,56 +11,58 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from services.robot_gateway.safety.stop_causes import CAUSES
+from lariat.trajectory import NANOSECONDS
+from services.robot_gateway.safety.stop_causes import STOP_CAUSES
 
 Mode = Literal["disarmed", "armed", "moving", "holding", "fault"]
 Action = Literal["arm", "disarm", "hold", "acknowledge", "gripper"]
 
 DEVICE_CAUSES = ("alarm", "lost_link")
-"""Causes that a device must also recover from."""
+"""Causes from which a device must also recover."""
 
 
 @dataclass(frozen=True)
-class Command:
-    """What a person asks for."""
+class OperatorCommand:
+    """Command of a person."""
 
     id: str
     boot: str
     """Id of the gateway's start that the person saw."""
     expires: int
-    """[ns]"""
+    """Time after which the command is void [ns]."""
     action: Action
     arm: str = ""
-    """Which, for the gripper."""
+    """Arm whose gripper opens or closes."""
     close: bool = False
+    """Whether the gripper closes."""
 
 
-class Rejected(ValueError):
-    """A command that is not carried out, in words for the person."""
+class CommandRejected(ValueError):
+    """A command that is not carried out, with the reason for the person."""
 
 
 @dataclass(frozen=True)
-class Safety:
-    """State of the cell; every change is a new value."""
+class SafetyState:
+    """State of the cell; every transition returns a new value."""
 
     boot: str
     """Id of this start of the gateway."""
     mode: Mode = "disarmed"
     cause: str = "boot"
-    """Row of `CAUSES` that explains the mode, or empty."""
+    """Row of `STOP_CAUSES` that explains the mode, or empty."""
     detail: str = "started; a person arms"
     """The cause in words, with numbers."""
     session: str = ""
-    """Writer that is followed; empty until the first one after arming."""
+    """Session of the writer that is followed; empty until the first one after arming."""
     waiting_session: str = ""
-    """A new writer that a person has not yet acknowledged."""
+    """Session of a new writer that a person has not yet acknowledged."""
 
     @property
     def needs_acknowledgement(self) -> bool:
         """Whether a person must acknowledge before anything moves."""
         return (
             self.mode in ("holding", "fault")
-            and CAUSES[self.cause].resumes == "after acknowledgement"
+            and STOP_CAUSES[self.cause].resumes == "after acknowledgement"
         )
 
     @property
@@ -69,43 +72,54 @@ class Safety:
             self.mode == "holding" and not self.needs_acknowledgement
         )
 
-    def check(self, command: Command, now: int) -> None:
-        """Raises Rejected when a command is not for this gateway, or late."""
-        if command.boot != self.boot:
-            raise Rejected(f"meant for boot {command.boot!r}, this is {self.boot!r}; look again")
-        if now > command.expires:
-            late = (now - command.expires) * 1e-9
-            raise Rejected(f"expired {late:.3f} s ago; nothing was done")
-
-    def armed(self, obstacle: str = "") -> Safety:
-        """After a person arms.
+    def check(self, command: OperatorCommand, now: int) -> None:
+        """Check that a command is meant for this start of the gateway and has not expired.
 
         Args:
-            obstacle: What keeps the cell from being armed, in words.
+            command: Command of a person.
+            now: Present time [ns].
+
+        Raises:
+            CommandRejected: It is not, or it has.
+        """
+        if command.boot != self.boot:
+            raise CommandRejected(
+                f"meant for boot {command.boot!r}, this is {self.boot!r}; look again"
+            )
+        if now > command.expires:
+            late = (now - command.expires) * NANOSECONDS
+            raise CommandRejected(f"expired {late:.3f} s ago; nothing was done")
+
+    def armed(self, refusal: str = "") -> SafetyState:
+        """Return the state after a person arms.
+
+        Args:
+            refusal: Reason why the cell cannot be armed, in words; empty where there is none.
+
+        Raises:
+            CommandRejected: The cell is armed already, or cannot be armed.
         """
         if self.may_move:
-            raise Rejected(f"armed already ({self.mode}: {self.detail})")
+            raise CommandRejected(f"armed already ({self.mode}: {self.detail})")
         if self.mode != "disarmed":
-            raise Rejected(f"cannot arm while {self.mode}; disarm or acknowledge first")
-        if obstacle:
-            raise Rejected(obstacle)
+            raise CommandRejected(f"cannot arm while {self.mode}; disarm or acknowledge first")
+        if refusal:
+            raise CommandRejected(refusal)
         return replace(self, mode="armed", cause="", detail="armed", session="", waiting_session="")
 
-    def disarmed(self, detail: str = "disarmed by a person") -> Safety:
-        """After a person disarms, from anywhere."""
+    def disarmed(self, detail: str = "disarmed by a person") -> SafetyState:
+        """Return the state after a person disarms, from any state."""
         return replace(self, mode="disarmed", cause="disarm", detail=detail, session="")
 
-    def acknowledged(self, obstacle: str = "") -> Safety:
-        """After a person acknowledges.
+    def acknowledged(self) -> SafetyState:
+        """Return the state after a person acknowledges.
 
-        Args:
-            obstacle: What is still wrong, in words.
+        Raises:
+            CommandRejected: There is nothing to acknowledge.
         """
         if not self.needs_acknowledgement:
-            raise Rejected(f"nothing to acknowledge while {self.mode}")
-        if obstacle:
-            raise Rejected(obstacle)
-        # Whoever acknowledges sees the writer that is there now, or trusts the next one.
+            raise CommandRejected(f"nothing to acknowledge while {self.mode}")
+        # A person who acknowledges accepts the writer that is there, or the next one.
         return replace(
             self,
             mode="armed",
@@ -115,11 +129,15 @@ class Safety:
             waiting_session="",
         )
 
-    def stopped(self, cause: str, detail: str) -> Safety:
-        """After something stopped the cell.
+    def stopped(self, cause: str, detail: str) -> SafetyState:
+        """Return the state after something stopped the cell.
 
-        A cause never weakens what is already required: a disarmed cell stays so, and one that
-        waits for a person keeps its first reason, but a fault of a device outranks a hold.
+        A cause never weakens what is already required: a disarmed cell stays disarmed, and one
+        that waits for a person keeps its first cause, but a fault of a device outranks a hold.
+
+        Args:
+            cause: Row of `STOP_CAUSES`.
+            detail: The cause in words, with numbers.
         """
         if self.mode == "disarmed":
             return self
@@ -128,8 +146,8 @@ class Safety:
             return self
         return replace(self, mode=mode, cause=cause, detail=detail)
 
-    def written(self, session: str) -> Safety:
-        """After a chunk or hold of a writer arrived; a new one holds the cell."""
+    def written(self, session: str) -> SafetyState:
+        """Return the state after a message of a writer arrived; a new writer holds the cell."""
         if session in (self.session, self.waiting_session) or self.mode == "disarmed":
             return self
         if not self.session:
@@ -137,8 +155,8 @@ class Safety:
         held = self.stopped("new_writer", f"writer {session!r} replaces {self.session!r}")
         return replace(held, waiting_session=session)
 
-    def moving(self, moves: bool) -> Safety:
-        """While a chunk is followed, and when it is over."""
+    def moving(self, moves: bool) -> SafetyState:
+        """Return the state while a chunk is followed, or when it is over."""
         if moves and self.may_move and self.mode != "moving":
             return replace(self, mode="moving", cause="", detail="following setpoints")
         if not moves and self.mode == "moving":

@@ -1,6 +1,6 @@
-"""Everything that stops an arm, in one table.
+"""Causes of a stop, in one table.
 
-`docs/safety.md` shows it, `safety.py` acts on it, and the tests walk through it.
+`docs/safety.md` shows it, the state machine acts on it, and tests check every row.
 """
 
 from __future__ import annotations
@@ -10,46 +10,46 @@ from typing import Literal
 
 from services.robot_gateway.constraints.rule import Rule
 
-Stop = Literal["none", "jerk-limited", "by the arm", "not in our hands"]
-Resumes = Literal["by itself", "after acknowledgement", "after arming"]
+StopKind = Literal["none", "jerk-limited", "by the arm", "not in our hands"]
+Resumption = Literal["by itself", "after acknowledgement", "after arming"]
 
 
 @dataclass(frozen=True)
-class Cause:
-    """One row."""
+class StopCause:
+    """Row of the table."""
 
     what: str
-    """In words."""
+    """Description."""
     noticed: str
-    """How, and within what time."""
-    stop: Stop
-    """How the commanded motion ends."""
-    resumes: Resumes
-    """What must happen before anything moves again."""
+    """Means of detection, and its time."""
+    stop: StopKind
+    """Way in which the commanded motion ends."""
+    resumes: Resumption
+    """Condition for moving again."""
     then: str
-    """What is begun anew."""
+    """Description of what is begun anew."""
     rule: Rule | None = None
-    """The rule that is named, when one is broken."""
+    """Rule that is named, where one is broken."""
 
 
-CAUSES: dict[str, Cause] = {
-    "boot": Cause(
+STOP_CAUSES: dict[str, StopCause] = {
+    "boot": StopCause(
         "the gateway started", "at once", "none", "after arming", "a new boot id, no writer"
     ),
-    "disarm": Cause(
+    "disarm": StopCause(
         "a person disarms", "at the next tick, 8 ms", "jerk-limited", "after arming", "no writer"
     ),
-    "person": Cause(
+    "person": StopCause(
         "a person holds", "at the next tick", "jerk-limited", "after acknowledgement", "a new chunk"
     ),
-    "writer_holds": Cause(
+    "writer_holds": StopCause(
         "the controller holds (paused, rope lost)",
         "at the next tick",
         "jerk-limited",
         "by itself",
         "its next chunk",
     ),
-    "silence": Cause(
+    "silence": StopCause(
         "no fresh setpoints: controller, bus or network dead or stopped",
         "braking after 50 ms without a fresh chunk, by local receipt; held after 100 ms",
         "jerk-limited",
@@ -57,7 +57,7 @@ CAUSES: dict[str, Cause] = {
         "the next chunk of the same writer",
         "fresh",
     ),
-    "new_writer": Cause(
+    "new_writer": StopCause(
         "setpoints of another writer session (the controller was restarted)",
         "at its first chunk",
         "jerk-limited",
@@ -65,21 +65,21 @@ CAUSES: dict[str, Cause] = {
         "the new writer's chunk; the old one's are refused",
         "ordered",
     ),
-    "refused": Cause(
+    "refused": StopCause(
         "a chunk breaks a rule",
         "when it arrives, before anything follows it",
         "none",
         "by itself",
         "the chunk before runs to its resting end; the next good one is followed",
     ),
-    "boundary": Cause(
+    "boundary": StopCause(
         "the stop after the next step would break a rule (an obstacle came, the rope is taut)",
         "before the step is taken",
         "jerk-limited",
         "by itself",
         "the same chunk, as far as the rule permits",
     ),
-    "left_behind": Cause(
+    "left_behind": StopCause(
         "the command fell too far behind its chunk",
         "at the next tick",
         "jerk-limited",
@@ -87,7 +87,7 @@ CAUSES: dict[str, Cause] = {
         "a new chunk from where the arm is",
         "step",
     ),
-    "stalled": Cause(
+    "stalled": StopCause(
         "the gateway itself was stopped for more than 100 ms",
         "at the first tick after",
         "by the arm",
@@ -95,7 +95,7 @@ CAUSES: dict[str, Cause] = {
         "the pose is read; the rest of the old motion is never sent",
         "fresh",
     ),
-    "tracking": Cause(
+    "tracking": StopCause(
         "the arm is not where it is commanded to be",
         "from its feedback, 8 ms",
         "jerk-limited",
@@ -103,7 +103,7 @@ CAUSES: dict[str, Cause] = {
         "a new chunk from where the arm is",
         "step",
     ),
-    "pulled": Cause(
+    "pulled": StopCause(
         "an arm feels a pull that it did not feel at rest: the rope is taut or caught",
         "from the force in its feedback, its mean over 0.1 s",
         "jerk-limited",
@@ -111,7 +111,7 @@ CAUSES: dict[str, Cause] = {
         "a new chunk; until it is under the limit the pull may not grow",
         "overstretch",
     ),
-    "alarm": Cause(
+    "alarm": StopCause(
         "the arm reports an alarm, a collision, an emergency stop, power off, a blocked queue or "
         "another operator",
         "from its feedback, 8 ms",
@@ -119,7 +119,7 @@ CAUSES: dict[str, Cause] = {
         "after acknowledgement",
         "errors are read and cleared, the arm enabled, its pose read; old motion is never replayed",
     ),
-    "lost_link": Cause(
+    "lost_link": StopCause(
         "no feedback of the arm for 100 ms, or a socket closed",
         "100 ms",
         "by the arm",
@@ -127,7 +127,7 @@ CAUSES: dict[str, Cause] = {
         "connection with back-off, the whole handshake, the pose; never old motion",
         "lost_link",
     ),
-    "gateway_dies": Cause(
+    "gateway_dies": StopCause(
         "the gateway process dies or its machine stops",
         "by nobody: no watchdog of the CR5 is documented",
         "not in our hands",
@@ -138,13 +138,13 @@ CAUSES: dict[str, Cause] = {
 
 
 def markdown() -> str:
-    """The table as it stands in `docs/safety.md`."""
+    """Return the table as it stands in `docs/safety.md`."""
     head = (
         "| cause | what | noticed | stop | resumes | then | rule |\n|---|---|---|---|---|---|---|"
     )
     rows = [
         f"| `{name}` | {c.what} | {c.noticed} | {c.stop} | {c.resumes} | {c.then} | "
         f"{f'`{c.rule}`' if c.rule else ''} |"
-        for name, c in CAUSES.items()
+        for name, c in STOP_CAUSES.items()
     ]
     return "\n".join([head, *rows])

@@ -17,7 +17,8 @@ from lariat.geometry import poses
 from lariat.geometry.grippers import gripper_bodies
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
-from services.robot_gateway.constraints.motion_constraints import FAR, Boundaries, Rules
+from services.robot_gateway.constraints.collision import EXACT_SLACK
+from services.robot_gateway.constraints.motion_constraints import CellBoundaries, MotionConstraints
 from shared.scenario import Scenario, load
 
 BASE = load(Path(__file__).parents[3] / "scenarios" / "three-cylinders.toml")
@@ -60,15 +61,15 @@ def test_a_gripper_is_judged_by_the_body_that_the_gateway_keeps_out(seed: int) -
     post = Obstacle("capsule", (0.2, 0.1, 0.0), radius=0.02, height=0.1, name="post")
     limits = BASE.limits
     bodies = gripper_bodies(limits.gripper_reach, limits.gripper_radius)
-    boundaries = Boundaries(0.45, limits.workspace, bodies, limits.keep_out)
-    rules = Rules(boundaries, [0, 1])
-    rules.replace_obstacles([post])
+    boundaries = CellBoundaries(0.45, limits.workspace, bodies, limits.keep_out)
+    constraints = MotionConstraints(boundaries, [0, 1])
+    constraints.replace_obstacles([post])
     rows = (
         np.stack([left.position, right.position]),
         np.stack([left.orientation, right.orientation]),
     )
-    kept = rules.slacks(rows[0][None], rows[1][None])["keep_out"][0] + limits.keep_out
+    kept = constraints.slacks(rows[0][None], rows[1][None])["keep_out"][0] + limits.keep_out
     measured = gripper_clearance(left, right, [post], limits)
     # The gateway's spheres cover the capsule, and stand out by no more than 1.5 mm.
     assert kept <= measured + 1e-6
-    assert measured < kept + 1.5e-3 or kept - limits.keep_out >= FAR
+    assert measured < kept + 1.5e-3 or kept - limits.keep_out >= EXACT_SLACK

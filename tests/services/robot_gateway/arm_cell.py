@@ -14,13 +14,13 @@ from lariat.trajectory import SetpointChunk
 from services.cr5_emulator.emulator import Emulator
 from services.cr5_emulator.options import Options
 from services.robot_gateway.cell import Cell
-from services.robot_gateway.constraints.motion_constraints import Boundaries
+from services.robot_gateway.constraints.motion_constraints import CellBoundaries
 from services.robot_gateway.drivers.cr5.driver import Cr5Driver
 from services.robot_gateway.drivers.ideal import FixedDriver
-from services.robot_gateway.motion.follower import Guidance
-from services.robot_gateway.safety.force_limit import Pulls
-from services.robot_gateway.safety.state_machine import Command
-from services.robot_gateway.status import CellReport
+from services.robot_gateway.motion.follower import SetpointFollower
+from services.robot_gateway.safety.force_limit import ForceLimit
+from services.robot_gateway.safety.state_machine import OperatorCommand
+from services.robot_gateway.status import CellStatus
 from shared.cr5.kinematics import Kinematics
 from stack.simulation.emulated_arms import MemoryLink
 from tests.services.robot_gateway.cells import ALONG_X, BOOT, LIMITS, START, TICK, stopping
@@ -52,13 +52,13 @@ class ArmWorld:
         driver = Cr5Driver(link, kinematics, joint_speed=1.6, emulated=True)
         self.driver = driver
         bodies = gripper_bodies(0.048, 0.012)
-        boundaries = Boundaries(3.0, ((-2.0, -2.0, 0.01), (2.0, 2.0, 2.0)), bodies)
-        guidance = Guidance(LIMITS, boundaries, GRIPS, [1], [driver.posture])
+        boundaries = CellBoundaries(3.0, ((-2.0, -2.0, 0.01), (2.0, 2.0, 2.0)), bodies)
+        follower = SetpointFollower(LIMITS, boundaries, GRIPS, [1], [driver.joint_constraints])
         drivers = (FixedDriver(GRIPS[0]), driver)
-        self.cell = Cell(guidance, drivers, GRIPS, BOOT, automatic, Pulls(20.0))
+        self.cell = Cell(follower, drivers, GRIPS, BOOT, automatic, ForceLimit(20.0))
         self.cell.take_scene([TABLE])
         self.now = START
-        self.report: CellReport = self.cell.step(self.now)
+        self.report: CellStatus = self.cell.step(self.now)
         self.commanded: list[np.ndarray] = []
         self.measured: list[np.ndarray] = []
         self.joint_speeds: list[tuple[float, float]] = []
@@ -72,17 +72,17 @@ class ArmWorld:
     def mode(self) -> str:
         return self.report.safety.mode
 
-    def step(self) -> CellReport:
+    def step(self) -> CellStatus:
         self.now += TICK
         self.report = self.cell.step(self.now)
         pose = self.report.arms[1].pose
-        self.commanded.append(self.cell.guidance.state.positions[0])
+        self.commanded.append(self.cell.follower.state.positions[0])
         self.measured.append(GRIPS[1].position if pose is None else pose.position)
         speed = float(np.max(np.abs(self.emulator.controller.joint_speed)))
         self.joint_speeds.append((self.seconds, speed))
         return self.report
 
-    def run(self, seconds: float) -> CellReport:
+    def run(self, seconds: float) -> CellStatus:
         for _ in range(round(seconds / 0.008)):
             self.step()
         return self.report
@@ -102,7 +102,7 @@ class ArmWorld:
         seconds: float,
         since: int | None = None,
         session: str = "writer",
-    ) -> CellReport:
+    ) -> CellStatus:
         """Chunks along `path`(s since `since`), 20 ms apart."""
         since = since or self.now
         end, due = self.now + round(seconds * 1e9), self.now
@@ -126,7 +126,7 @@ class ArmWorld:
             "expires": self.now + 1_000_000_000,
             "action": action,
         }
-        self.cell.take_command(Command(**{**values, **changes}), self.now)
+        self.cell.take_command(OperatorCommand(**{**values, **changes}), self.now)
         return self.step().rejection
 
 

@@ -11,11 +11,11 @@ from lariat.geometry.obstacles import TABLE, Obstacle
 from lariat.geometry.poses import Pose
 from lariat.trajectory import MotionState, SetpointChunk
 from services.robot_gateway.cell import Cell
-from services.robot_gateway.constraints.motion_constraints import Boundaries
+from services.robot_gateway.constraints.motion_constraints import CellBoundaries
 from services.robot_gateway.drivers.ideal import FixedDriver, IdealDriver
-from services.robot_gateway.motion.follower import Guidance
-from services.robot_gateway.safety.state_machine import Command
-from services.robot_gateway.status import CellReport
+from services.robot_gateway.motion.follower import SetpointFollower
+from services.robot_gateway.safety.state_machine import OperatorCommand
+from services.robot_gateway.status import CellStatus
 from shared.scenario.sections import Limits
 
 TICK = 8_000_000
@@ -47,24 +47,24 @@ class World:
         )
         driven = [k for k, d in enumerate(drivers) if d.moves]
         bodies = gripper_bodies(0.048, 0.012)
-        boundaries = Boundaries(length, workspace, bodies, spacing=spacing)
-        guidance = Guidance(LIMITS, boundaries, starts, driven)
-        self.cell = Cell(guidance, drivers, starts, BOOT, automatic)
+        boundaries = CellBoundaries(length, workspace, bodies, spacing=spacing)
+        follower = SetpointFollower(LIMITS, boundaries, starts, driven)
+        self.cell = Cell(follower, drivers, starts, BOOT, automatic)
         self.cell.take_scene(obstacles)
         self.now = START
         self.states: list[tuple[int, MotionState]] = []
-        self.report: CellReport = self.run(0.016)
+        self.report: CellStatus = self.run(0.016)
         self._sequence = 0
         self._command = 0
 
-    def step(self) -> CellReport:
+    def step(self) -> CellStatus:
         """One tick."""
         self.now += TICK
         self.report = self.cell.step(self.now)
-        self.states.append((self.now, self.cell.guidance.state))
+        self.states.append((self.now, self.cell.follower.state))
         return self.report
 
-    def run(self, seconds: float) -> CellReport:
+    def run(self, seconds: float) -> CellStatus:
         """Ticks without a message."""
         for _ in range(round(seconds / 0.008)):
             self.step()
@@ -76,7 +76,7 @@ class World:
         seconds: float,
         since: int | None = None,
         session: str = "writer",
-    ) -> CellReport:
+    ) -> CellStatus:
         """Ticks with a chunk along `path`(s since `since`) at every 20 ms or so."""
         since = since or self.now
         end = self.now + round(seconds * 1e9)
@@ -123,7 +123,7 @@ class World:
             "expires": self.now + 1_000_000_000,
             "action": action,
         }
-        self.cell.take_command(Command(**{**values, **changes}), self.now)
+        self.cell.take_command(OperatorCommand(**{**values, **changes}), self.now)
         return self.step().rejection
 
 

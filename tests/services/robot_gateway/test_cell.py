@@ -38,12 +38,12 @@ def test_silence_brakes_within_150_ms_and_rest_comes_in_time() -> None:
     peak = 0.0
     while world.now < last + round(1e9):
         world.step()
-        speed = np.linalg.norm(world.cell.guidance.state.twists[0, 0])
+        speed = np.linalg.norm(world.cell.follower.state.twists[0, 0])
         if world.now <= last + round(0.15e9):
             peak = max(peak, speed)
         elif world.now <= last + round(0.16e9):
             assert speed < peak, "not slower 150 ms after the last fresh chunk"
-        if world.cell.guidance.resting:
+        if world.cell.follower.resting:
             break
     assert (world.now - last) * 1e-9 <= 0.15 + peak / 2.0 + 2.0 / 40.0
     report = world.step()
@@ -60,7 +60,7 @@ def test_silence_is_said_even_if_braking_for_it_has_come_to_rest_before() -> Non
     rested = None
     while world.now < last + round(0.2e9):
         world.step()
-        if rested is None and world.cell.guidance.resting:
+        if rested is None and world.cell.follower.resting:
             rested = (world.now - last) * 1e-9
     assert rested is not None
     assert rested < 0.1
@@ -85,14 +85,14 @@ def test_new_writer_holds_until_a_person_acknowledges() -> None:
     world.send(sideways, since, session="second")
     report = world.run(0.6)
     assert (report.safety.mode, report.safety.cause) == ("holding", "new_writer")
-    at = world.cell.guidance.state.positions
+    at = world.cell.follower.state.positions
     world.follow(lambda t: at, 0.2, session="second")
-    np.testing.assert_array_equal(world.cell.guidance.state.positions, at)
+    np.testing.assert_array_equal(world.cell.follower.state.positions, at)
     assert world.command("acknowledge") == ""
     world.follow(
         lambda t: at + np.array([[0.0, 0.1 * smooth_step(t, 1.0), 0.0]]), 1.2, session="second"
     )
-    assert np.isclose(world.cell.guidance.state.positions[0, 1], at[0, 1] + 0.1, atol=1e-3)
+    assert np.isclose(world.cell.follower.state.positions[0, 1], at[0, 1] + 0.1, atol=1e-3)
 
 
 def test_a_person_arms_and_only_with_this_boot_and_in_time() -> None:
@@ -138,7 +138,7 @@ def test_bad_chunk_is_refused_whole_with_its_rule(
     report = world.step()
     assert report.rule == rule, report.refusal
     assert report.sequence == before
-    np.testing.assert_array_equal(world.cell.guidance.state.positions, REST)
+    np.testing.assert_array_equal(world.cell.follower.state.positions, REST)
 
 
 def slow_way(to: np.ndarray) -> np.ndarray:
@@ -184,8 +184,8 @@ def test_obstacle_that_appears_in_the_way_stops_the_gripper_before_it(wall: Obst
     world.follow(ahead, 0.8, since)
     world.cell.take_scene([TABLE, wall])
     world.follow(ahead, 1.5, since)
-    assert world.cell.guidance.state.positions[0, 1] + 0.012 + 0.005 <= 0.31
-    assert world.cell.guidance.resting
+    assert world.cell.follower.state.positions[0, 1] + 0.012 + 0.005 <= 0.31
+    assert world.cell.follower.resting
     assert world.report.rule in ("keep_out", "step")
 
 
@@ -198,7 +198,7 @@ def test_rope_that_is_too_tight_may_only_be_relieved() -> None:
     assert world.step().rule == "overstretch"
     since = world.now
     world.follow(lambda t: REST - np.array([[0.05 * smooth_step(t, 1.0), 0.0, 0.0]]), 1.2, since)
-    assert np.isclose(world.cell.guidance.state.positions[0, 0], 0.15, atol=1e-3)
+    assert np.isclose(world.cell.follower.state.positions[0, 0], 0.15, atol=1e-3)
 
 
 def test_reset_waits_for_rest_and_returns_to_the_start() -> None:
@@ -209,7 +209,7 @@ def test_reset_waits_for_rest_and_returns_to_the_start() -> None:
     assert report.reset_count == 0
     report = world.run(0.5)
     assert report.reset_count == 1
-    np.testing.assert_array_equal(world.cell.guidance.state.positions, REST)
+    np.testing.assert_array_equal(world.cell.follower.state.positions, REST)
     world.follow(sideways, 0.2)
     assert world.report.safety.mode == "moving"
 
@@ -221,8 +221,8 @@ def test_writer_that_holds_stops_the_arm_and_goes_on_by_itself() -> None:
     world._sequence = 10_001
     report = world.run(0.5)
     assert (report.safety.mode, report.safety.detail) == ("holding", "paused by a person")
-    assert world.cell.guidance.resting
-    at = world.cell.guidance.state.positions
+    assert world.cell.follower.resting
+    at = world.cell.follower.state.positions
     world.follow(lambda t: at, 0.1)
     assert world.report.safety.mode == "moving"
 
@@ -236,7 +236,7 @@ def test_silence_in_the_middle_of_a_turn_on_the_spot_is_said() -> None:
     turns = poses.multiply(poses.exponential(angles[:, None] * axis), ALONG_X)
     world.send_points(resting_points(count=81), orientations=turns[:, None])
     world.run(0.3)
-    assert world.cell.guidance.resting
+    assert world.cell.follower.resting
     safety = world.report.safety
     assert (safety.mode, safety.cause, safety.needs_acknowledgement) == ("holding", "silence", True)
 

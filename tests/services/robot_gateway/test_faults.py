@@ -41,7 +41,7 @@ def moving(firmware: str, **options: object) -> tuple[ArmWorld, int]:
     world = ArmWorld(firmware, **options)
     world.until_ready()
     since = world.now
-    world.path = circle(world.cell.guidance.state.positions[0], 0.06, 0.12)
+    world.path = circle(world.cell.follower.state.positions[0], 0.06, 0.12)
     world.follow(world.path, 0.9, since)
     assert world.mode == "moving", world.report
     return world, since
@@ -88,7 +88,7 @@ def test_fault_brakes_within_150_ms_is_named_and_waits_for_a_person(
     # And then work goes on, from where the arm is.
     assert world.command("acknowledge") == ""
     world.until_ready()
-    here = world.cell.guidance.state.positions[0]
+    here = world.cell.follower.state.positions[0]
     np.testing.assert_allclose(here, world.measured[-1], atol=1e-4)
     world.follow(circle(here, 0.05, 0.1), 0.9)
     assert world.mode == "moving", world.report
@@ -140,7 +140,7 @@ def test_arm_that_is_pushed_away_while_it_holds_does_not_jump_back(firmware: str
     assert world.command("acknowledge") == ""
     world.until_ready()
     np.testing.assert_allclose(controller.joints, pushed, atol=1e-3)
-    world.follow(circle(world.cell.guidance.state.positions[0], 0.05, 0.1), 0.5)
+    world.follow(circle(world.cell.follower.state.positions[0], 0.05, 0.1), 0.5)
     assert world.mode == "moving", world.report
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from lariat.geometry import poses
 from lariat.geometry.obstacles import TABLE, Obstacle, signed_distance
 from lariat.trajectory import MotionState
-from services.robot_gateway.constraints.shortest_path import taut_length
+from services.robot_gateway.constraints.shortest_path import shortest_path_length
 from tests.services.robot_gateway.cells import LIMITS, TICK, World, stopping
 
 LENGTH = 0.5
@@ -45,7 +45,7 @@ def both_driven(obstacles: list[Obstacle]) -> World:
 
 def send(world: World, kind: str, rng: np.random.Generator, target: np.ndarray) -> None:
     """One chunk of a kind, towards a target that may lie anywhere."""
-    here, velocity = world.cell.guidance.state.positions, world.cell.guidance.state.twists[:, 0]
+    here, velocity = world.cell.follower.state.positions, world.cell.follower.state.twists[:, 0]
     points, turns = pursuit(here, velocity, target, rng), None
     match kind:
         case "jump":
@@ -67,7 +67,7 @@ def send(world: World, kind: str, rng: np.random.Generator, target: np.ndarray) 
             axis = rng.normal(size=3)
             angle = np.cumsum(rate) * 0.02
             turn = angle[:, None, None] * axis / np.linalg.norm(axis)
-            now = world.cell.guidance.state.orientations
+            now = world.cell.follower.state.orientations
             turns = poses.multiply(poses.exponential(np.repeat(turn, 2, axis=1)), now[None])
         case "stop":
             points = np.repeat(here[None], 16, axis=0)
@@ -115,11 +115,11 @@ def test_no_stream_makes_the_command_break_a_limit(
 ) -> None:
     rng = np.random.default_rng(seed)
     world = both_driven([TABLE, POST])
-    rows = [(H, world.cell.guidance.state)]
+    rows = [(H, world.cell.follower.state)]
     late: list[tuple[int, Obstacle]] = []
     for kind in events:
-        target = aim(world.cell.guidance.state, rng)
-        if late_ball and not late and (ball := in_the_way(world.cell.guidance.state)):
+        target = aim(world.cell.follower.state, rng)
+        if late_ball and not late and (ball := in_the_way(world.cell.follower.state)):
             late.append((len(rows), ball))
             world.cell.take_scene([TABLE, POST, ball])
         for _ in range(int(rng.integers(4, 24)) if kind in LASTING else int(rng.integers(1, 4))):
@@ -128,7 +128,7 @@ def test_no_stream_makes_the_command_break_a_limit(
             rows += ticks(world, seconds, rng if uneven else None)
         if world.report.safety.needs_acknowledgement and rng.random() < 0.7:
             world.command("acknowledge")
-            rows.append((H, world.cell.guidance.state))
+            rows.append((H, world.cell.follower.state))
     check_end(world)
     rows += [(H, s) for _, s in world.states[-round(1.5 / H) :]]
     check_derivatives(rows)
@@ -138,7 +138,7 @@ def test_no_stream_makes_the_command_break_a_limit(
     for first, ball in late:
         for _, state in rows[first:]:
             assert body_distance(state, ball) >= 0.012 + 0.005 - 1e-3
-    check_ways([s for _, s in rows], world.cell.guidance.rules.obstacles)
+    check_ways([s for _, s in rows], world.cell.follower.constraints.obstacles)
 
 
 def aim(state: MotionState, rng: np.random.Generator) -> np.ndarray:
@@ -189,7 +189,7 @@ def ticks(
         tick = TICK if rng is None else int(rng.choice([TICK, TICK, 2e6, 2e7, 6e7, 0.0, -3e6]))
         world.now += tick
         world.report = world.cell.step(world.now)
-        rows.append((min(max(tick * 1e-9, 0.0), LONGEST), world.cell.guidance.state))
+        rows.append((min(max(tick * 1e-9, 0.0), LONGEST), world.cell.follower.state))
     return rows
 
 
@@ -254,5 +254,5 @@ def check_ways(states: list[MotionState], obstacles: tuple[Obstacle, ...]) -> No
     """The rope reaches round the obstacles where its ends were farthest apart."""
     spans = [float(np.linalg.norm(s.positions[1] - s.positions[0])) for s in states]
     for k in np.argsort(spans)[-3:]:
-        way = taut_length(*states[k].positions, obstacles)
+        way = shortest_path_length(*states[k].positions, obstacles)
         assert way <= 0.99 * LENGTH + 2e-3, f"{way:.4f} m round the obstacles"

@@ -24,7 +24,7 @@ def tethered(firmware: str, noise: float = 0.0) -> ArmWorld:
 
 def away(world: ArmWorld, distance: float) -> None:
     """Setpoints out along the rope from where the arm is, and rest."""
-    here = world.cell.guidance.state.positions[0].copy()
+    here = world.cell.follower.state.positions[0].copy()
     since = world.now
     world.follow(lambda t: here + distance * smooth_step(t, 1.0) * OUT, 1.4, since)
 

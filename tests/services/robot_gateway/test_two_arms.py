@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from lariat.trajectory import SetpointChunk
-from services.robot_gateway.cell import CellReport
-from services.robot_gateway.constraints.sphere_distance import Spheres, distances
-from services.robot_gateway.safety.state_machine import Command
+from services.robot_gateway.constraints.sphere_distance import Spheres, sphere_distances
+from services.robot_gateway.safety.state_machine import OperatorCommand
 from services.robot_gateway.service import build
+from services.robot_gateway.status import CellStatus
 from shared.scenario import SIDES, load
 from stack.simulation.emulated_arms import emulated_links
 from tests.services.robot_gateway.cells import ALONG_X, START, TICK, smooth_step, stopping
@@ -28,7 +28,7 @@ class TwoArms:
         self.drivers = self.cell.arms.drivers
         self.emulators = [links[side].emulator for side in SIDES]
         self.now = START
-        self.report: CellReport = self.cell.step(self.now)
+        self.report: CellStatus = self.cell.step(self.now)
         self.speeds: list[np.ndarray] = []
         self.gaps: list[float] = []
         self._sequence = 0
@@ -52,7 +52,7 @@ class TwoArms:
 
     def follow(self, ways: np.ndarray, seconds: float, duration: float) -> None:
         """Both grips by these ways [m] from where they are, as long as it lasts."""
-        here, since = self.cell.guidance.state.positions.copy(), self.now
+        here, since = self.cell.follower.state.positions.copy(), self.now
         due = end = self.now
         while self.now < end + round(seconds * 1e9):
             if self.now >= due:
@@ -70,13 +70,13 @@ class TwoArms:
         """Between the arms, links and grippers, by the joints that the emulators have [m]."""
         rows = []
         for k, (driver, emulator) in enumerate(zip(self.drivers, self.emulators, strict=True)):
-            kinematics, joints = driver.posture.kinematics, emulator.controller.joints
+            kinematics, joints = driver.joint_constraints.kinematics, emulator.controller.joints
             centres, radii = kinematics.link_spheres(joints)
             grip = kinematics.grip(joints)
-            rules = self.cell.guidance.rules
-            body = rules.body(k, grip.position[None], grip.orientation[None])
+            constraints = self.cell.follower.constraints
+            body = constraints.gripper_spheres(k, grip.position[None], grip.orientation[None])
             rows.append(Spheres.joined([Spheres(centres[None], radii), body]))
-        return float(distances(*rows)[0])
+        return float(sphere_distances(*rows)[0])
 
 
 SIDEWAYS = np.array([[0.0, 0.10, 0.0], [0.0, 0.10, 0.0]])
@@ -105,7 +105,7 @@ def test_fault_of_one_arm_stops_both_and_a_person_lets_both_go_on(fault: str, ca
     under_way = (0.02 if fault == "frozen" else 2e-3, 2e-3)
     for emulator, before, most in zip(world.emulators, joints, under_way, strict=True):
         np.testing.assert_allclose(emulator.controller.joints, before, atol=most)
-    acknowledge = Command("1", "boot", world.now + START, "acknowledge")
+    acknowledge = OperatorCommand("1", "boot", world.now + START, "acknowledge")
     world.cell.take_command(acknowledge, world.now)
     world.run(1.5)
     world.follow(SIDEWAYS, 1.0, 1.4)
@@ -119,7 +119,7 @@ def test_arms_that_would_touch_are_kept_apart_by_their_links() -> None:
     past = np.array([[0.29, 0.0, 0.0], [-0.29, 0.055, 0.0]])
     world.follow(past, 4.0, 4.0)
     assert world.report.rule == "spacing", world.report
-    grips = world.cell.guidance.state.positions
+    grips = world.cell.follower.state.positions
     assert np.linalg.norm(grips[1] - grips[0]) > 0.04, "not the spacing of the grips"
     least = min(world.gaps)
     assert least > 0.004, f"{1e3 * least:.1f} mm between the arms"

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.poses import Pose
-from services.robot_gateway.constraints.joints import Posture
+from services.robot_gateway.constraints.joints import JointConstraints
 from services.robot_gateway.drivers.cr5.client import Client
 from services.robot_gateway.drivers.cr5.contact_force import Pull
 from services.robot_gateway.drivers.cr5.enable_sequence import Settings
@@ -54,7 +54,7 @@ class Cr5Driver:
     ) -> None:
         """Args: emulated: Whether it may be put somewhere. tool_output: Closes the gripper."""
         self._emulated = emulated
-        self.posture: Posture | None = Posture(kinematics, joint_speed)
+        self.joint_constraints: JointConstraints | None = JointConstraints(kinematics, joint_speed)
         self._kinematics = kinematics
         self._client = Client(link, settings)
         self._output = tool_output

@@ -9,9 +9,9 @@ from lariat.geometry import poses
 from lariat.geometry.obstacles import TABLE, Obstacle
 from lariat.trajectory import Stop
 from services.robot_gateway.motion.path_densification import (
-    ARM,
-    DENSE,
-    densely,
+    GRIPPER_LEVER_ARM,
+    MAX_POSE_SPACING,
+    densified,
     stop_times,
 )
 from tests.services.robot_gateway.cells import ALONG_X, LIMITS, World
@@ -24,8 +24,10 @@ def test_stop_is_judged_every_few_millimetres_from_any_speed(speed: float) -> No
     velocity = np.array([[[speed, 0.0, 0.0], [0.0, 0.0, 1.5]]])
     stop = Stop.plan(velocity, 0.5 * velocity, limits)
     moved = stop.at(stop_times(stop))[0]
-    steps = np.linalg.norm(np.diff(moved, axis=0), axis=-1)[:, 0] @ np.array([1.0, ARM])
-    assert np.max(steps) <= DENSE * 1.001
+    steps = np.linalg.norm(np.diff(moved, axis=0), axis=-1)[:, 0] @ np.array(
+        [1.0, GRIPPER_LEVER_ARM]
+    )
+    assert np.max(steps) <= MAX_POSE_SPACING * 1.001
     np.testing.assert_allclose(moved[-1], stop.at(stop.duration)[0])
 
 
@@ -34,10 +36,10 @@ def test_dense_way_keeps_its_poses_and_turns_evenly() -> None:
     quarter = poses.exponential(np.array([0.0, 0.0, 0.5]))
     turns = np.array([[ALONG_X], [poses.multiply(quarter, ALONG_X)]])
     turns = np.concatenate([turns, turns[-1:]])
-    p, q = densely(positions, turns)
+    p, q = densified(positions, turns)
     for pose in positions[:, 0]:
         assert np.min(np.linalg.norm(p[:, 0] - pose, axis=1)) < 1e-12
-    assert np.max(np.linalg.norm(np.diff(p, axis=0), axis=-1)) <= DENSE
+    assert np.max(np.linalg.norm(np.diff(p, axis=0), axis=-1)) <= MAX_POSE_SPACING
     middle = poses.multiply(poses.exponential(np.array([0.0, 0.0, 0.25])), ALONG_X)
     at = int(np.argmin(np.abs(p[:, 0, 0] - 0.05)))
     np.testing.assert_allclose(np.abs(q[at, 0] @ middle), 1.0, atol=1e-3)

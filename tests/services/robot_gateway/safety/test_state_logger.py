@@ -4,7 +4,7 @@ import logging
 
 import pytest
 
-from services.robot_gateway.safety.state_logger import Journal
+from services.robot_gateway.safety.state_logger import StateLogger
 from shared.messages import ArmState, ArmStates
 
 REFUSED = "10.0.0.1:29999: connection refused"
@@ -18,11 +18,11 @@ def written(caplog: pytest.LogCaptureFixture) -> list[str]:
 
 def test_every_trouble_is_written_once_and_its_end_too(caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level(logging.INFO)
-    journal = Journal()
+    logger = StateLogger()
 
     def tell(seconds: float, *alarms: str) -> list[str]:
         arm = ArmState(arm="right", driver="cr5", mode="idle", alarms=alarms)
-        journal.take(ArmStates(stamp=round(1e9 * seconds), mode=ArmStates.DISARMED, arms=[arm]))
+        logger.take(ArmStates(stamp=round(1e9 * seconds), mode=ArmStates.DISARMED, arms=[arm]))
         return written(caplog)
 
     assert tell(0.0, "no feedback on port 30004 yet") == []
@@ -40,10 +40,10 @@ def test_what_stops_the_cell_is_written_and_its_small_holds_are_not(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     caplog.set_level(logging.INFO)
-    journal = Journal()
+    logger = StateLogger()
 
     def tell(mode: int, cause: str, reason: str, waits: bool = False) -> list[tuple[str, str]]:
-        journal.take(ArmStates(mode=mode, cause=cause, reason=reason, needs_acknowledgement=waits))
+        logger.take(ArmStates(mode=mode, cause=cause, reason=reason, needs_acknowledgement=waits))
         lines = [(r.levelname, r.getMessage()) for r in caplog.records]
         caplog.clear()
         return lines

@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from services.robot_gateway.constraints.rule import Rule
-from services.robot_gateway.safety.state_machine import Rejected, Safety
-from services.robot_gateway.safety.stop_causes import CAUSES, markdown
+from services.robot_gateway.safety.state_machine import CommandRejected, SafetyState
+from services.robot_gateway.safety.stop_causes import STOP_CAUSES, markdown
 
 PAGE = Path(__file__).parents[4] / "docs" / "safety.md"
-MOVING = Safety("boot-1", "moving", "", "following", session="writer")
+MOVING = SafetyState("boot-1", "moving", "", "following", session="writer")
 
 
 def test_page_shows_the_table() -> None:
@@ -28,21 +28,21 @@ def test_page_explains_every_rule() -> None:
         assert f"| `{rule}` |" in text, rule
 
 
-@pytest.mark.parametrize("cause", [c for c in CAUSES if CAUSES[c].stop == "jerk-limited"])
+@pytest.mark.parametrize("cause", [c for c in STOP_CAUSES if STOP_CAUSES[c].stop == "jerk-limited"])
 def test_what_a_cause_says_of_resuming_holds(cause: str) -> None:
-    if CAUSES[cause].resumes == "after arming":
+    if STOP_CAUSES[cause].resumes == "after arming":
         return
     stopped = MOVING.stopped(cause, "for a test")
-    waits = CAUSES[cause].resumes == "after acknowledgement"
+    waits = STOP_CAUSES[cause].resumes == "after acknowledgement"
     assert stopped.needs_acknowledgement is waits
     assert stopped.may_move is not waits
     assert (stopped.moving(True).mode == "moving") is not waits
     if waits:
         assert stopped.acknowledged().may_move
-        with pytest.raises(Rejected, match="disarm or acknowledge"):
+        with pytest.raises(CommandRejected, match="disarm or acknowledge"):
             stopped.armed()
     else:
-        with pytest.raises(Rejected, match="nothing to acknowledge"):
+        with pytest.raises(CommandRejected, match="nothing to acknowledge"):
             stopped.acknowledged()
 
 
@@ -58,9 +58,9 @@ def test_a_weaker_cause_never_replaces_a_stronger_one() -> None:
 
 
 def test_nothing_but_arming_leaves_disarmed() -> None:
-    disarmed = Safety("boot-1")
+    disarmed = SafetyState("boot-1")
     assert disarmed.written("writer") == disarmed
     assert disarmed.moving(True) == disarmed
-    with pytest.raises(Rejected):
+    with pytest.raises(CommandRejected):
         disarmed.acknowledged()
     assert disarmed.armed().mode == "armed"

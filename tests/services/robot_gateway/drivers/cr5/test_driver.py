@@ -14,7 +14,7 @@ def streamed(firmware: str, seconds: float, **options: object) -> tuple[ArmWorld
     world = ArmWorld(firmware, **options)
     world.until_ready()
     begun = len(world.commanded)
-    centre = world.cell.guidance.state.positions[0]
+    centre = world.cell.follower.state.positions[0]
     world.follow(circle(centre, 0.06, 0.1), seconds)
     assert world.mode == "moving", world.report
     errors = []
@@ -57,7 +57,7 @@ def test_servo_points_come_at_an_even_pace_and_never_two_at_once() -> None:
 
     world.emulator.controller.aim = logged
     world.until_ready()
-    world.follow(circle(world.cell.guidance.state.positions[0], 0.05, 0.1), 2.0)
+    world.follow(circle(world.cell.follower.state.positions[0], 0.05, 0.1), 2.0)
     gaps = np.diff(sent[10:])
     assert np.all(np.abs(gaps - 0.032) < 1e-6)
 
@@ -67,7 +67,7 @@ def test_firmware_that_takes_no_time_for_joints_is_sent_poses() -> None:
     table = world.emulator.commands.table
     table["servoj"] = replace(table["servoj"], optional=())
     world.until_ready()
-    here = world.cell.guidance.state.positions[0]
+    here = world.cell.follower.state.positions[0]
     world.follow(circle(here, 0.06, 0.1), 2.0)
     assert not world.driver._client.times_joints
     assert world.mode == "moving"
@@ -90,7 +90,7 @@ def test_gripper_opens_and_closes_at_rest(firmware: str) -> None:
     assert world.emulator.controller.tool_outputs == [0, 0]
     assert not world.report.arms[1].gripper_closed
     assert "fixed" in world.command("gripper", arm="left", close=True)
-    world.follow(circle(world.cell.guidance.state.positions[0], 0.05, 0.1), 0.6)
+    world.follow(circle(world.cell.follower.state.positions[0], 0.05, 0.1), 0.6)
     assert "rest" in world.command("gripper", arm="right", close=True)
 
 
@@ -113,13 +113,13 @@ def test_power_goes_when_the_arm_rests_and_not_already_when_its_command_does(fir
     world.run(0.5)
     assert world.command("arm") == ""
     world.until_ready()
-    world.follow(circle(world.cell.guidance.state.positions[0], 0.06, 0.15), 0.9)
+    world.follow(circle(world.cell.follower.state.positions[0], 0.06, 0.15), 0.9)
     assert world.joint_speeds[-1][1] > 0.1
     assert world.command("disarm") == ""
     rested = None
     while world.emulator.controller.enabled:
         world.step()
-        if rested is None and world.cell.guidance.resting:
+        if rested is None and world.cell.follower.resting:
             rested = world.now
             assert world.joint_speeds[-1][1] > 0.1, "the arm does not lag: nothing is tested"
     assert world.joint_speeds[-1][1] < 0.05
@@ -130,7 +130,7 @@ def test_power_goes_when_the_arm_rests_and_not_already_when_its_command_does(fir
 def test_way_through_a_singularity_or_past_a_joint_is_refused() -> None:
     world = ArmWorld()
     world.until_ready()
-    here = world.cell.guidance.state.positions[0]
+    here = world.cell.follower.state.positions[0]
     world.follow(lambda t: here + np.array([-0.1 * t, 0.0, 0.15 * t]), 6.0)
     assert world.report.rule in ("singularity", "joint_limits", "joint_speed")
     assert world.report.arms[1].alarms == ()
@@ -140,7 +140,7 @@ def test_way_through_a_singularity_or_past_a_joint_is_refused() -> None:
 def test_reset_puts_the_emulated_arm_back() -> None:
     world = ArmWorld("v4")
     world.until_ready()
-    world.follow(circle(world.cell.guidance.state.positions[0], 0.05, 0.1), 1.5)
+    world.follow(circle(world.cell.follower.state.positions[0], 0.05, 0.1), 1.5)
     world.cell.take_reset(1)
     world.run(0.8)
     assert world.report.reset_count == 1
@@ -174,8 +174,8 @@ def test_arm_away_from_the_start_is_refused_until_a_person_agrees_to_a_slow_appr
 def test_slow_approach_is_slower_still_where_the_limits_are() -> None:
     away = Pose(GRIPS[1].position + np.array([0.0, 0.03, 0.0]), GRIPS[1].orientation)
     world = ArmWorld("v3", automatic=False, begin=away)
-    assert world.driver.posture is not None
-    world.driver.posture.joint_speed = 0.04
+    assert world.driver.joint_constraints is not None
+    world.driver.joint_constraints.joint_speed = 0.04
     world.run(0.3)
     world.command("arm")
     assert world.command("arm") == ""
@@ -188,7 +188,7 @@ def test_slow_approach_is_slower_still_where_the_limits_are() -> None:
 def test_arm_recovers_from_its_alarms_when_a_person_acknowledges(firmware: str, alarm: int) -> None:
     world = ArmWorld(firmware)
     world.until_ready()
-    here = world.cell.guidance.state.positions[0]
+    here = world.cell.follower.state.positions[0]
     world.follow(circle(here, 0.06, 0.1), 0.9)
     world.emulator.controller.alarm(alarm)
     world.run(0.5)
@@ -202,7 +202,7 @@ def test_arm_recovers_from_its_alarms_when_a_person_acknowledges(firmware: str, 
     assert world.command("acknowledge") == ""
     world.until_ready()
     assert world.emulator.controller.alarms == []
-    here = world.cell.guidance.state.positions[0]
+    here = world.cell.follower.state.positions[0]
     world.follow(circle(here, 0.05, 0.1), 0.9)
     assert world.mode == "moving", world.report
     assert np.linalg.norm(world.measured[-1] - here) > 0.01
@@ -213,7 +213,7 @@ def test_a_million_random_bytes_on_every_port_hold_the_arm_and_fell_nobody(firmw
     world = ArmWorld(firmware)
     world.until_ready()
     since = world.now
-    path = circle(world.cell.guidance.state.positions[0], 0.06, 0.1)
+    path = circle(world.cell.follower.state.positions[0], 0.06, 0.1)
     world.follow(path, 0.9, since)
     rng = np.random.default_rng(3)
     for _ in range(20):
@@ -226,7 +226,7 @@ def test_a_million_random_bytes_on_every_port_hold_the_arm_and_fell_nobody(firmw
         assert world.report.safety.cause == "lost_link"
         assert world.command("acknowledge") == ""
     world.until_ready() if world.mode != "moving" else None
-    here = world.cell.guidance.state.positions[0]
+    here = world.cell.follower.state.positions[0]
     world.follow(circle(here, 0.05, 0.1), 0.9, session="after")
     assert world.report.arms[1].alarms == ()
 
@@ -237,13 +237,13 @@ def test_time_that_planning_the_slow_approach_takes_is_no_stall() -> None:
     world.run(0.3)
     world.command("arm")
     assert world.command("arm") == ""
-    check = world.cell.guidance.check
+    check = world.cell.follower.check
 
-    def slow(*arguments):  # as the guidance's
+    def slow(*arguments):  # as the follower's
         world.now += 150_000_000
         return check(*arguments)
 
-    world.cell.guidance.check = slow
+    world.cell.follower.check = slow
     world.run(4.0)
     assert world.mode == "armed", world.report.safety
     np.testing.assert_allclose(world.measured[-1], GRIPS[1].position, atol=1e-3)

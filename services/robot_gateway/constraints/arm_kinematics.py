@@ -1,0 +1,40 @@
+"""Kinematics of an arm, as far as the constraints need them."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.geometry.poses import Pose
+
+Joints = Float64[np.ndarray, "j"]
+"""Joint angles [rad]."""
+SphereCover = tuple[Float64[np.ndarray, "k 3"], Float64[np.ndarray, "k"]]
+"""Centres in the world frame and radii of k spheres [m]."""
+
+
+class ArmKinematics(Protocol):
+    """Geometry of an arm."""
+
+    most: Joints
+    """Largest angle of each joint in either direction [rad]."""
+    base_spheres: SphereCover
+    """Spheres that cover the parts that do not move."""
+
+    def link_spheres(self, joints: Joints) -> SphereCover:
+        """Return spheres that cover the moving links."""
+        ...
+
+    def solve(self, grip: Pose, near: Joints) -> Joints | None:
+        """Return the joints for a grip pose in the world on the branch of `near`, if any."""
+        ...
+
+    def least_singular_value(self, joints: Joints) -> float:
+        """Return the least singular value of the Jacobian in metres and radians."""
+        ...
+
+    def joint_speed(self, joints: Joints, velocity: Float64[np.ndarray, "2 3"]) -> Joints:
+        """Return the joint speeds for a twist of the grip in the world frame [rad/s]."""
+        ...

@@ -1,0 +1,114 @@
+"""Conversion between the messages of the bus and the values of the cell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from lariat.trajectory import NANOSECONDS, SetpointChunk
+from services.robot_gateway.drivers.driver import Driver, Feedback
+from services.robot_gateway.safety.state_machine import Action, OperatorCommand
+from services.robot_gateway.status import CellStatus
+from shared.messages import ArmCommand, ArmState, ArmStates, Setpoints
+from shared.scenario import SIDES, Side
+
+ACTIONS: dict[int, Action] = {
+    ArmCommand.ARM: "arm",
+    ArmCommand.DISARM: "disarm",
+    ArmCommand.HOLD: "hold",
+    ArmCommand.ACKNOWLEDGE: "acknowledge",
+    ArmCommand.GRIPPER: "gripper",
+}
+MODES = {
+    "disarmed": ArmStates.DISARMED,
+    "armed": ArmStates.ARMED,
+    "moving": ArmStates.MOVING,
+    "holding": ArmStates.HOLDING,
+    "fault": ArmStates.FAULT,
+}
+
+
+def chunk_of(message: Setpoints, sides: Sequence[Side]) -> SetpointChunk:
+    """Return the setpoints for the named ends, in their order; they are validated later.
+
+    Lists that do not fit together become empty ones, which no rule permits.
+    """
+    given = {arm.arm: arm for arm in message.arms}
+    columns = []
+    for side in sides:
+        arm = given.get(side)
+        p = np.array(arm.positions if arm else [], dtype=float)
+        q = np.array(arm.orientations if arm else [], dtype=float)
+        columns.append((p.reshape(-1, 3) if p.size % 3 == 0 else p[:0].reshape(-1, 3), q))
+    count = len(columns[0][0]) if columns else 0
+    fits = all(len(p) == count and q.size == 4 * count for p, q in columns)
+    shape = (count if fits else 0, len(sides))
+    positions, orientations = np.zeros((*shape, 3)), np.zeros((*shape, 4))
+    if fits:
+        for k, (p, q) in enumerate(columns):
+            positions[:, k], orientations[:, k] = p, q.reshape(-1, 4)
+    return SetpointChunk(message.t0, message.dt * NANOSECONDS, positions, orientations)
+
+
+def command_of(message: ArmCommand) -> OperatorCommand:
+    """Return a person's command."""
+    return OperatorCommand(
+        id=message.id,
+        boot=message.boot,
+        expires=message.expires,
+        action=ACTIONS[message.action],
+        arm=message.arm,
+        close=message.close,
+    )
+
+
+def arm_states(status: CellStatus, drivers: Sequence[Driver], now: int) -> ArmStates:
+    """Return the message of a cell's status.
+
+    Args:
+        status: Status after a tick.
+        drivers: Drivers of all ends, left first.
+        now: Time of the tick [ns].
+    """
+    safety = status.safety
+    ends = zip(SIDES, drivers, status.arms, status.tracking, strict=True)
+    return ArmStates(
+        stamp=now,
+        boot=safety.boot,
+        mode=MODES[safety.mode],
+        reason=safety.detail,
+        rule=status.rule or "",
+        needs_acknowledgement=safety.needs_acknowledgement,
+        session=safety.session,
+        sequence=status.sequence,
+        refused_sequence=status.refused_sequence,
+        last_command=status.command,
+        refusal=status.rejection or status.refusal,
+        arms=[_arm_state(*end) for end in ends],
+        braking=status.braking,
+        reset_count=status.reset_count,
+        cause=safety.cause,
+    )
+
+
+def _arm_state(side: Side, driver: Driver, feedback: Feedback, tracking_error: float) -> ArmState:
+    state = ArmState(
+        arm=side,
+        driver=driver.name,
+        linear_velocity=feedback.velocity[0],
+        angular_velocity=feedback.velocity[1],
+        joints=feedback.joints,
+        gripper_closed=feedback.gripper_closed,
+        alarms=feedback.alarms,
+        tracking_error=tracking_error,
+        link_age=feedback.age,
+        mode=feedback.mode,
+        link_rate=feedback.link_rate,
+        link_gap=feedback.link_gap,
+        pull=feedback.pull,
+    )
+    if feedback.pose is not None:
+        state.position.extend(feedback.pose.position)
+        state.orientation.extend(feedback.pose.orientation)
+    return state

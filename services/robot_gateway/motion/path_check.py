@@ -1,0 +1,170 @@
+"""Check of paths of the driven grippers against all constraints of a cell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.geometry import poses
+from lariat.geometry.poses import Pose
+from lariat.trajectory import MotionState, Stop
+from services.robot_gateway.constraints.joints import (
+    JointConstraints,
+    solved_poses_of_chunk,
+    solved_poses_of_stop,
+)
+from services.robot_gateway.constraints.motion_constraints import CellBoundaries, MotionConstraints
+from services.robot_gateway.constraints.rule import Rule
+from services.robot_gateway.constraints.slacks import first_broken
+from services.robot_gateway.constraints.spacing import body_spacing_slack
+from services.robot_gateway.constraints.sphere_distance import Spheres
+from services.robot_gateway.motion.path_densification import densified, stop_times
+from shared.motion_contract import CHUNK_BOUNDARY_MARGIN
+
+Positions = Float64[np.ndarray, "m driven 3"]
+Orientations = Float64[np.ndarray, "m driven 4"]
+
+
+class PathCheck:
+    """Constraints on grips, grippers and joints of all ends of a cell."""
+
+    def __init__(
+        self,
+        boundaries: CellBoundaries,
+        driven: Sequence[int],
+        joint_constraints: Sequence[JointConstraints | None] = (),
+    ) -> None:
+        """Create the check of a cell without obstacles.
+
+        Args:
+            boundaries: Boundaries of the cell.
+            driven: Indices of the ends that move.
+            joint_constraints: Joint constraints of each driven end, None where it has none.
+        """
+        self.driven = list(driven)
+        self.constraints = MotionConstraints(boundaries, self.driven)
+        self.joint_constraints = [
+            (k, joints) for k, joints in enumerate(joint_constraints) if joints is not None
+        ]
+
+    def place(self, grips: Sequence[Pose]) -> None:
+        """Take the poses of all ends, which hold for the fixed ones from then on."""
+        self._positions = np.array([g.position for g in grips], dtype=float)
+        self._orientations = np.array([g.orientation for g in grips], dtype=float)
+
+    def track(self, state: MotionState) -> None:
+        """Let the joints follow the commanded grips."""
+        for k, joints in self.joint_constraints:
+            joints.track(Pose(state.positions[k], state.orientations[k]))
+
+    def broken_by_chunk(
+        self, state: MotionState, positions: Positions, orientations: Orientations, dt: float
+    ) -> tuple[Rule, float] | None:
+        """Return the rule that a chunk breaks, and by how much [m, rad, rad/s].
+
+        A chunk keeps `CHUNK_BOUNDARY_MARGIN` more than the rules demand.
+
+        Args:
+            state: Present command.
+            positions: Positions of the driven grips that are still to come [m].
+            orientations: Their orientations, wxyz.
+            dt: Time between two poses [s].
+        """
+        margin = CHUNK_BOUNDARY_MARGIN
+        found = self._broken_by_grippers(state, *densified(positions, orientations), margin)
+        if found or not self.driven:
+            return found
+        solved = solved_poses_of_chunk(positions)
+        return self._broken_by_arms(state, positions, orientations, solved, margin, dt)
+
+    def broken_by_stop(self, state: MotionState, stop: Stop, present: MotionState) -> Rule | None:
+        """Return the rule that a state or the stop after it breaks.
+
+        Args:
+            state: State from which the stop begins.
+            stop: The stop.
+            present: Present command; what it breaks already may only get better.
+        """
+        for k, joints in self.joint_constraints:
+            grip = Pose(state.positions[k], state.orientations[k])
+            if joints.too_fast(grip, state.twists[k]):
+                return "joint_speed"
+        moved = stop.at(stop_times(stop))[0]
+        positions = state.positions + moved[:, :, 0]
+        turned = poses.multiply(poses.exponential(moved[:, :, 1]), state.orientations[None])
+        found = self._broken_by_grippers(present, positions, turned)
+        if not found and self.driven:
+            solved = solved_poses_of_stop(positions)
+            found = self._broken_by_arms(present, positions, turned, solved)
+        return found[0] if found else None
+
+    def _broken_by_grippers(
+        self,
+        present: MotionState,
+        positions: Positions,
+        orientations: Orientations,
+        margin: float = 0.0,
+    ) -> tuple[Rule, float] | None:
+        """Return the rule that the grips and grippers break along a path, and by how much [m]."""
+        path = self._all_ends(
+            np.concatenate([present.positions[None], positions]),
+            np.concatenate([present.orientations[None], orientations]),
+        )
+        return first_broken(self.constraints.slacks(*path), margin)
+
+    def _broken_by_arms(
+        self,
+        present: MotionState,
+        positions: Positions,
+        orientations: Orientations,
+        solved: list[int],
+        margin: float = 0.0,
+        dt: float | None = None,
+    ) -> tuple[Rule, float] | None:
+        """Return the rule that the joints and bodies of the arms break along a path.
+
+        Args:
+            solved: Indices of the poses that are checked.
+            dt: Time between two poses [s]; None where they are not evenly spaced in time.
+        """
+        collision = self.constraints.collision
+        for k, joints in self.joint_constraints:
+            path = positions[:, k], orientations[:, k]
+            found = joints.broken(*path, solved, collision, margin, dt)
+            if found:
+                return found
+        if len(self._positions) != 2:
+            return None
+        rows = np.concatenate([present.positions[None], positions[solved]])
+        turns = np.concatenate([present.orientations[None], orientations[solved]])
+        left, right = self._bodies(*self._all_ends(rows, turns))
+        return first_broken(
+            {"spacing": body_spacing_slack(left, right, collision.keep_out)}, margin
+        )
+
+    def _bodies(
+        self,
+        positions: Float64[np.ndarray, "m ends 3"],
+        orientations: Float64[np.ndarray, "m ends 4"],
+    ) -> list[Spheres]:
+        """Return the bodies of each end along the path whose joints have just been checked."""
+        arms = {self.driven[k]: joints for k, joints in self.joint_constraints}
+        rows = []
+        for end in range(positions.shape[1]):
+            gripper = self.constraints.gripper_spheres(end, positions[:, end], orientations[:, end])
+            arm = [arms[end].spheres()] if end in arms else []
+            rows.append(Spheres.joined([gripper, *arm]))
+        return rows
+
+    def _all_ends(
+        self, positions: Positions, orientations: Orientations
+    ) -> tuple[Float64[np.ndarray, "m ends 3"], Float64[np.ndarray, "m ends 4"]]:
+        """Return the poses of all ends for poses of the driven ones."""
+        count = len(positions)
+        all_positions = np.repeat(self._positions[None], count, axis=0)
+        all_orientations = np.repeat(self._orientations[None], count, axis=0)
+        all_positions[:, self.driven] = positions
+        all_orientations[:, self.driven] = orientations
+        return all_positions, all_orientations

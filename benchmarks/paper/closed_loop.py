@@ -1,7 +1,7 @@
-"""Algorithm 2 of the paper: plan a horizon, execute it all, look, adapt, go on.
+"""Algorithm 2 of the paper: plan a horizon, execute it, observe, adapt, repeat.
 
-The ends follow the velocities directly; no gripper's limits stand between. What plans is the
-controller's own: `PaperOptimizer` with its policies, or `GaussNewton`.
+The ends follow the planned velocities exactly, without limits of a gripper. The optimizers are
+those of the controller: `PaperOptimizer` with its policies, or `GaussNewton`.
 """
 
 from __future__ import annotations
@@ -85,14 +85,14 @@ def run_to_goal(
     everywhere = np.ones(model.node_count, dtype=bool)
     state = believed = start
     velocity = np.zeros((2, 2, 3))
-    errors, lengths, times, adapting, misses = [], [], [], [], []
+    errors, lengths, times, adapting, prediction_errors = [], [], [], [], []
     clearance = np.inf
     while len(errors) < steps:
-        begun = time.process_time()
-        horizon = horizon_of(method, believed, goal, velocity)
+        started = time.process_time()
+        horizon = horizon_problem(method, believed, goal, velocity)
         plan = method.plan(model, horizon, avoidance)
-        times.append(time.process_time() - begun)
-        actions, velocity = _executed(method, plan.velocities, velocity)
+        times.append(time.process_time() - started)
+        actions, velocity = _executed_actions(method, plan.velocities, velocity)
         rolled = plant.rollout(RolloutSpec(state, actions, STEP, obstacles=obstacles))
         method.shift(STEP * len(actions))
         for nodes in rolled.positions:
@@ -103,13 +103,13 @@ def run_to_goal(
         before, state = state, rolled.final
         spec = RolloutSpec(believed, actions, STEP, obstacles=obstacles)
         expected = model.rollout(spec).final
-        miss = np.linalg.norm(expected.positions - state.positions, axis=1)
-        misses.append(float(np.mean(miss)))
+        distances = np.linalg.norm(expected.positions - state.positions, axis=1)
+        prediction_errors.append(float(np.mean(distances)))
         if adaptation is not None and isinstance(model, XpbdRod):
-            begun = time.process_time()
+            started = time.process_time()
             adaptation.adapt(believed, actions, STEP, state.positions, everywhere, obstacles)
             model = model.with_properties(adaptation.properties)
-            adapting.append(time.process_time() - begun)
+            adapting.append(time.process_time() - started)
         believed = state
         if plant is not model:
             moved = (state.positions - before.positions) / (STEP * len(actions))
@@ -121,18 +121,18 @@ def run_to_goal(
         max(lengths),
         np.array(times),
         np.array(adapting),
-        np.array(misses),
-        {} if adaptation is None else _numbers(adaptation.properties),
+        np.array(prediction_errors),
+        {} if adaptation is None else _parameters(adaptation.properties),
     )
 
 
-def horizon_of(
+def horizon_problem(
     method: HorizonOptimizer,
     state: RodState,
     goal: Goal,
     velocity: Float64[np.ndarray, "2 2 3"],
 ) -> HorizonProblem:
-    """The goal itself is the reference, and no path leads to it."""
+    """Return the problem of a horizon whose reference is the goal itself, without a path."""
     count = method.step_count
     return HorizonProblem(
         state,
@@ -145,10 +145,10 @@ def horizon_of(
     )
 
 
-def _executed(
+def _executed_actions(
     method: HorizonOptimizer,
     planned: Float64[np.ndarray, "h 2 2 3"],
-    before: Float64[np.ndarray, "2 2 3"],
+    previous: Float64[np.ndarray, "2 2 3"],
 ) -> tuple[Float64[np.ndarray, "k 2 6"], Float64[np.ndarray, "2 2 3"]]:
     """Velocities of the ends in the steps until the next plan, and at their end.
 
@@ -159,9 +159,9 @@ def _executed(
         return planned.reshape(-1, 2, 6), planned[-1]
     count = round(method.time_step / STEP)
     shares = ((np.arange(count) + 0.5) / count)[:, None, None, None]
-    between = (1.0 - shares) * before + shares * planned[0]
+    between = (1.0 - shares) * previous + shares * planned[0]
     return between.reshape(count, 2, 6), planned[0]
 
 
-def _numbers(properties: XpbdProperties) -> dict[str, float]:
+def _parameters(properties: XpbdProperties) -> dict[str, float]:
     return {name: getattr(properties, name) for name in PARAMETERS}

@@ -1,4 +1,4 @@
-"""Figure 9 of the paper, from our runs."""
+"""Figure 9 of the paper, drawn from Lariat's runs."""
 
 from __future__ import annotations
 
@@ -8,22 +8,28 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.paper.closed_loop import STEP
-from benchmarks.paper.studies import Outcome
+from benchmarks.paper.studies import StudyResult
 
 
-def draw(left: Sequence[Outcome], right: Sequence[Outcome], path: Path) -> None:
-    """Error over time, mean and spread over goals (left), with and without adaptation (right)."""
+def draw(methods: Sequence[StudyResult], adaptation: Sequence[StudyResult], path: Path) -> None:
+    """Draw the error over time: by method (left), with and without adaptation (right).
+
+    Args:
+        methods: Results of the methods.
+        adaptation: Results with a plant that is softer than believed.
+        path: File to write, a PNG.
+    """
     import matplotlib as mpl
 
     mpl.use("Agg")
     from matplotlib import pyplot
 
     figure, (first, second) = pyplot.subplots(1, 2, figsize=(11.0, 4.2), sharey=True)
-    for axes, outcomes in ((first, left), (second, right)):
-        for outcome in outcomes:
-            errors = 1e3 * np.stack([run.errors for run in outcome.runs])
+    for axes, results in ((first, methods), (second, adaptation)):
+        for result in results:
+            errors = 1e3 * np.stack([run.errors for run in result.runs])
             times = STEP * np.arange(1, errors.shape[1] + 1)
-            (line,) = axes.plot(times, errors.mean(axis=0), label=outcome.study.name, lw=1.3)
+            (line,) = axes.plot(times, errors.mean(axis=0), label=result.study.name, lw=1.3)
             low, high = np.percentile(errors, (10, 90), axis=0)
             axes.fill_between(times, low, high, color=line.get_color(), alpha=0.12, lw=0)
         axes.set_yscale("log")

@@ -1,16 +1,15 @@
-"""The paper's ten goals: rest shapes of the plant at random grips behind the three cylinders.
+"""Goals like the paper's ten: rest shapes of the plant at random grips behind three cylinders.
 
-Cylinders are those of `scenarios/three-cylinders.toml`, the paper's three radii and heights. The
-paper gives neither where its cylinders stand nor its goals. The rope begins as good as straight, at
-rest between grips 0.44 m apart, and is always as the plant can be: the same grips leave the
-position-based rod at another shape than the continuous one.
+The cylinders are those of `scenarios/three-cylinders.toml`, with the paper's radii and heights; the
+paper gives neither their positions nor its goals. The rope starts nearly straight, at rest between
+grips 0.44 m apart. Start and goals are rest shapes of each plant: the same grips hold the
+position-based rod in another shape than the continuous one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float64
@@ -20,42 +19,48 @@ from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodState
 from lariat.rod.xpbd import XpbdRod
 from shared.scenario import load
+from shared.scenario.shipped import find
 
-SCENARIO = Path(__file__).parents[2] / "scenarios" / "three-cylinders.toml"
+SCENARIO = "three-cylinders"
+"""Scenario of the cylinders."""
 LEVEL = np.array([0.5, 0.5, 0.5, 0.5])
-"""Of both grips, always: along x from left to right."""
-START = (np.array([-0.22, -0.12, 0.30]), np.array([0.22, -0.12, 0.30]))
-"""Grips at the beginning [m]."""
-SPARE = 0.02
-"""Least distance of a goal from every obstacle, surface to surface [m]."""
+"""Orientation of both grips: the rope along x, from left to right."""
+START_GRIPS = (np.array([-0.22, -0.12, 0.30]), np.array([0.22, -0.12, 0.30]))
+"""Positions of the grips at the start [m]."""
+MIN_CLEARANCE = 0.02
+"""Least clearance of a goal [m]."""
 
 
 @dataclass(frozen=True)
 class Goal:
-    """A shape to be reached, and the grips at which it is the plant's."""
+    """Goal shape, and the grips between which it is a rest shape of the plant."""
 
     nodes: Float64[np.ndarray, "n 3"]
-    """[m]"""
+    """Node positions [m]."""
     left: Pose
+    """Left grip."""
     right: Pose
+    """Right grip."""
 
 
 def scene() -> tuple[Obstacle, ...]:
-    """The cylinders and the table."""
-    return load(SCENARIO).bodies
+    """Return the cylinders and the table."""
+    return load(find(SCENARIO)).bodies
 
 
 def start(rod: Rod | XpbdRod) -> RodState:
-    """The rope before it moves."""
-    return rod.rest(*(Pose(p, LEVEL) for p in START)).state
+    """Return the rod at rest at the start."""
+    return rod.rest(*(Pose(p, LEVEL) for p in START_GRIPS)).state
 
 
 def goals(rod: Rod | XpbdRod, reference: XpbdRod, count: int, seed: int) -> Iterator[Goal]:
-    """Goals of one plant, at grips that are goals of the reference as well.
+    """Yield goals of a plant.
 
     Args:
         rod: The plant.
-        reference: By which grips are chosen, so that every plant gets the same.
+        reference: Rod by which the grips are chosen, so that they are the same for every plant.
+        count: Number of goals.
+        seed: Seed of the grips.
     """
     random = np.random.default_rng(seed)
     obstacles = scene()
@@ -68,7 +73,7 @@ def goals(rod: Rod | XpbdRod, reference: XpbdRod, count: int, seed: int) -> Iter
         rest = reference.rest(left, right)
         radius = reference.properties.diameter / 2.0
         clearance = chain_clearance(rest.state.positions, radius, obstacles)
-        if not rest.converged or clearance < SPARE:
+        if not rest.converged or clearance < MIN_CLEARANCE:
             continue
         found += 1
         if rod is not reference:

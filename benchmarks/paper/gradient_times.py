@@ -1,7 +1,8 @@
-"""Gradients the paper's way against ours: one horizon's roll-out and gradient, side by side.
+"""Times of one horizon's roll-out and gradient: the paper's way beside Lariat's.
 
-n = 40, H = 5 steps of 10 ms, J as given, translating clamped ends, nothing in the way; the same
-state, actions and slope for all. CPU time, kernels and all, the best of several.
+The rod has 40 nodes; the horizon has 5 steps of 10 ms; the ends are clamped and translate; there is
+no contact. State, actions and gradient of the cost in the positions are the same for all. Times are
+processor times, the least of several calls.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 from jaxtyping import Float64
 
-from benchmarks.paper.closed_loop import horizon_of
+from benchmarks.paper.closed_loop import horizon_problem
 from benchmarks.paper.goals import LEVEL, Goal, scene, start
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodState, RolloutSpec
@@ -24,21 +25,27 @@ from services.controller.mpc.objective import ObjectiveWeights
 from shared.scenario.sections import Control, Limits
 
 HORIZON, DT = 5, 0.01
-ADAM = 30
-"""Gradients that a horizon of the paper takes, its I."""
+"""Number of steps of a horizon, and time step [s]."""
+ADAM_ITERATIONS = 30
+"""Number of gradients of one horizon of the paper, its I."""
 
 
 def compare(xpbd: XpbdRod, direct: Rod) -> dict[str, float]:
-    """Times of the three ways [ms], how long their kernels took to come, and ratios."""
+    """Return times [ms] of reverse mode, adjoints and Gauss-Newton, and their ratios.
+
+    Args:
+        xpbd: The paper's rod.
+        direct: Lariat's rod.
+    """
     random = np.random.default_rng(0)
     actions = np.zeros((HORIZON, 2, 6))
     actions[:, :, :3] = 0.1 * random.normal(size=(HORIZON, 2, 3))
     slope = random.normal(size=(HORIZON, xpbd.node_count, 3))
     state, other = start(xpbd), start(direct)
-    begun = time.process_time()
-    reverse = reversed_rod(xpbd, state, actions, slope)
+    started = time.process_time()
+    reverse = reverse_mode_gradient(xpbd, state, actions, slope)
     found = reverse()
-    compiled = time.process_time() - begun
+    compiled = time.process_time() - started
     adjoint = xpbd.gradient(RolloutSpec(state, actions, DT), slope)
     exact = adjoint.actions[:, :, :3]
     disagreement = float(np.linalg.norm(found - exact) / np.linalg.norm(exact))
@@ -54,9 +61,9 @@ def compare(xpbd: XpbdRod, direct: Rod) -> dict[str, float]:
         "reverse": _best(reverse, 5),
         "adjoint": _best(by_adjoint, 200),
         "direct": _best(by_implicit_function, 200),
-        "gauss_newton": _best(_planned(direct, other), 50),
+        "gauss_newton": _best(_planning(direct, other), 50),
     }
-    whole = ADAM * times["reverse"]
+    whole = ADAM_ITERATIONS * times["reverse"]
     return {
         "xpbd by Taichi's reverse mode [ms]": times["reverse"],
         "xpbd by its adjoint [ms]": times["adjoint"],
@@ -71,13 +78,20 @@ def compare(xpbd: XpbdRod, direct: Rod) -> dict[str, float]:
     }
 
 
-def reversed_rod(
+def reverse_mode_gradient(
     rod: XpbdRod,
     state: RodState,
     actions: Float64[np.ndarray, "H 2 6"],
     slope: Float64[np.ndarray, "H n 3"],
 ) -> Callable[[], Float64[np.ndarray, "H 2 3"]]:
-    """A call that rolls out and takes the gradient in the actions by Taichi's reverse mode."""
+    """Return a call that computes the gradient in the actions by Taichi's reverse mode.
+
+    Args:
+        rod: Rod to roll out.
+        state: State at the start.
+        actions: Velocities of the ends.
+        slope: Gradient of the cost in the positions [1/m].
+    """
     taichi_runtime.start()
     from benchmarks.paper.kernels.reverse_mode import ReverseRod
 
@@ -109,8 +123,8 @@ def reversed_rod(
     return run
 
 
-def _planned(rod: Rod, state: RodState) -> Callable[[], object]:
-    """A call that plans the controller's own horizon, five steps of 50 ms, to a goal nearby."""
+def _planning(rod: Rod, state: RodState) -> Callable[[], object]:
+    """Return a call that plans a horizon of the controller, with its defaults, to a near goal."""
     control = Control()
     moves = np.zeros((2, 6), dtype=bool)
     moves[:, :3] = True
@@ -124,7 +138,7 @@ def _planned(rod: Rod, state: RodState) -> Callable[[], object]:
     )
     nodes = state.positions + np.array([0.0, 0.02, 0.0])
     goal = Goal(nodes, Pose(nodes[0], LEVEL), Pose(nodes[-1], LEVEL))
-    horizon = horizon_of(method, state, goal, np.zeros((2, 2, 3)))
+    horizon = horizon_problem(method, state, goal, np.zeros((2, 2, 3)))
     length = rod.properties.length
     avoidance = AvoidanceSpecification(scene(), 0.012, rod.properties.diameter / 2.0, length)
     return lambda: method.plan(rod, horizon, avoidance)
@@ -133,7 +147,7 @@ def _planned(rod: Rod, state: RodState) -> Callable[[], object]:
 def _best(call: Callable[[], object], count: int) -> float:
     times = []
     for _ in range(count):
-        begun = time.process_time()
+        started = time.process_time()
         call()
-        times.append(time.process_time() - begun)
+        times.append(time.process_time() - started)
     return 1e3 * min(times)

@@ -1,4 +1,4 @@
-"""The runs behind the paper's figures: which method, through which rod, for which plant."""
+"""Studies behind the paper's figures: a method, a model and a plant, run to all goals."""
 
 from __future__ import annotations
 
@@ -23,16 +23,20 @@ from services.controller.paper.policies import ACTIONS_RATE, Actions, Network
 from shared.scenario.sections import Limits, PaperControl
 
 LENGTH, DIAMETER, NODES = 0.45, 0.008, 40
+"""Length and diameter of the rope [m], and its number of nodes."""
 PAPER = PaperControl()
-UNTUNED = 1e-3
-"""The network's learning rate, for the velocities themselves."""
-SOFTER = 3.0
-"""How many times as soft as believed the true rope of the adaptation study is."""
+"""Settings of the paper's method."""
+UNTUNED_RATE = 1e-3
+"""Learning rate of the network, tried for Adam on the velocities too."""
+SOFTNESS = 3.0
+"""Compliance of the plant relative to the model's, in the adaptation studies [-]."""
 GAUSS_NEWTON_HORIZON, GAUSS_NEWTON_STEP = 15, 0.02
-"""Steps, and of how long [s]: with longer ones the horizon's rod swings less than the plant."""
+"""Number of steps and time step [s]; with longer steps the model swings less than the plant."""
 GAUSS_NEWTON_WEIGHTS = ObjectiveWeights(speed=0.01, acceleration=1e-5)
 CLEARANCE = 0.025
-"""That Gauss-Newton keeps between surfaces [m]."""
+"""Clearance that Gauss-Newton keeps [m]."""
+OVERSTRETCH = 0.97
+"""Largest distance of the grips, relative to the rope's length [-]."""
 
 
 @dataclass(frozen=True)
@@ -40,20 +44,21 @@ class Study:
     """One method on all goals."""
 
     method: str
-    """`network`, `actions` or `gauss_newton`."""
+    """Method of control: `network`, `actions` or `gauss_newton`."""
     solver: str
-    """Of model and plant: `xpbd` or `direct`."""
+    """Rod of model and plant: `xpbd` (the paper's) or `direct` (Lariat's)."""
     seed: int = 0
-    """Of the network's first weights."""
+    """Seed of the network's initial weights."""
     rate: float = ACTIONS_RATE
-    """Of Adam on the velocities."""
+    """Learning rate of Adam on the velocities."""
     softer: float = 1.0
-    """Compliance of the plant against the model's."""
+    """Compliance of the plant relative to the model's [-]."""
     adapts: bool = False
+    """Whether the model is adapted online."""
 
     @property
     def name(self) -> str:
-        """For tables and figures."""
+        """Name in tables and figures."""
         parts = [self.solver, self.method]
         if self.method == "network":
             parts.append(f"seed {self.seed}")
@@ -66,14 +71,16 @@ class Study:
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """What came of a study."""
+class StudyResult:
+    """Runs of a study to all goals."""
 
     study: Study
+    """What was run."""
     runs: list[ShapingRun] = field(default_factory=list)
+    """One run for each goal."""
 
     def row(self) -> dict[str, float | str | int]:
-        """Of the table."""
+        """Row of the table."""
         errors = 1e3 * np.array([r.final_error for r in self.runs])
         times = 1e3 * np.concatenate([r.horizon_times for r in self.runs])
         return {
@@ -81,33 +88,33 @@ class Outcome:
             "goals": len(self.runs),
             "mean [mm]": round(float(np.mean(errors)), 3),
             "max [mm]": round(float(np.max(errors)), 3),
-            "under 5 mm": int(np.sum(errors < 5.0)),
-            "clearance [mm]": round(1e3 * min(r.clearance for r in self.runs), 1),
-            "length off [mm]": round(1e3 * max(r.length_error for r in self.runs), 1),
+            "below 5 mm": int(np.sum(errors < 5.0)),
+            "least clearance [mm]": round(1e3 * min(r.clearance for r in self.runs), 1),
+            "length error [mm]": round(1e3 * max(r.length_error for r in self.runs), 1),
             "horizon p50 [ms]": round(float(np.median(times)), 1),
-            "p99 [ms]": round(float(np.percentile(times, 99)), 1),
+            "horizon p99 [ms]": round(float(np.percentile(times, 99)), 1),
         }
 
 
 def studies(seeds: int) -> Iterator[Study]:
-    """The paper's rod, then ours beside it."""
+    """Yield the studies of the methods: on the paper's rod, then on Lariat's."""
     for seed in range(seeds):
         yield Study("network", "xpbd", seed)
     yield Study("actions", "xpbd")
-    yield Study("actions", "xpbd", rate=UNTUNED)
+    yield Study("actions", "xpbd", rate=UNTUNED_RATE)
     yield Study("network", "direct")
     yield Study("actions", "direct")
     yield Study("gauss_newton", "direct")
 
 
 def adaptation_studies() -> Iterator[Study]:
-    """Figure 9, right: the rope is softer than the model believes."""
-    yield Study("network", "xpbd", softer=SOFTER)
-    yield Study("network", "xpbd", softer=SOFTER, adapts=True)
+    """Yield the studies of Fig. 9 (right): the plant is softer than the model."""
+    yield Study("network", "xpbd", softer=SOFTNESS)
+    yield Study("network", "xpbd", softer=SOFTNESS, adapts=True)
 
 
-class Bench:
-    """Holds the rods, so that kernels compile and goals are found once."""
+class StudyRunner:
+    """Runner that keeps rods and goals, so that kernels compile and goals are found once."""
 
     def __init__(self, seed: int) -> None:
         self.seed = seed
@@ -117,12 +124,14 @@ class Bench:
 
     def run(
         self, study: Study, count: int, steps: int, progress: Callable[[int, float], None]
-    ) -> Outcome:
-        """Brings the rope to all goals.
+    ) -> StudyResult:
+        """Run a study to all goals.
 
         Args:
-            steps: T.
-            progress: Told of goal and error after every horizon [m].
+            study: Method, model and plant.
+            count: Number of goals.
+            steps: Number of steps T of each run.
+            progress: Called with the number of the goal and the error [m] after every horizon.
         """
         model = self.xpbd if study.solver == "xpbd" else self.direct
         plant = model
@@ -130,28 +139,28 @@ class Bench:
             soft = study.softer * self.xpbd.properties.bending_compliance
             properties = replace(self.xpbd.properties, bending_compliance=soft)
             plant = self.xpbd.with_properties(properties)
-        outcome = Outcome(study)
-        begins = start(plant)
-        avoidance = AvoidanceSpecification(scene(), CLEARANCE, DIAMETER / 2.0, 0.97 * LENGTH)
+        result = StudyResult(study)
+        initial_state = start(plant)
+        avoidance = AvoidanceSpecification(scene(), CLEARANCE, DIAMETER / 2.0, OVERSTRETCH * LENGTH)
         for k, goal in enumerate(self._goals_of(study, plant, count)):
             adaptation = PaperAdaptation(self.xpbd, PAPER) if study.adapts else None
-            outcome.runs.append(
+            result.runs.append(
                 run_to_goal(
                     self._method(study),
                     model,
                     plant,
                     goal,
-                    begins,
+                    initial_state,
                     avoidance,
                     steps,
                     adaptation,
                     lambda error, k=k: progress(k, error),
                 )
             )
-        return outcome
+        return result
 
     def direct_goals(self, count: int) -> list[Goal]:
-        """The same goals as the continuous rod takes them."""
+        """Return the same goals as rest shapes of Lariat's rod."""
         return self._goals_of(Study("gauss_newton", "direct"), self.direct, count)
 
     def _goals_of(self, study: Study, plant: Rod | XpbdRod, count: int) -> list[Goal]:

@@ -82,10 +82,10 @@ def _measured(name: Part, cases: int, told: Callable[[int], None]) -> list[Mappi
             return [dict(hard_cases.measured(cases, told))]
         case "against-paper":
             from benchmarks.paper import gradient_times
-            from benchmarks.paper.studies import Bench
+            from benchmarks.paper.studies import StudyRunner
 
-            bench = Bench(0)
-            times = gradient_times.compare(bench.xpbd, bench.direct)
+            runner = StudyRunner(0)
+            times = gradient_times.compare(runner.xpbd, runner.direct)
             return [{"what": what, "comes to": value} for what, value in times.items()]
         case "diagram":
             from benchmarks.rod import work_precision

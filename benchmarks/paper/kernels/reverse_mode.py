@@ -1,9 +1,9 @@
-"""The paper's way to its gradients: Algorithm 1 with all momentary states kept, differentiated by
-Taichi's own reverse mode.
+"""Algorithm 1 of the paper, differentiated by Taichi's own reverse mode, as the paper does it.
 
-Reverse mode keeps nothing of what a kernel overwrites and is silently wrong for a roll-out in one
-kernel, with sibling loops inside a step: so every phase of every sweep is a kernel of its own, from
-one stage of the states to the next. Ends are clamped and only translate; nothing collides.
+Reverse mode does not keep values that a kernel overwrites, and its gradient of a whole roll-out in
+one kernel, with several loops inside a step, is silently wrong. Therefore every phase of every
+sweep is a kernel of its own, which reads one stage of the states and writes the next. Both ends are
+clamped and only translate; there is no contact.
 """
 
 import taichi as ti
@@ -23,14 +23,19 @@ Vector4 = ti.types.vector(4, ti.f64)
 
 @ti.data_oriented
 class ReverseRod:
-    """One rod, one horizon; fields hold every stage of it."""
+    """Roll-out of one horizon of one rod; fields hold every stage of it."""
 
     def __init__(self, nodes, iterations, horizon, length, dt, damping, angular_damping):
-        """
+        """Allocate the fields.
+
         Args:
-            length: Of an edge at rest [m].
-            dt: Of a step [s].
-            damping, angular_damping: xi_v and xi_omega.
+            nodes: Number of nodes.
+            iterations: Number of sweeps J of each step.
+            horizon: Number of steps.
+            length: Rest length of an edge [m].
+            dt: Time step [s].
+            damping: Linear damping xi_v of the paper.
+            angular_damping: Angular damping xi_omega of the paper.
         """
         self.n, self.m, self.J, self.H = nodes, nodes - 1, iterations, horizon
         self.length, self.dt = length, dt
@@ -53,13 +58,13 @@ class ReverseRod:
         self.cost = ti.field(ti.f64, shape=(), needs_grad=True)
 
     def run(self):
-        """The roll-out and, by `ti.ad.Tape`, its gradient."""
+        """Roll out, and compute the gradient by `ti.ad.Tape`."""
         with ti.ad.Tape(loss=self.cost):
             self.roll()
             self.sum_cost()
 
     def roll(self):
-        """The roll-out alone."""
+        """Roll out."""
         for t in range(self.H):
             self.predict(t)
             for j in range(self.J):
@@ -113,7 +118,7 @@ class ReverseRod:
             edge = end * (self.m - 1)
             self.q[t, 4 * j + color + 1, edge] = self.q[t, 4 * j + color, edge]
         for i in range(self.n):
-            # Nodes of no edge of this color.
+            # Nodes of no edge of this colour are copied.
             loose = i == 0 or i == self.n - 1
             loose = loose or (i == 1 and color == 1)
             loose = loose or (i == self.n - 2 and (self.m - 3) % 2 != color)

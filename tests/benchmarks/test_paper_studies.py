@@ -5,23 +5,23 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.paper.gradient_times import reversed_rod
-from benchmarks.paper.studies import Bench, Study
+from benchmarks.paper.gradient_times import reverse_mode_gradient
+from benchmarks.paper.studies import Study, StudyRunner
 from lariat.rod import RolloutSpec
 from lariat.rod.xpbd import XpbdProperties, XpbdRod
 
 
 @pytest.fixture(scope="module")
-def bench() -> Bench:
-    return Bench(seed=0)
+def runner() -> StudyRunner:
+    return StudyRunner(seed=0)
 
 
 @pytest.mark.parametrize("study", [Study("actions", "xpbd"), Study("gauss_newton", "direct")])
 def test_a_goal_behind_the_cylinders_is_reached_without_touching_them(
-    bench: Bench, study: Study
+    runner: StudyRunner, study: Study
 ) -> None:
     seen = []
-    outcome = bench.run(study, 1, 300, lambda goal, error: seen.append(error))
+    outcome = runner.run(study, 1, 300, lambda goal, error: seen.append(error))
     (run,) = outcome.runs
     assert run.errors[0] > 0.2
     assert run.final_error < 0.005
@@ -29,11 +29,11 @@ def test_a_goal_behind_the_cylinders_is_reached_without_touching_them(
     assert len(seen) == len(run.horizon_times)
 
 
-def test_adapting_predicts_a_rope_that_is_softer_than_believed_better(bench: Bench) -> None:
+def test_adaptation_improves_the_prediction_of_a_softer_rope(runner: StudyRunner) -> None:
     errors = []
     for adapts in (False, True):
         study = Study("actions", "xpbd", softer=3.0, adapts=adapts)
-        (run,) = bench.run(study, 1, 100, lambda goal, error: None).runs
+        (run,) = runner.run(study, 1, 100, lambda goal, error: None).runs
         errors.append(np.mean(run.prediction_errors[-20:]))
     assert errors[1] < 0.5 * errors[0]
 
@@ -46,5 +46,5 @@ def test_taichis_reverse_mode_and_the_adjoint_agree() -> None:
     slope = random.normal(size=(5, 40, 3))
     state = rod.straight([-0.225, 0.0, 0.3], [0.225, 0.0, 0.3])
     own = rod.gradient(RolloutSpec(state, actions, 0.01), slope).actions[:, :, :3]
-    theirs = reversed_rod(rod, state, actions, slope)()
+    theirs = reverse_mode_gradient(rod, state, actions, slope)()
     assert np.linalg.norm(theirs - own) < 1e-11 * np.linalg.norm(own)

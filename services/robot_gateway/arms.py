@@ -9,7 +9,7 @@ import numpy as np
 
 from lariat.geometry.poses import Pose
 from lariat.trajectory import NANOSECONDS
-from services.robot_gateway.drivers.driver import Driver, Feedback
+from services.robot_gateway.drivers.driver import Driver, ArmFeedback
 from services.robot_gateway.motion.approach import is_away
 from services.robot_gateway.motion.follower import SetpointFollower
 from services.robot_gateway.safety.state_machine import CommandRejected, OperatorCommand
@@ -35,7 +35,7 @@ class Arms:
         self.starts = tuple(starts)
         self.grips = list(starts)
         """Grip poses of all ends, as measured when the command was last put where they are."""
-        self.feedback: tuple[Feedback, ...] = ()
+        self.feedback: tuple[ArmFeedback, ...] = ()
         self._history: deque[tuple[int, np.ndarray]] = deque()
         self._tracking_errors: list[float] | None = None
         """Kept until the next exchange."""
@@ -116,7 +116,7 @@ class Arms:
         driver = self.drivers[SIDES.index(command.arm)]
         if not driver.moves:
             raise CommandRejected(f"{command.arm} is fixed and has no gripper")
-        driver.grip(command.close)
+        driver.set_gripper(command.close)
 
     # State of the devices
 
@@ -145,7 +145,7 @@ class Arms:
     @property
     def contact_forces(self) -> list[float]:
         """Change of the force at every gripper since it was armed at rest [N]."""
-        return [feedback.pull for feedback in self.feedback]
+        return [feedback.contact_force for feedback in self.feedback]
 
     @property
     def ends_away_from_start(self) -> list[int]:

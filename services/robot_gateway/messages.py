@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from lariat.trajectory import NANOSECONDS, SetpointChunk
-from services.robot_gateway.drivers.driver import Driver, Feedback
+from services.robot_gateway.drivers.driver import Driver, ArmFeedback
 from services.robot_gateway.safety.state_machine import Action, OperatorCommand
 from services.robot_gateway.status import CellStatus
 from shared.messages import ArmCommand, ArmState, ArmStates, Setpoints
@@ -92,7 +92,7 @@ def arm_states(status: CellStatus, drivers: Sequence[Driver], now: int) -> ArmSt
     )
 
 
-def _arm_state(side: Side, driver: Driver, feedback: Feedback, tracking_error: float) -> ArmState:
+def _arm_state(side: Side, driver: Driver, feedback: ArmFeedback, tracking_error: float) -> ArmState:
     state = ArmState(
         arm=side,
         driver=driver.name,
@@ -106,7 +106,7 @@ def _arm_state(side: Side, driver: Driver, feedback: Feedback, tracking_error: f
         mode=feedback.mode,
         link_rate=feedback.link_rate,
         link_gap=feedback.link_gap,
-        pull=feedback.pull,
+        pull=feedback.contact_force,
     )
     if feedback.pose is not None:
         state.position.extend(feedback.pose.position)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from services.robot_gateway.constraints.rule import Rule
-from services.robot_gateway.drivers.driver import Feedback
+from services.robot_gateway.drivers.driver import ArmFeedback
 from services.robot_gateway.safety.state_machine import SafetyState
 
 
@@ -28,8 +28,8 @@ class CellStatus:
     """Id of the command that was handled last."""
     rejection: str
     """Reason why that command was not carried out; empty if it was."""
-    arms: tuple[Feedback, ...]
-    """Feedback of each end, left first."""
+    arms: tuple[ArmFeedback, ...]
+    """ArmFeedback of each end, left first."""
     tracking: tuple[float, ...]
     """Distance between command and feedback of each end [m]."""
     reset_count: int

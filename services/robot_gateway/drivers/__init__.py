@@ -1,10 +1,10 @@
-"""Arms, behind one interface: the cell says where the grip shall be, the driver says where it is.
+"""Arm drivers behind one protocol: commanded grip pose in, measured grip pose out.
 
-To add another arm, write a class with the members of `Driver` beside these and name it in
-`drivers/choose.py`. It is stepped at every tick with the time; it never blocks, reads no clock and
-holds bytes to and from its device in a link.
+To add an arm, write a class with the members of `Driver` beside these and create it in
+`drivers/factory.py`. It is stepped at every tick of the gateway with the time; it never blocks and
+reads no clock.
 """
 
-from services.robot_gateway.drivers.driver import Driver, Feedback
+from services.robot_gateway.drivers.driver import ArmFeedback, Driver
 
-__all__ = ["Driver", "Feedback"]
+__all__ = ["ArmFeedback", "Driver"]

@@ -1,4 +1,4 @@
-"""What the cell expects of an arm."""
+"""Protocol of an arm driver."""
 
 from __future__ import annotations
 
@@ -13,81 +13,84 @@ from services.robot_gateway.constraints.joints import JointConstraints
 
 
 @dataclass(frozen=True)
-class Feedback:
-    """What an arm says of itself at one tick."""
+class ArmFeedback:
+    """State of an arm as it reports it at one tick."""
 
     pose: Pose | None
-    """Of the grip in the world, measured; None while unknown."""
+    """Measured pose of the grip in the world; None while unknown."""
     velocity: Float64[np.ndarray, "2 3"]
-    """Linear and angular in the world [m/s, rad/s]."""
+    """Linear and angular velocity of the grip in the world [m/s, rad/s]."""
     ready: bool
-    """Enabled and able to follow."""
+    """Whether the arm is enabled and can follow."""
     fault: str = ""
-    """A row of `STOP_CAUSES`, `alarm` or `lost_link`, or empty."""
+    """Stop cause: `alarm`, `lost_link` or empty."""
     alarms: tuple[str, ...] = ()
-    """In words."""
+    """Alarms in words."""
     joints: tuple[float, ...] = ()
-    """[rad]"""
+    """Joint angles [rad]."""
     gripper_closed: bool = True
+    """Commanded state of the gripper."""
     age: float = 0.0
-    """Since the device last spoke [s]."""
+    """Time since the last packet of the arm [s]."""
     mode: str = ""
-    """What the device says that it does, in words."""
+    """Operating mode in words."""
     link_rate: float = 0.0
-    """Times that it was heard within the last second [Hz]."""
+    """Packets within the last second [Hz]."""
     link_gap: float = 0.0
-    """Longest time between two of these [s]."""
-    pull: float = 0.0
-    """Change of the force at the gripper since it was armed at rest [N]; 0 when it feels none."""
+    """Longest time between two packets within the last second [s]."""
+    contact_force: float = 0.0
+    """Change of the force at the gripper since it was armed at rest [N]; 0 without a sensor."""
 
 
 class Driver(Protocol):
-    """One arm."""
+    """One end of the rope: an arm, or a fixed clamp."""
 
     name: str
-    """As in the scenario: fixed, ideal or cr5."""
+    """Name in a scenario: fixed, ideal or cr5."""
     moves: bool
-    """False for an end that is fixed to the world."""
+    """Whether the end moves; a clamp does not."""
     joint_constraints: JointConstraints | None
-    """Rules of its joints, when it has any."""
+    """Constraints of its joints; None without joints."""
     live: bool
-    """Whether a device is at the other end of a wire, which time alone does not advance."""
+    """Whether the arm runs on its own clock, not on that of `step`."""
     tracking_limit: float
-    """Distance between command and feedback that is a fault [m]."""
+    """Distance between command and feedback above which the arm is at fault [m]."""
 
     def enable(self) -> None:
-        """Brings the arm to where it can follow, over the next ticks; a person has armed."""
+        """Begin to make the arm ready, after a person has armed it; takes several ticks."""
         ...
 
     def disable(self) -> None:
-        """Takes the power away; the arm is at rest."""
+        """Take the power off an arm at rest."""
         ...
 
     def recover(self) -> None:
-        """Clears what stopped it, over the next ticks; a person has acknowledged."""
+        """Begin to clear a fault, after a person has acknowledged it; takes several ticks."""
         ...
 
-    def grip(self, close: bool) -> None:
-        """Opens or closes the gripper."""
+    def set_gripper(self, close: bool) -> None:
+        """Open or close the gripper."""
         ...
 
     def place(self, pose: Pose) -> bool:
-        """Begins to put the grip somewhere; simulation only. False when it cannot.
+        """Begin to put the grip at a pose; simulation only. Return False when that is impossible.
 
-        Until it is there the feedback says that it is not ready.
+        The feedback is not ready until the grip is there.
         """
         ...
 
     def close(self) -> None:
-        """Ends the connection in an orderly way; the arm is disabled."""
+        """Close the connection to a disabled arm in an orderly way."""
         ...
 
-    def step(self, now: int, target: Pose | None, velocity: Float64[np.ndarray, "2 3"]) -> Feedback:
-        """One tick.
+    def step(
+        self, now: int, target: Pose | None, velocity: Float64[np.ndarray, "2 3"]
+    ) -> ArmFeedback:
+        """Exchange command and feedback for one tick.
 
         Args:
-            now: [ns].
-            target: Where the grip shall be now; None when nothing may move.
-            velocity: Of the target [m/s, rad/s].
+            now: Time [ns].
+            target: Commanded grip pose; None when the arm must not move.
+            velocity: Linear and angular velocity of the target [m/s, rad/s].
         """
         ...

@@ -1,4 +1,4 @@
-"""The driver of each end, from the scenario."""
+"""Creates the driver of each end of a scenario."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def _driver(
 def _cr5(scenario: Scenario, side: Side, start: Pose, link: Link | None, emulator: str) -> Driver:
     # Only a cell with such an arm needs Pinocchio.
     from services.robot_gateway.drivers.cr5.driver import Cr5Driver
-    from services.robot_gateway.drivers.cr5.enable_sequence import Settings
+    from services.robot_gateway.drivers.cr5.enable_sequence import EnableSettings
     from services.robot_gateway.drivers.cr5.tcp_link import TcpLink
     from shared.cr5.installation import kinematics_of, start_joints
 
@@ -73,5 +73,5 @@ def _cr5(scenario: Scenario, side: Side, start: Pose, link: Link | None, emulato
         scenario.limits.joint_speed,
         emulated=not end.address,
         tool_output=end.tool_output,
-        settings=Settings(end.load, end.load_center, end.collision_level),
+        settings=EnableSettings(end.load, end.load_center, end.collision_level),
     )

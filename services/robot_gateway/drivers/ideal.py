@@ -1,4 +1,4 @@
-"""Ends without a device: one that is exactly where it is commanded to be, and a fixed one."""
+"""Drivers without a device: an ideal arm without tracking error, and a fixed clamp."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from jaxtyping import Float64
 
 from lariat.geometry.poses import Pose
 from services.robot_gateway.constraints.joints import JointConstraints
-from services.robot_gateway.drivers.driver import Feedback
+from services.robot_gateway.drivers.driver import ArmFeedback
 
 
 class IdealDriver:
-    """Follows without error; the cell keeps its command within the limits."""
+    """Arm that is exactly where it is commanded to be."""
 
     name = "ideal"
     moves = True
@@ -33,7 +33,7 @@ class IdealDriver:
     def recover(self) -> None:
         pass
 
-    def grip(self, close: bool) -> None:
+    def set_gripper(self, close: bool) -> None:
         self._closed = close
 
     def place(self, pose: Pose) -> bool:
@@ -43,19 +43,23 @@ class IdealDriver:
     def close(self) -> None:
         pass
 
-    def step(self, now: int, target: Pose | None, velocity: Float64[np.ndarray, "2 3"]) -> Feedback:
+    def step(
+        self, now: int, target: Pose | None, velocity: Float64[np.ndarray, "2 3"]
+    ) -> ArmFeedback:
         del now
         self._velocity = np.zeros((2, 3))
         if target is not None:
             self._pose, self._velocity = target, velocity
-        return Feedback(self._pose, self._velocity, ready=True, gripper_closed=self._closed)
+        return ArmFeedback(self._pose, self._velocity, ready=True, gripper_closed=self._closed)
 
 
 class FixedDriver(IdealDriver):
-    """An end that is clamped to the world."""
+    """Clamp that is fixed to the world."""
 
     name = "fixed"
     moves = False
 
-    def step(self, now: int, target: Pose | None, velocity: Float64[np.ndarray, "2 3"]) -> Feedback:
+    def step(
+        self, now: int, target: Pose | None, velocity: Float64[np.ndarray, "2 3"]
+    ) -> ArmFeedback:
         return super().step(now, None, velocity)

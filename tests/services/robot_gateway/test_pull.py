@@ -58,7 +58,7 @@ def test_taut_rope_is_felt_named_and_only_relieved(firmware: str) -> None:
     away(world, -0.05)
     assert world.mode in ("moving", "armed"), world.report
     assert stretch(world) < -0.01
-    assert world.report.arms[1].pull < 6.0
+    assert world.report.arms[1].contact_force < 6.0
 
 
 def test_weight_of_arm_and_tool_is_not_a_pull() -> None:
@@ -71,5 +71,5 @@ def test_weight_of_arm_and_tool_is_not_a_pull() -> None:
     assert world.command("arm") == ""
     world.until_ready()
     away(world, 0.012)
-    assert world.report.arms[1].pull < 1.0
+    assert world.report.arms[1].contact_force < 1.0
     assert world.mode in ("moving", "armed"), world.report

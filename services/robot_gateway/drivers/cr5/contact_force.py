@@ -1,7 +1,7 @@
-"""What an arm feels at its gripper beyond what it felt at rest, when a person armed it.
+"""Contact force at the gripper: the change of the measured force since the arm was armed at rest.
 
-An arm without a force sensor infers the force from its motors' currents: its zero is off by its own
-weight and friction, so only the change since that rest counts, and a short mean of it.
+An arm without a force sensor infers the force from its motor currents, with an offset by its own
+weight and friction. So the offset is measured at rest, and the difference is low-pass filtered.
 """
 
 from __future__ import annotations
@@ -9,45 +9,47 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float64
 
-REST_TIME = 0.4
-"""Over which the force at rest is averaged [s]."""
-SETTLING = 0.1
-"""Time constant of the mean [s]."""
+OFFSET_TIME = 0.4
+"""Time over which the offset is averaged [s]."""
+FILTER_TIME_CONSTANT = 0.1
+"""Time constant of the low-pass filter [s]."""
 
 
-class Pull:
-    """The change of a force."""
+class ContactForce:
+    """Force measurement relative to its offset at rest."""
 
     def __init__(self) -> None:
-        self._rows: list[Float64[np.ndarray, "3"]] = []
-        self._at_rest: Float64[np.ndarray, "3"] | None = None
-        self._mean = np.zeros(3)
-        self._begun: int | None = None
-        self._last = 0
+        self._samples: list[Float64[np.ndarray, "3"]] = []
+        self._offset: Float64[np.ndarray, "3"] | None = None
+        self._filtered = np.zeros(3)
+        self._calibrating_since: int | None = None
+        self._last_time = 0
 
-    def begin(self) -> None:
-        """Forgets the force at rest; it is averaged anew from the next one on."""
-        self._rows, self._at_rest, self._begun = [], None, None
+    def calibrate(self) -> None:
+        """Discard the offset and begin to average it anew."""
+        self._samples, self._offset, self._calibrating_since = [], None, None
 
     @property
     def calibrated(self) -> bool:
-        """Whether the force at rest is known."""
-        return self._at_rest is not None
+        """Whether the offset is known."""
+        return self._offset is not None
 
-    def take(self, force: Float64[np.ndarray, "3"], now: int) -> None:
-        """A new measurement [N] at `now` [ns]."""
-        if self._at_rest is None:
-            self._begun = now if self._begun is None else self._begun
-            self._rows.append(force)
-            if now - self._begun >= REST_TIME * 1e9:
-                self._at_rest, self._mean = np.mean(self._rows, axis=0), np.zeros(3)
-                self._rows = []
+    def update(self, force: Float64[np.ndarray, "3"], now: int) -> None:
+        """Take a measurement. Args: force: [N]. now: [ns]."""
+        if self._offset is None:
+            self._calibrating_since = (
+                now if self._calibrating_since is None else self._calibrating_since
+            )
+            self._samples.append(force)
+            if now - self._calibrating_since >= OFFSET_TIME * 1e9:
+                self._offset, self._filtered = np.mean(self._samples, axis=0), np.zeros(3)
+                self._samples = []
         else:
-            share = 1.0 - np.exp(-1e-9 * (now - self._last) / SETTLING)
-            self._mean = self._mean + share * (force - self._at_rest - self._mean)
-        self._last = now
+            gain = 1.0 - np.exp(-1e-9 * (now - self._last_time) / FILTER_TIME_CONSTANT)
+            self._filtered = self._filtered + gain * (force - self._offset - self._filtered)
+        self._last_time = now
 
     @property
-    def size(self) -> float:
-        """Of the change [N]; 0 while the force at rest is not known."""
-        return float(np.linalg.norm(self._mean)) if self.calibrated else 0.0
+    def magnitude(self) -> float:
+        """Magnitude of the filtered force [N]; 0 while the offset is not known."""
+        return float(np.linalg.norm(self._filtered)) if self.calibrated else 0.0

@@ -1,4 +1,4 @@
-"""How a CR5 is made ready: alarms cleared, power on, enabled, settings restored, no old motion."""
+"""Enable sequence of a CR5: clear alarms, discard old motion, power on, enable, apply settings."""
 
 from __future__ import annotations
 
@@ -6,57 +6,62 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
-from services.robot_gateway.drivers.cr5.command_sequence import Request, Steps, Until
+from services.robot_gateway.drivers.cr5.command_sequence import Request, SequenceSteps, WaitUntil
 from services.robot_gateway.drivers.cr5.replies import Reply
 from shared.cr5.alarms import FOLLOWING
 
-POWER_TIME = 20.0
-"""From PowerOn until the arm can be enabled; the maker speaks of 10 s."""
-IDLE_TIME = 3.0
-"""From the last setting until the arm says that it is idle."""
-STARTING, NO_POWER, GUIDED, IN_ALARM = 1, 3, 6, 9
+POWER_ON_TIMEOUT = 20.0
+"""Time limit from PowerOn until the arm can be enabled; the vendor states 10 s [s]."""
+POWER_ON_DELAY = 0.2
+"""Time after PowerOn before the mode is read [s]."""
+IDLE_TIMEOUT = 3.0
+"""Time limit from the last setting until the arm is idle [s]."""
+STARTING, NO_POWER, DISABLED, IDLE, HAND_GUIDED, IN_ALARM = 1, 3, 4, 5, 6, 9
+"""Values of RobotMode."""
 
 
 @dataclass(frozen=True)
-class Settings:
-    """What an arm is told each time that it is enabled."""
+class EnableSettings:
+    """Settings that are applied each time the arm is enabled."""
 
     load: float = 0.0
-    """On the flange [kg]."""
+    """Mass at the flange [kg]."""
     load_center: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Of that mass in the flange's frame [m]."""
+    """Centre of that mass in the flange frame [m]."""
     collision_level: int = 3
-    """0 (off) to 5 (most sensitive)."""
+    """Collision detection: 0 (off) to 5 (most sensitive)."""
 
 
-def make_ready(
+def enable_steps(
     firmware: Literal["v3", "v4"] | None,
     mode: Callable[[], int | None],
     describe: Callable[[], str],
     alarms: Callable[[], tuple[str, ...]],
-    settings: Settings,
-) -> Steps:
-    """The steps to an arm that follows servo points.
+    settings: EnableSettings,
+) -> SequenceSteps:
+    """Steps after which the arm follows servo points.
 
     Args:
-        mode: RobotMode as the arm says it now.
-        describe: The same in words.
-        alarms: What the arm has said to be wrong.
+        firmware: Version of the protocol.
+        mode: Returns the present RobotMode.
+        describe: Returns the same in words.
+        alarms: Returns the present alarms in words.
+        settings: Settings to apply.
     """
     if firmware == "v4":
-        # Older firmware does not know it, and it is refused while enabled: both are fine.
+        # An error is fine: older firmware lacks the command, and an enabled arm refuses it.
         yield Request("RequestControl()")
         yield Request("EmergencyStop(0)")
     if mode() not in FOLLOWING:
         yield Request("ClearError()")
     yield Request("ResetRobot()" if firmware == "v3" else "Stop()")
-    if mode() == GUIDED:
+    if mode() == HAND_GUIDED:
         yield Request("StopDrag()")
     if mode() in (STARTING, NO_POWER, IN_ALARM):
         # On V3 this also resets a software emergency stop.
         reply = yield Request("PowerOn()")
-        yield Until(lambda: False, 0.2)
-        if not (yield Until(lambda: mode() in (4, *FOLLOWING), POWER_TIME)):
+        yield WaitUntil(lambda: False, POWER_ON_DELAY)
+        if not (yield WaitUntil(lambda: mode() in (DISABLED, *FOLLOWING), POWER_ON_TIMEOUT)):
             words = reply.words if isinstance(reply, Reply) and reply.error else ""
             return f"no power after PowerOn: {describe()} {words}".strip()
     load = [settings.load]
@@ -74,9 +79,9 @@ def make_ready(
         "Continue()",
     ):
         reply = yield Request(text)
-        # Continue is only known from 3.5.7 on, and there is nothing to continue.
+        # An error of Continue is fine: firmware before 3.5.7 lacks it.
         if isinstance(reply, Reply) and reply.error and not text.startswith("Continue"):
             return f"{text}: {reply.words}"
-    if not (yield Until(lambda: mode() == 5, IDLE_TIME)):
+    if not (yield WaitUntil(lambda: mode() == IDLE, IDLE_TIMEOUT)):
         return f"not idle after it was enabled: {describe()}"
     return ""

@@ -1,4 +1,4 @@
-"""How well an arm is heard: how often, and with what gaps."""
+"""Link quality: rate and gaps of the packets of an arm."""
 
 from __future__ import annotations
 
@@ -6,30 +6,30 @@ from collections import deque
 from itertools import pairwise
 
 WINDOW = 1_000_000_000
-"""Over which it is judged [ns]."""
+"""Time over which rate and gaps are measured [ns]."""
 
 
 class LinkQuality:
-    """Times at which an arm was heard within the last second."""
+    """Times of the packets within the last second."""
 
     def __init__(self) -> None:
-        self._heard: deque[int] = deque()
+        self._times: deque[int] = deque()
 
-    def take(self, heard: int | None, now: int) -> None:
-        """One tick. Args: heard: When the arm was last heard [ns]. now: [ns]."""
-        if heard is not None and (not self._heard or heard > self._heard[-1]):
-            self._heard.append(heard)
-        # One older than the window stays, so that a gap that reaches into it is seen.
-        while len(self._heard) > 1 and now - self._heard[1] > WINDOW:
-            self._heard.popleft()
+    def update(self, received: int | None, now: int) -> None:
+        """Advance to `now` [ns]. Args: received: Time of the newest packet [ns]."""
+        if received is not None and (not self._times or received > self._times[-1]):
+            self._times.append(received)
+        # One packet older than the window is kept, for a gap that reaches into the window.
+        while len(self._times) > 1 and now - self._times[1] > WINDOW:
+            self._times.popleft()
 
     def rate(self, now: int) -> float:
-        """Of what was heard within the last second [Hz]."""
-        return float(sum(now - heard <= WINDOW for heard in self._heard))
+        """Return the packets within the last second [Hz]."""
+        return float(sum(now - time <= WINDOW for time in self._times))
 
     def gap(self, now: int) -> float:
-        """Longest time without a word within the last second, up to now [s]."""
-        if not self._heard:
+        """Return the longest time without a packet within the last second, up to now [s]."""
+        if not self._times:
             return 0.0
-        times = [*self._heard, now]
+        times = [*self._times, now]
         return 1e-9 * max(b - a for a, b in pairwise(times))

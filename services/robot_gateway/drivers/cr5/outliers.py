@@ -1,31 +1,36 @@
-"""A packet that tells of a jump no arm can make is not believed until another one says the same."""
+"""Outlier rejection: a packet with an impossible jump counts only once the next one confirms it."""
 
 from __future__ import annotations
 
 import numpy as np
 
-JOINT_SPEED = 360.0
-"""Twice what a joint can do [deg/s]."""
-SPEED = 6000.0
-"""Of the flange, far above what it can do [mm/s]."""
-SPARE = (2.0, 20.0)
-"""Allowed at any time: joints [deg], flange [mm]."""
+JOINT_SPEED_LIMIT = 360.0
+"""Joint speed above which a change is a jump: twice the maximum [deg/s]."""
+FLANGE_SPEED_LIMIT = 6000.0
+"""Speed of the flange above which a change is a jump, far above the maximum [mm/s]."""
+JOINT_TOLERANCE = 2.0
+"""Change of a joint that is accepted at any time [deg]."""
+FLANGE_TOLERANCE = 20.0
+"""Displacement of the flange that is accepted at any time [mm]."""
+PACKET_INTERVALS = (0.008, 1.0)
+"""Least and largest time that counts as passed between two packets [s]."""
 
 
-class Outliers:
-    """Compares each packet with the one before it, believed or not."""
+class OutlierFilter:
+    """Compares each packet with the one before it, accepted or not."""
 
     def __init__(self) -> None:
         self._before: tuple[int, np.ndarray] | None = None
 
-    def believes(self, packet: np.ndarray, now: int) -> bool:
-        """Whether a packet that came at `now` [ns] goes on from the one before it."""
+    def accepts(self, packet: np.ndarray, now: int) -> bool:
+        """Whether a packet, received at `now` [ns], is consistent with the one before it."""
         before, self._before = self._before, (now, packet)
         if before is None:
             return True
         then, other = before
-        seconds = min(max((now - then) * 1e-9, 0.008), 1.0)
+        shortest, longest = PACKET_INTERVALS
+        seconds = min(max((now - then) * 1e-9, shortest), longest)
         joints = np.max(np.abs(packet["q_actual"] - other["q_actual"]))
         moved = np.linalg.norm(packet["tool_vector_actual"][:3] - other["tool_vector_actual"][:3])
-        near = joints <= SPARE[0] + JOINT_SPEED * seconds
-        return bool(near and moved <= SPARE[1] + SPEED * seconds)
+        joints_fit = joints <= JOINT_TOLERANCE + JOINT_SPEED_LIMIT * seconds
+        return bool(joints_fit and moved <= FLANGE_TOLERANCE + FLANGE_SPEED_LIMIT * seconds)

@@ -1,16 +1,17 @@
-"""Replies of the CR5: ErrorID,{values},echo; torn, joined, late or outside the grammar."""
+"""Parser of the CR5's replies, `ErrorID,{values},echo;`, in a stream that may be torn or joined."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass
 
-NOT_TCP = re.compile(rb"control mode is not tcp|not tcp mode", re.IGNORECASE)
-# Nobody's error code is longer, and Python refuses to read numbers without end.
-HEAD = re.compile(r"(-?\d{1,9})\s*,\s*\{")
-LONGEST = 65536
+NOT_TCP_TEXT = re.compile(rb"control mode is not tcp|not tcp mode", re.IGNORECASE)
+# Bounded, as int() refuses very long numbers; no error code is longer.
+REPLY_START = re.compile(r"(-?\d{1,9})\s*,\s*\{")
+REPLY_SIZE_LIMIT = 65536
+"""Largest unfinished reply that is kept [bytes]."""
 
-ERRORS = {
+ERROR_TEXTS = {
     -1: "failed",
     -2: "the arm is in alarm",
     -3: "the emergency stop is pressed",
@@ -23,60 +24,60 @@ ERRORS = {
     -10000: "no such command on this firmware",
     -20000: "wrong number of arguments",
 }
-"""Of the first field, in words."""
+"""Meaning of the error codes."""
 
 
 @dataclass(frozen=True)
 class Reply:
-    """One answer."""
+    """One reply."""
 
     error: int
     values: str
-    """Between the outer braces."""
+    """Text between the outer braces."""
     echo: str
-    """The command as the arm read it."""
+    """The command as the arm understood it."""
 
     @property
     def words(self) -> str:
-        """What the error code means."""
-        if self.error in ERRORS:
-            return ERRORS[self.error]
+        """Meaning of the error code."""
+        if self.error in ERROR_TEXTS:
+            return ERROR_TEXTS[self.error]
         kinds = {3: "type of argument", 4: "range of argument", 5: "type of option"}
         kind = kinds.get(-self.error // 10000, "range of option")
         return f"{kind} {-self.error % 10000} is wrong"
 
     def answers(self, command: str) -> bool:
-        """Whether it is the answer to a command that was sent."""
-        return _bare(command) == _bare(self.echo)
+        """Whether this is the reply to a command."""
+        return _normalized(command) == _normalized(self.echo)
 
 
 class ReplyReader:
-    """Cuts a stream of bytes into replies."""
+    """Splits a stream of bytes into replies."""
 
     def __init__(self) -> None:
         self._buffer = b""
         self.not_tcp = False
-        """Whether the arm said that TCP control is off; the reader of it sets it back."""
+        """Whether the arm has reported that TCP control is off; reset by the caller."""
 
     def feed(self, data: bytes) -> list[Reply]:
-        """The replies that the bytes complete; what is no reply is skipped."""
+        """Return the replies that the bytes complete; other text is skipped."""
         self._buffer += data
-        if NOT_TCP.search(self._buffer):
+        if NOT_TCP_TEXT.search(self._buffer):
             self.not_tcp = True
-            self._buffer = NOT_TCP.sub(b"", self._buffer)
-        *whole, self._buffer = self._buffer.split(b";")
-        self._buffer = self._buffer[-LONGEST:]
-        texts = (part.decode("utf-8", errors="replace") for part in whole)
-        return [reply for reply in map(_reply, texts) if reply is not None]
+            self._buffer = NOT_TCP_TEXT.sub(b"", self._buffer)
+        *complete, self._buffer = self._buffer.split(b";")
+        self._buffer = self._buffer[-REPLY_SIZE_LIMIT:]
+        texts = (part.decode("utf-8", errors="replace") for part in complete)
+        return [reply for reply in map(_parse_reply, texts) if reply is not None]
 
 
 def integers(text: str) -> list[int]:
-    """All whole numbers in a text, whatever brackets stand round them."""
+    """Return all integers in a text, with any brackets around them."""
     return [int(n) for n in re.findall(r"-?\d{1,9}", text)]
 
 
-def _reply(text: str) -> Reply | None:
-    head = HEAD.search(text)
+def _parse_reply(text: str) -> Reply | None:
+    head = REPLY_START.search(text)
     if head is None:
         return None
     depth, start = 1, head.end()
@@ -88,5 +89,5 @@ def _reply(text: str) -> Reply | None:
     return None
 
 
-def _bare(command: str) -> str:
+def _normalized(command: str) -> str:
     return re.sub(r"\s", "", command).lower()

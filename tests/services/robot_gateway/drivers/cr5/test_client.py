@@ -6,7 +6,7 @@ import pytest
 from services.cr5_emulator.emulator import Emulator
 from services.cr5_emulator.options import Options
 from services.robot_gateway.drivers.cr5.client import Client
-from services.robot_gateway.drivers.cr5.enable_sequence import Settings
+from services.robot_gateway.drivers.cr5.enable_sequence import EnableSettings
 from stack.simulation.emulated_arms import MemoryLink
 
 TICK = 8_000_000
@@ -15,7 +15,7 @@ TICK = 8_000_000
 class Line:
     """A client at an emulated arm, and the text of everything that it asked there."""
 
-    def __init__(self, settings: Settings | None = None, **options: object) -> None:
+    def __init__(self, settings: EnableSettings | None = None, **options: object) -> None:
         self.emulator = Emulator(Options(**{"power_on_time": 0.4, **options}))
         self.client = Client(MemoryLink(self.emulator), settings)
         self.now = 0
@@ -35,7 +35,7 @@ class Line:
 
 
 def test_arm_without_power_is_powered_enabled_and_set_in_this_order() -> None:
-    line = Line(Settings(1.25, (0.0, 0.01, 0.08), 4), powered=False)
+    line = Line(EnableSettings(1.25, (0.0, 0.01, 0.08), 4), powered=False)
     line.run(0.1)
     assert line.client.mode_words == "no power"
     line.client.enable()
@@ -80,13 +80,13 @@ def test_every_release_that_is_supported_can_be_made_ready(release: str, knows_t
     assert packet is not None
     line.client.servo_joints(packet["q_actual"], 0.04)
     line.run(0.05)
-    assert line.client.times_joints == knows_times
+    assert line.client.timed_joints == knows_times
 
 
 def test_firmware_before_3_5_2_is_refused_in_words() -> None:
     line = Line(release="3.5.1")
     line.run(0.5)
-    assert line.client.phase == "away"
+    assert line.client.phase == "disconnected"
     assert "30004" in line.client.trouble
     assert "before 3.5.2" in line.client.trouble
 

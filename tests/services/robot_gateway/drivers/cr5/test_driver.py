@@ -69,7 +69,7 @@ def test_firmware_that_takes_no_time_for_joints_is_sent_poses() -> None:
     world.until_ready()
     here = world.cell.follower.state.positions[0]
     world.follow(circle(here, 0.06, 0.1), 2.0)
-    assert not world.driver._client.times_joints
+    assert not world.driver._client.timed_joints
     assert world.mode == "moving"
     assert np.linalg.norm(world.measured[-1] - here) > 0.05
 

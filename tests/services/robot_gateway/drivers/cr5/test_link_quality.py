@@ -13,7 +13,7 @@ def test_rate_and_longest_gap_are_those_of_the_last_second() -> None:
         # Ten packets are missing in the second second, and none after that.
         if not 200 <= k < 210:
             heard = now
-        quality.take(heard, now)
+        quality.update(heard, now)
         if k == 190:
             assert quality.rate(now) in (125.0, 126.0)
             assert abs(quality.gap(now) - 0.008) < 1e-9
@@ -27,8 +27,8 @@ def test_rate_and_longest_gap_are_those_of_the_last_second() -> None:
 def test_an_arm_that_falls_silent_shows_a_growing_gap() -> None:
     quality = LinkQuality()
     assert (quality.rate(0), quality.gap(0)) == (0.0, 0.0)
-    quality.take(TICK, TICK)
+    quality.update(TICK, TICK)
     for k in range(2, 300):
-        quality.take(TICK, k * TICK)
+        quality.update(TICK, k * TICK)
     assert quality.rate(299 * TICK) == 0.0
     assert abs(quality.gap(299 * TICK) - 298 * 0.008) < 1e-9

@@ -1,10 +1,10 @@
-"""Feedback that cannot be is not believed."""
+"""Rejection of packets with impossible values."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from services.robot_gateway.drivers.cr5.outliers import Outliers
+from services.robot_gateway.drivers.cr5.outliers import OutlierFilter
 from shared.cr5 import packet
 
 TICK = 8_000_000
@@ -26,14 +26,14 @@ def test_numbers_that_are_none_or_too_large_are_not_credible() -> None:
 
 
 def test_single_jump_is_left_out_and_a_lasting_one_is_believed() -> None:
-    outliers = Outliers()
+    outliers = OutlierFilter()
     seen = [at(10.0), at(11.0), at(60.0), at(12.0), at(13.0), at(13.0, 900.0), at(13.0, 901.0)]
-    believed = [outliers.believes(p, k * TICK) for k, p in enumerate(seen)]
+    believed = [outliers.accepts(p, k * TICK) for k, p in enumerate(seen)]
     assert believed == [True, True, False, False, True, False, True]
 
 
 def test_arm_at_its_full_speed_is_believed() -> None:
-    outliers = Outliers()
+    outliers = OutlierFilter()
     assert all(
-        outliers.believes(at(180.0 * k * 0.008, 300.0 + 16.0 * k), k * TICK) for k in range(50)
+        outliers.accepts(at(180.0 * k * 0.008, 300.0 + 16.0 * k), k * TICK) for k in range(50)
     )

@@ -9,7 +9,8 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from services.robot_gateway.drivers.cr5.tcp_link import TcpLink, TcpStream
+from services.robot_gateway.drivers.cr5.link import ByteStream
+from services.robot_gateway.drivers.cr5.tcp_link import TcpLink
 from shared.configuration import ConfigurationError
 
 
@@ -20,7 +21,7 @@ def server() -> Iterator[socket.socket]:
         yield listening
 
 
-def connect(server: socket.socket) -> tuple[TcpLink, TcpStream, socket.socket]:
+def connect(server: socket.socket) -> tuple[TcpLink, ByteStream, socket.socket]:
     link = TcpLink("127.0.0.1")
     # The step's clock need not agree with this one, only run alike.
     link.advance(time.monotonic_ns() + 12_345_678_901)

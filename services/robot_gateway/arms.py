@@ -9,7 +9,7 @@ import numpy as np
 
 from lariat.geometry.poses import Pose
 from lariat.trajectory import NANOSECONDS
-from services.robot_gateway.drivers.driver import Driver, ArmFeedback
+from services.robot_gateway.drivers.driver import ArmFeedback, Driver
 from services.robot_gateway.motion.approach import is_away
 from services.robot_gateway.motion.follower import SetpointFollower
 from services.robot_gateway.safety.state_machine import CommandRejected, OperatorCommand

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from lariat.trajectory import NANOSECONDS, SetpointChunk
-from services.robot_gateway.drivers.driver import Driver, ArmFeedback
+from services.robot_gateway.drivers.driver import ArmFeedback, Driver
 from services.robot_gateway.safety.state_machine import Action, OperatorCommand
 from services.robot_gateway.status import CellStatus
 from shared.messages import ArmCommand, ArmState, ArmStates, Setpoints
@@ -92,7 +92,9 @@ def arm_states(status: CellStatus, drivers: Sequence[Driver], now: int) -> ArmSt
     )
 
 
-def _arm_state(side: Side, driver: Driver, feedback: ArmFeedback, tracking_error: float) -> ArmState:
+def _arm_state(
+    side: Side, driver: Driver, feedback: ArmFeedback, tracking_error: float
+) -> ArmState:
     state = ArmState(
         arm=side,
         driver=driver.name,

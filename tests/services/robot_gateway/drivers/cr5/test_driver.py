@@ -49,13 +49,13 @@ def test_calibrated_arm_is_no_fault_and_keeps_to_its_path(firmware: str) -> None
 def test_servo_points_come_at_an_even_pace_and_never_two_at_once() -> None:
     world = ArmWorld("v4")
     sent: list[float] = []
-    aim = world.emulator.controller.aim
+    follow_point = world.emulator.controller.follow_point
 
     def logged(*arguments: object) -> None:
         sent.append(world.emulator.now)
-        aim(*arguments)
+        follow_point(*arguments)
 
-    world.emulator.controller.aim = logged
+    world.emulator.controller.follow_point = logged
     world.until_ready()
     world.follow(circle(world.cell.follower.state.positions[0], 0.05, 0.1), 2.0)
     gaps = np.diff(sent[10:])

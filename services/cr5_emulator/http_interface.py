@@ -13,7 +13,7 @@ import re
 import time
 
 from services.cr5_emulator.controller import EMERGENCY_STOP_ALARM, Controller
-from shared.cr5.alarms import ALARMS, MODES
+from shared.cr5.alarms import ALARM_TEXTS, MODES
 
 LANGUAGES = ("zh_cn", "zh_hant", "en", "ja", "de", "es", "ru", "ko", "vi", "fr")
 SEVERE_LEVEL, ORDINARY_LEVEL = 0, 5
@@ -99,7 +99,7 @@ class HttpInterface:
         return {
             "id": number,
             "level": SEVERE_LEVEL if stop else ORDINARY_LEVEL,
-            "description": ALARMS.get(number, "see the vendor's list"),
+            "description": ALARM_TEXTS.get(number, "see the vendor's list"),
             "solution": f"{release}clear the error and enable the arm",
             "mode": MODES["v4"][self._controller.mode],
             "date": time.strftime("%Y-%m-%d", when),

@@ -1,1 +1,4 @@
-"""The Dobot CR5 as its maker's TCP/IP protocol shows it; millimetres and degrees live here only."""
+"""Dobot CR5: packet layout, alarms, units, kinematics and place in a cell.
+
+Shared by the gateway's driver and the emulator. Only the protocol uses millimetres and degrees.
+"""

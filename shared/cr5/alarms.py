@@ -1,4 +1,4 @@
-"""Modes and alarm numbers of the CR5 in words."""
+"""Operating modes and alarm numbers of the CR5, in words."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ MODES = {
         11: "stopped by a collision",
     },
 }
-"""RobotMode by firmware: 8 and 11 changed their meaning."""
+"""Meaning of RobotMode by firmware; 8 and 11 differ."""
 
-FOLLOWING = (5, 7)
-"""Modes in which servo points are followed."""
+FOLLOWING_MODES = (5, 7)
+"""Modes in which servo points are followed: idle and running."""
 
-_JOINTS = range(1, 7)
-ALARMS = {
+_JOINT_NUMBERS = range(1, 7)
+ALARM_TEXTS = {
     16: "a planned point is near the shoulder singularity",
     17: "no joint angles reach the pose",
     18: "outside the work area",
@@ -54,9 +54,9 @@ ALARMS = {
     35: "moved near the wrist singularity",
     36: "moved near the elbow singularity",
     37: "a joint would turn by more than 180 degrees",
-    **{47 + k: f"joint {k} is too fast" for k in _JOINTS},
-    **{62 + 2 * k: f"joint {k} is at its positive end" for k in _JOINTS},
-    **{63 + 2 * k: f"joint {k} is at its negative end" for k in _JOINTS},
+    **{47 + k: f"joint {k} is too fast" for k in _JOINT_NUMBERS},
+    **{62 + 2 * k: f"joint {k} is at its positive end" for k in _JOINT_NUMBERS},
+    **{63 + 2 * k: f"joint {k} is at its negative end" for k in _JOINT_NUMBERS},
     116: "emergency stop",
     117: "collision",
     119: "contact with the skin",
@@ -65,15 +65,16 @@ ALARMS = {
     165: "emergency stop",
     194: "tracking limit",
     224: "a safety wall was crossed",
-    **{241 + k: f"joint {k} follows too far behind" for k in _JOINTS},
+    **{241 + k: f"joint {k} follows too far behind" for k in _JOINT_NUMBERS},
     2050: "protective stop timed out",
     **{2068 + k: "a limit of the tool’s position, speed, force or plane" for k in range(1, 7)},
     **{50223 + k: "wrong arguments of a servo point" for k in range(1, 8)},
     -2: "collision",
     -3: "contact with the skin",
 }
+"""Meaning of alarm numbers."""
 
 
-def alarm_words(number: int) -> str:
-    """An alarm number in words."""
-    return f"alarm {number}: {ALARMS.get(number, 'see the maker’s list')}"
+def alarm_text(number: int) -> str:
+    """Return the number and meaning of an alarm."""
+    return f"alarm {number}: {ALARM_TEXTS.get(number, 'see the vendor’s list')}"

@@ -1,4 +1,4 @@
-"""A CR5 at its place in a scenario's cell."""
+"""CR5 at its place in a scenario's cell: kinematics, joint angles at the start, tether."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ from shared.scenario import SIDES, Scenario, Side
 from shared.scenario.sections import End
 
 JointDegrees = tuple[float, float, float, float, float, float]
+"""Joint angles [deg]."""
 
 
 def kinematics_of(end: End) -> Kinematics:
-    """The arm of an end, with its base and tool."""
+    """Create the kinematics of the arm of an end, with its base and tool."""
     return Kinematics(
         Pose(np.array(end.base_position), poses.normalized(np.array(end.base_orientation))),
         Pose(np.array(end.tool_position), poses.normalized(np.array(end.tool_orientation))),
@@ -23,7 +24,12 @@ def kinematics_of(end: End) -> Kinematics:
 
 
 def start_joints(kinematics: Kinematics, start: Pose, side: Side) -> JointDegrees:
-    """Joints at the scenario's start [deg].
+    """Return joint angles for a grip pose, on the branch farthest from singularities [deg].
+
+    Args:
+        kinematics: The arm.
+        start: Grip pose at the scenario's start.
+        side: End of the rope, for the error message.
 
     Raises:
         ConfigurationError: The start is out of reach.
@@ -39,7 +45,10 @@ def start_joints(kinematics: Kinematics, start: Pose, side: Side) -> JointDegree
 
 
 def tether_of(scenario: Scenario, side: Side) -> tuple[float, ...]:
-    """The true rope, straight, as the emulator takes it; nothing when its far end moves."""
+    """Return the plant's rope as the emulator's tether; empty when its other end moves.
+
+    Fixed end in the base [m], length [m], stiffness [N/m] and grip in the flange frame [m].
+    """
     other = "right" if side == "left" else "left"
     if scenario.end(other).driver != "fixed":
         return ()
@@ -53,6 +62,10 @@ def tether_of(scenario: Scenario, side: Side) -> tuple[float, ...]:
 
 
 def scenario_joints(scenario: Scenario, side: Side) -> JointDegrees:
-    """Joints of an end's arm at the scenario's start [deg]."""
+    """Return the joint angles of an end's arm at the scenario's start [deg].
+
+    Raises:
+        ConfigurationError: The start is out of reach.
+    """
     start = dict(zip(SIDES, scenario.grips(scenario.start), strict=True))[side]
     return start_joints(kinematics_of(scenario.end(side)), start, side)

@@ -1,8 +1,7 @@
-"""The CR5's joints for a pose of its grip.
+"""Forward and inverse kinematics of the CR5 with its nominal geometry, `cr5.urdf`.
 
-The geometry is the nominal one of `cr5.urdf`. A real arm differs from it by about a millimetre and
-a third of a degree, so that joints found here are good for limits and singularities, and are sent
-only where the driver has laid them over the arm's own geometry.
+A real arm deviates from it by about a millimetre and a third of a degree. Joint angles from here
+serve to check limits and singularities; the driver corrects them before it sends them.
 """
 
 from __future__ import annotations
@@ -17,69 +16,74 @@ from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 
 URDF = Path(__file__).with_name("cr5.urdf")
-LIMIT_MARGIN = 0.035
-"""Kept from a joint's end [rad]: the nominal geometry is wrong by up to 0.006."""
-LEAST_SINGULAR_VALUE = 0.03
-"""Of the Jacobian in metres and radians; 0.21 at the arm's usual pose, 0 where it is singular."""
-REACH = 0.5
-"""Longest Newton step [rad]."""
+JOINT_LIMIT_MARGIN = 0.035
+"""Margin to the joint limits [rad]: the nominal geometry is wrong by up to 0.006."""
+MIN_SINGULAR_VALUE = 0.03
+"""Smallest singular value of the Jacobian that is allowed, in metres and radians; 0.21 at a usual
+pose, 0 at a singularity."""
+NEWTON_STEP_LIMIT = 0.5
+"""Largest change of a joint in one Newton step [rad]."""
+NEWTON_ITERATIONS = 30
+POSE_TOLERANCE = 1e-7
+"""Error at which the inverse kinematics have converged [m, rad]."""
 
 Joints = Float64[np.ndarray, "6"]
 
 
 class Kinematics:
-    """One arm at its place in the cell, with its tool."""
+    """An arm at its place in the cell, with its tool."""
 
     def __init__(self, T_world_base: Pose, T_flange_grip: Pose) -> None:
+        """Args: T_world_base: Pose of the base. T_flange_grip: Pose of the grip at the flange."""
         self._model = pinocchio.buildModelFromUrdf(str(URDF))
         self._data = self._model.createData()
         self._frame = self._model.getFrameId("link_6")
         self._from_base, self._to_grip = T_world_base, T_flange_grip
         self._to_base, self._to_flange = T_world_base.inverse(), T_flange_grip.inverse()
-        self._base, self._tool = _placement(self._to_base), _placement(self._to_flange)
-        self.most = np.array(self._model.upperPositionLimit) - LIMIT_MARGIN
-        """Largest angle of each joint, either way [rad]."""
+        self._base, self._tool = _to_se3(self._to_base), _to_se3(self._to_flange)
+        self.joint_limits = np.array(self._model.upperPositionLimit) - JOINT_LIMIT_MARGIN
+        """Largest allowed angle of each joint, either way [rad]."""
         self._spheres, base = _link_spheres(self._model)
         self.base_spheres = self._from_base.apply(base[0]), base[1]
-        """Of what does not move: centres in the world and radii [m]."""
+        """Spheres that cover the base: centres in the world and radii [m]."""
 
     def flange(self, joints: Joints) -> Pose:
-        """Pose of the flange in the base."""
+        """Return the pose of the flange in the base."""
         pinocchio.framesForwardKinematics(self._model, self._data, joints)
-        return _pose(self._data.oMf[self._frame])
+        return _from_se3(self._data.oMf[self._frame])
 
     def grip(self, joints: Joints) -> Pose:
-        """Pose of the grip in the world."""
+        """Return the pose of the grip in the world."""
         return self.grip_of_flange(self.flange(joints))
 
     def grip_of_flange(self, flange: Pose) -> Pose:
-        """Pose of the grip in the world for one of the flange in the base."""
+        """Return the pose of the grip in the world, for one of the flange in the base."""
         return self._from_base @ flange @ self._to_grip
 
     def flange_of_grip(self, grip: Pose) -> Pose:
-        """Pose of the flange in the base for one of the grip in the world."""
+        """Return the pose of the flange in the base, for one of the grip in the world."""
         return self._to_base @ grip @ self._to_flange
 
     def grip_velocity(
         self, velocity: Float64[np.ndarray, "2 3"], flange: Pose
     ) -> Float64[np.ndarray, "2 3"]:
-        """Linear and angular velocity of the grip in the world, for the flange's in the base."""
+        """Return the velocity of the grip in the world, for that of the flange in the base."""
         linear, angular = poses.rotate(self._from_base.orientation, velocity)
-        arm = poses.rotate((self._from_base @ flange).orientation, self._to_grip.position)
-        return np.stack([linear + poses.cross(angular, arm), angular])
+        lever = poses.rotate((self._from_base @ flange).orientation, self._to_grip.position)
+        return np.stack([linear + poses.cross(angular, lever), angular])
 
     def joint_speed(
         self, joints: Joints, velocity: Float64[np.ndarray, "2 3"]
     ) -> Float64[np.ndarray, "6"]:
-        """Joint speeds for linear and angular velocity of the grip in the world [rad/s]."""
+        """Return the joint speeds [rad/s] for a velocity of the grip in the world."""
         linear, angular = poses.rotate(self._to_base.orientation, velocity)
         flange = self.flange(joints)
-        arm = poses.rotate(flange.orientation, self._to_grip.position)
-        twist = np.concatenate([linear - poses.cross(angular, arm), angular])
+        lever = poses.rotate(flange.orientation, self._to_grip.position)
+        twist = np.concatenate([linear - poses.cross(angular, lever), angular])
         return np.linalg.lstsq(self.jacobian(joints), twist, rcond=1e-6)[0]
 
     def jacobian(self, joints: Joints) -> Float64[np.ndarray, "6 6"]:
-        """Linear over angular velocity of the flange, in the base's axes, per joint speed."""
+        """Return the Jacobian: linear over angular velocity of the flange, in the base."""
         return pinocchio.computeFrameJacobian(
             self._model,
             self._data,
@@ -89,21 +93,23 @@ class Kinematics:
         )
 
     def solve(self, grip: Pose, near: Joints) -> Joints | None:
-        """Joints for a grip pose on the branch of `near`; None when it is out of reach."""
-        goal = self._base * _placement(grip) * self._tool
+        """Solve the inverse kinematics on the branch of `near`; None when out of reach."""
+        goal = self._base * _to_se3(grip) * self._tool
         joints = np.array(near, dtype=float)
-        for _ in range(30):
+        for _ in range(NEWTON_ITERATIONS):
             pinocchio.framesForwardKinematics(self._model, self._data, joints)
             error = pinocchio.log6(self._data.oMf[self._frame].actInv(goal)).vector
-            if np.max(np.abs(error)) < 1e-7:
+            if np.max(np.abs(error)) < POSE_TOLERANCE:
                 return joints
             J = pinocchio.computeFrameJacobian(self._model, self._data, joints, self._frame)
             step = np.linalg.solve(J.T @ J + 1e-8 * np.eye(6), J.T @ error)
-            joints = joints + step * min(1.0, REACH / max(float(np.max(np.abs(step))), 1e-12))
+            joints = joints + step * min(
+                1.0, NEWTON_STEP_LIMIT / max(float(np.max(np.abs(step))), 1e-12)
+            )
         return None
 
     def solve_anywhere(self, grip: Pose) -> Joints | None:
-        """Joints for a grip pose, on the branch that is best to be on: far from singular."""
+        """Solve the inverse kinematics on the branch farthest from singularities, or None."""
         found = []
         for shoulder in np.radians([-150.0, -90.0, -30.0, 30.0, 90.0, 150.0]):
             for elbow in np.radians([-100.0, 100.0]):
@@ -112,15 +118,15 @@ class Kinematics:
                     joints = self.solve(grip, seed)
                     if joints is not None:
                         found.append((joints + np.pi) % (2.0 * np.pi) - np.pi)
-        usable = [j for j in found if np.all(np.abs(j) <= self.most)]
-        return max(usable, key=self.least_singular_value, default=None)
+        usable = [j for j in found if np.all(np.abs(j) <= self.joint_limits)]
+        return max(usable, key=self.smallest_singular_value, default=None)
 
-    def least_singular_value(self, joints: Joints) -> float:
-        """Of the Jacobian in metres and radians."""
+    def smallest_singular_value(self, joints: Joints) -> float:
+        """Return the smallest singular value of the Jacobian, in metres and radians."""
         return float(np.linalg.svd(self.jacobian(joints), compute_uv=False)[-1])
 
     def link_spheres(self, joints: Joints) -> tuple[Float64[np.ndarray, "k 3"], np.ndarray]:
-        """Centres in the world and radii of spheres that cover the moving links [m]."""
+        """Return centres in the world and radii of spheres that cover the moving links [m]."""
         pinocchio.forwardKinematics(self._model, self._data, joints)
         centres = [
             np.array(self._data.oMi[joint].rotation) @ local.T
@@ -131,23 +137,23 @@ class Kinematics:
         return self._from_base.apply(np.concatenate(centres, axis=1).T), radii
 
 
-def _placement(pose: Pose) -> pinocchio.SE3:
+def _to_se3(pose: Pose) -> pinocchio.SE3:
     w, x, y, z = (float(v) for v in pose.orientation)
     return pinocchio.SE3(pinocchio.Quaternion(w, x, y, z), np.asarray(pose.position, float))
 
 
-def _pose(placement: pinocchio.SE3) -> Pose:
+def _from_se3(placement: pinocchio.SE3) -> Pose:
     return Pose(np.array(placement.translation), poses.from_matrix(np.array(placement.rotation)))
 
 
 def _link_spheres(
     model: pinocchio.Model,
 ) -> tuple[list[tuple[int, np.ndarray, float]], tuple[np.ndarray, np.ndarray]]:
-    """Spheres that cover the capsules in the links' cylinders.
+    """Create spheres that cover the collision cylinders of the links.
 
     Returns:
-        Joint, centres in its frame and radius for each link that moves; centres in the base and
-        radii for what does not.
+        Joint, centres in its frame and radius for each moving link; centres in the base and radii
+        for the base.
     """
     geometry = pinocchio.buildGeomFromUrdf(model, str(URDF), pinocchio.GeometryType.COLLISION)
     rows = []
@@ -161,9 +167,9 @@ def _link_spheres(
         )
         gap = 2.0 * reach / max(count - 1, 1)
         rows.append((int(body.parentJoint), local, float(np.hypot(radius, gap / 2.0))))
-    still = [(local, radius) for joint, local, radius in rows if joint == 0]
+    fixed = [(local, radius) for joint, local, radius in rows if joint == 0]
     base = (
-        np.concatenate([np.zeros((0, 3)), *(local for local, _ in still)]),
-        np.concatenate([np.zeros(0), *(np.full(len(local), r) for local, r in still)]),
+        np.concatenate([np.zeros((0, 3)), *(local for local, _ in fixed)]),
+        np.concatenate([np.zeros(0), *(np.full(len(local), r) for local, r in fixed)]),
     )
     return [row for row in rows if row[0] != 0], base

@@ -1,15 +1,17 @@
-"""The feedback packet of ports 30004 to 30006: 1440 bytes, little-endian, no padding.
+"""Feedback packet of ports 30004 to 30006: 1440 bytes, little-endian, no padding.
 
-Offsets are those of the maker's document for V3 (2024-01) and V4 (4.6.5); fields that only one of
-them has keep their offset, the other sends zeros there.
+Offsets are those of the vendor's documents for V3 (2024-01) and V4 (4.6.5); a field that only one
+version has is zero in the other.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-SIZE = 1440
+PACKET_SIZE = 1440
+"""[bytes]"""
 TEST_VALUE = 0x0123456789ABCDEF
+"""Constant in every packet, by which its start is found."""
 TEST_OFFSET = 48
 TEST_BYTES = TEST_VALUE.to_bytes(8, "little")
 
@@ -74,59 +76,62 @@ LAYOUT = np.dtype(
         "names": [name for name, *_ in _FIELDS],
         "formats": [kind if count == 1 else (kind, (count,)) for _, _, kind, count in _FIELDS],
         "offsets": [offset for _, offset, *_ in _FIELDS],
-        "itemsize": SIZE,
+        "itemsize": PACKET_SIZE,
     }
 )
+"""Structured type of a packet."""
 
 
 def blank() -> np.ndarray:
-    """A record of zeros with its size and test value set; `tobytes` is the packet."""
+    """Return a record of zeros with size and test value; its `tobytes` is the packet."""
     record = np.zeros((), dtype=LAYOUT)
-    record["message_size"], record["test_value"] = SIZE, TEST_VALUE
+    record["message_size"], record["test_value"] = PACKET_SIZE, TEST_VALUE
     return record
 
 
-MOST = {
+PLAUSIBLE_LIMITS = {
     "q_actual": 400.0,
     "tool_vector_actual": 3000.0,
     "tcp_speed_actual": 10000.0,
     "tcp_force": 10000.0,
 }
-"""What no arm of this kind ever tells of itself [deg, mm, mm/s and deg/s, N]."""
+"""Magnitudes above which a value is impossible [deg, mm, mm/s and deg/s, N]."""
 
 
-def credible(record: np.ndarray) -> bool:
-    """Whether what a gateway moves by can be: joints, pose, speed and force; NaN cannot."""
-    return all(bool(np.all(np.abs(record[name]) <= most)) for name, most in MOST.items())
+def is_plausible(record: np.ndarray) -> bool:
+    """Whether joints, pose, speed and force have possible values; NaN is impossible."""
+    return all(
+        bool(np.all(np.abs(record[name]) <= limit)) for name, limit in PLAUSIBLE_LIMITS.items()
+    )
 
 
 class PacketReader:
-    """Finds packets in a stream of bytes that may begin, tear or repeat anywhere."""
+    """Finds packets in a stream of bytes that may start, be torn or be corrupted anywhere."""
 
     def __init__(self) -> None:
         self._buffer = bytearray()
         self.skipped = 0
-        """Bytes thrown away to find a packet's start."""
+        """Bytes skipped to find the start of a packet."""
 
     def feed(self, data: bytes) -> np.ndarray | None:
-        """The newest whole packet that the bytes complete, or None."""
+        """Return the newest packet that the bytes complete; None when there is none."""
         self._buffer += data
         newest = None
-        while len(self._buffer) >= SIZE:
+        while len(self._buffer) >= PACKET_SIZE:
             if self._aligned():
-                newest = bytes(self._buffer[:SIZE])
-                del self._buffer[:SIZE]
+                newest = bytes(self._buffer[:PACKET_SIZE])
+                del self._buffer[:PACKET_SIZE]
             else:
-                self._resynchronise()
+                self._resynchronize()
         return None if newest is None else np.frombuffer(newest, dtype=LAYOUT)[0]
 
     def _aligned(self) -> bool:
         size = int.from_bytes(self._buffer[:2], "little")
-        return size == SIZE and self._buffer[TEST_OFFSET : TEST_OFFSET + 8] == TEST_BYTES
+        return size == PACKET_SIZE and self._buffer[TEST_OFFSET : TEST_OFFSET + 8] == TEST_BYTES
 
-    def _resynchronise(self) -> None:
+    def _resynchronize(self) -> None:
         hit = self._buffer.find(TEST_BYTES, TEST_OFFSET + 1)
-        # Without a hit the last bytes may still be the beginning of one.
+        # Without a hit, the last bytes may still be the start of a test value.
         drop = hit - TEST_OFFSET if hit >= 0 else len(self._buffer) - TEST_OFFSET - 7
         self.skipped += drop
         del self._buffer[:drop]

@@ -1,4 +1,4 @@
-"""Poses as the CR5 writes them: millimetres and degrees, R = Rz(rz) Ry(ry) Rx(rx)."""
+"""Conversion of poses to the CR5's vectors: millimetres and degrees, R = Rz(rz) Ry(ry) Rx(rx)."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 
 
-def from_vector(vector: Float64[np.ndarray, "6"]) -> Pose:
-    """The pose [m] of X, Y, Z [mm], Rx, Ry, Rz [deg]."""
+def pose_from_vector(vector: Float64[np.ndarray, "6"]) -> Pose:
+    """Convert X, Y, Z [mm], Rx, Ry, Rz [deg] to a pose [m]."""
     halves = np.radians(np.asarray(vector[3:], dtype=float)) / 2.0
     x, y, z = (
         np.array([np.cos(h), *(np.sin(h) * axis)])
@@ -20,8 +20,8 @@ def from_vector(vector: Float64[np.ndarray, "6"]) -> Pose:
     return Pose(np.asarray(vector[:3], dtype=float) / 1e3, q)
 
 
-def to_vector(pose: Pose) -> Float64[np.ndarray, "6"]:
-    """X, Y, Z [mm], Rx, Ry, Rz [deg] of a pose; at |Ry| = 90 deg Rx is 0."""
+def vector_from_pose(pose: Pose) -> Float64[np.ndarray, "6"]:
+    """Convert a pose [m] to X, Y, Z [mm], Rx, Ry, Rz [deg]; at |Ry| = 90 deg Rx is 0."""
     R = poses.matrix(pose.orientation)
     pitch = np.arctan2(-R[2, 0], np.hypot(R[0, 0], R[1, 0]))
     if np.hypot(R[0, 0], R[1, 0]) < 1e-9:

@@ -129,7 +129,7 @@ class JointConstraints:
         spheres = [self.kinematics.link_spheres(row) for row in rows]
         links = collision.slacks(np.array([c for c, _ in spheres]), spheres[0][1])
         slacks: Slacks = {
-            "joint_limits": np.min(self.kinematics.most - np.abs(rows), axis=1),
+            "joint_limits": np.min(self.kinematics.joint_limits - np.abs(rows), axis=1),
             "singularity": singularity,
         }
         if present is None:

@@ -7,7 +7,7 @@ from jaxtyping import Float64
 
 from services.robot_gateway.constraints.arm_kinematics import ArmKinematics
 
-LEAST_SINGULAR_VALUE = 0.03
+MIN_SINGULAR_VALUE = 0.03
 """Least permitted singular value of the Jacobian in metres and radians [m/rad]; it is 0.21 at a
 usual pose of a CR5 and 0 at a singular one."""
 
@@ -16,5 +16,5 @@ def singularity_slack(
     kinematics: ArmKinematics, joints: Float64[np.ndarray, "m j"]
 ) -> Float64[np.ndarray, "m"]:
     """Return by how much the least singular value exceeds its limit at m poses [m/rad]."""
-    values = [kinematics.least_singular_value(row) for row in joints]
-    return np.array(values) - LEAST_SINGULAR_VALUE
+    values = [kinematics.smallest_singular_value(row) for row in joints]
+    return np.array(values) - MIN_SINGULAR_VALUE

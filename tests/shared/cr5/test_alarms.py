@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from services.robot_gateway.drivers.cr5.replies import Reply
-from shared.cr5.alarms import ALARMS, MODES, alarm_words
+from shared.cr5.alarms import ALARM_TEXTS, MODES, alarm_text
 
 
 @pytest.mark.parametrize(
@@ -21,18 +21,18 @@ from shared.cr5.alarms import ALARMS, MODES, alarm_words
 )
 def test_every_alarm_worth_knowing_has_words(numbers: tuple[int, ...]) -> None:
     for number in numbers:
-        assert number in ALARMS
-        assert alarm_words(number) == f"alarm {number}: {ALARMS[number]}"
+        assert number in ALARM_TEXTS
+        assert alarm_text(number) == f"alarm {number}: {ALARM_TEXTS[number]}"
 
 
 def test_joint_of_an_alarm_is_the_one_that_it_says() -> None:
-    assert "joint 1" in ALARMS[48]
-    assert "joint 6" in ALARMS[53]
-    assert "joint 1" in ALARMS[64]
-    assert "positive" in ALARMS[64]
-    assert "joint 6" in ALARMS[75]
-    assert "negative" in ALARMS[75]
-    assert "joint 6" in ALARMS[247]
+    assert "joint 1" in ALARM_TEXTS[48]
+    assert "joint 6" in ALARM_TEXTS[53]
+    assert "joint 1" in ALARM_TEXTS[64]
+    assert "positive" in ALARM_TEXTS[64]
+    assert "joint 6" in ALARM_TEXTS[75]
+    assert "negative" in ALARM_TEXTS[75]
+    assert "joint 6" in ALARM_TEXTS[247]
 
 
 def test_modes_8_and_11_differ_between_the_versions() -> None:

@@ -33,8 +33,8 @@ from services.robot_gateway.drivers.cr5.enable_sequence import (
 from services.robot_gateway.drivers.cr5.link import Link
 from services.robot_gateway.drivers.cr5.outliers import OutlierFilter
 from services.robot_gateway.drivers.cr5.replies import Reply, ReplyReader, integers
-from shared.cr5.alarms import FOLLOWING, MODES, alarm_words
-from shared.cr5.packet import PacketReader, credible
+from shared.cr5.alarms import FOLLOWING_MODES, MODES, alarm_text
+from shared.cr5.packet import PacketReader, is_plausible
 
 REPLY_TIMEOUT = 2.0
 """Time limit of a reply, after which the connection is opened anew [s]."""
@@ -241,7 +241,7 @@ class Client:
         if packet is None:
             self._rejection = self._rejection or ("the data is no packet" if data else "")
         # Comparisons with NaN are false, so such a packet is rejected.
-        elif not credible(packet) or not self._outliers.accepts(packet, self._now):
+        elif not is_plausible(packet) or not self._outliers.accepts(packet, self._now):
             self._rejection = "its values are impossible"
         else:
             # A repeated time stamp means that the controller has stopped.
@@ -294,12 +294,12 @@ class Client:
     def _watch_alarms(self) -> None:
         """Read the alarms, once each time that the arm enters alarm."""
         alarmed = self.mode == IN_ALARM or (self.firmware == "v4" and self.mode == V4_COLLISION)
-        if self.mode is not None and self.mode not in FOLLOWING:
+        if self.mode is not None and self.mode not in FOLLOWING_MODES:
             self.enabled = False
         if alarmed and not self._alarms_read and not self.busy:
             self._alarms_read = True
             self._sequence.begin(self._read_alarms())
-        elif not alarmed and not self.busy and self.mode in FOLLOWING:
+        elif not alarmed and not self.busy and self.mode in FOLLOWING_MODES:
             self.alarms, self._alarms_read = (), False
 
     def _watch_queue(self) -> None:
@@ -318,7 +318,7 @@ class Client:
         reply = yield Request("GetErrorID()")
         assert isinstance(reply, Reply)
         numbers = integers(reply.values)
-        self.alarms = tuple(alarm_words(n) for n in numbers) or (self.mode_words,)
+        self.alarms = tuple(alarm_text(n) for n in numbers) or (self.mode_words,)
         return f"{self.mode_words}: {'; '.join(self.alarms)}"
 
     def _enable_steps(self) -> SequenceSteps:

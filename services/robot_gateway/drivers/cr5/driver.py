@@ -20,7 +20,7 @@ from services.robot_gateway.drivers.cr5.link import Link
 from services.robot_gateway.drivers.cr5.link_quality import LinkQuality
 from services.robot_gateway.drivers.driver import ArmFeedback
 from shared.cr5 import units
-from shared.cr5.alarms import FOLLOWING
+from shared.cr5.alarms import FOLLOWING_MODES
 from shared.cr5.kinematics import Kinematics
 
 SERVO_POINT_TICKS = 4
@@ -104,7 +104,7 @@ class Cr5Driver:
     def place(self, pose: Pose) -> bool:
         if not self._emulated:
             return False
-        vector = units.to_vector(self._kinematics.flange_of_grip(pose))
+        vector = units.vector_from_pose(self._kinematics.flange_of_grip(pose))
         # A command of the emulator only; a real arm would answer with an error.
         self._client.request(f"EmulatorPlace({','.join(f'{v:.6f}' for v in vector)})")
         self._placement, self._streaming = pose, False
@@ -142,13 +142,13 @@ class Cr5Driver:
         if self._client.firmware == "v3" and self._client.timed_joints:
             self._send_joints(flange)
         else:
-            self._client.servo_pose(units.to_vector(flange), SERVO_POINT_TIME)
+            self._client.servo_pose(units.vector_from_pose(flange), SERVO_POINT_TIME)
 
     def _send_joints(self, flange: Pose) -> None:
         packet = self._client.feedback
         assert packet is not None
         actual = np.radians(packet["q_actual"])
-        measured = units.from_vector(packet["tool_vector_actual"])
+        measured = units.pose_from_vector(packet["tool_vector_actual"])
         nominal = self._kinematics.flange(actual)
         goal = nominal @ measured.inverse() @ flange
         near = actual if self._joints is None else self._joints
@@ -173,7 +173,7 @@ class Cr5Driver:
                 gripper_closed=self._closed,
                 age=np.inf,
             )
-        flange = units.from_vector(packet["tool_vector_actual"])
+        flange = units.pose_from_vector(packet["tool_vector_actual"])
         pose = self._kinematics.grip_of_flange(flange)
         return ArmFeedback(
             pose=pose,
@@ -204,7 +204,7 @@ class Cr5Driver:
     @property
     def _ready(self) -> bool:
         client = self._client
-        following = client.enabled and not client.lost and client.mode in FOLLOWING
+        following = client.enabled and not client.lost and client.mode in FOLLOWING_MODES
         return following and self._placement is None and self._contact_force.calibrated
 
     def _fault(self) -> str:

@@ -8,7 +8,7 @@ from typing import Literal
 
 from services.robot_gateway.drivers.cr5.command_sequence import Request, SequenceSteps, WaitUntil
 from services.robot_gateway.drivers.cr5.replies import Reply
-from shared.cr5.alarms import FOLLOWING
+from shared.cr5.alarms import FOLLOWING_MODES
 
 POWER_ON_TIMEOUT = 20.0
 """Time limit from PowerOn until the arm can be enabled; the vendor states 10 s [s]."""
@@ -52,7 +52,7 @@ def enable_steps(
         # An error is fine: older firmware lacks the command, and an enabled arm refuses it.
         yield Request("RequestControl()")
         yield Request("EmergencyStop(0)")
-    if mode() not in FOLLOWING:
+    if mode() not in FOLLOWING_MODES:
         yield Request("ClearError()")
     yield Request("ResetRobot()" if firmware == "v3" else "Stop()")
     if mode() == HAND_GUIDED:
@@ -61,7 +61,7 @@ def enable_steps(
         # On V3 this also resets a software emergency stop.
         reply = yield Request("PowerOn()")
         yield WaitUntil(lambda: False, POWER_ON_DELAY)
-        if not (yield WaitUntil(lambda: mode() in (DISABLED, *FOLLOWING), POWER_ON_TIMEOUT)):
+        if not (yield WaitUntil(lambda: mode() in (DISABLED, *FOLLOWING_MODES), POWER_ON_TIMEOUT)):
             words = reply.words if isinstance(reply, Reply) and reply.error else ""
             return f"no power after PowerOn: {describe()} {words}".strip()
     load = [settings.load]

@@ -17,12 +17,12 @@ def at(joint: float, x: float = 300.0) -> np.ndarray:
 
 
 def test_numbers_that_are_none_or_too_large_are_not_credible() -> None:
-    assert packet.credible(at(10.0))
+    assert packet.is_plausible(at(10.0))
     for spoiled in (np.nan, np.inf, 1e30, -500.0):
-        assert not packet.credible(at(spoiled))
+        assert not packet.is_plausible(at(spoiled))
     force = at(10.0)
     force["tcp_force"][2] = np.nan
-    assert not packet.credible(force)
+    assert not packet.is_plausible(force)
 
 
 def test_single_jump_is_left_out_and_a_lasting_one_is_believed() -> None:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry.clearance import gripper_points
+from lariat.geometry.grippers import gripper_points
 from lariat.geometry.obstacles import Obstacle, segment_distance
 from lariat.geometry.poses import Pose
 from shared import topics

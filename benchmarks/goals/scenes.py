@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
-from lariat.geometry.clearance import gripper_points
+from lariat.geometry.grippers import gripper_points
 from lariat.geometry.obstacles import chain_clearance, signed_distance
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod

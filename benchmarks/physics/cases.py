@@ -20,7 +20,7 @@ from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties, RodState, RolloutSpec
 from lariat.rod.strains import curvatures, moments
 
-ALONG_X = poses.between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
+ALONG_X = poses.rotation_between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
 STIFF = 1e6
 """Stretch stiffness that no case can notice [N]."""
 
@@ -229,7 +229,7 @@ def _crown(values: Float64[np.ndarray, "m"]) -> float:
 def _framed(nodes: Float64[np.ndarray, "n 3"]) -> RodState:
     """Nodes in the plane y = 0 with frames along them and without twist."""
     tangents = poses.normalized(np.diff(nodes, axis=0))
-    turn = poses.between(np.array([1.0, 0.0, 0.0]), tangents)
+    turn = poses.rotation_between(np.array([1.0, 0.0, 0.0]), tangents)
     n = len(nodes)
     return RodState(nodes, poses.multiply(turn, ALONG_X), np.zeros((n, 3)), np.zeros((n - 1, 3)))
 

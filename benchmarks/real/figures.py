@@ -130,7 +130,7 @@ def _model_error(runs: Sequence[ExperimentRun], path: Path) -> Path:
     for column, (rope, adapt) in zip(axes.T, columns, strict=True):
         run = select(runs, rope, belief, adapt)[GOALS[0] - 1]
         true, model = run.trace.truth[-1][1], _model_shape(run)
-        gap = 1e3 * polylines.mean_node_distance(polylines.resampled(model, len(true)), true)
+        gap = 1e3 * polylines.mean_node_distance(polylines.resample(model, len(true)), true)
         for axis, view in zip(column, VIEWS, strict=True):
             _draw_obstacles(axis, run, view)
             _curve(axis, _goal(run), view, GOAL_COLOR, "goal")

@@ -61,7 +61,7 @@ def drawn(seed: int) -> Case:
         span = rng.uniform(0.4, 0.9) * LENGTH
         s = np.linspace(0.0, 1.0, 400)
         sag = polylines_of_length(span, s)
-        nodes = polylines.resampled(sag, n)
+        nodes = polylines.resample(sag, n)
         middle = nodes[int(rng.uniform(0.35, 0.65) * n)]
         shape = rng.choice(["sphere", "box", "capsule", "cylinder"])
         turn = tuple(poses.normalized(rng.normal(size=4)))
@@ -109,7 +109,7 @@ def yanked(rng: np.random.Generator, span: float) -> Float64[np.ndarray, "K 2 6"
 
 def outcome(case: Case) -> Outcome:
     """Run it."""
-    straight = poses.between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
+    straight = poses.rotation_between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
     state = framed(case.nodes, straight, straight)
     spec = RolloutSpec(state, case.actions, DT, obstacles=pack(case.obstacles))
     rollout = case.rod.rollout(spec)

@@ -27,7 +27,7 @@ from services.sim.plants.mujoco_model import MujocoRope, mjcf
 
 NODES, DT, STEPS = 40, 0.01, 100
 PROPERTIES = RodProperties(0.45, 0.008, 0.044, 1e6, damping=1.0)
-ALONG_X = poses.between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
+ALONG_X = poses.rotation_between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
 LEFT = Pose(np.array([-0.17, 0.0, 0.4]), ALONG_X)
 RIGHT = Pose(np.array([0.17, 0.0, 0.4]), ALONG_X)
 FINE = 100

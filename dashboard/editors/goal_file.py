@@ -42,7 +42,7 @@ def parse(content: bytes, scenario: Scenario) -> Goal:
         raise ValueError(
             f"the shape is {length:.4f} m long, the rope {rope_length} m; scale the shape"
         )
-    nodes = polylines.resampled(nodes, scenario.rope.node_count)
+    nodes = polylines.resample(nodes, scenario.rope.node_count)
     return Goal(
         positions=nodes.ravel(),
         left=grip(Pose(nodes[0], _grip_orientation(nodes[1] - nodes[0]))),
@@ -53,4 +53,4 @@ def parse(content: bytes, scenario: Scenario) -> Goal:
 def _grip_orientation(direction: np.ndarray) -> np.ndarray:
     """Orientation of a grip whose z axis lies along the rope, as scenarios define it."""
     unit = poses.normalized(direction)
-    return poses.multiply(poses.between(np.array([1.0, 0.0, 0.0]), unit), LEVEL)
+    return poses.multiply(poses.rotation_between(np.array([1.0, 0.0, 0.0]), unit), LEVEL)

@@ -100,6 +100,6 @@ def tube(nodes: Float64[np.ndarray, "n 3"], radius: float) -> Tube:
     )
     return Tube(
         (nodes[:-1] + nodes[1:]) / 2.0,
-        poses.between(Z, directions),
+        poses.rotation_between(Z, directions),
         np.stack([np.full_like(lengths, radius), np.full_like(lengths, radius), lengths], axis=1),
     )

@@ -99,7 +99,7 @@ class ObstacleView:
             plane_opacity=0.85,
             shadow_opacity=0.35,
             position=obstacle.position,
-            wxyz=poses.between(np.array([0.0, 0.0, 1.0]), normal),
+            wxyz=poses.rotation_between(np.array([0.0, 0.0, 1.0]), normal),
         )
 
 

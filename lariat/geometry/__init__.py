@@ -1,1 +1,56 @@
-"""Poses, obstacles, polylines and cameras in plain numpy; knows no bus, file or clock."""
+"""Poses, obstacles, grippers, polylines and cameras, in plain NumPy."""
+
+from __future__ import annotations
+
+from lariat.geometry import polylines, poses
+from lariat.geometry.cameras import Camera, Intrinsics, looking_at
+from lariat.geometry.clearance import NearPairs, near_pairs, with_midpoints
+from lariat.geometry.grippers import (
+    GripperBody,
+    axis_clearance,
+    axis_spacing,
+    gripper_axis_distance,
+    gripper_bodies,
+    gripper_points,
+    swept_gripper_points,
+)
+from lariat.geometry.normals import outward_normals
+from lariat.geometry.obstacles import (
+    TABLE,
+    Obstacle,
+    Shape,
+    chain_clearance,
+    pack,
+    scene_distance,
+    segment_distance,
+    signed_distance,
+)
+from lariat.geometry.poses import Pose
+
+__all__ = [
+    "TABLE",
+    "Camera",
+    "GripperBody",
+    "Intrinsics",
+    "NearPairs",
+    "Obstacle",
+    "Pose",
+    "Shape",
+    "axis_clearance",
+    "axis_spacing",
+    "chain_clearance",
+    "gripper_axis_distance",
+    "gripper_bodies",
+    "gripper_points",
+    "looking_at",
+    "near_pairs",
+    "outward_normals",
+    "pack",
+    "polylines",
+    "poses",
+    "scene_distance",
+    "segment_distance",
+    "signed_distance",
+    "swept_gripper_points",
+    "with_midpoints",
+]

@@ -19,7 +19,11 @@ from lariat.geometry.poses import Pose
 
 @dataclass(frozen=True)
 class Intrinsics:
-    """A pinhole without distortion."""
+    """Intrinsic parameters of a pinhole camera without lens distortion.
+
+    Raises:
+        ValueError: The image is empty, or a focal length is not positive and finite.
+    """
 
     width: int
     """Columns [pixels]."""
@@ -49,7 +53,7 @@ class Intrinsics:
 
     @staticmethod
     def symmetric(width: int, height: int, horizontal_view: float) -> Intrinsics:
-        """Square pixels, principal point in the middle.
+        """Return intrinsics with square pixels and the principal point in the middle.
 
         Args:
             width: Columns [pixels].
@@ -62,9 +66,9 @@ class Intrinsics:
     def project(
         self, points: Float64[np.ndarray, "*b 3"]
     ) -> tuple[Float64[np.ndarray, "*b 2"], Float64[np.ndarray, "*b"]]:
-        """Pixel coordinates (u, v) and depth [m] of points in the optical frame [m].
+        """Return pixel coordinates (u, v) and depth [m] of points in the optical frame [m].
 
-        Points behind the camera have a depth <= 0 and meaningless pixels.
+        Points behind the camera have a depth <= 0 and meaningless pixel coordinates.
         """
         points = np.asarray(points, float)
         depth = points[..., 2]
@@ -76,7 +80,7 @@ class Intrinsics:
     def back_project(
         self, pixels: Float64[np.ndarray, "*b 2"], depth: Float64[np.ndarray, "*b"]
     ) -> Float64[np.ndarray, "*b 3"]:
-        """Points in the optical frame [m] seen at pixels (u, v) at a depth [m]."""
+        """Return the points in the optical frame [m] at pixels (u, v) and depths [m]."""
         pixels, depth = np.asarray(pixels, float), np.asarray(depth, float)
         x = (pixels[..., 0] - self.cx) / self.fx * depth
         y = (pixels[..., 1] - self.cy) / self.fy * depth
@@ -85,27 +89,27 @@ class Intrinsics:
 
 @dataclass(frozen=True)
 class Camera:
-    """A pinhole somewhere in the world."""
+    """Pinhole camera at a pose in the world."""
 
     intrinsics: Intrinsics
-    """Of the image."""
+    """Intrinsic parameters."""
     T_world_camera: Pose
-    """Optical frame to world."""
+    """Pose of the optical frame in the world."""
 
     def project(
         self, points: Float64[np.ndarray, "*b 3"]
     ) -> tuple[Float64[np.ndarray, "*b 2"], Float64[np.ndarray, "*b"]]:
-        """Pixel coordinates (u, v) and depth [m] of points in the world [m]."""
+        """Return pixel coordinates (u, v) and depth [m] of points in the world [m]."""
         return self.intrinsics.project(self.T_world_camera.inverse().apply(points))
 
     def back_project(
         self, pixels: Float64[np.ndarray, "*b 2"], depth: Float64[np.ndarray, "*b"]
     ) -> Float64[np.ndarray, "*b 3"]:
-        """Points in the world [m] seen at pixels (u, v) at a depth [m]."""
+        """Return the points in the world [m] at pixels (u, v) and depths [m]."""
         return self.T_world_camera.apply(self.intrinsics.back_project(pixels, depth))
 
     def rays(self, pixels: Float64[np.ndarray, "*b 2"]) -> Float64[np.ndarray, "*b 3"]:
-        """Directions in the world of the rays through pixels (u, v), of unit depth: not unit."""
+        """Return world directions of the rays through pixels (u, v), of unit depth, not norm."""
         pixels = np.asarray(pixels, float)
         local = self.intrinsics.back_project(pixels, np.ones(pixels.shape[:-1]))
         return poses.rotate(self.T_world_camera.orientation, local)
@@ -116,13 +120,16 @@ def looking_at(
     target: tuple[float, float, float],
     up: tuple[float, float, float] | None = None,
 ) -> Pose:
-    """T_world_camera of a camera at `eye` with `target` on its optical axis.
+    """Return T_world_camera of a camera at `eye` with `target` on its optical axis.
 
     Args:
         eye: Centre of projection [m].
         target: A point in front of it [m].
         up: Direction that points upwards in the image; must not be along the optical axis. By
             default the world's z, or its y for a camera that looks straight up or down.
+
+    Raises:
+        ValueError: `up` is along the optical axis.
     """
     forward = np.subtract(target, eye)
     if up is None:
@@ -131,8 +138,8 @@ def looking_at(
     right = np.cross(forward, up)
     if np.linalg.norm(right) < 1e-9 * np.linalg.norm(forward) * np.linalg.norm(up):
         raise ValueError(
-            f"cannot tell which way is up: eye={eye} target={target} up={up} lie on one line; "
-            "give another `up`"
+            f"the upward direction is undefined: eye={eye}, target={target} and up={up} lie on "
+            "one line; give another `up`"
         )
     z = forward / np.linalg.norm(forward)
     x = right / np.linalg.norm(right)

@@ -14,6 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.geometry.poses import Pose, rotate
+
 GRIPPER_COVER_RATIO = 1.12
 """Upper bound on the radius of the covering spheres, in radii of the capsule [-]."""
 GRIPPER_CLEARANCE_MARGIN = 0.003
@@ -80,3 +82,61 @@ def axis_spacing(radius: float, keep_out: float) -> float:
         keep_out: Least distance of two grippers' bodies [m].
     """
     return GRIPPER_SPACING_RATIO * radius + keep_out + GRIPPER_SPACING_MARGIN
+
+
+def gripper_points(left: Pose, right: Pose, reach: float) -> Float64[np.ndarray, "6 3"]:
+    """Return points on the axes of both grippers' capsules, which point away from the rope [m].
+
+    Three points of the left capsule from the grip outwards, then three of the right one.
+
+    Args:
+        left: Left grip.
+        right: Right grip.
+        reach: Distance from a grip to the centre of its capsule's far cap [m].
+    """
+    along = reach * np.array([0.0, 0.5, 1.0])[:, None]
+    axes = [rotate(p.orientation, np.array([0.0, 0.0, 1.0])) for p in (left, right)]
+    return np.concatenate([left.position - along * axes[0], right.position + along * axes[1]])
+
+
+def swept_gripper_points(
+    positions: Float64[np.ndarray, "s 2 3"],
+    orientations: Float64[np.ndarray, "s 2 4"],
+    reach: float,
+) -> Float64[np.ndarray, "p 3"]:
+    """Return the `gripper_points` of a sequence of s pairs of grips, p = 6 s [m].
+
+    Args:
+        positions: Positions of the grips [m].
+        orientations: Orientations of the grips, wxyz.
+        reach: Distance from a grip to the centre of its capsule's far cap [m].
+    """
+    axes = rotate(orientations, np.broadcast_to(np.array([0.0, 0.0, 1.0]), positions.shape))
+    outwards = np.array([-1.0, 1.0])[:, None, None]
+    along = reach * np.array([0.0, 0.5, 1.0])[:, None]
+    points = positions[:, :, None, :] + outwards * along * axes[:, :, None, :]
+    return points.reshape(-1, 3)
+
+
+def gripper_axis_distance(
+    positions: Float64[np.ndarray, "s 2 3"],
+    orientations: Float64[np.ndarray, "s 2 4"],
+    reach: float,
+) -> tuple[Float64[np.ndarray, "s"], Float64[np.ndarray, "s 3"]]:
+    """Return the distance between the axes of both grippers' capsules, and its direction.
+
+    The distance is that of the nearest pair of `gripper_points`.
+
+    Args:
+        positions: Positions of the grips [m].
+        orientations: Orientations of the grips, wxyz.
+        reach: Distance from a grip to the centre of its capsule's far cap [m].
+
+    Returns:
+        Distance [m], and unit vector from the left to the right gripper.
+    """
+    points = swept_gripper_points(positions, orientations, reach).reshape(-1, 2, 3, 3)
+    offsets = (points[:, 1, None] - points[:, 0, :, None]).reshape(len(points), -1, 3)
+    distances = np.linalg.norm(offsets, axis=-1)
+    nearest = np.arange(len(points)), np.argmin(distances, axis=1)
+    return distances[nearest], offsets[nearest] / np.maximum(distances[nearest], 1e-9)[:, None]

@@ -1,6 +1,6 @@
-"""Square markers (ArUco 4x4_50) and where they lie on obstacles.
+"""Square markers (ArUco 4x4_50) and their places on obstacles.
 
-A marker's frame has x to the right along its upper edge, y up, z out of its face.
+Frame of a marker: x to the right along its upper edge, y up, z out of its face.
 """
 
 from __future__ import annotations
@@ -11,23 +11,23 @@ from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 
 DICTIONARY = "DICT_4X4_50"
-"""OpenCV's name of the patterns."""
-COUNT = 50
-"""Identities are below this."""
-CELLS = 6
-"""Of a marker along a side: four of the code and a black border."""
-BORDER = 1
-"""White cells around a marker that belong to its plate."""
+"""Name of the dictionary of patterns in OpenCV."""
+MARKER_COUNT = 50
+"""Number of identities in the dictionary."""
+MARKER_CELLS = 6
+"""Cells along a side of a marker: four of the code and a black border."""
+PLATE_MARGIN_CELLS = 1
+"""Width of the white margin of a marker's plate [cells]."""
 
 
-def marker_on(obstacle: Obstacle) -> Pose:
-    """Where an upright obstacle's marker lies: flat, in the middle of its upper face."""
-    up = np.array([0.0, 0.0, rise(obstacle)])
+def marker_pose(obstacle: Obstacle) -> Pose:
+    """Return the pose of the marker on an upright obstacle: flat, centred on its upper face."""
+    up = np.array([0.0, 0.0, top_height(obstacle)])
     return Pose(np.array(obstacle.position) + up, np.array(obstacle.orientation))
 
 
-def rise(obstacle: Obstacle) -> float:
-    """How far an upright obstacle's upper face lies above its centre [m]."""
+def top_height(obstacle: Obstacle) -> float:
+    """Return the height of an upright obstacle's upper face above its centre [m]."""
     match obstacle.shape:
         case "cylinder":
             return obstacle.height / 2.0

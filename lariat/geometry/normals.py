@@ -1,4 +1,4 @@
-"""Which way is out of an obstacle: gradients of signed distances."""
+"""Outward normals of obstacles: gradients of signed distances."""
 
 from __future__ import annotations
 
@@ -9,10 +9,16 @@ from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle
 
 
-def normals(points: Float64[np.ndarray, "p 3"], obstacle: Obstacle) -> Float64[np.ndarray, "p 3"]:
-    """Gradient of `obstacles.signed_distance` at points: unit, away from the obstacle.
+def outward_normals(
+    points: Float64[np.ndarray, "p 3"], obstacle: Obstacle
+) -> Float64[np.ndarray, "p 3"]:
+    """Return the gradient of `signed_distance` at points: unit vectors away from the obstacle.
 
-    On edges, axes and centres, where there are several, one of them.
+    On edges, axes and centres, where the gradient is not unique, one of its limits.
+
+    Args:
+        points: Points in the world frame [m].
+        obstacle: One obstacle.
     """
     out = np.array(obstacle.orientation)
     local = poses.rotate(

@@ -1,9 +1,9 @@
-"""Obstacles as signed distances.
+"""Convex obstacles and their signed distances.
 
-Signs: the distance is negative inside; normals point outwards. Cylinders and capsules stand along
-the local z axis and are centred at their position; a capsule's `height` is the distance between
-the centres of its two caps; `size` of a box holds its full extents; a half space is the side of
-the plane through `position` towards which `normal` (in the local frame) does not point.
+Conventions: the distance is negative inside; normals point outwards. Cylinders and capsules extend
+along the local z axis and are centred at their position; the `height` of a capsule is the distance
+between the centres of its two caps; the `size` of a box holds its full extents; a half space is the
+side of the plane through `position` from which `normal` (in the local frame) points away.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ Shape = Literal["cylinder", "box", "sphere", "capsule", "half_space"]
 SHAPES: tuple[Shape, ...] = get_args(Shape)
 
 PACKED_WIDTH = 12
-"""Columns of `pack`: shape index, position (3), orientation (4), three sizes, support."""
+"""Number of columns of `pack`: shape index, position (3), orientation (4), sizes (3), support."""
 
 
 @dataclass(frozen=True)
 class Obstacle:
-    """One convex body."""
+    """Convex body."""
 
     shape: Shape
     position: tuple[float, float, float]
     """Centre, or a point of the plane for a half space [m]."""
     orientation: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
-    """Local to world, wxyz."""
+    """Orientation, local to world, unit quaternion wxyz."""
     radius: float = 0.0
-    """Of a cylinder, sphere or capsule [m]."""
+    """Radius of a cylinder, sphere or capsule [m]."""
     height: float = 0.0
-    """Of a cylinder, or of a capsule between the centres of its caps [m]."""
+    """Height of a cylinder; distance between the centres of a capsule's caps [m]."""
     size: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Full extents of a box [m]."""
     normal: tuple[float, float, float] = (0.0, 0.0, 1.0)
@@ -51,18 +51,18 @@ class Obstacle:
         position: tuple[float, float, float],
         orientation: tuple[float, float, float, float] | None = None,
     ) -> Obstacle:
-        """The same body elsewhere."""
+        """Return the same body at another place."""
         return replace(self, position=position, orientation=orientation or self.orientation)
 
 
 TABLE = Obstacle("half_space", (0.0, 0.0, 0.0), name="table")
-"""The plane z = 0."""
+"""Half space below the plane z = 0."""
 
 
 def signed_distance(
     points: Float64[np.ndarray, "*b 3"], obstacle: Obstacle
 ) -> Float64[np.ndarray, "*b"]:
-    """Distance of points to the surface of one obstacle, negative inside [m]."""
+    """Return the distance of points from the surface of an obstacle, negative inside [m]."""
     local = poses.rotate(
         poses.conjugate(np.array(obstacle.orientation)),
         np.asarray(points, float) - np.array(obstacle.position),
@@ -90,7 +90,7 @@ def signed_distance(
 def scene_distance(
     points: Float64[np.ndarray, "*b 3"], obstacles: Sequence[Obstacle]
 ) -> Float64[np.ndarray, "*b"]:
-    """Distance of points to the nearest obstacle, infinite in an empty scene [m]."""
+    """Return the distance of points from the nearest obstacle, infinite in an empty scene [m]."""
     points = np.asarray(points, float)
     nearest = np.full(points.shape[:-1], np.inf)
     for obstacle in obstacles:
@@ -101,10 +101,15 @@ def scene_distance(
 def segment_distance(
     starts: Float64[np.ndarray, "m 3"], ends: Float64[np.ndarray, "m 3"], obstacle: Obstacle
 ) -> Float64[np.ndarray, "m"]:
-    """Least distance of straight segments to one obstacle [m], to within 1e-5 of their length.
+    """Return the distance of segments from an obstacle, to within 1e-5 of their length [m].
 
-    The signed distance to a convex body is convex along a line: the least of a few samples and its
-    two neighbours enclose the minimum.
+    The signed distance of a convex body is convex along a line: the smallest of a few samples and
+    its two neighbours bracket the minimum.
+
+    Args:
+        starts: First ends of the segments [m].
+        ends: Other ends of the segments [m].
+        obstacle: One obstacle.
     """
     directions = (ends - starts)[:, None]
     low, width = np.zeros((len(starts), 1)), 1.0
@@ -123,13 +128,19 @@ def segment_distance(
 def chain_clearance(
     nodes: Float64[np.ndarray, "n 3"], radius: float, obstacles: Sequence[Obstacle]
 ) -> float:
-    """Least distance between the surface of a chain of segments and any obstacle [m]."""
+    """Return the clearance between a rope and the nearest obstacle, negative on overlap [m].
+
+    Args:
+        nodes: Nodes of the rope's centreline [m].
+        radius: Radius of the rope [m].
+        obstacles: Obstacles of the scene.
+    """
     lengths = np.linalg.norm(np.diff(nodes, axis=0), axis=1)
     nearest = np.inf
     for obstacle in obstacles:
         at_nodes = signed_distance(nodes, obstacle)
         nearest = min(nearest, float(np.min(at_nodes)))
-        # A distance changes by no more than the way: most segments cannot hold the least.
+        # A distance changes by at most the distance travelled, which rules out most segments.
         bound = 0.5 * (at_nodes[:-1] + at_nodes[1:] - lengths)
         (near,) = np.nonzero(bound < nearest)
         if len(near):
@@ -139,7 +150,7 @@ def chain_clearance(
 
 
 def pack(obstacles: Sequence[Obstacle]) -> Float64[np.ndarray, "m 12"]:
-    """One row an obstacle for compiled kernels, columns as in `PACKED_WIDTH`.
+    """Return one row per obstacle for compiled kernels, columns as in `PACKED_WIDTH`.
 
     The three sizes are (radius, half height, 0) of cylinders, capsules and spheres, the half
     extents of a box and the unit normal of a half space.

@@ -12,15 +12,16 @@ import numpy as np
 from jaxtyping import Float64
 
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
-FEW = 64
-"""Rows up to which a product is one call of numpy, whose calls then cost more than its sums."""
+SMALL_BATCH = 64
+"""Rows up to which a product is one tensor contraction, since NumPy calls dominate its cost."""
 
 
-def _table(size: int, terms: str) -> Float64[np.ndarray, "pairs size"]:
-    """Which products of components of two vectors add up to which component of a third.
+def _product_table(size: int, terms: str) -> Float64[np.ndarray, "pairs size"]:
+    """Return the structure constants of a bilinear product, as a matrix over pairs of components.
 
     Args:
-        terms: One word a term: sign, the two factors' indices, the index of their sum.
+        size: Number of components of the two factors and of the product.
+        terms: One word a term: sign, indices of the two factors, index of the product.
     """
     table = np.zeros((size, size, size))
     for sign, i, j, k in terms.split():
@@ -28,8 +29,8 @@ def _table(size: int, terms: str) -> Float64[np.ndarray, "pairs size"]:
     return table.reshape(size * size, size)
 
 
-CROSS = _table(3, "+120 -210 +201 -021 +012 -102")
-HAMILTON = _table(
+_CROSS = _product_table(3, "+120 -210 +201 -021 +012 -102")
+_HAMILTON = _product_table(
     4,
     "+000 -110 -220 -330 +011 +101 +231 -321 +022 -132 +202 +312 +033 +123 -213 +303",
 )
@@ -40,27 +41,27 @@ def _product(a: np.ndarray, b: np.ndarray, table: np.ndarray) -> np.ndarray:
     return pairs.reshape(*pairs.shape[:-2], len(table)) @ table
 
 
-def normalized(q: Float64[np.ndarray, "*b 4"]) -> Float64[np.ndarray, "*b 4"]:
-    """The unit quaternion along `q`."""
+def normalized(q: Float64[np.ndarray, "*b k"]) -> Float64[np.ndarray, "*b k"]:
+    """Return vectors or quaternions scaled to unit norm."""
     return q / np.linalg.norm(q, axis=-1, keepdims=True)
 
 
 def cross(
     a: Float64[np.ndarray, "*b 3"], b: Float64[np.ndarray, "*b 3"]
 ) -> Float64[np.ndarray, "*b 3"]:
-    """a x b. For a few rows several times as fast as numpy's, which moves axes about."""
-    if a.size <= 3 * FEW and b.size <= 3 * FEW:
-        return _product(a, b, CROSS)
+    """Return a x b; for few rows several times as fast as `numpy.cross`."""
+    if a.size <= 3 * SMALL_BATCH and b.size <= 3 * SMALL_BATCH:
+        return _product(a, b, _CROSS)
     return a[..., [1, 2, 0]] * b[..., [2, 0, 1]] - a[..., [2, 0, 1]] * b[..., [1, 2, 0]]
 
 
 def multiply(
     a: Float64[np.ndarray, "*b 4"], b: Float64[np.ndarray, "*b 4"]
 ) -> Float64[np.ndarray, "*b 4"]:
-    """Hamilton product a b: the rotation b followed by the rotation a."""
+    """Return the Hamilton product a b: rotation b followed by rotation a."""
     a, b = np.asarray(a), np.asarray(b)
-    if a.size <= 4 * FEW and b.size <= 4 * FEW:
-        return _product(a, b, HAMILTON)
+    if a.size <= 4 * SMALL_BATCH and b.size <= 4 * SMALL_BATCH:
+        return _product(a, b, _HAMILTON)
     aw, ax, ay, az = (a[..., k] for k in range(4))
     bw, bx, by, bz = (b[..., k] for k in range(4))
     return np.stack(
@@ -75,27 +76,30 @@ def multiply(
 
 
 def conjugate(q: Float64[np.ndarray, "*b 4"]) -> Float64[np.ndarray, "*b 4"]:
-    """The inverse rotation of a unit quaternion."""
+    """Return the inverse rotation of a unit quaternion."""
     return np.asarray(q) * np.array([1.0, -1.0, -1.0, -1.0])
 
 
 def rotate(
     q: Float64[np.ndarray, "*b 4"], v: Float64[np.ndarray, "*b 3"]
 ) -> Float64[np.ndarray, "*b 3"]:
-    """R(q) v."""
+    """Return R(q) v, for a unit quaternion q."""
     q, v = np.asarray(q), np.asarray(v)
     t = 2.0 * cross(q[..., 1:], v)
     return v + q[..., :1] * t + cross(q[..., 1:], t)
 
 
 def matrix(q: Float64[np.ndarray, "*b 4"]) -> Float64[np.ndarray, "*b 3 3"]:
-    """Rotation matrix of a unit quaternion."""
+    """Return the rotation matrix of a unit quaternion."""
     q = np.asarray(q)
     return np.stack([rotate(q, np.broadcast_to(e, (*q.shape[:-1], 3))) for e in np.eye(3)], axis=-1)
 
 
 def from_matrix(R: Float64[np.ndarray, "3 3"]) -> Float64[np.ndarray, "4"]:
-    """Unit quaternion of a rotation matrix, with w >= 0 (Shepperd's method)."""
+    """Return the unit quaternion of a rotation matrix, with w >= 0.
+
+    Shepperd, "Quaternion from rotation matrix", J. Guidance and Control 1 (1978).
+    """
     diagonal = np.array([np.trace(R), R[0, 0], R[1, 1], R[2, 2]])
     q = np.empty(4)
     k = int(np.argmax(diagonal))
@@ -113,14 +117,14 @@ def from_matrix(R: Float64[np.ndarray, "3 3"]) -> Float64[np.ndarray, "4"]:
 
 
 def exponential(rotation_vector: Float64[np.ndarray, "*b 3"]) -> Float64[np.ndarray, "*b 4"]:
-    """Unit quaternion of a rotation vector [rad]."""
+    """Return the unit quaternion of a rotation vector [rad]."""
     v = np.asarray(rotation_vector, dtype=np.float64)
     half = 0.5 * np.sqrt(np.einsum("...i,...i->...", v, v))[..., None]
     return np.concatenate([np.cos(half), 0.5 * np.sinc(half / np.pi) * v], axis=-1)
 
 
 def logarithm(q: Float64[np.ndarray, "*b 4"]) -> Float64[np.ndarray, "*b 3"]:
-    """Rotation vector [rad] of a unit quaternion, of length at most pi."""
+    """Return the rotation vector of a unit quaternion, of norm at most pi [rad]."""
     q = np.asarray(q)
     q = np.where(q[..., :1] < 0.0, -q, q)
     vector = q[..., 1:]
@@ -130,12 +134,12 @@ def logarithm(q: Float64[np.ndarray, "*b 4"]) -> Float64[np.ndarray, "*b 3"]:
     return scale * vector
 
 
-def between(
+def rotation_between(
     a: Float64[np.ndarray, "*b 3"], b: Float64[np.ndarray, "*b 3"]
 ) -> Float64[np.ndarray, "*b 4"]:
-    """The smallest rotation that turns unit vector `a` into unit vector `b`.
+    """Return the smallest rotation that turns unit vector `a` into unit vector `b`.
 
-    For opposite vectors the axis is any one perpendicular to `a`.
+    For opposite vectors the axis is one of those perpendicular to `a`.
     """
     a, b = np.broadcast_arrays(np.asarray(a, float), np.asarray(b, float))
     w = 1.0 + np.sum(a * b, axis=-1, keepdims=True)
@@ -148,28 +152,28 @@ def between(
 def slerp(
     a: Float64[np.ndarray, "4"], b: Float64[np.ndarray, "4"], t: float
 ) -> Float64[np.ndarray, "4"]:
-    """The rotation a fraction `t` of the shortest way from `a` to `b`."""
+    """Return the spherical linear interpolation from `a` at t = 0 to `b` at t = 1."""
     return multiply(a, exponential(t * logarithm(multiply(conjugate(a), b))))
 
 
 @dataclass(frozen=True)
 class Pose:
-    """A frame in another one: x_outer = R(orientation) x_inner + position."""
+    """Rigid transformation between frames: x_outer = R(orientation) x_inner + position."""
 
     position: Float64[np.ndarray, "3"]
-    """Origin of the inner frame [m]."""
+    """Origin of the inner frame in the outer one [m]."""
     orientation: Float64[np.ndarray, "4"]
-    """Unit quaternion wxyz."""
+    """Unit quaternion wxyz, inner to outer."""
 
     def __matmul__(self, other: Pose) -> Pose:
-        """T_a_b @ T_b_c = T_a_c."""
+        """Return the composition T_a_c = T_a_b @ T_b_c."""
         return Pose(self.apply(other.position), multiply(self.orientation, other.orientation))
 
     def apply(self, points: Float64[np.ndarray, "*b 3"]) -> Float64[np.ndarray, "*b 3"]:
-        """Points of the inner frame in the outer one [m]."""
+        """Return points of the inner frame in the outer one [m]."""
         return rotate(self.orientation, np.asarray(points, float)) + self.position
 
     def inverse(self) -> Pose:
-        """T_b_a of T_a_b."""
+        """Return T_b_a of T_a_b."""
         back = conjugate(self.orientation)
         return Pose(-rotate(back, self.position), back)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lariat.rod.initial_shapes import framed
+from lariat.rod.initial_shapes import EDGE_AXIS, framed
 from lariat.rod.integration_schemes import Scheme
 from lariat.rod.model import End
 from lariat.rod.parameters import PARAMETERS
@@ -16,6 +16,7 @@ from lariat.rod.strains import curvatures, forces, moments
 from lariat.rod.twist import add_turns, count_turns
 
 __all__ = [
+    "EDGE_AXIS",
     "PARAMETERS",
     "CostGradient",
     "DifferentiableRod",

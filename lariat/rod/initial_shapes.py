@@ -37,7 +37,7 @@ def straight(
     n = model.node_count
     return RodState(
         start + model.edge_length * np.arange(n)[:, None] * along,
-        np.tile(poses.between(EDGE_AXIS, along), (n - 1, 1)),
+        np.tile(poses.rotation_between(EDGE_AXIS, along), (n - 1, 1)),
         np.zeros((n, 3)),
         np.zeros((n - 1, 3)),
     )
@@ -90,7 +90,7 @@ def between_grips(
     if polylines.length(curve(tangent, 0.0)) > length:
         tangent = _bisect(lambda k: polylines.length(curve(k, 0.0)) - length, 0.0, tangent)
     bulge = _bisect(lambda k: polylines.length(curve(tangent, k)) - length, 0.0, MAX_BULGE * length)
-    nodes = polylines.resampled(curve(tangent, bulge), n)
+    nodes = polylines.resample(curve(tangent, bulge), n)
     return framed(nodes, left.orientation, right.orientation)
 
 
@@ -111,12 +111,12 @@ def framed(
     """
     tangents = poses.normalized(np.diff(nodes, axis=0))
     z = EDGE_AXIS
-    q = poses.multiply(poses.between(poses.rotate(first, z), tangents[0]), first)
+    q = poses.multiply(poses.rotation_between(poses.rotate(first, z), tangents[0]), first)
     frames = [q]
-    for step in poses.between(tangents[:-1], tangents[1:]):
+    for step in poses.rotation_between(tangents[:-1], tangents[1:]):
         q = poses.multiply(step, q)
         frames.append(q)
-    end = poses.multiply(poses.between(poses.rotate(last, z), tangents[-1]), last)
+    end = poses.multiply(poses.rotation_between(poses.rotate(last, z), tangents[-1]), last)
     twist = poses.logarithm(poses.multiply(poses.conjugate(q), end))[2]
     angles = twist * np.linspace(0.0, 1.0, len(frames))
     spins = poses.exponential(angles[:, None] * z)

@@ -60,7 +60,7 @@ def goal_of(message: messages.Goal, maker: GoalFactory, obstacles: tuple[Obstacl
     nodes = chain(message.positions)
     count = maker.scenario.rope.node_count
     if len(nodes) != count and len(nodes) >= 3:
-        nodes = polylines.resampled(nodes, count)
+        nodes = polylines.resample(nodes, count)
     grips = maker.start
     if message.left.position and message.right.position:
         grips = messages.grip_pose(message.left), messages.grip_pose(message.right)

@@ -6,8 +6,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
-from lariat.geometry.clearance import grippers_apart, swept_gripper_points
-from lariat.geometry.grippers import axis_spacing
+from lariat.geometry.grippers import axis_spacing, gripper_axis_distance, swept_gripper_points
 from lariat.geometry.obstacles import segment_distance, signed_distance
 from lariat.rod import RolloutSpec
 from lariat.trajectory import NANOSECONDS
@@ -89,7 +88,7 @@ def _crowded(
 ) -> float:
     """By how much the grippers come nearer to each other than they may and than they begin [m]."""
     limits = problem.limits
-    bodies, _ = grippers_apart(positions, orientations, limits.gripper_reach)
+    bodies, _ = gripper_axis_distance(positions, orientations, limits.gripper_reach)
     grips = np.linalg.norm(positions[:, 1] - positions[:, 0], axis=1)
     apart = axis_spacing(limits.gripper_radius, limits.keep_out)
     lacks = [apart - bodies, limits.spacing + CHUNK_BOUNDARY_MARGIN - grips]

@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int16
 
 from lariat.geometry import poses
-from lariat.geometry.clearance import gripper_points
+from lariat.geometry.grippers import gripper_points
 from lariat.geometry.obstacles import Obstacle, signed_distance
 from lariat.geometry.poses import Pose
 from services.planner.problem import Problem

@@ -15,16 +15,10 @@ from jaxtyping import Float64
 
 from lariat.geometry import obstacles as geometry
 from lariat.geometry import poses
-from lariat.geometry.clearance import (
-    Near,
-    grippers_apart,
-    near,
-    swept_gripper_points,
-    with_midpoints,
-)
-from lariat.geometry.grippers import axis_spacing
+from lariat.geometry.clearance import NearPairs, near_pairs, with_midpoints
+from lariat.geometry.grippers import axis_spacing, gripper_axis_distance, swept_gripper_points
 from lariat.geometry.obstacles import Obstacle
-from lariat.rod import RodState, RolloutSpec, twist
+from lariat.rod import EDGE_AXIS, RodState, RolloutSpec, count_turns
 from services.planner.problem import Problem
 from shared.motion_contract import (
     PATH_SPACING_MARGIN,
@@ -73,9 +67,9 @@ class Trial:
     """Mean node distance to the goal at the end [m]."""
     shortfall: float
     """Most that any point lacks of the wanted clearance [m]."""
-    rope_near: Near = field(repr=False)
-    support_near: Near = field(repr=False)
-    body_near: Near = field(repr=False)
+    rope_near: NearPairs = field(repr=False)
+    support_near: NearPairs = field(repr=False)
+    body_near: NearPairs = field(repr=False)
 
 
 class PathOptimisation:
@@ -98,7 +92,7 @@ class PathOptimisation:
         if problem.moves[:, 3:].any():
             # The way of the ends decides how much twist is left in the rope: add what is missing.
             (straight,) = self._evaluated([self._straight()])
-            missing = problem.turns - twist.turns(straight.final)
+            missing = problem.turns - count_turns(straight.final)
             self.turn = self._turns(missing) if missing else self.turn
 
     @property
@@ -192,7 +186,7 @@ class PathOptimisation:
         bodies = self._bodies(way)
         wanted = max(problem.clearance, problem.limits.keep_out) + self.reserve
         wanted += problem.limits.gripper_radius
-        body = near(bodies, problem.solid, np.full(len(bodies), wanted))
+        body = near_pairs(bodies, problem.solid, np.full(len(bodies), wanted))
         body_lack = wanted - body.distances
         cost += (MILLIMETRE * NEARNESS) ** 2 * float(rope_lack @ rope_lack + body_lack @ body_lack)
         for residual, _ in self._grip_residuals(way):
@@ -215,11 +209,11 @@ class PathOptimisation:
         nodes: Float64[np.ndarray, "h n 3"],
         obstacles: Sequence[Obstacle],
         margins: Float64[np.ndarray, "s"],
-    ) -> tuple[Near, Float64[np.ndarray, "a"]]:
+    ) -> tuple[NearPairs, Float64[np.ndarray, "a"]]:
         """Where the rope is nearer to obstacles than its margin at each step, and by how much."""
         points = with_midpoints(nodes[: BLOCKS * STEPS]).reshape(-1, 3)
         reach = np.repeat(margins + self.problem.radius, 2 * self.problem.rod.node_count - 1)
-        found = near(points, obstacles, reach)
+        found = near_pairs(points, obstacles, reach)
         return found, reach[found.points] - found.distances
 
     def _bodies(self, way: Float64[np.ndarray, "k 2 6"]) -> Float64[np.ndarray, "p 3"]:
@@ -310,7 +304,7 @@ class PathOptimisation:
         distance = np.linalg.norm(chord, axis=1)
         direction = chord / np.maximum(distance, 1e-9)[:, None]
         most = PATH_STRETCH_SHARE * limits.overstretch * problem.rod.properties.length
-        bodies = grippers_apart(positions, orientations, limits.gripper_reach)
+        bodies = gripper_axis_distance(positions, orientations, limits.gripper_reach)
         for apart, towards, least, farthest in (
             (distance, direction, limits.spacing + PATH_SPACING_MARGIN, most),
             (*bodies, axis_spacing(limits.gripper_radius, limits.keep_out) + self.reserve, np.inf),
@@ -369,7 +363,7 @@ class PathOptimisation:
                 whole = poses.logarithm(
                     poses.multiply(goal.orientation, poses.conjugate(now.orientation))
                 )
-                spun = poses.exponential(2.0 * np.pi * shares[end] * s * twist.AXIS)
+                spun = poses.exponential(2.0 * np.pi * shares[end] * s * EDGE_AXIS)
                 here = np.broadcast_to(now.orientation, spun.shape)
                 ways = poses.multiply(poses.multiply(poses.exponential(s * whole), here), spun)
                 steps = poses.multiply(ways[1:], poses.conjugate(ways[:-1]))

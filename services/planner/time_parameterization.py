@@ -140,7 +140,7 @@ def _unrolled(
     middle = orientations[len(orientations) // 2]
     axis = np.broadcast_to(AXIS, (*middle.shape[:-1], 3))
     first = poses.rotate(middle, axis)
-    swings = poses.between(
+    swings = poses.rotation_between(
         np.broadcast_to(first, (*orientations.shape[:-1], 3)),
         poses.rotate(orientations, np.broadcast_to(AXIS, (*orientations.shape[:-1], 3))),
     )

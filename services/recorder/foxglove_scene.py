@@ -121,7 +121,7 @@ def _add_obstacle(entity: SceneEntity, obstacle: Obstacle) -> None:
                 entity.spheres.append(_sphere(Pose(cap, pose.orientation), obstacle.radius, color))
         case "half_space":
             up = poses.normalized(np.array(obstacle.normal))
-            turn = poses.between(np.array([0.0, 0.0, 1.0]), up)
+            turn = poses.rotation_between(np.array([0.0, 0.0, 1.0]), up)
             below = Pose(pose.position, poses.multiply(pose.orientation, turn))
             center = below.apply(np.array([0.0, 0.0, -HALF_SPACE_THICKNESS / 2.0]))
             size = (HALF_SPACE_SIDE, HALF_SPACE_SIDE, HALF_SPACE_THICKNESS)

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from lariat.geometry import poses
-from lariat.geometry.markers import marker_on
+from lariat.geometry.markers import marker_pose
 from lariat.geometry.obstacles import Obstacle
 from services.sim.camera.marker_plates import MarkerPlate
 from shared.messages import Scene, SceneRequest, TaskState
@@ -79,7 +79,9 @@ class MarkedObstacles:
     def plates(self, obstacles: Sequence[Obstacle]) -> list[MarkerPlate]:
         """Marker plates on those of some obstacles that carry one."""
         return [
-            MarkerPlate(marker_on(o), self._marked[o.name].marker_size, self._marked[o.name].marker)
+            MarkerPlate(
+                marker_pose(o), self._marked[o.name].marker_size, self._marked[o.name].marker
+            )
             for o in obstacles
             if o.name in self._marked
         ]

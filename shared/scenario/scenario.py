@@ -100,7 +100,7 @@ class Scenario:
         """
         if not shape.nodes:
             return None
-        return polylines.resampled(_chain(self.folder / shape.nodes), self.rope.node_count)
+        return polylines.resample(_chain(self.folder / shape.nodes), self.rope.node_count)
 
     def grips(self, shape: Shape) -> tuple[Pose, Pose]:
         """The gripper poses of a shape: left and right, z along the rope from left to right.
@@ -124,7 +124,7 @@ class Scenario:
 def _orientation(given: Quaternion | None, direction: np.ndarray) -> Float64[np.ndarray, "4"]:
     if given is not None:
         return poses.normalized(np.array(given))
-    return poses.multiply(poses.between(np.array([1.0, 0.0, 0.0]), direction), LEVEL)
+    return poses.multiply(poses.rotation_between(np.array([1.0, 0.0, 0.0]), direction), LEVEL)
 
 
 def _chain(path: Path) -> Float64[np.ndarray, "n 3"]:

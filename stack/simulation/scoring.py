@@ -109,7 +109,7 @@ class Scorer:
         if self._goal is not None:
             there = nodes
             if len(nodes) != len(self._goal):
-                there = polylines.resampled(nodes, len(self._goal))
+                there = polylines.resample(nodes, len(self._goal))
             distances = np.linalg.norm(there - self._goal, axis=1)
             self.errors.append((stamp, float(np.mean(distances)), float(np.max(distances))))
         deviation = abs(polylines.length(nodes) - self.scenario.plant_rope.length)

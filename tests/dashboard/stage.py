@@ -46,7 +46,7 @@ def hanging(left: np.ndarray, right: np.ndarray, length: float, count: int) -> n
         middle = (low + high) / 2.0
         short = polylines.length(sagging(middle)) < length
         low, high = (middle, high) if short else (low, middle)
-    return polylines.resampled(sagging(low), count)
+    return polylines.resample(sagging(low), count)
 
 
 class Stage:

@@ -68,7 +68,7 @@ class Rope:
         if arms is None:
             return
         ends = np.array([arm_pose(arms.message, side).position for side in SIDES])
-        nodes = polylines.resampled(ends, self.count)
+        nodes = polylines.resample(ends, self.count)
         message = NodeChain(stamp=now, positions=nodes.ravel())
         yield Publication(topics.ROPE_TRUTH, message)
         yield Publication(topics.ROPE_NODES, message)
@@ -112,7 +112,7 @@ class Straight:
         self.goal = [g.position for g in goal]
         self.ends = [g.position for g in scenario.grips(scenario.start)]
         self.arrived = 0
-        nodes = polylines.resampled(np.array(self.goal), count)
+        nodes = polylines.resample(np.array(self.goal), count)
         self.state = TaskState(
             goal=Goal(positions=nodes.ravel(), left=grip(goal[0]), right=grip(goal[1]))
         )

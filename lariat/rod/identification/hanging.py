@@ -20,7 +20,7 @@ from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties, RodState, RolloutSpec, framed
 from lariat.rod.identification.rod_twin import cubic_weights
 
-LEVEL = poses.between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
+LEVEL = poses.rotation_between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
 NODES = 60
 SEARCH = np.geomspace(1e-6, 1.0, 25)
 """EI / (weight per length times length^3) [-]."""

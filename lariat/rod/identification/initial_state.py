@@ -116,14 +116,14 @@ def framed(
     """
     z = np.array([0.0, 0.0, 1.0])
     tangents = poses.normalized(np.diff(nodes, axis=1))
-    q = poses.multiply(poses.between(poses.rotate(first, z), tangents[:, 0]), first)
+    q = poses.multiply(poses.rotation_between(poses.rotate(first, z), tangents[:, 0]), first)
     chain = [q]
     for k in range(1, tangents.shape[1]):
-        q = poses.multiply(poses.between(tangents[:, k - 1], tangents[:, k]), q)
+        q = poses.multiply(poses.rotation_between(tangents[:, k - 1], tangents[:, k]), q)
         chain.append(q)
     frames = np.stack(chain, axis=1)
     if last is not None:
-        end = poses.multiply(poses.between(poses.rotate(last, z), tangents[:, -1]), last)
+        end = poses.multiply(poses.rotation_between(poses.rotate(last, z), tangents[:, -1]), last)
         twist = poses.logarithm(poses.multiply(poses.conjugate(q), end))[:, 2]
         angles = twist[:, None] * np.linspace(0.0, 1.0, tangents.shape[1])
         frames = poses.multiply(frames, poses.exponential(angles[..., None] * z))
@@ -134,7 +134,7 @@ def transported(
     first: Float64[np.ndarray, "B 4"], tangents: Float64[np.ndarray, "B T 3"]
 ) -> Float64[np.ndarray, "B T 4"]:
     """Orientations along tangents that turn as little as they can, from given first ones."""
-    turns = poses.between(tangents[:, :-1], tangents[:, 1:])
+    turns = poses.rotation_between(tangents[:, :-1], tangents[:, 1:])
     q = first
     frames = [q]
     for k in range(turns.shape[1]):

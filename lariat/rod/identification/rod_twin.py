@@ -188,7 +188,9 @@ class Replica:
         along = transported(left[:, 0], np.concatenate([tangents[:, :1], chain], axis=1))[:, -1]
         tangents = self.motion.tangents(1)
         z = np.array([0.0, 0.0, 1.0])
-        first = poses.multiply(poses.between(poses.rotate(along, z), tangents[:, 0]), along)
+        first = poses.multiply(
+            poses.rotation_between(poses.rotate(along, z), tangents[:, 0]), along
+        )
         return left, transported(first, tangents)
 
     def _grip_positions(self, scale: float, end: int) -> Float64[np.ndarray, "S T 3"]:
@@ -222,7 +224,7 @@ class Replica:
             first = _upright(poses.normalized(now[:, 1] - now[:, 0]))
         orientations = framed(now, first, frames[1])
         earlier = poses.normalized(np.diff(now - dt * velocities, axis=1))
-        turns = poses.between(earlier, poses.normalized(np.diff(now, axis=1)))
+        turns = poses.rotation_between(earlier, poses.normalized(np.diff(now, axis=1)))
         spins = poses.logarithm(turns) / dt
         return [
             RodState(now[b], orientations[b], velocities[b], spins[b]) for b in range(len(windows))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry.clearance import near, with_midpoints
+from lariat.geometry.clearance import near_pairs, with_midpoints
 from lariat.geometry.obstacles import Obstacle
 
 MILLIMETRE = 1e3
@@ -58,7 +58,7 @@ def rope_clearance_residuals(
     count = nodes.shape[1]
     points = with_midpoints(nodes).reshape(-1, 3)
     reach = avoidance.clearance + avoidance.radius
-    hits = near(points, avoidance.obstacles, np.full(len(points), reach))
+    hits = near_pairs(points, avoidance.obstacles, np.full(len(points), reach))
     step, at = np.divmod(hits.points, 2 * count - 1)
     first = np.where(at < count, at, at - count)
     second = np.where(at < count, at, at - count + 1)
@@ -83,7 +83,7 @@ def gripper_clearance_residuals(
     edges = avoidance.gripper_reach / float(np.linalg.norm(nodes[0, 1] - nodes[0, 0]))
     bodies = _extrapolated(nodes, edges).reshape(-1, 3)
     reach = np.full(len(bodies), avoidance.gripper_clearance)
-    hits = near(bodies, avoidance.gripper_obstacles, reach)
+    hits = near_pairs(bodies, avoidance.gripper_obstacles, reach)
     motion = _extrapolated(jacobian, edges).reshape(-1, *jacobian.shape[2:])
     along = np.einsum("ac,acv->av", hits.normals, motion[hits.points])
     weight = MILLIMETRE * CLEARANCE_WEIGHT

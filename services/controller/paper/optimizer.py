@@ -19,7 +19,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from lariat.geometry.clearance import near
+from lariat.geometry.clearance import near_pairs
 from lariat.geometry.obstacles import Obstacle, pack, signed_distance
 from lariat.rod import DifferentiableRod, RolloutSpec
 from lariat.trajectory import MotionLimits
@@ -196,7 +196,7 @@ class _RepulsivePotential:
         if not acting:
             return 0.0, slope
         points = nodes.reshape(-1, 3)
-        hits = near(points, acting, np.full(len(points), self._reach))
+        hits = near_pairs(points, acting, np.full(len(points), self._reach))
         d = np.maximum(hits.distances, MIN_POTENTIAL_DISTANCE)
         lack = 1.0 / d - 1.0 / self._reach
         pull = -2.0 * (lack / d**2)[:, None] * hits.normals

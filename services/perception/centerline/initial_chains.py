@@ -82,7 +82,7 @@ def _from_prior(
     if order.indices:
         yield _from_order(view, rope, order, left, right, prior)
     # Where segments merge in the image, only single points can tell them apart.
-    dense = polylines.resampled(prior.positions, 4 * rope.node_count)
+    dense = polylines.resample(prior.positions, 4 * rope.node_count)
     edges = []
     for points in view.points:
         gaps = np.linalg.norm(points[:, None] - dense[None], axis=2)
@@ -116,4 +116,4 @@ def _from_order(
         # The rope may lie anywhere along itself that leaves its ends out of view.
         hidden = hidden_end_length(segments, None, None, rope.length)
         sliding = hidden / UNIFORM_HALF_WIDTH
-    return InitialChain(polylines.resampled(curve, n), edges, prior, sliding)
+    return InitialChain(polylines.resample(curve, n), edges, prior, sliding)

@@ -72,7 +72,7 @@ def reprojection_consistency(
         depth: Whole depth image [mm].
         width: Width of the rope [pixels].
     """
-    dense = polylines.resampled(nodes, 4 * len(nodes))
+    dense = polylines.resample(nodes, 4 * len(nodes))
     pixels, z = camera.project(dense)
     if not np.all(z > 0.0):
         return ReprojectionConsistency(1.0, 1.0, 0.0)

@@ -60,7 +60,7 @@ def order_by_prior(
         reach: Mean distance from the prior above which a segment is left out [m].
     """
     s = polylines.arc_lengths(prior)
-    dense = polylines.resampled(prior, 4 * len(prior))
+    dense = polylines.resample(prior, 4 * len(prior))
     at = np.linspace(0.0, s[-1], len(dense))
     found: list[tuple[float, int, bool]] = []
     for index, points in enumerate(segments):

@@ -15,7 +15,7 @@ from jaxtyping import UInt8, UInt16
 
 from lariat.geometry import poses
 from lariat.geometry.cameras import Camera
-from lariat.geometry.markers import rise
+from lariat.geometry.markers import top_height
 from lariat.geometry.obstacles import Obstacle
 from services.perception.markers.marker_detection import (
     MarkerDetection,
@@ -125,7 +125,7 @@ class MarkerObstacles:
             if start is None or current is None:
                 continue
             height = current.position[2]
-            found = locate_marker(detection, camera, height + rise(current))
+            found = locate_marker(detection, camera, height + top_height(current))
             if found is None or found.residual > s.max_residual_ratio * found.side:
                 continue
             steady = self._filters[detection.identity].add(found)

@@ -10,7 +10,7 @@ from jaxtyping import Float64, UInt8, UInt16
 
 from lariat.geometry import poses
 from lariat.geometry.cameras import Camera
-from lariat.geometry.markers import marker_on
+from lariat.geometry.markers import marker_pose
 from lariat.geometry.obstacles import Obstacle
 from services.perception.markers.marker_detection import BORDER_RATIO
 
@@ -60,7 +60,7 @@ class PlateMask:
             side: Side of the marker [m].
         """
         half = (0.5 + BORDER_RATIO) * side
-        plate = marker_on(obstacle)
+        plate = marker_pose(obstacle)
         pixels, z = camera.project(plate.apply(half * UNIT_SQUARE))
         window = _window(pixels, z, depth.shape)
         if window is None:
@@ -89,7 +89,7 @@ class PlateMask:
             obstacle: Obstacle at its last pose.
         """
         s = self._settings
-        centre = marker_on(obstacle).position
+        centre = marker_pose(obstacle).position
         pixels, z = camera.project(centre + s.search_radius * UNIT_SQUARE)
         window = _window(pixels, z, depth.shape)
         if window is None:

@@ -72,13 +72,13 @@ def _band_length(
     """Return the length of a band that begins on one side; infinite if it ends up inside [m]."""
     band = _initial_band(left, right, obstacles, side)
     for count in POINT_COUNTS:
-        band = polylines.resampled(band, count)
+        band = polylines.resample(band, count)
         for _ in range(CONTRACTION_ROUNDS):
             band[1:-1] = 0.5 * (band[:-2] + band[2:])
             band[1:-1] = _pushed_out(band[1:-1], obstacles)
     # Between its points a band cuts edges; each round brings it closer to them.
     for _ in range(FINAL_ROUNDS):
-        band = _pushed_out(polylines.resampled(band, 8 * POINT_COUNTS[-1]), obstacles)
+        band = _pushed_out(polylines.resample(band, 8 * POINT_COUNTS[-1]), obstacles)
     between = (band[:-1] + band[1:]) / 2.0
     deepest = min(float(np.min(signed_distance(between, o))) for o in obstacles)
     return polylines.length(band) if deepest > -MAX_PENETRATION else np.inf

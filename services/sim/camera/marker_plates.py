@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from jaxtyping import Float64, UInt8
 
-from lariat.geometry.markers import BORDER, CELLS, DICTIONARY
+from lariat.geometry.markers import DICTIONARY, MARKER_CELLS, PLATE_MARGIN_CELLS
 from lariat.geometry.poses import Pose
 
 INK, PAPER = 15, 235
@@ -30,14 +30,16 @@ class MarkerPlate:
     def packed(self) -> Float64[np.ndarray, "10"]:
         """Centre, x axis, y axis and half the side, as `kernels.plates` takes them [m]."""
         x, y = self.pose.apply(np.eye(3)[:2]) - self.pose.position
-        half = 0.5 * self.side * (CELLS + 2 * BORDER) / CELLS
+        half = 0.5 * self.side * (MARKER_CELLS + 2 * PLATE_MARGIN_CELLS) / MARKER_CELLS
         return np.array([*self.pose.position, *x, *y, half])
 
     @property
     def pattern(self) -> UInt8[np.ndarray, "c c"]:
         """Grey values of the cells, border included; first row at +y, first column at -x."""
         patterns = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, DICTIONARY))
-        tag = cv2.aruco.generateImageMarker(patterns, self.identity, CELLS)
+        tag = cv2.aruco.generateImageMarker(patterns, self.identity, MARKER_CELLS)
         return np.pad(
-            np.where(tag > 127, PAPER, INK).astype(np.uint8), BORDER, constant_values=PAPER
+            np.where(tag > 127, PAPER, INK).astype(np.uint8),
+            PLATE_MARGIN_CELLS,
+            constant_values=PAPER,
         )

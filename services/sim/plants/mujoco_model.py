@@ -121,7 +121,7 @@ def _geom(obstacle: Obstacle, friction: float) -> str:
             kind, size = "plane", (0.0, 0.0, 1.0)
             normal = poses.normalized(np.array(obstacle.normal))
             up = np.array([0.0, 0.0, 1.0])
-            orientation = poses.multiply(orientation, poses.between(up, normal))
+            orientation = poses.multiply(orientation, poses.rotation_between(up, normal))
     return (
         f'<geom type="{kind}" size="{_row(size)}" pos="{_row(obstacle.position)}" '
         f'quat="{_row(orientation)}" friction="{friction:.6g}" solref="0.004 1"/>'

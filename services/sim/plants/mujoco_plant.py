@@ -76,7 +76,7 @@ class MujocoPlant:
         self._ends = [EndMotion(left), EndMotion(right)]
         self._remainder = 0.0
         curve = slack_curve(left, right, length, n) if guess is None else guess
-        curve = polylines.resampled(np.asarray(curve, float), n)
+        curve = polylines.resample(np.asarray(curve, float), n)
         self._place(self._ends)
         self._state.qpos[self._slides] = (curve[2:-2] - self._origins).ravel()
         mujoco.mj_forward(self._model, self._state)

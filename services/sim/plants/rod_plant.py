@@ -97,12 +97,12 @@ class RodPlant:
     def _untwisted(self, nodes: Float64[np.ndarray, "m 3"], left: Pose) -> RodState:
         """State along given nodes, its frames parallel-transported from the left grip."""
         n = self._rod.node_count
-        positions = polylines.resampled(np.asarray(nodes, float), n)
+        positions = polylines.resample(np.asarray(nodes, float), n)
         along = poses.normalized(np.diff(positions, axis=0))
         frames = np.empty((n - 1, 4))
         frame = left.orientation
         for k, direction in enumerate(along):
             here = poses.rotate(frame, np.array([0.0, 0.0, 1.0]))
-            frame = poses.multiply(poses.between(here, direction), frame)
+            frame = poses.multiply(poses.rotation_between(here, direction), frame)
             frames[k] = frame
         return RodState(positions, frames, np.zeros((n, 3)), np.zeros((n - 1, 3)))

@@ -1,11 +1,12 @@
-"""Near pairs are those that distances say, and grippers point away from the rope."""
+"""NearPairs pairs are those that distances say, and grippers point away from the rope."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from lariat.geometry import poses
-from lariat.geometry.clearance import gripper_points, near, swept_gripper_points
+from lariat.geometry.clearance import near_pairs
+from lariat.geometry.grippers import gripper_points, swept_gripper_points
 from lariat.geometry.obstacles import TABLE, Obstacle, signed_distance
 from lariat.geometry.poses import Pose
 
@@ -15,7 +16,7 @@ LEVEL = np.array([0.5, 0.5, 0.5, 0.5])
 def test_near_pairs_are_those_within_reach() -> None:
     points = np.random.default_rng(0).uniform(-0.2, 0.2, size=(200, 3))
     obstacles = (TABLE, Obstacle("sphere", (0.0, 0.0, 0.1), radius=0.05))
-    found = near(points, obstacles, np.full(200, 0.03))
+    found = near_pairs(points, obstacles, np.full(200, 0.03))
     expected = sum(int(np.sum(signed_distance(points, o) < 0.03)) for o in obstacles)
     assert len(found.points) == expected > 10
     # A step along the normals gains its own length.

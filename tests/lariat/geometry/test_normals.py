@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lariat.geometry import poses
-from lariat.geometry.normals import normals
+from lariat.geometry.normals import outward_normals
 from lariat.geometry.obstacles import SHAPES, Obstacle, signed_distance
 
 
@@ -29,4 +29,4 @@ def test_normals_are_the_gradients_of_signed_distances(shape: str) -> None:
     )
     smooth = np.abs(np.linalg.norm(differences, axis=1) - 1.0) < 1e-4
     assert np.mean(smooth) > 0.97
-    assert np.abs(normals(points, obstacle) - differences)[smooth].max() < 1e-4
+    assert np.abs(outward_normals(points, obstacle) - differences)[smooth].max() < 1e-4

@@ -14,7 +14,7 @@ from lariat.rod import Rod, RodProperties, RolloutSpec
 from lariat.rod.strains import curvatures, forces, moments
 
 PROPERTIES = RodProperties(0.45, 0.008, 0.044, 1e6)
-ALONG_X = poses.between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
+ALONG_X = poses.rotation_between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
 
 
 def grips(span: float, height: float = 0.3) -> tuple[Pose, Pose]:

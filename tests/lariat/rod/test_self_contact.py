@@ -24,9 +24,11 @@ def overhand() -> RodState:
     t = np.linspace(-2.15, 2.15, 4000)
     curve = np.stack([t**3 - 3.0 * t, t**4 - 4.0 * t**2, 1.2 * (t**5 / 5.0 - 2.0 * t)], axis=1)
     curve *= PROPERTIES.length / polylines.length(curve)
-    nodes = polylines.resampled(curve, N)
+    nodes = polylines.resample(curve, N)
     tangents = poses.normalized(np.diff(nodes, axis=0))
-    return framed(nodes, poses.between(Z, tangents[0]), poses.between(Z, tangents[-1]))
+    return framed(
+        nodes, poses.rotation_between(Z, tangents[0]), poses.rotation_between(Z, tangents[-1])
+    )
 
 
 def knotted(self_contact: bool) -> Rod:

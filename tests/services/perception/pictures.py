@@ -47,7 +47,7 @@ def winding(seed: int) -> Float64[np.ndarray, "k 2"]:
     size = np.array([WIDTH, HEIGHT])
     path = (path - (low + high) / 2.0) * float(np.min(0.75 * size / (high - low))) + size / 2.0
     flat = np.pad(path, ((0, 0), (0, 1)))
-    return polylines.resampled(flat, int(3.0 * polylines.length(flat)))[:, :2]
+    return polylines.resample(flat, int(3.0 * polylines.length(flat)))[:, :2]
 
 
 def photographed(

@@ -34,7 +34,7 @@ def curve(seed: int, rope: RopeModel = ROPE, bend: float = 1.0) -> Float64[np.nd
         [np.cos(yaw) * np.cos(pitch), np.sin(yaw) * np.cos(pitch), np.sin(pitch)], axis=1
     )
     path = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
-    nodes = polylines.resampled(path, rope.node_count)
+    nodes = polylines.resample(path, rope.node_count)
     nodes *= rope.length / polylines.length(nodes)
     return nodes - nodes.mean(axis=0) + np.array([0.0, 0.0, 0.25])
 
@@ -44,8 +44,8 @@ def grips(nodes: Float64[np.ndarray, "n 3"]) -> tuple[Pose, Pose]:
     z = np.array([0.0, 0.0, 1.0])
     first, last = poses.normalized(nodes[1] - nodes[0]), poses.normalized(nodes[-1] - nodes[-2])
     return (
-        Pose(nodes[0], poses.between(z, first)),
-        Pose(nodes[-1], poses.between(z, last)),
+        Pose(nodes[0], poses.rotation_between(z, first)),
+        Pose(nodes[-1], poses.rotation_between(z, last)),
     )
 
 

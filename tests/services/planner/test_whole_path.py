@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lariat.geometry import poses
-from lariat.geometry.clearance import grippers_apart
+from lariat.geometry.grippers import gripper_axis_distance
 from lariat.geometry.obstacles import TABLE, Obstacle, chain_clearance
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties
@@ -141,5 +141,5 @@ def test_ends_that_change_places_go_round_each_other(behind_the_wall: Problem) -
     )
     path = plan(problem)
     assert path.reached, path.reason
-    bodies, _ = grippers_apart(path.positions, path.orientations, Limits().gripper_reach)
+    bodies, _ = gripper_axis_distance(path.positions, path.orientations, Limits().gripper_reach)
     assert bodies.min() > 2.0 * Limits().gripper_radius + Limits().keep_out

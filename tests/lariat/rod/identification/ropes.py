@@ -33,8 +33,10 @@ def recorded(
     random = np.random.default_rng(seed)
     rod = Rod(properties, NODES, right=right, tolerance=1e-8)
     z = np.array([0.0, 0.0, 1.0])
-    left = Pose(np.zeros(3), poses.between(z, poses.normalized(np.array([0.3, 0.1, -1.0]))))
-    grip = Pose(np.array([0.3, 0.0, 0.0]), poses.between(z, UP))
+    left = Pose(
+        np.zeros(3), poses.rotation_between(z, poses.normalized(np.array([0.3, 0.1, -1.0])))
+    )
+    grip = Pose(np.array([0.3, 0.0, 0.0]), poses.rotation_between(z, UP))
     start = rod.rest(left, grip).state
     t = 0.01 * np.arange(frames)[:, None, None]
     seen = []

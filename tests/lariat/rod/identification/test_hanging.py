@@ -35,7 +35,7 @@ def shapes() -> list[Hanging]:
         size = 0.5 * (low + high)
         longer = polylines.length(t * span + size * drop) > 1.5
         low, high = (low, size) if longer else (size, high)
-    points = polylines.resampled(np.pad(t * span + size * drop, ((0, 0), (0, 1))), 51)[:, :2]
+    points = polylines.resample(np.pad(t * span + size * drop, ((0, 0), (0, 1))), 51)[:, :2]
     for _ in range(2):
         points = hang(Hanging(points, DENSITY), EI).points
     noise = 1e-3 * np.random.default_rng(0).normal(size=(2, *points.shape))

@@ -51,8 +51,10 @@ def test_velocities_lose_what_would_stretch() -> None:
 def test_frames_follow_the_chain_between_two_given_ones() -> None:
     z = np.array([0.0, 0.0, 1.0])
     tangents = poses.normalized(np.diff(SLACK, axis=1))
-    first = poses.between(z, tangents[:, 0])
-    last = poses.multiply(poses.between(z, tangents[:, -1]), poses.exponential(0.7 * z)[None])
+    first = poses.rotation_between(z, tangents[:, 0])
+    last = poses.multiply(
+        poses.rotation_between(z, tangents[:, -1]), poses.exponential(0.7 * z)[None]
+    )
     frames = framed(SLACK, first, last)
     np.testing.assert_allclose(poses.rotate(frames, np.tile(z, (1, 11, 1))), tangents, atol=1e-12)
     np.testing.assert_allclose(np.abs(np.sum(frames[:, -1] * last)), 1.0, atol=1e-12)

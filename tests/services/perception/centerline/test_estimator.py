@@ -157,7 +157,7 @@ def alpha() -> np.ndarray:
     t = np.linspace(-2.2, 2.2, 3000)
     path = np.stack([t**3 - 3.0 * t, t**2, 0.08 * t], axis=1)
     path *= ROPE.length / polylines.length(path)
-    nodes = polylines.resampled(path, ROPE.node_count)
+    nodes = polylines.resample(path, ROPE.node_count)
     nodes *= ROPE.length / polylines.length(nodes)
     return nodes - nodes.mean(axis=0) + np.array([0.0, 0.0, 0.25])
 
@@ -167,7 +167,7 @@ def fold(depth: float) -> np.ndarray:
     t = np.linspace(-1.0, 1.0, 3000)
     path = np.stack([0.12 * t, 0.01 * t, depth * (np.abs(t) ** 1.5 - 1.0)], axis=1)
     path *= ROPE.length / polylines.length(path)
-    nodes = polylines.resampled(path, ROPE.node_count)
+    nodes = polylines.resample(path, ROPE.node_count)
     nodes *= ROPE.length / polylines.length(nodes)
     return nodes - nodes.mean(axis=0) + np.array([0.0, 0.0, 0.3])
 

@@ -18,7 +18,7 @@ WHITE: Color = (235, 235, 230)
 
 def away(lines: list[np.ndarray], nodes: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "k"]:
     """Distance of every found pixel from the true axis [pixels]."""
-    truth, _ = CAMERA.project(polylines.resampled(nodes, 1500))
+    truth, _ = CAMERA.project(polylines.resample(nodes, 1500))
     found = np.concatenate(lines)
     return np.min(np.linalg.norm(found[:, None] - truth[None], axis=2), axis=1)
 

@@ -22,7 +22,7 @@ def closest_approach(self_contact: bool) -> float:
         turn = poses.exponential(np.array([angle, 0.0, 0.0]))
         turned = Pose(right.position, poses.multiply(turn, ALONG_X))
         plant.step(EndMotion(LEFT), EndMotion(turned, angular=np.array([5.0 * np.pi, 0, 0])), 0.01)
-        fine = polylines.resampled(plant.nodes, 160)
+        fine = polylines.resample(plant.nodes, 160)
         apart = np.linalg.norm(fine[:, None] - fine[None], axis=2)
         along = np.abs(np.arange(160)[:, None] - np.arange(160)[None]) * 0.45 / 159
         closest = min(closest, np.min(apart[along > 4.0 * 0.008]) / 0.008)

@@ -1,0 +1,245 @@
+"""The implicit step of the rod in plain NumPy, to be read, and to hold the kernel against.
+
+One step of implicit Euler of duration h goes from positions x1 and orientations q1 to the minimiser
+of the energy
+
+    (I)  sum over nodes  m wt |x - y|^2 / 2             y = x1 + carry h v
+         sum over edges  wt J |2 Im(conj(q^) q)|^2 / 2  q^ = q1 exp(carry h w)
+    (W)  sum over nodes  -m g x
+    (S)  sum over edges  l K |e / l - d3|^2 / 2         e = x_i+1 - x_i,  d3 = R(q_i) z
+    (B)  sum over bends  k |u - rest|^2 / 2             u = log(conj(q_i) q_i+1)
+    (D)  sum over bends  tau / h k |u - u1|^2 / 2       u1 = u of the step before
+
+with velocities v, angular velocities w in the frames of the edges, k = (EI, EI, GJ) / l, damping c
+in wt = (1 + c h) / h^2 and carry = 1 / (1 + c h), and internal damping tau. Contact is left out.
+Unknowns are x, and rotations phi of the edges in their own frames, q exp(phi): blocks of three, in
+the order node 0, edge 0, node 1, edge 1, ...
+
+`lariat.rod.kernels` computes the same with a banded Hessian, with contact, and with derivatives.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from lariat.geometry import poses
+from lariat.rod.model import ImplicitRodModel
+from lariat.rod.state import RodState
+
+Z = np.array([0.0, 0.0, 1.0])
+IDENTITY = np.eye(3)
+MAX_ITERATIONS = 100
+STEP_TOLERANCE = 1e-12
+"""Largest entry of the last Newton step [m, rad]."""
+
+
+def implicit_step(
+    model: ImplicitRodModel, state: RodState, action: Float64[np.ndarray, "2 6"], dt: float
+) -> RodState:
+    """Return the state after one step of implicit Euler, by mixed Newton iterations.
+
+    Args:
+        model: Rod; its scheme is taken as "euler", its tolerance as STEP_TOLERANCE.
+        state: State before the step.
+        action: Grip velocities in the world frame: linear [m/s], then angular [rad/s].
+        dt: Duration h [s].
+
+    Raises:
+        RuntimeError: The iterations do not converge.
+    """
+    x, q = state.positions.copy(), state.orientations.copy()
+    edges = np.diff(x, axis=0) / model.edge_length
+    tensions = model.properties.stretch_stiffness * (edges - poses.rotate(q, Z))
+    for _ in range(MAX_ITERATIONS):
+        _, g, H = energy(model, state, dt, x, q, tensions)
+        s, driven = _grip_step(model, state, action, dt, x, q)
+        free = ~driven
+        H_ff, H_fd = H[np.ix_(free, free)], H[np.ix_(free, driven)]
+        # Away from a minimum the Hessian may have negative eigenvalues, along which Newton climbs.
+        lowest = np.linalg.eigvalsh(H_ff)[0]
+        H_ff += max(0.0, -2.0 * lowest) * np.eye(len(H_ff))
+        s[free] = np.linalg.solve(H_ff, -g[free] - H_fd @ s[driven])
+        dx, phi = s.reshape(-1, 3)[::2], s.reshape(-1, 3)[1::2]
+        # Stretch is far stiffer than all else. Its force is a variable of its own, which follows
+        # the linear solve: with the force of the iterate, Newton's method would crawl.
+        edges = np.diff(x + dx, axis=0) / model.edge_length
+        d3 = poses.rotate(q, Z + np.cross(phi, Z))
+        tensions = model.properties.stretch_stiffness * (edges - d3)
+        x, q = x + dx, poses.normalized(poses.multiply(q, poses.exponential(phi)))
+        if np.max(np.abs(s)) < STEP_TOLERANCE:
+            turned = poses.multiply(q, poses.conjugate(state.orientations))
+            return RodState(x, q, (x - state.positions) / dt, poses.logarithm(turned) / dt)
+    raise RuntimeError(f"no convergence in {MAX_ITERATIONS} iterations")
+
+
+def energy(
+    model: ImplicitRodModel,
+    before: RodState,
+    dt: float,
+    x: Float64[np.ndarray, "n 3"],
+    q: Float64[np.ndarray, "n-1 4"],
+    tensions: Float64[np.ndarray, "n-1 3"],
+) -> tuple[float, Float64[np.ndarray, "u"], Float64[np.ndarray, "u u"]]:
+    """Return the energy of a step [J], its gradient and its Hessian.
+
+    Args:
+        model: Rod.
+        before: State before the step.
+        dt: Duration h [s].
+        x: Positions of the iterate [m].
+        q: Orientations of the iterate.
+        tensions: Forces of the edges in the geometric part of the Hessian [N], world frame; with
+            K (e / l - d3) it is the Hessian of the energy.
+    """
+    p, n, length = model.properties, model.node_count, model.edge_length
+    weight, carry = (1.0 + p.damping * dt) / dt**2, 1.0 / (1.0 + p.damping * dt)
+    total, g, H = 0.0, np.zeros(6 * n - 3), np.zeros((6 * n - 3, 6 * n - 3))
+
+    def add(block: int, term: tuple[float, np.ndarray, np.ndarray]) -> None:
+        nonlocal total
+        places = slice(3 * block, 3 * block + len(term[1]))
+        total += term[0]
+        g[places] += term[1]
+        H[places, places] += term[2]
+
+    masses = p.linear_density * length * p.density_at(n)
+    masses[[0, -1]] *= 0.5
+    targets = before.positions + carry * dt * before.velocities
+    for i in range(n):
+        away, gravity = x[i] - targets[i], np.asarray(model.gravity)
+        value = masses[i] * (0.5 * weight * away @ away - gravity @ x[i])
+        add(2 * i, (value, masses[i] * (weight * away - gravity), masses[i] * weight * IDENTITY))
+
+    spin = poses.rotate(poses.conjugate(before.orientations), before.angular_velocities)
+    targets = poses.multiply(before.orientations, poses.exponential(carry * dt * spin))
+    inertia = p.linear_density * length * p.diameter**2 / 16.0 * np.array([1.0, 1.0, 2.0])
+    for i in range(n - 1):
+        add(2 * i + 1, rotational_inertia(weight * inertia, targets[i], q[i]))
+        stretched = (x[i + 1] - x[i]) / length
+        add(2 * i, stretch(p.stretch_stiffness, length, stretched, q[i], tensions[i]))
+
+    stiffness = np.array([p.bending_stiffness, p.bending_stiffness, p.twisting_stiffness]) / length
+    factors, rest = p.profile_at(n - 2), p.rest_curvature_at(n - 2) * length
+    for i in range(n - 2):
+        add(2 * i + 1, bend(factors[i] * stiffness, rest[i], q[i], q[i + 1]))
+        u1 = poses.logarithm(
+            poses.multiply(poses.conjugate(before.orientations[i]), before.orientations[i + 1])
+        )
+        damped = p.internal_damping / dt * factors[i] * stiffness
+        add(2 * i + 1, bend(damped, u1, q[i], q[i + 1]))
+    return total, g, H
+
+
+def rotational_inertia(
+    inertia: Float64[np.ndarray, "3"], target: Float64[np.ndarray, "4"], q: Float64[np.ndarray, "4"]
+) -> tuple[float, np.ndarray, np.ndarray]:
+    """Return (I) of an edge, with d Im(u) / d phi = W / 2 for u = conj(target) q."""
+    u = poses.multiply(poses.conjugate(target), q)
+    re, im = u[0], u[1:]
+    W = re * IDENTITY + _cross(im)
+    moment = 2.0 * inertia * im
+    H = W.T @ np.diag(inertia) @ W - 0.5 * moment @ im * IDENTITY
+    return moment @ im, W.T @ moment, H
+
+
+def stretch(
+    stiffness: float,
+    length: float,
+    stretched: Float64[np.ndarray, "3"],
+    q: Float64[np.ndarray, "4"],
+    tension: Float64[np.ndarray, "3"],
+) -> tuple[float, np.ndarray, np.ndarray]:
+    """Return (S) of an edge, for the blocks of its first node, its rotation and its last node.
+
+    Args:
+        stiffness: K [N].
+        length: Rest length l [m].
+        stretched: Edge vector over rest length, e / l.
+        q: Orientation.
+        tension: Force in the geometric part of the Hessian [N], world frame.
+    """
+    R = poses.matrix(q)
+    strain = stretched - R @ Z
+    # d3 turns by R (phi x z) + R (phi x (phi x z)) / 2.
+    J = np.hstack([-IDENTITY / length, R @ _cross(Z), IDENTITY / length])
+    H = length * stiffness * J.T @ J
+    t = R.T @ tension
+    H[3:6, 3:6] += length * (t @ Z * IDENTITY - 0.5 * (np.outer(t, Z) + np.outer(Z, t)))
+    force = stiffness * strain
+    return 0.5 * length * force @ strain, length * J.T @ force, H
+
+
+def bend(
+    stiffness: Float64[np.ndarray, "3"],
+    rest: Float64[np.ndarray, "3"],
+    q0: Float64[np.ndarray, "4"],
+    q1: Float64[np.ndarray, "4"],
+) -> tuple[float, np.ndarray, np.ndarray]:
+    """Return (B) of a bend, for the blocks of its first edge, the node between and its last edge.
+
+    A rotation of the first edge changes u by -J_l^-1(u) phi, one of the last edge by J_r^-1(u) phi,
+    with J_l^-1(u) = I - [u]x / 2 + c [u]x^2 and J_r^-1 its transpose.
+    """
+    u = poses.logarithm(poses.multiply(poses.conjugate(q0), q1))
+    c, dc = _log_coefficients(float(np.linalg.norm(u)))
+    U = _cross(u)
+    left = IDENTITY - 0.5 * U + c * U @ U
+    moment = stiffness * (u - rest)
+    M, twist = _cross(moment), U @ moment
+    # Derivatives of J_l^-T(u) moment and J_l^-1(u) moment with respect to u.
+    common = dc * np.outer(U @ twist, u) - c * (_cross(twist) + U @ M)
+    first = left.T * stiffness + common - 0.5 * M
+    last = left * stiffness + common + 0.5 * M
+    g, H = np.zeros(9), np.zeros((9, 9))
+    g[:3], g[6:] = -left.T @ moment, left @ moment
+    H[:3, :3], H[6:, 6:] = _symmetric(first @ left), _symmetric(last @ left.T)
+    H[6:, :3] = -last @ left
+    H[:3, 6:] = H[6:, :3].T
+    return 0.5 * moment @ (u - rest), g, H
+
+
+def _grip_step(
+    model: ImplicitRodModel,
+    before: RodState,
+    action: Float64[np.ndarray, "2 6"],
+    dt: float,
+    x: Float64[np.ndarray, "n 3"],
+    q: Float64[np.ndarray, "n-1 4"],
+) -> tuple[Float64[np.ndarray, "u"], Bool[np.ndarray, "u"]]:
+    """Return the step to the grips' places after the step, and the unknowns that it places."""
+    n = model.node_count
+    s, driven = np.zeros((2 * n - 1, 3)), np.zeros((2 * n - 1, 3), dtype=bool)
+    for end, hold, node, inner in ((0, model.left, 0, 1), (1, model.right, n - 1, n - 2)):
+        if hold == "free":
+            continue
+        goal = before.positions[node] + dt * action[end, :3]
+        s[2 * node], driven[2 * node] = goal - x[node], True
+        if hold == "clamped":
+            edge = min(node, inner)
+            turned = poses.multiply(
+                poses.exponential(dt * action[end, 3:]), before.orientations[edge]
+            )
+            along = (inner - node) * model.edge_length * poses.rotate(turned, Z)
+            s[2 * inner], driven[2 * inner] = goal + along - x[inner], True
+            remaining = poses.multiply(poses.conjugate(q[edge]), turned)
+            s[2 * edge + 1], driven[2 * edge + 1] = poses.logarithm(remaining), True
+    return s.ravel(), driven.ravel()
+
+
+def _log_coefficients(t: float) -> tuple[float, float]:
+    """Return c = (1 - (t / 2) cot(t / 2)) / t^2, and c' / t."""
+    if t < 1e-2:
+        return 1.0 / 12.0 + t**2 / 720.0 + t**4 / 30240.0, 1.0 / 360.0 + t**2 / 7560.0
+    cot, sin = 1.0 / np.tan(0.5 * t), np.sin(0.5 * t)
+    c = (1.0 - 0.5 * t * cot) / t**2
+    return c, (-2.0 / t**3 + 0.5 * cot / t**2 + 0.25 / (t * sin**2)) / t
+
+
+def _cross(v: Float64[np.ndarray, "3"]) -> Float64[np.ndarray, "3 3"]:
+    """Return [v]x, so that [v]x a = v x a."""
+    return np.cross(IDENTITY, v)
+
+
+def _symmetric(m: Float64[np.ndarray, "3 3"]) -> Float64[np.ndarray, "3 3"]:
+    return 0.5 * (m + m.T)

@@ -29,6 +29,9 @@ from lariat.rod.state import RodState
 
 Z = np.array([0.0, 0.0, 1.0])
 IDENTITY = np.eye(3)
+Term = tuple[float, Float64[np.ndarray, "k"], Float64[np.ndarray, "k k"]]
+"""Energy [J], gradient and Hessian for k unknowns."""
+
 MAX_ITERATIONS = 100
 STEP_TOLERANCE = 1e-12
 """Largest entry of the last Newton step [m, rad]."""
@@ -80,7 +83,7 @@ def energy(
     x: Float64[np.ndarray, "n 3"],
     q: Float64[np.ndarray, "n-1 4"],
     tensions: Float64[np.ndarray, "n-1 3"],
-) -> tuple[float, Float64[np.ndarray, "u"], Float64[np.ndarray, "u u"]]:
+) -> Term:
     """Return the energy of a step [J], its gradient and its Hessian.
 
     Args:
@@ -96,7 +99,7 @@ def energy(
     weight, carry = (1.0 + p.damping * dt) / dt**2, 1.0 / (1.0 + p.damping * dt)
     total, g, H = 0.0, np.zeros(6 * n - 3), np.zeros((6 * n - 3, 6 * n - 3))
 
-    def add(block: int, term: tuple[float, np.ndarray, np.ndarray]) -> None:
+    def add(block: int, term: Term) -> None:
         nonlocal total
         places = slice(3 * block, 3 * block + len(term[1]))
         total += term[0]
@@ -133,14 +136,14 @@ def energy(
 
 def rotational_inertia(
     inertia: Float64[np.ndarray, "3"], target: Float64[np.ndarray, "4"], q: Float64[np.ndarray, "4"]
-) -> tuple[float, np.ndarray, np.ndarray]:
+) -> Term:
     """Return (I) of an edge, with d Im(u) / d phi = W / 2 for u = conj(target) q."""
     u = poses.multiply(poses.conjugate(target), q)
     re, im = u[0], u[1:]
     W = re * IDENTITY + _cross(im)
     moment = 2.0 * inertia * im
     H = W.T @ np.diag(inertia) @ W - 0.5 * moment @ im * IDENTITY
-    return moment @ im, W.T @ moment, H
+    return float(moment @ im), W.T @ moment, H
 
 
 def stretch(
@@ -149,7 +152,7 @@ def stretch(
     stretched: Float64[np.ndarray, "3"],
     q: Float64[np.ndarray, "4"],
     tension: Float64[np.ndarray, "3"],
-) -> tuple[float, np.ndarray, np.ndarray]:
+) -> Term:
     """Return (S) of an edge, for the blocks of its first node, its rotation and its last node.
 
     Args:
@@ -167,7 +170,7 @@ def stretch(
     t = R.T @ tension
     H[3:6, 3:6] += length * (t @ Z * IDENTITY - 0.5 * (np.outer(t, Z) + np.outer(Z, t)))
     force = stiffness * strain
-    return 0.5 * length * force @ strain, length * J.T @ force, H
+    return 0.5 * length * float(force @ strain), length * J.T @ force, H
 
 
 def bend(
@@ -175,7 +178,7 @@ def bend(
     rest: Float64[np.ndarray, "3"],
     q0: Float64[np.ndarray, "4"],
     q1: Float64[np.ndarray, "4"],
-) -> tuple[float, np.ndarray, np.ndarray]:
+) -> Term:
     """Return (B) of a bend, for the blocks of its first edge, the node between and its last edge.
 
     A rotation of the first edge changes u by -J_l^-1(u) phi, one of the last edge by J_r^-1(u) phi,
@@ -196,7 +199,7 @@ def bend(
     H[:3, :3], H[6:, 6:] = _symmetric(first @ left), _symmetric(last @ left.T)
     H[6:, :3] = -last @ left
     H[:3, 6:] = H[6:, :3].T
-    return 0.5 * moment @ (u - rest), g, H
+    return 0.5 * float(moment @ (u - rest)), g, H
 
 
 def _grip_step(

@@ -121,8 +121,15 @@ def test_the_gradient_and_hessian_are_those_of_the_energy() -> None:
 
 @pytest.mark.parametrize(
     "name",
-    ["linear_density", "diameter", "youngs_modulus", "poisson_ratio", "stretch_stiffness"]
-    + ["damping", "internal_damping"],
+    [
+        "linear_density",
+        "diameter",
+        "youngs_modulus",
+        "poisson_ratio",
+        "stretch_stiffness",
+        "damping",
+        "internal_damping",
+    ],
 )
 def test_a_coefficient_that_is_off_by_a_thousandth_shows(name: str) -> None:
     rod = make_rod(right="free")

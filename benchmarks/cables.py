@@ -1,9 +1,9 @@
-"""Real cables that hang and are twisted: `lariat bench cables FILE...`.
+"""Stiffness of real cables from hanging and twisting: `lariat bench cables FILE...`.
 
-A file is a .npz with `hanging` (shapes, points, 2), metres, planar, y downwards, from one level
-clamp to the other; `linear_density` [kg/m]; `critical_twist_deg`, one for each time that the cable
-was twisted until it jumped out of its plane. Each shape is predicted with the EI of the others,
-each critical twist with the GJ / EI that another one says.
+A file is a .npz with `hanging` (shapes, points, 2) [m], planar, y downwards, from one level clamp
+to the other; `linear_density` [kg/m]; and `critical_twist_deg`, one for each time that the cable
+was twisted until it buckled out of its plane. Each shape is predicted with the EI that is fitted to
+the others, each critical twist with the GJ / EI of another one.
 """
 
 from __future__ import annotations
@@ -27,14 +27,23 @@ from lariat.rod.identification.hanging import (
 from shared.configuration import ConfigurationError
 
 KEYS = ("hanging", "linear_density", "critical_twist_deg")
+"""Arrays of a file."""
 
 
 def run(files: tyro.conf.Positional[tuple[Path, ...]], /, json: bool = False) -> int:
-    """Predicts each shape with the EI of the others, and critical twists with the GJ / EI of one.
+    """Predict the shapes and critical twists of real cables by leave-one-out fits.
+
+    There is no plant: the shapes were measured on real cables. Each shape is predicted with the EI
+    that is fitted to the others, each critical twist with the GJ / EI of another one. A file is a
+    .npz with `hanging` (shapes, points, 2) [m], planar, y downwards, from one level clamp to the
+    other; `linear_density` [kg/m]; and `critical_twist_deg`.
+
+    Examples:
+      lariat bench cables white.npz black.npz
 
     Args:
-        files: Measured cables.
-        json: One JSON object instead of a table.
+        files: Measured cables, one .npz each.
+        json: Print one JSON object instead of lines.
     """
     if not files:
         raise ConfigurationError("name at least one .npz of a measured cable")
@@ -42,26 +51,26 @@ def run(files: tyro.conf.Positional[tuple[Path, ...]], /, json: bool = False) ->
     for file in files:
         shapes, twists = read(file)
         print(f"{file} ...", file=sys.stderr)
-        rows.append({"file": str(file)} | measured(shapes, twists))
+        rows.append({"file": str(file)} | leave_one_out(shapes, twists))
     if json:
         print(encoder.dumps({"rows": rows}))
         return 0
     for row in rows:
         print(
             f"{Path(row['file']).stem}: EI {row['EI']:.3g} N m^2 ({row['EI_spread']:.1%} between "
-            f"the fits), shape left out {row['shape_error_mm']:.1f} mm = "
-            f"{row['shape_error_L']:.2%} of its length, worst {row['worst_shape_error_L']:.2%}; "
-            f"GJ/EI {row['GJ_EI']:.3g}, other twists {row['twist_error']:.1%}, worst "
+            f"the fits), error of the shape left out {row['shape_error_mm']:.1f} mm = "
+            f"{row['shape_error_L']:.2%} of the length, worst {row['worst_shape_error_L']:.2%}; "
+            f"GJ/EI {row['GJ_EI']:.3g}, error of the other twists {row['twist_error']:.1%}, worst "
             f"{row['worst_twist_error']:.1%}"
         )
     return 0
 
 
 def read(path: Path) -> tuple[list[Hanging], np.ndarray]:
-    """Shapes and critical twists [rad] of one cable.
+    """Read shapes and critical twists [rad] of a cable.
 
     Raises:
-        ConfigurationError: The file is not of a cable.
+        ConfigurationError: The file does not describe a cable.
     """
     try:
         with np.load(path, allow_pickle=False) as stored:
@@ -84,16 +93,16 @@ def read(path: Path) -> tuple[list[Hanging], np.ndarray]:
     return [Hanging(points, float(density.reshape(()))) for points in hanging], np.radians(twists)
 
 
-def measured(shapes: list[Hanging], twists: np.ndarray) -> dict[str, Any]:
-    """How well each shape and each twist is predicted from the others."""
+def leave_one_out(shapes: list[Hanging], twists: np.ndarray) -> dict[str, Any]:
+    """Errors of each shape and each twist as predicted from the others."""
     length = float(np.mean([shape.arcs[-1] for shape in shapes]))
-    found, errors = [], []
+    stiffnesses, errors = [], []
     for k, shape in enumerate(shapes):
-        found.append(bending_stiffness([*shapes[:k], *shapes[k + 1 :]]))
-        errors.append(shape_error(shape, found[-1]))
-    bending = float(np.mean(found))
+        stiffnesses.append(bending_stiffness([*shapes[:k], *shapes[k + 1 :]]))
+        errors.append(shape_error(shape, stiffnesses[-1]))
+    bending = float(np.mean(stiffnesses))
     ratios = [twist_ratio(s, bending, t) for s, t in zip(shapes, twists, strict=False)]
-    misses = [
+    twist_errors = [
         critical_twist(hang(shapes[j], bending, ratio)) / twists[j] - 1.0
         for k, ratio in enumerate(ratios)
         for j in range(len(ratios))
@@ -101,11 +110,11 @@ def measured(shapes: list[Hanging], twists: np.ndarray) -> dict[str, Any]:
     ]
     return {
         "EI": bending,
-        "EI_spread": float(np.ptp(found)) / bending,
+        "EI_spread": float(np.ptp(stiffnesses)) / bending,
         "shape_error_mm": 1e3 * float(np.mean(errors)),
         "shape_error_L": float(np.mean(errors)) / length,
         "worst_shape_error_L": float(np.max(errors)) / length,
         "GJ_EI": float(np.mean(ratios)),
-        "twist_error": float(np.mean(np.abs(misses))),
-        "worst_twist_error": float(np.max(np.abs(misses))),
+        "twist_error": float(np.mean(np.abs(twist_errors))),
+        "worst_twist_error": float(np.max(np.abs(twist_errors))),
     }

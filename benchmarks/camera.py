@@ -1,8 +1,8 @@
-"""What the simulated camera costs, and how well markers are placed in it: `lariat bench camera`.
+"""Cost of the simulated camera and accuracy of markers in its images: `lariat bench camera`.
 
-A hanging rope, three cylinders with markers on top, two grippers and the table, as in
-`scenarios/markers.toml`. Costs are processor time of one frame with all of its noise, and what that
-is of a core at 30 frames a second; messages are left out.
+The images show a sagging curve of 40 nodes in the place of a rope, three cylinders, two grippers
+and the table. The cost is the processor time of one frame with all noise, without messages. Markers
+are perceived in the simulated images, one at a time on a box.
 """
 
 from __future__ import annotations
@@ -26,95 +26,114 @@ from services.sim.camera.marker_plates import MarkerPlate
 from services.sim.camera.rgbd_camera import RgbdCamera
 from services.sim.gripper_body import gripper_body
 
-SIZES = ((640, 480), (1280, 720))
-VIEW = math.radians(65.0)
-EYE = (0.0, -0.05, 1.0)
-LOOKS = 5
-"""At a marker before its place is taken, as perception does."""
-RATE = 30.0
-"""Frames a second."""
-WARM = 3
-"""Frames that compile."""
+RESOLUTIONS = ((640, 480), (1280, 720))
+"""Widths and heights of the images [pixels]."""
+FIELD_OF_VIEW = math.radians(65.0)
+"""Horizontal field of view [rad]."""
+EYE, TARGET = (0.0, -0.05, 1.0), (0.0, 0.0, 0.1)
+"""Position of the camera, and a point on its optical axis [m]."""
+NODE_COUNT, ROPE_RADIUS = 40, 0.004
+"""Nodes and radius [m] of the rope."""
+GRIPPER = (0.012, 0.06)
+"""Radius and height of a gripper [m]."""
+FRAMES_PER_MARKER = 5
+"""Number of images from which a marker is placed, as in perception."""
+FRAME_RATE = 30.0
+"""Frame rate at which the share of a core is stated [Hz]."""
+WARM_UP_FRAMES = 3
+"""Number of frames that are not timed, because kernels are compiled."""
 
 
 @dataclass(frozen=True)
-class Row:
-    """One size of images."""
+class CameraFigures:
+    """Cost and accuracy at one resolution."""
 
     resolution: str
+    """Width and height of the images [pixels]."""
     frame_ms_p50: float
+    """Median processor time of a frame [ms]."""
     frame_ms_p99: float
-    share_of_a_core: float
-    """At 30 Hz."""
-    marker_mm: float
-    """Largest error of a marker's place in its plane."""
-    marker_degrees: float
-    """Largest error of its yaw."""
+    """99th percentile of the processor time of a frame [ms]."""
+    core_share_at_30_Hz: float
+    """Share of a core at 30 frames a second [-]."""
+    marker_error_mm: float
+    """Largest position error of a marker [mm]."""
+    marker_error_deg: float
+    """Largest yaw error of a marker [deg]."""
     markers_missed: int
+    """Number of markers that were never found."""
 
 
 def run(
     frames: int = 200, places: int = 24, side: float = 0.04, seed: int = 0, json: bool = False
 ) -> int:
-    """Prints the table.
+    """Time the simulated camera and measure the accuracy of markers in its images.
+
+    There is no plant: a curve of 40 nodes stands in the place of the rope.
 
     Args:
-        frames: That are timed, of each size.
-        places: Random places of a marker.
-        side: Of the marker's black square [m].
-        seed: Of the places.
-        json: One JSON object on standard output instead of a table.
+        frames: Number of timed frames at each resolution.
+        places: Number of random marker poses.
+        side: Side of the marker's black square [m].
+        seed: Seed of poses and noise.
+        json: Print one JSON object instead of a table.
     """
-    rows = [measured(size, frames, places, side, seed) for size in SIZES]
+    rows = [measure(resolution, frames, places, side, seed) for resolution in RESOLUTIONS]
     if json:
         print(encoder.dumps({"frames": frames, "marker_m": side, "rows": [vars(r) for r in rows]}))
         return 0
-    table = Table(*(name.replace("_", " ") for name in vars(rows[0])))
+    table = Table(
+        *(name.replace("_", " ") for name in vars(rows[0])),
+        caption=f"scene: curve of {NODE_COUNT} nodes, three cylinders, two grippers, table; "
+        f"markers: {1e3 * side:g} mm, seen by the simulated camera, largest of {places} errors",
+    )
     for row in rows:
         table.add_row(*(f"{v:.3g}" if isinstance(v, float) else str(v) for v in vars(row).values()))
     Console().print(table)
     return 0
 
 
-def measured(size: tuple[int, int], frames: int, places: int, side: float, seed: int) -> Row:
-    """One line of the table."""
+def measure(
+    size: tuple[int, int], frames: int, places: int, side: float, seed: int
+) -> CameraFigures:
+    """Return the figures of one resolution."""
     random = np.random.default_rng(seed)
-    view = Camera(Intrinsics.symmetric(*size, VIEW), looking_at(EYE, (0.0, 0.0, 0.1)))
+    view = Camera(Intrinsics.symmetric(*size, FIELD_OF_VIEW), looking_at(EYE, TARGET))
     camera = RgbdCamera(view, seed=seed)
-    s = np.linspace(-1.0, 1.0, 40)
+    s = np.linspace(-1.0, 1.0, NODE_COUNT)
     rope = np.stack([0.2 * s, 0.0 * s - 0.1, 0.2 + 0.1 * s**2], axis=1)
     level = np.array([0.5, 0.5, 0.5, 0.5])
     bodies = [
         TABLE,
         *(Obstacle("cylinder", (x, 0.0, 0.08), radius=0.03, height=0.16) for x in (-0.12, 0, 0.12)),
-        gripper_body(Pose(rope[0], level), -1.0, 0.012, 0.06),
-        gripper_body(Pose(rope[-1], level), 1.0, 0.012, 0.06),
+        gripper_body(Pose(rope[0], level), -1.0, *GRIPPER),
+        gripper_body(Pose(rope[-1], level), 1.0, *GRIPPER),
     ]
     times = []
-    for frame in range(frames + WARM):
-        began = time.process_time()
-        camera.take(rope, 0.004, bodies, frame=frame)
-        times.append(1e3 * (time.process_time() - began))
-    times = times[WARM:]
-    gaps, turns, missed = _markers(camera, random, places, side)
-    return Row(
+    for frame in range(frames + WARM_UP_FRAMES):
+        started = time.process_time()
+        camera.take(rope, ROPE_RADIUS, bodies, frame=frame)
+        times.append(1e3 * (time.process_time() - started))
+    times = times[WARM_UP_FRAMES:]
+    position_errors, yaw_errors, missed = _marker_errors(camera, random, places, side)
+    return CameraFigures(
         f"{size[0]}x{size[1]}",
         float(np.median(times)),
         float(np.percentile(times, 99)),
-        RATE * float(np.mean(times)) / 1e3,
-        1e3 * max(gaps, default=math.nan),
-        math.degrees(max(turns, default=math.nan)),
+        FRAME_RATE * float(np.mean(times)) / 1e3,
+        1e3 * max(position_errors, default=math.nan),
+        math.degrees(max(yaw_errors, default=math.nan)),
         missed,
     )
 
 
-def _markers(
+def _marker_errors(
     camera: RgbdCamera, random: np.random.Generator, places: int, side: float
 ) -> tuple[list[float], list[float], int]:
-    """Errors in place [m] and yaw [rad] after `LOOKS` looks, and how many were never seen."""
+    """Errors in position [m] and yaw [rad], and the number of markers that were never found."""
     detector = MarkerDetector()
-    away = np.array([[0.0, 0.0, -5.0], [0.1, 0.0, -5.0]])
-    gaps, turns, missed = [], [], 0
+    rope = np.array([[0.0, 0.0, -5.0], [0.1, 0.0, -5.0]])
+    position_errors, yaw_errors, missed = [], [], 0
     for k in range(places):
         place = random.uniform([-0.25, -0.2, 0.02], [0.25, 0.2, 0.2])
         yaw = random.uniform(-math.pi, math.pi)
@@ -122,8 +141,14 @@ def _markers(
         stand = Obstacle("box", (*place[:2], place[2] / 2.0), size=(0.1, 0.1, place[2] - 1e-3))
         plate = MarkerPlate(pose, side, k % 50)
         steady, found = MarkerPoseFilter(), None
-        for look in range(LOOKS):
-            shot = camera.take(away, 0.004, (TABLE, stand), frame=LOOKS * k + look, plates=[plate])
+        for image in range(FRAMES_PER_MARKER):
+            shot = camera.take(
+                rope,
+                ROPE_RADIUS,
+                (TABLE, stand),
+                frame=FRAMES_PER_MARKER * k + image,
+                plates=[plate],
+            )
             for sighting in detector.detect(shot.color):
                 seen = locate_marker(sighting, camera.camera, float(place[2]))
                 if sighting.identity == k % 50 and seen is not None:
@@ -131,6 +156,6 @@ def _markers(
         if found is None:
             missed += 1
             continue
-        gaps.append(float(np.linalg.norm(found.position - place)))
-        turns.append(abs(math.remainder(found.yaw - yaw, 2.0 * math.pi)))
-    return gaps, turns, missed
+        position_errors.append(float(np.linalg.norm(found.position - place)))
+        yaw_errors.append(abs(math.remainder(found.yaw - yaw, 2.0 * math.pi)))
+    return position_errors, yaw_errors, missed

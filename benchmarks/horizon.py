@@ -1,8 +1,8 @@
-"""How long one horizon takes to plan, by method and number of nodes: `lariat bench horizon`.
+"""Time to plan one horizon, by method and number of nodes: `lariat bench horizon`.
 
-The rope of `scenarios/three-cylinders.toml` is led towards its goal past the obstacles, 20 ms a
-call, so that every call finds what it would find in a run: an answer of the call before, obstacles
-in reach, a rope in motion. One core; a step of the controller holds more than its horizon.
+The rope of `scenarios/three-cylinders.toml` moves towards its goal, past the obstacles, by 20 ms
+between two calls, so that every call starts as in a run: from the previous solution, near
+obstacles, with a moving rope. A step of the controller contains more than its horizon.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ import json as encoder
 import sys
 import time
 from dataclasses import replace
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -27,12 +26,15 @@ from services.controller.mpc.horizon import HorizonProblem
 from shared.motion_contract import PATHLESS_LIMIT_SHARE
 from shared.scenario import Scenario, load
 from shared.scenario.rod_properties import rod_properties
+from shared.scenario.shipped import find
 
-BASE = Path(__file__).parents[1] / "scenarios" / "three-cylinders.toml"
-STEP = 0.02
-"""Between calls [s]."""
-PAPER = 1700.0
-"""What the paper reports for one horizon of its own [ms]."""
+BASE_SCENARIO = "three-cylinders"
+CALL_PERIOD = 0.02
+"""Simulated time between two calls [s]."""
+WARM_UP_CALLS = 10
+"""Number of calls that are not timed."""
+PAPER_HORIZON_MS = 1700.0
+"""Time of one horizon that the paper reports [ms]."""
 Method = Literal["gauss_newton", "actions", "network"]
 
 
@@ -42,15 +44,21 @@ def run(
     calls: int = 200,
     json: bool = False,
 ) -> int:
-    """Times horizons and prints median, 99th percentile and longest [ms].
+    """Time the planning of one horizon: median, 99th percentile and longest [ms].
+
+    Wall time on one core. The plant is the same rod as the model, whose state is known; the
+    controller does not adapt.
+
+    Examples:
+      lariat bench horizon --method gauss_newton --nodes 20 40 80
 
     Args:
-        method: Ways to use the horizon.
+        method: Control methods.
         nodes: Numbers of nodes of the rope.
-        calls: Horizons timed for each; a few more warm up.
-        json: One JSON object instead of a table.
+        calls: Number of timed horizons for each method and number of nodes.
+        json: Print one JSON object instead of a table.
     """
-    base = load(BASE)
+    base = load(find(BASE_SCENARIO))
     rows: list[dict[str, float | str]] = []
     for count in nodes:
         for name in method:
@@ -58,12 +66,19 @@ def run(
             p50, p99, longest = np.quantile(times, [0.5, 0.99, 1.0]).round(3).tolist()
             rows.append({"method": name, "nodes": count, "p50": p50, "p99": p99, "max": longest})
     if json:
-        print(encoder.dumps({"ms": rows, "paper_ms": PAPER}))
+        print(encoder.dumps({"ms": rows, "paper_ms": PAPER_HORIZON_MS}))
         return 0
-    table = Table("method", "nodes", "p50 ms", "p99 ms", "max ms")
+    table = Table(
+        "method",
+        "nodes",
+        "p50 ms",
+        "p99 ms",
+        "max ms",
+        caption="plant = model (Lariat's rod), state known, not adapting; wall time of one horizon",
+    )
     for row in rows:
         table.add_row(*(str(value) for value in row.values()))
-    Console().print(table, f"The paper reports {PAPER:g} ms for a horizon of its own, on a GPU.")
+    Console().print(table, f"The paper reports {PAPER_HORIZON_MS:g} ms for one horizon, on a GPU.")
     return 0
 
 
@@ -87,10 +102,12 @@ def _times(base: Scenario, method: Method, count: int, calls: int) -> Float64[np
     velocity = np.zeros((2, 2, 3))
     times = []
     progress = Console(stderr=True)
-    for k in track(range(calls + 10), f"{method}, {count} nodes", console=progress, transient=True):
+    for k in track(
+        range(calls + WARM_UP_CALLS), f"{method}, {count} nodes", console=progress, transient=True
+    ):
         if k == calls // 2:
             state, velocity = rod.rest(*scenario.grips(scenario.start)).state, 0.0 * velocity
-        asked = HorizonProblem(
+        problem = HorizonProblem(
             state,
             np.zeros((count, 3)),
             np.zeros((horizon, 2, 6)),
@@ -99,16 +116,18 @@ def _times(base: Scenario, method: Method, count: int, calls: int) -> Float64[np
             np.zeros((2, 6)),
             np.zeros((2, 6), dtype=bool),
         )
-        optimizer.shift(STEP)
-        began = time.perf_counter()
-        plan = optimizer.plan(rod, asked, avoidance)
-        times.append(1e3 * (time.perf_counter() - began))
+        optimizer.shift(CALL_PERIOD)
+        started = time.perf_counter()
+        plan = optimizer.plan(rod, problem, avoidance)
+        times.append(1e3 * (time.perf_counter() - started))
         velocity = velocity + 0.4 * (plan.velocities[0] - velocity)
-        state = _moved(rod, state, velocity)
+        state = _advance(rod, state, velocity)
     if not np.all(np.isfinite(state.positions)):
         print(f"{method} with {count} nodes lost the rope", file=sys.stderr)
-    return np.array(times[10:])
+    return np.array(times[WARM_UP_CALLS:])
 
 
-def _moved(rod: Rod, state: RodState, velocity: Float64[np.ndarray, "2 2 3"]) -> RodState:
-    return rod.rollout(RolloutSpec(state, velocity.reshape(1, 2, 6), STEP / 4.0, steps=4)).final
+def _advance(rod: Rod, state: RodState, velocity: Float64[np.ndarray, "2 2 3"]) -> RodState:
+    return rod.rollout(
+        RolloutSpec(state, velocity.reshape(1, 2, 6), CALL_PERIOD / 4.0, steps=4)
+    ).final

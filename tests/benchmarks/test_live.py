@@ -45,22 +45,24 @@ def file(tmp_path: Path) -> Path:
     return path
 
 
-def test_paces_are_medians_over_seconds_and_tell_moving_from_waiting(file: Path) -> None:
-    (pace,) = live.paces(Recording.open(file))
-    assert (pace.service, pace.seconds, pace.period_ms) == ("controller", 8, 20.0)
-    assert pace.p50_ms == 4.0
-    assert pace.p50_moving_ms == 6.0
-    assert pace.p99_ms == 14.5
-    assert pace.max_ms == 500.0
-    assert pace.late == pytest.approx(7 / 350)
-    assert pace.unread == 7
+def test_step_times_are_medians_over_seconds_with_and_without_motion(file: Path) -> None:
+    (controller,) = live.step_times(Recording.open(file))
+    assert (controller.service, controller.seconds, controller.period_ms) == ("controller", 8, 20.0)
+    assert controller.p50_ms == 4.0
+    assert controller.p50_moving_ms == 6.0
+    assert controller.p99_ms == 14.5
+    assert controller.max_ms == 500.0
+    assert controller.overruns == pytest.approx(7 / 350)
+    assert controller.drops == 7
 
 
-def test_bench_answers_with_one_object_and_refuses_what_is_no_recording(
+def test_bench_prints_one_object_and_refuses_a_recording_without_health(
     file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert live.run(file, json=True) == 0
     assert json.loads(capsys.readouterr().out)["services"][0]["p99_ms"] == 14.5
+    assert live.run(file) == 0
+    assert "plant: MuJoCo, n = 40; sensed: camera" in capsys.readouterr().out
     empty = tmp_path / "empty.mcap"
     Writer(empty, SCENARIO, SECOND).close()
     assert live.run(empty) == 1

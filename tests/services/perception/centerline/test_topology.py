@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks.perception.bench import GRIPPER, MISTAKEN, ROPES
+from benchmarks.perception.scenes import GRIPPER, ROPES, STIFFNESS_ERROR
 from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
@@ -59,7 +59,7 @@ def test_what_the_image_does_not_settle_is_not_said_to_be_sure(
     ]
     frame = RgbdCamera(camera).take(nodes, radius, bodies)
     believed = RodProperties(
-        truth.length, truth.diameter, truth.linear_density, MISTAKEN * truth.youngs_modulus
+        truth.length, truth.diameter, truth.linear_density, STIFFNESS_ERROR * truth.youngs_modulus
     )
     weight_over_stiffness = 9.81 * truth.linear_density / believed.bending_stiffness
     rope = RopeModel(truth.length, radius, truth.node_count, weight_over_stiffness)

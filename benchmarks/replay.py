@@ -1,0 +1,222 @@
+"""How small a change replay detects, by service: `lariat bench replay`.
+
+Each service is replayed through its reference recording (tests/replay) with one of its gains or
+constants scaled by 1 + eps, and eps is bisected in decades. What is detected at eps is a difference
+from the recording outside of the tolerances of shared/topics.py.
+"""
+
+from __future__ import annotations
+
+import gc
+import json as encoder
+import math
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from shared.recording import Recording
+from shared.scenario import Scenario
+from stack.replay.outside_inputs import subject
+from stack.replay.recorded_service import RecordedService
+from stack.replay.trace_replay import ReplayResult, replay_start
+
+REFERENCES = Path(__file__).parents[1] / "tests" / "replay"
+LARGEST_EXPONENT = -1
+SMALLEST_EXPONENT = -12
+"""Decades of eps between which the bisection looks."""
+
+
+@dataclass(frozen=True)
+class Perturbation:
+    """One number of one service."""
+
+    service: str
+    recording: str
+    """Name of the reference recording."""
+    quantity: str
+    """What is scaled, in words."""
+    target: str
+    """`scenario:KEY`, `module:NAME`, `settings:MODULE:CLASS.FIELD` (of every live instance), or
+    `frames` (the clock of a camera's source)."""
+
+
+PERTURBATIONS = (
+    Perturbation(
+        "sim", "rope", "Young's modulus of the MuJoCo plant", "scenario:plant.rope.youngs_modulus"
+    ),
+    Perturbation(
+        "sim", "requests", "Young's modulus of the rod plant", "scenario:rope.youngs_modulus"
+    ),
+    Perturbation("sim", "rope", "noise of the depth camera", "scenario:sensing.depth_noise"),
+    Perturbation("camera", "camera", "clock of the source", "frames"),
+    Perturbation(
+        "perception",
+        "rope",
+        "prior curvature of the chain fit",
+        "settings:services.perception.centerline.chain_fit:FitSettings.change_sigma",
+    ),
+    Perturbation("perception", "markers", "size of a marker", "scenario:obstacles.0.marker_size"),
+    Perturbation("planner", "rope", "wanted clearance", "scenario:control.clearance"),
+    Perturbation(
+        "planner",
+        "rope",
+        "weight on smooth paths",
+        "module:services.planner.path_optimization:SMOOTHNESS",
+    ),
+    Perturbation("controller", "rope", "weight on speed", "scenario:control.speed_weight"),
+    Perturbation(
+        "controller",
+        "rope",
+        "model error of the material filter",
+        "module:services.controller.estimation.material_filter:MODEL_ERROR",
+    ),
+    Perturbation(
+        "robot_gateway", "requests", "limit of the acceleration", "scenario:limits.acceleration"
+    ),
+    Perturbation(
+        "robot_gateway", "rope", "length of the tool", "scenario:ends.right.tool_position.2"
+    ),
+    Perturbation(
+        "recorder", "requests", "radius of the drawn grippers", "scenario:limits.gripper_radius"
+    ),
+    Perturbation(
+        "dashboard", "requests", "validity of a command", "module:dashboard.outbox:COMMAND_VALIDITY"
+    ),
+)
+
+
+def run(service: tuple[str, ...] = (), json: bool = False) -> int:
+    """Measure the smallest relative change of one number that each service's replay detects.
+
+    Args:
+        service: Names of services; default: all.
+        json: One JSON object instead of a table.
+    """
+    chosen = [p for p in PERTURBATIONS if not service or p.service in service]
+    console = Console(stderr=True)
+    rows = []
+    for perturbation in track(chosen, "Replaying", console=console, transient=True):
+        smallest = smallest_detected(perturbation)
+        rows.append(
+            {
+                "service": perturbation.service,
+                "recording": perturbation.recording,
+                "quantity": perturbation.quantity,
+                "smallest": smallest if math.isfinite(smallest) else None,
+            }
+        )
+    if json:
+        print(encoder.dumps({"relative_change": rows}))
+        return 0
+    table = Table("service", "recording", "scaled number", "smallest change detected")
+    for row in rows:
+        found = f"{row['smallest']:.0e}" if row["smallest"] else "none"
+        table.add_row(row["service"], row["recording"], row["quantity"], found)
+    Console().print(table)
+    return 0
+
+
+def smallest_detected(perturbation: Perturbation) -> float:
+    """Smallest power of ten that replay detects; infinite where it detects none [-].
+
+    A detection is taken to be monotonic in eps.
+    """
+    low, high = SMALLEST_EXPONENT, LARGEST_EXPONENT
+    if not detects(perturbation, 10.0**high):
+        return math.inf
+    while low < high:
+        middle = (low + high) // 2
+        if detects(perturbation, 10.0**middle):
+            high = middle
+        else:
+            low = middle + 1
+    return 10.0**high
+
+
+def detects(perturbation: Perturbation, eps: float) -> bool:
+    """Whether the replay with one number scaled by 1 + eps differs from the recording."""
+    return not replayed(perturbation, eps).same
+
+
+def replayed(perturbation: Perturbation, eps: float) -> ReplayResult:
+    """Replay of one service with one of its numbers scaled by 1 + eps."""
+    recording, recorded = _recorded(perturbation.recording, perturbation.service)
+    kind, _, name = perturbation.target.partition(":")
+    with tempfile.TemporaryDirectory() as folder, _module_scaled(perturbation, 1.0 + eps):
+        scenario = recording.scenario(Path(folder))
+        if kind == "scenario":
+            scenario = _scaled(scenario, name.split("."), 1.0 + eps)
+        (session,) = recorded.starts
+        with subject(perturbation.service, scenario, session, recording, recorded) as (s, feed):
+            s.warm_up()
+            if kind == "settings":
+                _scale_settings(name, 1.0 + eps)
+            if kind == "frames":
+                _scale_frames(s, 1.0 + eps)
+            return replay_start(recorded, s, session, feed=feed)
+
+
+@cache
+def _recorded(name: str, service: str) -> tuple[Recording, RecordedService]:
+    recording = Recording.open(REFERENCES / f"{name}.mcap")
+    return recording, RecordedService(recording, service)
+
+
+@contextmanager
+def _module_scaled(perturbation: Perturbation, factor: float) -> Iterator[None]:
+    kind, _, place = perturbation.target.partition(":")
+    if kind != "module":
+        yield
+        return
+    module_name, _, constant = place.partition(":")
+    module = import_module(module_name)
+    value = getattr(module, constant)
+    setattr(module, constant, type(value)(value * factor))
+    try:
+        yield
+    finally:
+        setattr(module, constant, value)
+
+
+def _scaled(value: Any, path: list[str], factor: float) -> Any:
+    """A scenario, section or tuple with one number scaled."""
+    if not path:
+        return value * factor
+    first, *rest = path
+    if isinstance(value, tuple):
+        index = int(first)
+        return (*value[:index], _scaled(value[index], rest, factor), *value[index + 1 :])
+    return replace(value, **{first: _scaled(getattr(value, first), rest, factor)})
+
+
+def _scale_settings(place: str, factor: float) -> None:
+    """Scale one field of every live instance of a frozen dataclass."""
+    module_name, _, field = place.partition(":")
+    class_name, _, name = field.partition(".")
+    kind = getattr(import_module(module_name), class_name)
+    for instance in [o for o in gc.get_objects() if type(o) is kind]:
+        object.__setattr__(instance, name, getattr(instance, name) * factor)
+
+
+def _scale_frames(service: Any, factor: float) -> None:
+    """Let the clock of a camera's source run faster."""
+    source = service._source
+    newest: Callable[[int], Any] = source.newest
+
+    def scaled(now: int) -> Any:
+        shot = newest(now)
+        return shot and replace(shot, exposed=round(shot.exposed * factor))
+
+    source.newest = scaled
+
+
+__all__ = ["PERTURBATIONS", "Perturbation", "Scenario", "detects", "run", "smallest_detected"]

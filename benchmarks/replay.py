@@ -64,7 +64,6 @@ PERTURBATIONS = (
         "prior curvature of the chain fit",
         "settings:services.perception.centerline.chain_fit:FitSettings.change_sigma",
     ),
-    Perturbation("perception", "markers", "size of a marker", "scenario:obstacles.0.marker_size"),
     Perturbation("planner", "rope", "wanted clearance", "scenario:control.clearance"),
     Perturbation(
         "planner",
@@ -79,9 +78,7 @@ PERTURBATIONS = (
         "model error of the material filter",
         "module:services.controller.estimation.material_filter:MODEL_ERROR",
     ),
-    Perturbation(
-        "robot_gateway", "requests", "limit of the acceleration", "scenario:limits.acceleration"
-    ),
+    Perturbation("robot_gateway", "requests", "limit of the jerk", "scenario:limits.jerk"),
     Perturbation(
         "robot_gateway", "rope", "length of the tool", "scenario:ends.right.tool_position.2"
     ),
@@ -158,11 +155,10 @@ def replayed(perturbation: Perturbation, eps: float) -> ReplayResult:
         (session,) = recorded.starts
         with subject(perturbation.service, scenario, session, recording, recorded) as (s, feed):
             s.warm_up()
-            if kind == "settings":
-                _scale_settings(name, 1.0 + eps)
             if kind == "frames":
                 _scale_frames(s, 1.0 + eps)
-            return replay_start(recorded, s, session, feed=feed)
+            with _settings_scaled(name if kind == "settings" else "", 1.0 + eps):
+                return replay_start(recorded, s, session, feed=feed)
 
 
 @cache
@@ -198,13 +194,23 @@ def _scaled(value: Any, path: list[str], factor: float) -> Any:
     return replace(value, **{first: _scaled(getattr(value, first), rest, factor)})
 
 
-def _scale_settings(place: str, factor: float) -> None:
-    """Scale one field of every live instance of a frozen dataclass."""
+@contextmanager
+def _settings_scaled(place: str, factor: float) -> Iterator[None]:
+    """Scale one field of every live instance of a frozen dataclass, shared defaults among them."""
+    if not place:
+        yield
+        return
     module_name, _, field = place.partition(":")
     class_name, _, name = field.partition(".")
     kind = getattr(import_module(module_name), class_name)
-    for instance in [o for o in gc.get_objects() if type(o) is kind]:
-        object.__setattr__(instance, name, getattr(instance, name) * factor)
+    instances = [(o, getattr(o, name)) for o in gc.get_objects() if type(o) is kind]
+    for instance, value in instances:
+        object.__setattr__(instance, name, value * factor)
+    try:
+        yield
+    finally:
+        for instance, value in instances:
+            object.__setattr__(instance, name, value)
 
 
 def _scale_frames(service: Any, factor: float) -> None:

@@ -145,7 +145,7 @@ def replay(
 
 def _update(recording: Recording, scenario: Scenario, results: list[ReplayResult]) -> None:
     for result in results:
-        if whole := [d for d in result.differences if d.kind != "field"]:
+        if whole := [d for d in result.differences if d.kind in KINDS]:
             d = whole[0]
             raise ConfigurationError(
                 f"--update replaces fields of recorded messages, but {d.topic} #{d.sequence} of "
@@ -195,7 +195,7 @@ def _report(results: list[ReplayResult], skipped: dict[str, str], start: int) ->
         for d in result.differences[:LISTED_DIFFERENCES]:
             size = f"{d.size:.3g}" if d.size < float("inf") else ""
             at = f"{(d.time - start) / SECOND:.3f}"
-            place = d.field if d.kind == "field" else KINDS[d.kind]
+            place = d.field if d.field else KINDS[d.kind]
             cells = (f"{d.topic} #{d.sequence}", place, d.recorded, d.replayed)
             # Indices stand in brackets, which rich takes for markup.
             table.add_row(at, *map(escape, cells), size)

@@ -9,14 +9,17 @@ trace lies behind the end. All four follow from step times, latencies and sequen
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
+import numpy as np
+
+from shared import topics
 from shared.messages import Trace
 from shared.recording import Entry
 from shared.service import Inbox, Received, Service
 from stack.replay.alignment import Alignment, Pair, aligned
-from stack.replay.comparison import Difference, field_differences
+from stack.replay.comparison import Difference, field_differences, largest_differences
 from stack.replay.recorded_service import RecordedService, TracedStep
 
 
@@ -36,6 +39,8 @@ class ReplayResult:
     """Why the replay cannot be faithful: where the recording begins too late."""
     ends: list[str] = field(default_factory=list)
     """Messages that were under way when the recording ended."""
+    sizes: dict[tuple[str, str], list[float]] = field(default_factory=lambda: defaultdict(list))
+    """Largest difference in each message, by topic and field with a median tolerance."""
     outputs: list[Entry] = field(default_factory=list)
     """Published messages with the numbers and log times of the recording."""
 
@@ -83,6 +88,7 @@ def replay_start(
         if watch and count % 20 == 0:
             watch(count / len(start.steps))
     result.differences.extend(alignment.unclaimed())
+    result.differences.extend(_medians(result, start.steps[-1].trace.now))
     result.differences.sort(key=lambda d: d.time)
     _note_beginning(result, start.steps[0].trace, service.rate, predating)
     _note_end(result, alignment, outlasting)
@@ -134,11 +140,25 @@ def _compare(result: ReplayResult, pair: Pair, now: int) -> None:
         return
     result.compared[topic.key] += 1
     if payload == entry.payload:
+        for name in topic.median_tolerance:
+            result.sizes[topic.key, name].append(0.0)
         return
+    for name, size in largest_differences(topic, entry.parse(), message).items():
+        result.sizes[topic.key, name].append(size)
     for path, before, after, size in field_differences(topic, entry.parse(), message):
         result.differences.append(
             Difference(topic.key, entry.sequence, entry.log_time, path, before, after, size)
         )
+
+
+def _medians(result: ReplayResult, now: int) -> Iterator[Difference]:
+    """Fields that differ little in each message, but in most of them."""
+    for (key, name), sizes in result.sizes.items():
+        median, allowed = float(np.median(sizes)), topics.find(key).median_tolerance[name]
+        if median > allowed:
+            yield Difference(
+                key, 0, now, name, f"median {allowed:g}", f"{median:.3g}", median, kind="median"
+            )
 
 
 def _note_beginning(result: ReplayResult, first: Trace, rate: float, predating: int) -> None:

@@ -66,9 +66,9 @@ def test_another_service_is_found_out_where_it_differs_first(path: Path, small, 
     (service,) = answer["services"]
     assert set(service["differing"]) == {"arm/setpoints"}
     first = service["first_differences"][0]
-    # 2.002 mm a step instead of 2 mm: out of tolerance (0.01 mm) from the fifth or sixth step on.
+    # 2.002 mm a step instead of 2 mm: out of tolerance (0.1 um) from the first step on.
     assert first["field"].startswith("arms[0].positions")
-    assert abs(float(first["recorded"]) - float(first["replayed"])) == pytest.approx(1e-5, rel=0.2)
+    assert abs(float(first["recorded"]) - float(first["replayed"])) == pytest.approx(2e-6, rel=0.2)
     assert 0.0 < first["time_s"] < 1.0
 
 
@@ -139,7 +139,7 @@ def test_bad_input_is_refused_by_name(path: Path, tmp_path: Path, small):
 def test_fields_are_compared_within_the_tolerance_of_their_topic_only():
     topic = topics.ROPE_NODES
     a = NodeChain(stamp=1, positions=[1.0, 2.0, 3.0])
-    assert not list(field_differences(topic, a, NodeChain(stamp=1, positions=[1.0, 2.0, 3 + 5e-7])))
+    assert not list(field_differences(topic, a, NodeChain(stamp=1, positions=[1.0, 2.0, 3 + 5e-5])))
     (worst,) = field_differences(topic, a, NodeChain(stamp=1, positions=[1.0, 2.1, 3.01]))
     assert worst[0] == "positions[1]"
     assert worst[3] == pytest.approx(0.1)
@@ -155,7 +155,7 @@ def test_fields_are_compared_within_the_tolerance_of_their_topic_only():
 def test_tolerances_reach_into_nested_messages_but_not_to_their_names():
     topic = topics.ARM_SETPOINTS
     a = Setpoints(arms=[ArmSetpoints(arm="left", positions=[0.1])])
-    near = Setpoints(arms=[ArmSetpoints(arm="left", positions=[0.1 + 5e-6])])
+    near = Setpoints(arms=[ArmSetpoints(arm="left", positions=[0.1 + 5e-8])])
     other = Setpoints(arms=[ArmSetpoints(arm="right", positions=[0.1])])
     assert not list(field_differences(topic, a, near))
     assert [d[0] for d in field_differences(topic, a, other)] == ["arms[0].arm"]

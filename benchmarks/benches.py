@@ -24,5 +24,6 @@ BENCHES: dict[str, Bench] = {
     "perception": Bench("benchmarks.perception.bench", "accuracy of the perceived rope"),
     "physics": Bench("benchmarks.physics.bench", "the rod against closed-form solutions"),
     "real": Bench("benchmarks.real.bench", "the paper's real experiments, with MuJoCo as the lab"),
+    "replay": Bench("benchmarks.replay", "smallest change of a number that each replay detects"),
     "rod": Bench("benchmarks.rod.bench", "the rod's gradients, speed, robustness and accuracy"),
 }

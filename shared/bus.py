@@ -2,7 +2,8 @@
 
 Peers on loopback find each other by gossip through the hub that the launcher holds; nothing is
 multicast. Every message carries its protobuf type in the encoding, its publisher and its number in
-the attachment. Channels are bounded rings that never make a publisher wait: what a reader was too
+the attachment, with the version of the message set: a message of a newer version is refused.
+Channels are bounded rings that never make a publisher wait: what a reader was too
 slow for is missing from the numbers, and counted.
 """
 
@@ -24,6 +25,7 @@ from shared.clock import Clock, SystemClock
 from shared.messages import Message
 from shared.service import Received
 from shared.topics import Topic
+from shared.version import MESSAGE_VERSION
 
 log = logging.getLogger(__name__)
 
@@ -70,6 +72,8 @@ class Raw:
     sequence: int
     received: int
     """Local receipt time [ns]."""
+    version: int = 0
+    """Version of the publisher's message set; 0 where it names none."""
 
 
 @contextmanager
@@ -137,7 +141,7 @@ class Publisher:
                 f"not {type(message).__name__}"
             )
         payload = message.SerializeToString(deterministic=True)
-        self._publisher.put(payload, attachment=f"{self.sequence} {self._name}")
+        self._publisher.put(payload, attachment=f"{self.sequence} {self._name} {MESSAGE_VERSION}")
         self.sequence += 1
 
 
@@ -215,6 +219,12 @@ class Subscription:
         expected = self._topic.type.DESCRIPTOR.full_name
         if raw.type != expected:
             return self._refuse(raw, f"it is {raw.type or 'of no type'}, not {expected}")
+        if raw.version > MESSAGE_VERSION:
+            return self._refuse(
+                raw,
+                f"it has message version {raw.version}, this process knows up to "
+                f"{MESSAGE_VERSION}; update it",
+            )
         try:
             return self._topic.type.FromString(raw.payload)
         except DecodeError as error:
@@ -269,7 +279,8 @@ class Bus:
 
 def _raw(sample: zenoh.Sample, received: int) -> Raw:
     attachment = sample.attachment.to_bytes() if sample.attachment else b""
-    sequence, _, publisher = attachment.decode(errors="replace").partition(" ")
+    words = attachment.decode(errors="replace").split(" ")
+    sequence, publisher, version = (*words, "", "", "")[:3]
     return Raw(
         key=str(sample.key_expr),
         type=str(sample.encoding).removeprefix(_PROTOBUF),
@@ -277,6 +288,7 @@ def _raw(sample: zenoh.Sample, received: int) -> Raw:
         publisher=publisher,
         sequence=int(sequence) if sequence.isdecimal() else 0,
         received=received,
+        version=int(version) if version.isdecimal() else 0,
     )
 
 

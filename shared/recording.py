@@ -24,9 +24,10 @@ from mcap.writer import Writer as McapWriter
 from zstandard import ZstdError
 
 from shared import topics
+from shared.aliases import current_topic_key
 from shared.scenario import Scenario, parse
 from shared.topics import Topic
-from shared.version import commit, version
+from shared.version import MESSAGE_VERSION, RECORDING_VERSION, commit, version
 
 CHUNK_SIZE = 256 * 1024
 """Uncompressed bytes after which a chunk is written."""
@@ -36,6 +37,9 @@ SCENARIO = "scenario.toml"
 """Attachment that holds the scenario's text; the CSV files it names lie beside it."""
 LARGEST_RECORD = 1 << 30
 """A longer one is taken for damage [bytes]."""
+
+KNOWN_VERSIONS = {"recording_version": RECORDING_VERSION, "message_version": MESSAGE_VERSION}
+"""Newest versions that are read, by their key in the metadata; a file without one is older."""
 
 DAMAGE = (McapError, ZstdError, struct.error, ValueError, EOFError, RuntimeError, MemoryError)
 """What reading a cut or overwritten file raises."""
@@ -104,7 +108,13 @@ class Writer:
         self._schemas: dict[str, int] = {}
         self._flushed = self._latest = started
         self._writer.start(profile="", library=f"lariat {version()}")
-        about = {"scenario": scenario.name, "version": version(), "commit": commit()}
+        about = {
+            "scenario": scenario.name,
+            "version": version(),
+            "commit": commit(),
+            "recording_version": str(RECORDING_VERSION),
+            "message_version": str(MESSAGE_VERSION),
+        }
         self._writer.add_metadata("lariat", {**about, **(metadata or {})})
         for name, content in _files(scenario).items():
             kind = "application/toml" if name == SCENARIO else "text/csv"
@@ -204,17 +214,27 @@ class Recording:
         """A recording whose head has been read.
 
         Raises:
-            ValueError: The file is missing or no MCAP file.
+            ValueError: The file is missing, no MCAP file, or of a newer version.
         """
         recording = cls(Path(path))
         for record in recording._records():
             if isinstance(record, records.Metadata) and record.name == "lariat":
                 recording.metadata = dict(record.metadata)
+                recording._check_version()
             elif isinstance(record, records.Attachment):
                 recording.files[record.name] = record.data
             elif isinstance(record, records.Message | records.DataEnd):
                 break
         return recording
+
+    def _check_version(self) -> None:
+        for key, known in KNOWN_VERSIONS.items():
+            text = self.metadata.get(key, "0")
+            if not text.isdecimal() or int(text) > known:
+                raise ValueError(
+                    f"{self.path} has {key.replace('_', ' ')} {text}, this Lariat reads up to "
+                    f"{known}; update it"
+                )
 
     def messages(self, keys: Iterable[str] | None = None) -> Iterator[Entry]:
         """All readable messages, or those of some topics, in the order of their log time."""
@@ -231,9 +251,10 @@ class Recording:
                 # Its channel went with a damaged chunk.
                 if channel is None or channel.schema_id not in schemas:
                     continue
-                if wanted is None or channel.topic in wanted:
+                key = current_topic_key(channel.topic)
+                if wanted is None or key in wanted:
                     yield Entry(
-                        channel.topic,
+                        key,
                         schemas[channel.schema_id].name,
                         record.data,
                         channel.metadata.get("publisher", ""),

@@ -132,7 +132,7 @@ CONTROLLER_PATH = Topic(
             "final_error",
             "clearance",
         ),
-        1e-6,
+        1e-7,
     ),
 )
 CONTROLLER_PLAN = Topic(

@@ -9,12 +9,15 @@ from __future__ import annotations
 import tomllib
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+from shared.aliases import with_current_keys
 from shared.configuration import ConfigurationError, read
 from shared.scenario.checks import check
 from shared.scenario.scenario import Scenario
 from shared.scenario.sections import SIDES, Event, Obstacle, Rope, Shape, Side
 from shared.scenario.shipped import find
+from shared.version import SCENARIO_VERSION
 
 __all__ = [
     "SIDES",
@@ -57,7 +60,18 @@ def parse(text: str, folder: Path, source: str = "scenario") -> Scenario:
     for key in ("folder", "text"):
         if key in table:
             raise ConfigurationError(f"unknown key {key!r} in [top level]; remove it")
-    scenario = read(Scenario, {**table})
+    _check_version(table, source)
+    scenario = read(Scenario, with_current_keys(table))
     scenario = replace(scenario, folder=folder, text=text)
     check(scenario)
     return scenario
+
+
+def _check_version(table: dict[str, Any], source: str) -> None:
+    """Refuse a newer file by its version, before an unknown key of it is taken for a mistake."""
+    version = table.get("version", SCENARIO_VERSION)
+    if isinstance(version, int) and version > SCENARIO_VERSION:
+        raise ConfigurationError(
+            f"{source}: version = {version} is newer than this Lariat, which reads scenarios up to "
+            f"version {SCENARIO_VERSION}; update it"
+        )

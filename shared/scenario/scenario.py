@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Float64
@@ -12,7 +13,7 @@ from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines, poses
 from lariat.geometry.cameras import looking_at
 from lariat.geometry.poses import Pose
-from shared.configuration import ConfigurationError
+from shared.configuration import ConfigurationError, Within
 from shared.scenario.sections import (
     Control,
     End,
@@ -28,6 +29,7 @@ from shared.scenario.sections import (
     Shape,
     Side,
 )
+from shared.version import SCENARIO_VERSION
 
 LEVEL = np.array([0.5, 0.5, 0.5, 0.5])
 """The grip that points along world x: its z is x, its x is y, its y is z."""
@@ -42,6 +44,8 @@ class Scenario:
     start: Shape
     goal: Shape
     description: str = ""
+    version: Annotated[int, Within(1, SCENARIO_VERSION)] = SCENARIO_VERSION
+    """Version of the file's keys; a file of a newer version is refused."""
     seed: int = 0
     plant: Plant = Plant()
     ends: Ends = Ends()

@@ -136,12 +136,14 @@ def test_what_a_topic_does_not_carry_is_dropped_by_name(
         publisher.put(b"\xff\xff\xff", encoding=typed, attachment=b"7 stranger")
         publisher.put(b"", encoding=zenoh.Encoding("text/plain"), attachment=b"\xff\x00")
         publisher.put(b"")
+        publisher.put(b"", encoding=typed, attachment=b"8 newcomer 99")
         publisher.put(TaskRequest(id="good").SerializeToString(), encoding=typed)
         received = []
         until(lambda: received.extend(subscription.take()) or received)
     assert [item.message.id for _, item in received] == ["good"]
-    assert subscription.refused == 3
+    assert subscription.refused == 4
     assert "dropped task/request from stranger: 3 bytes do not decode" in caplog.text
+    assert "it has message version 99, this process knows up to 1; update it" in caplog.text
 
 
 def test_a_topic_with_a_placeholder_brings_all_its_keys(cell: Cell) -> None:

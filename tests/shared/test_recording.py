@@ -22,7 +22,9 @@ from shared.messages import NodeChain, timestamp
 from shared.recording import Recording, Writer
 from shared.scenario import parse
 from shared.service import SECOND
+from shared.version import MESSAGE_VERSION, RECORDING_VERSION
 
+OLD_RECORDING = Path(__file__).parents[1] / "replay" / "three-cylinders.mcap"
 TEXT = """
 name = "recorded"
 [rope]
@@ -184,3 +186,23 @@ def test_another_file_is_refused_by_name(tmp_path: Path):
         Recording.open(tmp_path / "a.txt")
     with pytest.raises(ValueError, match=r"cannot read recording .*missing\.mcap"):
         Recording.open(tmp_path / "missing.mcap")
+
+
+def test_a_recording_carries_the_versions_of_file_and_messages(tmp_path: Path, scenario):
+    Writer(tmp_path / "a.mcap", scenario, SECOND).close()
+    metadata = Recording.open(tmp_path / "a.mcap").metadata
+    assert metadata["recording_version"] == str(RECORDING_VERSION)
+    assert metadata["message_version"] == str(MESSAGE_VERSION)
+
+
+@pytest.mark.parametrize("key", ["recording_version", "message_version"])
+def test_a_recording_of_a_newer_version_is_refused(tmp_path: Path, scenario, key: str):
+    Writer(tmp_path / "a.mcap", scenario, SECOND, {key: "99"}).close()
+    with pytest.raises(ValueError, match=f"has {key.replace('_', ' ')} 99, .* update it"):
+        Recording.open(tmp_path / "a.mcap")
+
+
+def test_a_recording_without_versions_is_read():
+    old = Recording.open(OLD_RECORDING)
+    assert "recording_version" not in old.metadata
+    assert sum(1 for _ in old.messages()) > 1000

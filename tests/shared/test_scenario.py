@@ -139,3 +139,13 @@ def test_what_cannot_be_is_refused_by_name(old: str, new: str, line: str) -> Non
     with pytest.raises(ConfigurationError, match=f"^{re.escape(line)}") as refusal:
         changed(old, new)
     assert "\n" not in str(refusal.value)
+
+
+def test_a_newer_version_is_refused_before_its_unknown_keys():
+    with pytest.raises(ConfigurationError, match="version = 2 is newer than this Lariat"):
+        parse("version = 2\nunheard_of = 3\n", Path())
+
+
+def test_a_version_that_is_no_number_is_refused(tmp_path: Path):
+    with pytest.raises(ConfigurationError, match=r"version = '1' must be a int"):
+        parse("version = '1'\n" + SMALLEST, tmp_path)

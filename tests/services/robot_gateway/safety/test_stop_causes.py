@@ -44,23 +44,3 @@ def test_what_a_cause_says_of_resuming_holds(cause: str) -> None:
     else:
         with pytest.raises(CommandRejected, match="nothing to acknowledge"):
             stopped.acknowledged()
-
-
-def test_a_weaker_cause_never_replaces_a_stronger_one() -> None:
-    fault = MOVING.stopped("alarm", "alarm 117")
-    for cause in ("silence", "writer_holds", "person"):
-        assert fault.stopped(cause, "later") == fault
-    held = MOVING.stopped("person", "held")
-    assert held.stopped("writer_holds", "paused") == held
-    assert held.stopped("lost_link", "gone").mode == "fault"
-    disarmed = held.disarmed()
-    assert disarmed.stopped("alarm", "late").mode == "disarmed"
-
-
-def test_nothing_but_arming_leaves_disarmed() -> None:
-    disarmed = SafetyState("boot-1")
-    assert disarmed.written("writer") == disarmed
-    assert disarmed.moving(True) == disarmed
-    with pytest.raises(CommandRejected):
-        disarmed.acknowledged()
-    assert disarmed.armed().mode == "armed"

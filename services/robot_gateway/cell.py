@@ -352,7 +352,7 @@ class Cell:
             self.safety = self.safety.moving(True)
             return
 
-    # ArmFeedback of the arms
+    # Feedback of the arms
 
     def _judge_arms(self, now: int) -> None:
         """Stop or go on as the feedback of the arms demands."""

@@ -29,7 +29,7 @@ class CellStatus:
     rejection: str
     """Reason why that command was not carried out; empty if it was."""
     arms: tuple[ArmFeedback, ...]
-    """ArmFeedback of each end, left first."""
+    """Feedback of each end, left first."""
     tracking: tuple[float, ...]
     """Distance between command and feedback of each end [m]."""
     reset_count: int

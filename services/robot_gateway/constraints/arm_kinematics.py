@@ -18,7 +18,7 @@ SphereCover = tuple[Float64[np.ndarray, "k 3"], Float64[np.ndarray, "k"]]
 class ArmKinematics(Protocol):
     """Geometry of an arm."""
 
-    most: Joints
+    joint_limits: Joints
     """Largest angle of each joint in either direction [rad]."""
     base_spheres: SphereCover
     """Spheres that cover the parts that do not move."""
@@ -31,8 +31,8 @@ class ArmKinematics(Protocol):
         """Return the joints for a grip pose in the world on the branch of `near`, if any."""
         ...
 
-    def least_singular_value(self, joints: Joints) -> float:
-        """Return the least singular value of the Jacobian in metres and radians."""
+    def smallest_singular_value(self, joints: Joints) -> float:
+        """Return the smallest singular value of the Jacobian in metres and radians."""
         ...
 
     def joint_speed(self, joints: Joints, velocity: Float64[np.ndarray, "2 3"]) -> Joints:

@@ -13,7 +13,7 @@ LINK = 0.5
 class PlanarArm:
     """Arm in the plane z = 0.5 whose elbow bends to the positive side."""
 
-    most = np.array([3.0, 2.5])
+    joint_limits = np.array([3.0, 2.5])
     base_spheres = (np.array([[0.0, 0.0, 0.25]]), np.array([0.1]))
 
     def solve(self, grip: Pose, near: np.ndarray) -> np.ndarray | None:
@@ -25,7 +25,7 @@ class PlanarArm:
         elbow = np.arccos(cosine)
         return np.array([np.arctan2(y, x) - elbow / 2.0, elbow])
 
-    def least_singular_value(self, joints: np.ndarray) -> float:
+    def smallest_singular_value(self, joints: np.ndarray) -> float:
         return float(np.linalg.svd(self.jacobian(joints), compute_uv=False)[-1])
 
     def joint_speed(self, joints: np.ndarray, velocity: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ from services.robot_gateway.constraints.joints import (
     solved_poses_of_stop,
 )
 from services.robot_gateway.constraints.obstacle_scene import ObstacleScene
-from services.robot_gateway.constraints.singularity import LEAST_SINGULAR_VALUE, singularity_slack
+from services.robot_gateway.constraints.singularity import MIN_SINGULAR_VALUE, singularity_slack
 from tests.services.robot_gateway.constraints.planar_arm import PlanarArm
 
 ARM = PlanarArm()
@@ -92,13 +92,13 @@ def test_nearly_stretched_arm_is_singular() -> None:
     assert broken([(0.0, 0.05)]) == "singularity"
 
 
-def test_singularity_slack_is_zero_at_the_least_singular_value() -> None:
+def test_singularity_slack_is_zero_at_the_smallest_singular_value() -> None:
     bends = np.linspace(0.01, 1.0, 400)
     slack = singularity_slack(ARM, np.stack([np.zeros(400), bends], axis=1))
     assert slack[0] < 0.0 < slack[-1]
     at = int(np.argmin(np.abs(slack)))
-    value = ARM.least_singular_value(np.array([0.0, bends[at]]))
-    assert np.isclose(value, LEAST_SINGULAR_VALUE, atol=2e-3)
+    value = ARM.smallest_singular_value(np.array([0.0, bends[at]]))
+    assert np.isclose(value, MIN_SINGULAR_VALUE, atol=2e-3)
 
 
 def test_link_keeps_its_distance_from_an_obstacle_that_the_grip_does_not_meet() -> None:

@@ -1,4 +1,4 @@
-"""The rod against closed forms: `lariat bench physics`."""
+"""The rod against closed-form solutions: `lariat bench physics`."""
 
 from __future__ import annotations
 
@@ -6,26 +6,34 @@ import json as encoder
 import sys
 from pathlib import Path
 
-from benchmarks.physics.cases import CASES
+from benchmarks.physics.problems import PROBLEMS
 
 
 def run(plot: Path | None = None, json: bool = False) -> int:
-    """Measure every case, print a table or one JSON object, and say whether all bounds hold.
+    """Compare the rod with closed-form solutions, and its errors with their bounds.
+
+    There is no plant, camera or adaptation: each error is that of the rod itself with n nodes.
+
+    Examples:
+      lariat bench physics --plot docs/rod-physics.png
 
     Args:
-        plot: Where a picture of shapes and errors goes, as a PNG.
-        json: One JSON object on standard output instead of a table.
+        plot: File for a plot of shapes and errors, a PNG.
+        json: Print one JSON object instead of a table.
+
+    Returns:
+        0 if all errors are within their bounds, else 1.
     """
     rows = []
-    for name, case in CASES.items():
-        for count, bound in zip(case.node_counts, case.bounds, strict=True):
+    for name, problem in PROBLEMS.items():
+        for count, bound in zip(problem.node_counts, problem.bounds, strict=True):
             print(f"{name}, {count} nodes ...", file=sys.stderr)
             rows.append(
                 {
                     "case": name,
                     "nodes": count,
-                    "error": case.error(count),
-                    "unit": case.unit,
+                    "error": problem.error(count),
+                    "unit": problem.unit,
                     "bound": bound if bound < 1 else None,
                 }
             )
@@ -33,7 +41,8 @@ def run(plot: Path | None = None, json: bool = False) -> int:
     if json:
         print(encoder.dumps({"cases": rows, "held": held}))
     else:
-        print(f"{'case':<18}{'nodes':>6}{'error':>12} {'unit':<5}{'at most':>9}")
+        print("Lariat's rod with n nodes against closed-form solutions")
+        print(f"{'problem':<18}{'n':>6}{'error':>12} {'unit':<5}{'bound':>9}")
         for row in rows:
             bound = "" if row["bound"] is None else f"{row['bound']:.1e}"
             print(

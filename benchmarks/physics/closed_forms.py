@@ -1,4 +1,4 @@
-"""What the cases measure against: elasticas by shooting, elliptic integrals, roots."""
+"""Closed-form solutions: elasticas by shooting, elliptic integrals, roots."""
 
 from __future__ import annotations
 
@@ -12,9 +12,15 @@ from jaxtyping import Float64
 def heavy_elastica(
     load: float, length: float, s: Float64[np.ndarray, "m"]
 ) -> Float64[np.ndarray, "m 2"]:
-    """x and z at arc lengths from the clamp: theta'' = load (length - s) cos(theta).
+    """x and z of a heavy cantilever: theta'' = load (length - s) cos(theta).
 
-    theta(0) = 0 and theta'(length) = 0, theta measured upwards; shooting on theta'(0), RK4.
+    theta(0) = 0 and theta'(length) = 0, with theta measured upwards; solved by shooting on
+    theta'(0) and the Runge-Kutta method of fourth order.
+
+    Args:
+        load: Weight per length over bending stiffness [1/m^3].
+        length: Length of the cantilever [m].
+        s: Arc lengths from the clamp [m].
     """
 
     def shot(slope: float) -> Float64[np.ndarray, "k 4"]:
@@ -46,7 +52,15 @@ def elastica(
     length: float = 1.0,
     steps: int = 4000,
 ) -> Float64[np.ndarray, "k 4"]:
-    """x, z, theta and theta' along a curve with theta'' = bending(s, theta), by Runge and Kutta."""
+    """x, z, theta and theta' along a curve with theta'' = bending(s, theta).
+
+    Args:
+        angle: theta(0) [rad].
+        slope: theta'(0) [rad/m].
+        bending: theta'' at arc length and angle [rad/m^2].
+        length: Length of the curve [m].
+        steps: Number of steps of the Runge-Kutta method of fourth order.
+    """
     h = length / steps
 
     def rate(at: float, y: Float64[np.ndarray, "4"]) -> Float64[np.ndarray, "4"]:
@@ -76,7 +90,7 @@ def elliptic(k: float) -> tuple[float, float]:
 
 
 def root(function: Callable[[float], float], low: float, high: float) -> float:
-    """Where a function that is negative at `low` and positive at `high` crosses zero."""
+    """Root of a function that is negative at `low` and positive at `high`, by bisection."""
     for _ in range(200):
         middle = 0.5 * (low + high)
         if function(middle) < 0.0:

@@ -1,4 +1,4 @@
-"""The closed forms and the rod, drawn over each other."""
+"""Plot of the rod over the closed forms."""
 
 from __future__ import annotations
 
@@ -6,17 +6,18 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from benchmarks.physics import cases
+from benchmarks.physics import problems
 
 COARSE, FINE = 10, 320
-"""Nodes of the rod that is shown, and points of the closed form."""
+"""Number of nodes of the plotted rods, and number of points of the closed forms."""
 
 
 def draw(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
-    """Write it: three shapes with few nodes, and every error over the count of nodes.
+    """Write a plot of three shapes with few nodes, and of every error over the number of nodes.
 
     Args:
-        rows: The table of `lariat bench physics`.
+        rows: Rows of the table of `lariat bench physics`.
+        path: File to write, a PNG.
     """
     import matplotlib
 
@@ -26,15 +27,15 @@ def draw(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
     figure, axes = pyplot.subplots(2, 2, figsize=(10, 7))
     hanging, strut, helix, errors = axes.ravel()
     for name, color, shapes in (
-        ("heavy cantilever", "tab:blue", cases.cantilever(COARSE, 4e8, FINE)),
-        ("limp cantilever", "tab:orange", cases.cantilever(COARSE, 1e8, FINE)),
-        ("catenary", "tab:green", (cases.hung(COARSE)[0], cases.hung(FINE)[1])),
+        ("heavy cantilever", "tab:blue", problems.cantilever(COARSE, 4e8, FINE)),
+        ("limp cantilever", "tab:orange", problems.cantilever(COARSE, 1e8, FINE)),
+        ("catenary", "tab:green", (problems.hung(COARSE)[0], problems.hung(FINE)[1])),
     ):
         nodes, exact = shapes
         hanging.plot(*exact.T, color=color, label=name)
         hanging.plot(*nodes.T, "o", color=color, markersize=4)
     hanging.set_title(f"Under their weight: closed form (line), rod of {COARSE} nodes", fontsize=9)
-    nodes, exact = cases.strut(COARSE)
+    nodes, exact = problems.strut(COARSE)
     strut.plot(exact[:, 0], -exact[:, 1], color="black", label="Euler's elastica")
     strut.plot(nodes[:, 0], -nodes[:, 1], "o", markersize=4, label=f"rod, {COARSE} nodes")
     strut.set_title("A strut between pins, buckled", fontsize=9)
@@ -42,17 +43,17 @@ def draw(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
         axis.set_aspect("equal", "datalim")
         axis.set_xlabel("x [L]")
         axis.set_ylabel("z [L]")
-    nodes, _ = cases.buckled(80)
-    _, exact = cases.buckled(180)
+    nodes, _ = problems.buckled(80)
+    _, exact = problems.buckled(180)
     helix.plot(*exact.T, color="black", label="tanh$^2$")
     helix.plot(*nodes.T, "o", markersize=3, label="rod, 80 nodes")
     helix.set_title("Helical buckling, localised: envelope of the tangent", fontsize=9)
     helix.set_xlabel("arc length [width of the closed form]")
     for name in dict.fromkeys(row["case"] for row in rows):
-        mine = [(r["nodes"], r["error"]) for r in rows if r["case"] == name]
-        # What is exact to rounding tells nothing of an order.
-        if mine[0][1] > 1e-9:
-            errors.loglog(*zip(*mine, strict=True), "o-", markersize=4, label=name)
+        points = [(r["nodes"], r["error"]) for r in rows if r["case"] == name]
+        # An error at the level of rounding has no order of convergence.
+        if points[0][1] > 1e-9:
+            errors.loglog(*zip(*points, strict=True), "o-", markersize=4, label=name)
     errors.loglog([10, 80], [3e-3, 3e-3 / 64.0], "k--", linewidth=0.8, label="second order")
     errors.set_title("Error", fontsize=9)
     errors.set_xlabel("nodes")

@@ -1,4 +1,4 @@
-"""The adjoint against fourth-order differences of the roll-out, in contact."""
+"""Adjoint gradients against fourth-order finite differences of the roll-out, in contact."""
 
 from __future__ import annotations
 
@@ -18,30 +18,36 @@ PROPERTIES = RodProperties(
 LYING = (0.7071067811865476, 0.7071067811865476, 0.0, 0.0)
 BAR = pack([Obstacle("cylinder", (0.0, 0.0, 0.25), LYING, radius=0.03, height=0.2), TABLE])
 DT, BLOCKS = 0.01, 5
-PARTS = {"positions": 1e-6, "velocities": 1e-4, "angular_velocities": 1e-1, "rotations": 1e-4}
-"""Of the state, with the step of its differences."""
+STATE_PARTS = {"positions": 1e-6, "velocities": 1e-4, "angular_velocities": 1e-1, "rotations": 1e-4}
+"""Parts of the state, and the step of their finite differences."""
 
 
 @dataclass(frozen=True)
-class Row:
-    """Errors of one rod's gradients, relative in norm."""
+class GradientErrors:
+    """Relative errors of the gradients of one rod, in norm [-]."""
 
     nodes: int
+    """Number of nodes."""
     tolerance: float
-    """Of the solver whose gradient it is [m]; differences are always taken at 1e-10 m."""
+    """Tolerance of the solver of the gradient [m]; that of the differences is 1e-10 m."""
     actions: float
     positions: float
     velocities: float
     angular_velocities: float
     rotations: float
     parameters: float
-    """All at once, each scaled by its value."""
+    """Error of the gradient in all parameters, each scaled by its value."""
     worst_parameter: float
-    """Relative error of the one that is furthest off."""
+    """Largest relative error of a parameter."""
 
 
-def row(node_count: int, tolerance: float) -> Row:
-    """One line of the table."""
+def measure(node_count: int, tolerance: float) -> GradientErrors:
+    """Measure the gradients of a rod.
+
+    Args:
+        node_count: Number of nodes.
+        tolerance: Tolerance of the solver [m].
+    """
     rng = np.random.default_rng(node_count)
     fine = Rod(PROPERTIES, node_count, tolerance=1e-10)
     moves = np.zeros((8, 2, 6))
@@ -66,7 +72,7 @@ def row(node_count: int, tolerance: float) -> Row:
         bump[index] = 1.0
         exact[index] = _slope(lambda h, bump=bump: cost(actions=actions + h * bump), 1e-4)
     parts = {}
-    for part, h in PARTS.items():
+    for part, h in STATE_PARTS.items():
         value = getattr(found.state, part)
         error = 0.0
         for _ in range(4):
@@ -87,7 +93,7 @@ def row(node_count: int, tolerance: float) -> Row:
         ]
     )
     ours = np.array([found.parameters[name] * _scale(name) for name in PARAMETERS])
-    return Row(
+    return GradientErrors(
         node_count,
         tolerance,
         _relative(found.actions, exact),
@@ -98,7 +104,7 @@ def row(node_count: int, tolerance: float) -> Row:
 
 
 def changed(name: str, by: float) -> RodProperties:
-    """The rod with one parameter changed by a share of its scale."""
+    """Return the properties with one parameter changed, relative to its scale."""
     p = PROPERTIES
     if name == "bending_stiffness":
         return p.with_stiffness(p.bending_stiffness * (1.0 + by), p.twisting_stiffness)

@@ -1,4 +1,4 @@
-"""Rods in trouble: every size and stiffness, yanked ends, a start deep inside an obstacle."""
+"""Random rods of any size and stiffness, with yanked ends and an obstacle in the middle."""
 
 from __future__ import annotations
 
@@ -13,18 +13,20 @@ from lariat.geometry.obstacles import Obstacle, chain_clearance, pack, signed_di
 from lariat.rod import Rod, RodProperties, RolloutSpec, framed
 
 LENGTH, DIAMETER = 0.5, 0.008
+"""Length and diameter of the rods [m]."""
 STEPS, DT = 30, 0.01
-SPEED = 5.0
-"""Of the yanked ends [m/s]."""
-LONGER = 0.02
-"""Change of length that still counts as none [-]."""
-DEEPER = -1e-3
-"""Overlap with an obstacle that still counts as touching [m]."""
+"""Number of steps, and time step [s]."""
+YANK_SPEED = 5.0
+"""Speed of the yanked ends [m/s]."""
+MAX_STRETCH = 0.02
+"""Largest relative change of length of a good result [-]."""
+MIN_CLEARANCE = -1e-3
+"""Least clearance of a good result; negative in contact [m]."""
 
 
 @dataclass(frozen=True)
-class Case:
-    """One start with what is done to it."""
+class HardCase:
+    """Rod, start, motion of its ends, and obstacles."""
 
     rod: Rod
     nodes: Float64[np.ndarray, "n 3"]
@@ -33,54 +35,61 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """How it went."""
+class HardCaseResult:
+    """State of the rod after the motion."""
 
     finite: bool
+    """Whether all positions are finite."""
     gave_up: bool
+    """Whether the solver reported trouble."""
     stretch: float
     """Relative change of length at the end [-]."""
     clearance: float
-    """Between surfaces at the end [m]."""
+    """Least distance of the surfaces of rod and obstacle at the end [m]."""
 
     @property
     def good(self) -> bool:
-        """Finite, in length and out of obstacles."""
-        return self.finite and abs(self.stretch) < LONGER and self.clearance > DEEPER
+        """Whether the rod is finite, has its length and is outside the obstacle."""
+        return self.finite and abs(self.stretch) < MAX_STRETCH and self.clearance > MIN_CLEARANCE
 
 
-def drawn(seed: int) -> Case:
-    """A random case; the grips stay within reach of each other and outside the obstacles."""
+def sample_case(seed: int) -> HardCase:
+    """Return a random case whose grips stay within reach of each other and outside obstacles."""
     rng = np.random.default_rng(seed)
     n = int(np.exp(rng.uniform(np.log(5), np.log(401))))
     modulus = 10.0 ** rng.uniform(4.0, 10.0)
-    # A stiff rod is as stiff in stretch, or bending alone would shorten it.
+    # A rod that is stiff in bending must be stiff in stretch, or it would shorten when bent.
     stretch = max(2000.0, modulus * np.pi * DIAMETER**2 / 4.0)
     rod = Rod(RodProperties(LENGTH, DIAMETER, 0.05, modulus, stretch_stiffness=stretch), n)
     while True:
         span = rng.uniform(0.4, 0.9) * LENGTH
         s = np.linspace(0.0, 1.0, 400)
-        sag = polylines_of_length(span, s)
+        sag = sagging_curve(span, s)
         nodes = polylines.resample(sag, n)
         middle = nodes[int(rng.uniform(0.35, 0.65) * n)]
         shape = rng.choice(["sphere", "box", "capsule", "cylinder"])
         turn = tuple(poses.normalized(rng.normal(size=4)))
-        # Its middle lies on the rod: as deep as can be.
+        # Centred on the rod: the deepest possible overlap.
         body = Obstacle(
             str(shape), tuple(middle), turn, size=(0.06, 0.06, 0.06), radius=0.03, height=0.08
         )
-        actions = yanked(rng, span)
+        actions = yank_actions(rng, span)
         if actions is None:
             continue
-        # Grips hold edges: those must not be in the obstacle either, or nothing can get out.
+        # Grips hold edges: those must not be in the obstacle either, or the rod cannot leave it.
         paths = np.cumsum(DT * actions[:, :, :3], axis=0)[:, :, None] + nodes[[[0, 1], [-1, -2]]]
         held = np.concatenate([paths.reshape(-1, 3), nodes[[0, 1, -1, -2]]])
         if np.min(signed_distance(held, body)) > 2.0 * DIAMETER:
-            return Case(rod, nodes, actions, (body,))
+            return HardCase(rod, nodes, actions, (body,))
 
 
-def polylines_of_length(span: float, s: Float64[np.ndarray, "k"]) -> Float64[np.ndarray, "k 3"]:
-    """A curve that sags between two points, as long as the rod."""
+def sagging_curve(span: float, s: Float64[np.ndarray, "k"]) -> Float64[np.ndarray, "k 3"]:
+    """Return a curve that sags between two points and is as long as the rod.
+
+    Args:
+        span: Distance of the points [m].
+        s: Parameters of the points to return, from 0 to 1 [-].
+    """
 
     def curve(depth: float) -> Float64[np.ndarray, "k 3"]:
         sag = depth * (16.0 * s**2 * (1.0 - s) ** 2)
@@ -93,12 +102,15 @@ def polylines_of_length(span: float, s: Float64[np.ndarray, "k"]) -> Float64[np.
     return curve(low)
 
 
-def yanked(rng: np.random.Generator, span: float) -> Float64[np.ndarray, "K 2 6"] | None:
-    """Both ends there and back at full speed, then still; None where they leave each other."""
+def yank_actions(rng: np.random.Generator, span: float) -> Float64[np.ndarray, "K 2 6"] | None:
+    """Return actions that move both ends forth and back at full speed, then hold them.
+
+    None if the ends would come too close or too far apart.
+    """
     actions = np.zeros((STEPS, 2, 6))
     strokes = int(rng.integers(2, 6))
     for end in range(2):
-        way = SPEED * poses.normalized(rng.normal(size=3))
+        way = YANK_SPEED * poses.normalized(rng.normal(size=3))
         spin = rng.normal(size=3)
         actions[:strokes, end] = np.concatenate([way, spin])
         actions[strokes : 2 * strokes, end] = np.concatenate([-way, spin])
@@ -107,14 +119,14 @@ def yanked(rng: np.random.Generator, span: float) -> Float64[np.ndarray, "K 2 6"
     return actions if far.min() > 0.05 * LENGTH and far.max() < 0.92 * LENGTH else None
 
 
-def outcome(case: Case) -> Outcome:
-    """Run it."""
+def run_case(case: HardCase) -> HardCaseResult:
+    """Roll out a case."""
     straight = poses.rotation_between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
     state = framed(case.nodes, straight, straight)
     spec = RolloutSpec(state, case.actions, DT, obstacles=pack(case.obstacles))
     rollout = case.rod.rollout(spec)
     last = rollout.positions[-1]
-    return Outcome(
+    return HardCaseResult(
         bool(np.all(np.isfinite(rollout.positions))),
         rollout.failure is not None,
         polylines.length(last) / LENGTH - 1.0,
@@ -122,19 +134,24 @@ def outcome(case: Case) -> Outcome:
     )
 
 
-def measured(count: int, told: Callable[[int], None] = lambda done: None) -> dict[str, float]:
-    """How many of `count` cases ended well, gave up, or went wrong without saying so."""
-    outcomes = []
+def measure(count: int, report: Callable[[int], None] = lambda done: None) -> dict[str, float]:
+    """Run random cases and count those that ended well, gave up, or silently went wrong.
+
+    Args:
+        count: Number of cases.
+        report: Called with the number of finished cases after each.
+    """
+    results = []
     for seed in range(count):
-        outcomes.append(outcome(drawn(seed)))
-        told(seed + 1)
-    silent = [o for o in outcomes if not o.good and not o.gave_up]
+        results.append(run_case(sample_case(seed)))
+        report(seed + 1)
+    silent = [o for o in results if not o.good and not o.gave_up]
     return {
         "cases": count,
-        "finite": sum(o.finite for o in outcomes),
-        "good": sum(o.good for o in outcomes),
-        "gave_up": sum(o.gave_up for o in outcomes),
+        "finite": sum(o.finite for o in results),
+        "good": sum(o.good for o in results),
+        "gave_up": sum(o.gave_up for o in results),
         "silently_wrong": len(silent),
-        "largest_stretch": max(abs(o.stretch) for o in outcomes),
-        "least_clearance_m": min(o.clearance for o in outcomes),
+        "largest_stretch": max(abs(o.stretch) for o in results),
+        "least_clearance_m": min(o.clearance for o in results),
     }

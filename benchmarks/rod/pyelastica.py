@@ -1,10 +1,10 @@
-"""The diagram's motion by PyElastica: explicit steps of a Cosserat rod in Python and numba."""
+"""The motion of the work-precision diagram by PyElastica, a Cosserat rod with explicit steps."""
 
 from __future__ import annotations
 
 import math
 
-import elastica
+import elastica  # pyright: ignore[reportMissingImports]
 import numpy as np
 from jaxtyping import Float64
 
@@ -16,11 +16,11 @@ from lariat.rod import RodProperties, RodState
 class _Simulator(
     elastica.BaseSystemCollection, elastica.Constraints, elastica.Forcing, elastica.Damping
 ):
-    """A rod with driven ends that falls and is slowed."""
+    """Rod with driven ends, gravity and damping."""
 
 
 class _Grips(elastica.ConstraintBase):
-    """Holds the edges at both ends as two grips hold them; all is worked out before the run."""
+    """Constraint of both end edges to two grips, precomputed for the whole run."""
 
     def __init__(
         self,
@@ -31,7 +31,16 @@ class _Grips(elastica.ConstraintBase):
         edge: float,
         **given: object,
     ) -> None:
-        """Args: dt: Of the moves [s]. half: Half a step of the solver [s]. edge: Length [m]."""
+        """Precompute the motion of the end edges.
+
+        Args:
+            grips: Grips at the start.
+            moves: Velocities of the grips.
+            dt: Duration of each move [s].
+            half: Half a step of the solver [s].
+            edge: Length of an edge [m].
+            given: Arguments of the base class.
+        """
         super().__init__(**given)
         self._half = half
         count = round(dt / half)
@@ -60,6 +69,7 @@ class _Grips(elastica.ConstraintBase):
             self._spins[:-1, :, end] = np.einsum("kij,kj->ki", frames[:-1], omega)
 
     def constrain_values(self, system: elastica.CosseratRod, time: float) -> None:
+        """Set positions and frames of the end edges."""
         k = round(time / self._half)
         system.position_collection[:, :2] = self._positions[k, :, :2]
         system.position_collection[:, -2:] = self._positions[k, :, 2:]
@@ -67,6 +77,7 @@ class _Grips(elastica.ConstraintBase):
         system.director_collection[:, :, -1] = self._frames[k, :, :, 1]
 
     def constrain_rates(self, system: elastica.CosseratRod, time: float) -> None:
+        """Set velocities of the end edges."""
         k = round(time / self._half)
         system.velocity_collection[:, :2] = self._velocities[k, :, :2]
         system.velocity_collection[:, -2:] = self._velocities[k, :, 2:]
@@ -74,7 +85,7 @@ class _Grips(elastica.ConstraintBase):
         system.omega_collection[:, -1] = self._spins[k, :, 1]
 
 
-def rolled(
+def rollout(
     properties: RodProperties,
     start: RodState,
     grips: list[Pose],
@@ -84,14 +95,18 @@ def rolled(
     damping: float,
     stiff: bool,
 ) -> Float64[np.ndarray, "H n 3"]:
-    """Positions after every action [m].
+    """Return the positions after every action [m].
 
     Args:
-        dt: Of the actions [s].
-        step: Of the solver [s].
-        damping: Velocity lost [1/s].
-        stiff: Stretch and shear are as stiff as the properties say; else as stiff as E and G make
-            the cross-section, which for a rope is far softer and kind to explicit steps.
+        properties: Properties of the rod.
+        start: State at the start.
+        grips: Grips at the start.
+        moves: Velocities of the grips.
+        dt: Duration of each action [s].
+        step: Time step of the solver [s].
+        damping: Damping force per velocity and mass [1/s].
+        stiff: Whether stretch and shear are as stiff as the properties say; otherwise as E and G
+            of the cross-section, which is far softer and allows longer explicit steps.
     """
     count = len(start.positions)
     radius = 0.5 * properties.diameter

@@ -1,10 +1,9 @@
-"""Error against time: what a microsecond buys in each solver.
+"""Work-precision of solvers: error against processor time, for the same motion.
 
-One motion for all: a rope between two clamps, one of which travels and turns about its axis for
-half a second, then stands still for as long. Every solver starts from the shape at rest. The
-reference of each model is its own with the finest steps, so that what is measured is time
-integration and not what the models mean by a rope; at rest all are compared with the converged
-shape of the rod.
+A rope hangs between two clamps, one of which translates and turns about its axis for half a second
+and then stands still for as long. Every solver starts from the rest shape. In motion, each solver
+is compared with itself at very fine steps, so that the error is that of the time integration and
+not of the model; at rest, all are compared with the converged shape of Lariat's rod.
 """
 
 from __future__ import annotations
@@ -26,11 +25,12 @@ from lariat.rod.xpbd import XpbdProperties, XpbdRod
 from services.sim.plants.mujoco_model import MujocoRope, mjcf
 
 NODES, DT, STEPS = 40, 0.01, 100
+"""Number of nodes, duration of an action [s], number of actions."""
 PROPERTIES = RodProperties(0.45, 0.008, 0.044, 1e6, damping=1.0)
 ALONG_X = poses.rotation_between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
 LEFT = Pose(np.array([-0.17, 0.0, 0.4]), ALONG_X)
 RIGHT = Pose(np.array([0.17, 0.0, 0.4]), ALONG_X)
-FINE = 100
+REFERENCE_SUBSTEPS = 100
 """Sub-steps of a reference: 0.1 ms each."""
 
 Path = Float64[np.ndarray, "H n 3"]
@@ -38,22 +38,24 @@ Path = Float64[np.ndarray, "H n 3"]
 
 @dataclass(frozen=True)
 class Point:
-    """A solver with one setting."""
+    """Time and errors of a solver with one setting."""
 
     solver: str
+    """Name of the solver."""
     setting: str
+    """Sub-steps, sub-steps x sweeps, or time step."""
     us: float
-    """Processor time per 10 ms of motion, best of three [us]."""
+    """Least processor time of three runs, for 10 ms of motion [us]."""
     moving_mm: float
-    """Mean node distance from the solver's own fine reference while in motion [mm]."""
+    """Mean node distance from the solver's own reference in motion [mm]."""
     worst_mm: float
-    """Largest of these [mm]."""
+    """Largest node distance from that reference [mm]."""
     rest_mm: float
-    """Mean node distance from the rod at rest, once it has come to rest [mm]."""
+    """Mean node distance from the converged rod, at rest [mm]."""
 
 
 def actions() -> Float64[np.ndarray, "H 2 6"]:
-    """Of both grips."""
+    """Velocities of both grips."""
     t = (np.arange(STEPS) + 0.5) * DT
     bell = np.where(t < 0.5, np.sin(np.pi * t / 0.5) ** 2, 0.0)
     moves = np.zeros((STEPS, 2, 6))
@@ -62,22 +64,24 @@ def actions() -> Float64[np.ndarray, "H 2 6"]:
 
 
 def points() -> Iterator[Point]:
-    """One by one: the rod's schemes, the paper's solver, MuJoCo, and PyElastica if installed."""
+    """Yield points of the rod's schemes, the paper's solver, MuJoCo and, if installed, PyElastica."""
     rod = Rod(PROPERTIES, NODES, tolerance=1e-7)
     start = rod.rest(LEFT, RIGHT).state
     moves = actions()
-    truth = _rolled(Rod(PROPERTIES, NODES, tolerance=1e-10, scheme="sdirk2"), start, moves, FINE)
+    truth = _rollout(
+        Rod(PROPERTIES, NODES, tolerance=1e-10, scheme="sdirk2"), start, moves, REFERENCE_SUBSTEPS
+    )
     end = _rest_after(rod, start, moves)
     schemes: tuple[Scheme, ...] = ("euler", "sdirk2")
     for scheme in schemes:
         for substeps in (1, 2, 5, 10, 20):
             solver = Rod(PROPERTIES, NODES, scheme=scheme)
 
-            def ours(solver: Rod = solver, substeps: int = substeps) -> Path:
-                return _rolled(solver, start, moves, substeps)
+            def run_rod(solver: Rod = solver, substeps: int = substeps) -> Path:
+                return _rollout(solver, start, moves, substeps)
 
             settled = Rod(PROPERTIES, NODES).rest(*_final_grips(), guess=start).state.positions
-            yield _point(f"direct {scheme}", f"{substeps}", ours, truth, _mean(settled - end))
+            yield _point(f"direct {scheme}", f"{substeps}", run_rod, truth, _mean(settled - end))
     yield from _paper(start, moves, end)
     yield from _mujoco(start, moves, end)
     if importlib.util.find_spec("elastica") is None:
@@ -108,7 +112,7 @@ def _mean(offsets: Float64[np.ndarray, "n 3"]) -> float:
     return float(np.linalg.norm(offsets, axis=1).mean())
 
 
-def _rolled(rod: Rod, start: RodState, moves: Float64[np.ndarray, "H 2 6"], substeps: int) -> Path:
+def _rollout(rod: Rod, start: RodState, moves: Float64[np.ndarray, "H 2 6"], substeps: int) -> Path:
     return rod.rollout(RolloutSpec(start, moves, DT, substeps=substeps)).positions
 
 
@@ -147,8 +151,8 @@ def _paper(
         yield _point("xpbd", f"{substeps} x {sweeps}", run, truth.positions, rest)
 
 
-class _Cable:
-    """MuJoCo's elastic cable as the simulator builds it, with a time step of its own."""
+class _MujocoRun:
+    """MuJoCo's rope as the simulated lab builds it, with a given time step."""
 
     def __init__(self, start: RodState, step: float, damping: float = 1.0) -> None:
         p = PROPERTIES
@@ -179,7 +183,7 @@ class _Cable:
         mujoco.mj_forward(self.model, self.state)
 
     def run(self, moves: Float64[np.ndarray, "H 2 6"]) -> Path:
-        """Positions after every step; those of the clamped nodes are the grips'."""
+        """Return the positions after every action; the clamped nodes follow the grips."""
         grips = [[pose.position.copy(), pose.orientation] for pose in (LEFT, RIGHT)]
         count = round(DT / self.step)
         path = np.empty((len(moves), NODES, 3))
@@ -203,13 +207,13 @@ class _Cable:
 def _mujoco(
     start: RodState, moves: Float64[np.ndarray, "H 2 6"], end: Float64[np.ndarray, "n 3"]
 ) -> Iterator[Point]:
-    truth = _Cable(start, DT / FINE).run(moves)
+    truth = _MujocoRun(start, DT / REFERENCE_SUBSTEPS).run(moves)
     for step in (0.01, 0.005, 0.002, 0.001, 0.0005):
-        calm = _Cable(start, step, damping=6.0)
-        still = calm.run(np.concatenate([moves, np.zeros((200, 2, 6))]))[-1]
+        damped = _MujocoRun(start, step, damping=6.0)
+        still = damped.run(np.concatenate([moves, np.zeros((200, 2, 6))]))[-1]
 
         def run(step: float = step) -> Path:
-            return _Cable(start, step).run(moves)
+            return _MujocoRun(start, step).run(moves)
 
         yield _point("MuJoCo", f"{1e3 * step:g} ms", run, truth, _mean(still - end))
 
@@ -217,20 +221,20 @@ def _mujoco(
 def _elastica(
     start: RodState, moves: Float64[np.ndarray, "H 2 6"], end: Float64[np.ndarray, "n 3"]
 ) -> Iterator[Point]:
-    from benchmarks.rod.pyelastica import rolled
+    from benchmarks.rod import pyelastica
 
     grips = [LEFT, RIGHT]
-    # Twice the longest step of each is unstable.
+    # Stability limits the step: twice the longest step of each is unstable.
     for name, stiff, tried in (
         ("PyElastica", True, (1e-5,)),
         ("PyElastica, stretch 40 times softer", False, (5e-5, 1e-4)),
     ):
-        truth = rolled(PROPERTIES, start, grips, moves, DT, 0.5 * tried[0], 1.0, stiff)
+        truth = pyelastica.rollout(PROPERTIES, start, grips, moves, DT, 0.5 * tried[0], 1.0, stiff)
         longer = np.concatenate([moves, np.zeros((200, 2, 6))])
         for step in tried:
-            still = rolled(PROPERTIES, start, grips, longer, DT, step, 6.0, stiff)[-1]
+            still = pyelastica.rollout(PROPERTIES, start, grips, longer, DT, step, 6.0, stiff)[-1]
 
             def run(step: float = step, stiff: bool = stiff) -> Path:
-                return rolled(PROPERTIES, start, grips, moves, DT, step, 1.0, stiff)
+                return pyelastica.rollout(PROPERTIES, start, grips, moves, DT, step, 1.0, stiff)
 
             yield _point(name, f"{1e3 * step:g} ms", run, truth, _mean(still - end))

@@ -1,4 +1,4 @@
-"""The work-precision diagram."""
+"""Work-precision diagram: error over time, for each solver."""
 
 from __future__ import annotations
 
@@ -9,7 +9,12 @@ from typing import Any
 
 
 def draw(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
-    """Write it: error in motion and at rest over time, a line for each solver."""
+    """Write the diagram of errors in motion and at rest, one line for each solver.
+
+    Args:
+        rows: Rows of the table of `lariat bench rod --part diagram`.
+        path: File to write, a PNG.
+    """
     import matplotlib
 
     matplotlib.use("agg")
@@ -22,9 +27,11 @@ def draw(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
         (axes[1], "rest_mm", "at rest, against the rod's converged shape"),
     ):
         for solver in solvers:
-            mine = sorted((r["us"], r[key], r["setting"]) for r in rows if r["solver"] == solver)
-            axis.loglog([m[0] for m in mine], [max(m[1], 1e-7) for m in mine], "o-", label=solver)
-            for us, error, setting in mine:
+            points = sorted((r["us"], r[key], r["setting"]) for r in rows if r["solver"] == solver)
+            axis.loglog(
+                [p[0] for p in points], [max(p[1], 1e-7) for p in points], "o-", label=solver
+            )
+            for us, error, setting in points:
                 axis.annotate(setting, (us, max(error, 1e-7)), fontsize=6)
         axis.set_xlabel("time for 10 ms of motion [us]")
         axis.set_title(title, fontsize=9)

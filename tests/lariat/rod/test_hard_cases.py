@@ -1,4 +1,4 @@
-"""Rods in trouble, by the cases of `lariat bench rod --part hard`."""
+"""Rods in hard cases, those of `lariat bench rod --part hard`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from lariat.rod import Rod, RodProperties, RolloutSpec
 
 
 def test_yanked_and_overlapped_rods_end_well() -> None:
-    found = hard_cases.measured(60)
+    found = hard_cases.measure(60)
     assert found["finite"] == 60
     assert found["silently_wrong"] == 0
     assert found["gave_up"] <= 1

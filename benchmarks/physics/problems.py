@@ -1,8 +1,7 @@
-"""Closed forms that a rod is held against.
+"""Problems with closed-form solutions, and the rod's errors in them.
 
-Every case makes a rod of `node_count` nodes, lets it come to rest, and returns one error, in the
-unit that its entry in `CASES` names. Ropes here stretch as good as not at all, like those of the
-closed forms. A clamp holds an edge and acts at its middle.
+Every function makes a rod of `node_count` nodes, brings it to rest and returns one error, in the
+unit that `PROBLEMS` states. The rods are practically inextensible, like those of the closed forms.
 """
 
 from __future__ import annotations
@@ -21,46 +20,51 @@ from lariat.rod import Rod, RodProperties, RodState, RolloutSpec
 from lariat.rod.strains import curvatures, moments
 
 ALONG_X = poses.rotation_between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
-STIFF = 1e6
-"""Stretch stiffness that no case can notice [N]."""
-
+STRETCH_STIFFNESS = 1e6
+"""Stretch stiffness that makes a rod practically inextensible [N]."""
 
 Shapes = tuple[Float64[np.ndarray, "m 2"], Float64[np.ndarray, "k 2"]]
-"""Points of the rod and of the closed form, in lengths of the rod where nothing else is said."""
+"""Points of the rod and of the closed form, in lengths of the rod unless stated otherwise."""
 
 
 @dataclass(frozen=True)
-class Case:
-    """One closed form."""
+class Problem:
+    """Problem with a closed-form solution."""
 
     error: Callable[[int], float]
-    """Of a rod with so many nodes."""
+    """Error of a rod, by its number of nodes."""
     unit: str
+    """Unit of the error; L is the length of the rod."""
     node_counts: tuple[int, ...]
+    """Numbers of nodes to measure."""
     bounds: tuple[float, ...]
-    """Largest error allowed, per node count."""
+    """Largest allowed error for each number of nodes; 1 where none is stated."""
 
 
 def heavy_cantilever(node_count: int) -> float:
-    """Clamped rod whose tip sinks by 0.27 L; largest node error, against the elastica [L]."""
-    return _furthest(*cantilever(node_count, 4e8))
+    """Largest node error of a clamped rod whose tip sinks by 0.27 L, against the elastica [L]."""
+    return _largest_distance(*cantilever(node_count, 4e8))
 
 
 def limp_cantilever(node_count: int) -> float:
-    """The same, four times softer: its tip sinks by 0.67 L [L]."""
-    return _furthest(*cantilever(node_count, 1e8))
+    """Largest node error of a rod four times softer, whose tip sinks by 0.67 L [L]."""
+    return _largest_distance(*cantilever(node_count, 1e8))
 
 
 def cantilever(node_count: int, youngs_modulus: float, points: int | None = None) -> Shapes:
     """Nodes of a rod that is clamped at one end and bends under its weight, and the elastica.
 
     Args:
-        points: Of the elastica, evenly spaced; at the nodes where this is not given.
+        node_count: Number of nodes.
+        youngs_modulus: Young's modulus of the rod [Pa].
+        points: Number of evenly spaced points of the elastica; at the nodes if None.
     """
-    properties = RodProperties(0.5, 0.006, 0.05, youngs_modulus, stretch_stiffness=STIFF)
+    properties = RodProperties(
+        0.5, 0.006, 0.05, youngs_modulus, stretch_stiffness=STRETCH_STIFFNESS
+    )
     rod = Rod(properties, node_count, right="free", tolerance=1e-10)
     grip = Pose(np.zeros(3), ALONG_X)
-    found = rod.rest(grip, grip)
+    rest = rod.rest(grip, grip)
     half = rod.edge_length / 2.0
     length = properties.length - half
     load = properties.linear_density * 9.81 / properties.bending_stiffness
@@ -69,39 +73,39 @@ def cantilever(node_count: int, youngs_modulus: float, points: int | None = None
         s = np.linspace(0.0, length, points)
     exact = heavy_elastica(load, length, s)
     exact[:, 0] += half
-    return found.state.positions[1:, [0, 2]] / properties.length, exact / properties.length
+    return rest.state.positions[1:, [0, 2]] / properties.length, exact / properties.length
 
 
 def catenary(node_count: int) -> float:
     """Largest node error of a limp rod hung by its ends, against the catenary [L]."""
-    return _furthest(*hung(node_count))
+    return _largest_distance(*hung(node_count))
 
 
 def hung(node_count: int) -> Shapes:
     """Nodes of a limp rod that hangs by its ends, and the catenary at their arc lengths."""
-    properties = RodProperties(0.6, 0.004, 0.05, 20.0, stretch_stiffness=STIFF)
+    properties = RodProperties(0.6, 0.004, 0.05, 20.0, stretch_stiffness=STRETCH_STIFFNESS)
     rod = Rod(properties, node_count, "pinned", "pinned", tolerance=1e-10)
     span, length = 0.4, properties.length
     left = Pose(np.array([-span / 2.0, 0.0, 0.0]), ALONG_X)
-    found = rod.rest(left, Pose(np.array([span / 2.0, 0.0, 0.0]), ALONG_X))
+    rest = rod.rest(left, Pose(np.array([span / 2.0, 0.0, 0.0]), ALONG_X))
     # The parameter a of y = a cosh(x / a) for which the curve is as long as the rod.
     a = root(lambda a: 2.0 * a * math.sinh(span / (2.0 * a)) - length, 10.0 * span, 0.05 * span)
     s = np.linspace(-length / 2.0, length / 2.0, node_count)
     exact = np.stack([a * np.arcsinh(s / a), np.sqrt(a**2 + s**2)], axis=1)
     exact[:, 1] -= exact[0, 1]
-    return found.state.positions[:, [0, 2]] / length, exact / length
+    return rest.state.positions[:, [0, 2]] / length, exact / length
 
 
 def pinned_elastica(node_count: int) -> float:
-    """Error of the rise of a weightless strut buckled between pins, against Euler [L]."""
+    """Error of the rise of a weightless strut that is buckled between pins, against Euler [L]."""
     nodes, exact = strut(node_count)
-    # An even count of nodes has none at the crown: a parabola through the highest three.
+    # An even number of nodes has none at the crown: a parabola through the highest three.
     return abs(_crown(-nodes[:, 1]) + exact[len(exact) // 2, 1])
 
 
 def strut(node_count: int) -> Shapes:
     """Nodes of a weightless strut that has buckled between pins, and Euler's elastica."""
-    properties = RodProperties(0.5, 0.006, 0.05, 2e6, stretch_stiffness=STIFF)
+    properties = RodProperties(0.5, 0.006, 0.05, 2e6, stretch_stiffness=STRETCH_STIFFNESS)
     rod = Rod(properties, node_count, "pinned", "pinned", gravity=(0.0, 0.0, 0.0), tolerance=1e-10)
     k = math.sin(math.radians(70.0) / 2.0)
     first, second = elliptic(k)
@@ -111,17 +115,17 @@ def strut(node_count: int) -> Shapes:
     start = np.stack([span * s, 0.0 * s, -0.3 * length * np.sin(np.pi * s)], axis=1)
     guess = _framed(start)
     left = Pose(np.zeros(3), ALONG_X)
-    found = rod.rest(left, Pose(np.array([span, 0.0, 0.0]), ALONG_X), guess)
+    rest = rod.rest(left, Pose(np.array([span, 0.0, 0.0]), ALONG_X), guess)
     # theta'' = -(2 K)^2 sin(theta), which is the moment of the pins' force.
     exact = elastica(math.radians(70.0), 0.0, lambda _, theta: -4.0 * first**2 * math.sin(theta))
-    return found.state.positions[:, [0, 2]] / length, exact[:, :2] * np.array([1.0, -1.0])
+    return rest.state.positions[:, [0, 2]] / length, exact[:, :2] * np.array([1.0, -1.0])
 
 
 def twist_torque(node_count: int) -> float:
     """Largest relative error of the twisting moment along a straight rod turned by 5 rad [-]."""
     properties = RodProperties(0.5, 0.006, 0.05, 2e6)
     rod = Rod(properties, node_count, gravity=(0.0, 0.0, 0.0), tolerance=1e-10)
-    # Pulled by 1 %, or 5 rad of twist would buckle it.
+    # Stretched by 1 %: otherwise it would buckle under 5 rad of twist.
     actions = np.zeros((30, 2, 6))
     actions[:10, 1, 3] = 5.0
     actions[:10, 1, 0] = 0.005
@@ -136,14 +140,14 @@ def twist_torque(node_count: int) -> float:
 def michell_ring(node_count: int) -> float:
     """Relative error of the twist at which a closed ring leaves its plane [-].
 
-    Michell 1889: 2 pi sqrt(3) EI / GJ. The first and last edges are one and the same.
+    Michell 1889: 2 pi sqrt(3) EI / GJ. The first and the last edge coincide.
     """
     properties = RodProperties(0.5, 0.004, 0.05, 2e6)
     rod = Rod(properties, node_count, gravity=(0.0, 0.0, 0.0), tolerance=1e-9)
     ratio = properties.bending_stiffness / properties.twisting_stiffness
     exact = 2.0 * math.pi * math.sqrt(3.0) * ratio
     low, high = 0.5 * exact, 1.5 * exact
-    # The ring turns freely about the edge that is held: inertia keeps that motion definite.
+    # The ring can turn freely about the held edge; inertia makes this motion determinate.
     durations = np.full(3, 20.0)
     for _ in range(12):
         twist = 0.5 * (low + high)
@@ -168,11 +172,11 @@ def helical_buckling(node_count: int) -> float:
 
 
 def buckled(node_count: int) -> Shapes:
-    """Envelope of a localised helix over arc length, in its own width, and tanh^2 of that."""
+    """Envelope of a localised helix over arc length, in units of its width, and tanh^2 of it."""
     bending, twisting, length, turns, slack = 1.345, 0.789, 9.29, 27.0, 0.3
-    properties = RodProperties(length, 0.2, 1.0, 1e6, stretch_stiffness=STIFF).with_stiffness(
-        bending, twisting
-    )
+    properties = RodProperties(
+        length, 0.2, 1.0, 1e6, stretch_stiffness=STRETCH_STIFFNESS
+    ).with_stiffness(bending, twisting)
     rod = Rod(properties, node_count, gravity=(0.0, 0.0, 0.0), tolerance=1e-8)
     start = rod.straight([0.0, 0.0, 0.0], [1.0, 0.0, 0.0])
     angle = 2.0 * np.pi * turns
@@ -195,26 +199,28 @@ def buckled(node_count: int) -> Shapes:
     tangents = poses.normalized(np.diff(rollout.positions[-1], axis=0))
     cosine = tangents[:, 0]
     least = _crown(-cosine)
-    turned = (cosine + least) / (1.0 + least)
+    envelope = (cosine + least) / (1.0 + least)
     moment = float(np.mean(moments(rod, rollout.final)[:, 2]))
     width = 2.0 * bending / moment * math.sqrt((1.0 - least) / (1.0 + least))
     middle = rod.edge_length * (np.arange(node_count - 1) + 0.5)
-    centre = float(np.sum(middle * (1.0 - turned)) / np.sum(1.0 - turned))
+    centre = float(np.sum(middle * (1.0 - envelope)) / np.sum(1.0 - envelope))
     away = (middle - centre) / width
-    return np.stack([away, turned], axis=1), np.stack([away, np.tanh(away) ** 2], axis=1)
+    return np.stack([away, envelope], axis=1), np.stack([away, np.tanh(away) ** 2], axis=1)
 
 
 def natural_helix(node_count: int) -> float:
-    """Largest error of the curvature of a free rod that is a helix by nature [1/m]."""
+    """Largest error of the curvature of a free rod whose rest shape is a helix [1/m]."""
     rest = (3.0, 0.0, 4.0)
     properties = RodProperties(0.5, 0.006, 0.05, 2e6, rest_curvature=(rest,))
     rod = Rod(properties, node_count, right="free", gravity=(0.0, 0.0, 0.0), tolerance=1e-10)
     grip = Pose(np.zeros(3), ALONG_X)
-    found = rod.rest(grip, grip)
-    return float(np.max(np.abs(curvatures(rod, found.state) - np.array(rest))))
+    rest = rod.rest(grip, grip)
+    return float(np.max(np.abs(curvatures(rod, rest.state) - np.array(rest))))
 
 
-def _furthest(nodes: Float64[np.ndarray, "m 2"], exact: Float64[np.ndarray, "m 2"]) -> float:
+def _largest_distance(
+    nodes: Float64[np.ndarray, "m 2"], exact: Float64[np.ndarray, "m 2"]
+) -> float:
     return float(np.max(np.linalg.norm(nodes - exact, axis=1)))
 
 
@@ -227,7 +233,7 @@ def _crown(values: Float64[np.ndarray, "m"]) -> float:
 
 
 def _framed(nodes: Float64[np.ndarray, "n 3"]) -> RodState:
-    """Nodes in the plane y = 0 with frames along them and without twist."""
+    """State along nodes in the plane y = 0, without twist."""
     tangents = poses.normalized(np.diff(nodes, axis=0))
     turn = poses.rotation_between(np.array([1.0, 0.0, 0.0]), tangents)
     n = len(nodes)
@@ -251,13 +257,13 @@ def _ring(rod: Rod, twist: float) -> RodState:
     )
 
 
-CASES: dict[str, Case] = {
-    "heavy cantilever": Case(heavy_cantilever, "L", (10, 20, 40, 80), (1, 1, 1.5e-4, 1)),
-    "limp cantilever": Case(limp_cantilever, "L", (10, 20, 40, 80), (1, 1, 1, 1)),
-    "catenary": Case(catenary, "L", (10, 20, 40, 80), (1, 1, 2e-4, 1)),
-    "pinned elastica": Case(pinned_elastica, "L", (10, 20, 40, 80), (1, 1, 2e-4, 1)),
-    "twist torque": Case(twist_torque, "-", (10, 40), (5e-3, 5e-3)),
-    "Michell ring": Case(michell_ring, "-", (40, 80), (0.015, 0.015)),
-    "helical buckling": Case(helical_buckling, "-", (80, 180), (0.03, 0.015)),
-    "natural helix": Case(natural_helix, "1/m", (10, 40), (1e-6, 1e-6)),
+PROBLEMS: dict[str, Problem] = {
+    "heavy cantilever": Problem(heavy_cantilever, "L", (10, 20, 40, 80), (1, 1, 1.5e-4, 1)),
+    "limp cantilever": Problem(limp_cantilever, "L", (10, 20, 40, 80), (1, 1, 1, 1)),
+    "catenary": Problem(catenary, "L", (10, 20, 40, 80), (1, 1, 2e-4, 1)),
+    "pinned elastica": Problem(pinned_elastica, "L", (10, 20, 40, 80), (1, 1, 2e-4, 1)),
+    "twist torque": Problem(twist_torque, "-", (10, 40), (5e-3, 5e-3)),
+    "Michell ring": Problem(michell_ring, "-", (40, 80), (0.015, 0.015)),
+    "helical buckling": Problem(helical_buckling, "-", (80, 180), (0.03, 0.015)),
+    "natural helix": Problem(natural_helix, "1/m", (10, 40), (1e-6, 1e-6)),
 }

@@ -35,6 +35,7 @@ whose = resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN
 used = [resource.getrusage(one) for one in whose]
 print(sum(one.ru_utime + one.ru_stime for one in used), time.perf_counter() - started)
 """
+"""Program of a process that computes one gradient and prints processor and wall time [s]."""
 
 
 def by_size(repeats: int = 200) -> list[dict[str, float]]:

@@ -64,7 +64,7 @@ def actions() -> Float64[np.ndarray, "H 2 6"]:
 
 
 def points() -> Iterator[Point]:
-    """Yield points of the rod's schemes, the paper's solver, MuJoCo and, if installed, PyElastica."""
+    """Yield points of the rod, the paper's solver, MuJoCo and, if installed, PyElastica."""
     rod = Rod(PROPERTIES, NODES, tolerance=1e-7)
     start = rod.rest(LEFT, RIGHT).state
     moves = actions()

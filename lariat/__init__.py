@@ -1,0 +1,4 @@
+"""Library of Lariat: differentiable rod, geometry and trajectories.
+
+Import the packages: `lariat.rod`, `lariat.geometry`, `lariat.trajectory`.
+"""

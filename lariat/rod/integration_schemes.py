@@ -1,7 +1,11 @@
-"""Schemes of time integration, as shares of earlier solves in where a solve starts from.
+"""Time integration schemes, as weights of earlier solves.
 
-A solve over a time h finds x with velocity (x - base) / h. Its base, and the displacement that
-inertia would add to it, are sums of the last solves' positions: see `kernels`.
+A solve over a time h finds positions x with velocity (x - base) / h. The base, and the displacement
+that inertia adds to it, are weighted sums of the positions of the last solves: see `kernels`.
+
+"euler" is implicit Euler. "sdirk2" is the L-stable singly diagonally implicit Runge-Kutta method of
+order two: Alexander, "Diagonally implicit Runge-Kutta methods for stiff O.D.E.'s", SIAM J. Numer.
+Anal. 14 (1977).
 """
 
 from __future__ import annotations
@@ -17,26 +21,26 @@ from lariat.rod.launch.layout import TimeRow
 
 Scheme = Literal["euler", "sdirk2"]
 HISTORY: dict[str, int] = {"euler": 2, "sdirk2": 4}
-"""How many of the solves before enter one."""
+"""Number of earlier solves that enter a solve of each scheme."""
 
 _GAMMA = 1.0 - math.sqrt(0.5)
 _R = (1.0 - _GAMMA) / _GAMMA
 
 
 def _row(
-    duration: float, carries: float, back: int, moved: float, base: tuple, momentum: tuple
+    duration: float, keeps_velocity: float, back: int, moved: float, base: tuple, momentum: tuple
 ) -> list[float]:
     pad = [0.0] * 4
-    row = [duration, carries, float(back), moved]
+    row = [duration, keeps_velocity, float(back), moved]
     return row + (list(base) + pad)[:4] + (list(momentum) + pad)[:4]
 
 
 _ROWS = {
-    # Without velocity: every solve is a step downhill of its own.
+    # Without velocity: every solve is a proximal descent of the energy.
     "still": [_row(1.0, 0.0, 1, 1.0, (1.0,), ())],
     "euler": [_row(1.0, 1.0, 1, 1.0, (1.0,), (1.0, -1.0))],
-    # The displacement in the last full step is d0 = x1 - (1 - r) x3 - r x2 for the first stage,
-    # and d0 + r (d1 - d0) with d1 = x1 - x2 for the second, where numbers count solves back.
+    # The displacement of the last full step is d0 = x1 - (1 - r) x3 - r x2 in the first stage, and
+    # d0 + r (d1 - d0) with d1 = x1 - x2 in the second, where xk is the solution k solves ago.
     "sdirk2": [
         _row(_GAMMA, 1.0, 1, _GAMMA, (1.0,), (1.0, -_R, _R - 1.0)),
         _row(
@@ -54,19 +58,24 @@ _ROWS = {
 def time_table(
     scheme: str, dt: float | Float64[np.ndarray, "H"], horizon: int, substeps: int
 ) -> Float64[np.ndarray, "S 12"]:
-    """A row for every solve of a roll-out, as `layout` names its entries.
+    """Return a row for every solve of a roll-out, with columns as in `layout.TimeRow`.
 
     Args:
-        dt: Duration of a step, or of each [s].
+        scheme: Name of a scheme, or "still" for steps without velocity.
+        dt: Duration of a step, or of each step [s].
+        horizon: Number of steps H.
+        substeps: Substeps of a step.
     """
     if np.ndim(dt) == 0:
-        return _steady(scheme, float(dt), horizon, substeps)
+        return _uniform_rows(scheme, float(dt), horizon, substeps)
     return _rows(scheme, np.asarray(dt, float), horizon, substeps)
 
 
 @lru_cache(maxsize=64)
-def _steady(scheme: str, dt: float, horizon: int, substeps: int) -> Float64[np.ndarray, "S 12"]:
-    """Cached, for a controller asks for the same steps a hundred times a second."""
+def _uniform_rows(
+    scheme: str, dt: float, horizon: int, substeps: int
+) -> Float64[np.ndarray, "S 12"]:
+    """Cached: a controller asks for the same steps a hundred times a second."""
     rows = _rows(scheme, np.asarray(dt), horizon, substeps)
     rows.setflags(write=False)
     return rows

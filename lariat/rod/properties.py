@@ -1,4 +1,4 @@
-"""What a rod is made of, in units that a data sheet gives."""
+"""Material and dimensions of a rod, in the units of a data sheet."""
 
 from __future__ import annotations
 
@@ -8,45 +8,50 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float64
 
-_POSITIVE = ("length", "diameter", "linear_density", "youngs_modulus", "stretch_stiffness")
+_POSITIVE_FIELDS = ("length", "diameter", "linear_density", "youngs_modulus", "stretch_stiffness")
 
 
 @dataclass(frozen=True)
 class RodProperties:
-    """A round rod of one material."""
+    """Round rod of one material.
+
+    Raises:
+        ValueError: A field is out of its range.
+    """
 
     length: float
-    """At rest [m]."""
+    """Rest length [m]."""
     diameter: float
-    """[m]."""
+    """Diameter [m]."""
     linear_density: float
     """Mass per length [kg/m]."""
     youngs_modulus: float
-    """Effective one, of the whole cross-section [Pa]."""
+    """Effective Young's modulus E of the whole cross-section [Pa]."""
     poisson_ratio: float = 0.3
-    """[-]; sets the twisting stiffness EI / (1 + poisson_ratio)."""
+    """Poisson's ratio, which sets the twisting stiffness GJ = EI / (1 + poisson_ratio) [-]."""
     stretch_stiffness: float = 2000.0
-    """EA, of stretch and of shear [N]. Ropes hardly stretch: any large value does."""
+    """Stiffness EA of stretch and of shear [N]. Ropes hardly stretch: any large value will do."""
     damping: float = 1.0
-    """Velocity lost to the surroundings [1/s]."""
+    """Rate at which velocity decays by drag of the surroundings [1/s]."""
     internal_damping: float = 0.0
-    """Time over which the material resists bending and twisting [s] (Kelvin-Voigt).
+    """Retardation time of the material in bending and twisting (Kelvin-Voigt) [s].
 
-    A rate of curvature r makes a moment of internal_damping times EI r, and of GJ r in twist.
+    A rate of curvature r causes a moment of internal_damping times EI r, and of GJ r in twist.
     """
     stiffness_profile: tuple[float, ...] = (1.0,)
-    """Factors on both stiffnesses, evenly spaced from left to right [-]."""
+    """Factors on bending and twisting stiffness, evenly spaced from left to right [-]."""
     density_profile: tuple[float, ...] = (1.0,)
     """Factors on the linear density, evenly spaced from left to right [-]."""
     rest_curvature: tuple[tuple[float, float, float], ...] = ((0.0, 0.0, 0.0),)
     """Curvature about d1 and d2 and twist at rest, evenly spaced from left to right [1/m]."""
     contact_stiffness: float = 1e6
-    """Force per length of rod and depth of overlap [N/m^2]; more for rods that are stiffer."""
+    """Contact force per length of rod and depth of overlap, at least [N/m^2]; see
+    `effective_contact_stiffness`."""
     contact_margin: float = 5e-4
-    """Gap to an obstacle at which contact begins to push [m]."""
+    """Gap to an obstacle below which contact forces act [m]."""
 
     def __post_init__(self) -> None:
-        for name in (*_POSITIVE, "contact_stiffness", "contact_margin"):
+        for name in (*_POSITIVE_FIELDS, "contact_stiffness", "contact_margin"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise ValueError(f"{name} must be a positive number, got {value}; SI units")
@@ -80,50 +85,56 @@ class RodProperties:
 
     @property
     def bending_stiffness(self) -> float:
-        """EI = E pi d^4 / 64 [N m^2]."""
+        """Bending stiffness EI = E pi d^4 / 64 [N m^2]."""
         return self.youngs_modulus * math.pi * self.diameter**4 / 64.0
 
     @property
     def twisting_stiffness(self) -> float:
-        """GJ = EI / (1 + poisson_ratio) [N m^2]."""
+        """Twisting stiffness GJ = EI / (1 + poisson_ratio) [N m^2]."""
         return self.bending_stiffness / (1.0 + self.poisson_ratio)
 
     @property
     def effective_contact_stiffness(self) -> float:
-        """What contact is as stiff as [N/m^2].
+        """Contact stiffness k that is used [N/m^2].
 
-        A beam spreads a load over (4 EI / k)^(1/4): where that is more than two diameters it would
-        sink in. By whole decades, so that no derivative with respect to EI comes of it.
+        A beam on an elastic foundation k spreads a load over (4 EI / k)^(1/4); above two diameters
+        it would sink in, so that k grows with EI. It does so in whole decades, which leaves no
+        derivative with respect to EI.
         """
         needed = self.bending_stiffness / (4.0 * self.diameter**4)
         decades = math.ceil(math.log10(needed / self.contact_stiffness))
         return self.contact_stiffness * 10.0 ** max(0, decades)
 
     def with_stiffness(self, bending: float, twisting: float | None = None) -> RodProperties:
-        """The same rod with EI and, where given, GJ set [N m^2]; else their ratio stays."""
+        """Return the same rod with other stiffnesses.
+
+        Args:
+            bending: Bending stiffness EI [N m^2].
+            twisting: Twisting stiffness GJ [N m^2]; by default the ratio GJ / EI is kept.
+        """
         changed = replace(self, youngs_modulus=64.0 * bending / (math.pi * self.diameter**4))
         if twisting is None:
             return changed
         return replace(changed, poisson_ratio=bending / twisting - 1.0)
 
     def profile_at(self, count: int) -> Float64[np.ndarray, "m"]:
-        """Stiffness factors at inner nodes, `count` of them [-]."""
-        return _spread(np.asarray(self.stiffness_profile, float)[:, None], count)[:, 0]
+        """Return the stiffness factors at `count` inner nodes [-]."""
+        return _at_inner_nodes(np.asarray(self.stiffness_profile, float)[:, None], count)[:, 0]
 
     def density_at(self, node_count: int) -> Float64[np.ndarray, "n"]:
-        """Density factors at the nodes [-]."""
+        """Return the density factors at all nodes [-]."""
         values = np.asarray(self.density_profile, float)
         return np.interp(
             np.linspace(0.0, 1.0, node_count), np.linspace(0.0, 1.0, len(values)), values
         )
 
     def rest_curvature_at(self, count: int) -> Float64[np.ndarray, "m 3"]:
-        """Rest curvature at inner nodes, `count` of them [1/m]."""
-        return _spread(np.asarray(self.rest_curvature, float), count)
+        """Return the rest curvature at `count` inner nodes [1/m]."""
+        return _at_inner_nodes(np.asarray(self.rest_curvature, float), count)
 
 
-def _spread(values: Float64[np.ndarray, "k c"], count: int) -> Float64[np.ndarray, "m c"]:
-    """Values that are evenly spaced over the rod's length, at its inner nodes."""
+def _at_inner_nodes(values: Float64[np.ndarray, "k c"], count: int) -> Float64[np.ndarray, "m c"]:
+    """Interpolate values that are evenly spaced over the rod's length at its inner nodes."""
     have = np.linspace(0.0, 1.0, len(values)) if len(values) > 1 else np.array([0.5])
     want = np.arange(1, count + 1) / (count + 1)
     return np.stack([np.interp(want, have, column) for column in values.T], axis=1)

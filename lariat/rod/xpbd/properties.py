@@ -1,4 +1,4 @@
-"""The paper's parameters of a rope (Table 1), and what they mean in newtons and metres."""
+"""Parameters of a rope in the paper (Table 1), and their counterparts in SI units."""
 
 from __future__ import annotations
 
@@ -10,32 +10,40 @@ from jaxtyping import Float64
 
 from lariat.rod.properties import RodProperties
 
-INEXTENSIBLE = 1e7
-"""Stretch stiffness that stands for the paper's inextensible rope in `material` [N]."""
+INEXTENSIBLE_STIFFNESS = 1e7
+"""Stretch stiffness of the continuous counterpart of the paper's inextensible rope [N]."""
+PAPER_MASS = 0.5
+"""Mass m of Table 1 [kg]."""
 
 
 @dataclass(frozen=True)
 class XpbdProperties:
-    """One rope for `XpbdRod`. Only m : I : 1 / beta_b shows in its motion: their scale does not."""
+    """Parameters of a rope for `XpbdRod`.
+
+    The motion depends on the ratios m : I : 1 / beta_b only, not on their common scale.
+
+    Raises:
+        ValueError: A field is out of its range.
+    """
 
     length: float
-    """L, at rest [m]."""
+    """Rest length L [m]."""
     diameter: float
-    """Nodes keep half of it from obstacles [m]."""
-    mass: float = 0.5
-    """m, of every node [kg]. The paper does not say whether its 0.5 kg is one node or all of them:
-    spread over 40 nodes, Gauss-Seidel lets the rod shrink instead of bending."""
+    """Diameter; nodes keep half of it from obstacles [m]."""
+    mass: float = PAPER_MASS
+    """Mass m of every node [kg]. The paper does not say whether its 0.5 kg is that of a node or of
+    the rope: spread over 40 nodes, Gauss-Seidel sweeps let the rod shrink instead of bending."""
     inertia: float = 0.05
-    """I, of every edge's orientation, the same about all axes [kg m^2]."""
+    """Rotational inertia I of every edge, the same about all axes [kg m^2]."""
     linear_damping: float = 0.1
-    """xi_v, the share of velocity lost in a second [-]."""
+    """Share xi_v of the velocity that is lost in a second [-]."""
     angular_damping: float = 0.3
-    """xi_omega [-]."""
+    """Share xi_omega of the angular velocity that is lost in a second [-]."""
     bending_compliance: float = 0.003
-    """beta_b, inverse stiffness of (7) at every inner node [m^2/N]; bends and twists alike."""
+    """Compliance beta_b of eq. (7) at every inner node, in bending and twisting alike [m^2/N]."""
     contact_compliance: float = 0.0
-    """beta of a collision [m/N]. The paper adds 1, which leaves 10^4 / m of (11) at its time step:
-    nothing would be pushed out."""
+    """Compliance beta of a collision [m/N]. The paper uses 1, with which eq. (11) has no effect at
+    its time step: nothing would be pushed out."""
     rest_curvature: tuple[tuple[float, float, float], ...] = ((0.0, 0.0, 0.0),)
     """Curvature about d1 and d2 and twist at rest, evenly spaced from left to right [1/m]."""
 
@@ -51,7 +59,9 @@ class XpbdProperties:
         for name in ("linear_damping", "angular_damping"):
             value = getattr(self, name)
             if not 0.0 <= value < 1.0:
-                raise ValueError(f"{name} is the share lost in a second, 0 to 1, got {value}")
+                raise ValueError(
+                    f"{name} must be the share lost in a second, from 0 to 1, got {value}"
+                )
         if self.diameter >= self.length:
             raise ValueError(
                 f"diameter must be less than length, got diameter={self.diameter} m and "
@@ -66,12 +76,16 @@ class XpbdProperties:
 
     @classmethod
     def of_material(cls, material: RodProperties, node_count: int) -> XpbdProperties:
-        """The rope of this scale and damping whose bending weighs against its inertia as given.
+        """Return the rope with the dimensions, damping and bending-to-inertia ratio of a rod.
 
-        Its mass is the paper's: the scale shows in nothing.
+        Its mass is the paper's, since the common scale has no effect.
+
+        Args:
+            material: Continuous rod.
+            node_count: Number of nodes of the `XpbdRod`.
         """
         edge = material.length / (node_count - 1)
-        mass = 0.5
+        mass = PAPER_MASS
         compliance = edge / (4.0 * material.bending_stiffness)
         damping = min(1.0 - math.exp(-material.damping), 0.999)
         return cls(
@@ -85,10 +99,13 @@ class XpbdProperties:
         )
 
     def material(self, node_count: int) -> RodProperties:
-        """The continuous rod that this one stands for, once its iterations have converged.
+        """Return the continuous rod to which this one converges with its iterations.
 
-        |Im(conj(q) q')| = sin(angle / 2), so that beta_b holds EI = l / (4 beta_b); twist is as
-        stiff. The rotational inertia I is none of a real rope's and has no counterpart.
+        |Im(conj(q) q')| = sin(angle / 2), hence EI = GJ = l / (4 beta_b) with edge length l.
+        The rotational inertia I has no counterpart in a real rope.
+
+        Args:
+            node_count: Number of nodes of the `XpbdRod`.
         """
         edge = self.length / (node_count - 1)
         stiffness = edge / (4.0 * self.bending_compliance)
@@ -97,18 +114,18 @@ class XpbdProperties:
             self.diameter,
             linear_density=self.mass / edge,
             youngs_modulus=1.0,
-            stretch_stiffness=INEXTENSIBLE,
+            stretch_stiffness=INEXTENSIBLE_STIFFNESS,
             damping=-math.log(1.0 - self.linear_damping),
             rest_curvature=self.rest_curvature,
         )
         return bare.with_stiffness(stiffness, stiffness)
 
     def rest_darboux(self, node_count: int) -> Float64[np.ndarray, "n-2 3"]:
-        """Omega^0 of (7) at every inner node [-]."""
+        """Return the rest Darboux vectors Omega^0 of eq. (7) at all inner nodes [-]."""
         edge = self.length / (node_count - 1)
         rows = np.asarray(self.rest_curvature, float)
-        have = np.linspace(0.0, 1.0, len(rows)) if len(rows) > 1 else np.array([0.5])
-        want = np.arange(1, node_count - 1) / (node_count - 1)
-        turn = edge * np.stack([np.interp(want, have, column) for column in rows.T], axis=1)
+        knots = np.linspace(0.0, 1.0, len(rows)) if len(rows) > 1 else np.array([0.5])
+        places = np.arange(1, node_count - 1) / (node_count - 1)
+        turn = edge * np.stack([np.interp(places, knots, column) for column in rows.T], axis=1)
         angle = np.linalg.norm(turn, axis=1, keepdims=True)
         return 0.5 * np.sinc(angle / (2.0 * np.pi)) * turn

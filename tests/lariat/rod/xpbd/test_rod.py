@@ -83,7 +83,7 @@ def test_bad_input_is_named_before_anything_runs() -> None:
     still = np.zeros((1, 2, 6))
     with pytest.raises(ValueError, match="bending_compliance must be a positive number, got -1"):
         replace(PROPERTIES, bending_compliance=-1.0)
-    with pytest.raises(ValueError, match="linear_damping is the share lost in a second"):
+    with pytest.raises(ValueError, match="linear_damping must be the share lost in a second"):
         replace(PROPERTIES, linear_damping=1.0)
     with pytest.raises(ValueError, match="actions must be finite"):
         rod.rollout(RolloutSpec(state, np.nan * still, 0.01))

@@ -1,7 +1,7 @@
-"""A step of Algorithm 1 backwards: from the slopes in slot step + 1 to those in slot step.
+"""Adjoint of a step of Algorithm 1: from derivatives in slot step + 1 to those in slot step.
 
-The rod that J sweeps end with depends on where they began, so that no implicit function stands for
-them: every correction is undone, in turn, from what the tape holds of it.
+The result of J sweeps depends on where they began, so that the implicit function theorem does not
+apply: the adjoint goes back through every correction in turn, with the inputs that the tape holds.
 """
 
 import taichi as ti
@@ -9,14 +9,20 @@ import taichi as ti
 from lariat.rod.kernels.memory import add, load3, load4, store
 from lariat.rod.kernels.rotations import exponential, left_jacobian, rotation_matrix
 from lariat.rod.launch.codes import EndHold
-from lariat.rod.xpbd.kernels.collision import collide_adjoint
+from lariat.rod.xpbd.kernels.collision import find_contacts_adjoint
 from lariat.rod.xpbd.kernels.constraints import (
-    bend_adjoint,
-    constants,
-    push_adjoint,
-    stretch_adjoint,
+    correct_bend_adjoint,
+    correct_contact_adjoint,
+    correct_stretch_adjoint,
+    step_constants,
 )
-from lariat.rod.xpbd.kernels.quaternions import director, led, place, scalar, turned_by
+from lariat.rod.xpbd.kernels.quaternions import (
+    director,
+    place,
+    rotation_imaginary,
+    scalar,
+    vector_times,
+)
 from lariat.rod.xpbd.kernels.step import action
 from lariat.rod.xpbd.launch.layout import (
     PREDICTED_WIDTH,
@@ -29,8 +35,8 @@ from lariat.rod.xpbd.launch.layout import (
 
 
 @ti.func
-def settle_adjoint(ni: ti.template(), w: ti.template(), rod, step):
-    """From positions and velocities after the step to what the sweeps ended with."""
+def update_velocities_adjoint(ni: ti.template(), w: ti.template(), rod, step):
+    """Carry derivatives from positions and velocities after the step to the end of the sweeps."""
     n = ni[Header.NODES]
     h = scalar(ni, w, rod, Scalar.STEP_DURATION)
     left = 1.0 - scalar(ni, w, rod, Scalar.LINEAR_DAMPING)
@@ -57,19 +63,19 @@ def settle_adjoint(ni: ti.template(), w: ti.template(), rod, step):
         d_omega = load3(w, place(ni, rod, Section.D_ANGULAR_VELOCITIES, 3 * i))
         d_angular += d_omega.dot(load3(w, omega_at))
         y = (2.0 * keep_turn / h) * d_omega
-        store(w, place(ni, rod, Section.D_EDGES, 4 * i), load4(w, q_at) + led(y, before))
-        store(w, q_at, -led(y, after))
+        store(w, place(ni, rod, Section.D_EDGES, 4 * i), load4(w, q_at) + vector_times(y, before))
+        store(w, q_at, -vector_times(y, after))
     w[place(ni, rod, Section.D_PARAMETERS, Parameter.LINEAR_DAMPING)] -= h / left * d_linear
     w[place(ni, rod, Section.D_PARAMETERS, Parameter.ANGULAR_DAMPING)] -= h / left_turn * d_angular
 
 
 @ti.func
 def solve_adjoint(ni: ti.template(), w: ti.template(), rod, step):
-    """The sweeps backwards."""
+    """Carry derivatives back through the sweeps."""
     n = ni[Header.NODES]
     h = scalar(ni, w, rod, Scalar.STEP_DURATION)
     contacts = ti.cast(w[place(ni, rod, Section.CONTACT_COUNTS, step)], ti.i32)
-    c = constants(ni, w, rod)
+    c = step_constants(ni, w, rod)
     zero = ti.Vector([0.0, 0.0, 0.0])
     for i in range(n - 2):
         store(w, place(ni, rod, Section.D_MULTIPLIERS, 3 * i), zero)
@@ -82,13 +88,13 @@ def solve_adjoint(ni: ti.template(), w: ti.template(), rod, step):
     for back in range(ni[Header.ITERATIONS]):
         sweep = (step + 1) * ni[Header.ITERATIONS] - 1 - back
         for last in range(contacts):
-            d_mass += push_adjoint(ni, w, c, rod, step, sweep, contacts - 1 - last)
+            d_mass += correct_contact_adjoint(ni, w, c, rod, step, sweep, contacts - 1 - last)
         for last in range(2):
             color = 1 - last
             count = (n - 1 - color) // 2
             for k in range(count):
                 i = color + 2 * (count - 1 - k)
-                inertia, compliance = bend_adjoint(ni, w, c, rod, step, sweep, i)
+                inertia, compliance = correct_bend_adjoint(ni, w, c, rod, step, sweep, i)
                 d_inertia += inertia
                 d_compliance += compliance
         for last in range(2):
@@ -96,7 +102,7 @@ def solve_adjoint(ni: ti.template(), w: ti.template(), rod, step):
             count = (ni[Header.END_EDGE] - ni[Header.FIRST_EDGE] - color + 1) // 2
             for k in range(count):
                 i = ni[Header.FIRST_EDGE] + color + 2 * (count - 1 - k)
-                mass, inertia = stretch_adjoint(ni, w, c, rod, sweep, i)
+                mass, inertia = correct_stretch_adjoint(ni, w, c, rod, sweep, i)
                 d_mass += mass
                 d_inertia += inertia
     # Weights are inverse masses and inverse inertias.
@@ -105,12 +111,12 @@ def solve_adjoint(ni: ti.template(), w: ti.template(), rod, step):
     w[place(ni, rod, Section.D_PARAMETERS, Parameter.MASS)] -= mass_weight * mass_weight * d_mass
     w[place(ni, rod, Section.D_PARAMETERS, Parameter.INERTIA)] -= inertia_weight**2 * d_inertia
     w[place(ni, rod, Section.D_PARAMETERS, Parameter.BENDING_COMPLIANCE)] += d_compliance / (h * h)
-    collide_adjoint(ni, w, rod, step, contacts)
+    find_contacts_adjoint(ni, w, rod, step, contacts)
 
 
 @ti.func
 def predict_adjoint(ni: ti.template(), w: ti.template(), rod, step):
-    """From what the sweeps began with to the state before and the actions."""
+    """Carry derivatives from the start of the sweeps to the state before and the actions."""
     n = ni[Header.NODES]
     h = scalar(ni, w, rod, Scalar.STEP_DURATION)
     block = ni[STEP_BLOCKS + step // ni[Header.SUBSTEPS]]
@@ -131,8 +137,12 @@ def predict_adjoint(ni: ti.template(), w: ti.template(), rod, step):
             p = (d_q - unit.dot(d_q) * unit) / norm
             before = load4(w, place(ni, rod, Section.ORIENTATIONS, 4 * (step * (n - 1) + i)))
             omega = load3(w, place(ni, rod, Section.ANGULAR_VELOCITIES, 3 * (step * (n - 1) + i)))
-            add(w, place(ni, rod, Section.D_ORIENTATIONS, 4 * i), p - (0.5 * h) * led(omega, p))
-            turn = (0.5 * h) * turned_by(before, p)
+            add(
+                w,
+                place(ni, rod, Section.D_ORIENTATIONS, 4 * i),
+                p - (0.5 * h) * vector_times(omega, p),
+            )
+            turn = (0.5 * h) * rotation_imaginary(before, p)
             store(w, place(ni, rod, Section.D_ANGULAR_VELOCITIES, 3 * i), turn)
     for end in range(2):
         held = ni[Header.LEFT_END + end]
@@ -149,7 +159,7 @@ def predict_adjoint(ni: ti.template(), w: ti.template(), rod, step):
                 length = scalar(ni, w, rod, Scalar.EDGE_LENGTH) * (1.0 - 2.0 * end)
                 d_x += inner
                 d_q = load4(w, place(ni, rod, Section.D_EDGES, 4 * edge))
-                turn = load3(w, grip) + 0.5 * turned_by(q, d_q)
+                turn = load3(w, grip) + 0.5 * rotation_imaginary(q, d_q)
                 turn += (length * director(q)).cross(inner)
                 y = h * action(ni, w, rod, step, end, 1)
                 add(w, actions + 3, h * (left_jacobian(y).transpose() @ turn))

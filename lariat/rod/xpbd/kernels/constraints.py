@@ -1,23 +1,23 @@
-"""One correction (11) of one constraint, and its adjoint.
+"""Corrections (11) of single constraints, and their adjoints.
 
-A correction takes the constraint's value C and slopes J at what it finds, changes the multiplier by
-dl = -(J W J^T + compliance)^-1 (C + compliance * multiplier) and positions and quaternions by
-W J^T dl (3), normalising the quaternions. Both slopes have J J^T of a multiple of the identity, so
-that the inverse is a number. The printed signs of (4) and the slopes (9), (10) do not fit the rest:
-what stands here is derived.
+A correction evaluates a constraint's value C and Jacobian J, changes the multiplier by
+dl = -(J W J^T + compliance)^-1 (C + compliance * multiplier), and positions and quaternions by
+W J^T dl (3), and normalises the quaternions. For both Jacobians J J^T is a multiple of the
+identity, so that the inverse is a number. The printed signs of (4) and the printed Jacobians (9),
+(10) do not fit the rest of the paper: those used here are derived anew.
 """
 
 import taichi as ti
 
 from lariat.rod.kernels.memory import add, load3, load4, store
 from lariat.rod.xpbd.kernels.quaternions import (
-    between,
     director,
-    director_pull,
-    director_slope,
+    director_derivative,
+    director_transpose,
     place,
+    relative_imaginary,
     scalar,
-    times,
+    times_vector,
 )
 from lariat.rod.xpbd.launch.layout import (
     BEND_TAPE_WIDTH,
@@ -36,8 +36,8 @@ Constants = ti.types.struct(
 
 
 @ti.func
-def constants(ni: ti.template(), w: ti.template(), rod):
-    """What every correction needs: read once, as stores would make each read it anew."""
+def step_constants(ni: ti.template(), w: ti.template(), rod):
+    """Read the constants of a step once: after a store, the compiler would read each anew."""
     h = scalar(ni, w, rod, Scalar.STEP_DURATION)
     return Constants(
         mass=scalar(ni, w, rod, Scalar.INVERSE_MASS),
@@ -50,17 +50,19 @@ def constants(ni: ti.template(), w: ti.template(), rod):
 
 @ti.func
 def node_weight(ni: ti.template(), c, i):
+    """Inverse mass of a node; zero for a node that a grip places."""
     return ti.select(i >= ni[Header.FIRST_NODE] and i < ni[Header.END_NODE], c.mass, 0.0)
 
 
 @ti.func
 def edge_weight(ni: ti.template(), c, i):
+    """Inverse inertia of an edge; zero for an edge that a grip places."""
     return ti.select(i >= ni[Header.FIRST_EDGE] and i < ni[Header.END_EDGE], c.inertia, 0.0)
 
 
 @ti.func
-def stretch(ni: ti.template(), w: ti.template(), c, rod, slot, sweep, i):
-    """(4): the edge lies along its own third axis, at its own length; without compliance."""
+def correct_stretch(ni: ti.template(), w: ti.template(), c, rod, slot, sweep, i):
+    """Constraint (4): an edge lies along its own third axis, at its own length; no compliance."""
     n = ni[Header.NODES]
     w1, w2 = node_weight(ni, c, i), node_weight(ni, c, i + 1)
     wq = edge_weight(ni, c, i)
@@ -71,7 +73,7 @@ def stretch(ni: ti.template(), w: ti.template(), c, rod, slot, sweep, i):
     dl = -inverse * ((x2 - x1) * c.per_length - director(q))
     store(w, x, x1 - (w1 * c.per_length) * dl)
     store(w, x + 3, x2 + (w2 * c.per_length) * dl)
-    p = q - wq * director_pull(q, dl)
+    p = q - wq * director_transpose(q, dl)
     shrink = 1.0 / ti.sqrt(p.dot(p))
     store(w, q_at, shrink * p)
     tape = place(ni, rod, Section.STRETCH_TAPE, STRETCH_TAPE_WIDTH * (sweep * (n - 1) + i))
@@ -81,8 +83,8 @@ def stretch(ni: ti.template(), w: ti.template(), c, rod, slot, sweep, i):
 
 
 @ti.func
-def stretch_adjoint(ni: ti.template(), w: ti.template(), c, rod, sweep, i):
-    """Slopes in the inverse mass and the inverse inertia."""
+def correct_stretch_adjoint(ni: ti.template(), w: ti.template(), c, rod, sweep, i):
+    """Return derivatives with respect to the inverse mass and the inverse inertia."""
     n = ni[Header.NODES]
     w1, w2 = node_weight(ni, c, i), node_weight(ni, c, i + 1)
     wq = edge_weight(ni, c, i)
@@ -91,15 +93,15 @@ def stretch_adjoint(ni: ti.template(), w: ti.template(), c, rod, sweep, i):
     x = place(ni, rod, Section.D_NODES, 3 * i)
     q_at = place(ni, rod, Section.D_EDGES, 4 * i)
     x1, x2, after = load3(w, x), load3(w, x + 3), load4(w, q_at)
-    pull = director_pull(q, dl)
+    pull = director_transpose(q, dl)
     unit = shrink * (q - wq * pull)
     p = shrink * (after - unit.dot(after) * unit)
     inverse = 1.0 / ((w1 + w2) * c.per_length * c.per_length + 4.0 * wq)
-    d_dl = c.per_length * (w2 * x2 - w1 * x1) - wq * director_slope(q, p)
+    d_dl = c.per_length * (w2 * x2 - w1 * x1) - wq * director_derivative(q, p)
     d_value = -inverse * d_dl
     store(w, x, x1 - c.per_length * d_value)
     store(w, x + 3, x2 + c.per_length * d_value)
-    store(w, q_at, p - wq * director_pull(p, dl) - director_pull(q, d_value))
+    store(w, q_at, p - wq * director_transpose(p, dl) - director_transpose(q, d_value))
     d_denominator = -inverse * dl.dot(d_dl)
     d_mass = (w1 + w2) * c.per_length * c.per_length * d_denominator
     d_mass += c.per_length * dl.dot(w2 * x2 - w1 * x1)
@@ -108,20 +110,20 @@ def stretch_adjoint(ni: ti.template(), w: ti.template(), c, rod, sweep, i):
 
 
 @ti.func
-def bend(ni: ti.template(), w: ti.template(), c, rod, step, slot, sweep, i):
-    """(7), (8): the turn from edge i to the next is the one at rest, but for the compliance."""
+def correct_bend(ni: ti.template(), w: ti.template(), c, rod, step, slot, sweep, i):
+    """Constraint (7), (8): edges i and i + 1 have their Darboux vector at rest, with compliance."""
     n = ni[Header.NODES]
     w1, w2 = edge_weight(ni, c, i), edge_weight(ni, c, i + 1)
     q_at = place(ni, rod, Section.ORIENTATIONS, 4 * (slot * (n - 1) + i))
-    kept = ti.select(ni[Header.TAPED] > 0, step, 0)
-    l_at = place(ni, rod, Section.MULTIPLIERS, 3 * (kept * (n - 2) + i))
+    stored = ti.select(ni[Header.TAPED] > 0, step, 0)
+    l_at = place(ni, rod, Section.MULTIPLIERS, 3 * (stored * (n - 2) + i))
     q1, q2, multiplier = load4(w, q_at), load4(w, q_at + 4), load3(w, l_at)
-    turn, rest = between(q1, q2), load3(w, place(ni, rod, Section.REST_DARBOUX, 3 * i))
+    turn, rest = relative_imaginary(q1, q2), load3(w, place(ni, rod, Section.REST_DARBOUX, 3 * i))
     sign = ti.select(turn.dot(rest) < 0.0, -1.0, 1.0)
     inverse = 1.0 / (w1 + w2 + c.bending)
     dl = -inverse * (turn - sign * rest + c.bending * multiplier)
     store(w, l_at, multiplier + dl)
-    p1, p2 = q1 - w1 * times(q2, dl), q2 + w2 * times(q1, dl)
+    p1, p2 = q1 - w1 * times_vector(q2, dl), q2 + w2 * times_vector(q1, dl)
     shrink1, shrink2 = 1.0 / ti.sqrt(p1.dot(p1)), 1.0 / ti.sqrt(p2.dot(p2))
     store(w, q_at, shrink1 * p1)
     store(w, q_at + 4, shrink2 * p2)
@@ -134,8 +136,8 @@ def bend(ni: ti.template(), w: ti.template(), c, rod, step, slot, sweep, i):
 
 
 @ti.func
-def bend_adjoint(ni: ti.template(), w: ti.template(), c, rod, step, sweep, i):
-    """Slopes in the inverse inertia and in the compliance over h squared."""
+def correct_bend_adjoint(ni: ti.template(), w: ti.template(), c, rod, step, sweep, i):
+    """Return derivatives with respect to the inverse inertia and to compliance / h^2."""
     n = ni[Header.NODES]
     w1, w2 = edge_weight(ni, c, i), edge_weight(ni, c, i + 1)
     tape = place(ni, rod, Section.BEND_TAPE, BEND_TAPE_WIDTH * (sweep * (n - 2) + i))
@@ -143,7 +145,7 @@ def bend_adjoint(ni: ti.template(), w: ti.template(), c, rod, step, sweep, i):
     shrink1, shrink2 = w[tape + 11], w[tape + 12]
     q_at = place(ni, rod, Section.D_EDGES, 4 * i)
     after1, after2 = load4(w, q_at), load4(w, q_at + 4)
-    pull1, pull2 = -times(q2, dl), times(q1, dl)
+    pull1, pull2 = -times_vector(q2, dl), times_vector(q1, dl)
     unit1, unit2 = shrink1 * (q1 + w1 * pull1), shrink2 * (q2 + w2 * pull2)
     p1 = shrink1 * (after1 - unit1.dot(after1) * unit1)
     p2 = shrink2 * (after2 - unit2.dot(after2) * unit2)
@@ -153,26 +155,26 @@ def bend_adjoint(ni: ti.template(), w: ti.template(), c, rod, step, sweep, i):
     multiplier = load3(w, l_at) - dl
     store(w, l_at, multiplier)
     d_multiplier = load3(w, d_l_at)
-    d_dl = d_multiplier + w2 * between(q1, p2) - w1 * between(q2, p1)
+    d_dl = d_multiplier + w2 * relative_imaginary(q1, p2) - w1 * relative_imaginary(q2, p1)
     d_value = -inverse * d_dl
     store(w, d_l_at, d_multiplier + c.bending * d_value)
-    store(w, q_at, p1 - w2 * times(p2, dl) - times(q2, d_value))
-    store(w, q_at + 4, p2 + w1 * times(p1, dl) + times(q1, d_value))
+    store(w, q_at, p1 - w2 * times_vector(p2, dl) - times_vector(q2, d_value))
+    store(w, q_at + 4, p2 + w1 * times_vector(p1, dl) + times_vector(q1, d_value))
     d_denominator = -inverse * dl.dot(d_dl)
     d_inertia = (w1 + w2) * d_denominator + w1 * pull1.dot(p1) + w2 * pull2.dot(p2)
     return d_inertia / c.inertia, d_denominator + d_value.dot(multiplier)
 
 
 @ti.func
-def push(ni: ti.template(), w: ti.template(), c, rod, step, slot, sweep, k):
-    """The collision constraint (x - entry) . normal >= 0; its multiplier never pulls."""
+def correct_contact(ni: ti.template(), w: ti.template(), c, rod, step, slot, sweep, k):
+    """Collision constraint (x - entry) . normal >= 0, whose multiplier never pulls."""
     n = ni[Header.NODES]
     limit = ni[Header.CONTACT_LIMIT]
-    kept = ti.select(ni[Header.TAPED] > 0, step, 0)
-    contact = place(ni, rod, Section.CONTACTS, CONTACT_WIDTH * (kept * limit + k))
+    stored = ti.select(ni[Header.TAPED] > 0, step, 0)
+    contact = place(ni, rod, Section.CONTACTS, CONTACT_WIDTH * (stored * limit + k))
     i = ti.cast(w[contact], ti.i32)
     x_at = place(ni, rod, Section.POSITIONS, 3 * (slot * n + i))
-    l_at = place(ni, rod, Section.CONTACT_MULTIPLIERS, kept * limit + k)
+    l_at = place(ni, rod, Section.CONTACT_MULTIPLIERS, stored * limit + k)
     x, normal = load3(w, x_at), load3(w, contact + 7)
     value = (x - load3(w, contact + 4)).dot(normal)
     wanted = -(value + c.contact * w[l_at]) / (c.mass + c.contact)
@@ -187,8 +189,8 @@ def push(ni: ti.template(), w: ti.template(), c, rod, step, slot, sweep, k):
 
 
 @ti.func
-def push_adjoint(ni: ti.template(), w: ti.template(), c, rod, step, sweep, k):
-    """Slope in the inverse mass."""
+def correct_contact_adjoint(ni: ti.template(), w: ti.template(), c, rod, step, sweep, k):
+    """Return the derivative with respect to the inverse mass."""
     limit = ni[Header.CONTACT_LIMIT]
     contact = place(ni, rod, Section.CONTACTS, CONTACT_WIDTH * (step * limit + k))
     tape = place(ni, rod, Section.CONTACT_TAPE, CONTACT_TAPE_WIDTH * (sweep * limit + k))

@@ -1,6 +1,6 @@
-"""Products of quaternions (wxyz) that the constraints and their derivatives are made of.
+"""Products of quaternions (wxyz) in the constraints and their derivatives.
 
-With u a vector, (0, u) the quaternion without real part, and Im the vector part.
+u is a vector, (0, u) the quaternion with zero real part and vector part u, Im(q) the vector part.
 """
 
 import taichi as ti
@@ -10,22 +10,25 @@ from lariat.rod.xpbd.launch.layout import Section
 
 @ti.func
 def scalar(ni: ti.template(), w: ti.template(), rod, k):
+    """Constant of a rod, named by `Scalar`."""
     return w[rod + ni[Section.SCALARS] + k]
 
 
 @ti.func
 def place(ni: ti.template(), rod, section, index):
+    """Offset of an entry of a section."""
     return rod + ni[section] + index
 
 
 @ti.func
 def imaginary(q):
+    """Im(q)."""
     return ti.Vector([q[1], q[2], q[3]])
 
 
 @ti.func
 def director(q):
-    """R(q) e3 of (4)."""
+    """Third axis of an edge, R(q) e3 of (4)."""
     return ti.Vector(
         [
             2.0 * (q[1] * q[3] + q[0] * q[2]),
@@ -36,8 +39,8 @@ def director(q):
 
 
 @ti.func
-def director_slope(q, p):
-    """Change of R(q) e3 with a change p of q: (6) as a matrix of 3 by 4, times p."""
+def director_derivative(q, p):
+    """Derivative of R(q) e3 along p: the 3x4 matrix (6) times p."""
     return 2.0 * ti.Vector(
         [
             q[2] * p[0] + q[3] * p[1] + q[0] * p[2] + q[1] * p[3],
@@ -48,8 +51,8 @@ def director_slope(q, p):
 
 
 @ti.func
-def director_pull(q, u):
-    """The transpose of that, times u; symmetric in its use: pull(q, u) . p = pull(p, u) . q."""
+def director_transpose(q, u):
+    """Transpose of (6) times u; f(q, u) . p = f(p, u) . q."""
     return 2.0 * ti.Vector(
         [
             q[2] * u[0] - q[1] * u[1] + q[0] * u[2],
@@ -61,21 +64,21 @@ def director_pull(q, u):
 
 
 @ti.func
-def between(a, b):
+def relative_imaginary(a, b):
     """Im(conj(a) b)."""
     u, v = imaginary(a), imaginary(b)
     return a[0] * v - b[0] * u - u.cross(v)
 
 
 @ti.func
-def turned_by(a, b):
+def rotation_imaginary(a, b):
     """Im(b conj(a))."""
     u, v = imaginary(a), imaginary(b)
     return a[0] * v - b[0] * u + u.cross(v)
 
 
 @ti.func
-def times(a, u):
+def times_vector(a, u):
     """a (0, u)."""
     v = imaginary(a)
     w = a[0] * u + v.cross(u)
@@ -83,7 +86,7 @@ def times(a, u):
 
 
 @ti.func
-def led(u, a):
+def vector_times(u, a):
     """(0, u) a."""
     v = imaginary(a)
     w = a[0] * u + u.cross(v)

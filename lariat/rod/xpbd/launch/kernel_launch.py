@@ -42,7 +42,7 @@ def launch(buffers: LaunchBuffers[Sizes], *, forward: bool, backward: bool) -> N
     taichi_runtime.start()
     from lariat.rod.xpbd.kernels import rollout
 
-    rollout.run(buffers.integers, buffers.doubles, buffers.sizes.batch, forward, backward)
+    rollout.roll_out(buffers.integers, buffers.doubles, buffers.sizes.batch, forward, backward)
 
 
 @lru_cache(maxsize=64)

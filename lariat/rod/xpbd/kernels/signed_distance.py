@@ -1,0 +1,87 @@
+"""Signed distance from an obstacle with its derivatives, inside the kernel.
+
+The same as `lariat.geometry.obstacles.signed_distance`, for a row of `ObstacleRow`.
+"""
+
+import taichi as ti
+
+from lariat.rod.kernels.memory import load3, load33
+from lariat.rod.launch.codes import ObstacleShape
+from lariat.rod.launch.layout import ObstacleRow
+
+
+@ti.func
+def signed_distance(w: ti.template(), row, point):
+    """Signed distance of a point from an obstacle, its gradient and its Hessian, world frame.
+
+    Args:
+        row: Offset of the obstacle's `ObstacleRow`.
+        point: Point in the world frame [m].
+    """
+    rotation = load33(w, row + ObstacleRow.ROTATION)
+    shape = ti.cast(w[row + ObstacleRow.SHAPE], ti.i32)
+    p = rotation.transpose() @ (point - load3(w, row + ObstacleRow.POSITION))
+    size = load3(w, row + ObstacleRow.SIZES)
+    distance = 0.0
+    normal = ti.Vector([0.0, 0.0, 1.0])
+    hessian = ti.Matrix.zero(ti.f64, 3, 3)
+    if shape == ObstacleShape.CYLINDER:
+        rho = ti.sqrt(p[0] * p[0] + p[1] * p[1]) + 1e-15
+        side = ti.select(p[2] < 0.0, -1.0, 1.0)
+        radial = ti.Vector([p[0] / rho, p[1] / rho, 0.0])
+        around = ti.Vector([-p[1] / rho, p[0] / rho, 0.0])
+        axial = ti.Vector([0.0, 0.0, side])
+        a = rho - size[0]
+        b = ti.abs(p[2]) - size[1]
+        if a > 0.0 and b > 0.0:
+            distance = ti.sqrt(a * a + b * b)
+            normal = (a * radial + b * axial) / distance
+            over = (b * radial - a * axial) / distance
+            hessian = (a / (distance * rho)) * around.outer_product(around)
+            hessian += over.outer_product(over) / distance
+        elif a > b:
+            distance = a
+            normal = radial
+            hessian = around.outer_product(around) / rho
+        else:
+            distance = b
+            normal = axial
+    elif shape == ObstacleShape.BOX:
+        out = ti.Vector([0.0, 0.0, 0.0])
+        active = ti.Vector([0.0, 0.0, 0.0])
+        deepest = -1e30
+        face = ti.Vector([0.0, 0.0, 1.0])
+        for c in ti.static(range(3)):
+            excess = ti.abs(p[c]) - size[c]
+            side = ti.select(p[c] < 0.0, -1.0, 1.0)
+            if excess > 0.0:
+                out[c] = side * excess
+                active[c] = 1.0
+            if excess > deepest:
+                deepest = excess
+                face = ti.Vector([0.0, 0.0, 0.0])
+                face[c] = side
+        if deepest > 0.0:
+            distance = out.norm()
+            normal = out / distance
+            hessian = -normal.outer_product(normal)
+            for c in ti.static(range(3)):
+                hessian[c, c] += active[c]
+            hessian /= distance
+        else:
+            distance = deepest
+            normal = face
+    elif shape == ObstacleShape.HALF_SPACE:
+        normal = size
+        distance = p.dot(normal)
+    else:  # sphere, capsule
+        half = ti.select(shape == ObstacleShape.CAPSULE, size[1], 0.0)
+        off = p - ti.Vector([0.0, 0.0, ti.min(ti.max(p[2], -half), half)])
+        rho = off.norm() + 1e-15
+        distance = rho - size[0]
+        normal = off / rho
+        hessian = ti.Matrix.identity(ti.f64, 3) - normal.outer_product(normal)
+        if shape == ObstacleShape.CAPSULE and ti.abs(p[2]) < half:
+            hessian[2, 2] -= 1.0
+        hessian /= rho
+    return distance, rotation @ normal, rotation @ hessian @ rotation.transpose()

@@ -25,6 +25,8 @@ from zstandard import ZstdError
 
 from shared import topics
 from shared.aliases import current_topic_key
+from shared.messages import Parameters
+from shared.messages.parameters import fill_typed_fields
 from shared.scenario import Scenario, parse
 from shared.topics import Topic
 from shared.version import MESSAGE_VERSION, RECORDING_VERSION, commit, version
@@ -72,7 +74,10 @@ class Entry:
 
     def parse(self) -> Any:
         """The message."""
-        return self.topic.type.FromString(self.payload)
+        message = self.topic.type.FromString(self.payload)
+        if isinstance(message, Parameters):
+            fill_typed_fields(message)
+        return message
 
 
 class Writer:

@@ -72,7 +72,7 @@ def _at_rest(scenario: Scenario, key: str, shape: Shape) -> Float64[np.ndarray, 
     rod = Rod(rod_properties(scenario.rope), scenario.rope.node_count)
     goals = GoalFactory(scenario, rod, scenario.grips(scenario.start))
     # An end that does not rotate keeps the orientation of the start.
-    left, right = goals.held(*scenario.grips(shape))
+    left, right = goals.feasible_grips(*scenario.grips(shape))
     try:
         return rod.rest(left, right).state.positions
     except ValueError as error:

@@ -18,7 +18,7 @@ from benchmarks.goals.motion_metrics import MotionMetrics
 from benchmarks.goals.scenes import Kind, sample_scene
 from lariat.geometry.obstacles import Obstacle
 from shared import topics
-from shared.messages import scene_obstacles
+from shared.messages import FAILED, scene_obstacles
 from shared.scenario import Scenario
 from stack.simulation import closed_loop
 from stack.simulation.closed_loop import Score
@@ -54,6 +54,8 @@ class Trial:
     score: Score
     reason: str
     """Reason why the run ended."""
+    gave_up: bool
+    """Whether the controller gave up."""
     plan_s: list[float]
     """Wall time of every planning [s]."""
     speed: float
@@ -85,7 +87,7 @@ class Trial:
     def succeeded(self) -> bool:
         """Whether nothing was touched and the goal was reached, or given up where it is blocked."""
         if self.kind == "blocked":
-            return not self.touched and "gave up" in self.reason
+            return not self.touched and self.gave_up
         return not self.touched and self.score.reached
 
     def as_json(self) -> dict[str, Any]:
@@ -142,6 +144,7 @@ def run_trial(spec: TrialSpec) -> Trial:
         Conditions.of(scenario),
         outcome.score,
         outcome.reason,
+        task is not None and task.state == FAILED,
         [ms / 1e3 for ms in step_ms if ms > PLANNING_STEP_MS],
         metrics.speed,
         metrics.acceleration,

@@ -12,6 +12,7 @@ from dashboard.panels.chart import REFRESH_PERIOD, add_chart
 from dashboard.panels.history import History
 from dashboard.panels.note import note_html
 from shared.messages import Parameters
+from shared.messages.parameters import named_parameters
 from shared.service import SECOND
 
 
@@ -60,7 +61,7 @@ def table_html(message: Parameters) -> str:
         f"<td style='text-align:right'>{p.value:.4g}</td>"
         f"<td style='opacity:.7'>{f'± {p.standard_deviation:.2g}' if p.standard_deviation else ''}"
         f"</td><td style='opacity:.7'>{html.escape(p.unit)}</td></tr>"
-        for p in message.parameters
+        for p in named_parameters(message)
     )
     return (
         "<table style='margin:.5em 1em;font-size:.85em;border-spacing:.9em .25em;"

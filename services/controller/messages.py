@@ -1,34 +1,69 @@
-"""Between the controller's own words and the messages of the bus."""
+"""Conversion between the controller's types and the messages of the bus."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
+from jaxtyping import Bool, Float64
 
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle
-from lariat.rod.xpbd import PARAMETERS
 from lariat.trajectory import MotionState, SetpointChunk
+from services.controller.estimation.adaptation import Adaptation, ParameterEstimate
 from services.controller.mpc.receding_horizon import Command
 from services.controller.mpc.reference_trajectory import ReferenceTrajectory
-from services.controller.paper.adaptation import PaperAdaptation
 from services.controller.run.goals import GoalFactory
+from services.controller.run.reasons import Reason
+from services.controller.run.supervisor import ArmCondition, PathOffer
 from services.controller.run.task import Goal
 from shared import messages
-from shared.messages import ArmSetpoints, ArmStates, Path, Plan, Setpoints, arm_pose, chain
+from shared.messages import (
+    ArmSetpoints,
+    ArmStates,
+    Estimate,
+    NodeChain,
+    Parameters,
+    Path,
+    Plan,
+    RodParameters,
+    Setpoints,
+    XpbdParameters,
+    arm_pose,
+    chain,
+)
 from shared.motion_contract import SETPOINT_PERIOD
 from shared.scenario import SIDES
 
-STATES = {
-    "idle": messages.IDLE,
-    "running": messages.RUNNING,
-    "paused": messages.PAUSED,
-    "reached": messages.REACHED,
-    "failed": messages.FAILED,
-}
+
+@dataclass(frozen=True)
+class RopeObservation:
+    """Observation of the rope."""
+
+    stamp: int
+    """Time of the image [ns]."""
+    nodes: Float64[np.ndarray, "n 3"]
+    """Node positions [m]."""
+    sigma: Float64[np.ndarray, "n"]
+    """Standard deviation of each node's position [m]."""
+    observed: Bool[np.ndarray, "n"]
+    """Nodes that were seen, not bridged."""
 
 
-def motion_of(arms: ArmStates) -> MotionState:
-    """What both grips do."""
+def rope_observation(message: NodeChain) -> RopeObservation:
+    """Observation of a message that holds positions."""
+    nodes = chain(message.positions)
+    count = len(nodes)
+    return RopeObservation(
+        message.stamp,
+        nodes,
+        np.array(message.sigma) if message.sigma else np.zeros(count),
+        np.array(message.observed) if message.observed else np.ones(count, dtype=bool),
+    )
+
+
+def grip_motion(arms: ArmStates) -> MotionState:
+    """MotionState of both grips, as measured."""
     rest = MotionState.at_rest(arm_pose(arms, "left"), arm_pose(arms, "right"))
     twists = np.zeros((2, 2, 3))
     for state in arms.arms:
@@ -40,8 +75,20 @@ def motion_of(arms: ArmStates) -> MotionState:
     return MotionState(rest.positions, rest.orientations, twists, rest.accelerations)
 
 
+def arm_condition(arms: ArmStates, session: str) -> ArmCondition:
+    """Condition of the arms.
+
+    Args:
+        arms: State that the gateway published.
+        session: Session of this controller; refusals of other sessions do not count.
+    """
+    halted = arms.needs_acknowledgement or arms.mode in (ArmStates.DISARMED, ArmStates.FAULT)
+    refused = arms.refused_sequence - arms.sequence if arms.session == session else 0
+    return ArmCondition(not halted, arms.reason, arms.reset_count, refused, arms.refusal)
+
+
 def goal_message(goal: Goal) -> messages.Goal:
-    """The message of a goal."""
+    """Message of a goal."""
     return messages.Goal(
         positions=goal.nodes.ravel(),
         left=messages.grip(goal.left),
@@ -52,26 +99,26 @@ def goal_message(goal: Goal) -> messages.Goal:
     )
 
 
-def goal_of(message: messages.Goal, maker: GoalFactory, obstacles: tuple[Obstacle, ...]) -> Goal:
-    """The goal of a request: by its nodes, or the rod at rest between its grips."""
+def goal_of(message: messages.Goal, goals: GoalFactory, obstacles: tuple[Obstacle, ...]) -> Goal:
+    """Goal of a request: by its nodes, or the rod at rest between its grips."""
     if not message.positions:
         left, right = messages.grip_pose(message.left), messages.grip_pose(message.right)
-        return maker.between(*maker.held(left, right), obstacles, message.turns)
+        return goals.at_rest(*goals.feasible_grips(left, right), obstacles, message.turns)
     nodes = chain(message.positions)
-    count = maker.scenario.rope.node_count
+    count = goals.scenario.rope.node_count
     if len(nodes) != count and len(nodes) >= 3:
         nodes = polylines.resample(nodes, count)
-    grips = maker.start
+    grips = goals.start
     if message.left.position and message.right.position:
         grips = messages.grip_pose(message.left), messages.grip_pose(message.right)
-    held = maker.held(*grips)
+    held = goals.feasible_grips(*grips)
     return Goal(nodes, *held, message.left_oriented, message.right_oriented, message.turns)
 
 
 def chunk_message(
     chunk: SetpointChunk, now: int, session: str, sequence: int, image_stamp: int
 ) -> Setpoints:
-    """The setpoints of a chunk."""
+    """Message of a chunk of setpoints."""
     arms = [
         ArmSetpoints(
             arm=side,
@@ -91,8 +138,13 @@ def chunk_message(
     )
 
 
+def hold_message(reason: Reason, now: int, session: str, sequence: int) -> Setpoints:
+    """Message that holds the arms."""
+    return Setpoints(stamp=now, session=session, sequence=sequence, hold=True, reason=str(reason))
+
+
 def plan_message(command: Command, dt: int) -> Plan:
-    """What is expected of the horizon; its first chain is one step ahead of the plan's start."""
+    """Message of the predicted horizon; its first chain is one step after the plan's start."""
     return Plan(
         stamp=command.plan_start + dt,
         dt=dt,
@@ -103,8 +155,24 @@ def plan_message(command: Command, dt: int) -> Plan:
     )
 
 
+def path_offer(path: Path) -> PathOffer:
+    """Answer of the planner, without its points."""
+    return PathOffer(
+        path.stamp,
+        path.goal_revision,
+        path.replan_count,
+        bool(path.left_positions),
+        path.reason,
+        path.bending_stiffness,
+    )
+
+
 def reference_trajectory(path: Path) -> ReferenceTrajectory:
-    """A planned path as the controller follows it."""
+    """Reference trajectory of a planned path.
+
+    Raises:
+        ValueError: Its points are not one setpoint apart.
+    """
     if path.dt != SETPOINT_PERIOD:
         raise ValueError(
             f"a path's points are {path.dt} ns apart; setpoints take {SETPOINT_PERIOD} ns"
@@ -126,18 +194,30 @@ def reference_trajectory(path: Path) -> ReferenceTrajectory:
     )
 
 
-def paper_parameters(adaptation: PaperAdaptation, now: int, error: float) -> messages.Parameters:
-    """The message of the paper's five parameters; its gradient descent knows no deviations.
+def parameters_message(
+    adaptation: Adaptation, now: int, prediction_error: float, *, adapts: bool
+) -> Parameters:
+    """Message of the learnt parameters.
 
     Args:
-        error: Of the last prediction [m].
+        adaptation: Adaptation of the rope's material.
+        now: Present time [ns].
+        prediction_error: Error of the last prediction [m].
+        adapts: Whether the parameters are being learnt; given ones have no deviations.
     """
-    units = ("kg", "kg m^2", "", "", "m^2/N")
-    return messages.Parameters(
-        stamp=now,
-        parameters=[
-            messages.Parameter(name=name, value=getattr(adaptation.properties, name), unit=unit)
-            for name, unit in zip(PARAMETERS, units, strict=True)
-        ],
-        prediction_error=error,
-    )
+
+    def estimate(of: ParameterEstimate) -> Estimate:
+        deviation = of.standard_deviation if adapts else 0.0
+        return Estimate(value=of.value, standard_deviation=deviation)
+
+    message = Parameters(stamp=now, prediction_error=prediction_error)
+    scalars, profiles = adaptation.scalars, adaptation.profiles
+    match adaptation.parameter_set:
+        case "rod":
+            single = {name: estimate(of) for name, of in scalars.items()}
+            several = {name: [estimate(of) for of in row] for name, row in profiles.items()}
+            message.rod.CopyFrom(RodParameters(**single, **several))
+        case "xpbd":
+            values = {name: of.value for name, of in scalars.items()}
+            message.xpbd.CopyFrom(XpbdParameters(**values))
+    return message

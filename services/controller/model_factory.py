@@ -8,6 +8,7 @@ from jaxtyping import Bool
 from lariat.rod import Rod
 from lariat.rod.xpbd import XpbdProperties, XpbdRod
 from lariat.trajectory import MotionLimits
+from services.controller.estimation.adaptation import Adaptation
 from services.controller.estimation.material_filter import MaterialFilter
 from services.controller.estimation.state_estimator import StateEstimator
 from services.controller.mpc.gauss_newton import GaussNewton
@@ -64,8 +65,7 @@ def prediction_rod(scenario: Scenario, rod: Rod) -> Rod | XpbdRod:
     """
     if scenario.control.solver == "direct":
         return rod
-    rope = scenario.rope
-    return paper_rod(scenario.control.paper, rope.length, rope.diameter, rope.node_count)
+    return _paper_rod_of(scenario)
 
 
 def paper_rod(settings: PaperControl, length: float, diameter: float, node_count: int) -> XpbdRod:
@@ -89,11 +89,21 @@ def paper_rod(settings: PaperControl, length: float, diameter: float, node_count
     return XpbdRod(properties, node_count, iterations=settings.iterations)
 
 
-def adaptation(scenario: Scenario, model: Rod | XpbdRod) -> MaterialFilter | PaperAdaptation:
-    """Adaptation of a model's material."""
-    if isinstance(model, XpbdRod):
-        return PaperAdaptation(model, scenario.control.paper)
-    return MaterialFilter(model.properties)
+def _paper_rod_of(scenario: Scenario) -> XpbdRod:
+    rope = scenario.rope
+    return paper_rod(scenario.control.paper, rope.length, rope.diameter, rope.node_count)
+
+
+def adaptation(scenario: Scenario, rod: Rod) -> Adaptation:
+    """Adaptation of the material of the rod that a scenario's controller predicts with.
+
+    Args:
+        scenario: Scenario with its control section.
+        rod: Continuous rod.
+    """
+    if scenario.control.solver == "direct":
+        return MaterialFilter(rod.properties)
+    return PaperAdaptation(_paper_rod_of(scenario), scenario.control.paper)
 
 
 def horizon_optimizer(

@@ -1,4 +1,8 @@
-"""Owns the task, and turns what is seen and planned into setpoints for the arms."""
+"""Controller on the bus: inbox to publications.
+
+It owns the task (`run`), estimates the rope's state and material (`estimation`) and turns
+observations and planned paths into setpoints for the arms (`mpc`).
+"""
 
 from __future__ import annotations
 
@@ -8,13 +12,19 @@ from collections.abc import Iterator
 import numpy as np
 
 from lariat.rod import Rod
-from lariat.trajectory import MotionState
+from lariat.trajectory import MotionState, SetpointChunk
+from services.controller.estimation.adaptation import apply_material
 from services.controller.estimation.state_estimator import StateEstimator
 from services.controller.messages import (
+    RopeObservation,
+    arm_condition,
     chunk_message,
-    motion_of,
+    grip_motion,
+    hold_message,
+    path_offer,
     plan_message,
     reference_trajectory,
+    rope_observation,
 )
 from services.controller.model_factory import (
     adaptation,
@@ -24,25 +34,19 @@ from services.controller.model_factory import (
     receding_horizon_controller,
 )
 from services.controller.mpc.collision_scene import CollisionScene
-from services.controller.mpc.receding_horizon import Command
 from services.controller.mpc.reference_trajectory import ReferenceTrajectory
+from services.controller.run.goal_events import GoalEvents
 from services.controller.run.goals import GoalFactory
 from services.controller.run.progress import ProgressMonitor
+from services.controller.run.reasons import Reason, ReasonCode
 from services.controller.run.requests import carry_out, preview
 from services.controller.run.snag_detector import SnagDetector
-from services.controller.run.state_machine import Course
+from services.controller.run.state_machine import RunState
+from services.controller.run.supervisor import RunSupervisor
 from services.controller.run.task import Task
 from services.controller.status import StatusPublisher
 from shared import topics
-from shared.messages import (
-    ArmStates,
-    NodeChain,
-    Setpoints,
-    TaskRequest,
-    chain,
-    poses_known,
-    scene_obstacles,
-)
+from shared.messages import ArmStates, TaskRequest, poses_known, scene_obstacles
 from shared.motion_contract import SETPOINT_PERIOD
 from shared.scenario import SIDES, Scenario
 from shared.scenario.rod_properties import rod_properties
@@ -50,25 +54,12 @@ from shared.service import SECOND, Inbox, Publication
 
 log = logging.getLogger(__name__)
 
-BLIND = 9 * SECOND // 20
-"""Control goes on without a fresh look at the rope for this long [ns]: half a second, less what an
-arm takes to follow, so that it has begun to brake in time."""
-STRAYED = 0.04
-"""Distance between command and arm at which the command is given up [m]: a CR5 is 0.1 s behind, and
-the gateway watches how far it is off its path."""
-REFUSED = 8
-"""Chunks that the gateway refuses in a row before it is taken for more than a passing matter."""
-TAUT = 0.98
-"""Distance of the grips, as a share of the rope's length, from which a rod has no rest shape to be
-put into that is worth the name [-]."""
-START_APART = 0.003
-"""Most distance of a path's start from the grips [m]."""
-LEAST_CLEARANCE = 0.005
-"""What is left of a path must keep this, or another one is asked for [m]."""
+CLEARANCE_STRIDE = 5
+"""Points of a path per shape whose clearance is checked when the scene changes."""
 
 
 class ControllerService:
-    """The controller on the bus."""
+    """Step from inbox to publications."""
 
     name = "controller"
     reads = (
@@ -91,74 +82,75 @@ class ControllerService:
     latency = 0.010
 
     def __init__(self, scenario: Scenario, session: str) -> None:
+        """Create the controller of a scenario.
+
+        Args:
+            scenario: Rope, cell, goal and control settings.
+            session: Id of this process start, which its setpoints carry.
+        """
         self._scenario, self._session = scenario, session
-        self._rod = Rod(rod_properties(scenario.rope), scenario.rope.node_count)
-        self._moves = free_components(scenario)
+        rod = Rod(rod_properties(scenario.rope), scenario.rope.node_count)
         start = scenario.grips(scenario.start)
-        self._goals = GoalFactory(scenario, self._rod, start)
-        resettable = not any(scenario.end(side).address for side in SIDES)
+        self._goals = GoalFactory(scenario, rod, start)
         self.task = Task(
-            self._goals.of_shape(scenario.goal),
+            self._goals.from_shape(scenario.goal),
             settings={"adapt": "true" if scenario.control.adapt else "false"},
-            resettable=resettable,
+            resettable=not any(scenario.end(side).address for side in SIDES),
         )
-        self._model = prediction_rod(scenario, self._rod)
-        self.estimate = StateEstimator(self._model, MotionState.at_rest(*start), 0)
-        self.adaptation = adaptation(scenario, self._model)
-        self.loop = receding_horizon_controller(
-            scenario.control, scenario.limits, self._moves, self.estimate
+        self._model = prediction_rod(scenario, rod)
+        self._moves = free_components(scenario)
+        self.estimator = StateEstimator(self._model, MotionState.at_rest(*start), 0)
+        self.adaptation = adaptation(scenario, rod)
+        self.controller = receding_horizon_controller(
+            scenario.control, scenario.limits, self._moves, self.estimator
         )
-        self.snag = SnagDetector(scenario.rope.length)
-        self.monitor = ProgressMonitor(scenario.run.tolerance, scenario.rope.diameter / 2.0)
-        self.course = Course(self.task, self.monitor, self.adaptation)
+        self.snag_detector = SnagDetector(scenario.rope.length)
+        self.progress = ProgressMonitor(scenario.run.tolerance, scenario.rope.diameter / 2.0)
+        self.supervisor = RunSupervisor(self.task, self.progress, self.adaptation)
         self.scene = CollisionScene(scenario)
-        self.estimate.supports = self.scene.supports
-        self._reports = StatusPublisher(self.task, self.monitor, self.estimate, self.adaptation)
+        self.estimator.supports = self.scene.supports
+        self._status = StatusPublisher(self.task, self.progress, self.estimator, self.adaptation)
+        self._goal_events = GoalEvents(scenario.events)
         self._arms: ArmStates | None = None
-        self.note = ""
-        self._resets: int | None = None
-        self._seen = 0
-        self._followed: tuple[int, int] | None = None
-        self._planned_anew = ""
-        """Run for which another path was asked for because the one at hand was none."""
-        self._sequence = 0
+        self._obstruction: Reason | None = None
+        """Reason why no run can begin, whatever is requested."""
+        self._reset_count: int | None = None
+        self._last_seen: int | None = None
         self._image_stamp = 0
-        self._events = sorted(
-            (e for e in scenario.events if e.goal is not None), key=lambda e: e.time
-        )
-        self._events_done = 0
+        self._sequence = 0
+
+    @property
+    def note(self) -> str:
+        """Condition that keeps the controller from working, for its health; empty otherwise."""
+        return "" if self._obstruction is None else str(self._obstruction)
 
     def warm_up(self) -> None:
-        """Compiles by controlling a rope that already is where it shall be."""
-        start = self._goals.start
-        estimate = StateEstimator(self._model, MotionState.at_rest(*start), 0)
-        loop = receding_horizon_controller(
-            self._scenario.control, self._scenario.limits, self._moves, estimate
+        """Compile by controlling a rope that is at its goal already."""
+        estimator = StateEstimator(self._model, MotionState.at_rest(*self._goals.start), 0)
+        controller = receding_horizon_controller(
+            self._scenario.control, self._scenario.limits, self._moves, estimator
         )
-        nodes = estimate.nodes
-        loop.follow(
-            ReferenceTrajectory.standing(estimate.motion, nodes, SETPOINT_PERIOD * 1e-9),
-            SETPOINT_PERIOD,
-        )
+        nodes, dt = estimator.nodes, SETPOINT_PERIOD
+        controller.follow(ReferenceTrajectory.standing(estimator.motion, nodes, dt * 1e-9), dt)
         for k in (1, 2, 3):
-            estimate.advance(estimate.motion, k * SETPOINT_PERIOD)
-            loop.step(k * SETPOINT_PERIOD, nodes, self.scene.avoidance(self.task, 0.0))
+            estimator.advance(estimator.motion, k * dt)
+            controller.step(k * dt, nodes, self.scene.avoidance(self.task, 0.0))
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
-        """One step of control."""
+        """Take in what arrived, then control and report."""
         self._take_arms(inbox)
         self._take_rope(inbox, now)
         for request in inbox.every(topics.TASK_REQUEST):
-            self._answer(request.message, now)
-        self._take_events(now)
+            self._carry_out(request.message, now)
+        self._goal_events.apply_due(now, self.task, self._goals.from_shape)
         self._take_scene(inbox)
         draft = inbox.fresh(topics.TASK_GOAL_DRAFT)
         if draft is not None:
-            shown = preview(draft.message, self._goals, self.scene.obstacles, now)
-            yield Publication(topics.TASK_GOAL_PREVIEW, shown)
+            answer = preview(draft.message, self._goals, self.scene.obstacles, now)
+            yield Publication(topics.TASK_GOAL_PREVIEW, answer)
         if self._arms is not None:
-            yield from self._control(inbox, now)
-        yield from self._reports.due(now, arms_known=self._arms is not None)
+            yield from self._control(inbox, now, self._arms)
+        yield from self._status.due(now, arms_known=self._arms is not None)
 
     def _take_arms(self, inbox: Inbox) -> None:
         arrived = inbox.every(topics.ARM_STATE)
@@ -166,233 +158,175 @@ class ControllerService:
             return
         arms: ArmStates = arrived[-1].message
         self._arms = arms
-        motion = motion_of(arms)
-        if self._resets != arms.reset_count or self.estimate.time == 0:
-            self.loop.disengage()
-            self._seen = 0
-            turns = round(self._scenario.start.turns)
-            if not self._begin_anew(motion, arms.stamp, turns=turns):
-                self._arms = None
-                return
-            self._resets = arms.reset_count
+        motion = grip_motion(arms)
+        if self._reset_count == arms.reset_count and self.estimator.time != 0:
+            self.estimator.advance(motion, arms.stamp)
+            return
+        self.controller.disengage()
+        self._last_seen = None
+        if self._restart_estimate(motion, arms.stamp, turns=round(self._scenario.start.turns)):
+            self._reset_count = arms.reset_count
         else:
-            self.estimate.advance(motion, arms.stamp)
+            self._arms = None
 
-    def _begin_anew(
+    def _restart_estimate(
         self, motion: MotionState, stamp: int, nodes: np.ndarray | None = None, turns: int = 0
     ) -> bool:
-        """Lets the estimate begin again; False where no rope reaches from grip to grip.
+        """Restart the state estimate; False where the rope does not reach from grip to grip.
 
         An arm may stand anywhere before it is armed.
         """
         try:
-            self.estimate.restart(motion, stamp, nodes, turns)
+            self.estimator.restart(motion, stamp, nodes, turns)
         except ValueError as error:
-            if not self.note:
+            if self._obstruction is None:
                 log.warning("waiting for the grips: %s", error)
-            self.note = f"waiting for the grips: {error}"
+            self._obstruction = Reason(ReasonCode.WAITING_FOR_GRIPS, {"problem": str(error)})
             return False
-        self.note = ""
+        self._obstruction = None
         return True
 
     def _take_rope(self, inbox: Inbox, now: int) -> None:
         item = inbox.fresh(topics.ROPE_NODES)
         if item is None or self._arms is None:
             return
-        rope: NodeChain = item.message
-        if not rope.positions or rope.stamp < self.estimate.start_time:
+        if not item.message.positions or item.message.stamp < self.estimator.start_time:
             return
-        nodes = chain(rope.positions)
-        count = len(nodes)
-        sigma = np.array(rope.sigma) if rope.sigma else np.zeros(count)
-        observed = np.array(rope.observed) if rope.observed else np.ones(count, dtype=bool)
-        self.estimate.observe(rope.stamp, nodes, sigma, observed)
-        if self.estimate.diverged and self.loop.resting:
-            self._begin_anew(self.estimate.motion, self.estimate.time, nodes, self.estimate.turns)
-        if np.any(observed):
-            # Guesses at what is hidden are no look at the rope.
-            self._seen, self._image_stamp = now, rope.stamp
+        rope = rope_observation(item.message)
+        estimator = self.estimator
+        estimator.observe(rope.stamp, rope.nodes, rope.sigma, rope.observed)
+        if estimator.diverged and self.controller.resting:
+            self._restart_estimate(estimator.motion, estimator.time, rope.nodes, estimator.turns)
+        if np.any(rope.observed):
+            # Bridged nodes alone are no observation of the rope.
+            self._last_seen, self._image_stamp = now, rope.stamp
         if self.task.adapts:
-            change = self.adaptation.look(self.estimate, rope.stamp, nodes, sigma, observed)
+            change = self.adaptation.update(
+                estimator, rope.stamp, rope.nodes, rope.sigma, rope.observed
+            )
             if change is not None:
-                self._become(change)
+                moving = self.controller.reference is not None
+                apply_material(estimator, self.adaptation, change, moving=moving)
         # Noise would add to every distance: the run is judged by the estimate.
-        believed = self.estimate.model_nodes_at(rope.stamp) + self.estimate.offset
-        self.monitor.look(rope.stamp, believed, self.task.goal.nodes, self.scene.obstacles)
-        self._watch(rope.stamp, nodes, observed)
+        estimate = estimator.model_nodes_at(rope.stamp) + estimator.offset
+        self.progress.observe(rope.stamp, estimate, self.task.goal.nodes, self.scene.obstacles)
+        self._detect_snag(rope)
 
-    def _become(self, change: np.ndarray) -> None:
-        """Goes on with the rod that was learnt, by which its rest shape changes so much [m]."""
-        rod = self._model.with_properties(self.adaptation.properties)
-        positions = self.estimate.motion.positions
-        apart = np.linalg.norm(positions[1] - positions[0])
-        begun = self.loop.reference is not None
-        if self.adaptation.standing and not begun and apart < TAUT * rod.properties.length:
-            self.estimate.rest_with_material(rod)
-        else:
-            self.estimate.change_material(rod, change)
-
-    def _watch(self, stamp: int, nodes: np.ndarray, observed: np.ndarray) -> None:
-        """Gives up when the rope hangs on something, before the grips pull on it."""
-        if self.task.state != "running" or self.loop.reference is None:
-            self.snag.begin()
+    def _detect_snag(self, rope: RopeObservation) -> None:
+        """Give up when the rope hangs on something, before the grips pull on it."""
+        if self.task.state is not RunState.RUNNING or self.controller.reference is None:
+            self.snag_detector.reset()
             return
-        caught = self.snag.look(stamp, nodes, self.estimate.model_nodes_at(stamp), observed)
-        if not caught:
+        model = self.estimator.model_nodes_at(rope.stamp)
+        snag = self.snag_detector.observe(rope.stamp, rope.nodes, model, rope.observed)
+        if snag is None:
             return
-        self.snag.begin()
-        if self.estimate.switch_equilibrium(nodes, observed):
+        self.snag_detector.reset()
+        if self.estimator.switch_equilibrium(rope.nodes, rope.observed):
             log.info("the rope rests in another shape than the model; the model takes it")
             return
-        log.warning(caught)
-        self.task.enter("failed", caught)
+        self.supervisor.snagged(snag)
+        log.warning("%s", self.task.reason)
 
-    def _take_events(self, now: int) -> None:
-        if self.task.state not in ("running", "reached"):
-            return
-        while self._events_done < len(self._events):
-            event = self._events[self._events_done]
-            if now < self.task.run_started + round(event.time * SECOND):
-                return
-            self._events_done += 1
-            assert event.goal is not None
-            self.task.set_goal(self._goals.of_shape(event.goal))
-            self.task.enter("running", f"the goal changed {event.time:g} s into the run")
+    def _carry_out(self, request: TaskRequest, now: int) -> None:
+        scene = self.scene.obstacles
+        if carry_out(request, self.task, self._goals, scene, self._arms, now, self._obstruction):
+            self._goal_events.restart()
+            self.supervisor.begin_run()
+            self.progress.begin(now, self.task.replan_count)
 
     def _take_scene(self, inbox: Inbox) -> None:
         item = inbox.latest(topics.SCENE_STATE)
         if item is None or item.message.revision == self.scene.revision:
             return
-        self.scene.lay(scene_obstacles(item.message), item.message.revision)
-        self.estimate.supports = self.scene.supports
-        if self.loop.reference is None or self.task.state != "running":
-            return
-        ahead = self.loop.remaining_nodes[::5]
-        if self.monitor.clearance_of(ahead, self.scene.avoided) < LEAST_CLEARANCE:
-            self.task.ask_for_path()
+        self.scene.update(scene_obstacles(item.message), item.message.revision)
+        self.estimator.supports = self.scene.supports
+        if self.controller.reference is not None and self.task.state is RunState.RUNNING:
+            ahead = self.controller.remaining_nodes[::CLEARANCE_STRIDE]
+            clearance = self.progress.clearance_along(ahead, self.scene.avoided)
+            self.supervisor.path_obstructed(clearance)
 
-    def _answer(self, request: TaskRequest, now: int) -> None:
-        obstacles = self.scene.obstacles
-        if carry_out(request, self.task, self._goals, obstacles, self._arms, now, self.note):
-            self._events_done = 0
-            self.course.begin()
-            self.monitor.begin(now, self.task.replan_count)
-
-    def _control(self, inbox: Inbox, now: int) -> Iterator[Publication]:
-        halted = self._halted(now)
-        if halted:
-            self.loop.disengage()
-            self.course.let_go()
-            yield self._hold(now, halted)
+    def _control(self, inbox: Inbox, now: int, arms: ArmStates) -> Iterator[Publication]:
+        reason = self._hold_reason(now, arms)
+        if reason is not None:
+            self.controller.disengage()
+            self.supervisor.released()
+            yield self._hold(now, reason)
             return
-        waiting = self._waiting(inbox, now)
-        if waiting:
-            chunk = None if self.loop.resting else self.loop.brake(now)
+        reason = self._waiting_reason(inbox, now)
+        if reason is not None:
+            chunk = None if self.controller.resting else self.controller.brake(now)
             if chunk is None:
-                self.loop.disengage()
-                yield self._hold(now, waiting)
+                self.controller.disengage()
+                yield self._hold(now, reason)
             else:
                 yield self._setpoints(now, chunk)
             return
         goal = self.task.goal
-        self.loop.oriented = goal.left_oriented, goal.right_oriented
-        avoidance = self.scene.avoidance(self.task, self.monitor.error)
-        command = self.loop.step(now, goal.nodes, avoidance)
+        self.controller.oriented = goal.left_oriented, goal.right_oriented
+        avoidance = self.scene.avoidance(self.task, self.progress.error)
+        command = self.controller.step(now, goal.nodes, avoidance)
         yield self._setpoints(now, command.chunk)
-        yield Publication(topics.CONTROLLER_PLAN, self._plan(command))
-        if self.loop.reference is not None:
-            self.course.judge(now, self.loop.reference, self.loop.at_end)
+        time_step = round(self.controller.optimizer.time_step * SECOND)
+        yield Publication(topics.CONTROLLER_PLAN, plan_message(command, time_step))
+        if self.controller.reference is not None:
+            self.supervisor.judge(now, self.controller.reference, at_end=self.controller.at_end)
 
-    def _halted(self, now: int) -> str:
-        """Why nothing may be sent but a hold; empty when there is no such reason."""
-        arms, task = self._arms, self.task
-        assert arms is not None
-        if task.state not in ("running", "reached"):
-            return task.reason
-        if arms.needs_acknowledgement or arms.mode in (ArmStates.DISARMED, ArmStates.FAULT):
-            return f"the arms do not follow: {arms.reason}"
-        if task.reset_count != arms.reset_count:
-            return "waiting for the arms to reset"
-        if now - self._seen > BLIND or self._seen == 0:
-            if self.loop.reference is not None:
-                task.ask_for_path()
-            return f"the rope has not been seen for {BLIND / SECOND:g} s"
-        barred = self._barred(arms)
-        if barred:
-            self.course.barred(barred)
-        return barred
+    def _hold_reason(self, now: int, arms: ArmStates) -> Reason | None:
+        """Reason to publish nothing but a hold; None when the arms can be controlled."""
+        condition = arm_condition(arms, self._session)
+        following = self.controller.reference is not None
+        reason = self.supervisor.hold_reason(now, condition, self._last_seen, following=following)
+        if reason is not None:
+            return reason
+        tracking_error = self.controller.tracking_error()
+        return self.supervisor.unfollowed_reason(condition, tracking_error, following=following)
 
-    def _barred(self, arms: ArmStates) -> str:
-        """Why the arms do not follow what they are sent; empty when they do."""
-        refused = arms.session == self._session and arms.refused_sequence > arms.sequence + REFUSED
-        if refused and self.loop.reference is not None:
-            return f"the gateway refuses the way ({arms.refusal})"
-        if self.loop.tracking_error() > STRAYED:
-            return f"an arm is {1e3 * self.loop.tracking_error():.0f} mm from where it should be"
-        return ""
-
-    def _waiting(self, inbox: Inbox, now: int) -> str:
-        """Why there is nothing to follow, after taking a path that is new; empty when there is."""
-        task = self.task
-        wanted = (task.goal_revision, task.replan_count)
-        if self._followed == wanted and self.loop.reference is not None:
-            return ""
-        if not self.loop.resting:
-            return "coming to rest before another path"
+    def _waiting_reason(self, inbox: Inbox, now: int) -> Reason | None:
+        """Reason why there is nothing to follow, after taking a new path; None when there is."""
+        if self.supervisor.follows_latest and self.controller.reference is not None:
+            return None
+        if not self.controller.resting:
+            return Reason(ReasonCode.COMING_TO_REST)
         if not self._scenario.control.planner:
-            here = self.estimate.motion
-            self.loop.follow(
-                ReferenceTrajectory.standing(here, self.estimate.nodes, SETPOINT_PERIOD * 1e-9), now
-            )
-            self._followed = wanted
-            return ""
+            here, nodes = self.estimator.motion, self.estimator.nodes
+            standing = ReferenceTrajectory.standing(here, nodes, SETPOINT_PERIOD * 1e-9)
+            self.controller.follow(standing, now)
+            self.supervisor.follow(None)
+            return None
         item = inbox.latest(topics.CONTROLLER_PATH)
-        if item is None:
-            return "waiting for a path"
-        path = item.message
-        if (path.goal_revision, path.replan_count) != wanted:
-            return "waiting for a path"
-        if not path.left_positions:
-            if path.stamp < task.run_started and self._planned_anew != task.run:
-                # What stood in the way before this run began may be gone.
-                self._planned_anew = task.run
-                task.ask_for_path()
-                return "waiting for a path"
-            task.enter("failed", path.reason)
-            return path.reason
-        if self.course.learning(now):
-            return "learning the rope before it is moved"
-        if self.course.outdated(path.bending_stiffness):
-            return "the rope has turned out to be another one; waiting for a path"
-        track = reference_trajectory(path)
-        apart = np.linalg.norm(track.positions[0] - self.estimate.motion.positions, axis=1)
-        if np.max(apart) > START_APART:
-            task.ask_for_path()
-            return "the path begins elsewhere; waiting for another"
-        self.loop.follow(track, now)
-        self.course.follow(path.bending_stiffness)
-        self._followed = wanted
-        return ""
+        offer = None if item is None else path_offer(item.message)
+        reason = self.supervisor.review(offer, now)
+        if item is None or reason is not None:
+            return reason
+        reference = reference_trajectory(item.message)
+        reason = self.supervisor.review_start(reference, self.estimator.motion)
+        if reason is not None:
+            return reason
+        self.controller.follow(reference, now)
+        self.supervisor.follow(offer)
+        return None
 
-    def _setpoints(self, now: int, chunk) -> Publication:
+    def _setpoints(self, now: int, chunk: SetpointChunk) -> Publication:
         self._sequence += 1
         message = chunk_message(chunk, now, self._session, self._sequence, self._image_stamp)
         return Publication(topics.ARM_SETPOINTS, message)
 
-    def _hold(self, now: int, reason: str) -> Publication:
+    def _hold(self, now: int, reason: Reason) -> Publication:
         self._sequence += 1
-        return Publication(
-            topics.ARM_SETPOINTS,
-            Setpoints(
-                stamp=now, session=self._session, sequence=self._sequence, hold=True, reason=reason
-            ),
-        )
-
-    def _plan(self, command: Command):
-        return plan_message(command, round(self.loop.optimizer.time_step * SECOND))
+        message = hold_message(reason, now, self._session, self._sequence)
+        return Publication(topics.ARM_SETPOINTS, message)
 
 
 def build(scenario: Scenario, session: str) -> ControllerService:
-    """The controller of a scenario."""
+    """Create the controller of a scenario.
+
+    Args:
+        scenario: Rope, cell, goal and control settings.
+        session: Id of this process start.
+
+    Raises:
+        ConfigurationError: Method, solver and adaptation do not fit together.
+    """
     check(scenario)
     return ControllerService(scenario, session)

@@ -1,68 +1,93 @@
-"""What the controller says of itself, and how often."""
+"""Publication of task, parameters and result: on change where it matters, else at a steady rate."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from services.controller.estimation.material_filter import MaterialFilter
+from services.controller.estimation.adaptation import Adaptation
 from services.controller.estimation.state_estimator import StateEstimator
-from services.controller.messages import STATES, goal_message, paper_parameters
-from services.controller.paper.adaptation import PaperAdaptation
+from services.controller.messages import goal_message, parameters_message
 from services.controller.run.progress import ProgressMonitor
+from services.controller.run.state_machine import RunState
 from services.controller.run.task import Task
 from shared import topics
-from shared.messages import Parameter, Parameters, RunResult, TaskState
+from shared.messages import RunResult, TaskState
 from shared.service import SECOND, Publication
+
+ACTIVE_TASK_PERIOD = SECOND // 5
+"""Time between publications of the task while the arms are controlled [ns]."""
+IDLE_TASK_PERIOD = SECOND
+"""Time between publications of the task otherwise [ns]."""
+PARAMETERS_PERIOD = SECOND // 10
+"""Time between publications of the parameters [ns]."""
+RESULT_PERIOD = SECOND
+"""Time between publications of the result [ns]."""
 
 
 class StatusPublisher:
-    """Task, parameters and result: on change where it matters, else at a steady rate."""
+    """Status of the controller as messages."""
 
     def __init__(
         self,
         task: Task,
-        monitor: ProgressMonitor,
-        estimate: StateEstimator,
-        adaptation: MaterialFilter | PaperAdaptation,
+        progress: ProgressMonitor,
+        estimator: StateEstimator,
+        adaptation: Adaptation,
     ) -> None:
-        self._task, self._monitor = task, monitor
-        self._estimate, self._adaptation = estimate, adaptation
+        """Publish the status of one task.
+
+        Args:
+            task: Task.
+            progress: Measures of its runs.
+            estimator: State estimator of the rope.
+            adaptation: Adaptation of the rope's material.
+        """
+        self._task, self._progress = task, progress
+        self._estimator, self._adaptation = estimator, adaptation
         self._sent: dict[str, int] = {}
         self._revision = 0
-        self._over: int | None = None
+        self._ended: int | None = None
 
     def due(self, now: int, *, arms_known: bool) -> Iterator[Publication]:
-        """What is to be said at `now` [ns]."""
+        """Messages that are due.
+
+        Args:
+            now: Present time [ns].
+            arms_known: Whether the arms have reported their poses.
+        """
         task = self._task
-        if task.state in ("running", "paused"):
-            self._over = None
-        elif self._over is None:
-            self._over = now
-            self._sent.pop("result", None)  # What came of a run is told at once.
-        busy = task.state in ("running", "reached")
-        period = SECOND // 5 if busy else SECOND
+        if task.state in (RunState.RUNNING, RunState.PAUSED):
+            self._ended = None
+        elif self._ended is None:
+            self._ended = now
+            self._sent.pop("result", None)  # The result of a run is published at once.
+        period = ACTIVE_TASK_PERIOD if task.active else IDLE_TASK_PERIOD
         if task.revision != self._revision or self._due("task", now, period):
             self._revision = task.revision
             self._sent["task"] = now
             yield Publication(topics.TASK_STATE, self._task_state(now))
-        if arms_known and self._due("parameters", now, SECOND // 10):
-            yield Publication(topics.CONTROLLER_PARAMETERS, self._parameters(now))
-        if task.run and self._due("result", now, SECOND):
+        if arms_known and self._due("parameters", now, PARAMETERS_PERIOD):
+            parameters = parameters_message(
+                self._adaptation, now, self._estimator.innovation, adapts=task.adapts
+            )
+            yield Publication(topics.CONTROLLER_PARAMETERS, parameters)
+        if task.run and self._due("result", now, RESULT_PERIOD):
             yield Publication(topics.RUN_RESULT, self._result(now))
 
-    def _due(self, what: str, now: int, period: int) -> bool:
-        if what in self._sent and now - self._sent[what] < period:
+    def _due(self, name: str, now: int, period: int) -> bool:
+        if name in self._sent and now - self._sent[name] < period:
             return False
-        self._sent[what] = now
+        self._sent[name] = now
         return True
 
     def _task_state(self, now: int) -> TaskState:
-        task, monitor = self._task, self._monitor
+        task, progress = self._task, self._progress
         return TaskState(
             stamp=now,
             revision=task.revision,
-            state=STATES[task.state],
-            reason=task.reason,
+            state=task.state.name,
+            reason=str(task.reason),
+            reason_code=task.reason.code.name,
             goal=goal_message(task.goal),
             goal_revision=task.goal_revision,
             reset_count=task.reset_count,
@@ -72,39 +97,22 @@ class StatusPublisher:
             settings=task.settings,
             last_request=task.last_request,
             refusal=task.refusal,
-            error=monitor.error,
-            clearance=monitor.clearance,
-            turns=self._estimate.turns,
-        )
-
-    def _parameters(self, now: int) -> Parameters:
-        adaptation = self._adaptation
-        if isinstance(adaptation, PaperAdaptation):
-            return paper_parameters(adaptation, now, self._estimate.innovation)
-        return Parameters(
-            stamp=now,
-            parameters=[
-                Parameter(
-                    name=e.name,
-                    value=e.value,
-                    standard_deviation=e.standard_deviation if self._task.adapts else 0.0,
-                    unit=e.unit,
-                )
-                for e in adaptation.estimates
-            ],
-            prediction_error=self._estimate.innovation,
+            error=progress.error,
+            clearance=progress.clearance,
+            turns=self._estimator.turns,
         )
 
     def _result(self, now: int) -> RunResult:
-        task, monitor = self._task, self._monitor
+        task, progress = self._task, self._progress
         return RunResult(
             stamp=now,
             run=task.run,
-            reached=task.state == "reached",
-            duration=((self._over or now) - task.run_started) / SECOND,
-            error=monitor.error,
-            max_node_error=monitor.max_node_error,
-            min_clearance=monitor.min_clearance,
-            replans=max(task.replan_count - monitor.replans_before, 0),
-            reason=task.reason,
+            reached=task.state is RunState.REACHED,
+            duration=((self._ended or now) - task.run_started) / SECOND,
+            error=progress.error,
+            max_node_error=progress.max_node_error,
+            min_clearance=progress.min_clearance,
+            replans=max(task.replan_count - progress.replans_before, 0),
+            reason=str(task.reason),
+            reason_code=task.reason.code.name,
         )

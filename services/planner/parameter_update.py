@@ -1,40 +1,55 @@
-"""The rope that the controller has learnt, from the parameters that it publishes."""
+"""Update of the planner's rope with the material that the controller has learnt."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from lariat.rod import RodProperties
+from shared.messages import Estimate, RodParameters
 
 
-def learnt_rope(given: RodProperties, values: Mapping[str, float]) -> RodProperties:
-    """The given rope with everything that is known better by now.
+def is_learnt(parameters: RodParameters) -> bool:
+    """Whether any parameter has been estimated, not only given."""
+    scalars = (
+        parameters.bending_stiffness,
+        parameters.twist_ratio,
+        parameters.damping,
+        parameters.length,
+    )
+    estimates = (*scalars, *parameters.stiffness_profile, *parameters.rest_curvature)
+    return any(estimate.standard_deviation > 0.0 for estimate in estimates)
 
-    Profiles come entry by entry, `stiffness_profile_1` first; rest curvature in rows of three.
+
+def updated_properties(given: RodProperties, learnt: RodParameters) -> RodProperties:
+    """Properties of the given rope with every parameter that has been estimated.
 
     Args:
-        values: By name [SI]; what is missing stays as given.
+        given: Rope of the scenario.
+        learnt: Parameters of the controller; those without a standard deviation stay as given.
     """
-    profile = _row(values, "stiffness_profile_")
-    curvature = _row(values, "rest_curvature_")
-    rows = np.reshape(curvature, (-1, 3)).tolist()
-    ratio = values.get("twist_ratio", given.twisting_stiffness / given.bending_stiffness)
-    stiffness = values.get("bending_stiffness", given.bending_stiffness)
+    profile = _values(learnt.stiffness_profile)
+    curvature = np.reshape(_values(learnt.rest_curvature), (-1, 3)).tolist()
+    given_ratio = given.twisting_stiffness / given.bending_stiffness
+    ratio = _value(learnt.twist_ratio, given_ratio)
+    stiffness = _value(learnt.bending_stiffness, given.bending_stiffness)
     return replace(
         given,
-        length=values.get("length", given.length),
-        damping=values.get("damping", given.damping),
+        length=_value(learnt.length, given.length),
+        damping=_value(learnt.damping, given.damping),
         stiffness_profile=tuple(profile) or given.stiffness_profile,
-        rest_curvature=tuple((a, b, c) for a, b, c in rows) or given.rest_curvature,
+        rest_curvature=tuple((a, b, c) for a, b, c in curvature) or given.rest_curvature,
     ).with_stiffness(stiffness, ratio * stiffness)
 
 
-def _row(values: Mapping[str, float], name: str) -> list[float]:
-    """Entries 1, 2, ... of a name, as far as they go."""
-    found = []
-    while (key := f"{name}{len(found) + 1}") in values:
-        found.append(values[key])
-    return found
+def _value(estimate: Estimate, given: float) -> float:
+    return estimate.value if estimate.standard_deviation > 0.0 else given
+
+
+def _values(estimates: Sequence[Estimate]) -> list[float]:
+    """Values of a profile; none unless all have been estimated."""
+    if not all(estimate.standard_deviation > 0.0 for estimate in estimates):
+        return []
+    return [estimate.value for estimate in estimates]

@@ -11,7 +11,7 @@ from lariat.geometry.obstacles import Obstacle, pack
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodState, add_turns, framed
 from services.planner import whole_path
-from services.planner.parameter_update import learnt_rope
+from services.planner.parameter_update import is_learnt, updated_properties
 from services.planner.problem import Problem, WholePath
 from shared import topics
 from shared.messages import (
@@ -105,9 +105,9 @@ class PlannerService:
 
     def _believe(self, parameters: Parameters) -> None:
         """Plans with the rope that the controller has learnt."""
-        values = {p.name: p.value for p in parameters.parameters if p.standard_deviation > 0.0}
-        if values:
-            self._rod = self._rod.with_properties(learnt_rope(self._given, values))
+        if is_learnt(parameters.rod):
+            properties = updated_properties(self._given, parameters.rod)
+            self._rod = self._rod.with_properties(properties)
 
     def _answer(
         self, task: TaskState, scene: Scene, arms: ArmStates, rope: NodeChain | None

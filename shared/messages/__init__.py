@@ -13,7 +13,16 @@ from jaxtyping import Float64
 from lariat.geometry import obstacles as geometry
 from lariat.geometry.poses import Pose
 from shared.messages.arm_pb2 import ArmCommand, ArmSetpoints, ArmState, ArmStates, Setpoints
-from shared.messages.control_pb2 import Parameter, Parameters, Path, Plan, RunResult
+from shared.messages.control_pb2 import (
+    Estimate,
+    Parameter,
+    Parameters,
+    Path,
+    Plan,
+    RodParameters,
+    RunResult,
+    XpbdParameters,
+)
 from shared.messages.rope_pb2 import NodeChain
 from shared.messages.scene_pb2 import Obstacle, Scene, SceneRequest
 from shared.messages.system_pb2 import (
@@ -49,6 +58,7 @@ __all__ = [
     "ArmSetpoints",
     "ArmState",
     "ArmStates",
+    "Estimate",
     "Goal",
     "GoalDraft",
     "GoalPreview",
@@ -63,6 +73,7 @@ __all__ = [
     "Plan",
     "ProcessState",
     "RecordState",
+    "RodParameters",
     "RunResult",
     "RunState",
     "Scene",
@@ -73,6 +84,7 @@ __all__ = [
     "TaskState",
     "Trace",
     "TraceInput",
+    "XpbdParameters",
     "arm_pose",
     "chain",
     "from_timestamp",

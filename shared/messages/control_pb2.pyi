@@ -1,3 +1,4 @@
+from shared.messages import task_pb2 as _task_pb2
 from google.protobuf.internal import containers as _containers
 from google.protobuf import descriptor as _descriptor
 from google.protobuf import message as _message
@@ -79,18 +80,60 @@ class Parameter(_message.Message):
     unit: str
     def __init__(self, name: _Optional[str] = ..., value: _Optional[float] = ..., standard_deviation: _Optional[float] = ..., unit: _Optional[str] = ...) -> None: ...
 
+class Estimate(_message.Message):
+    __slots__ = ("value", "standard_deviation")
+    VALUE_FIELD_NUMBER: _ClassVar[int]
+    STANDARD_DEVIATION_FIELD_NUMBER: _ClassVar[int]
+    value: float
+    standard_deviation: float
+    def __init__(self, value: _Optional[float] = ..., standard_deviation: _Optional[float] = ...) -> None: ...
+
+class RodParameters(_message.Message):
+    __slots__ = ("bending_stiffness", "twist_ratio", "damping", "length", "stiffness_profile", "rest_curvature")
+    BENDING_STIFFNESS_FIELD_NUMBER: _ClassVar[int]
+    TWIST_RATIO_FIELD_NUMBER: _ClassVar[int]
+    DAMPING_FIELD_NUMBER: _ClassVar[int]
+    LENGTH_FIELD_NUMBER: _ClassVar[int]
+    STIFFNESS_PROFILE_FIELD_NUMBER: _ClassVar[int]
+    REST_CURVATURE_FIELD_NUMBER: _ClassVar[int]
+    bending_stiffness: Estimate
+    twist_ratio: Estimate
+    damping: Estimate
+    length: Estimate
+    stiffness_profile: _containers.RepeatedCompositeFieldContainer[Estimate]
+    rest_curvature: _containers.RepeatedCompositeFieldContainer[Estimate]
+    def __init__(self, bending_stiffness: _Optional[_Union[Estimate, _Mapping]] = ..., twist_ratio: _Optional[_Union[Estimate, _Mapping]] = ..., damping: _Optional[_Union[Estimate, _Mapping]] = ..., length: _Optional[_Union[Estimate, _Mapping]] = ..., stiffness_profile: _Optional[_Iterable[_Union[Estimate, _Mapping]]] = ..., rest_curvature: _Optional[_Iterable[_Union[Estimate, _Mapping]]] = ...) -> None: ...
+
+class XpbdParameters(_message.Message):
+    __slots__ = ("mass", "inertia", "linear_damping", "angular_damping", "bending_compliance")
+    MASS_FIELD_NUMBER: _ClassVar[int]
+    INERTIA_FIELD_NUMBER: _ClassVar[int]
+    LINEAR_DAMPING_FIELD_NUMBER: _ClassVar[int]
+    ANGULAR_DAMPING_FIELD_NUMBER: _ClassVar[int]
+    BENDING_COMPLIANCE_FIELD_NUMBER: _ClassVar[int]
+    mass: float
+    inertia: float
+    linear_damping: float
+    angular_damping: float
+    bending_compliance: float
+    def __init__(self, mass: _Optional[float] = ..., inertia: _Optional[float] = ..., linear_damping: _Optional[float] = ..., angular_damping: _Optional[float] = ..., bending_compliance: _Optional[float] = ...) -> None: ...
+
 class Parameters(_message.Message):
-    __slots__ = ("stamp", "parameters", "prediction_error")
+    __slots__ = ("stamp", "parameters", "prediction_error", "rod", "xpbd")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     PARAMETERS_FIELD_NUMBER: _ClassVar[int]
     PREDICTION_ERROR_FIELD_NUMBER: _ClassVar[int]
+    ROD_FIELD_NUMBER: _ClassVar[int]
+    XPBD_FIELD_NUMBER: _ClassVar[int]
     stamp: int
     parameters: _containers.RepeatedCompositeFieldContainer[Parameter]
     prediction_error: float
-    def __init__(self, stamp: _Optional[int] = ..., parameters: _Optional[_Iterable[_Union[Parameter, _Mapping]]] = ..., prediction_error: _Optional[float] = ...) -> None: ...
+    rod: RodParameters
+    xpbd: XpbdParameters
+    def __init__(self, stamp: _Optional[int] = ..., parameters: _Optional[_Iterable[_Union[Parameter, _Mapping]]] = ..., prediction_error: _Optional[float] = ..., rod: _Optional[_Union[RodParameters, _Mapping]] = ..., xpbd: _Optional[_Union[XpbdParameters, _Mapping]] = ...) -> None: ...
 
 class RunResult(_message.Message):
-    __slots__ = ("stamp", "run", "reached", "duration", "error", "max_node_error", "min_clearance", "replans", "reason")
+    __slots__ = ("stamp", "run", "reached", "duration", "error", "max_node_error", "min_clearance", "replans", "reason", "reason_code")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     RUN_FIELD_NUMBER: _ClassVar[int]
     REACHED_FIELD_NUMBER: _ClassVar[int]
@@ -100,6 +143,7 @@ class RunResult(_message.Message):
     MIN_CLEARANCE_FIELD_NUMBER: _ClassVar[int]
     REPLANS_FIELD_NUMBER: _ClassVar[int]
     REASON_FIELD_NUMBER: _ClassVar[int]
+    REASON_CODE_FIELD_NUMBER: _ClassVar[int]
     stamp: int
     run: str
     reached: bool
@@ -109,4 +153,5 @@ class RunResult(_message.Message):
     min_clearance: float
     replans: int
     reason: str
-    def __init__(self, stamp: _Optional[int] = ..., run: _Optional[str] = ..., reached: _Optional[bool] = ..., duration: _Optional[float] = ..., error: _Optional[float] = ..., max_node_error: _Optional[float] = ..., min_clearance: _Optional[float] = ..., replans: _Optional[int] = ..., reason: _Optional[str] = ...) -> None: ...
+    reason_code: _task_pb2.TaskState.Reason
+    def __init__(self, stamp: _Optional[int] = ..., run: _Optional[str] = ..., reached: _Optional[bool] = ..., duration: _Optional[float] = ..., error: _Optional[float] = ..., max_node_error: _Optional[float] = ..., min_clearance: _Optional[float] = ..., replans: _Optional[int] = ..., reason: _Optional[str] = ..., reason_code: _Optional[_Union[_task_pb2.TaskState.Reason, str]] = ...) -> None: ...

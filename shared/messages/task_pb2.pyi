@@ -45,7 +45,39 @@ class Goal(_message.Message):
     def __init__(self, positions: _Optional[_Iterable[float]] = ..., left: _Optional[_Union[Grip, _Mapping]] = ..., right: _Optional[_Union[Grip, _Mapping]] = ..., left_oriented: _Optional[bool] = ..., right_oriented: _Optional[bool] = ..., turns: _Optional[float] = ...) -> None: ...
 
 class TaskState(_message.Message):
-    __slots__ = ("stamp", "revision", "state", "reason", "goal", "goal_revision", "reset_count", "replan_count", "run", "run_started", "settings", "last_request", "refusal", "error", "clearance", "turns")
+    __slots__ = ("stamp", "revision", "state", "reason", "goal", "goal_revision", "reset_count", "replan_count", "run", "run_started", "settings", "last_request", "refusal", "error", "clearance", "turns", "reason_code")
+    class Reason(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+        __slots__ = ()
+        UNSPECIFIED: _ClassVar[TaskState.Reason]
+        WAITING_FOR_START: _ClassVar[TaskState.Reason]
+        STARTED: _ClassVar[TaskState.Reason]
+        SCHEDULED_GOAL: _ClassVar[TaskState.Reason]
+        SETTLED: _ClassVar[TaskState.Reason]
+        PAUSE_REQUESTED: _ClassVar[TaskState.Reason]
+        STOP_REQUESTED: _ClassVar[TaskState.Reason]
+        RESET_REQUESTED: _ClassVar[TaskState.Reason]
+        LEFT_GOAL: _ClassVar[TaskState.Reason]
+        SNAG_STAYS_BEHIND: _ClassVar[TaskState.Reason]
+        SNAG_TAUT: _ClassVar[TaskState.Reason]
+        STALLED: _ClassVar[TaskState.Reason]
+        PATH_ENDS_SHORT: _ClassVar[TaskState.Reason]
+        NO_PATH: _ClassVar[TaskState.Reason]
+        PATH_NOT_FOLLOWED: _ClassVar[TaskState.Reason]
+    UNSPECIFIED: TaskState.Reason
+    WAITING_FOR_START: TaskState.Reason
+    STARTED: TaskState.Reason
+    SCHEDULED_GOAL: TaskState.Reason
+    SETTLED: TaskState.Reason
+    PAUSE_REQUESTED: TaskState.Reason
+    STOP_REQUESTED: TaskState.Reason
+    RESET_REQUESTED: TaskState.Reason
+    LEFT_GOAL: TaskState.Reason
+    SNAG_STAYS_BEHIND: TaskState.Reason
+    SNAG_TAUT: TaskState.Reason
+    STALLED: TaskState.Reason
+    PATH_ENDS_SHORT: TaskState.Reason
+    NO_PATH: TaskState.Reason
+    PATH_NOT_FOLLOWED: TaskState.Reason
     class SettingsEntry(_message.Message):
         __slots__ = ("key", "value")
         KEY_FIELD_NUMBER: _ClassVar[int]
@@ -69,6 +101,7 @@ class TaskState(_message.Message):
     ERROR_FIELD_NUMBER: _ClassVar[int]
     CLEARANCE_FIELD_NUMBER: _ClassVar[int]
     TURNS_FIELD_NUMBER: _ClassVar[int]
+    REASON_CODE_FIELD_NUMBER: _ClassVar[int]
     stamp: int
     revision: int
     state: RunState
@@ -85,7 +118,8 @@ class TaskState(_message.Message):
     error: float
     clearance: float
     turns: float
-    def __init__(self, stamp: _Optional[int] = ..., revision: _Optional[int] = ..., state: _Optional[_Union[RunState, str]] = ..., reason: _Optional[str] = ..., goal: _Optional[_Union[Goal, _Mapping]] = ..., goal_revision: _Optional[int] = ..., reset_count: _Optional[int] = ..., replan_count: _Optional[int] = ..., run: _Optional[str] = ..., run_started: _Optional[int] = ..., settings: _Optional[_Mapping[str, str]] = ..., last_request: _Optional[str] = ..., refusal: _Optional[str] = ..., error: _Optional[float] = ..., clearance: _Optional[float] = ..., turns: _Optional[float] = ...) -> None: ...
+    reason_code: TaskState.Reason
+    def __init__(self, stamp: _Optional[int] = ..., revision: _Optional[int] = ..., state: _Optional[_Union[RunState, str]] = ..., reason: _Optional[str] = ..., goal: _Optional[_Union[Goal, _Mapping]] = ..., goal_revision: _Optional[int] = ..., reset_count: _Optional[int] = ..., replan_count: _Optional[int] = ..., run: _Optional[str] = ..., run_started: _Optional[int] = ..., settings: _Optional[_Mapping[str, str]] = ..., last_request: _Optional[str] = ..., refusal: _Optional[str] = ..., error: _Optional[float] = ..., clearance: _Optional[float] = ..., turns: _Optional[float] = ..., reason_code: _Optional[_Union[TaskState.Reason, str]] = ...) -> None: ...
 
 class TaskRequest(_message.Message):
     __slots__ = ("id", "stamp", "action", "goal", "key", "value")

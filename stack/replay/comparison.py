@@ -74,6 +74,8 @@ def field_differences(
             topic.tolerance.get(field.name, 0.0), topic.relative_tolerance.get(field.name, 0.0)
         )
         a, b = getattr(recorded, field.name), getattr(replayed, field.name)
+        if _is_unspecified(field, a):
+            continue  # A recording older than the field.
         if topic.pixel_tolerance and field.name == "data" and a != b:
             yield from _image(recorded, replayed, topic.pixel_tolerance)
         else:
@@ -121,6 +123,12 @@ def _plain(field: FieldDescriptor, value: Any) -> Any:
     if field.is_repeated:
         return list(value)
     return value
+
+
+def _is_unspecified(field: FieldDescriptor, value: Any) -> bool:
+    """Whether an enum says that the writer did not know the field."""
+    kind = field.enum_type
+    return kind is not None and value == 0 and kind.values_by_number[0].name == "UNSPECIFIED"
 
 
 def _is_map(field: FieldDescriptor) -> bool:

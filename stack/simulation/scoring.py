@@ -12,6 +12,7 @@ from lariat.geometry.obstacles import chain_clearance, signed_distance
 from services.sim.marked_obstacles import MarkedObstacles
 from shared import topics
 from shared.messages import IDLE, chain, scene_obstacles
+from shared.messages.parameters import named_parameters
 from shared.scenario import Scenario
 from shared.service import SECOND
 from stack.simulation.horizon_error import Foresight
@@ -84,7 +85,7 @@ class Scorer:
             case topics.CONTROLLER_PARAMETERS.key:
                 message = delivery.parse()
                 self.parameters = {
-                    p.name: [p.value, p.standard_deviation] for p in message.parameters
+                    p.name: [p.value, p.standard_deviation] for p in named_parameters(message)
                 }
                 if self.started:
                     self.prediction_errors.append(message.prediction_error)

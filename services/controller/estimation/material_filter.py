@@ -16,7 +16,9 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Float64
@@ -25,6 +27,7 @@ from lariat.rod import Rod, RodProperties, RodState, RolloutSpec
 from lariat.rod.identification import posterior
 from lariat.rod.identification.material import Material
 from lariat.trajectory import MotionState, mean_twists
+from services.controller.estimation.adaptation import ParameterEstimate
 from services.controller.estimation.state_estimator import StateEstimator
 
 EVERY = 400_000_000
@@ -94,20 +97,11 @@ SWING_MEMORY = 0.5
 """How far back its difference is kept [s]."""
 
 
-@dataclass(frozen=True)
-class Estimated:
-    """One number about the rope."""
-
-    name: str
-    value: float
-    standard_deviation: float
-    unit: str
-    known: bool
-    """Whether the seen nodes have told it."""
-
-
 class MaterialFilter:
     """Estimates one rope's material."""
+
+    parameter_set: Literal["rod", "xpbd"] = "rod"
+    informs_planner = True
 
     def __init__(self, properties: RodProperties) -> None:
         self._material = Material(properties, PROFILE_KNOTS, curvature_knots=1)
@@ -147,41 +141,66 @@ class MaterialFilter:
         return self.bending_stiffness * float(self._deviations()[self._at("stiffness")])
 
     @property
-    def estimates(self) -> list[Estimated]:
-        """What is known of the rope by now."""
-        p, given = self.properties, self._material.believed
-        rows = [
-            ("bending_stiffness", "stiffness", p.bending_stiffness, "N m^2"),
-            ("damping", "damping", p.damping, "1/s"),
-            ("length", "length", p.length, "m"),
-            ("twist_ratio", "twist_ratio", p.twisting_stiffness / p.bending_stiffness, "-"),
-        ]
+    def scalars(self) -> Mapping[str, ParameterEstimate]:
+        """Estimates of bending stiffness, damping, length and twist ratio."""
+        p = self.properties
+        values = {
+            "bending_stiffness": ("stiffness", p.bending_stiffness),
+            "damping": ("damping", p.damping),
+            "length": ("length", p.length),
+            "twist_ratio": ("twist_ratio", p.twisting_stiffness / p.bending_stiffness),
+        }
         deviations = self._deviations()
+        return {
+            name: self._estimate(group, 0, value, value, deviations)
+            for name, (group, value) in values.items()
+        }
 
-        def known(group: str, k: int = 0) -> bool:
-            return bool(0.0 < deviations[self._at(group) + k] < KNOWN * SPREADS[group])
+    @property
+    def profiles(self) -> Mapping[str, Sequence[ParameterEstimate]]:
+        """Estimates of the stiffness profile and of the rest curvature."""
+        deviations = self._deviations()
+        profile = self.properties.stiffness_profile
+        curvature = np.ravel(self.properties.rest_curvature).tolist()
+        scale = 1.0 / self._material.believed.length
+        return {
+            "stiffness_profile": [
+                self._estimate("stiffness_profile", k, value, value, deviations)
+                for k, value in enumerate(np.ravel(profile).tolist())
+            ],
+            "rest_curvature": [
+                self._estimate("rest_curvature", k, value, scale, deviations)
+                for k, value in enumerate(curvature)
+            ],
+        }
 
-        found = [
-            Estimated(name, value, float(value * deviations[self._at(group)]), unit, known(group))
-            for name, group, value, unit in rows
-        ]
-        for group, unit, scale in (
-            ("stiffness_profile", "-", 1.0),
-            ("rest_curvature", "1/m", 1.0 / given.length),
-        ):
-            for k, value in enumerate(np.ravel(getattr(p, group)).tolist()):
-                size = scale * (value if group == "stiffness_profile" else 1.0)
-                deviation = float(size * deviations[self._at(group) + k])
-                name = f"{group}_{k + 1}"
-                found.append(Estimated(name, value, deviation, unit, known(group, k)))
-        return found
+    def _estimate(
+        self,
+        group: str,
+        index: int,
+        value: float,
+        scale: float,
+        deviations: Float64[np.ndarray, "P"],
+    ) -> ParameterEstimate:
+        """Estimate of one unknown of a group.
+
+        Args:
+            group: Group of unknowns.
+            index: Index of the unknown in the group.
+            value: Value of the parameter [SI].
+            scale: Change of the parameter per change of the unknown.
+            deviations: Standard deviations of all unknowns.
+        """
+        deviation = deviations[self._at(group) + index]
+        known = bool(0.0 < deviation < KNOWN * SPREADS[group])
+        return ParameterEstimate(value, float(scale * deviation), known)
 
     def _at(self, group: str) -> int:
         return self._material.groups[group].start
 
-    def look(
+    def update(
         self,
-        estimate: StateEstimator,
+        estimator: StateEstimator,
         stamp: int,
         nodes: Float64[np.ndarray, "n 3"],
         sigma: Float64[np.ndarray, "n"],
@@ -190,15 +209,15 @@ class MaterialFilter:
         """Takes in an observation; how the rest shape changes with it [m], if it does.
 
         Args:
-            estimate: Whose model shall become the rope's.
+            estimator: Whose model shall become the rope's.
         """
         if self._free[self._material.groups["damping"]].all():
-            self._swing.follow(estimate)
-        if self._looked is None or _way(self._looked, estimate.motion) > STANDING:
-            self._looked = estimate.motion
+            self._swing.follow(estimator)
+        if self._looked is None or _way(self._looked, estimator.motion) > STANDING:
+            self._looked = estimator.motion
             self._mean = _Mean()
         self._mean.add(nodes, sigma, observed)
-        speed = np.mean(np.linalg.norm(estimate.state.velocities, axis=1))
+        speed = np.mean(np.linalg.norm(estimator.state.velocities, axis=1))
         self.standing = self._mean.looks > 1 and bool(speed < QUIET)
         elapsed = EVERY if self._updated is None else stamp - self._updated
         if elapsed < (EVERY_AT_REST if self.standing else EVERY):
@@ -208,16 +227,16 @@ class MaterialFilter:
         used[[0, 1, -2, -1]] = False
         if used.sum() < 5:
             return None
-        self._keep(estimate.motion, 1e-9 * elapsed)
+        self._keep(estimator.motion, 1e-9 * elapsed)
         if self.settled and self._shape.any():
             return None
-        slopes = self._slopes(estimate, stamp)
-        error = self._mean.nodes - estimate.model_nodes_at(stamp)
-        swinging = UNSETTLED * np.linalg.norm(estimate.state.velocities, axis=1)
-        model_error = self._model_error(estimate.motion)
+        slopes = self._slopes(estimator, stamp)
+        error = self._mean.nodes - estimator.model_nodes_at(stamp)
+        swinging = UNSETTLED * np.linalg.norm(estimator.state.velocities, axis=1)
+        model_error = self._model_error(estimator.motion)
         noise = np.sqrt(self._mean.variance + model_error**2 + swinging**2)
         # A frame far off the story counts as one of a larger noise.
-        miss = np.linalg.norm(error - estimate.offset, axis=1)
+        miss = np.linalg.norm(error - estimator.offset, axis=1)
         noise = noise * np.maximum(1.0, miss / (3.0 * noise))
         # The model stands where the last applied unknowns have put it.
         residuals = error - slopes @ (self._x - self._applied)
@@ -260,19 +279,19 @@ class MaterialFilter:
             return MODEL_ERROR
         return MODEL_ERROR / math.sqrt(min(1.0, _way(self._before, motion) / NEW_SHAPE))
 
-    def _slopes(self, estimate: StateEstimator, stamp: int) -> Float64[np.ndarray, "n 3 P"]:
+    def _slopes(self, estimator: StateEstimator, stamp: int) -> Float64[np.ndarray, "n 3 P"]:
         """Change of what is seen with the unknowns [m]."""
         shape_tells = self._free.copy()
         shape_tells[self._material.groups["damping"]] = False
-        rod = estimate.rod.with_properties(self.properties)
+        rod = estimator.rod.with_properties(self.properties)
         names, chain = self._material.derivatives(self.properties, shape_tells)
         linear = rod.linearize(
             RolloutSpec(
-                estimate.state.at_rest(),
+                estimator.state.at_rest(),
                 np.zeros((1, 2, 6)),
                 SETTLING,
                 steps=SETTLING_STEPS,
-                obstacles=estimate.supports,
+                obstacles=estimator.supports,
             ),
             parameters=names,
             with_actions=False,
@@ -335,15 +354,15 @@ class _Swing:
         """The material changed: both models are what the estimate is, once more."""
         self._states = []
 
-    def follow(self, estimate: StateEstimator) -> None:
+    def follow(self, estimator: StateEstimator) -> None:
         """Moves both models to where the estimate is."""
-        elapsed = (estimate.time - self._time) * 1e-9
+        elapsed = (estimator.time - self._time) * 1e-9
         if not self._states or self._motion is None or not 0.0 < elapsed < SWING_MEMORY:
-            self._states = [estimate.state, estimate.state]
+            self._states = [estimator.state, estimator.state]
             self._slopes.clear()
         else:
             steps = max(1, math.ceil(elapsed / SWING_STEP))
-            action = mean_twists(self._motion, estimate.motion, elapsed).reshape(1, 2, 6)
+            action = mean_twists(self._motion, estimator.motion, elapsed).reshape(1, 2, 6)
             blocks = np.zeros(steps, dtype=np.int64)
             self._states = [
                 rod.rollout(
@@ -352,16 +371,16 @@ class _Swing:
                         action,
                         elapsed / steps,
                         block_of_step=blocks,
-                        obstacles=estimate.supports,
+                        obstacles=estimator.supports,
                     )
                 ).final
-                for rod, state in zip(_pair(estimate.rod), self._states, strict=True)
+                for rod, state in zip(_pair(estimator.rod), self._states, strict=True)
             ]
             there, here = (state.positions for state in self._states)
-            self._slopes.append((estimate.time, (there - here) / SWUNG))
-            while (estimate.time - self._slopes[0][0]) * 1e-9 > SWING_MEMORY:
+            self._slopes.append((estimator.time, (there - here) / SWUNG))
+            while (estimator.time - self._slopes[0][0]) * 1e-9 > SWING_MEMORY:
                 self._slopes.popleft()
-        self._motion, self._time = estimate.motion, estimate.time
+        self._motion, self._time = estimator.motion, estimator.time
 
     def slope_at(self, stamp: int) -> Float64[np.ndarray, "n 3"] | None:
         """Change of the positions at a time with the damping's logarithm [m]."""

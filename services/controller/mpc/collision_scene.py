@@ -27,9 +27,9 @@ class CollisionScene:
     def __init__(self, scenario: Scenario) -> None:
         self._scenario = scenario
         self._goal_clearances: tuple[tuple[int, int], float, float] = (-1, -1), np.inf, np.inf
-        self.lay(scenario.bodies, 0)
+        self.update(scenario.bodies, 0)
 
-    def lay(self, obstacles: tuple[Obstacle, ...], revision: int) -> None:
+    def update(self, obstacles: tuple[Obstacle, ...], revision: int) -> None:
         """Takes another scene."""
         self.obstacles, self.revision = obstacles, revision
         self.avoided = tuple(o for o in obstacles if not o.support)

@@ -19,7 +19,7 @@ from services.controller.estimation.state_estimator import StateEstimator
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
 from services.controller.mpc.horizon import HorizonOptimizer, HorizonPlan, HorizonProblem
 from services.controller.mpc.reference_trajectory import ReferenceTrajectory
-from services.controller.mpc.setpoint_stream import SetpointRow
+from services.controller.mpc.setpoint_stream import SetpointStream
 from services.controller.mpc.velocity_tracking import jerk_towards
 from shared.motion_contract import SETPOINT_PERIOD, STOP_LIMIT_SHARE
 from shared.scenario.sections import Limits
@@ -67,7 +67,7 @@ class RecedingHorizonController:
         self.reference: ReferenceTrajectory | None = None
         self.oriented = (False, False)
         """Whether the orientation of each grip is part of the goal."""
-        self._stream: SetpointRow | None = None
+        self._stream: SetpointStream | None = None
         self._start_index = 0
         """Index in the stream of the reference's first point."""
         self._commit = 0
@@ -75,7 +75,7 @@ class RecedingHorizonController:
         self._stepped: int | None = None
 
     @property
-    def stream(self) -> SetpointRow | None:
+    def stream(self) -> SetpointStream | None:
         """Setpoint stream, while one is running."""
         return self._stream
 
@@ -116,7 +116,7 @@ class RecedingHorizonController:
         if self._stream is None:
             stop_limits = self.limits.scaled(STOP_LIMIT_SHARE)
             here = MotionState.at_rest(*self.estimator.motion.grips)
-            self._stream = SetpointRow(here, now, SETPOINT_PERIOD, stop_limits)
+            self._stream = SetpointStream(here, now, SETPOINT_PERIOD, stop_limits)
             self._commit = self._stream.index_at(now + DELAY)
         self.reference = reference
         self._start_index = max(self._commit, self._stream.index_at(now + DELAY))
@@ -186,7 +186,7 @@ class RecedingHorizonController:
         motions = self._setpoints(reference, commanded, plan)
         return Command(stream.extended(self._commit, motions), plan, start)
 
-    def _expected(self, stream: SetpointRow, time: int) -> MotionState:
+    def _expected(self, stream: SetpointStream, time: int) -> MotionState:
         """Motion of the arms at a later time: the measured one, moved as already decided."""
         decided = mean_twists(stream.motion_at(self.estimator.time), stream.motion_at(time), 1.0)
         still = np.zeros((2, 2, 3))

@@ -19,7 +19,7 @@ OVERLAP = 3
 """Points before the newly decided ones that every chunk repeats."""
 
 
-class SetpointRow:
+class SetpointStream:
     """Remembers what was published, so that the next chunk continues it."""
 
     def __init__(self, motion: MotionState, now: int, dt: int, limits: MotionLimits) -> None:

@@ -9,13 +9,16 @@ Scaled together m, I and 1 / beta_b leave every motion as it is: only their rati
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Float64
 
 from lariat.rod import RodState, RolloutSpec
 from lariat.rod.xpbd import PARAMETERS, XpbdProperties, XpbdRod
+from services.controller.estimation.adaptation import ParameterEstimate
 from services.controller.estimation.state_estimator import StateEstimator
 from services.controller.paper.policies import Adam
 from shared.scenario.sections import PaperControl
@@ -39,6 +42,9 @@ class _Record:
 class PaperAdaptation:
     """Adapts the parameters of one `XpbdRod`."""
 
+    parameter_set: Literal["rod", "xpbd"] = "xpbd"
+    informs_planner = False
+
     def __init__(self, rod: XpbdRod, settings: PaperControl) -> None:
         self.properties: XpbdProperties = rod.properties
         self.standing = False
@@ -53,6 +59,16 @@ class PaperAdaptation:
         """EI that the ratio of bending to weight stands for, at the mass first given [N m^2]."""
         scale = self._rod.properties.mass / self.properties.mass
         return scale * self.properties.material(self._rod.node_count).bending_stiffness
+
+    @property
+    def scalars(self) -> Mapping[str, ParameterEstimate]:
+        """Estimates of the five parameters; gradient descent gives no deviations."""
+        return {name: ParameterEstimate(getattr(self.properties, name)) for name in PARAMETERS}
+
+    @property
+    def profiles(self) -> Mapping[str, Sequence[ParameterEstimate]]:
+        """No parameters have several values."""
+        return {}
 
     def adapt(
         self,
@@ -87,9 +103,9 @@ class PaperAdaptation:
             self._move(answer.parameters)
         return shapes[-1] - shapes[0]
 
-    def look(
+    def update(
         self,
-        estimate: StateEstimator,
+        estimator: StateEstimator,
         stamp: int,
         nodes: Float64[np.ndarray, "n 3"],
         sigma: Float64[np.ndarray, "n"],
@@ -98,15 +114,15 @@ class PaperAdaptation:
         """Takes in an observation; how the model changes with it [m], if a horizon has passed.
 
         Args:
-            estimate: Whose model shall become the rope's.
+            estimator: Whose model shall become the rope's.
             stamp: Of the observation [ns].
             sigma: Not used: all that is observed counts the same.
         """
         record = self._record
-        if record is not None and not estimate.start_time <= record.time:
+        if record is not None and not estimator.start_time <= record.time:
             record = None
         if record is None:
-            self._begin(estimate)
+            self._begin(estimator)
             return None
         dt = self._settings.time_step
         elapsed = (stamp - record.time) * 1e-9
@@ -114,16 +130,16 @@ class PaperAdaptation:
             return None
         steps = round(elapsed / dt)
         times = record.time + np.arange(steps + 1) * (stamp - record.time) // steps
-        ends = np.stack([estimate.model_nodes_at(int(t))[[0, -1]] for t in times])
+        ends = np.stack([estimator.model_nodes_at(int(t))[[0, -1]] for t in times])
         actions = np.zeros((steps, 2, 6))
         actions[:, :, :3] = np.diff(ends, axis=0) / (elapsed / steps)
         change = self.adapt(record.state, actions, elapsed / steps, nodes, observed)
-        self._begin(estimate)
+        self._begin(estimator)
         return change
 
-    def _begin(self, estimate: StateEstimator) -> None:
-        seen = replace(estimate.state, positions=estimate.nodes)
-        self._record = _Record(estimate.time, seen)
+    def _begin(self, estimator: StateEstimator) -> None:
+        seen = replace(estimator.state, positions=estimator.nodes)
+        self._record = _Record(estimator.time, seen)
 
     def _move(self, slopes: dict[str, float]) -> None:
         """One step of Adam."""

@@ -1,4 +1,4 @@
-"""Goals: the rod at rest between grips, and what makes a goal impossible before anything moves."""
+"""Goals: the rod at rest between grips, and checks before anything moves."""
 
 from __future__ import annotations
 
@@ -15,38 +15,54 @@ from lariat.rod import Rod, add_turns
 from services.controller.run.task import Goal, RequestRefused
 from shared.scenario import SIDES, Scenario, Shape
 
+MAX_LENGTH_ERROR = 0.03
+"""Deviation of a goal's length from the rope's, as a share of the latter [-]."""
+MAX_SUPPORT_PENETRATION = 0.002
+"""Depth to which a goal may lie in a support [m]: a rope at rest presses into it a little."""
+
 
 @dataclass(frozen=True)
 class GoalFactory:
-    """Makes goals for one cell."""
+    """Makes and checks the goals of one cell."""
 
     scenario: Scenario
+    """Scenario of the cell."""
     rod: Rod
+    """Rod that shapes the goals."""
     start: tuple[Pose, Pose]
     """Grips at the scenario's start; an end that does not rotate keeps this orientation."""
 
-    def of_shape(self, shape: Shape) -> Goal:
-        """The goal of a scenario's section."""
-        grips = self.held(*self.scenario.grips(shape))
+    def from_shape(self, shape: Shape) -> Goal:
+        """Goal of a scenario's section.
+
+        Raises:
+            RequestRefused: The rod does not come to rest there.
+        """
+        grips = self.feasible_grips(*self.scenario.grips(shape))
         nodes = self.scenario.nodes(shape)
         if nodes is None:
-            return self.between(*grips, self.scenario.bodies, shape.turns)
+            return self.at_rest(*grips, self.scenario.bodies, shape.turns)
         rotates = [self.scenario.end(side).rotates for side in SIDES]
-        # Twist is nothing without the orientations between which it is counted.
-        asked = [
+        # Twist is counted between the orientations of the ends.
+        given = [
             o is not None or shape.turns != 0.0
             for o in (shape.left_orientation, shape.right_orientation)
         ]
         return Goal(
             nodes,
             *grips,
-            left_oriented=rotates[0] and asked[0],
-            right_oriented=rotates[1] and asked[1],
+            left_oriented=rotates[0] and given[0],
+            right_oriented=rotates[1] and given[1],
             turns=shape.turns,
         )
 
-    def held(self, left: Pose, right: Pose) -> tuple[Pose, Pose]:
-        """Grips as these ends can hold them: what does not rotate or move stays as it started."""
+    def feasible_grips(self, left: Pose, right: Pose) -> tuple[Pose, Pose]:
+        """Grips that the ends can reach; what is fixed or does not rotate stays as it started.
+
+        Args:
+            left: Wanted left grip.
+            right: Wanted right grip.
+        """
         grips = []
         for side, wanted, start in zip(SIDES, (left, right), self.start, strict=True):
             end = self.scenario.end(side)
@@ -55,13 +71,16 @@ class GoalFactory:
             grips.append(Pose(position, turned))
         return grips[0], grips[1]
 
-    def between(
+    def at_rest(
         self, left: Pose, right: Pose, obstacles: Sequence[Obstacle], turns: float = 0.0
     ) -> Goal:
-        """The rod at rest between two grips, leaning on what it may lean on.
+        """Rod at rest between two grips, leaning on the supports.
 
         Args:
-            turns: Whole turns of twist in it.
+            left: Left grip.
+            right: Right grip.
+            obstacles: Obstacles of the scene, of which the supports count.
+            turns: Whole turns of twist in the rod.
 
         Raises:
             RequestRefused: It does not come to rest there, or the grips are too far apart.
@@ -84,7 +103,15 @@ class GoalFactory:
         return Goal(rest.state.positions, left, right, rotates[0], rotates[1], turns)
 
     def check(self, goal: Goal, obstacles: tuple[Obstacle, ...]) -> None:
-        """Raises RequestRefused when the goal cannot be, in words for a person."""
+        """Check that a goal is possible.
+
+        Args:
+            goal: Goal.
+            obstacles: Obstacles of the scene.
+
+        Raises:
+            RequestRefused: The goal is not possible.
+        """
         scenario = self.scenario
         rope, limits = scenario.rope, scenario.limits
         if not np.all(np.isfinite(goal.nodes)) or len(goal.nodes) != rope.node_count:
@@ -99,12 +126,12 @@ class GoalFactory:
                 "the orientation of an end"
             )
         length = polylines.length(goal.nodes)
-        if abs(length - rope.length) > 0.03 * rope.length:
+        if abs(length - rope.length) > MAX_LENGTH_ERROR * rope.length:
             raise RequestRefused(f"the goal is {length:.4f} m long, the rope {rope.length} m")
-        apart = float(np.linalg.norm(goal.right.position - goal.left.position))
-        if apart > limits.overstretch * rope.length:
+        distance = float(np.linalg.norm(goal.right.position - goal.left.position))
+        if distance > limits.overstretch * rope.length:
             raise RequestRefused(
-                f"the grips of the goal are {apart:.4f} m apart; at most "
+                f"the grips of the goal are {distance:.4f} m apart; at most "
                 f"{limits.overstretch * rope.length:.4f} m keep the rope from being stretched"
             )
         low, high = np.array(limits.workspace)
@@ -116,7 +143,7 @@ class GoalFactory:
                 )
         for obstacle in obstacles:
             depth = -geometry.chain_clearance(goal.nodes, rope.diameter / 2.0, [obstacle])
-            if depth > (0.002 if obstacle.support else 0.0):
+            if depth > (MAX_SUPPORT_PENETRATION if obstacle.support else 0.0):
                 raise RequestRefused(
                     f"the goal lies {1e3 * depth:.1f} mm deep in obstacle {obstacle.name!r}"
                 )

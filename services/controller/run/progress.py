@@ -1,4 +1,4 @@
-"""How far the rope is from its goal, as seen, and whether it has settled there."""
+"""Progress of a run: distance to the goal, clearance, and whether the rope has settled."""
 
 from __future__ import annotations
 
@@ -10,67 +10,83 @@ from jaxtyping import Float64
 
 from lariat.geometry.obstacles import Obstacle, chain_clearance, signed_distance
 
-SETTLED_FOR = 300_000_000
-"""[ns]"""
-AT_REST = 0.01
-"""Mean speed of the nodes below which the rope nearly rests, above what noise makes [m/s]."""
-LOOK_AGAIN = 180_000_000
-"""Between two looks at the clearance [ns]."""
-
-
-PROGRESS = 0.03
-"""Part of the error by which it must shrink to count as progress."""
-STUCK_AFTER = 1_500_000_000
-"""Without progress [ns]."""
+SETTLING_TIME = 300_000_000
+"""Duration for which the rope must rest within tolerance to have settled [ns]."""
+MEMORY_MARGIN = 50_000_000
+"""Duration beyond the settling time for which observations are kept [ns]."""
+REST_SPEED = 0.01
+"""Mean node speed below which the rope rests, above what noise makes [m/s]."""
+CLEARANCE_PERIOD = 180_000_000
+"""Minimum time between two computations of the clearance [ns]."""
+PROGRESS_SHARE = 0.03
+"""Decrease of the error that counts as progress, as a share of the error [-]."""
+STUCK_TIME = 1_500_000_000
+"""Time without progress after which the rope is stuck [ns]."""
 
 
 class ProgressMonitor:
-    """Measures of the run, from observations."""
+    """Measures of a run, from observations of the rope."""
 
     def __init__(self, tolerance: float, radius: float) -> None:
-        """
+        """Create a monitor of no run.
+
         Args:
-            tolerance: Mean node distance that counts as reached [m].
-            radius: Of the rope [m].
+            tolerance: Mean node distance to the goal that counts as reached [m].
+            radius: Radius of the rope [m].
         """
         self.tolerance, self.radius = tolerance, radius
         self.error = self.max_node_error = 0.0
+        """Mean and maximum node distance to the goal [m]."""
         self.clearance = np.inf
+        """Least distance between the surfaces of rope and obstacles [m]."""
         self.begin(0, 0)
 
     def begin(self, now: int, replan_count: int) -> None:
-        """A run begins at `now` [ns]."""
+        """Begin a run.
+
+        Args:
+            now: Present time [ns].
+            replan_count: Number of paths requested before the run.
+        """
         self.min_clearance = np.inf
+        """Least clearance during the run [m]."""
         self.replans_before = replan_count
         self._recent: deque[tuple[int, float, Float64[np.ndarray, "n 3"]]] = deque()
-        self._looked = 0
+        self._clearance_stamp = 0
         self._best = (np.inf, now)
 
-    def look(
+    def observe(
         self,
         stamp: int,
         nodes: Float64[np.ndarray, "n 3"],
         goal: Float64[np.ndarray, "n 3"],
         obstacles: Sequence[Obstacle],
     ) -> None:
-        """Takes in an observation of `stamp` [ns]."""
+        """Take in an observation.
+
+        Args:
+            stamp: Time of the observation [ns].
+            nodes: Nodes of the rope [m].
+            goal: Nodes of the goal [m].
+            obstacles: Obstacles of the scene; supports do not count for the clearance.
+        """
         distances = np.linalg.norm(nodes - goal, axis=1)
         self.error, self.max_node_error = float(np.mean(distances)), float(np.max(distances))
         self._recent.append((stamp, self.error, nodes))
-        while stamp - self._recent[0][0] > SETTLED_FOR + 50_000_000:
+        while stamp - self._recent[0][0] > SETTLING_TIME + MEMORY_MARGIN:
             self._recent.popleft()
-        if self.error < (1.0 - PROGRESS) * self._best[0]:
+        if self.error < (1.0 - PROGRESS_SHARE) * self._best[0]:
             self._best = self.error, stamp
-        if stamp - self._looked >= LOOK_AGAIN:
-            self._looked = stamp
-            avoid = [o for o in obstacles if not o.support]
-            self.clearance = self._exact_clearance(nodes, avoid)
+        if stamp - self._clearance_stamp >= CLEARANCE_PERIOD:
+            self._clearance_stamp = stamp
+            avoided = [o for o in obstacles if not o.support]
+            self.clearance = self._exact_clearance(nodes, avoided)
             self.min_clearance = min(self.min_clearance, self.clearance)
 
     def _exact_clearance(
         self, nodes: Float64[np.ndarray, "n 3"], obstacles: Sequence[Obstacle]
     ) -> float:
-        """Between the surfaces of the rope's segments and obstacles [m]."""
+        """Distance between the surfaces of the rope's segments and obstacles [m]."""
         rough = [float(np.min(signed_distance(nodes, o))) for o in obstacles]
         # A segment is nearer than its nodes by half an edge at most.
         reach = min(rough, default=0.0) + float(np.linalg.norm(nodes[1] - nodes[0]))
@@ -78,13 +94,21 @@ class ProgressMonitor:
         return chain_clearance(nodes, self.radius, candidates)
 
     def settled(self, now: int) -> bool:
-        """Within tolerance and nearly at rest for a while."""
+        """Whether the rope has rested within tolerance of the goal for a while.
+
+        Args:
+            now: Present time [ns].
+        """
         within = all(error <= self.tolerance for _, error, _ in self._recent)
         return within and self.resting(now)
 
     def resting(self, now: int) -> bool:
-        """Nearly at rest for a while."""
-        if len(self._recent) < 3 or now - self._recent[0][0] < SETTLED_FOR:
+        """Whether the rope has rested for a while.
+
+        Args:
+            now: Present time [ns].
+        """
+        if len(self._recent) < 3 or now - self._recent[0][0] < SETTLING_TIME:
             return False
         third = max(1, len(self._recent) // 3)
         entries = list(self._recent)
@@ -92,15 +116,24 @@ class ProgressMonitor:
         last = np.mean([n for _, _, n in entries[-third:]], axis=0)
         elapsed = (entries[-1][0] - entries[0][0]) * 1e-9 * 2.0 / 3.0
         moved = float(np.mean(np.linalg.norm(last - first, axis=1)))
-        return moved < AT_REST * max(elapsed, 1e-3)
+        return moved < REST_SPEED * max(elapsed, 1e-3)
 
     def stuck(self, now: int) -> bool:
-        """Whether the error has not shrunk for a while."""
-        return now - self._best[1] > STUCK_AFTER
+        """Whether the error has not decreased for a while.
 
-    def clearance_of(
+        Args:
+            now: Present time [ns].
+        """
+        return now - self._best[1] > STUCK_TIME
+
+    def clearance_along(
         self, shapes: Float64[np.ndarray, "t n 3"], obstacles: Sequence[Obstacle]
     ) -> float:
-        """Least distance of nodes of several shapes from obstacles [m]."""
+        """Least distance between the nodes of several shapes and obstacles [m].
+
+        Args:
+            shapes: Nodes of each shape [m].
+            obstacles: Obstacles that count.
+        """
         nearest = [float(np.min(signed_distance(shapes, o))) for o in obstacles if len(shapes)]
         return min(nearest, default=np.inf) - self.radius

@@ -1,116 +1,144 @@
-"""Notices a rope that hangs on something which the model does not know of.
+"""Detection of a rope that hangs on something that the model does not know of.
 
-Two signs, each of which must last. Staying behind: nodes hardly move while the model's, which hang
-free or lean on known supports, go along with the grips. Taut round a corner: the straight ways from
-the grips to a node are as long as the rope while the model has slack there; a rope that hangs free
-is never both taut and off the line between its grips. A wrong stiffness shows neither.
+There are two signs, each of which must last. The rope stays behind: nodes hardly move while the
+model's, which hang free or lean on known supports, follow the grips. The rope is taut: the straight
+lines from both grips to a node are as long as the rope while the model has slack there; a rope that
+hangs free is never both taut and off the line between its grips. A wrong stiffness shows neither.
 """
 
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import dataclass
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Float64
 
-WINDOW = 400_000_000
-"""Over which motion is compared [ns]."""
-MOVED = 0.03
-"""Least motion of the model's nodes that tells anything [m]."""
-BEHIND = 0.35
-"""Of that motion: nodes that moved less stay behind [-]."""
-APART = 0.02
-"""Least growth of the distance between a node and the model's that stays behind [m]."""
-TAUT = 0.01
-"""Slack below which a rope is taut, as a share of its length [-]."""
-SLACK = 0.02
-"""Slack that the model must have beyond that, as a share of the rope's length [-]."""
-NEIGHBOURS = 3
-"""Adjacent nodes that must agree."""
-LASTING = 4
-"""Observations in a row that must show the same."""
+
+@dataclass(frozen=True)
+class SnagSettings:
+    """Thresholds of the detector."""
+
+    window: int = 400_000_000
+    """Duration over which motion is compared [ns]."""
+    min_model_motion: float = 0.03
+    """Least motion of a node of the model that is compared [m]."""
+    max_motion_share: float = 0.35
+    """Motion below which a node stays behind, as a share of the model's motion [-]."""
+    min_growth: float = 0.02
+    """Least growth of the distance between a node that stays behind and the model's [m]."""
+    taut_slack: float = 0.01
+    """Slack below which the rope is taut, as a share of its length [-]."""
+    model_slack: float = 0.02
+    """Slack that the model must have beyond the rope's, as a share of the length [-]."""
+    adjacent_nodes: int = 3
+    """Adjacent nodes that must show the same sign."""
+    observations: int = 4
+    """Successive observations that must show a sign."""
+
+
+@dataclass(frozen=True)
+class Snag:
+    """Place where the rope hangs on something."""
+
+    sign: Literal["stays_behind", "taut"]
+    """Sign by which it was found."""
+    position: Float64[np.ndarray, "3"]
+    """Node in the middle of those that show the sign [m]."""
 
 
 class SnagDetector:
-    """Compares what is seen of one rope with what the model does."""
+    """Compares the observed rope with the model."""
 
-    def __init__(self, length: float) -> None:
-        """Args: length: Of the rope [m]."""
+    def __init__(self, length: float, settings: SnagSettings | None = None) -> None:
+        """Create a detector without observations.
+
+        Args:
+            length: Length of the rope [m].
+            settings: Thresholds.
+        """
         self.length = length
-        self.begin()
+        self.settings = settings or SnagSettings()
+        self.reset()
 
-    def begin(self) -> None:
-        """Forgets what was seen."""
+    def reset(self) -> None:
+        """Drop all observations."""
         self._past: deque[tuple[int, np.ndarray, np.ndarray]] = deque()
         self._signs = 0
 
-    def look(
+    def observe(
         self,
         stamp: int,
-        seen: Float64[np.ndarray, "n 3"],
-        modelled: Float64[np.ndarray, "n 3"],
+        nodes: Float64[np.ndarray, "n 3"],
+        model: Float64[np.ndarray, "n 3"],
         observed: Bool[np.ndarray, "n"],
-    ) -> str:
-        """Takes in an observation of `stamp` [ns]; says where the rope hangs when it does.
+    ) -> Snag | None:
+        """Take in an observation; a snag when its sign has lasted.
 
         Args:
-            seen: Nodes as observed [m].
-            modelled: Nodes of the model at the same instant [m].
-            observed: Which of the seen nodes count.
+            stamp: Time of the observation [ns].
+            nodes: Observed nodes [m].
+            model: Nodes of the model at the same time [m].
+            observed: Nodes that were seen, not bridged.
         """
-        self._past.append((stamp, seen, modelled))
-        while len(self._past) > 2 and stamp - self._past[1][0] >= WINDOW:
+        self._past.append((stamp, nodes, model))
+        while len(self._past) > 2 and stamp - self._past[1][0] >= self.settings.window:
             self._past.popleft()
-        at = self._behind(seen, modelled, observed)
-        sign = "stays behind while the grips move"
-        if at is None:
-            at, sign = self._taut(seen, modelled, observed), "is taut round it"
-        self._signs = 0 if at is None else self._signs + 1
-        if at is None or self._signs < LASTING:
-            return ""
-        place = ", ".join(f"{x:.2f}" for x in seen[at])
-        return f"the rope hangs on something near [{place}] m: it {sign}; free it, then start again"
-
-    def _behind(
-        self,
-        seen: Float64[np.ndarray, "n 3"],
-        modelled: Float64[np.ndarray, "n 3"],
-        observed: Bool[np.ndarray, "n"],
-    ) -> int | None:
-        """The middle one of the nodes that stay behind."""
-        stamp, seen_then, modelled_then = self._past[0]
-        if self._past[-1][0] - stamp < WINDOW:
+        sign: Literal["stays_behind", "taut"] = "stays_behind"
+        node = self._node_behind(nodes, model, observed)
+        if node is None:
+            sign, node = "taut", self._taut_node(nodes, model, observed)
+        self._signs = 0 if node is None else self._signs + 1
+        if node is None or self._signs < self.settings.observations:
             return None
-        expected = np.linalg.norm(modelled - modelled_then, axis=1)
-        moved = np.linalg.norm(seen - seen_then, axis=1)
-        growth = np.linalg.norm(seen - modelled, axis=1)
-        growth = growth - np.linalg.norm(seen_then - modelled_then, axis=1)
-        stays = observed & (expected > MOVED) & (moved < BEHIND * expected) & (growth > APART)
-        return _middle(stays)
+        return Snag(sign, nodes[node])
 
-    def _taut(
+    def _node_behind(
         self,
-        seen: Float64[np.ndarray, "n 3"],
-        modelled: Float64[np.ndarray, "n 3"],
+        nodes: Float64[np.ndarray, "n 3"],
+        model: Float64[np.ndarray, "n 3"],
         observed: Bool[np.ndarray, "n"],
     ) -> int | None:
-        """The middle one of the nodes at which the rope is taut and the model is not."""
-        slack, expected = (self._slack(nodes, modelled) for nodes in (seen, modelled))
-        share = self.length
-        return _middle(observed & (slack < TAUT * share) & (expected > slack + SLACK * share))
+        """Middle one of the nodes that stay behind the model."""
+        stamp, nodes_before, model_before = self._past[0]
+        settings = self.settings
+        if self._past[-1][0] - stamp < settings.window:
+            return None
+        expected = np.linalg.norm(model - model_before, axis=1)
+        moved = np.linalg.norm(nodes - nodes_before, axis=1)
+        growth = np.linalg.norm(nodes - model, axis=1)
+        growth = growth - np.linalg.norm(nodes_before - model_before, axis=1)
+        return self._middle(
+            observed
+            & (expected > settings.min_model_motion)
+            & (moved < settings.max_motion_share * expected)
+            & (growth > settings.min_growth)
+        )
+
+    def _taut_node(
+        self,
+        nodes: Float64[np.ndarray, "n 3"],
+        model: Float64[np.ndarray, "n 3"],
+        observed: Bool[np.ndarray, "n"],
+    ) -> int | None:
+        """Middle one of the nodes at which the rope is taut and the model is not."""
+        slack, expected = (self._slack(chain, model) for chain in (nodes, model))
+        taut = slack < self.settings.taut_slack * self.length
+        model_slack = expected > slack + self.settings.model_slack * self.length
+        return self._middle(observed & taut & model_slack)
 
     def _slack(
-        self, nodes: Float64[np.ndarray, "n 3"], modelled: Float64[np.ndarray, "n 3"]
+        self, nodes: Float64[np.ndarray, "n 3"], model: Float64[np.ndarray, "n 3"]
     ) -> Float64[np.ndarray, "n"]:
-        """What the rope is longer than the straight ways from the grips to each node [m]."""
-        left, right = (np.linalg.norm(nodes - grip, axis=1) for grip in modelled[[0, -1]])
+        """Excess of the rope's length over the straight lines from both grips to each node [m]."""
+        left, right = (np.linalg.norm(nodes - grip, axis=1) for grip in model[[0, -1]])
         return self.length - left - right
 
-
-def _middle(chosen: Bool[np.ndarray, "n"]) -> int | None:
-    """Middle of the longest run of chosen nodes, if that is long enough."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]]).astype(int)))
-    runs = [(b - a, (a + b) // 2) for a, b in pairwise(edges.tolist())][::2]
-    longest, middle = max(runs, default=(0, 0))
-    return middle if longest >= NEIGHBOURS else None
+    def _middle(self, chosen: Bool[np.ndarray, "n"]) -> int | None:
+        """Middle of the longest sequence of chosen nodes, if that is long enough."""
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]]).astype(int)))
+        runs = [(b - a, (a + b) // 2) for a, b in pairwise(edges.tolist())][::2]
+        longest, middle = max(runs, default=(0, 0))
+        return middle if longest >= self.settings.adjacent_nodes else None

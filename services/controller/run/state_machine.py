@@ -1,130 +1,83 @@
-"""What becomes of a run: learnt first, then reached, tried again or given up."""
+"""State machine of a run: states, events and the table of transitions."""
 
 from __future__ import annotations
 
-import math
-
-from services.controller.estimation.material_filter import MaterialFilter
-from services.controller.mpc.reference_trajectory import ReferenceTrajectory
-from services.controller.paper.adaptation import PaperAdaptation
-from services.controller.run.progress import ProgressMonitor
-from services.controller.run.task import Task
-from shared.service import SECOND
-
-LEARNING = 3 * SECOND
-"""Longest that a run waits while the rope's material is learnt from its shape at rest [ns]."""
-LEARNT = 0.2
-"""Change of the stiffness's logarithm that makes a path worth planning again."""
-STALLED = 5 * SECOND
-"""At the end of a path for so long without being within tolerance, control has stalled [ns]; sooner
-where the rope rests and comes no nearer."""
-STUCK = 3 * SECOND // 2
-"""At the end of a path for so long before a rope that rests counts as stuck [ns]."""
-LEFT = 3.0
-"""Error, in tolerances, from which a rope that nobody controls has left the goal it had reached."""
-PATIENCE = 2
-"""New paths that are asked for after stalling, in one run."""
-BARRED = 1
-"""New paths that are asked for in one run after arms could not follow one."""
+from collections.abc import Mapping
+from enum import Enum, auto
 
 
-class Course:
-    """Watches one run after the other, and moves the task on."""
+class RunState(Enum):
+    """State of the task, as in the message `RunState`."""
 
-    def __init__(
-        self, task: Task, monitor: ProgressMonitor, adaptation: MaterialFilter | PaperAdaptation
-    ) -> None:
-        self._task, self._monitor, self._adaptation = task, monitor, adaptation
-        self._planned_stiffness = adaptation.bending_stiffness
-        self._arrived = 0
-        self.begin()
+    IDLE = auto()
+    """Waiting for a start; the arms hold."""
+    RUNNING = auto()
+    """Moving the rope to its goal."""
+    PAUSED = auto()
+    """Holding until a start resumes the run."""
+    REACHED = auto()
+    """At the goal; control goes on."""
+    FAILED = auto()
+    """Given up; the arms hold."""
 
-    def begin(self) -> None:
-        """A run begins anew."""
-        self._stalls = self._relearnt = self._barred = 0
 
-    def follow(self, stiffness: float) -> None:
-        """A path is followed from now on.
+class RunEvent(Enum):
+    """Event that may change the state."""
 
-        Args:
-            stiffness: EI of the rope that it was planned for [N m^2].
-        """
-        self._arrived = 0
-        self._planned_stiffness = stiffness
+    START = auto()
+    """Request to start, or to resume a paused run."""
+    PAUSE = auto()
+    """Request to pause."""
+    STOP = auto()
+    """Request to end the run."""
+    RESET = auto()
+    """Request to return a simulation to its start."""
+    NEW_GOAL = auto()
+    """The goal has been replaced."""
+    GOAL_EVENT = auto()
+    """The goal has been replaced by an event of the scenario, which goes on with the run."""
+    SETTLE = auto()
+    """The rope rests within tolerance of the goal."""
+    LEAVE_GOAL = auto()
+    """The rope has left the goal while the arms did not follow."""
+    GIVE_UP = auto()
+    """The goal cannot be reached."""
 
-    def learning(self, now: int) -> bool:
-        """Whether a look or two more at the rope as it hangs will tell what it is made of."""
-        waited = now - self._task.run_started
-        return self._task.adapts and not self._adaptation.settled and waited < LEARNING
 
-    def outdated(self, stiffness: float) -> bool:
-        """Asks for another path when the rope has turned out not to be that of the one at hand."""
-        if not self._learnt_since(stiffness) or self._relearnt >= PATIENCE:
-            return False
-        self._relearnt += 1
-        self._task.ask_for_path()
-        return True
+TRANSITIONS: Mapping[tuple[RunState, RunEvent], RunState] = {
+    (RunState.IDLE, RunEvent.START): RunState.RUNNING,
+    (RunState.PAUSED, RunEvent.START): RunState.RUNNING,
+    (RunState.REACHED, RunEvent.START): RunState.RUNNING,
+    (RunState.FAILED, RunEvent.START): RunState.RUNNING,
+    (RunState.RUNNING, RunEvent.PAUSE): RunState.PAUSED,
+    **{(state, RunEvent.STOP): RunState.IDLE for state in RunState},
+    **{(state, RunEvent.RESET): RunState.IDLE for state in RunState},
+    (RunState.REACHED, RunEvent.NEW_GOAL): RunState.IDLE,
+    (RunState.FAILED, RunEvent.NEW_GOAL): RunState.IDLE,
+    (RunState.RUNNING, RunEvent.GOAL_EVENT): RunState.RUNNING,
+    (RunState.IDLE, RunEvent.GOAL_EVENT): RunState.RUNNING,
+    (RunState.RUNNING, RunEvent.SETTLE): RunState.REACHED,
+    (RunState.REACHED, RunEvent.LEAVE_GOAL): RunState.IDLE,
+    (RunState.RUNNING, RunEvent.GIVE_UP): RunState.FAILED,
+    (RunState.REACHED, RunEvent.GIVE_UP): RunState.FAILED,
+}
+"""State after an event; events without an entry are not accepted in that state."""
 
-    def barred(self, reason: str) -> None:
-        """The arms cannot follow the path at hand: another one may lead elsewhere, once."""
-        if self._barred >= BARRED:
-            self._task.enter("failed", f"{reason}; another path did not help")
-            return
-        self._barred += 1
-        self._task.ask_for_path()
+ACTIVE = frozenset({RunState.RUNNING, RunState.REACHED})
+"""States in which the arms are controlled."""
 
-    def judge(self, now: int, path: ReferenceTrajectory, arrived: bool) -> None:
-        """Whether the goal is reached, or given up.
 
-        Args:
-            arrived: Whether the path has been passed.
-        """
-        task, monitor = self._task, self._monitor
-        if not arrived:
-            return
-        if monitor.settled(now):
-            self._arrived = 0
-            if task.state == "running":
-                task.enter("reached", "within tolerance and at rest")
-            return
-        self._arrived = self._arrived or now
-        late = now - self._arrived > STALLED
-        rests = monitor.resting(now)
-        if task.state != "running" or not (rests or late):
-            return
-        stuck = rests and monitor.stuck(now) and now - self._arrived > STUCK
-        # "Unreachable" was said of the rope as it was believed to be.
-        learnt = rests and self._learnt_since(self._planned_stiffness)
-        stalled = path.reached and (stuck or late)
-        if (learnt or stalled) and self._stalls < PATIENCE:
-            self._arrived = 0
-            self._stalls += 1
-            task.ask_for_path()
-        elif stalled:
-            error = f"{1e3 * monitor.error:.1f} mm from the goal on average"
-            task.enter("failed", f"stalled {error}, {PATIENCE} new paths did not help")
-        elif stuck:
-            task.enter("failed", path.reason)
+def accepts(state: RunState, event: RunEvent) -> bool:
+    """Whether an event has a transition from a state."""
+    return (state, event) in TRANSITIONS
 
-    def let_go(self) -> None:
-        """While the arms do not follow: a rope that left the goal is not led back without a start.
 
-        An arm may be moved by hand meanwhile, or be another one when it comes back.
-        """
-        error = self._monitor.error
-        if self._task.state == "reached" and error > LEFT * self._monitor.tolerance:
-            self._task.enter(
-                "idle", f"the rope has left the goal, {1e3 * error:.0f} mm; start again"
-            )
+def next_state(state: RunState, event: RunEvent) -> RunState:
+    """State after an event.
 
-    def _learnt_since(self, stiffness: float) -> bool:
-        """Whether the rope has turned out to be another one than a path was planned for.
-
-        Args:
-            stiffness: EI of that one [N m^2]; 0 in recordings that are older than it.
-        """
-        adaptation = self._adaptation
-        # The planner's rod knows nothing of the paper's parameters.
-        if not self._task.adapts or isinstance(adaptation, PaperAdaptation) or stiffness <= 0.0:
-            return False
-        return abs(math.log(adaptation.bending_stiffness / stiffness)) > LEARNT
+    Raises:
+        ValueError: The state does not accept the event.
+    """
+    if not accepts(state, event):
+        raise ValueError(f"state {state.name} does not accept the event {event.name}")
+    return TRANSITIONS[state, event]

@@ -1,124 +1,188 @@
-"""The task: which goal, and whether to go there. It changes by requests, which may be refused."""
+"""Task: the goal, the state of the run and the requests that change them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
 
 import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.poses import Pose
+from services.controller.run.reasons import Reason, ReasonCode
+from services.controller.run.state_machine import ACTIVE, RunEvent, RunState, accepts, next_state
 
-State = Literal["idle", "running", "paused", "reached", "failed"]
+SETTING_VALUES = ("false", "true")
+"""Values that a setting takes."""
 
 
 class RequestRefused(ValueError):
-    """A request that is not carried out, in words for the person."""
+    """A request is not carried out; the text tells the person why."""
 
 
 @dataclass(frozen=True)
 class Goal:
-    """A wanted shape and the grips that go with it."""
+    """Wanted shape of the rope and the grips that go with it."""
 
     nodes: Float64[np.ndarray, "n 3"]
-    """[m]"""
+    """Nodes of the rope [m]."""
     left: Pose
+    """Left grip."""
     right: Pose
+    """Right grip."""
     left_oriented: bool = False
-    """Whether the orientation of this end is part of the goal."""
+    """Whether the orientation of the left grip is part of the goal."""
     right_oriented: bool = False
+    """Whether the orientation of the right grip is part of the goal."""
     turns: float = 0.0
     """Twist of the right end against the left one [turns]."""
 
 
 @dataclass
 class Task:
-    """State of the task; `revision` grows with every change."""
+    """Goal, state and settings; `revision` grows with every change."""
 
     goal: Goal
     settings: dict[str, str] = field(default_factory=dict)
+    """Values of the settings by name."""
     resettable: bool = True
-    """Whether this is a simulation."""
-    state: State = "idle"
-    reason: str = "waiting for a start"
+    """Whether the cell is a simulation, which can return to its start."""
+    state: RunState = RunState.IDLE
+    reason: Reason = Reason(ReasonCode.WAITING_FOR_START)
+    """Reason of the state."""
     revision: int = 1
+    """Number of changes."""
     goal_revision: int = 1
+    """Number of goals."""
     replan_count: int = 0
+    """Number of requests for a path."""
     reset_count: int = 0
+    """Number of resets."""
     run: str = ""
+    """Name of the present or last run."""
     run_count: int = 0
+    """Number of runs."""
     run_started: int = 0
-    """[ns]; 0 before the first run."""
+    """Start of the run [ns]; 0 before the first one."""
     last_request: str = ""
+    """Id of the request that was handled last."""
     refusal: str = ""
+    """Reason why it was refused; empty when it was carried out."""
 
     @property
     def adapts(self) -> bool:
-        """Whether the rope is learnt."""
+        """Whether the rope's material is learnt."""
         return self.settings.get("adapt") == "true"
 
-    def enter(self, state: State, reason: str) -> None:
-        """Goes to a state, or gives its reason new words."""
-        if (state, reason) != (self.state, self.reason):
-            self.state, self.reason = state, reason
+    @property
+    def active(self) -> bool:
+        """Whether the arms are controlled."""
+        return self.state in ACTIVE
+
+    def accepts(self, event: RunEvent) -> bool:
+        """Whether an event changes the present state."""
+        return accepts(self.state, event)
+
+    def apply(self, event: RunEvent, code: ReasonCode, **detail: object) -> None:
+        """Go to the state after an event.
+
+        Args:
+            event: Event that the present state accepts.
+            code: Reason of the new state.
+            **detail: Detail of the reason.
+
+        Raises:
+            ValueError: The present state does not accept the event.
+        """
+        changed = next_state(self.state, event), Reason(code, detail)
+        if changed != (self.state, self.reason):
+            self.state, self.reason = changed
             self.revision += 1
 
-    def answered(self, request: str, refusal: str = "") -> None:
-        """Says how a request ended."""
+    def answer(self, request: str, refusal: str = "") -> None:
+        """Record how a request ended.
+
+        Args:
+            request: Id of the request.
+            refusal: Reason why it was refused; empty when it was carried out.
+        """
         self.last_request, self.refusal = request, refusal
         self.revision += 1
 
     def set_goal(self, goal: Goal) -> None:
-        """Takes another goal; a run goes on towards it."""
+        """Replace the goal; a run goes on towards it."""
         self.goal = goal
         self.goal_revision += 1
-        self.ask_for_path()
-        if self.state in ("reached", "failed"):
-            self.enter("idle", "waiting for a start")
+        self.request_path()
+        if self.accepts(RunEvent.NEW_GOAL):
+            self.apply(RunEvent.NEW_GOAL, ReasonCode.WAITING_FOR_START)
 
-    def ask_for_path(self) -> None:
-        """Asks the planner for a path from where things are now."""
+    def request_path(self) -> None:
+        """Ask the planner for a path from the present configuration."""
         self.replan_count += 1
         self.revision += 1
 
     def start(self, now: int) -> None:
-        """Begins a run, or resumes a paused one."""
-        if self.state == "running":
+        """Begin a run, or resume a paused one.
+
+        Args:
+            now: Present time [ns].
+
+        Raises:
+            RequestRefused: A run is under way.
+        """
+        if not self.accepts(RunEvent.START):
             raise RequestRefused("already running; stop or pause first")
-        if self.state != "paused":
+        if self.state is not RunState.PAUSED:
             self.run_count += 1
             self.run = f"run-{self.run_count}"
             self.run_started = now
-        self.enter("running", "started")
+        self.apply(RunEvent.START, ReasonCode.STARTED)
 
     def pause(self) -> None:
-        """Stands still until a start."""
-        if self.state != "running":
-            raise RequestRefused(f"cannot pause while {self.state}; only a run can be paused")
-        self.enter("paused", "paused by a person")
+        """Hold until a start.
+
+        Raises:
+            RequestRefused: No run is under way.
+        """
+        if not self.accepts(RunEvent.PAUSE):
+            raise RequestRefused(
+                f"cannot pause while {self.state.name.lower()}; only a run can be paused"
+            )
+        self.apply(RunEvent.PAUSE, ReasonCode.PAUSE_REQUESTED)
 
     def stop(self) -> None:
-        """Ends the run."""
-        self.enter("idle", "stopped by a person")
+        """End the run."""
+        self.apply(RunEvent.STOP, ReasonCode.STOP_REQUESTED)
 
     def reset(self) -> None:
-        """Asks for everything to return to the scenario's start; simulation only."""
+        """Ask sim and gateway to return to the scenario's start.
+
+        Raises:
+            RequestRefused: The cell is no simulation.
+        """
         if not self.resettable:
             raise RequestRefused(
                 "only a simulation can be reset; move the arm by hand and set a goal"
             )
         self.reset_count += 1
-        self.enter("idle", "reset")
-        self.ask_for_path()
+        self.apply(RunEvent.RESET, ReasonCode.RESET_REQUESTED)
+        self.request_path()
 
     def set(self, key: str, value: str) -> None:
-        """Changes one setting."""
+        """Change one setting.
+
+        Args:
+            key: Name of the setting.
+            value: `true` or `false`.
+
+        Raises:
+            RequestRefused: There is no such setting or value.
+        """
         if key not in self.settings:
             raise RequestRefused(
                 f"no setting {key!r}; there are {', '.join(sorted(self.settings))}"
             )
-        if value not in ("true", "false"):
+        if value not in SETTING_VALUES:
             raise RequestRefused(f"{key} = {value!r}; use true or false")
         self.settings[key] = value
         self.revision += 1

@@ -100,7 +100,7 @@ class Cell:
             self.estimate.observe(stamp, nodes, sigma, observed)
             if not self.adapts:
                 continue
-            change = self.adaptation.look(self.estimate, stamp, nodes, sigma, observed)
+            change = self.adaptation.update(self.estimate, stamp, nodes, sigma, observed)
             if change is not None:
                 rod = self.model.with_properties(self.adaptation.properties)
                 self.estimate.change_material(rod, change)

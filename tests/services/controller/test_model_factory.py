@@ -21,7 +21,7 @@ def test_a_controller_of_the_papers_rod_warms_up_and_adapts_its_five_parameters(
     paper = PaperControl(bending_compliance=0.002, iterations=7, optimizer_steps=2)
     control = replace(SCENARIO.control, solver="xpbd", method="network", adapt=True, paper=paper)
     service = build(replace(SCENARIO, control=control), "session")
-    rod = service.estimate.rod
+    rod = service.estimator.rod
     assert isinstance(rod, XpbdRod)
     assert (rod.properties.bending_compliance, rod.model.iterations) == (0.002, 7)
     assert isinstance(service.adaptation, PaperAdaptation)

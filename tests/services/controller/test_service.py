@@ -1,9 +1,10 @@
-"""The controller with arms that stand anywhere."""
+"""The controller on the bus, with arms that stand anywhere."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+from services.controller.run.state_machine import RunState
 from services.controller.service import ControllerService, build
 from shared import messages, topics
 from shared.messages import ArmState, ArmStates, TaskRequest, TaskState
@@ -33,7 +34,7 @@ def inbox(now: int, apart: float, newest: dict[str, Received], *requests: TaskRe
 
 def look(service: ControllerService, now: int) -> None:
     """Perception has just seen the rope where it is believed to be."""
-    rope = messages.NodeChain(stamp=now, positions=service.estimate.nodes.ravel())
+    rope = messages.NodeChain(stamp=now, positions=service.estimator.nodes.ravel())
     arrived = {topics.ROPE_NODES.key: [Received(rope, "perception", 0, now)]}
     list(service.step(Inbox({}, arrived), now))
 
@@ -62,7 +63,7 @@ def test_arms_farther_apart_than_the_rope_is_long_are_waited_for() -> None:
     # A person has led them to where the rope reaches.
     state = step(service, 2 * SECOND, 0.4, start)
     assert (state.refusal, service.note) == ("", "")
-    assert service.task.state == "running"
+    assert service.task.state is RunState.RUNNING
     # Torn apart again under way, the model of the rope stretches, and nothing falls.
     for k in range(3, 6):
         step(service, k * SECOND, 0.6)
@@ -85,14 +86,14 @@ def test_run_asks_once_for_another_path_when_the_one_before_it_was_none() -> Non
         list(service.step(inbox(now, 0.4, newest, *requests), now))
 
     told(2 * SECOND, SECOND, TaskRequest(id="1", action=TaskRequest.START))
-    assert (task.state, task.replan_count) == ("running", 1)
+    assert (task.state, task.replan_count) == (RunState.RUNNING, 1)
     told(3 * SECOND, SECOND)
-    assert (task.state, task.reason) == ("failed", "no way")
+    assert (task.state, str(task.reason)) == (RunState.FAILED, "no way")
     told(4 * SECOND, SECOND, TaskRequest(id="2", action=TaskRequest.START))
-    assert task.state == "running"
+    assert task.state is RunState.RUNNING
     # One that was tried while the run waits says how it is now.
     told(5 * SECOND, 5 * SECOND)
-    assert task.state == "failed"
+    assert task.state is RunState.FAILED
 
 
 def test_a_run_that_is_over_lasts_no_longer() -> None:

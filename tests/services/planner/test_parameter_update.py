@@ -6,31 +6,42 @@ from dataclasses import replace
 
 import numpy as np
 
-from services.controller.estimation.material_filter import MaterialFilter
-from services.planner.parameter_update import learnt_rope
+from services.planner.parameter_update import is_learnt, updated_properties
+from shared.messages import Estimate, RodParameters
 from tests.services.controller.cell import PROPERTIES
 
 
+def learnt(value: float) -> Estimate:
+    return Estimate(value=value, standard_deviation=0.1)
+
+
 def test_every_learnt_parameter_comes_back() -> None:
-    rope = replace(
+    found = updated_properties(
         PROPERTIES,
-        length=0.453,
-        damping=2.0,
-        stiffness_profile=(0.8, 1.1, 1.2),
-        rest_curvature=((0.3, -0.2, 0.1),),
-    ).with_stiffness(3e-3, 2e-3)
-    adaptation = MaterialFilter(PROPERTIES)
-    adaptation.properties = rope
-    values = {e.name: e.value for e in adaptation.estimates}
-    found = learnt_rope(PROPERTIES, values)
-    for name in ("length", "damping", "bending_stiffness", "twisting_stiffness"):
-        assert np.isclose(getattr(found, name), getattr(rope, name), rtol=1e-12)
-    assert np.allclose(found.stiffness_profile, rope.stiffness_profile)
-    assert np.allclose(found.rest_curvature, rope.rest_curvature)
-    assert found.linear_density == rope.linear_density
+        RodParameters(
+            bending_stiffness=learnt(3e-3),
+            twist_ratio=learnt(2.0 / 3.0),
+            damping=learnt(2.0),
+            length=learnt(0.453),
+            stiffness_profile=[learnt(0.8), learnt(1.1), learnt(1.2)],
+            rest_curvature=[learnt(0.3), learnt(-0.2), learnt(0.1)],
+        ),
+    )
+    assert (found.length, found.damping) == (0.453, 2.0)
+    assert np.isclose(found.bending_stiffness, 3e-3, rtol=1e-12)
+    assert np.isclose(found.twisting_stiffness, 2e-3, rtol=1e-12)
+    assert found.stiffness_profile == (0.8, 1.1, 1.2)
+    assert found.rest_curvature == ((0.3, -0.2, 0.1),)
+    assert found.linear_density == PROPERTIES.linear_density
 
 
-def test_what_was_not_learnt_stays_as_given() -> None:
-    assert learnt_rope(PROPERTIES, {"damping": 2.0}) == replace(
+def test_parameters_without_a_standard_deviation_stay_as_given() -> None:
+    message = RodParameters(damping=learnt(2.0), length=Estimate(value=0.6))
+    assert updated_properties(PROPERTIES, message) == replace(
         PROPERTIES, damping=2.0
     ).with_stiffness(PROPERTIES.bending_stiffness, PROPERTIES.twisting_stiffness)
+
+
+def test_given_parameters_are_not_learnt() -> None:
+    assert not is_learnt(RodParameters(damping=Estimate(value=1.0)))
+    assert is_learnt(RodParameters(damping=learnt(1.0)))

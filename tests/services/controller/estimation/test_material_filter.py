@@ -1,4 +1,4 @@
-"""MaterialFilter finds the material, and knows how well."""
+"""The filter finds the material, and knows how well."""
 
 from __future__ import annotations
 
@@ -11,15 +11,11 @@ from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod
 from lariat.trajectory import MotionState
-from services.controller.estimation.material_filter import Estimated, MaterialFilter
+from services.controller.estimation.material_filter import MaterialFilter
 from services.controller.estimation.state_estimator import StateEstimator
 from tests.services.controller.cell import COUNT, PROPERTIES, Cell, grips
 
 GOAL = grips((-0.14, 0.05, 0.27), (0.16, 0.02, 0.31))
-
-
-def estimated(adaptation: MaterialFilter, name: str) -> Estimated:
-    return next(e for e in adaptation.estimates if e.name == name)
 
 
 def with_rope(cell: Cell, **changes: object) -> Cell:
@@ -57,11 +53,11 @@ def test_uneven_stiffness_and_length_are_told_apart() -> None:
     cell = with_rope(Cell(adapts=True), stiffness_profile=(1.5, 1.0, 0.67), length=0.453)
     cell.follow()
     cell.run(3.0, cell.plant.rest(*GOAL).state.positions)
-    found = [estimated(cell.adaptation, f"stiffness_profile_{k}") for k in (1, 2, 3)]
+    found = cell.adaptation.profiles["stiffness_profile"]
     assert all(f.known for f in found)
     ratio = found[0].value / found[2].value
     assert ratio == pytest.approx(1.5 / 0.67, rel=0.2)
-    length = estimated(cell.adaptation, "length")
+    length = cell.adaptation.scalars["length"]
     assert abs(length.value - 0.453) < 3.0 * length.standard_deviation < 5e-3
 
 
@@ -70,12 +66,13 @@ def test_what_was_not_seen_stays_as_it_was_given() -> None:
     cell = Cell()
     hidden = np.zeros(len(cell.rope.positions), dtype=bool)
     far = cell.rope.positions + 0.05
-    change = adaptation.look(cell.estimate, cell.now, far, np.zeros(len(far)), hidden)
+    change = adaptation.update(cell.estimate, cell.now, far, np.zeros(len(far)), hidden)
     assert change is None
-    for e in adaptation.estimates:
-        assert not e.known, e.name
+    profiles = adaptation.profiles.values()
+    estimates = [*adaptation.scalars.values(), *(e for row in profiles for e in row)]
+    assert not any(e.known for e in estimates)
     assert adaptation.bending_stiffness == pytest.approx(PROPERTIES.bending_stiffness)
-    assert estimated(adaptation, "length").value == pytest.approx(PROPERTIES.length)
+    assert adaptation.scalars["length"].value == pytest.approx(PROPERTIES.length)
 
 
 def test_one_bad_frame_moves_little() -> None:
@@ -85,11 +82,11 @@ def test_one_bad_frame_moves_little() -> None:
     sigma, observed = np.full(len(seen), 1e-3), np.ones(len(seen), dtype=bool)
     now = cell.now
     for _ in range(10):
-        adaptation.look(cell.estimate, now, seen, sigma, observed)
+        adaptation.update(cell.estimate, now, seen, sigma, observed)
         now += 500_000_000
     before = adaptation.bending_stiffness
     bad = seen + np.linspace(0.0, 0.1, len(seen))[:, None]
-    adaptation.look(cell.estimate, now, bad, sigma, observed)
+    adaptation.update(cell.estimate, now, bad, sigma, observed)
     assert abs(np.log(adaptation.bending_stiffness / before)) < 0.2
 
 
@@ -111,7 +108,7 @@ def test_a_rope_that_hangs_still_tells_its_stiffness_before_it_is_moved(factor: 
         estimate.advance(arm, now)
         seen = rope + sigma[:, None] * random.normal(size=rope.shape)
         estimate.observe(now, seen, sigma, observed)
-        change = adaptation.look(estimate, now, seen, sigma, observed)
+        change = adaptation.update(estimate, now, seen, sigma, observed)
         if change is not None and adaptation.standing:
             estimate.rest_with_material(model.with_properties(adaptation.properties))
     assert adaptation.settled
@@ -121,5 +118,5 @@ def test_a_rope_that_hangs_still_tells_its_stiffness_before_it_is_moved(factor: 
     before = adaptation.properties
     for _ in range(20):
         now += 100_000_000
-        adaptation.look(estimate, now, rope, sigma, observed)
+        adaptation.update(estimate, now, rope, sigma, observed)
     assert adaptation.properties == before

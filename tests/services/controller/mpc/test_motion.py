@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from lariat.trajectory import MotionState, stopping_states
-from services.controller.mpc.setpoint_stream import SetpointRow
+from services.controller.mpc.setpoint_stream import SetpointStream
 from services.controller.mpc.velocity_tracking import jerk_towards
 from shared.motion_contract import LEAST_CHUNK_SPAN
 from shared.scenario.sections import Limits
@@ -81,7 +81,7 @@ def test_velocity_is_reached_without_overshoot() -> None:
 
 def test_every_chunk_repeats_the_points_before_its_decision() -> None:
     dt = 20_000_000
-    row = SetpointRow(REST, 0, dt, Limits().scaled(0.7))
+    row = SetpointStream(REST, 0, dt, Limits().scaled(0.7))
     wanted = np.full((2, 2, 3), 0.05)
     motions = [REST]
     for _ in range(5):

@@ -7,6 +7,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from services.controller.run.reasons import ReasonCode
+from services.controller.run.state_machine import RunEvent, RunState
 from services.controller.run.task import Goal, RequestRefused, Task
 from tests.services.controller.cell import grips
 
@@ -22,7 +24,7 @@ def test_resumed_run_is_the_same_run() -> None:
     t.start(5)
     t.pause()
     t.start(9)
-    assert (t.run, t.run_started, t.state) == ("run-1", 5, "running")
+    assert (t.run, t.run_started, t.state) == ("run-1", 5, RunState.RUNNING)
     t.stop()
     t.start(20)
     assert (t.run, t.run_started) == ("run-2", 20)
@@ -31,11 +33,11 @@ def test_resumed_run_is_the_same_run() -> None:
 def test_new_goal_asks_for_a_path_and_ends_what_was_reached() -> None:
     t = task()
     t.start(1)
-    t.enter("reached", "there")
+    t.apply(RunEvent.SETTLE, ReasonCode.SETTLED)
     before = (t.goal_revision, t.replan_count)
     t.set_goal(t.goal)
     assert (t.goal_revision, t.replan_count) == (before[0] + 1, before[1] + 1)
-    assert t.state == "idle"
+    assert t.state is RunState.IDLE
 
 
 def test_revision_grows_with_every_change() -> None:

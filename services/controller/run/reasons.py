@@ -1,0 +1,89 @@
+"""Reasons for the state of a run and for holding the arms, and their text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum, auto
+
+
+class ReasonCode(Enum):
+    """Reason of a decision; those of the task's state are named as in `TaskState.Reason`."""
+
+    # Reasons of the task's state.
+    WAITING_FOR_START = auto()
+    STARTED = auto()
+    SCHEDULED_GOAL = auto()
+    SETTLED = auto()
+    PAUSE_REQUESTED = auto()
+    STOP_REQUESTED = auto()
+    RESET_REQUESTED = auto()
+    LEFT_GOAL = auto()
+    SNAG_STAYS_BEHIND = auto()
+    SNAG_TAUT = auto()
+    STALLED = auto()
+    PATH_ENDS_SHORT = auto()
+    NO_PATH = auto()
+    PATH_NOT_FOLLOWED = auto()
+    # Reasons to hold the arms or to brake while the task goes on.
+    ARMS_UNAVAILABLE = auto()
+    WAITING_FOR_RESET = auto()
+    ROPE_NOT_SEEN = auto()
+    SETPOINTS_REFUSED = auto()
+    ARM_OFF_COURSE = auto()
+    COMING_TO_REST = auto()
+    WAITING_FOR_PATH = auto()
+    PATH_OUTDATED = auto()
+    PATH_STARTS_ELSEWHERE = auto()
+    LEARNING_MATERIAL = auto()
+    WAITING_FOR_GRIPS = auto()
+
+
+TEXTS: Mapping[ReasonCode, str] = {
+    ReasonCode.WAITING_FOR_START: "waiting for a start",
+    ReasonCode.STARTED: "started",
+    ReasonCode.SCHEDULED_GOAL: "the goal changed {seconds:g} s into the run",
+    ReasonCode.SETTLED: "within tolerance and at rest",
+    ReasonCode.PAUSE_REQUESTED: "paused by a person",
+    ReasonCode.STOP_REQUESTED: "stopped by a person",
+    ReasonCode.RESET_REQUESTED: "reset",
+    ReasonCode.LEFT_GOAL: "the rope has left the goal, {error_mm:.0f} mm; start again",
+    ReasonCode.SNAG_STAYS_BEHIND: (
+        "the rope hangs on something near [{x:.2f}, {y:.2f}, {z:.2f}] m: it stays behind while the "
+        "grips move; free it, then start again"
+    ),
+    ReasonCode.SNAG_TAUT: (
+        "the rope hangs on something near [{x:.2f}, {y:.2f}, {z:.2f}] m: it is taut round it; free "
+        "it, then start again"
+    ),
+    ReasonCode.STALLED: (
+        "stalled {error_mm:.1f} mm from the goal on average, {paths} new paths did not help"
+    ),
+    ReasonCode.PATH_ENDS_SHORT: "{answer}",
+    ReasonCode.NO_PATH: "{answer}",
+    ReasonCode.PATH_NOT_FOLLOWED: "{cause}; another path did not help",
+    ReasonCode.ARMS_UNAVAILABLE: "the arms do not follow: {state}",
+    ReasonCode.WAITING_FOR_RESET: "waiting for the arms to reset",
+    ReasonCode.ROPE_NOT_SEEN: "the rope has not been seen for {seconds:g} s",
+    ReasonCode.SETPOINTS_REFUSED: "the gateway refuses the path ({refusal})",
+    ReasonCode.ARM_OFF_COURSE: "an arm is {error_mm:.0f} mm from where it should be",
+    ReasonCode.COMING_TO_REST: "coming to rest before another path",
+    ReasonCode.WAITING_FOR_PATH: "waiting for a path",
+    ReasonCode.PATH_OUTDATED: "the rope has turned out to be another one; waiting for a path",
+    ReasonCode.PATH_STARTS_ELSEWHERE: "the path begins elsewhere; waiting for another",
+    ReasonCode.LEARNING_MATERIAL: "learning the rope before it is moved",
+    ReasonCode.WAITING_FOR_GRIPS: "waiting for the grips: {problem}",
+}
+"""Text of every reason; fields in braces are its detail."""
+
+
+@dataclass(frozen=True)
+class Reason:
+    """Reason with the numbers and names that its text mentions."""
+
+    code: ReasonCode
+    detail: Mapping[str, object] = field(default_factory=dict)
+    """Values of the fields of its text; names carry the unit."""
+
+    def __str__(self) -> str:
+        return TEXTS[self.code].format_map(self.detail)

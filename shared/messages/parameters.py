@@ -1,0 +1,71 @@
+"""Learnt parameters by name, and conversion of old recordings, which hold names only."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from shared.messages.control_pb2 import Estimate, Parameter, Parameters
+
+ROD_UNITS = {"bending_stiffness": "N m^2", "damping": "1/s", "length": "m", "twist_ratio": "-"}
+"""Units of the rod's scalar parameters, in the order in which tables show them."""
+PROFILE_UNITS = {"stiffness_profile": "-", "rest_curvature": "1/m"}
+"""Units of the rod's parameters that have several values."""
+XPBD_UNITS = {
+    "mass": "kg",
+    "inertia": "kg m^2",
+    "linear_damping": "",
+    "angular_damping": "",
+    "bending_compliance": "m^2/N",
+}
+"""Units of the parameters of the paper's rod."""
+NUMBERED = re.compile(r"(\w+)_\d+")
+"""Names of the values of a profile in old recordings, such as `stiffness_profile_2`."""
+
+
+@dataclass(frozen=True)
+class NamedParameter:
+    """One learnt number."""
+
+    name: str
+    value: float
+    """Value [SI]."""
+    standard_deviation: float
+    """Standard deviation [SI]; 0 when the value is given, not estimated."""
+    unit: str
+
+
+def named_parameters(message: Parameters) -> list[NamedParameter]:
+    """List all numbers of a message by name; values of a profile are numbered from 1."""
+    rows = []
+    if message.HasField("rod"):
+        for name, unit in ROD_UNITS.items():
+            estimate = getattr(message.rod, name)
+            rows.append(NamedParameter(name, estimate.value, estimate.standard_deviation, unit))
+        for group, unit in PROFILE_UNITS.items():
+            for number, estimate in enumerate(getattr(message.rod, group), start=1):
+                deviation = estimate.standard_deviation
+                rows.append(NamedParameter(f"{group}_{number}", estimate.value, deviation, unit))
+    if message.HasField("xpbd"):
+        for name, unit in XPBD_UNITS.items():
+            rows.append(NamedParameter(name, getattr(message.xpbd, name), 0.0, unit))
+    return rows
+
+
+def fill_typed_fields(message: Parameters) -> None:
+    """Move the name and value list of an old recording to the typed fields, in place."""
+    for parameter in message.parameters:
+        _fill(message, parameter)
+    del message.parameters[:]
+
+
+def _fill(message: Parameters, parameter: Parameter) -> None:
+    name = parameter.name
+    estimate = Estimate(value=parameter.value, standard_deviation=parameter.standard_deviation)
+    numbered = NUMBERED.fullmatch(name)
+    if name in XPBD_UNITS:
+        setattr(message.xpbd, name, parameter.value)
+    elif name in ROD_UNITS:
+        getattr(message.rod, name).CopyFrom(estimate)
+    elif numbered and numbered[1] in PROFILE_UNITS:
+        getattr(message.rod, numbered[1]).append(estimate)

@@ -1,6 +1,6 @@
-"""Faults injected into the whole live stack in the middle of a motion: `lariat bench faults`.
+"""Fault injection into the live stack during a motion: `lariat bench faults`.
 
-What the arm does is read from the emulator's own log of its joints, not from what the gateway says.
+The motion of the arm is measured by the emulator's joint log, independently of the gateway.
 """
 
 from __future__ import annotations
@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import Literal
 
 from benchmarks.faults.cases import CASES
-from benchmarks.faults.cell import OTHER, FaultCell, Missing
-from benchmarks.faults.trial import Finding, trial
+from benchmarks.faults.cell import LINK_TIMEOUT, FaultCell
+from benchmarks.faults.fault_trial import FaultResult, run_trial
+from benchmarks.faults.processes import OTHER_SIDE, DeadlineMissed
 from shared.configuration import ConfigurationError
 from shared.messages import ArmStates
 from shared.scenario import load
@@ -30,86 +31,88 @@ def run(
     folder: Path | None = None,
     json: bool = False,
 ) -> int:
-    """Kills, freezes and cuts what moves an arm, and reads in the arm's own log what it did.
+    """Inject faults into a moving cell and measure how the arm stops.
 
-    Needs the loopback addresses 127.0.0.41 and 127.0.0.42 and about 12 s for each case.
+    Processes are killed or frozen, and the arm's connection is disturbed. Needs the loopback
+    addresses 127.0.0.41 to 127.0.0.43 and about 12 s for each case.
 
     Args:
-        cases: Names of the faults, as in the first column; all that the scenario can have without
-            any.
-        scenario: One with a CR5 at its right end; both ends for other-arm-killed.
-        firmware: Of the emulated arm.
-        folder: For the logs of stack and joints; a temporary one without.
-        json: One JSON object instead of a table.
+        cases: Names of the faults, as in the first column; by default all that the scenario allows.
+        scenario: A scenario with a CR5 at its right end; at both ends for other-arm-killed.
+        firmware: Firmware of the emulated arms.
+        folder: Folder for the logs of stack and joints; by default a temporary one.
+        json: Print one JSON object instead of a table.
 
     Returns:
-        0 when all that docs/safety.md promises held, 1 when not.
+        0 when every promise of docs/safety.md was kept, 1 otherwise.
     """
-    two = load(scenario).end(OTHER).driver == "cr5"
-    chosen = cases or tuple(n for n, case in CASES.items() if two or not case.two_arms)
+    two_arms = load(scenario).end(OTHER_SIDE).driver == "cr5"
+    chosen = cases or tuple(n for n, case in CASES.items() if two_arms or not case.two_arms)
     for name in chosen:
         if name not in CASES:
-            raise ConfigurationError(f"no case {name!r}; there are {', '.join(CASES)}")
-        if CASES[name].two_arms and not two:
+            raise ConfigurationError(f"no case {name!r}; expected one of {', '.join(CASES)}")
+        if CASES[name].two_arms and not two_arms:
             raise ConfigurationError(
                 f"{name} needs two arms; try --scenario scenarios/two-arms.toml"
             )
     with tempfile.TemporaryDirectory() as temporary:
-        place = folder or Path(temporary)
-        place.mkdir(parents=True, exist_ok=True)
-        # Those that need a router come last, on a stack of their own.
-        both = [[n for n in chosen if CASES[n].routed == routed] for routed in (False, True)]
-        findings = [
+        logs = folder or Path(temporary)
+        logs.mkdir(parents=True, exist_ok=True)
+        # Cases that need a router come last, on a stack of their own.
+        groups = [[n for n in chosen if CASES[n].routed == routed] for routed in (False, True)]
+        results = [
             f
-            for names in both
+            for names in groups
             if names
-            for f in _findings(names, scenario, place.resolve(), firmware)
+            for f in _run_trials(names, scenario, logs.resolve(), firmware)
         ]
     if json:
-        print(encoder.dumps({"firmware": firmware, "cases": [asdict(f) for f in findings]}))
+        print(encoder.dumps({"firmware": firmware, "cases": [asdict(f) for f in results]}))
     else:
-        _print(findings)
-    return 0 if findings and all(f.ok for f in findings) else 1
+        _print(results)
+    return 0 if results and all(f.ok for f in results) else 1
 
 
-def _findings(chosen: list[str], scenario: Path, folder: Path, firmware: str) -> list[Finding]:
+def _run_trials(
+    chosen: list[str], scenario: Path, folder: Path, firmware: str
+) -> list[FaultResult]:
     print("starting the stack", file=sys.stderr)
     cell = FaultCell(scenario, folder, firmware, CASES[chosen[0]].routed)
-    findings = []
+    results = []
     silence = "hold"
     try:
-        cell.look()
-        cell.until(lambda: bool(cell.states) and bool(cell.task_state), 20.0, "no state")
-        cell.until(lambda: cell.arms.mode == ArmStates.DISARMED, 5.0, "not disarmed at boot")
-        cell.until(lambda: cell.heard, 20.0, "the arm is not heard")
+        cell.update()
+        cell.wait_until(lambda: bool(cell.states) and bool(cell.task_state), 20.0, "no state")
+        cell.wait_until(lambda: cell.arms.mode == ArmStates.DISARMED, 5.0, "not disarmed at boot")
+        cell.wait_until(lambda: cell.arms_connected, LINK_TIMEOUT, "the arm is not connected")
         cell.arm()
         for name in chosen:
             if CASES[name].silence != silence:
                 silence = CASES[name].silence
-                cell.change_arm(silence)
-            finding = trial(cell, name)
-            findings.append(finding)
-            print(_line(finding), file=sys.stderr, flush=True)
-            if not finding.reached:
-                print("the cell did not recover; what follows is left out", file=sys.stderr)
+                cell.replace_arm(silence)
+            result = run_trial(cell, name)
+            results.append(result)
+            print(_line(result), file=sys.stderr, flush=True)
+            if not result.reached:
+                print("the cell did not recover; the remaining cases are skipped", file=sys.stderr)
                 break
-    except (Missing, RequestFailed) as missing:
-        print(f"given up: {missing}", file=sys.stderr)
+    except (DeadlineMissed, RequestFailed) as error:
+        print(f"given up: {error}", file=sys.stderr)
     finally:
         cell.close()
-    return findings
+    return results
 
 
-def _line(f: Finding) -> str:
-    words = "ok" if f.ok else f"NOT OK: {f.trouble}"
-    return f"{f.case}: {f.cause or 'nothing stops'} ({f.reason}); {_times(f)}; {f.resumed}; {words}"
+def _line(f: FaultResult) -> str:
+    verdict = "ok" if f.ok else f"NOT OK: {f.failure}"
+    return f"{f.case}: {f.cause or 'no stop'} ({f.reason}); {_times(f)}; {f.resumed}; {verdict}"
 
 
-def _times(f: Finding) -> str:
-    """All that a run which is cut short would lose."""
+def _times(f: FaultResult) -> str:
+    """Times of a trial, which its progress line shows in case the run is cut short."""
     noticed, braking, rest = (_milliseconds(t) for t in (f.noticed_s, f.braking_s, f.rest_s))
     return (
-        f"noticed {noticed}, braking {braking}, rest {rest} ms, crept {1e3 * f.crept_rad:.2f} mrad"
+        f"noticed {noticed}, braking {braking}, rest {rest} ms, drift {1e3 * f.drift_rad:.2f} mrad"
     )
 
 
@@ -117,24 +120,24 @@ def _milliseconds(seconds: float | None) -> str:
     return "–" if seconds is None else f"{1e3 * seconds:.0f}"
 
 
-def _print(findings: list[Finding]) -> None:
+def _print(results: list[FaultResult]) -> None:
     from rich.console import Console
     from rich.table import Table
 
     table = Table(box=None, pad_edge=False)
-    heads = ("case", "fault", "cause", "noticed ms", "braking ms", "rest ms", "crept mrad")
+    heads = ("case", "fault", "cause", "noticed ms", "braking ms", "rest ms", "drift mrad")
     for head in (*heads, "resumed", "goal", ""):
         table.add_column(head, justify="right" if head.endswith(("ms", "mrad")) else "left")
-    for f in findings:
+    for f in results:
         times = (_milliseconds(t) for t in (f.noticed_s, f.braking_s, f.rest_s))
         table.add_row(
             f.case,
-            f.what,
+            f.description,
             f.cause or "none",
             *times,
-            f"{1e3 * f.crept_rad:.2f}",
+            f"{1e3 * f.drift_rad:.2f}",
             f.resumed,
             "reached" if f.reached else "not reached",
-            "ok" if f.ok else f.trouble,
+            "ok" if f.ok else f.failure,
         )
     Console(file=sys.stdout, width=200).print(table)

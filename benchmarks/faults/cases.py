@@ -1,4 +1,4 @@
-"""The faults that are injected, what they must lead to, and how the cell is made whole again."""
+"""Faults to inject, the stop causes that they must lead to, and their repair."""
 
 from __future__ import annotations
 
@@ -7,149 +7,151 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from benchmarks.faults.cell import FaultCell
+from benchmarks.faults.tcp_proxy import LineCommand, LineCondition
 
-Act = Callable[[FaultCell], None]
+Action = Callable[[FaultCell], None]
+
+BLIND_TIME = 0.5
+"""Time for which the controller continues without seeing the rope [s]."""
 
 
 @dataclass(frozen=True)
-class Case:
-    """One fault in the middle of a motion."""
+class FaultCase:
+    """A fault in the middle of a motion."""
 
-    what: str
-    inject: Act
+    description: str
+    """Fault in words."""
+    inject: Action
     causes: tuple[str, ...]
-    """Rows of docs/safety.md of which one must be named; empty: nothing may stop, which may also be
-    one of them."""
-    heal: Act | None = None
-    """What a person repairs before looking at the arms."""
+    """Stop causes of which the gateway must report one; empty, or one that is empty: no stop."""
+    repair: Action | None = None
+    """Repair of the fault, before the operator acknowledges."""
     effect: float = 0.0
-    """From the fault until it has an effect that anybody could notice [s]."""
-    lasts: float = 1.0
-    """From the fault until it is healed [s]."""
-    revives: tuple[str, ...] = ()
-    """Processes that the launcher must have restarted before work can go on."""
+    """Time from the fault until it has a noticeable effect [s]."""
+    duration: float = 1.0
+    """Time from the effect until the repair [s]."""
+    restarted: tuple[str, ...] = ()
+    """Processes that the launcher must restart before the run continues."""
     stack_ends: bool = False
+    """Whether the whole stack ends."""
     routed: bool = False
-    """Whether the services meet through a router."""
-    delivers: bool = False
-    """Whether a servo point that was on its way reaches the arm after all."""
+    """Whether the services are connected through a router."""
+    point_in_flight: bool = False
+    """Whether a servo point in flight still reaches the arm."""
     silence: str = "hold"
-    """What the arm does when servo points stop coming."""
+    """Reaction of the arm when servo points stop."""
     two_arms: bool = False
-    """Whether it is the other arm's, while the right one is watched."""
+    """Whether the fault is that of the other arm."""
     promised: bool = True
-    """Whether software promises that the arm brakes in time."""
+    """Whether the arm must brake within the time limit."""
 
 
-def _send(name: str, number: signal.Signals) -> Act:
-    return lambda cell: cell.send(name, number)
+def _send(name: str, number: signal.Signals) -> Action:
+    return lambda cell: cell.send_signal(name, number)
 
 
 def _killed(
     name: str, *causes: str, effect: float = 0.0, silence: str = "hold", promised: bool = True
-) -> Case:
-    act = _send(name, signal.SIGKILL)
-    what = f"{name}: kill -9" + (f", the arm then: {silence}" if name == "robot_gateway" else "")
-    return Case(
-        what, act, causes, effect=effect, revives=(name,), silence=silence, promised=promised
+) -> FaultCase:
+    inject = _send(name, signal.SIGKILL)
+    description = f"{name}: kill -9" + (
+        f", the arm then: {silence}" if name == "robot_gateway" else ""
+    )
+    return FaultCase(
+        description,
+        inject,
+        causes,
+        effect=effect,
+        restarted=(name,),
+        silence=silence,
+        promised=promised,
     )
 
 
-def _frozen(name: str, *causes: str, effect: float = 0.0, delivers: bool = False) -> Case:
-    return Case(
+def _frozen(
+    name: str, *causes: str, effect: float = 0.0, point_in_flight: bool = False
+) -> FaultCase:
+    return FaultCase(
         f"{name}: SIGSTOP for 1 s",
         _send(name, signal.SIGSTOP),
         causes,
-        heal=_send(name, signal.SIGCONT),
+        repair=_send(name, signal.SIGCONT),
         effect=effect,
-        delivers=delivers,
+        point_in_flight=point_in_flight,
     )
 
 
-def _weather(name: str, what: str, *causes: str, promised: bool = True) -> Case:
-    def become(weather: str) -> Act:
-        return lambda cell: cell.weather(weather)
-
-    return Case(f"line: {what}", become(name), causes, heal=become("fair"), promised=promised)
-
-
-def _router_killed(cell: FaultCell) -> None:
-    cell.send("router", signal.SIGKILL)
-    cell.reap("router")
-
-
-def _emulator_killed(cell: FaultCell) -> None:
-    cell.send("emulator", signal.SIGKILL)
-    assert cell.emulator is not None
-    cell.emulator.wait()
+def _line(
+    condition: LineCondition, description: str, *causes: str, promised: bool = True
+) -> FaultCase:
+    return FaultCase(
+        f"line: {description}",
+        _command_line(condition),
+        causes,
+        repair=_command_line("normal"),
+        promised=promised,
+    )
 
 
-def _other_emulator_killed(cell: FaultCell) -> None:
-    assert cell.other_emulator is not None
-    cell.other_emulator.kill()
-    cell.other_emulator.wait()
+def _command_line(command: LineCommand) -> Action:
+    return lambda cell: cell.processes.command_line(command)
 
 
-BLIND = 0.5
-"""For so long the controller goes on without seeing the rope [s]."""
-
-CASES: dict[str, Case] = {
+CASES: dict[str, FaultCase] = {
     "controller-killed": _killed("controller", "silence", "new_writer"),
     "controller-frozen": _frozen("controller", "silence"),
-    "perception-killed": _killed("perception", "writer_holds", effect=BLIND),
-    "perception-frozen": _frozen("perception", "writer_holds", effect=BLIND),
+    "perception-killed": _killed("perception", "writer_holds", effect=BLIND_TIME),
+    "perception-frozen": _frozen("perception", "writer_holds", effect=BLIND_TIME),
     "planner-killed": _killed("planner"),
     "hub-frozen": _frozen("lariat"),
     "gateway-frozen": _frozen("robot_gateway", "stalled", "lost_link"),
     "gateway-killed": _killed("robot_gateway", "boot"),
     "gateway-killed-coast": _killed("robot_gateway", "boot", silence="coast", promised=False),
     "gateway-killed-alarm": _killed("robot_gateway", "boot", silence="alarm", promised=False),
-    "arm-killed": Case(
+    "arm-killed": FaultCase(
         "arm: its controller dies",
-        _emulator_killed,
+        lambda cell: cell.processes.kill_emulator(),
         ("lost_link",),
-        heal=lambda cell: cell.start_emulator(),
+        repair=lambda cell: cell.processes.start_emulator(),
     ),
-    "other-arm-killed": Case(
+    "other-arm-killed": FaultCase(
         "the other arm: its controller dies",
-        _other_emulator_killed,
+        lambda cell: cell.processes.kill_other_emulator(),
         ("lost_link",),
-        heal=lambda cell: cell.start_other_emulator(),
+        repair=lambda cell: cell.processes.start_other_emulator(),
         two_arms=True,
     ),
-    "arm-frozen": _frozen("emulator", "lost_link", delivers=True),
-    "line-cut": Case(
-        "line: every connection closed", lambda cell: cell.weather("cut"), ("lost_link",)
-    ),
-    "line-stuck": _weather("stuck", "nothing passes for 1 s", "lost_link"),
-    "line-late": _weather("late", "200 ms late, both ways", "lost_link", "tracking"),
-    "line-torn": _weather("torn", "in pieces of 1 to 300 bytes"),
-    "line-spoiled": _weather(
-        "spoiled",
-        "a spoiled byte in a tenth of what the arm says",
+    "arm-frozen": _frozen("emulator", "lost_link", point_in_flight=True),
+    "line-cut": FaultCase("line: every connection closed", _command_line("cut"), ("lost_link",)),
+    "line-blocked": _line("blocked", "nothing passes for 1 s", "lost_link"),
+    "line-delayed": _line("delayed", "200 ms late, both ways", "lost_link", "tracking"),
+    "line-fragmented": _line("fragmented", "in pieces of 1 to 300 bytes"),
+    "line-corrupted": _line(
+        "corrupted",
+        "a wrong byte in a tenth of the arm's segments",
         *("", "lost_link", "tracking", "writer_holds"),
         promised=False,
     ),
-    "hub-killed": Case(
+    "hub-killed": FaultCase(
         "lariat up: kill -9, and with it the bus's hub",
         _send("lariat", signal.SIGKILL),
         ("boot",),
-        heal=lambda cell: cell.start_stack(),
+        repair=lambda cell: cell.start_stack(),
         stack_ends=True,
-        lasts=2.5,
+        duration=2.5,
     ),
-    "router-frozen": Case(
+    "router-frozen": FaultCase(
         "router: SIGSTOP for 1 s",
         _send("router", signal.SIGSTOP),
         ("silence",),
-        heal=_send("router", signal.SIGCONT),
+        repair=_send("router", signal.SIGCONT),
         routed=True,
     ),
-    "router-killed": Case(
+    "router-killed": FaultCase(
         "router: kill -9, started again after 1 s",
-        _router_killed,
+        lambda cell: cell.processes.kill_router(),
         ("silence",),
-        heal=lambda cell: cell.start_router(),
+        repair=lambda cell: cell.processes.start_router(),
         routed=True,
     ),
 }

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from benchmarks.faults.cases import CASES
-from benchmarks.faults.motion import JointLog
+from benchmarks.faults.joint_log import JointLog
 from services.robot_gateway.safety.stop_causes import STOP_CAUSES
 
 
@@ -58,9 +58,9 @@ def test_arm_brakes_in_time_and_waits_for_a_person_when_processes_or_its_line_fa
     command += ["--folder", str(tmp_path), "--cases", *cases]
     said = subprocess.run(command, capture_output=True, text=True, timeout=230.0)
     assert said.stdout, said.stderr
-    findings = {f["case"]: f for f in json.loads(said.stdout)["cases"]}
+    results = {f["case"]: f for f in json.loads(said.stdout)["cases"]}
     for name in cases:
-        assert name in findings, said.stderr
-        assert findings[name]["ok"], findings[name]["trouble"]
-    assert findings["controller-killed"]["braking_s"] <= 0.15
-    assert all(f["resumed"] == "acknowledged" for f in findings.values())
+        assert name in results, said.stderr
+        assert results[name]["ok"], results[name]["failure"]
+    assert results["controller-killed"]["braking_s"] <= 0.15
+    assert all(f["resumed"] == "acknowledged" for f in results.values())

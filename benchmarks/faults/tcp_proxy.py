@@ -1,9 +1,9 @@
-"""The network between a gateway and its arm, made to misbehave: TCP in the middle, on loopback.
+"""TCP proxy between a gateway and its arm that simulates a faulty network, on loopback.
 
-    python -m benchmarks.faults.proxy HOST TARGET PORT...
+    python -m benchmarks.faults.tcp_proxy HOST TARGET PORT...
 
-It is a process of its own, so that it never waits for whoever injects the faults. Each line that it
-reads is a weather, or `cut`.
+It is a process of its own, so that injecting faults never delays it. Each line of its standard
+input is a `LineCommand`.
 """
 
 from __future__ import annotations
@@ -14,66 +14,70 @@ import random
 import sys
 from typing import Literal, get_args
 
-Weather = Literal["fair", "stuck", "late", "torn", "spoiled"]
-"""fair: bytes pass. stuck: nothing does, and comes when it is fair again. late: by `LATENESS`.
-torn: in pieces of any size. spoiled: now and then a byte from the arm is another one."""
+LineCondition = Literal["normal", "blocked", "delayed", "fragmented", "corrupted"]
+"""normal: bytes pass. blocked: bytes are held until the condition changes. delayed: by `DELAY`.
+fragmented: in pieces of random size. corrupted: some bytes from the arm are replaced."""
+LineCommand = LineCondition | Literal["cut"]
+"""A condition, or to close every connection."""
 
-LATENESS = 0.2
-"""[s]"""
-PIECE = 300
-"""Longest of a torn stream [bytes]."""
-SPOILED = 0.1
-"""Share of the arm's segments in which a byte is spoiled."""
-LOOK = 0.002
-"""Between two looks at the weather [s]."""
+DELAY = 0.2
+"""Delay of a delayed line, each way [s]."""
+FRAGMENT_SIZE = 300
+"""Largest piece of a fragmented stream [bytes]."""
+CORRUPTION_PROBABILITY = 0.1
+"""Probability that a segment from the arm has a corrupted byte."""
+POLL_INTERVAL = 0.002
+"""Time between two checks of the condition [s]."""
+READ_SIZE = 65536
+"""Largest read from a socket [bytes]."""
 
 
 class Proxy:
-    """Passes connections on from one address to another, port by port."""
+    """Forwards connections from one address to another, port by port."""
 
     def __init__(self, target: str, seed: int = 0) -> None:
-        """Args: target: The arm's own address."""
-        self.weather: Weather = "fair"
+        """Args: target: Address of the arm. seed: Seed of fragments and corruption."""
+        self.condition: LineCondition = "normal"
         self._target = target
         self._random = random.Random(seed)
         self._writers: set[asyncio.StreamWriter] = set()
 
     def cut(self) -> None:
-        """Closes every connection; new ones are accepted."""
+        """Close every connection; new ones are accepted."""
         for writer in list(self._writers):
             writer.transport.abort()
 
     async def listen(self, host: str, port: int) -> asyncio.Server:
-        """Passes on what comes to a port."""
+        """Forward the connections to a port."""
 
         async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
             try:
                 far_reader, far_writer = await asyncio.open_connection(self._target, port)
             except OSError:
-                # As if nobody listened here.
+                # As if nothing listened on this port.
                 writer.transport.abort()
                 return
             both = {writer, far_writer}
             self._writers |= both
             await asyncio.gather(
-                self._pass(reader, far_writer, from_arm=False),
-                self._pass(far_reader, writer, from_arm=True),
+                self._forward(reader, far_writer, from_arm=False),
+                self._forward(far_reader, writer, from_arm=True),
             )
             self._writers -= both
 
         return await asyncio.start_server(serve, host, port)
 
-    async def _pass(
+    async def _forward(
         self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, from_arm: bool
     ) -> None:
-        """Passes one direction on, in order, until it ends."""
+        """Forward one direction, in order, until it ends."""
         queue: asyncio.Queue[tuple[float, bytes]] = asyncio.Queue()
         sender = asyncio.ensure_future(self._send(queue, writer, from_arm))
         now = asyncio.get_running_loop().time
         try:
-            while data := await reader.read(65536):
-                late = LATENESS if self.weather == "late" else 0.0
-                queue.put_nowait((now() + late, data))
+            while data := await reader.read(READ_SIZE):
+                delay = DELAY if self.condition == "delayed" else 0.0
+                queue.put_nowait((now() + delay, data))
         except OSError:
             pass
         finally:
@@ -89,13 +93,17 @@ class Proxy:
         now = asyncio.get_running_loop().time
         while not writer.transport.is_closing():
             due, data = await queue.get()
-            while self.weather == "stuck" or now() < due:
-                await asyncio.sleep(LOOK)
-            if self.weather == "spoiled" and from_arm and self._random.random() < SPOILED:
-                place = self._random.randrange(len(data))
-                data = data[:place] + bytes([self._random.randrange(256)]) + data[place + 1 :]
-            while self.weather == "torn" and data:
-                size = self._random.randint(1, PIECE)
+            while self.condition == "blocked" or now() < due:
+                await asyncio.sleep(POLL_INTERVAL)
+            if (
+                self.condition == "corrupted"
+                and from_arm
+                and self._random.random() < CORRUPTION_PROBABILITY
+            ):
+                index = self._random.randrange(len(data))
+                data = data[:index] + bytes([self._random.randrange(256)]) + data[index + 1 :]
+            while self.condition == "fragmented" and data:
+                size = self._random.randint(1, FRAGMENT_SIZE)
                 writer.write(data[:size])
                 data = data[size:]
                 await asyncio.sleep(0)
@@ -103,7 +111,7 @@ class Proxy:
 
 
 async def main(host: str, target: str, *ports: str) -> None:
-    """Passes on until standard input ends."""
+    """Forward until standard input ends."""
     proxy = Proxy(target)
     for port in ports:
         await proxy.listen(host, int(port))
@@ -114,8 +122,8 @@ async def main(host: str, target: str, *ports: str) -> None:
     while line := (await reader.readline()).decode().strip():
         if line == "cut":
             proxy.cut()
-        elif line in get_args(Weather):
-            proxy.weather = line
+        elif line in get_args(LineCondition):
+            proxy.condition = line
 
 
 if __name__ == "__main__":

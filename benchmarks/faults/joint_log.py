@@ -1,4 +1,4 @@
-"""What an arm did after a fault, from its own log of its joints."""
+"""Joint log of an emulated arm: when it braked, came to rest, and how far it moved."""
 
 from __future__ import annotations
 
@@ -8,63 +8,66 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64
 
-SPACING = 0.032
-"""Between servo points [s]: a mean over it takes their steps out of the speed."""
-AT_PEAK = 0.98
-"""Share of the greatest speed from which braking has begun."""
-RESTING = 0.01
-"""Speed of the fastest joint below which an arm rests [rad/s]."""
+LOG_PERIOD = 0.008
+"""Time between rows [s]."""
+SMOOTHING_TIME = 0.032
+"""Width of the moving average of the speed: the time between servo points [s]."""
+BRAKING_SPEED_FRACTION = 0.98
+"""Fraction of the peak speed below which braking has begun."""
+REST_SPEED = 0.01
+"""Speed of the fastest joint below which an arm is at rest [rad/s]."""
 
 
 @dataclass(frozen=True)
 class JointLog:
-    """Rows of an emulator's log."""
+    """Rows of a log."""
 
     time: Float64[np.ndarray, "t"]
-    """[s]"""
+    """Time of each row [s]."""
     joints: Float64[np.ndarray, "t 6"]
-    """[rad]"""
+    """Joint angles [rad]."""
     speed: Float64[np.ndarray, "t"]
-    """Of the fastest joint [rad/s]."""
+    """Speed of the fastest joint [rad/s]."""
 
     @classmethod
     def read(cls, file: Path) -> JointLog:
-        """All whole rows."""
+        """Read all complete rows of a file."""
         lines = file.read_text(encoding="utf-8").splitlines()[1:]
         rows = [[float(v) for v in line.split(",")] for line in lines if line.count(",") == 13]
         table = np.array(rows).reshape(-1, 14)
         return cls(table[:, 0], table[:, 2:8], np.max(np.abs(table[:, 8:]), axis=1))
 
     def between(self, start: float, end: float) -> JointLog:
-        """The rows of a time [s]."""
+        """Return the rows between two times [s]."""
         chosen = (self.time >= start) & (self.time <= end)
         return JointLog(self.time[chosen], self.joints[chosen], self.speed[chosen])
 
     def braking_after(self, start: float, end: float) -> float | None:
-        """From `start` until the arm is slower than its greatest speed after that [s].
+        """Return the time from `start` until the arm is slower than its peak speed after it [s].
 
-        None when it never moved; an arm that slowed down already counts as braking at once.
+        None when it never moved; 0 when it was slowing down already.
         """
-        width = round(SPACING / 0.008)
-        part = self.between(start - 2.0 * SPACING, end)
-        if len(part.time) <= width or np.max(part.speed) < RESTING:
+        width = round(SMOOTHING_TIME / LOG_PERIOD)
+        part = self.between(start - 2.0 * SMOOTHING_TIME, end)
+        if len(part.time) <= width or np.max(part.speed) < REST_SPEED:
             return None
         smooth = np.convolve(part.speed, np.ones(width) / width, mode="same")
         after = part.time >= start
-        if np.max(smooth[after], initial=0.0) < RESTING:
+        if np.max(smooth[after], initial=0.0) < REST_SPEED:
             return None
-        fast = after & (smooth >= AT_PEAK * np.max(smooth[after], initial=0.0))
+        peak = np.max(smooth[after], initial=0.0)
+        fast = after & (smooth >= BRAKING_SPEED_FRACTION * peak)
         return max(float(part.time[fast][-1] - start), 0.0)
 
     def rest_after(self, start: float, end: float) -> float | None:
-        """From `start` until the arm rests and stays at rest up to `end` [s]; None when not."""
+        """Return the time from `start` until the arm is at rest up to `end` [s], or None."""
         part = self.between(start, end)
-        moving = np.nonzero(part.speed > RESTING)[0]
+        moving = np.nonzero(part.speed > REST_SPEED)[0]
         if not len(part.time) or (len(moving) and moving[-1] == len(part.time) - 1):
             return None
         return float(part.time[moving[-1]] - start) if len(moving) else 0.0
 
     def moved(self, start: float, end: float) -> float:
-        """Greatest angle by which a joint moved within a time [rad]."""
+        """Return the largest angle by which a joint moved between two times [rad]."""
         part = self.between(start, end)
         return float(np.max(np.ptp(part.joints, axis=0))) if len(part.time) else 0.0

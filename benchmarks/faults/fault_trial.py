@@ -1,0 +1,205 @@
+"""Trial of one fault: motion, injection, repair, resumption, and the goal."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from benchmarks.faults.cases import CASES, FaultCase
+from benchmarks.faults.cell import LINK_TIMEOUT, FaultCell
+from benchmarks.faults.joint_log import JointLog
+from benchmarks.faults.processes import POLL_INTERVAL, DeadlineMissed
+from services.robot_gateway.safety.stop_causes import STOP_CAUSES
+from shared.messages import RUNNING, ArmStates
+from stack.client import RequestFailed
+
+INJECTION_SPEED = 0.1
+"""Speed of the gripper above which the fault is injected [m/s]."""
+OBSERVATION_TIME = 1.0
+"""Time for which a repaired cell is observed before the operator acts [s]."""
+BRAKING_TIME_LIMIT = 0.15
+"""Time within which braking must begin [s]."""
+SETTLING_TOLERANCE = 2e-3
+"""Angle by which a joint at rest may settle [rad]."""
+SETTLING_TIME = 0.05
+"""Time after coming to rest before the drift is measured [s]."""
+SERVO_POINT_DURATION = 0.032
+"""Motion of one servo point that is in flight [s]."""
+GATEWAY_TIMEOUT = 10.0
+"""Time limit for the gateway to publish its state [s]."""
+RESTART_TIMEOUT = 60.0
+"""Time limit for a process to be restarted [s]."""
+
+RESUMPTIONS = {
+    "by itself": "by itself",
+    "after acknowledgement": "acknowledged",
+    "after arming": "armed",
+}
+"""Start of what `_resume` returns, for each way of resuming in the table of stop causes."""
+
+
+@dataclass(frozen=True)
+class FaultResult:
+    """Outcome of one trial."""
+
+    case: str
+    description: str
+    cause: str
+    """Stop cause that the gateway reported; empty: no stop."""
+    reason: str
+    """Reason that the gateway gave."""
+    noticed_s: float | None
+    """Time from the effect until the gateway reported the cause [s]."""
+    braking_s: float | None
+    """Time from the effect until the joints decelerated, by the arm's log [s]."""
+    rest_s: float | None
+    """Time from the effect until the joints were at rest [s]."""
+    drift_rad: float
+    """Largest motion of a joint between rest and the operator's consent [rad]."""
+    resumed: str
+    """How the cell resumed."""
+    reached: bool
+    further_holds: int
+    """Number of holds on the way to the goal, for other reasons."""
+    ok: bool
+    """Whether every promise of docs/safety.md was kept."""
+    failure: str
+    """Promises that were not kept; empty when ok."""
+
+
+def run_trial(cell: FaultCell, name: str) -> FaultResult:
+    """Inject one fault into a motion, repair it, resume, and reach the goal.
+
+    Raises:
+        DeadlineMissed: The motion did not start.
+        RequestFailed: The controller or the gateway refused a request.
+    """
+    case = CASES[name]
+    try:
+        cell.start_motion()
+        cell.wait_until_fast(INJECTION_SPEED)
+    except (DeadlineMissed, RequestFailed) as error:
+        # An overloaded machine stops the cell too; the operator acknowledges and tries again.
+        print(f"{name}: {error}; trying again", file=sys.stderr)
+        cell.update()
+        if cell.arms.needs_acknowledgement:
+            cell.acknowledge()
+        cell.start_motion()
+        cell.wait_until_fast(INJECTION_SPEED)
+    cell.states.clear()
+    begun = cell.now()
+    case.inject(cell)
+    effect = begun + case.effect
+    observe(cell, effect + case.duration)
+    states = list(cell.states)
+    if case.stack_ends:
+        cell.disconnect()
+    ended = cell.now()
+    if case.repair:
+        case.repair(cell)
+    repaired, count = cell.now(), len(cell.states)
+    observe(cell, repaired + OBSERVATION_TIME)
+    if case.routed:
+        # This client must also reconnect to the router.
+        cell.wait_until(
+            lambda: len(cell.states) > count, GATEWAY_TIMEOUT, "the gateway publishes nothing"
+        )
+    states += [s for s in cell.states if s not in states[-1:]]
+    cause, noticed, reason = _reported_cause(states, effect, case.causes)
+    resumed, reached, failure, further_holds = "", False, "", 0
+    consent = cell.now()
+    try:
+        for process in case.restarted:
+            cell.wait_until(
+                lambda p=process: cell.process_state(p) == "ready", RESTART_TIMEOUT, f"no {process}"
+            )
+        consent = cell.now()
+        resumed = _resume(cell)
+        if cell.task_state is None or cell.task_state.state != RUNNING:
+            cell.start_motion(new_goal=False)
+        further_holds = cell.wait_until_reached()
+        reached = True
+    except (DeadlineMissed, RequestFailed) as error:
+        failure = str(error)
+    log = cell.joint_log()
+    braking = log.braking_after(effect, ended) if cause else None
+    rest = log.rest_after(effect, ended) if cause else None
+    drift = _drift(log, effect, rest, consent) if resumed != "by itself" else 0.0
+    failures = [failure] if failure else []
+    failures += _broken_promises(cell, case, cause, braking, drift, resumed)
+    return FaultResult(
+        case=name,
+        description=case.description,
+        cause=cause,
+        reason=reason,
+        noticed_s=noticed,
+        braking_s=braking,
+        rest_s=rest,
+        drift_rad=drift,
+        resumed=resumed,
+        reached=reached,
+        further_holds=further_holds,
+        ok=not failures,
+        failure="; ".join(failures),
+    )
+
+
+def _broken_promises(
+    cell: FaultCell,
+    case: FaultCase,
+    cause: str,
+    braking: float | None,
+    drift: float,
+    resumed: str,
+) -> Iterator[str]:
+    """Compare a trial with what docs/safety.md promises."""
+    if cause not in (case.causes or ("",)):
+        yield f"cause {cause or 'none'} instead of {' or '.join(case.causes) or 'none'}"
+    if case.promised and braking is not None and braking > BRAKING_TIME_LIMIT:
+        yield f"braking began after {1e3 * braking:.0f} ms"
+    joint_speed = cell.scenario.limits.joint_speed
+    in_flight = SERVO_POINT_DURATION * joint_speed if case.point_in_flight else 0.0
+    if drift > in_flight + SETTLING_TOLERANCE:
+        yield f"a joint moved by {drift:.4f} rad before the operator agreed"
+    if cause in STOP_CAUSES and not resumed.startswith(RESUMPTIONS[STOP_CAUSES[cause].resumes]):
+        yield f"resumed {resumed} instead of {STOP_CAUSES[cause].resumes}"
+
+
+def observe(cell: FaultCell, end: float) -> None:
+    """Take messages until a time [s]."""
+    while cell.now() < end:
+        cell.update()
+        time.sleep(POLL_INTERVAL)
+
+
+def _reported_cause(
+    states: list[ArmStates], effect: float, causes: tuple[str, ...]
+) -> tuple[str, float | None, str]:
+    """Return the first stop cause that the gateway reported, its delay [s], and its reason."""
+    stops = [s for s in states if s.cause]
+    chosen = [s for s in stops if s.cause in causes] or stops
+    if not chosen:
+        return "", None, ""
+    first = chosen[0]
+    return first.cause, max(1e-9 * first.stamp - effect, 0.0), first.reason
+
+
+def _resume(cell: FaultCell) -> str:
+    """Do what the operator has to do after the repair; return how the cell resumed."""
+    cell.states.clear()
+    cell.wait_until(lambda: bool(cell.states), GATEWAY_TIMEOUT, "the gateway publishes nothing")
+    if cell.arms.mode == ArmStates.DISARMED:
+        cell.wait_until(lambda: cell.arms_connected, LINK_TIMEOUT, "the arm is not connected")
+        return cell.arm()
+    if cell.arms.needs_acknowledgement:
+        cell.wait_until(lambda: cell.arms_connected, LINK_TIMEOUT, "the arm is not connected")
+        cell.acknowledge()
+        return "acknowledged"
+    return "by itself"
+
+
+def _drift(log: JointLog, effect: float, rest: float | None, consent: float) -> float:
+    """Motion of a joint from its rest until the operator's consent [rad]."""
+    return log.moved(effect + rest + SETTLING_TIME, consent) if rest is not None else 0.0

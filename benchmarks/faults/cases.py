@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from benchmarks.faults.cell import FaultCell
-from benchmarks.faults.tcp_proxy import LineCommand, LineCondition
+from benchmarks.faults.line_condition import LineCommand, LineCondition
 
 Action = Callable[[FaultCell], None]
 

@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from benchmarks.faults.tcp_proxy import LineCommand
+from benchmarks.faults.line_condition import LineCommand
 from shared.scenario import Scenario, Side
 from stack import services
 from stack.launcher import module_entry

@@ -21,14 +21,14 @@ from lariat.rod.identification import (
     Fit,
     Motion,
     Prediction,
-    cannot_tell,
+    ReportProgress,
+    check_motion,
     findings,
+    generic_rope,
     identify,
-    motion,
     predict,
-    unknown_rope,
+    undetermined,
 )
-from lariat.rod.identification.fit import Report
 from shared.configuration import ConfigurationError
 
 KEYS = ("vertices", "dt", "prescribed")
@@ -132,7 +132,7 @@ def read(path: Path) -> Motion:
     except (OSError, ValueError, EOFError, AttributeError, TypeError, zipfile.BadZipFile) as error:
         raise ConfigurationError(f"{path} is not a .npz of plain arrays: {error}") from error
     try:
-        return motion(*values)
+        return check_motion(*values)
     except ValueError as error:
         raise ConfigurationError(f"{path}: {error}") from error
 
@@ -140,13 +140,13 @@ def read(path: Path) -> Motion:
 def _start(
     bending_stiffness: float | None, linear_density: float | None, diameter: float
 ) -> RodProperties:
-    start = unknown_rope()
+    start = generic_rope()
     start = replace(start, diameter=diameter, linear_density=linear_density or start.linear_density)
     if linear_density is not None and not linear_density > 0.0:
         raise ValueError(f"--linear-density must be positive, got {linear_density} kg/m")
     if bending_stiffness is None:
         # The ratio to weight that was believed, whatever diameter and density are.
-        return start.with_stiffness(unknown_rope().bending_stiffness)
+        return start.with_stiffness(generic_rope().bending_stiffness)
     if not (np.isfinite(bending_stiffness) and bending_stiffness > 0.0):
         raise ValueError(f"--bending-stiffness must be positive, got {bending_stiffness} N m^2")
     return start.with_stiffness(bending_stiffness)
@@ -166,7 +166,7 @@ def _answer(
         "error_cm": float(np.mean(scores)),
         "error_cm_per_sequence": scores.tolist(),
         "parameters": {f.name: _without_name(asdict(f)) for f in findings(fit)},
-        "cannot_tell": cannot_tell(fit, linear_density is not None),
+        "cannot_tell": undetermined(fit, linear_density is not None),
     }
     if linear_density is not None:
         answer["bending_stiffness_N_m2"] = fit.properties.bending_stiffness
@@ -200,7 +200,7 @@ def _show(answer: dict[str, Any], console: Console) -> None:
 
 
 @contextmanager
-def _progress(console: Console) -> Iterator[Report]:
+def _progress(console: Console) -> Iterator[ReportProgress]:
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as progress:
         bar = progress.add_task("", total=1.0)

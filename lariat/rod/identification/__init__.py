@@ -1,21 +1,22 @@
-"""From measured motion to a rod's material."""
+"""Identification of a rod's material from measured motion."""
 
 from __future__ import annotations
 
-from lariat.rod.identification.fit import Fit, identify, unknown_rope
-from lariat.rod.identification.motion import Motion, motion
+from lariat.rod.identification.fit import Fit, ReportProgress, generic_rope, identify
+from lariat.rod.identification.motion import Motion, check_motion
 from lariat.rod.identification.prediction import Prediction, predict
-from lariat.rod.identification.summary import Finding, cannot_tell, findings
+from lariat.rod.identification.summary import Finding, findings, undetermined
 
 __all__ = [
     "Finding",
     "Fit",
     "Motion",
     "Prediction",
-    "cannot_tell",
+    "ReportProgress",
+    "check_motion",
     "findings",
+    "generic_rope",
     "identify",
-    "motion",
     "predict",
-    "unknown_rope",
+    "undetermined",
 ]

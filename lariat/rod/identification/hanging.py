@@ -1,9 +1,9 @@
-"""Stiffness of a cable from how it hangs, and from how far it can be twisted.
+"""Stiffness of a cable from its hanging shape and from the twist at which it loses stability.
 
 The cable hangs in a plane between two clamps that hold it level and point the same way, so that it
-makes a loop. Its shapes tell EI per weight. Turned about its axis at one clamp, the loop leaves its
-plane little by little and at some twist jumps. That happens at about one twisting moment, which
-tells GJ / EI.
+makes a loop. Its shapes determine EI per weight. As one clamp rotates about its axis, the loop
+leaves its plane gradually and jumps at a critical twist. It does so at about one twisting moment,
+which determines GJ / EI.
 """
 
 from __future__ import annotations
@@ -20,86 +20,95 @@ from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties, RodState, RolloutSpec, framed
 from lariat.rod.identification.rod_twin import cubic_weights
 
-LEVEL = poses.rotation_between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
-NODES = 60
-SEARCH = np.geomspace(1e-6, 1.0, 25)
-"""EI / (weight per length times length^3) [-]."""
-TURN = math.radians(30.0)
-"""Of the clamp between two shapes at rest, on the way to the jump [rad]."""
-FINE = math.radians(2.0)
-MOST_TURNS = 20.0
-ROUNDS = 8
-JUMP = 0.04
-"""Way of a node from one such shape to the next, relative to length, that is a jump [-]."""
+LEVEL_ORIENTATION = poses.rotation_between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
+NODE_COUNT = 60
+STIFFNESS_GRID = np.geomspace(1e-6, 1.0, 25)
+"""Values of EI / (weight per length times length^3) in the search [-]."""
+COARSE_TWIST_STEP = math.radians(30.0)
+"""Rotation of the clamp between two equilibria, until the first jump [rad]."""
+FINE_TWIST_STEP = math.radians(2.0)
+"""Rotation of the clamp between two equilibria, to locate the jump [rad]."""
+MAX_TURNS = 20.0
+"""Turns after which a loop counts as stable [-]."""
+MAX_ROUNDS = 8
+"""Most iterations of the search for a twist ratio."""
+JUMP_DISPLACEMENT = 0.04
+"""Displacement between two equilibria above which the loop has jumped, in lengths [-]."""
 
 
 @dataclass(frozen=True)
 class Hanging:
-    """A cable's shape in its plane, y downwards, from clamp to clamp."""
+    """Shape of a cable in its plane, y downwards, from clamp to clamp."""
 
     points: Float64[np.ndarray, "k 2"]
-    """At known distances along the cable [m]."""
+    """Points on the cable, dense enough to give arc length [m]."""
     linear_density: float
-    """[kg/m]."""
+    """Linear density [kg/m]."""
 
     @property
     def arcs(self) -> Float64[np.ndarray, "k"]:
-        """Along the cable [m]."""
+        """Arc lengths of the points [m]."""
         return polylines.arc_lengths(self.points)
 
 
 @dataclass(frozen=True)
-class Hung:
-    """A rod in the place of such a cable."""
+class HangingRod:
+    """Rod in the place of a hanging cable."""
 
     rod: Rod
+    """The rod."""
     state: RodState
+    """Its equilibrium."""
     points: Float64[np.ndarray, "k 2"]
-    """Where the cable's points are on the rod [m]."""
+    """Points of the cable on the rod [m]."""
 
 
-def hang(shape: Hanging, bending: float, twist_ratio: float = 1.0) -> Hung:
-    """Lets a rod come to rest between the clamps of a shape, beginning at the shape.
+def hang(shape: Hanging, bending: float, twist_ratio: float = 1.0) -> HangingRod:
+    """Find the equilibrium of a rod between the clamps of a shape, starting at the shape.
 
     Args:
-        bending: EI [N m^2].
-        twist_ratio: GJ / EI [-].
+        shape: Measured shape.
+        bending: Bending stiffness EI [N m^2].
+        twist_ratio: Ratio GJ / EI [-].
     """
     arcs = shape.arcs
     # A clamp acts at the middle of the edge that it holds.
-    edge = arcs[-1] / (NODES - 2)
+    edge = arcs[-1] / (NODE_COUNT - 2)
     properties = RodProperties(arcs[-1] + edge, 0.006, shape.linear_density, 1e7)
     properties = properties.with_stiffness(bending, twist_ratio * bending)
-    rod = Rod(properties, NODES, tolerance=1e-9)
+    rod = Rod(properties, NODE_COUNT, tolerance=1e-9)
     points = np.stack([shape.points[:, 0], np.zeros(len(arcs)), -shape.points[:, 1]], axis=1)
     half = np.array([0.5 * edge, 0.0, 0.0])
-    left, right = Pose(points[0] - half, LEVEL), Pose(points[-1] + half, LEVEL)
-    at = np.clip((np.arange(NODES) - 0.5) * edge, 0.0, arcs[-1])
+    left, right = (
+        Pose(points[0] - half, LEVEL_ORIENTATION),
+        Pose(points[-1] + half, LEVEL_ORIENTATION),
+    )
+    at = np.clip((np.arange(NODE_COUNT) - 0.5) * edge, 0.0, arcs[-1])
     start = np.stack([np.interp(at, arcs, points[:, c]) for c in range(3)], axis=1)
     start[0], start[-1] = left.position, right.position
-    state = rod.rest(left, right, guess=framed(start, LEVEL, LEVEL)).state
-    seen = cubic_weights(arcs / edge + 0.5, NODES) @ state.positions
-    return Hung(rod, state, np.stack([seen[:, 0], -seen[:, 2]], axis=1))
+    state = rod.rest(left, right, guess=framed(start, LEVEL_ORIENTATION, LEVEL_ORIENTATION)).state
+    seen = cubic_weights(arcs / edge + 0.5, NODE_COUNT) @ state.positions
+    return HangingRod(rod, state, np.stack([seen[:, 0], -seen[:, 2]], axis=1))
 
 
 def shape_error(shape: Hanging, bending: float) -> float:
-    """Mean distance of the cable's points from those of the rod [m]."""
+    """Return the mean distance between the points of a cable and those of a rod [m]."""
     away = hang(shape, bending).points - shape.points
     return float(np.mean(np.linalg.norm(away, axis=1)))
 
 
 def bending_stiffness(shapes: Sequence[Hanging]) -> float:
-    """The EI at which a rod hangs nearest to all shapes [N m^2]."""
+    """Return the EI at which a rod hangs nearest to all shapes [N m^2]."""
 
     def error(bending: float) -> float:
         return sum(shape_error(shape, bending) for shape in shapes)
 
     first = shapes[0]
     unit = 9.81 * first.linear_density * first.arcs[-1] ** 3
-    coarse = [error(unit * value) for value in SEARCH]
-    k = int(np.clip(np.argmin(coarse), 1, len(SEARCH) - 2))
-    low, high = (math.log(unit * SEARCH[i]) for i in (k - 1, k + 1))
-    # Golden section: near its least the error has one valley.
+    coarse = [error(unit * value) for value in STIFFNESS_GRID]
+    k = int(np.clip(np.argmin(coarse), 1, len(STIFFNESS_GRID) - 2))
+    low, high = (math.log(unit * STIFFNESS_GRID[i]) for i in (k - 1, k + 1))
+    # Golden section search: the error is unimodal near its minimum.
     golden = 0.5 * (math.sqrt(5.0) - 1.0)
     while high - low > 1e-3:
         a, b = high - golden * (high - low), low + golden * (high - low)
@@ -110,39 +119,44 @@ def bending_stiffness(shapes: Sequence[Hanging]) -> float:
     return math.exp(0.5 * (low + high))
 
 
-def critical_twist(hung: Hung) -> float:
-    """Turn of the right clamp at which the loop jumps [rad]; infinite when it never does."""
-    state, turned = hung.state, 0.0
-    while turned < MOST_TURNS * 2.0 * math.pi:
-        after = _turned(hung.rod, state, TURN)
-        if _jumped(hung.rod, state, after):
+def critical_twist(hanging_rod: HangingRod) -> float:
+    """Return the rotation of the right clamp at which the loop jumps, or infinity [rad]."""
+    state, twist = hanging_rod.state, 0.0
+    while twist < MAX_TURNS * 2.0 * math.pi:
+        after = _rotate_clamp(hanging_rod.rod, state, COARSE_TWIST_STEP)
+        if _jumped(hanging_rod.rod, state, after):
             break
-        state, turned = after, turned + TURN
+        state, twist = after, twist + COARSE_TWIST_STEP
     else:
         return math.inf
     while True:
-        after = _turned(hung.rod, state, FINE)
-        if _jumped(hung.rod, state, after):
-            return turned + 0.5 * FINE
-        state, turned = after, turned + FINE
+        after = _rotate_clamp(hanging_rod.rod, state, FINE_TWIST_STEP)
+        if _jumped(hanging_rod.rod, state, after):
+            return twist + 0.5 * FINE_TWIST_STEP
+        state, twist = after, twist + FINE_TWIST_STEP
 
 
 def twist_ratio(shape: Hanging, bending: float, twist: float) -> float:
-    """GJ / EI of a cable whose loop jumps at a twist [rad].
+    """Return GJ / EI of a cable whose loop jumps at a twist [-].
 
-    Were the loop to keep its shape, the twist would be inversely proportional to the ratio; a few
-    rounds make up for how it leans over.
+    For a loop of constant shape the twist is inversely proportional to the ratio; a few iterations
+    account for its change of shape.
+
+    Args:
+        shape: Hanging shape of the cable.
+        bending: Bending stiffness EI [N m^2].
+        twist: Critical twist [rad].
     """
     ratio = 1.0
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         factor = critical_twist(hang(shape, bending, ratio)) / twist
         ratio *= factor
-        if abs(factor - 1.0) < 0.5 * FINE / twist:
+        if abs(factor - 1.0) < 0.5 * FINE_TWIST_STEP / twist:
             break
     return ratio
 
 
-def _turned(rod: Rod, state: RodState, angle: float) -> RodState:
+def _rotate_clamp(rod: Rod, state: RodState, angle: float) -> RodState:
     steps = 6
     durations = np.concatenate([np.full(steps, 0.5), 0.5 * 2.0 ** np.arange(14)])
     actions = np.zeros((len(durations), 2, 6))
@@ -151,5 +165,5 @@ def _turned(rod: Rod, state: RodState, angle: float) -> RodState:
 
 
 def _jumped(rod: Rod, before: RodState, after: RodState) -> bool:
-    way = np.max(np.linalg.norm(after.positions - before.positions, axis=1))
-    return bool(way > JUMP * rod.properties.length)
+    displacement = np.max(np.linalg.norm(after.positions - before.positions, axis=1))
+    return bool(displacement > JUMP_DISPLACEMENT * rod.properties.length)

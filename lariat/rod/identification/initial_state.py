@@ -1,8 +1,8 @@
-"""The state of a rod from where a few vertices on it are.
+"""State of a rod from the positions of a few vertices on it.
 
-Between the vertices a rope is taken to bend as little as it can: a cubic spline over arc length,
-moved to the nearest chain whose edges have their own length. Frames follow the chain without
-twist but for what the clamps impose.
+A cubic spline over arc length, the curve of least bending, interpolates the rope and is projected
+to the nearest chain whose edges have their rest length. Frames are transported in parallel along
+the chain, with the twist that the clamps impose.
 """
 
 from __future__ import annotations
@@ -12,17 +12,26 @@ from jaxtyping import Bool, Float64
 
 from lariat.geometry import poses
 
-PROJECTIONS = 25
+MAX_PROJECTIONS = 25
+"""Most Newton iterations of the projection to rest lengths."""
 
 
-def splined(
+def cubic_spline(
     knots: Float64[np.ndarray, "V"],
     values: Float64[np.ndarray, "B V 3"],
     first: Float64[np.ndarray, "B 3"] | None,
     last: Float64[np.ndarray, "B 3"] | None,
     at: Float64[np.ndarray, "n"],
 ) -> Float64[np.ndarray, "B n 3"]:
-    """Cubic splines through values at knots, with given end slopes or else straight ends."""
+    """Return cubic splines through values at knots, with given end tangents or natural ends.
+
+    Args:
+        knots: Arc lengths of the values [m].
+        values: Points at the knots [m].
+        first: Tangents at the first knot; None for a natural end.
+        last: Tangents at the last knot; None for a natural end.
+        at: Arc lengths to interpolate at; beyond the knots the curve is straight [m].
+    """
     h = np.diff(knots)
     count = len(knots)
     system = np.zeros((count, count))
@@ -42,7 +51,6 @@ def splined(
     k = np.clip(np.searchsorted(knots, at, side="right") - 1, 0, count - 2)
     gap = h[k][:, None]
     t = (at - knots[k])[:, None] / gap
-    # Beyond the ends it goes on straight.
     inside = np.clip(t, 0.0, 1.0)
     s = inside
     curve = (
@@ -55,11 +63,11 @@ def splined(
     return curve + beyond * np.where(t > 1.0, m[:, k + 1], m[:, k])
 
 
-def inextensible(
+def project_lengths(
     nodes: Float64[np.ndarray, "B n 3"], edge: float, movable: Bool[np.ndarray, "n"]
 ) -> Float64[np.ndarray, "B n 3"]:
-    """Near chains whose edges are `edge` long [m]; nodes that are not movable stay."""
-    for _ in range(PROJECTIONS):
+    """Return the nearest chains with edges of length `edge` [m]; only movable nodes move."""
+    for _ in range(MAX_PROJECTIONS):
         d = np.diff(nodes, axis=1)
         stretch = np.sum(d * d, axis=2) - edge**2
         loose = movable[1:] | movable[:-1]
@@ -69,12 +77,12 @@ def inextensible(
     return nodes
 
 
-def unstretching(
+def project_velocities(
     nodes: Float64[np.ndarray, "B n 3"],
     velocities: Float64[np.ndarray, "B n 3"],
     movable: Bool[np.ndarray, "n"],
 ) -> Float64[np.ndarray, "B n 3"]:
-    """The nearest velocities that change no edge's length [m/s]."""
+    """Return the nearest velocities that keep the length of every edge [m/s]."""
     d = np.diff(nodes, axis=1)
     rate = np.sum(d * np.diff(velocities, axis=1), axis=2)
     return velocities - _corrections(d, rate, movable)
@@ -85,7 +93,7 @@ def _corrections(
     wanted: Float64[np.ndarray, "B m"],
     movable: Bool[np.ndarray, "n"],
 ) -> Float64[np.ndarray, "B n 3"]:
-    """Least moves c of movable nodes with d . (c_i+1 - c_i) = wanted, edge by edge."""
+    """Return the least displacements c of movable nodes with d . (c_i+1 - c_i) = wanted."""
     w = movable.astype(float)
     m = d.shape[1]
     system = np.zeros((len(d), m, m))
@@ -96,7 +104,7 @@ def _corrections(
     system[:, at[:-1], at[1:]] = between
     stiff = (w[1:] + w[:-1]) == 0.0
     system[:, at[stiff], at[stiff]] = 1.0
-    # A taut chain has no way to be lengthened: what cannot be corrected must not blow up.
+    # The system of a taut chain is singular: regularize it.
     system[:, at, at] *= 1.0 + 1e-4
     share = np.linalg.solve(system, (wanted * ~stiff)[..., None])
     moves = np.zeros((len(d), m + 1, 3))
@@ -105,14 +113,17 @@ def _corrections(
     return w[:, None] * moves
 
 
-def framed(
+def batch_frames(
     nodes: Float64[np.ndarray, "B n 3"],
     first: Float64[np.ndarray, "B 4"],
     last: Float64[np.ndarray, "B 4"] | None,
 ) -> Float64[np.ndarray, "B n-1 4"]:
-    """Orientations along chains from those of their end edges, twist spread evenly.
+    """Return orientations along chains, with twist spread evenly between two end frames.
 
-    Without a last one there is no twist.
+    Args:
+        nodes: Nodes of the chains [m].
+        first: Orientations of the first grips.
+        last: Orientations of the last grips; None for chains without twist.
     """
     z = np.array([0.0, 0.0, 1.0])
     tangents = poses.normalized(np.diff(nodes, axis=1))
@@ -130,10 +141,10 @@ def framed(
     return poses.normalized(frames)
 
 
-def transported(
+def parallel_transport(
     first: Float64[np.ndarray, "B 4"], tangents: Float64[np.ndarray, "B T 3"]
 ) -> Float64[np.ndarray, "B T 4"]:
-    """Orientations along tangents that turn as little as they can, from given first ones."""
+    """Return frames transported in parallel along tangents, from given first ones."""
     turns = poses.rotation_between(tangents[:, :-1], tangents[:, 1:])
     q = first
     frames = [q]
@@ -143,10 +154,10 @@ def transported(
     return np.stack(frames, axis=1)
 
 
-def upright(
+def frames_near_reference(
     tangents: Float64[np.ndarray, "B 3"], reference: Float64[np.ndarray, "3"]
 ) -> Float64[np.ndarray, "B 4"]:
-    """Orientations whose third axis is the tangent and whose first is nearest to a reference."""
+    """Return frames whose third axis is the tangent and whose first is nearest to a reference."""
     frames = []
     for t in tangents:
         d1 = reference - (reference @ t) * t

@@ -1,6 +1,6 @@
-"""The unknowns of a rod as one vector, what is believed of them beforehand, and their names.
+"""Unknowns of a rod as one vector, their prior, and their names.
 
-Mass and stiffness scaled together leave every motion as it is, so stiffness is that per linear
+Mass and stiffness scaled together leave every motion unchanged: the stiffness is that per linear
 density. Stiffnesses, dampings and profiles are logarithms; rest curvature is in radians over the
 length of the rope.
 """
@@ -15,9 +15,9 @@ from jaxtyping import Bool, Float64
 
 from lariat.rod.properties import RodProperties
 
-CORE = ("stiffness", "damping", "internal_damping")
-"""What a rope's motion shows at once."""
-SPREADS = {
+CORE_GROUPS = ("stiffness", "damping", "internal_damping")
+"""Groups of unknowns that short motion determines."""
+PRIOR_DEVIATIONS = {
     "stiffness": 4.0,
     "twist_ratio": 1.0,
     "damping": 1.5,
@@ -27,10 +27,10 @@ SPREADS = {
     "density_profile": 0.3,
     "rest_curvature": 3.0,
 }
-"""Standard deviations before anything was seen: of logarithms, and of curvature [rad]."""
-LEVEL = 0.02
-"""Standard deviation of a profile's mean logarithm [-]."""
-UNITS = {
+"""Standard deviations of the prior: of logarithms [-], and of curvature [rad]."""
+PROFILE_MEAN_DEVIATION = 0.02
+"""Standard deviation of the mean logarithm of a profile [-]."""
+GROUP_UNITS = {
     "stiffness": "m^4/s^2",
     "twist_ratio": "-",
     "damping": "1/s",
@@ -40,7 +40,7 @@ UNITS = {
     "density_profile": "-",
     "rest_curvature": "1/m",
 }
-LIMITS = {
+MAX_DEPARTURES = {
     "stiffness": 12.0,
     "twist_ratio": 3.0,
     "damping": 5.0,
@@ -50,22 +50,23 @@ LIMITS = {
     "density_profile": 1.5,
     "rest_curvature": 100.0,
 }
-"""Most that an unknown may move away from what was believed; beyond lies no rope."""
+"""Largest magnitudes of the unknowns: of logarithms [-], and of curvature [rad]."""
 
 
 @dataclass(frozen=True)
 class Material:
-    """Maps vectors of unknowns to rods around one that is believed."""
+    """Map from vectors of unknowns to rods; the vector of zeros is the prior mean."""
 
-    believed: RodProperties
-    """Of the length that the rod has at a length scale of one."""
+    mean: RodProperties
+    """Prior mean, with the length of the rod at a length scale of one."""
     profile_knots: int = 1
+    """Knots of the stiffness and density profiles; one for a uniform rod."""
     curvature_knots: int = 0
-    """Zero for a rope that is taken to be straight at rest."""
+    """Knots of the rest curvature; zero for a rope that is straight at rest."""
 
     @property
     def groups(self) -> dict[str, slice]:
-        """Where each group of unknowns stands in the vector."""
+        """Place of each group of unknowns in the vector."""
         sizes = {
             "stiffness": 1,
             "twist_ratio": 1,
@@ -85,77 +86,84 @@ class Material:
 
     @property
     def count(self) -> int:
-        """Of unknowns."""
+        """Number of unknowns."""
         return max(place.stop for place in self.groups.values())
 
     def per_unknown(self, values: dict[str, float]) -> Float64[np.ndarray, "P"]:
-        """One value per group, spread over its unknowns."""
+        """Return a vector with one value for all unknowns of each group."""
         spread = np.zeros(self.count)
         for name, place in self.groups.items():
             spread[place] = values[name]
         return spread
 
-    def chosen(self, names: tuple[str, ...]) -> Bool[np.ndarray, "P"]:
-        """Which unknowns belong to groups."""
+    def mask(self, names: tuple[str, ...]) -> Bool[np.ndarray, "P"]:
+        """Return which unknowns belong to the named groups."""
         return self.per_unknown({name: float(name in names) for name in self.groups}) > 0.0
 
-    def bounded(self, x: Float64[np.ndarray, "P"]) -> Float64[np.ndarray, "P"]:
-        """The nearest vector that still is a rope."""
-        limits = self.per_unknown(LIMITS)
+    def clip(self, x: Float64[np.ndarray, "P"]) -> Float64[np.ndarray, "P"]:
+        """Return the nearest vector within `MAX_DEPARTURES`."""
+        limits = self.per_unknown(MAX_DEPARTURES)
         return np.clip(x, -limits, limits)
 
     def properties(self, x: Float64[np.ndarray, "P"]) -> RodProperties:
-        """The rod of a vector; zeros are what was believed."""
-        at, believed = self.groups, self.believed
-        stiffness = believed.bending_stiffness * math.exp(x[at["stiffness"]][0])
-        ratio = believed.twisting_stiffness / believed.bending_stiffness
+        """Return the properties of the rod of a vector."""
+        at, mean = self.groups, self.mean
+        stiffness = mean.bending_stiffness * math.exp(x[at["stiffness"]][0])
+        ratio = mean.twisting_stiffness / mean.bending_stiffness
         ratio *= math.exp(x[at["twist_ratio"]][0])
         changed = {}
         for name in ("stiffness_profile", "density_profile"):
             if name in at:
                 changed[name] = tuple(np.exp(x[at[name]]).tolist())
         if "rest_curvature" in at:
-            rows = x[at["rest_curvature"]].reshape(-1, 3) / believed.length
+            rows = x[at["rest_curvature"]].reshape(-1, 3) / mean.length
             changed["rest_curvature"] = tuple(tuple(row) for row in rows.tolist())
         return replace(
-            believed,
-            length=believed.length * math.exp(x[at["length"]][0]),
-            damping=believed.damping * math.exp(x[at["damping"]][0]),
-            internal_damping=believed.internal_damping * math.exp(x[at["internal_damping"]][0]),
+            mean,
+            length=mean.length * math.exp(x[at["length"]][0]),
+            damping=mean.damping * math.exp(x[at["damping"]][0]),
+            internal_damping=mean.internal_damping * math.exp(x[at["internal_damping"]][0]),
             **changed,
         ).with_stiffness(stiffness, ratio * stiffness)
 
-    def belief(self, spreads: dict[str, float]) -> Float64[np.ndarray, "P P"]:
-        """Information of what is believed: zero in each unknown, with standard deviations.
+    def prior_information(self, deviations: dict[str, float]) -> Float64[np.ndarray, "P P"]:
+        """Return the inverse covariance of the prior, whose mean is zero.
 
-        Profiles are level on average, which leaves the mean to the stiffness itself.
+        The mean of a profile is almost fixed, which leaves it to the stiffness or density itself.
+
+        Args:
+            deviations: Standard deviation of each group of unknowns.
         """
-        information = np.diag(1.0 / self.per_unknown(spreads) ** 2)
+        information = np.diag(1.0 / self.per_unknown(deviations) ** 2)
         for name in ("stiffness_profile", "density_profile"):
             if name in self.groups:
                 place = self.groups[name]
                 count = place.stop - place.start
-                information[place, place] += 1.0 / (count * LEVEL) ** 2
+                information[place, place] += 1.0 / (count * PROFILE_MEAN_DEVIATION) ** 2
         return information
 
-    def derivatives(
+    def parameter_jacobian(
         self, p: RodProperties, free: Bool[np.ndarray, "P"]
     ) -> tuple[tuple[str, ...], Float64[np.ndarray, "Q P"]]:
-        """Parameters of the rod p, by name, and their slopes in the free unknowns."""
+        """Return the names of parameters of the rod p, and their Jacobian in the free unknowns."""
         wanted: dict[int, list[tuple[str, float]]] = {}
         for name, place in self.groups.items():
             for k, at in enumerate(range(place.start, place.stop)):
-                wanted[at] = _slopes(p, name, k, self.believed.length) if free[at] else []
-        names = tuple(dict.fromkeys(name for slopes in wanted.values() for name, _ in slopes))
+                wanted[at] = (
+                    _parameter_derivatives(p, name, k, self.mean.length) if free[at] else []
+                )
+        names = tuple(dict.fromkeys(name for terms in wanted.values() for name, _ in terms))
         chain = np.zeros((len(names), self.count))
-        for at, slopes in wanted.items():
-            for name, slope in slopes:
-                chain[names.index(name), at] = slope
+        for at, terms in wanted.items():
+            for name, derivative in terms:
+                chain[names.index(name), at] = derivative
         return names, chain
 
 
-def _slopes(p: RodProperties, group: str, k: int, length: float) -> list[tuple[str, float]]:
-    """What of a rod moves with one unknown, and how much."""
+def _parameter_derivatives(
+    p: RodProperties, group: str, k: int, length: float
+) -> list[tuple[str, float]]:
+    """Return the parameters that change with one unknown, and their derivatives."""
     match group:
         case "stiffness":
             return [

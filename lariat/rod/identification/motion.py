@@ -1,4 +1,4 @@
-"""Measured motion of a rope whose ends were driven."""
+"""Measured motion of a rope with driven ends."""
 
 from __future__ import annotations
 
@@ -9,63 +9,64 @@ from jaxtyping import Bool, Float64
 
 from lariat.geometry import poses
 
-LONGEST = 100.0
-"""A rope beyond this was surely not given in metres [m]."""
-LEAST_FRAMES = 10
+MAX_ROPE_LENGTH = 100.0
+"""Length above which the vertices are assumed not to be in metres [m]."""
+MIN_FRAMES = 10
+"""Fewest frames of a sequence."""
 
 
 @dataclass(frozen=True)
 class Motion:
     """Vertices on a rope over time, in a frame whose z axis points up.
 
-    The vertices that something holds are inputs, known at every frame: a run of them at the left
-    end, a run at the right end, or both. One held vertex is a pin; two or more clamp the rope
+    Held vertices are inputs, known at every frame: the first ones at the left end, the last ones at
+    the right end, or both. One held vertex is a pin; two or more clamp the rope
     along the innermost two.
     """
 
     vertices: Float64[np.ndarray, "S T V 3"]
-    """In S sequences of T frames [m]."""
+    """Vertices of S sequences of T frames [m]."""
     dt: float
-    """Between frames [s]."""
+    """Time between frames [s]."""
     left: int
-    """How many vertices are held at the left end."""
+    """Number of held vertices at the left end."""
     right: int
-    """How many are held at the right end."""
+    """Number of held vertices at the right end."""
 
     @property
     def free(self) -> Bool[np.ndarray, "V"]:
-        """Which vertices nothing holds."""
+        """Which vertices are not held."""
         count = self.vertices.shape[2]
         at = np.arange(count)
         return (at >= self.left) & (at < count - self.right)
 
     @property
     def spanned(self) -> slice:
-        """The free vertices with the held ones next to them."""
+        """Free vertices and the held ones next to them."""
         return slice(max(self.left - 1, 0), self.vertices.shape[2] - max(self.right - 1, 0))
 
     def until(self, frames: int) -> Motion:
-        """The first frames of every sequence."""
+        """Return the first frames of every sequence."""
         return Motion(self.vertices[:, :frames], self.dt, self.left, self.right)
 
     def tangents(self, end: int) -> Float64[np.ndarray, "S T 3"]:
-        """Unit vectors from left to right along the clamp at an end (0 left, 1 right)."""
+        """Return unit vectors, from left to right, along the clamp at an end (0 left, 1 right)."""
         inner = self.left - 1 if end == 0 else -self.right
         outer = inner - 1 if end == 0 else inner + 1
         along = self.vertices[:, :, inner] - self.vertices[:, :, outer]
         return poses.normalized(along if end == 0 else -along)
 
 
-def motion(vertices: object, dt: object, prescribed: object) -> Motion:
-    """A checked motion from what a file says.
+def check_motion(vertices: object, dt: object, prescribed: object) -> Motion:
+    """Check the contents of a file and return them as a motion.
 
     Args:
-        vertices: (S, T, V, 3) [m].
-        dt: Between frames [s].
+        vertices: Array of shape (S, T, V, 3) [m].
+        dt: Time between frames [s].
         prescribed: Indices of the held vertices.
 
     Raises:
-        ValueError: Something is not as it must be; the message names it.
+        ValueError: An argument has the wrong shape, type or range.
     """
     v = np.asarray(vertices)
     if v.ndim != 4 or v.shape[3] != 3:
@@ -77,9 +78,9 @@ def motion(vertices: object, dt: object, prescribed: object) -> Motion:
         raise ValueError(f"vertices must be numbers, got {v.dtype}")
     v = v.astype(np.float64)
     sequences, frames, count, _ = v.shape
-    if sequences < 1 or frames < LEAST_FRAMES or count < 3:
+    if sequences < 1 or frames < MIN_FRAMES or count < 3:
         raise ValueError(
-            f"vertices must hold at least 1 sequence of {LEAST_FRAMES} frames of 3 vertices, got "
+            f"vertices must hold at least 1 sequence of {MIN_FRAMES} frames of 3 vertices, got "
             f"{sequences} of {frames} of {count}"
         )
     bad = np.argwhere(~np.isfinite(v).all(axis=3))
@@ -95,7 +96,7 @@ def motion(vertices: object, dt: object, prescribed: object) -> Motion:
     step = float(step.reshape(()))
     if not (np.isfinite(step) and 0.0 < step <= 1.0):
         raise ValueError(f"dt must be between 0 and 1 s, got {step} s; 100 Hz is 0.01")
-    left, right = _runs(prescribed, count)
+    left, right = _held_counts(prescribed, count)
     chords = np.linalg.norm(np.diff(v, axis=2), axis=3)
     s, t, k = np.unravel_index(int(np.argmin(chords)), chords.shape)
     if chords[s, t, k] < 1e-6:
@@ -104,13 +105,13 @@ def motion(vertices: object, dt: object, prescribed: object) -> Motion:
             "a place of its own on the rope"
         )
     length = float(np.median(chords.sum(axis=2)))
-    if length > LONGEST:
+    if length > MAX_ROPE_LENGTH:
         raise ValueError(f"the rope would be {length:.4g} m long; are vertices in metres?")
     return Motion(v, step, left, right)
 
 
-def _runs(prescribed: object, count: int) -> tuple[int, int]:
-    """How many vertices are held at the left and at the right end."""
+def _held_counts(prescribed: object, count: int) -> tuple[int, int]:
+    """Return the number of held vertices at the left and at the right end."""
     held = np.asarray(prescribed)
     if held.dtype == bool and held.shape == (count,):
         (held,) = np.nonzero(held)

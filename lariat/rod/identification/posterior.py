@@ -1,8 +1,8 @@
-"""What data say about unknowns, next to what was believed before.
+"""Gaussian posterior of unknowns from robustly weighted residuals and a prior.
 
-Residuals of a rope's motion err together: neighbouring vertices and following frames are not
-independent, and a bad one must not pull. Both the fit of recorded motion and the adaptation while
-control runs weigh them here.
+Errors of a rope's motion are correlated between neighbouring vertices and successive frames, and
+outliers must not dominate. Both the fit of recorded motion and the adaptation during control use
+these weights.
 """
 
 from __future__ import annotations
@@ -15,89 +15,104 @@ from jaxtyping import Bool, Float64
 
 @dataclass(frozen=True)
 class Evidence:
-    """A quadratic around a point: cost = pulls . dx + dx . information dx / 2."""
+    """Quadratic model of a cost: cost - descent . dx + dx . information dx / 2."""
 
     information: Float64[np.ndarray, "P P"]
-    pull: Float64[np.ndarray, "P"]
-    """Downhill."""
+    """Gauss-Newton Hessian of the cost."""
+    descent: Float64[np.ndarray, "P"]
+    """Negative gradient of the cost."""
     cost: float
+    """Value of the cost [-]."""
 
     def __add__(self, other: Evidence) -> Evidence:
         return Evidence(
-            self.information + other.information, self.pull + other.pull, self.cost + other.cost
+            self.information + other.information,
+            self.descent + other.descent,
+            self.cost + other.cost,
         )
 
 
 def evidence(
     residuals: Float64[np.ndarray, "m 3"],
-    slopes: Float64[np.ndarray, "m 3 P"],
+    jacobian: Float64[np.ndarray, "m 3 P"],
     noise: float | Float64[np.ndarray, "m"],
-    counting: float,
+    independent_share: float,
 ) -> Evidence:
-    """Of points that are seen `residuals` away from where they are predicted.
+    """Return the evidence of measured points under the pseudo-Huber loss.
 
-    The loss is the square near zero and the distance far out (pseudo-Huber), so that a bad point
-    pulls no harder than one a few noises off.
+    The loss is quadratic near zero and linear far out, which bounds the influence of outliers.
 
     Args:
         residuals: Measured minus predicted [m].
-        slopes: Of the prediction.
-        noise: Standard deviation of a coordinate [m].
-        counting: Share of the points that count as independent.
+        jacobian: Derivative of the predicted points in the unknowns.
+        noise: Standard deviation of a coordinate, of all points or of each [m].
+        independent_share: Share of the points that count as independent [-].
     """
     scale = np.asarray(noise, float) ** 2
-    miss = np.sqrt(1.0 + np.sum(residuals**2, axis=1) / (3.0 * scale))
-    weight = counting / (scale * miss)
-    weighted = slopes * weight[:, None, None]
-    information = np.tensordot(slopes, weighted, axes=([0, 1], [0, 1]))
-    pull = np.tensordot(weighted, residuals, axes=([0, 1], [0, 1]))
-    return Evidence(information, pull, loss(residuals, noise, counting))
+    root = np.sqrt(1.0 + np.sum(residuals**2, axis=1) / (3.0 * scale))
+    weight = independent_share / (scale * root)
+    weighted = jacobian * weight[:, None, None]
+    information = np.tensordot(jacobian, weighted, axes=([0, 1], [0, 1]))
+    descent = np.tensordot(weighted, residuals, axes=([0, 1], [0, 1]))
+    return Evidence(information, descent, loss(residuals, noise, independent_share))
 
 
 def loss(
     residuals: Float64[np.ndarray, "m 3"],
     noise: float | Float64[np.ndarray, "m"],
-    counting: float,
+    independent_share: float,
 ) -> float:
-    """The cost that `evidence` is the slope of."""
+    """Return the pseudo-Huber loss of residuals; arguments as of `evidence`."""
     scale = np.asarray(noise, float) ** 2
-    miss = np.sqrt(1.0 + np.sum(residuals**2, axis=1) / (3.0 * scale))
-    return float(counting * 3.0 * np.sum(miss - 1.0))
+    root = np.sqrt(1.0 + np.sum(residuals**2, axis=1) / (3.0 * scale))
+    return float(independent_share * 3.0 * np.sum(root - 1.0))
 
 
-def belief(x: Float64[np.ndarray, "P"], information: Float64[np.ndarray, "P P"]) -> Evidence:
-    """What was believed before, zero in all unknowns, as evidence at x."""
-    away = information @ x
-    return Evidence(information, -away, float(0.5 * x @ away))
+def prior(x: Float64[np.ndarray, "P"], information: Float64[np.ndarray, "P P"]) -> Evidence:
+    """Return the evidence at x of a Gaussian prior with mean zero.
+
+    Args:
+        x: Unknowns.
+        information: Inverse covariance of the prior.
+    """
+    gradient = information @ x
+    return Evidence(information, -gradient, float(0.5 * x @ gradient))
 
 
-def step(
+def gauss_newton_step(
     found: Evidence, free: Bool[np.ndarray, "P"], levenberg: float = 0.0
 ) -> Float64[np.ndarray, "P"]:
-    """The Gauss-Newton step of the free unknowns; Levenberg's damping makes it shorter."""
+    """Return the Gauss-Newton step of the free unknowns.
+
+    Args:
+        found: All evidence, prior included.
+        free: Unknowns that may change.
+        levenberg: Damping relative to the diagonal of the Hessian [-].
+    """
     inner = found.information[np.ix_(free, free)]
     inner = inner + levenberg * np.diag(np.diag(inner))
-    dx = np.zeros(len(found.pull))
-    dx[free] = np.linalg.solve(inner, found.pull[free])
+    dx = np.zeros(len(found.descent))
+    dx[free] = np.linalg.solve(inner, found.descent[free])
     return dx
 
 
 def covariance(
     found: Evidence, clusters: list[Evidence], free: Bool[np.ndarray, "P"]
 ) -> Float64[np.ndarray, "P P"]:
-    """Of the unknowns at a minimum; where clusters disagree it grows by how much they do.
+    """Return the covariance of the unknowns at a minimum, widened where clusters disagree.
 
     Args:
-        found: All evidence, belief included.
-        clusters: Parts of it that err independently of each other.
+        found: All evidence, prior included.
+        clusters: Parts of it whose errors are independent of each other.
+        free: Unknowns that may change.
     """
     result = np.zeros_like(found.information)
     inner = np.linalg.inv(found.information[np.ix_(free, free)])
     if len(clusters) > 1:
-        pulls = np.stack([c.pull[free] for c in clusters])
-        pulls = pulls - pulls.mean(axis=0)
-        spread = pulls.T @ pulls * len(clusters) / (len(clusters) - 1)
-        # Sandwich: the model's own curvature with the scatter that the pulls really have.
+        scores = np.stack([c.descent[free] for c in clusters])
+        scores = scores - scores.mean(axis=0)
+        spread = scores.T @ scores * len(clusters) / (len(clusters) - 1)
+        # Sandwich estimator: curvature of the model, measured scatter of the gradients.
         inner = inner + inner @ spread @ inner
     result[np.ix_(free, free)] = inner
     return result

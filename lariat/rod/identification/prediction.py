@@ -1,4 +1,4 @@
-"""Open-loop predictions of a measured motion, and how far they are off."""
+"""Open-loop predictions of a measured motion, and their errors."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.rod.identification.motion import Motion
-from lariat.rod.identification.rod_twin import Replica
+from lariat.rod.identification.rod_twin import RodTwin
 from lariat.rod.properties import RodProperties
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """A roll-out of every sequence from two measured frames on, driven by the held vertices."""
+    """Roll-out of every sequence from two measured frames on, driven by the held vertices."""
 
     motion: Motion
-    """What was measured."""
+    """Measured motion."""
     vertices: Float64[np.ndarray, "S T V 3"]
-    """Predicted; measured up to the frame that the roll-out starts from, and where held [m]."""
+    """Predicted vertices; measured ones up to the first frame, and where held [m]."""
     first: int
-    """The first frame that is predicted."""
+    """First frame that is predicted."""
 
     @property
     def errors(self) -> Float64[np.ndarray, "S F"]:
@@ -31,9 +31,9 @@ class Prediction:
 
     @property
     def scores(self) -> Float64[np.ndarray, "S"]:
-        """Of each sequence [m]: the errors' mean, in which the two frames of the start count too.
+        """Mean error of each sequence, in which the two initial frames count as exact [m].
 
-        The measure of Chen et al., DEFORM (CoRL 2024).
+        Error measure of Chen et al., "DEFORM" (CoRL 2024).
         """
         errors = self.errors
         return np.sum(errors, axis=1) / (errors.shape[1] + 2)
@@ -42,21 +42,25 @@ class Prediction:
 def predict(
     motion: Motion, properties: RodProperties, length_scale: float, start: int = 1
 ) -> Prediction:
-    """Rolls a rod out over the rest of every sequence.
+    """Roll a rod out over the rest of every sequence.
 
     Args:
-        properties: Of the rope, whose length is not used.
-        length_scale: Length of the rope between the grips against what the vertices' distances say.
-        start: The second of the two frames that give the initial state.
+        motion: Measured motion.
+        properties: Material of the rope, whose length is not used.
+        length_scale: Ratio of the rope's length to the one estimated from the vertices [-].
+        start: Second of the two frames that give the initial state.
+
+    Raises:
+        ValueError: `start` leaves no frame to predict.
     """
-    replica = Replica(motion)
+    twin = RodTwin(motion)
     frames = motion.vertices.shape[1]
     if not 1 <= start < frames - 1:
         raise ValueError(
             f"start must lie between 1 and {frames - 2} in a motion of {frames} frames, got {start}"
         )
-    windows = replica.windows(frames - 1 - start, first=start)
-    rod = replica.of_length(properties, length_scale)
+    windows = twin.windows(frames - 1 - start, first=start)
+    rod = twin.of_length(properties, length_scale)
     whole = motion.vertices.copy()
-    whole[:, start + 1 :] = replica.restored(replica.predicted(rod, windows), windows)
+    whole[:, start + 1 :] = twin.all_vertices(twin.predict(rod, windows), windows)
     return Prediction(motion, whole, start + 1)

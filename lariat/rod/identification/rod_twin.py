@@ -1,8 +1,8 @@
-"""A rod in the place of a measured rope: grips, starts and predicted vertices.
+"""Rod twin of a measured rope: grips, initial states and predicted vertices.
 
 A clamp of the rod acts at the middle of its end edge, which lies on the innermost held vertex and
-along the two innermost ones; a pin lies on its vertex. A clamp's roll about the rope cannot be
-seen: it is taken to turn no more than its axis makes it, from a first frame that is upright.
+along the two innermost ones; a pin lies on its vertex. The roll of a clamp about the rope
+is not measured: its frame is transported in parallel along its axis from an upright first frame.
 """
 
 from __future__ import annotations
@@ -16,41 +16,48 @@ from jaxtyping import Bool, Float64
 from lariat.geometry import poses
 from lariat.rod import Rod, RodProperties, RodState, RolloutSpec
 from lariat.rod.identification.initial_state import (
-    framed,
-    inextensible,
-    splined,
-    transported,
-    unstretching,
-    upright,
+    batch_frames,
+    cubic_spline,
+    frames_near_reference,
+    parallel_transport,
+    project_lengths,
+    project_velocities,
 )
 from lariat.rod.identification.motion import Motion
 
-LONGEST_STEP = 5.1e-3
-"""Of the rod [s]; an implicit step damps as an internal damping of half its length would."""
-TAUT = 0.95
-"""Share of the distances between neighbours below which slack bends them: the length's quantile."""
-ALONG = 0.9
-"""Cosine to an axis beyond which it is no reference for a frame [-]."""
+MAX_TIME_STEP = 5.1e-3
+"""Longest implicit step [s]; it damps like an internal damping of half its duration."""
+ARC_LENGTH_QUANTILE = 0.95
+"""Quantile of the distance between neighbouring vertices that is taken as arc length [-]."""
+MAX_REFERENCE_COSINE = 0.9
+"""Cosine between tangent and reference axis above which another reference is used [-]."""
 TOLERANCE = 1e-6
-"""Of a step [m]; derivatives of long roll-outs need no more."""
+"""Solver tolerance of a step, sufficient for derivatives of long roll-outs [m]."""
 
 
 @dataclass(frozen=True)
 class Window:
-    """A stretch of one sequence: the rod starts from two frames and is driven from there."""
+    """Part of one sequence: the rod starts from two frames and is driven from there."""
 
     sequence: int
+    """Index of the sequence."""
     frame: int
-    """The second of the two that give the start."""
+    """Second of the two frames that give the initial state."""
     length: int
-    """How many frames are predicted."""
+    """Number of predicted frames."""
 
 
-class Replica:
-    """Predicts one measured motion with rods of any material."""
+class RodTwin:
+    """Rods of any material that follow one measured motion."""
 
     def __init__(self, motion: Motion, node_count: int | None = None) -> None:
-        # One end is always held; it is the left one, or its mirror image.
+        """Create the twin of a motion.
+
+        Args:
+            motion: Measured motion.
+            node_count: Nodes of the rod; by default about twice the number of vertices.
+        """
+        # At least one end is held; the rod is mirrored if the right end is held more firmly.
         self.mirrored = min(motion.right, 2) > min(motion.left, 2)
         if self.mirrored:
             motion = Motion(motion.vertices[:, :, ::-1], motion.dt, motion.right, motion.left)
@@ -58,12 +65,12 @@ class Replica:
         spanned = motion.vertices[:, :, motion.spanned]
         self._vertices = spanned
         chords = np.linalg.norm(np.diff(spanned, axis=2), axis=3)
-        gaps = np.quantile(chords.reshape(-1, chords.shape[2]), TAUT, axis=0)
+        gaps = np.quantile(chords.reshape(-1, chords.shape[2]), ARC_LENGTH_QUANTILE, axis=0)
         self.arcs: Float64[np.ndarray, "k"] = np.concatenate([[0.0], np.cumsum(gaps)])
         """Arc length of the vertices that the rod spans, from the first of them [m]."""
         self.node_count = node_count or int(np.clip(2 * len(self.arcs), 20, 60))
         self.kinds = _kind(motion.left), _kind(motion.right)
-        self.substeps = int(np.ceil(motion.dt / LONGEST_STEP))
+        self.substeps = int(np.ceil(motion.dt / MAX_TIME_STEP))
         self._outside = 0.5 * np.array([kind == "clamped" for kind in self.kinds])
         edges = self.node_count - 1.0 - self._outside.sum()
         self._at_nodes = (np.arange(self.node_count) - self._outside[0]) / edges
@@ -75,22 +82,22 @@ class Replica:
 
     @property
     def length(self) -> float:
-        """Of the rope between the innermost held vertices, as the vertices' distances say [m]."""
+        """Length between the innermost held vertices, estimated from the vertices [m]."""
         return float(self.arcs[-1])
 
     def rod_length(self, scale: float) -> float:
-        """Of the rod whose part between the grips is `scale` times as long as that [m]."""
+        """Return the length of a rod whose span between the grips is `scale` times `length` [m]."""
         edges = self.node_count - 1.0
         return scale * self.length * edges / (edges - self._outside.sum())
 
     def of_length(self, properties: RodProperties, scale: float) -> RodProperties:
-        """The same material as long as this rope."""
+        """Return a material with the length of this rope at a length scale [-]."""
         return replace(properties, length=self.rod_length(scale))
 
     def windows(self, length: int, first: int = 1) -> list[Window]:
-        """Stretches of `length` frames of all sequences, one after the other, from frame `first`.
+        """Return consecutive windows of `length` frames of all sequences, from frame `first` on.
 
-        What is left over at the end of a sequence is seen by one more that ends there.
+        The remainder at the end of a sequence is covered by one more window that ends there.
         """
         frames = self.motion.vertices.shape[1]
         length = min(length, frames - 1 - first)
@@ -100,18 +107,18 @@ class Replica:
         return [Window(s, f, length) for s in range(len(self.motion.vertices)) for f in starts]
 
     def rod(self, properties: RodProperties) -> Rod:
-        """The rod of a material, held as the rope is."""
+        """Return the rod of a material, held as the rope is."""
         return Rod(properties, self.node_count, *self.kinds, tolerance=TOLERANCE)
 
     def measured(self, windows: Sequence[Window]) -> Float64[np.ndarray, "B H k 3"]:
-        """The free vertices, left to right, or mirrored [m]."""
+        """Return the measured free vertices of windows, in the order of the rod [m]."""
         v = self.motion.vertices[:, :, self.motion.free]
         return np.stack([v[w.sequence, w.frame + 1 : w.frame + 1 + w.length] for w in windows])
 
     def at_free_vertices(
         self, nodes: Float64[np.ndarray, "*b n c"]
     ) -> Float64[np.ndarray, "*b k c"]:
-        """Values at the free vertices from those at the nodes, by cubic interpolation."""
+        """Interpolate values at the nodes at the free vertices, by cubics."""
         first = 1 if self.motion.left else 0
         last = len(self.arcs) - (1 if self.motion.right else 0)
         return np.einsum("kn,...nc->...kc", self._weights[first:last], nodes)
@@ -119,7 +126,7 @@ class Replica:
     def inputs(
         self, properties: RodProperties, windows: Sequence[Window]
     ) -> tuple[list[RodState], Float64[np.ndarray, "B H 2 6"]]:
-        """Start and velocities of the grips of each window; all windows are equally long."""
+        """Return initial state and grip velocities of each window; windows have equal length."""
         scale = properties.length / self.rod_length(1.0)
         known = self._starts.setdefault(scale, {})
         missing = [w for w in windows if (w.sequence, w.frame) not in known]
@@ -134,23 +141,26 @@ class Replica:
             np.stack([actions[w.sequence, w.frame : w.frame + w.length] for w in windows]),
         )
 
-    def predicted(
+    def predict(
         self, properties: RodProperties, windows: Sequence[Window]
     ) -> Float64[np.ndarray, "B H k 3"]:
-        """Where the free vertices go [m]."""
+        """Return the predicted free vertices [m]."""
         states, actions = self.inputs(properties, windows)
-        rolled = self.rod(properties).rollout(
+        rollouts = self.rod(properties).rollout(
             RolloutSpec(states, actions, self.motion.dt, substeps=self.substeps)
         )
-        return self.at_free_vertices(np.stack([r.positions for r in rolled]))
+        return self.at_free_vertices(np.stack([r.positions for r in rollouts]))
 
-    def linearized(
+    def linearize(
         self, properties: RodProperties, windows: Sequence[Window], parameters: tuple[str, ...]
     ) -> tuple[Float64[np.ndarray, "B H k 3"], Float64[np.ndarray, "B H k 3 Q"]]:
-        """Where the free vertices go, and its slopes in parameters of the rod with starts held."""
+        """Return the predicted free vertices [m] and their Jacobian in parameters of the rod.
+
+        Initial states and grip motions are held constant.
+        """
         states, actions = self.inputs(properties, windows)
         rod = self.rod(properties)
-        answers = []
+        found = []
         for b, state in enumerate(states):
             # One at a time: sensitivities keep every step of their roll-out.
             line = rod.linearize(
@@ -159,15 +169,15 @@ class Replica:
                 with_actions=False,
             )
             nodes = line.rollout.positions
-            slopes = line.d_positions_d_parameters.reshape(*nodes.shape[:2], -1)
-            slopes = self.at_free_vertices(slopes).reshape(len(nodes), -1, 3, len(parameters))
-            answers.append((self.at_free_vertices(nodes), slopes))
-        return np.stack([a[0] for a in answers]), np.stack([a[1] for a in answers])
+            jacobian = line.d_positions_d_parameters.reshape(*nodes.shape[:2], -1)
+            jacobian = self.at_free_vertices(jacobian).reshape(len(nodes), -1, 3, len(parameters))
+            found.append((self.at_free_vertices(nodes), jacobian))
+        return np.stack([a[0] for a in found]), np.stack([a[1] for a in found])
 
-    def restored(
+    def all_vertices(
         self, free: Float64[np.ndarray, "B H k 3"], windows: Sequence[Window]
     ) -> Float64[np.ndarray, "B H V 3"]:
-        """Predictions of the free vertices among the measured held ones, in the file's order."""
+        """Return predicted free and measured held vertices, in the order of the measurement [m]."""
         v = self.motion.vertices
         whole = np.stack([v[w.sequence, w.frame + 1 : w.frame + 1 + w.length] for w in windows])
         whole[:, :, self.motion.free] = free
@@ -177,24 +187,26 @@ class Replica:
         return self.rod_length(scale) / (self.node_count - 1)
 
     def _grip_frames(self) -> tuple[Float64[np.ndarray, "S T 4"] | None, ...]:
-        """Orientation of either clamp at every frame."""
+        """Return the orientation of each clamp at every frame; None for other ends."""
         chain = poses.normalized(np.diff(self._vertices[:, 0], axis=1))
         clamped = self.kinds[0] == "clamped"
         tangents = self.motion.tangents(0) if clamped else chain[:, None, 0]
-        left = transported(_upright(tangents[:, 0]), tangents)
+        left = parallel_transport(_upright(tangents[:, 0]), tangents)
         if self.kinds[1] != "clamped":
             return (left if clamped else None), None
-        # The right clamp's roll is that of a rope without twist in the first frame.
-        along = transported(left[:, 0], np.concatenate([tangents[:, :1], chain], axis=1))[:, -1]
+        # The rope has no twist in the first frame, which gives the roll of the right clamp.
+        along = parallel_transport(left[:, 0], np.concatenate([tangents[:, :1], chain], axis=1))[
+            :, -1
+        ]
         tangents = self.motion.tangents(1)
         z = np.array([0.0, 0.0, 1.0])
         first = poses.multiply(
             poses.rotation_between(poses.rotate(along, z), tangents[:, 0]), along
         )
-        return left, transported(first, tangents)
+        return left, parallel_transport(first, tangents)
 
     def _grip_positions(self, scale: float, end: int) -> Float64[np.ndarray, "S T 3"]:
-        """Of the rod's outermost nodes [m]."""
+        """Return the positions of an outermost node of the rod at every frame [m]."""
         outer = self._vertices[:, :, -end]
         if self.kinds[end] != "clamped":
             return outer
@@ -215,19 +227,20 @@ class Replica:
 
     def _states(self, scale: float, windows: Sequence[Window]) -> list[RodState]:
         dt = self.motion.dt
-        before, now = (self._chains(scale, windows, back) for back in (1, 0))
-        velocities = unstretching(now, (now - before) / dt, self._movable())
+        previous, current = (self._chains(scale, windows, back) for back in (1, 0))
+        velocities = project_velocities(current, (current - previous) / dt, self._movable())
         index = tuple(np.array([(w.sequence, w.frame) for w in windows]).T)
         frames = [None if f is None else f[index] for f in self._frames]
         first = frames[0]
         if first is None:
-            first = _upright(poses.normalized(now[:, 1] - now[:, 0]))
-        orientations = framed(now, first, frames[1])
-        earlier = poses.normalized(np.diff(now - dt * velocities, axis=1))
-        turns = poses.rotation_between(earlier, poses.normalized(np.diff(now, axis=1)))
+            first = _upright(poses.normalized(current[:, 1] - current[:, 0]))
+        orientations = batch_frames(current, first, frames[1])
+        earlier = poses.normalized(np.diff(current - dt * velocities, axis=1))
+        turns = poses.rotation_between(earlier, poses.normalized(np.diff(current, axis=1)))
         spins = poses.logarithm(turns) / dt
         return [
-            RodState(now[b], orientations[b], velocities[b], spins[b]) for b in range(len(windows))
+            RodState(current[b], orientations[b], velocities[b], spins[b])
+            for b in range(len(windows))
         ]
 
     def _movable(self) -> Bool[np.ndarray, "n"]:
@@ -239,13 +252,13 @@ class Replica:
     def _chains(
         self, scale: float, windows: Sequence[Window], back: int
     ) -> Float64[np.ndarray, "B n 3"]:
-        """Nodes as the vertices of a frame say [m]."""
+        """Return the nodes through the vertices, `back` frames before each window starts [m]."""
         index = tuple(np.array([(w.sequence, w.frame - back) for w in windows]).T)
         slopes = [
             self.motion.tangents(end)[index] if kind == "clamped" else None
             for end, kind in enumerate(self.kinds)
         ]
-        nodes = splined(
+        nodes = cubic_spline(
             scale * self.arcs,
             self._vertices[index],
             slopes[0],
@@ -258,16 +271,18 @@ class Replica:
             if slope is not None:
                 inward = (1 - 2 * end) * self._edge(scale)
                 nodes[:, 1 - 3 * end] = nodes[:, -end] + inward * slope
-        return inextensible(nodes, self._edge(scale), self._movable())
+        return project_lengths(nodes, self._edge(scale), self._movable())
 
 
 def _upright(tangents: Float64[np.ndarray, "B 3"]) -> Float64[np.ndarray, "B 4"]:
-    """First axis nearest to the world's x, or to its y where ropes run along x.
+    """Return frames whose first axis is nearest to the world's x, or to y if a rope runs along x.
 
-    One choice for all of them, so that a rest curvature means the same in every sequence.
+    The choice is common to all, so that a rest curvature means the same in every sequence.
     """
-    along_x = np.max(np.abs(tangents[:, 0])) > ALONG
-    return upright(tangents, np.array([0.0, 1.0, 0.0] if along_x else [1.0, 0.0, 0.0]))
+    along_x = np.max(np.abs(tangents[:, 0])) > MAX_REFERENCE_COSINE
+    return frames_near_reference(
+        tangents, np.array([0.0, 1.0, 0.0] if along_x else [1.0, 0.0, 0.0])
+    )
 
 
 def _kind(held: int) -> str:
@@ -275,7 +290,12 @@ def _kind(held: int) -> str:
 
 
 def cubic_weights(at: Float64[np.ndarray, "k"], count: int) -> Float64[np.ndarray, "k n"]:
-    """Weights of Lagrange's cubic through the four nodes around fractional node indices."""
+    """Return the weights of Lagrange's cubic through the four nodes around fractional indices.
+
+    Args:
+        at: Fractional node indices.
+        count: Number of nodes.
+    """
     weights = np.zeros((len(at), count))
     for row, u in zip(weights, at, strict=True):
         first = int(np.clip(np.floor(u) - 1, 0, count - 4))

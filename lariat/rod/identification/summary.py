@@ -1,4 +1,4 @@
-"""What a fit found, in words and numbers that a person can use."""
+"""Summary of a fit: values with standard deviations, and limits of what the motion determines."""
 
 from __future__ import annotations
 
@@ -7,28 +7,28 @@ from dataclasses import dataclass
 import numpy as np
 
 from lariat.rod.identification.fit import Fit
-from lariat.rod.identification.material import SPREADS, UNITS
+from lariat.rod.identification.material import GROUP_UNITS, PRIOR_DEVIATIONS
 
-UNTOLD = 0.5
-"""Share of the belief's standard deviation above which the data have told nothing [-]."""
-TRADED = 0.95
-"""Correlation above which two unknowns can stand in for each other [-]."""
+MAX_DEVIATION_RATIO = 0.5
+"""Ratio of posterior to prior standard deviation above which an unknown is undetermined [-]."""
+MAX_CORRELATION = 0.95
+"""Correlation above which two unknowns are determined only together [-]."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One unknown."""
+    """Identified value of one unknown."""
 
     name: str
     value: float
     standard_deviation: float
     unit: str
     known: bool
-    """Whether the motion says more than was believed before."""
+    """Whether the motion determines it."""
 
 
 def findings(fit: Fit) -> list[Finding]:
-    """Every unknown with its standard deviation."""
+    """Return every unknown with its standard deviation."""
     deviations = np.sqrt(np.diag(fit.covariance))
     p, found = fit.properties, []
     length = fit.rope_length
@@ -45,7 +45,7 @@ def findings(fit: Fit) -> list[Finding]:
         }[group]
         linear = group == "rest_curvature"
         for k, (value, deviation) in enumerate(zip(values, deviations[place], strict=True)):
-            factor = 1.0 / fit.material.believed.length if linear else value
+            factor = 1.0 / fit.material.mean.length if linear else value
             name = group if len(values) == 1 else f"{group}[{k}]"
             if linear:
                 name = f"{group}[{k // 3}][{k % 3}]"
@@ -54,25 +54,26 @@ def findings(fit: Fit) -> list[Finding]:
                     name,
                     float(value),
                     float(deviation * factor),
-                    UNITS[group],
-                    bool(deviation < UNTOLD * SPREADS[group]),
+                    GROUP_UNITS[group],
+                    bool(deviation < MAX_DEVIATION_RATIO * PRIOR_DEVIATIONS[group]),
                 )
             )
     return found
 
 
-def cannot_tell(fit: Fit, weighed: bool = False) -> list[str]:
-    """What this motion leaves open, a sentence each.
+def undetermined(fit: Fit, weighed: bool = False) -> list[str]:
+    """Return what the motion does not determine, one sentence each.
 
     Args:
+        fit: Result of a fit.
         weighed: Whether the rope's linear density is known.
     """
-    said = (
+    sentences = (
         []
         if weighed
         else ["Mass: stiffness is found per linear density; weigh the rope to have EI in N m^2."]
     )
-    said += [
+    sentences += [
         "Stretch: the rope was taken to keep its length.",
         "Turns of twist: markers do not show how the grips are rolled about the rope.",
     ]
@@ -83,18 +84,18 @@ def cannot_tell(fit: Fit, weighed: bool = False) -> list[str]:
         size = len([f for f in found if f.name.partition("[")[0] == group])
         if of_group:
             which = group if size == 1 else f"{group} at {len(of_group)} of {size} places"
-            said.append(
+            sentences.append(
                 f"{which.replace('_', ' ').capitalize()}: as good as unseen in this motion."
             )
     deviations = np.sqrt(np.diag(fit.covariance))
     correlation = fit.covariance / np.outer(deviations, deviations)
     for i in range(len(found)):
         for j in range(i):
-            if abs(correlation[i, j]) > TRADED and found[i].known and found[j].known:
-                said.append(
+            if abs(correlation[i, j]) > MAX_CORRELATION and found[i].known and found[j].known:
+                sentences.append(
                     f"{found[j].name} and {found[i].name}: only together (correlation "
                     f"{correlation[i, j]:+.2f})."
                 )
     if "rest_curvature" not in fit.material.groups:
-        said.append("Rest curvature: without a clamped end its direction has no meaning.")
-    return said
+        sentences.append("Rest curvature: without a clamped end its direction has no meaning.")
+    return sentences

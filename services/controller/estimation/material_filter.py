@@ -108,7 +108,7 @@ class MaterialFilter:
         self.properties = self._material.properties(np.zeros(self._material.count))
         """The rope as far as it is known."""
         groups = self._material.groups
-        self._believed = self._material.belief(SPREADS)
+        self._believed = self._material.prior_information(SPREADS)
         self._seen = np.zeros_like(self._believed)
         """What earlier shapes have told, around `_centre`."""
         self._centre = np.zeros(self._material.count)
@@ -162,7 +162,7 @@ class MaterialFilter:
         deviations = self._deviations()
         profile = self.properties.stiffness_profile
         curvature = np.ravel(self.properties.rest_curvature).tolist()
-        scale = 1.0 / self._material.believed.length
+        scale = 1.0 / self._material.mean.length
         return {
             "stiffness_profile": [
                 self._estimate("stiffness_profile", k, value, value, deviations)
@@ -242,8 +242,8 @@ class MaterialFilter:
         residuals = error - slopes @ (self._x - self._applied)
         counting = min(1.0, TELLING / used.sum())
         seen = posterior.evidence(residuals[used], slopes[used], noise[used], counting)
-        known = posterior.belief(self._x - self._centre, self._believed + self._seen)
-        dx = posterior.step(seen + known, self._free)
+        known = posterior.prior(self._x - self._centre, self._believed + self._seen)
+        dx = posterior.gauss_newton_step(seen + known, self._free)
         (leap,) = np.abs(dx[self._material.groups["stiffness"]])
         dx = dx * min(1.0, LONGEST / max(leap, 1e-12))
         self._shape = seen.information
@@ -284,7 +284,7 @@ class MaterialFilter:
         shape_tells = self._free.copy()
         shape_tells[self._material.groups["damping"]] = False
         rod = estimator.rod.with_properties(self.properties)
-        names, chain = self._material.derivatives(self.properties, shape_tells)
+        names, chain = self._material.parameter_jacobian(self.properties, shape_tells)
         linear = rod.linearize(
             RolloutSpec(
                 estimator.state.at_rest(),

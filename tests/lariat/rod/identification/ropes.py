@@ -9,7 +9,7 @@ import numpy as np
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties, RolloutSpec
-from lariat.rod.identification import Motion, motion
+from lariat.rod.identification import Motion, check_motion
 
 STIFFNESS = 0.02
 """EI per linear density [m^4/s^2]."""
@@ -57,4 +57,4 @@ def recorded(
     vertices += noise * random.normal(size=vertices.shape)
     count = vertices.shape[2]
     held = [0, 1, count - 2, count - 1] if right == "clamped" else [0, 1]
-    return motion(vertices, 0.01, np.array(held))
+    return check_motion(vertices, 0.01, np.array(held))

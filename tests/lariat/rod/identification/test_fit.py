@@ -7,11 +7,11 @@ import pytest
 
 from lariat.rod.identification import (
     Finding,
-    cannot_tell,
     findings,
+    generic_rope,
     identify,
     predict,
-    unknown_rope,
+    undetermined,
 )
 from tests.lariat.rod.identification.ropes import CURVED, STIFFNESS, TRUE, recorded
 
@@ -25,7 +25,7 @@ def named(found: list[Finding], name: str) -> Finding:
 @pytest.mark.parametrize(("right", "factor"), [("clamped", 10.0), ("clamped", 0.1), ("free", 1.0)])
 def test_stiffness_is_found_from_any_start(right: str, factor: float) -> None:
     seen = recorded(CURVED, frames=90, right=right, noise=NOISE)
-    start = unknown_rope()
+    start = generic_rope()
     start = start.with_stiffness(factor * STIFFNESS * start.linear_density)
     fit = identify(seen, start)
     stiffness = named(findings(fit), "stiffness")
@@ -39,11 +39,11 @@ def test_what_motion_hides_is_said() -> None:
     fit = identify(recorded(sequences=1, frames=60, right="free", noise=NOISE))
     found = findings(fit)
     assert not named(found, "twist_ratio").known
-    said = " ".join(cannot_tell(fit))
+    said = " ".join(undetermined(fit))
     assert "Mass" in said
     assert "Twist ratio" in said
-    assert "Mass" not in " ".join(cannot_tell(fit, weighed=True))
-    assert TRUE.linear_density == pytest.approx(unknown_rope().linear_density)
+    assert "Mass" not in " ".join(undetermined(fit, weighed=True))
+    assert TRUE.linear_density == pytest.approx(generic_rope().linear_density)
 
 
 def test_motion_that_is_too_short_is_refused() -> None:

@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from lariat.geometry import poses
-from lariat.rod.identification.initial_state import framed, inextensible, splined, unstretching
+from lariat.rod.identification.initial_state import (
+    batch_frames,
+    cubic_spline,
+    project_lengths,
+    project_velocities,
+)
 
 SLACK = np.stack([np.linspace(0, 1, 12), 0 * np.arange(12.0), np.linspace(0, 1, 12) ** 2], 1)[None]
 MOVABLE = np.ones(12, dtype=bool)
@@ -20,13 +25,13 @@ def test_spline_goes_through_any_cubic() -> None:
 
     slopes = np.array([[-1.0, 0.0, -1.0]]), np.array([[2.0, 4.0, -1.0]])
     at = np.linspace(0.0, 1.0, 23)
-    found = splined(knots, cubic(knots)[None], *slopes, at)
+    found = cubic_spline(knots, cubic(knots)[None], *slopes, at)
     np.testing.assert_allclose(found[0], cubic(at), atol=1e-12)
 
 
 def test_chain_gets_its_length_and_keeps_its_ends() -> None:
     edge = 1.04 * np.linalg.norm(np.diff(SLACK[0], axis=0), axis=1).mean()
-    found = inextensible(SLACK, edge, MOVABLE)
+    found = project_lengths(SLACK, edge, MOVABLE)
     lengths = np.linalg.norm(np.diff(found[0], axis=0), axis=1)[1:]
     np.testing.assert_allclose(lengths, edge, rtol=1e-6)
     np.testing.assert_array_equal(found[0, ~MOVABLE], SLACK[0, ~MOVABLE])
@@ -34,18 +39,18 @@ def test_chain_gets_its_length_and_keeps_its_ends() -> None:
 
 def test_taut_chain_stays_finite() -> None:
     straight = np.stack([np.linspace(0, 1, 12), 0 * np.arange(12.0), 0 * np.arange(12.0)], 1)[None]
-    found = inextensible(straight, 0.9 / 11.0, MOVABLE)
+    found = project_lengths(straight, 0.9 / 11.0, MOVABLE)
     assert np.max(np.abs(found - straight)) < 0.5
 
 
 def test_velocities_lose_what_would_stretch() -> None:
     random = np.random.default_rng(0)
     given = random.normal(size=SLACK.shape) * MOVABLE[:, None]
-    kept = unstretching(SLACK, given, MOVABLE)
+    kept = project_velocities(SLACK, given, MOVABLE)
     d = np.diff(SLACK, axis=1)
     rate = np.sum(d * np.diff(kept, axis=1), axis=2)[0, 1:]
     assert np.max(np.abs(rate)) < 1e-2 * np.max(np.abs(np.sum(d * np.diff(given, axis=1), axis=2)))
-    np.testing.assert_allclose(unstretching(SLACK, kept, MOVABLE), kept, atol=1e-2)
+    np.testing.assert_allclose(project_velocities(SLACK, kept, MOVABLE), kept, atol=1e-2)
 
 
 def test_frames_follow_the_chain_between_two_given_ones() -> None:
@@ -55,7 +60,7 @@ def test_frames_follow_the_chain_between_two_given_ones() -> None:
     last = poses.multiply(
         poses.rotation_between(z, tangents[:, -1]), poses.exponential(0.7 * z)[None]
     )
-    frames = framed(SLACK, first, last)
+    frames = batch_frames(SLACK, first, last)
     np.testing.assert_allclose(poses.rotate(frames, np.tile(z, (1, 11, 1))), tangents, atol=1e-12)
     np.testing.assert_allclose(np.abs(np.sum(frames[:, -1] * last)), 1.0, atol=1e-12)
     steps = poses.logarithm(poses.multiply(poses.conjugate(frames[:, :-1]), frames[:, 1:]))

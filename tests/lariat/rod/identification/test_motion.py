@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lariat.rod.identification import motion
+from lariat.rod.identification import check_motion
 
 GOOD = np.zeros((2, 20, 8, 3))
 GOOD[..., 0] = np.arange(8) * 0.1
@@ -40,7 +40,7 @@ def bent(index: tuple[int, ...], value: float) -> np.ndarray:
 )
 def test_bad_motion_is_named(vertices: object, dt: object, held: object, words: str) -> None:
     with pytest.raises(ValueError, match=words):
-        motion(vertices, dt, held)
+        check_motion(vertices, dt, held)
 
 
 @pytest.mark.parametrize(
@@ -48,6 +48,6 @@ def test_bad_motion_is_named(vertices: object, dt: object, held: object, words: 
     [([0, 1, 6, 7], (2, 2)), ([0, -1], (1, 1)), ([7, 6], (0, 2)), ([0, 1, 2, 7], (3, 1))],
 )
 def test_held_runs_are_counted_from_both_ends(held: list[int], ends: tuple[int, int]) -> None:
-    found = motion(GOOD, 0.01, np.array(held))
+    found = check_motion(GOOD, 0.01, np.array(held))
     assert (found.left, found.right) == ends
     assert found.free.sum() == 8 - len(held)

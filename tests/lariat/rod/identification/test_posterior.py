@@ -17,7 +17,7 @@ def solved(residuals: np.ndarray) -> np.ndarray:
     x = np.zeros(2)
     for _ in range(20):
         found = posterior.evidence(residuals - SLOPES @ x, SLOPES, NOISE, 1.0)
-        x = x + posterior.step(found, FREE)
+        x = x + posterior.gauss_newton_step(found, FREE)
     return x
 
 
@@ -36,7 +36,7 @@ def test_pull_is_the_slope_of_the_loss() -> None:
     for p in range(2):
         dx = h * np.eye(2)[p]
         costs = [posterior.loss(residuals - sign * SLOPES @ dx, NOISE, 0.1) for sign in (1.0, -1.0)]
-        np.testing.assert_allclose((costs[1] - costs[0]) / (2.0 * h), found.pull[p], rtol=1e-5)
+        np.testing.assert_allclose((costs[1] - costs[0]) / (2.0 * h), found.descent[p], rtol=1e-5)
 
 
 def test_standard_deviations_are_what_repeated_experiments_scatter() -> None:
@@ -53,7 +53,9 @@ def test_standard_deviations_are_what_repeated_experiments_scatter() -> None:
 def test_clusters_that_disagree_widen_the_answer() -> None:
     found = posterior.evidence(SLOPES @ TRUE, SLOPES, NOISE, 1.0)
     alike = [found, found]
-    apart = [posterior.Evidence(found.information, found.pull * sign, 0.0) for sign in (2.0, -2.0)]
+    apart = [
+        posterior.Evidence(found.information, found.descent * sign, 0.0) for sign in (2.0, -2.0)
+    ]
     narrow = posterior.covariance(found, alike, FREE)
     wide = posterior.covariance(found, apart, FREE)
     assert np.all(np.diag(wide) > 2.0 * np.diag(narrow))

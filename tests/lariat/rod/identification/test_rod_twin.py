@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from lariat.rod.identification import Motion, predict
-from lariat.rod.identification.fit import linearized, unknown_rope
+from lariat.rod.identification.fit import generic_rope, linearize
 from lariat.rod.identification.material import Material
-from lariat.rod.identification.rod_twin import Replica
+from lariat.rod.identification.rod_twin import RodTwin
 from tests.lariat.rod.identification.ropes import STIFFNESS, TRUE, recorded
 
 
@@ -37,23 +37,21 @@ def test_mirrored_motion_is_predicted_alike() -> None:
 
 def test_slopes_are_those_of_differences(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("lariat.rod.identification.rod_twin.TOLERANCE", 1e-10)
-    replica = Replica(recorded(sequences=1, frames=40))
-    believed = replace(unknown_rope(), length=replica.rod_length(1.0)).with_stiffness(
-        STIFFNESS * unknown_rope().linear_density
+    twin = RodTwin(recorded(sequences=1, frames=40))
+    believed = replace(generic_rope(), length=twin.rod_length(1.0)).with_stiffness(
+        STIFFNESS * generic_rope().linear_density
     )
     material = Material(believed, profile_knots=3, curvature_knots=2)
     x = 0.1 * np.random.default_rng(1).normal(size=material.count)
-    windows = replica.windows(30)
+    windows = twin.windows(30)
     free = np.ones(material.count, dtype=bool)
-    _, slopes = linearized(replica, material, x, windows, free)
+    _, jacobian = linearize(twin, material, x, windows, free)
     for name, place in material.groups.items():
         # The length's slope is a difference too, to one side.
         bound = 2e-2 if name == "length" else 1e-5
         for p in range(place.start, place.stop):
             there, back = (x + h * np.eye(material.count)[p] for h in (1e-5, -1e-5))
-            ahead, behind = (
-                replica.predicted(material.properties(y), windows) for y in (there, back)
-            )
+            ahead, behind = (twin.predict(material.properties(y), windows) for y in (there, back))
             difference = (ahead - behind) / 2e-5
-            error = np.linalg.norm(slopes[..., p] - difference) / np.linalg.norm(difference)
+            error = np.linalg.norm(jacobian[..., p] - difference) / np.linalg.norm(difference)
             assert error < bound, name

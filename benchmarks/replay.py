@@ -61,8 +61,8 @@ PERTURBATIONS = (
     Perturbation(
         "perception",
         "rope",
-        "prior curvature of the chain fit",
-        "settings:services.perception.centerline.chain_fit:FitSettings.change_sigma",
+        "prior change of curvature in the chain fit",
+        "settings:services.perception.centerline.chain_fit:FitSettings.curvature_change_sigma",
     ),
     Perturbation("planner", "rope", "wanted clearance", "scenario:control.clearance"),
     Perturbation(
@@ -219,8 +219,8 @@ def _scale_frames(service: Any, factor: float) -> None:
     newest: Callable[[int], Any] = source.newest
 
     def scaled(now: int) -> Any:
-        shot = newest(now)
-        return shot and replace(shot, exposed=round(shot.exposed * factor))
+        exposure = newest(now)
+        return exposure and replace(exposure, time=round(exposure.time * factor))
 
     source.newest = scaled
 

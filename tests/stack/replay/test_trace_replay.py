@@ -73,9 +73,18 @@ def record() -> list[Entry]:
     deliveries: list[Delivery] = []
     stack = SimulatedStack([Source(), Echo()], [deliveries.append])
     stack.advance_to(START + SECOND)
+    return entries_of(deliveries)
+
+
+def entries_of(deliveries: Iterable[Delivery]) -> list[Entry]:
     return [
         Entry(
-            d.key, d.topic.type.DESCRIPTOR.full_name, d.payload, d.publisher, d.sequence, d.received
+            d.key,
+            d.topic.type.DESCRIPTOR.full_name,
+            d.payload,
+            d.publisher,
+            d.sequence,
+            d.received,
         )
         for d in deliveries
     ]
@@ -243,3 +252,26 @@ def test_a_cut_live_file_ends_with_messages_of_untraced_steps(tmp_path: Path):
     kept = [e for k, e in enumerate(entries) if k != last]
     result = replayed(write(tmp_path / "a.mcap", kept, "live"))
     assert result.same
+
+
+@pytest.mark.parametrize(("shift", "same"), [(2e-8, True), (1e-6, False)])
+def test_a_small_shift_of_every_chain_is_found_by_the_median(
+    tmp_path: Path, shift: float, same: bool
+):
+    class Rope(Echo):
+        """Publishes a chain of its own at every step."""
+
+        writes = (topics.ROPE_NODES,)
+
+        def __init__(self, offset: float) -> None:
+            self._offset = offset
+
+        def step(self, inbox: Inbox, now: int):
+            x = now / SECOND + self._offset
+            yield Publication(topics.ROPE_NODES, NodeChain(stamp=now, positions=[x, 0, 0]))
+
+    deliveries: list[Delivery] = []
+    SimulatedStack([Rope(0.0)], [deliveries.append]).advance_to(START + SECOND)
+    result = replayed(write(tmp_path / "a.mcap", entries_of(deliveries)), Rope(shift))
+    assert result.same == same
+    assert {d.kind for d in result.differences} <= {"median"}

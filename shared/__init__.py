@@ -1,1 +1,1 @@
-"""What two processes must agree on: messages, topics, the service contract, geometry, the rod."""
+"""What processes agree on: messages, topics, bus, service contract, scenario, recording, CR5 facts."""

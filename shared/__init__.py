@@ -1,1 +1,1 @@
-"""What processes agree on: messages, topics, bus, service contract, scenario, recording, CR5 facts."""
+"""Agreements between processes: messages, topics, bus, service contract, scenario, recording."""

@@ -67,11 +67,16 @@ def project(wheels: Path) -> Iterator[Compose]:
     call("down", "--volumes", "--timeout", "3")
 
 
-# The kernels stay compiled from one scenario to the next.
 @pytest.fixture(params=["three-cylinders", "fixed-end"])
-def compose(request: pytest.FixtureRequest, project: Compose) -> Iterator[Compose]:
-    """Calls on a stack that is up; the second scenario has an emulated CR5."""
-    call = partial(project, scenario=request.param)
+def scenario(request: pytest.FixtureRequest) -> str:
+    """One scenario without and one with a CR5."""
+    return request.param
+
+
+@pytest.fixture
+def compose(scenario: str, project: Compose) -> Iterator[Compose]:
+    """Calls on a stack that is up."""
+    call = partial(project, scenario=scenario)
     try:
         up = call("up", "--detach", "--wait", "--wait-timeout", "300", timeout=400.0)
         assert up.returncode == 0, up.stderr[-2000:] + call("logs", "--tail", "20").stdout[-4000:]
@@ -80,7 +85,9 @@ def compose(request: pytest.FixtureRequest, project: Compose) -> Iterator[Compos
         call("down", "--timeout", "3")
 
 
-def test_a_goal_is_reached_and_recorded_in_containers(compose: Compose, tmp_path: Path) -> None:
+def test_a_goal_is_reached_and_recorded_in_containers(
+    scenario: str, compose: Compose, tmp_path: Path
+) -> None:
     def talk(*verb: str) -> subprocess.CompletedProcess[str]:
         return compose("run", "--rm", "-T", "cli", *verb)
 
@@ -111,7 +118,7 @@ def test_a_goal_is_reached_and_recorded_in_containers(compose: Compose, tmp_path
     assert copied.returncode == 0, copied.stderr
     states = [
         entry.parse().state
-        for path in sorted(tmp_path.glob("*.mcap"))
+        for path in sorted(tmp_path.glob(f"*_{scenario}.mcap"))
         for entry in Recording.open(path).messages([topics.TASK_STATE.key])
     ]
     assert RunState.Value("RUNNING") in states

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from lariat.geometry.poses import Pose
 from services.robot_gateway.drivers.cr5.link import Link
 from services.robot_gateway.drivers.driver import Driver
-from services.robot_gateway.drivers.ideal import FixedDriver, IdealDriver
+from services.robot_gateway.drivers.fixed import FixedDriver
+from services.robot_gateway.drivers.ideal import IdealDriver
 from shared.configuration import ConfigurationError
 from shared.scenario import SIDES, Scenario, Side
 

@@ -1,4 +1,4 @@
-"""Drivers without a device: an ideal arm without tracking error, and a fixed clamp."""
+"""Driver of an ideal arm: no device, no tracking error."""
 
 from __future__ import annotations
 
@@ -51,15 +51,3 @@ class IdealDriver:
         if target is not None:
             self._pose, self._velocity = target, velocity
         return ArmFeedback(self._pose, self._velocity, ready=True, gripper_closed=self._closed)
-
-
-class FixedDriver(IdealDriver):
-    """Clamp that is fixed to the world."""
-
-    name = "fixed"
-    moves = False
-
-    def step(
-        self, now: int, target: Pose | None, velocity: Float64[np.ndarray, "2 3"]
-    ) -> ArmFeedback:
-        return super().step(now, None, velocity)

@@ -29,7 +29,7 @@ POSE = "473.000000,-141.000000,469.000000,180.000000,0.000000,-90.000000"
         ("v3", "User(5)", -1),
         ("v3", "GetPose(User=0)", -20000),
         ("v3", "BrakeControl(7,1)", -40001),
-        # What the maker's own client gets wrong on the wire.
+        # What the vendor's own client gets wrong on the wire.
         ("v3", "InverseSolution(1,2,3,4,5,6,0,01,'{1,2,3,4,5,6}')", -30009),
         ("v3", "PayLoad(10.02)", -20000),
         ("v4", "MovJ(1,2,3,4,5,6)", -20000),

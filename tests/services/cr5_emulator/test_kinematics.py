@@ -10,7 +10,7 @@ from services.cr5_emulator.kinematics import CALIBRATED, NOMINAL
 from shared.cr5.kinematics import Kinematics
 
 HERE = Pose(np.zeros(3), poses.IDENTITY)
-# Joints [deg], flange [mm, deg], quaternion; poses 2 and 3 are the maker's own numbers.
+# Joints [deg], flange [mm, deg], quaternion; poses 2 and 3 are the vendor's own numbers.
 POSES = [
     ((0, 0, 0, 0, 0, 0), (0, -246, 1047, -90, 0, 180), (0, 0, 0.707107, -0.707107)),
     ((0, 0, -90, 0, 90, 0), (473, -141, 469, 180, 0, -90), (0, 0.707107, -0.707107, 0)),

@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import fields
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -158,3 +159,26 @@ def test_options_of_the_command_line_reach_the_arm_and_are_explained() -> None:
     )
     assert wrong.returncode == 2
     assert "there are 4.5, 4.6" in wrong.stderr
+
+
+def test_end_without_a_cr5_leaves_the_process_idle_and_alive(tmp_path: Path) -> None:
+    heartbeat = tmp_path / "heartbeat"
+    command = [sys.executable, "-m", "services.cr5_emulator", "--scenario", "fixed-end"]
+    command += ["--side", "left", "--host", HOST, "--heartbeat", str(heartbeat)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout is not None
+        assert process.stdout.readline().startswith("idle")
+        deadline = time.monotonic() + 10.0
+        while not heartbeat.exists():
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        with pytest.raises(ConnectionRefusedError):
+            connect(29999)
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(10.0) == 0
+    finally:
+        process.kill()
+        process.wait()
+        assert process.stdout is not None
+        process.stdout.close()

@@ -1,4 +1,4 @@
-"""What the maker's V3 Python client sends, call by call, and what is to come back.
+"""Calls of the vendor's V3 Python client, and the expected replies.
 
 An answer is `error,{values},echo;`. Beside each text stands the error when it is negative, else how
 many numbers there are between the braces, or exactly what stands there.

@@ -1,4 +1,4 @@
-"""What the maker's V4 Python client sends, call by call, and what is to come back.
+"""Calls of the vendor's V4 Python client, and the expected replies.
 
 As in `wire_v3`; ID is the number of the command in the queue.
 """

@@ -16,7 +16,7 @@ from services.cr5_emulator.options import Options
 from services.robot_gateway.cell import Cell
 from services.robot_gateway.constraints.motion_constraints import CellBoundaries
 from services.robot_gateway.drivers.cr5.driver import Cr5Driver
-from services.robot_gateway.drivers.ideal import FixedDriver
+from services.robot_gateway.drivers.fixed import FixedDriver
 from services.robot_gateway.motion.follower import SetpointFollower
 from services.robot_gateway.safety.force_limit import ForceLimit
 from services.robot_gateway.safety.state_machine import OperatorCommand

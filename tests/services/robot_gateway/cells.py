@@ -12,7 +12,8 @@ from lariat.geometry.poses import Pose
 from lariat.trajectory import MotionState, SetpointChunk
 from services.robot_gateway.cell import Cell
 from services.robot_gateway.constraints.motion_constraints import CellBoundaries
-from services.robot_gateway.drivers.ideal import FixedDriver, IdealDriver
+from services.robot_gateway.drivers.fixed import FixedDriver
+from services.robot_gateway.drivers.ideal import IdealDriver
 from services.robot_gateway.motion.follower import SetpointFollower
 from services.robot_gateway.safety.state_machine import OperatorCommand
 from services.robot_gateway.status import CellStatus

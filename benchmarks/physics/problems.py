@@ -210,12 +210,12 @@ def buckled(node_count: int) -> Shapes:
 
 def natural_helix(node_count: int) -> float:
     """Largest error of the curvature of a free rod whose rest shape is a helix [1/m]."""
-    rest = (3.0, 0.0, 4.0)
-    properties = RodProperties(0.5, 0.006, 0.05, 2e6, rest_curvature=(rest,))
+    rest_curvature = (3.0, 0.0, 4.0)
+    properties = RodProperties(0.5, 0.006, 0.05, 2e6, rest_curvature=(rest_curvature,))
     rod = Rod(properties, node_count, right="free", gravity=(0.0, 0.0, 0.0), tolerance=1e-10)
     grip = Pose(np.zeros(3), ALONG_X)
     rest = rod.rest(grip, grip)
-    return float(np.max(np.abs(curvatures(rod, rest.state) - np.array(rest))))
+    return float(np.max(np.abs(curvatures(rod, rest.state) - np.array(rest_curvature))))
 
 
 def _largest_distance(

@@ -1,4 +1,4 @@
-"""`python -m services.planner`: this service alone, live on the bus."""
+"""`python -m services.planner`: run the planner service live on the bus."""
 
 from __future__ import annotations
 

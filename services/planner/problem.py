@@ -1,4 +1,4 @@
-"""What a path is sought for."""
+"""Input and output of the planner."""
 
 from __future__ import annotations
 
@@ -15,68 +15,72 @@ from shared.scenario.sections import Limits
 
 @dataclass(frozen=True)
 class Problem:
-    """From a rope at rest to a goal, over or around obstacles."""
+    """Planning problem: from a rope at rest to a goal shape, without collisions."""
 
     rod: Rod
+    """Model of the rope."""
     state: RodState
-    """Where the rope rests now."""
+    """State of the rope at rest between the grips."""
     grips: tuple[Pose, Pose]
-    """Where the grips are now: left, right."""
+    """Current poses of the grips: left, right."""
     goal: Float64[np.ndarray, "n 3"]
-    """Nodes of the wanted shape [m]."""
+    """Nodes of the goal shape [m]."""
     goal_grips: tuple[Pose, Pose]
-    """The grips that go with it, as a first guess where only nodes were given."""
+    """Grips of the goal shape, an initial guess where only nodes were given."""
     moves: Bool[np.ndarray, "2 6"]
     """Which components of each grip's velocity are free: translation, then rotation."""
     obstacles: tuple[Obstacle, ...]
-    """All that must not be touched."""
+    """Obstacles that the rope must not touch."""
     supports: tuple[Obstacle, ...]
-    """What the rope may lean on."""
+    """Obstacles that the rope may lean on."""
     limits: Limits
+    """Limits of the grippers' motion."""
     clearance: float
-    """Wanted between all surfaces [m]."""
+    """Clearance to keep between all surfaces [m]."""
     tolerance: float
-    """Mean node distance that counts as reached [m]."""
+    """Mean node distance to the goal at which it is reached [m]."""
     oriented: tuple[bool, bool] = (False, False)
-    """Whether the orientation of each goal grip must be met."""
+    """Whether the orientation of each goal grip is prescribed."""
     turns: int = 0
-    """Whole turns of twist that the goal asks for (`lariat.rod.twist`)."""
+    """Whole turns of twist of the goal (`lariat.rod.twist`)."""
     seed: int = 0
+    """Seed of the random paths."""
 
     @property
     def solid(self) -> tuple[Obstacle, ...]:
-        """All that the grippers must not touch: what the rope may lean on as well."""
+        """Obstacles that the grippers must not touch: those that the rope may lean on as well."""
         return self.obstacles + self.supports
 
     @property
     def packed_supports(self) -> Float64[np.ndarray, "m 12"] | None:
-        """What the rope leans on, for the rod."""
+        """Supports as the rod takes them; None when there are none."""
         return pack(self.supports) if self.supports else None
 
     @property
     def radius(self) -> float:
-        """Of the rope [m]."""
+        """Radius of the rope [m]."""
         return self.rod.properties.diameter / 2.0
 
 
 @dataclass(frozen=True)
 class WholePath:
-    """Grips over time with the rope's shape along the way."""
+    """Timed path of both grips, with the shape of the rope along it."""
 
     dt: float
-    """Between points [s]."""
+    """Time between points [s]."""
     positions: Float64[np.ndarray, "t 2 3"]
-    """Of the grips [m]."""
+    """Positions of the grips [m]."""
     orientations: Float64[np.ndarray, "t 2 4"]
-    """Of the grips, wxyz."""
+    """Orientations of the grips, wxyz."""
     nodes: Float64[np.ndarray, "t n 3"]
-    """[m]"""
+    """Nodes of the rope [m]."""
     reached: bool
+    """Whether it reaches the goal without collision."""
     reason: str
-    """Why it does not reach the goal; empty when it does."""
+    """Reason why it does not reach the goal; empty when it does."""
     final_error: float
-    """Mean node distance to the goal at its end, once at rest [m]."""
+    """Mean node distance to the goal at its end, at rest [m]."""
     clearance: float
-    """Least distance of rope and grippers from obstacles along it [m]."""
+    """Least clearance of rope and grippers along it [m]."""
     blocked: bool = False
-    """Whether obstacles keep it from the goal: nearer than its end means nearer to them."""
+    """Whether obstacles keep it from the goal: any shape nearer to the goal is nearer to them."""

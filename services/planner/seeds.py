@@ -1,10 +1,12 @@
-"""First guesses of a way, found from the scene: straight, over things, around them, by chance.
+"""Seed paths: initial guesses for the optimisation, made from the scene and at random.
 
-A guess lifts the grips off in one direction, carries them along while they stay off, and sets them
-down. Which directions and how far is read from the obstacles themselves.
+A seed lifts the grips off in one direction, carries them to the goal at that offset, and sets them
+down. Directions and offsets come from the obstacles in between.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64
@@ -14,116 +16,158 @@ from lariat.geometry.obstacles import Obstacle, signed_distance
 from services.planner.problem import Problem
 
 Displacements = Float64[np.ndarray, "k 2 3"]
-
-RANDOM_COUNT = 10
-SPREAD = 0.25
-"""Standard deviation of a random detour [m]."""
-OTHER_COUNT = 24
-LEAST_TAUT, MOST_TAUT = 0.3, 0.95
-"""Distances of the grips on the ways of `others`, as shares of the rope's length."""
+"""Displacement of both grips in each block [m]."""
 
 
-def starts(problem: Problem, blocks: int) -> list[Displacements]:
-    """Displacements of both grips in each block [m], the most direct way first."""
-    found = [np.zeros(3)]
-    found += over(problem)
-    found += around(problem)
+@dataclass(frozen=True)
+class SeedSettings:
+    """Number and spread of the seed paths."""
+
+    random_offset_count: int = 10
+    """Number of seeds with a random offset."""
+    random_offset_sigma: float = 0.25
+    """Standard deviation of a random offset [m]."""
+    random_via_count: int = 24
+    """Number of seeds through a random pair of grips."""
+    via_stretch_range: tuple[float, float] = (0.3, 0.95)
+    """Range of the grip distance at that pair, relative to the rope's length."""
+    via_time_range: tuple[float, float] = (0.4, 0.8)
+    """Range of the share of the path at which that pair is reached."""
+    carried_stretch: float = 0.93
+    """Grip distance of a taut seed while it is carried, relative to the rope's length."""
+    lift_margin: float = 0.01
+    """Margin of a lift over obstacles, beside the clearance [m]."""
+    sidestep_margin: float = 0.02
+    """Margin of a sidestep around obstacles, beside the clearance [m]."""
+    max_sidestep: float = 0.7
+    """Longest sidestep [m]."""
+    max_lifts: int = 3
+    """Number of lifts, the highest ones of all obstacles."""
+    relevant_distance: float = 0.12
+    """Distance from the straight paths of the nodes, beside the clearance, within which an obstacle
+    is relevant [m]."""
+
+
+SETTINGS = SeedSettings()
+"""Default settings."""
+
+
+def seed_paths(
+    problem: Problem, blocks: int, settings: SeedSettings = SETTINGS
+) -> list[Displacements]:
+    """Return seed paths as displacements in blocks, the most direct one first."""
+    offsets = [np.zeros(3)]
+    lifts = lift_offsets(problem, settings)
+    offsets += lifts
+    offsets += sidestep_offsets(problem, settings)
     random = np.random.default_rng(problem.seed)
-    found += list(random.normal(scale=SPREAD, size=(RANDOM_COUNT, 3)))
-    ways = [_carried(problem, offset, blocks, 0.0) for offset in found]
-    # Held taut while it is carried, the rope sags less.
-    ways += [_carried(problem, offset, blocks, 0.93) for offset in found[: 1 + len(over(problem))]]
-    return ways
+    size = (settings.random_offset_count, 3)
+    offsets += list(random.normal(scale=settings.random_offset_sigma, size=size))
+    paths = [_carried_path(problem, offset, blocks, 0.0) for offset in offsets]
+    # The rope sags less while it is carried taut.
+    paths += [
+        _carried_path(problem, offset, blocks, settings.carried_stretch)
+        for offset in offsets[: 1 + len(lifts)]
+    ]
+    return paths
 
 
-def others(problem: Problem, blocks: int) -> list[Displacements]:
-    """More ways, by chance, for a goal that the usual ones do not lead to.
+def random_via_paths(
+    problem: Problem, blocks: int, settings: SeedSettings = SETTINGS
+) -> list[Displacements]:
+    """Return random seed paths for a goal that the usual ones do not reach.
 
-    Between the same grips a rope may rest in several shapes; in which it ends depends on where each
-    end comes from. So both ends make detours of their own here, at any distance from each other.
+    Between the same grips a rope may rest in several shapes; which one it ends in depends on where
+    each end comes from. Both ends therefore make detours of their own, at any distance apart.
     """
     random = np.random.default_rng([problem.seed, 1])
     begin = np.stack([g.position for g in problem.grips])
     end = np.stack([g.position for g in problem.goal_grips])
     moves = problem.moves[:, :3]
     low, high = np.array(problem.limits.workspace)
+    length = problem.rod.properties.length
     found = []
-    for _ in range(OTHER_COUNT):
-        share = random.uniform(0.4, 0.8)
+    for _ in range(settings.random_via_count):
+        share = random.uniform(*settings.via_time_range)
         middle = begin.mean(axis=0) + random.uniform(0.3, 1.0) * (end - begin).mean(axis=0)
-        middle = middle + random.normal(scale=SPREAD / 2.0, size=3)
-        heading = random.normal(size=3) + (end[1] - end[0]) / problem.rod.properties.length
-        half = 0.5 * random.uniform(LEAST_TAUT, MOST_TAUT) * problem.rod.properties.length
+        middle = middle + random.normal(scale=settings.random_offset_sigma / 2.0, size=3)
+        heading = random.normal(size=3) + (end[1] - end[0]) / length
+        half = 0.5 * random.uniform(*settings.via_stretch_range) * length
         chord = half * poses.normalized(heading)
         via = np.clip(np.stack([middle - chord, middle + chord]), low, high)
         s = np.linspace(0.0, 1.0, blocks + 1)[:, None, None]
         there, back = np.minimum(s / share, 1.0), np.maximum((s - share) / (1.0 - share), 0.0)
-        ways = begin + there * (via - begin) + back * (end - via)
-        found.append(np.diff(np.where(moves, ways, begin), axis=0))
+        path = begin + there * (via - begin) + back * (end - via)
+        found.append(np.diff(np.where(moves, path, begin), axis=0))
     return found
 
 
-def over(problem: Problem) -> list[Float64[np.ndarray, "3"]]:
-    """Lifts that bring the lowest point of the rope above things in the way."""
+def lift_offsets(
+    problem: Problem, settings: SeedSettings = SETTINGS
+) -> list[Float64[np.ndarray, "3"]]:
+    """Return lifts that bring the lowest point of the rope over relevant obstacles [m]."""
     lowest = min(problem.state.positions[:, 2].min(), problem.goal[:, 2].min())
-    need = problem.clearance + problem.radius + 0.01
-    tops = sorted({round(_extent(o, 2)[1], 3) for o in _in_the_way(problem)})
+    need = problem.clearance + problem.radius + settings.lift_margin
+    tops = sorted({round(_extent(o, 2)[1], 3) for o in _relevant_obstacles(problem, settings)})
     lifts = [top + need - lowest for top in tops]
-    # Several low things need one lift only; keep the highest and two below it.
-    return [np.array([0.0, 0.0, lift]) for lift in lifts[-3:] if lift > 0.0]
+    # Several low obstacles need one lift only.
+    return [np.array([0.0, 0.0, lift]) for lift in lifts[-settings.max_lifts :] if lift > 0.0]
 
 
-def around(problem: Problem) -> list[Float64[np.ndarray, "3"]]:
-    """Sidesteps to both sides of everything in the way, low and across."""
+def sidestep_offsets(
+    problem: Problem, settings: SeedSettings = SETTINGS
+) -> list[Float64[np.ndarray, "3"]]:
+    """Return horizontal sidesteps to both sides of all relevant obstacles [m]."""
     nodes = np.concatenate([problem.state.positions, problem.goal])
-    need = problem.clearance + problem.radius + 0.02
-    blocking = _in_the_way(problem)
-    detours = []
+    need = problem.clearance + problem.radius + settings.sidestep_margin
+    relevant = _relevant_obstacles(problem, settings)
+    offsets = []
     for axis in (0, 1):
-        if not blocking:
+        if not relevant:
             break
-        low = min(_extent(o, axis)[0] for o in blocking)
-        high = max(_extent(o, axis)[1] for o in blocking)
+        low = min(_extent(o, axis)[0] for o in relevant)
+        high = max(_extent(o, axis)[1] for o in relevant)
         for shift in (low - need - nodes[:, axis].max(), high + need - nodes[:, axis].min()):
-            if 0.0 < abs(shift) < 0.7:
-                detours.append(shift * np.eye(3)[axis])
-    return detours
+            if 0.0 < abs(shift) < settings.max_sidestep:
+                offsets.append(shift * np.eye(3)[axis])
+    return offsets
 
 
-def _carried(
-    problem: Problem, offset: Float64[np.ndarray, "3"], blocks: int, taut: float
+def _carried_path(
+    problem: Problem, offset: Float64[np.ndarray, "3"], blocks: int, stretch: float
 ) -> Displacements:
+    """Path at an offset, with the grips at least `stretch` rope lengths apart in between."""
     begin = np.stack([g.position for g in problem.grips])
     end = np.stack([g.position for g in problem.goal_grips])
     s = np.linspace(0.0, 1.0, blocks + 1)[:, None, None]
-    if not offset.any() and not taut:
-        ways = begin + s * (end - begin)
+    if not offset.any() and not stretch:
+        path = begin + s * (end - begin)
     else:
         along = np.clip(2.0 * s - 0.5, 0.0, 1.0)
         off = np.clip(np.minimum(s, 1.0 - s) * 4.0, 0.0, 1.0)
         middle = begin + along * (end - begin)
-        if taut:
-            middle = middle + off * _apart(problem, middle, taut)
-        ways = middle + off * offset
+        if stretch:
+            middle = middle + off * _stretching(problem, middle, stretch)
+        path = middle + off * offset
     moves = problem.moves[:, :3]
-    return np.diff(np.where(moves, ways, begin), axis=0)
+    return np.diff(np.where(moves, path, begin), axis=0)
 
 
-def _apart(
-    problem: Problem, ways: Float64[np.ndarray, "w 2 3"], taut: float
+def _stretching(
+    problem: Problem, path: Float64[np.ndarray, "w 2 3"], stretch: float
 ) -> Float64[np.ndarray, "w 2 3"]:
-    """What brings the grips to a fraction of the rope's length from each other."""
-    chord = ways[:, 1] - ways[:, 0]
+    """Displacements that bring the grips `stretch` rope lengths apart where they are closer [m]."""
+    chord = path[:, 1] - path[:, 0]
     distance = np.maximum(np.linalg.norm(chord, axis=1, keepdims=True), 1e-9)
-    more = 0.5 * np.maximum(taut * problem.rod.properties.length - distance, 0.0)
+    more = 0.5 * np.maximum(stretch * problem.rod.properties.length - distance, 0.0)
     return np.stack([-more * chord / distance, more * chord / distance], axis=1)
 
 
-def _in_the_way(problem: Problem) -> list[Obstacle]:
-    """Obstacles near any of the straight ways of the nodes."""
+def _relevant_obstacles(problem: Problem, settings: SeedSettings) -> list[Obstacle]:
+    """Obstacles near any of the straight paths of the nodes."""
     s = np.linspace(0.0, 1.0, 9)[:, None, None]
     swept = problem.state.positions + s * (problem.goal - problem.state.positions)
-    reach = 0.12 + problem.clearance
+    reach = settings.relevant_distance + problem.clearance
     return [
         o
         for o in problem.solid
@@ -132,7 +176,7 @@ def _in_the_way(problem: Problem) -> list[Obstacle]:
 
 
 def _extent(obstacle: Obstacle, axis: int) -> tuple[float, float]:
-    """Lowest and highest coordinate of an obstacle along a world axis, at most [m]."""
+    """Lowest and highest coordinate of an obstacle along a world axis [m]."""
     local = np.abs(poses.rotate(poses.conjugate(np.array(obstacle.orientation)), np.eye(3)[axis]))
     match obstacle.shape:
         case "box":

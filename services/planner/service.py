@@ -1,4 +1,4 @@
-"""Plans a path whenever a goal was set or the controller asks for one."""
+"""Planner service: a whole path whenever goal or scene change, or the controller asks for one."""
 
 from __future__ import annotations
 
@@ -31,14 +31,17 @@ from shared.scenario import SIDES, Scenario
 from shared.scenario.rod_properties import rod_properties
 from shared.service import SECOND, Inbox, Publication
 
-STILL = 2e-3
-"""Speed of the grips below which they stand [m/s]."""
-OTHER_SHAPE = 0.02
-"""Mean node distance of the rope from the rest shape expected of it that makes it another [m]."""
+MAX_START_SPEED = 2e-3
+"""Speed of a grip below which it is at rest [m/s]."""
+MAX_START_ANGULAR_SPEED = 1e-2
+"""Angular speed of a grip below which it is at rest [rad/s]."""
+SAME_SHAPE_DISTANCE = 0.02
+"""Mean node distance between the observed rope and the rod at rest below which both have the same
+shape [m]."""
 
 
 class PlannerService:
-    """A whole path for each (goal, scene, request)."""
+    """Publishes a whole path for each goal, scene and request."""
 
     name = "planner"
     reads = (
@@ -52,7 +55,7 @@ class PlannerService:
     rate = 10.0
     latency = 0.200
     longest_step = 10.0
-    """A plan takes one to four seconds beside everything else [s]."""
+    """Longest duration of a step [s]; a plan takes one to four on a loaded machine."""
 
     def __init__(self, scenario: Scenario) -> None:
         self._scenario = scenario
@@ -67,7 +70,7 @@ class PlannerService:
         self._published = 0
 
     def warm_up(self) -> None:
-        """Compiles by planning once, from the scenario's start to a place beside it."""
+        """Compile by planning once, from the scenario's start to a place beside it."""
         grips = self._scenario.grips(self._scenario.start)
         state = self._rod.rest(*grips).state
         shift = np.array([0.0, 0.0, 0.01]) * self._moves.any(axis=1).all()
@@ -79,7 +82,7 @@ class PlannerService:
         )
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
-        """A path when one is due, else the last one once a second."""
+        """Publish a path when one is due, and repeat the last one once a second."""
         task = inbox.latest(topics.TASK_STATE)
         scene = inbox.latest(topics.SCENE_STATE)
         arms = inbox.latest(topics.ARM_STATE)
@@ -90,28 +93,27 @@ class PlannerService:
             scene.message.revision,
             task.message.replan_count,
         )
-        if wanted != self._planned and poses_known(arms.message) and _standing(arms.message):
+        if wanted != self._planned and poses_known(arms.message) and _at_rest(arms.message):
             rope = inbox.latest(topics.ROPE_NODES)
             nodes = rope.message if rope is not None else None
-            learned = inbox.latest(topics.CONTROLLER_PARAMETERS)
-            if learned is not None:
-                self._believe(learned.message)
+            parameters = inbox.latest(topics.CONTROLLER_PARAMETERS)
+            if parameters is not None:
+                self._update_properties(parameters.message)
             self._planned = wanted
-            self._path = self._answer(task.message, scene.message, arms.message, nodes)
+            self._path = self._plan(task.message, scene.message, arms.message, nodes)
             self._published = 0
         if self._path is not None and now - self._published >= SECOND:
             self._published = now
             yield Publication(topics.CONTROLLER_PATH, self._path)
 
-    def _believe(self, parameters: Parameters) -> None:
-        """Plans with the rope that the controller has learnt."""
+    def _update_properties(self, parameters: Parameters) -> None:
+        """Plan with the properties that the controller has identified."""
         if is_learnt(parameters.rod):
             properties = updated_properties(self._given, parameters.rod)
             self._rod = self._rod.with_properties(properties)
 
-    def _answer(
-        self, task: TaskState, scene: Scene, arms: ArmStates, rope: NodeChain | None
-    ) -> Path:
+    def _plan(self, task: TaskState, scene: Scene, arms: ArmStates, rope: NodeChain | None) -> Path:
+        """Message of a path from the current state to the goal."""
         grips = (arm_pose(arms, "left"), arm_pose(arms, "right"))
         message = Path(
             stamp=arms.stamp,
@@ -121,9 +123,9 @@ class PlannerService:
             bending_stiffness=self._rod.properties.bending_stiffness,
         )
         try:
-            state = self._state(grips, rope, scene_obstacles(scene), round(task.turns))
+            state = self._rest_state(grips, rope, scene_obstacles(scene), round(task.turns))
         except ValueError as error:
-            message.reason = f"the rope does not rest between the grips: {error}"
+            message.reason = f"the rod has no shape at rest between the grips: {error}"
             return message
         goal_grips = (grip_pose(task.goal.left), grip_pose(task.goal.right))
         problem = self._problem(
@@ -136,17 +138,17 @@ class PlannerService:
             round(task.goal.turns),
             task.replan_count,
         )
-        _fill(message, whole_path.plan(problem))
+        _write_path(message, whole_path.plan(problem))
         return message
 
-    def _state(
+    def _rest_state(
         self,
         grips: tuple[Pose, Pose],
         rope: NodeChain | None,
         obstacles: tuple[Obstacle, ...],
         turns: int,
     ) -> RodState:
-        """The rope at rest between the grips, in the shape in which it is seen, with its twist."""
+        """State at rest between the grips, with the observed shape and the given turns of twist."""
         supports = [o for o in obstacles if o.support]
         packed = pack(supports) if supports else None
         state = self._rod.rest(*grips, obstacles=packed).state
@@ -154,12 +156,14 @@ class PlannerService:
             state = self._rod.rest(*grips, guess=add_turns(state, turns), obstacles=packed).state
         if rope is None or not rope.positions:
             return state
-        seen = chain(rope.positions)
-        if polylines.mean_node_distance(state.positions, seen) < OTHER_SHAPE:
+        observed = chain(rope.positions)
+        if polylines.mean_node_distance(state.positions, observed) < SAME_SHAPE_DISTANCE:
             return state
-        guess = add_turns(framed(seen, grips[0].orientation, grips[1].orientation), turns)
+        guess = add_turns(framed(observed, grips[0].orientation, grips[1].orientation), turns)
         other = self._rod.rest(*grips, guess=guess, obstacles=packed).state
-        return min((state, other), key=lambda s: polylines.mean_node_distance(s.positions, seen))
+        return min(
+            (state, other), key=lambda s: polylines.mean_node_distance(s.positions, observed)
+        )
 
     def _problem(
         self,
@@ -187,26 +191,27 @@ class PlannerService:
             tolerance=scenario.run.tolerance,
             oriented=oriented,
             turns=turns,
-            # What did not help before is not tried in the same way again.
+            # A repeated request tries other random paths.
             seed=scenario.seed + count,
         )
 
 
 def build(scenario: Scenario, session: str) -> PlannerService:
-    """The planner of a scenario."""
+    """Create the planner service of a scenario."""
     return PlannerService(scenario)
 
 
-def _standing(arms: ArmStates) -> bool:
+def _at_rest(arms: ArmStates) -> bool:
     """Whether no grip moves: a path begins at rest."""
     return all(
-        np.linalg.norm(arm.linear_velocity) < STILL
-        and np.linalg.norm(arm.angular_velocity) < 5.0 * STILL
+        np.linalg.norm(arm.linear_velocity) < MAX_START_SPEED
+        and np.linalg.norm(arm.angular_velocity) < MAX_START_ANGULAR_SPEED
         for arm in arms.arms
     )
 
 
-def _fill(message: Path, path: WholePath) -> None:
+def _write_path(message: Path, path: WholePath) -> None:
+    """Write a path into its message."""
     message.reached, message.reason = path.reached, path.reason
     message.blocked = path.blocked
     message.dt = round(path.dt * SECOND)

@@ -1,9 +1,9 @@
-"""Puts a path of grips on a clock: from rest to rest, within the limits of the grippers.
+"""Time parameterization of a path of grips: from rest to rest, within the grippers' limits.
 
-The way-points are first passed at constant speed. Two running means over time then round what
-happens at the corners: after the first one the acceleration is bounded by the change of velocity
-over its width, after the second one the jerk by the change of acceleration over its own. The first
-and the last point stay where they are because the path waits there.
+The waypoints are first passed at constant speed. Two running means over time then round the
+corners: the first bounds the acceleration by the change of velocity over its width, the second
+bounds the jerk by the change of acceleration over its own. The first and the last point stay in
+place because the path waits there.
 """
 
 from __future__ import annotations
@@ -17,60 +17,79 @@ from lariat.geometry import poses
 from lariat.trajectory import MotionLimits
 from shared.motion_contract import PATH_LIMIT_SHARE
 
-AXIS = np.array([0.0, 0.0, 1.0])
-"""Of the rope in a grip."""
+ROPE_AXIS = np.array([0.0, 0.0, 1.0])
+"""Axis of the rope in the frame of a grip."""
+LIMIT_TOLERANCE = 1.001
+"""Factor by which a limit may be exceeded."""
+MAX_STRETCHES = 3
+"""Number of times that a path which exceeds a limit is slowed down."""
+STRETCH_MARGIN = 1.02
+"""Factor by which it is slowed down more than necessary."""
+STILL_STEP = 1e-12
+"""Change of a coordinate from point to point up to which the path is at rest [m] or [rad]."""
 
 
 @dataclass(frozen=True)
 class Pace:
-    """How hurried a path is."""
+    """Speed of a path, and the smoothing of its corners."""
 
     slowdown: float = 1.0
-    """How much slower than the limits allow; at least 1."""
-    means: tuple[float, float] = (0.24, 0.10)
-    """Widths of the two running means before slowing down [s]. A mean as wide as the period in
-    which the rope swings leaves it still."""
+    """Factor by which it is slower than the limits allow; at least 1."""
+    mean_widths: tuple[float, float] = (0.24, 0.10)
+    """Widths of the two running means, before they are slowed down as well [s]. A mean as wide as
+    the period of the rope's swing does not excite it."""
 
 
-def timed(
+def time_parameterize(
     positions: Float64[np.ndarray, "w 2 3"],
     orientations: Float64[np.ndarray, "w 2 4"],
     limits: MotionLimits,
     dt: float,
     pace: Pace,
 ) -> tuple[Float64[np.ndarray, "t 2 3"], Float64[np.ndarray, "t 2 4"]]:
-    """Positions [m] and orientations of both grips every `dt` [s], no faster than `pace`."""
-    middle, angles = _unrolled(orientations)
-    ways = np.concatenate([positions, angles], axis=2)
-    least = _durations(positions, orientations, limits)
+    """Return positions [m] and orientations of both grips at constant time steps.
+
+    Args:
+        positions: Waypoints [m].
+        orientations: Orientations at the waypoints, wxyz.
+        limits: Limits of speed, acceleration and jerk, of which the path uses a share
+            (`shared.motion_contract.PATH_LIMIT_SHARE`).
+        dt: Time between points [s].
+        pace: Speed and smoothing; the path is slower where the limits require it.
+    """
+    middle, angles = _swing_and_twist(orientations)
+    waypoints = np.concatenate([positions, angles], axis=2)
+    least = _least_durations(positions, orientations, limits)
     stretch = pace.slowdown
-    for _ in range(3):
-        points, turned = _at_pace(ways, middle, least, stretch, dt, pace)
-        excess = _excess(points, turned, limits, dt)
+    for _ in range(MAX_STRETCHES):
+        points, rotated = _at_pace(waypoints, middle, least, stretch, dt, pace)
+        excess = _required_stretch(points, rotated, limits, dt)
         if excess <= 1.0:
-            return points, turned
-        stretch *= 1.02 * excess
-    return _at_pace(ways, middle, least, stretch, dt, pace)
+            return points, rotated
+        stretch *= STRETCH_MARGIN * excess
+    return _at_pace(waypoints, middle, least, stretch, dt, pace)
 
 
 def _at_pace(
-    ways: Float64[np.ndarray, "w 2 7"],
+    waypoints: Float64[np.ndarray, "w 2 7"],
     middle: Float64[np.ndarray, "2 4"],
     least: Float64[np.ndarray, "w-1"],
     stretch: float,
     dt: float,
     pace: Pace,
 ) -> tuple[Float64[np.ndarray, "t 2 3"], Float64[np.ndarray, "t 2 4"]]:
-    points = _passed(ways, least * stretch, dt, [m * stretch for m in pace.means])
-    return points[..., :3], _rolled_up(middle, points[..., 3:])
+    """Smoothed path with its durations and means stretched by a factor."""
+    widths = [width * stretch for width in pace.mean_widths]
+    points = _smoothed(waypoints, least * stretch, dt, widths)
+    return points[..., :3], _orientations(middle, points[..., 3:])
 
 
-def _durations(
+def _least_durations(
     positions: Float64[np.ndarray, "w 2 3"],
     orientations: Float64[np.ndarray, "w 2 4"],
     limits: MotionLimits,
 ) -> Float64[np.ndarray, "w-1"]:
-    """Least time between way-points [s]."""
+    """Least durations between waypoints [s]."""
     turned = poses.multiply(orientations[1:], poses.conjugate(orientations[:-1]))
     return np.maximum(
         np.linalg.norm(np.diff(positions, axis=0), axis=2).max(axis=1) / limits.speed,
@@ -78,39 +97,40 @@ def _durations(
     )
 
 
-def _passed(
-    ways: Float64[np.ndarray, "w 2 7"],
+def _smoothed(
+    waypoints: Float64[np.ndarray, "w 2 7"],
     durations: Float64[np.ndarray, "w-1"],
     dt: float,
-    means: list[float],
+    mean_widths: list[float],
 ) -> Float64[np.ndarray, "t 2 7"]:
+    """Path through waypoints at constant speed between them, smoothed by running means."""
     times = np.concatenate([[0.0], np.cumsum(durations / PATH_LIMIT_SHARE)])
-    widths = [max(1, round(mean / dt)) for mean in means]
+    widths = [max(1, round(mean / dt)) for mean in mean_widths]
     wait = sum(widths)
     count = int(np.ceil(times[-1] / dt)) + 1
     at = dt * np.arange(-wait, count + wait)
-    flat = ways.reshape(len(ways), 14)
+    flat = waypoints.reshape(len(waypoints), 14)
     points = np.stack([np.interp(at, times, column) for column in flat.T], axis=1)
     for width in widths:
         sums = np.cumsum(np.concatenate([np.zeros((1, 14)), points]), axis=0)
         points = (sums[width:] - sums[:-width]) / width
-    moving = np.flatnonzero(np.any(np.abs(np.diff(points, axis=0)) > 1e-12, axis=1))
+    moving = np.flatnonzero(np.any(np.abs(np.diff(points, axis=0)) > STILL_STEP, axis=1))
     if len(moving) == 0:
-        return ways[-1:].repeat(2, axis=0)
+        return waypoints[-1:].repeat(2, axis=0)
     first, last = moving[0], moving[-1] + 1
-    # A still point on both sides: the path begins and ends at rest.
+    # One point at rest on both sides: the path begins and ends at rest.
     points = points[max(first - 1, 0) : last + 3].reshape(-1, 2, 7)
-    points[0], points[-1] = ways[0], ways[-1]
+    points[0], points[-1] = waypoints[0], waypoints[-1]
     return points
 
 
-def _excess(
+def _required_stretch(
     positions: Float64[np.ndarray, "t 2 3"],
     orientations: Float64[np.ndarray, "t 2 4"],
     limits: MotionLimits,
     dt: float,
 ) -> float:
-    """By what factor time must be stretched for the shares of all limits to hold."""
+    """Factor by which time must be stretched for the path to keep its share of all limits."""
     turned = poses.multiply(orientations[1:], poses.conjugate(orientations[:-1]))
     still = np.zeros((3, 2, 3))
     bounds = (
@@ -125,24 +145,27 @@ def _excess(
         rate = np.concatenate([still, steps / dt, still])
         for order, bound in enumerate(limit, start=1):
             most = float(np.linalg.norm(rate, axis=2).max(initial=0.0))
-            worst = max(worst, (most / (1.001 * PATH_LIMIT_SHARE * bound)) ** (1.0 / order))
+            worst = max(
+                worst, (most / (LIMIT_TOLERANCE * PATH_LIMIT_SHARE * bound)) ** (1.0 / order)
+            )
             rate = np.diff(rate, axis=0) / dt
     return worst
 
 
-def _unrolled(
+def _swing_and_twist(
     orientations: Float64[np.ndarray, "w 2 4"],
 ) -> tuple[Float64[np.ndarray, "2 4"], Float64[np.ndarray, "w 2 4"]]:
-    """An orientation halfway, and what leads from it to each other one.
+    """The orientation halfway, and the swing and twist that lead from it to each other one.
 
-    A swing of the rope's axis [rad], then the angle about that axis [rad], which may be many turns.
+    A swing is a rotation vector of the rope's axis [rad], a twist the angle about that axis [rad],
+    which may exceed whole turns.
     """
     middle = orientations[len(orientations) // 2]
-    axis = np.broadcast_to(AXIS, (*middle.shape[:-1], 3))
+    axis = np.broadcast_to(ROPE_AXIS, (*middle.shape[:-1], 3))
     first = poses.rotate(middle, axis)
     swings = poses.rotation_between(
         np.broadcast_to(first, (*orientations.shape[:-1], 3)),
-        poses.rotate(orientations, np.broadcast_to(AXIS, (*orientations.shape[:-1], 3))),
+        poses.rotate(orientations, np.broadcast_to(ROPE_AXIS, (*orientations.shape[:-1], 3))),
     )
     upright = poses.multiply(swings, np.broadcast_to(middle, orientations.shape))
     spins = poses.multiply(poses.conjugate(upright), orientations)
@@ -150,11 +173,11 @@ def _unrolled(
     return middle, np.concatenate([poses.logarithm(swings), angles[..., None]], axis=2)
 
 
-def _rolled_up(
+def _orientations(
     middle: Float64[np.ndarray, "2 4"], angles: Float64[np.ndarray, "t 2 4"]
 ) -> Float64[np.ndarray, "t 2 4"]:
-    """The orientations of `_unrolled`."""
+    """Orientations of swings and twists from `_swing_and_twist`."""
     swung = poses.multiply(
         poses.exponential(angles[..., :3]), np.broadcast_to(middle, angles.shape)
     )
-    return poses.normalized(poses.multiply(swung, poses.exponential(angles[..., 3:] * AXIS)))
+    return poses.normalized(poses.multiply(swung, poses.exponential(angles[..., 3:] * ROPE_AXIS)))

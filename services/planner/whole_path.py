@@ -1,130 +1,171 @@
-"""A whole path: the best of several ways, put on a clock and checked with the rod in motion."""
+"""Plan of a whole path: seeds, grid search, optimisation, retiming, and choice of the best."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines
-from services.planner.dynamic_check import DT, ENOUGH, SLACK, least_clearance, on_the_clock
-from services.planner.grid_search import Corridor, corridor, displacements
-from services.planner.path_optimization import RESERVE, PathOptimisation, Trial
+from services.planner import retiming
+from services.planner.grid_search.search import GridPath, block_displacements, search_grid
+from services.planner.path_optimization.optimizer import PathCandidate, PathOptimizer
 from services.planner.problem import Problem, WholePath
-from services.planner.seeds import others, starts
-
-ITERATIONS = 12
-MORE_ITERATIONS = 5
-NEARER = 0.7
-"""Share of the distance that is left, below which another shape is worth refining."""
-TRIES = 3
-"""Ways that are refined, at most."""
+from services.planner.retiming import PATH_PERIOD, required_clearance, retime
+from services.planner.seeds import random_via_paths, seed_paths
 
 
-LOST = 0.01
-"""When even the best first guess lacks so much clearance, a way is sought on a grid [m]."""
-NARROWER = (1.0, 0.4)
-"""Shares of the wanted clearance with which it is sought."""
+@dataclass(frozen=True)
+class PlannerSettings:
+    """Effort of the planner."""
+
+    iterations: int = 12
+    """Largest number of Gauss-Newton iterations of a candidate."""
+    wider_iterations: int = 5
+    """Largest number of further iterations with more clearance."""
+    reserve_per_shortfall: float = 1.3
+    """Clearance reserve that is added for each metre of clearance that motion costs."""
+    max_refined: int = 3
+    """Largest number of candidates that are refined."""
+    min_difference: float = 0.04
+    """Distance of the grips halfway above which two candidates are different paths [m]."""
+    grid_search_shortfall: float = 0.01
+    """Lack of clearance of the best seed from which a path is searched on the grid [m]."""
+    grid_clearances: tuple[float, ...] = (1.0, 0.4)
+    """Clearances of the grid search, relative to the wanted one, in the order of trial."""
+    other_shape_error: float = 0.7
+    """Error of a random seed, relative to the best path's, below which it is refined."""
 
 
-def plan(problem: Problem) -> WholePath:
-    """The best path found; its `reason` says what is wrong when it does not reach the goal."""
-    optimisation = PathOptimisation(problem)
-    blocks = len(optimisation.turn)
-    if optimisation.goal_clearance < 0.0:
-        return _standing(problem, f"blocked: the goal itself lies in {_culprit(problem)}")
-    candidates = sorted(optimisation.trials(starts(problem, blocks)), key=lambda t: t.cost)
-    candidates, sought = _different(candidates)[:TRIES], None
-    if candidates[0].shortfall > LOST:
-        sought = _sought(problem, optimisation)
-    if sought is not None and sought.open:
-        candidates = optimisation.trials([displacements(sought.grips, blocks)]) + candidates
-    elif sought is not None:
+SETTINGS = PlannerSettings()
+"""Default settings."""
+_RETIMING = retiming.SETTINGS
+
+
+def plan(problem: Problem, settings: PlannerSettings = SETTINGS) -> WholePath:
+    """Return the best path found; its `reason` says why it does not reach the goal.
+
+    Args:
+        problem: Planning problem.
+        settings: Effort.
+    """
+    optimizer = PathOptimizer(problem)
+    blocks = optimizer.settings.blocks
+    if optimizer.goal_clearance < 0.0:
+        return _stay(problem, f"blocked: the goal itself lies in {_obstacle_at_goal(problem)}")
+    candidates = sorted(optimizer.evaluate(seed_paths(problem, blocks)), key=lambda c: c.cost)
+    candidates, grid_path = _distinct(candidates, settings)[: settings.max_refined], None
+    if candidates[0].shortfall > settings.grid_search_shortfall:
+        grid_path = _search_grid(problem, optimizer, settings)
+    if grid_path is not None and grid_path.reaches_goal:
+        found = optimizer.evaluate([block_displacements(grid_path.grips, blocks)])
+        candidates = found + candidates
+    elif grid_path is not None:
         candidates = candidates[:1]
-    best = _best(problem, optimisation, candidates)
-    if best.clearance < least_clearance(optimisation) - SLACK:
-        return _as_near_as_can_be(problem, sought or _sought(problem, optimisation), best.reason)
+    best = _best_path(problem, optimizer, candidates, settings)
+    if best.clearance < required_clearance(optimizer) - _RETIMING.clearance_tolerance:
+        grid_path = grid_path or _search_grid(problem, optimizer, settings)
+        return _nearest_reachable(problem, grid_path, best.reason, settings)
     if not best.reached:
-        more = sorted(optimisation.trials(others(problem, blocks)), key=lambda t: t.cost)
-        # A rope that is not what it is believed to be is off its goal in all ways alike.
-        more = [t for t in more if t.error < NEARER * best.final_error]
-        found = [_best(problem, optimisation, _different(more)[:TRIES])] if more else []
-        best = max([best, *found], key=lambda path: _worth(path, optimisation))
+        more = sorted(optimizer.evaluate(random_via_paths(problem, blocks)), key=lambda c: c.cost)
+        # A rope with wrong properties misses its goal by the same distance on all paths.
+        more = [c for c in more if c.error < settings.other_shape_error * best.final_error]
+        distinct = _distinct(more, settings)[: settings.max_refined]
+        found = [_best_path(problem, optimizer, distinct, settings)] if more else []
+        best = max([best, *found], key=lambda path: _rank(path, optimizer))
     return best
 
 
-def _best(
-    problem: Problem, optimisation: PathOptimisation, candidates: Sequence[Trial]
+def _best_path(
+    problem: Problem,
+    optimizer: PathOptimizer,
+    candidates: Sequence[PathCandidate],
+    settings: PlannerSettings,
 ) -> WholePath:
-    """Of the paths that first guesses lead to; the first that is good enough."""
+    """Best of the paths that candidates lead to, or the first one that is good enough."""
+    sufficient = _RETIMING.sufficient_clearance * optimizer.wanted_clearance
     paths: list[WholePath] = []
     for candidate in candidates:
-        paths.append(_refined(problem, optimisation, candidate))
-        if paths[-1].reached and paths[-1].clearance > ENOUGH * optimisation.wanted:
+        paths.append(_refined_path(problem, optimizer, candidate, settings))
+        if paths[-1].reached and paths[-1].clearance > sufficient:
             return paths[-1]
-    return max(paths, key=lambda path: _worth(path, optimisation))
+    return max(paths, key=lambda path: _rank(path, optimizer))
 
 
-def _sought(problem: Problem, optimisation: PathOptimisation) -> Corridor | None:
-    """A way on the grid, where both ends move; its nearest end where there is none."""
+def _search_grid(
+    problem: Problem, optimizer: PathOptimizer, settings: PlannerSettings
+) -> GridPath | None:
+    """Path on the grid where both ends move, or the path to the nearest reachable shape."""
     if not problem.moves[:, :3].all():
         return None
     found = None
-    for share in NARROWER:
-        found = corridor(problem, share * optimisation.wanted)
-        if found.open:
+    for share in settings.grid_clearances:
+        found = search_grid(problem, share * optimizer.wanted_clearance)
+        if found.reaches_goal:
             break
     return found
 
 
-def _refined(problem: Problem, optimisation: PathOptimisation, start: Trial) -> WholePath:
-    """The path that a first guess leads to."""
-    trial = optimisation.refined(start, ITERATIONS)
-    path = on_the_clock(problem, optimisation, trial)
-    wanted = optimisation.wanted - max(trial.shortfall, 0.0)
-    if path.clearance < wanted - SLACK:
-        # Rounding the corners and swinging took from the clearance: ask for more of it.
-        wider = PathOptimisation(problem, RESERVE + 1.3 * (wanted - path.clearance))
-        again = wider.refined(wider.again(trial), MORE_ITERATIONS)
-        found = on_the_clock(problem, wider, again)
-        path = max(path, found, key=lambda p: _worth(p, optimisation))
+def _refined_path(
+    problem: Problem, optimizer: PathOptimizer, start: PathCandidate, settings: PlannerSettings
+) -> WholePath:
+    """Timed path that a candidate leads to."""
+    candidate = optimizer.refine(start, settings.iterations)
+    path = retime(problem, optimizer, candidate)
+    wanted = optimizer.wanted_clearance - max(candidate.shortfall, 0.0)
+    if path.clearance < wanted - _RETIMING.clearance_tolerance:
+        # Smoothing and swing have reduced the clearance: ask for more of it.
+        lack = settings.reserve_per_shortfall * (wanted - path.clearance)
+        wider = PathOptimizer(problem, optimizer.settings.clearance_reserve + lack)
+        again = wider.refine(wider.reevaluate(candidate), settings.wider_iterations)
+        found = retime(problem, wider, again)
+        path = max(path, found, key=lambda p: _rank(p, optimizer))
     return path
 
 
-def _as_near_as_can_be(problem: Problem, sought: Corridor | None, reason: str) -> WholePath:
-    """The path to the shape nearest to the goal that can be reached without touching anything."""
-    if sought is None or sought.open or len(sought.grips) < 2:
-        return _standing(problem, reason)
-    near = replace(problem, goal=sought.nodes, goal_grips=sought.ends, oriented=(False, False))
-    optimisation = PathOptimisation(near)
-    way = displacements(sought.grips, len(optimisation.turn))
-    path = _refined(near, optimisation, optimisation.trials([way])[0])
-    if path.clearance < least_clearance(optimisation) - SLACK:
-        return _standing(problem, reason)
+def _nearest_reachable(
+    problem: Problem, grid_path: GridPath | None, reason: str, settings: PlannerSettings
+) -> WholePath:
+    """Path to the shape nearest to the goal that can be reached without collision."""
+    if grid_path is None or grid_path.reaches_goal or len(grid_path.grips) < 2:
+        return _stay(problem, reason)
+    near = replace(
+        problem,
+        goal=grid_path.end_nodes,
+        goal_grips=grid_path.end_grips,
+        oriented=(False, False),
+    )
+    optimizer = PathOptimizer(near)
+    displacements = block_displacements(grid_path.grips, optimizer.settings.blocks)
+    path = _refined_path(near, optimizer, optimizer.evaluate([displacements])[0], settings)
+    if path.clearance < required_clearance(optimizer) - _RETIMING.clearance_tolerance:
+        return _stay(problem, reason)
     left = polylines.mean_node_distance(path.nodes[-1], problem.goal)
     reason = (
-        "blocked: no way to the goal was found; the nearest shape that can be reached is "
+        "blocked: no path to the goal was found; the nearest shape that can be reached is "
         f"{1e3 * left:.0f} mm from it on average"
     )
     return replace(path, reached=False, reason=reason, final_error=left, blocked=True)
 
 
-def _standing(problem: Problem, reason: str) -> WholePath:
-    """Stays here."""
+def _stay(problem: Problem, reason: str) -> WholePath:
+    """Path that stays at the start."""
     positions = np.stack([[g.position for g in problem.grips]] * 2)
     orientations = np.stack([[g.orientation for g in problem.grips]] * 2)
     here = problem.state.positions
     left = polylines.mean_node_distance(here, problem.goal)
     own = geometry.chain_clearance(here, problem.radius, problem.obstacles)
     nodes = np.repeat(here[None], 2, axis=0)
-    return WholePath(DT, positions, orientations, nodes, False, reason, left, own, blocked=True)
+    return WholePath(
+        PATH_PERIOD, positions, orientations, nodes, False, reason, left, own, blocked=True
+    )
 
 
-def _culprit(problem: Problem) -> str:
-    """The obstacle that the goal lies in."""
+def _obstacle_at_goal(problem: Problem) -> str:
+    """Obstacle that the goal lies in."""
     worst = min(
         problem.obstacles,
         key=lambda o: geometry.chain_clearance(problem.goal, problem.radius, [o]),
@@ -132,21 +173,24 @@ def _culprit(problem: Problem) -> str:
     return f"obstacle {worst.name!r}"
 
 
-def _worth(path: WholePath, optimisation: PathOptimisation) -> tuple[bool, bool, float]:
-    clear = path.clearance >= least_clearance(optimisation) - SLACK
-    counts = path.clearance if path.reached or not clear else -path.final_error
-    return path.reached, clear, counts
+def _rank(path: WholePath, optimizer: PathOptimizer) -> tuple[bool, bool, float]:
+    """Sort key: reached, then clear, then clearance or nearness to the goal."""
+    clear = path.clearance >= required_clearance(optimizer) - _RETIMING.clearance_tolerance
+    value = path.clearance if path.reached or not clear else -path.final_error
+    return path.reached, clear, value
 
 
-def _different(trials: list[Trial]) -> list[Trial]:
-    """Trials whose ways differ halfway, in their order."""
-    kept: list[Trial] = []
-    for trial in trials:
-        if all(np.max(np.abs(_halfway(trial) - _halfway(k))) > 0.04 for k in kept):
-            kept.append(trial)
+def _distinct(candidates: list[PathCandidate], settings: PlannerSettings) -> list[PathCandidate]:
+    """Candidates whose paths differ halfway, in their order."""
+    kept: list[PathCandidate] = []
+    for candidate in candidates:
+        here = _halfway(candidate)
+        if all(np.max(np.abs(here - _halfway(k))) > settings.min_difference for k in kept):
+            kept.append(candidate)
     return kept
 
 
-def _halfway(trial: Trial) -> Float64[np.ndarray, "2 3"]:
-    half = len(trial.displacements) // 2
-    return np.sum(trial.displacements[:half, :, :3], axis=0)
+def _halfway(candidate: PathCandidate) -> Float64[np.ndarray, "2 3"]:
+    """Displacement of both grips halfway [m]."""
+    half = len(candidate.displacements) // 2
+    return np.sum(candidate.displacements[:half, :, :3], axis=0)

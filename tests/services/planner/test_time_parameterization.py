@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lariat.geometry import poses
-from services.planner.time_parameterization import Pace, timed
+from services.planner.time_parameterization import Pace, time_parameterize
 from shared.motion_contract import PATH_LIMIT_SHARE
 from shared.scenario.sections import Limits
 
@@ -22,7 +22,7 @@ def test_timed_path_keeps_limits_and_rests_at_both_ends(seed: int, count: int, s
     ways = size * random.normal(size=(count, 2, 3))
     turns = np.cumsum(0.5 * random.normal(size=(count, 2, 3)), axis=0)
     orientations = poses.exponential(turns)
-    positions, turned = timed(ways, orientations, limits, DT, Pace())
+    positions, turned = time_parameterize(ways, orientations, limits, DT, Pace())
     assert np.allclose(positions[[0, -1]], ways[[0, -1]], atol=1e-12)
     last = poses.multiply(turned[-1], poses.conjugate(orientations[-1]))
     assert np.linalg.norm(poses.logarithm(last), axis=1).max() < 1e-9
@@ -35,8 +35,8 @@ def test_timed_path_keeps_limits_and_rests_at_both_ends(seed: int, count: int, s
 def test_slower_path_takes_longer() -> None:
     ways = np.array([[[0.0, 0, 0], [0.4, 0, 0]], [[0.0, 0.3, 0], [0.4, 0.3, 0]]])
     level = np.tile(poses.IDENTITY, (2, 2, 1))
-    quick, _ = timed(ways, level, Limits(), DT, Pace())
-    slow, _ = timed(ways, level, Limits(), DT, Pace(2.0))
+    quick, _ = time_parameterize(ways, level, Limits(), DT, Pace())
+    slow, _ = time_parameterize(ways, level, Limits(), DT, Pace(2.0))
     assert len(quick) < 100
     assert 1.6 * len(quick) < len(slow) < 2.2 * len(quick)
 
@@ -49,7 +49,7 @@ def test_turns_of_twist_are_kept_while_the_end_is_tilted() -> None:
     right = poses.multiply(tilt, spin)
     left = np.broadcast_to(poses.IDENTITY, right.shape)
     ways = np.zeros((40, 2, 3)) + 0.1 * s[:, None]
-    _, turned = timed(ways, np.stack([left, right], axis=1), limits, DT, Pace())
+    _, turned = time_parameterize(ways, np.stack([left, right], axis=1), limits, DT, Pace())
     steps = poses.logarithm(poses.multiply(turned[1:, 1], poses.conjugate(turned[:-1, 1])))
     about = np.sum(
         steps * poses.rotate(turned[1:, 1], np.broadcast_to([0.0, 0.0, 1.0], steps.shape)), axis=1

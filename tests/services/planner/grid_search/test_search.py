@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from services.planner.grid_search import displacements
+from services.planner.grid_search.search import block_displacements
 
 
 def test_every_way_point_is_passed_and_long_legs_get_more_blocks() -> None:
     corners = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.4], [0.1, 0.0, 0.4], [0.1, 0.5, 0.4]])
     grips = np.stack([corners, corners + np.array([0.3, 0.0, 0.0])], axis=1)
-    moved = displacements(grips, 12)
+    moved = block_displacements(grips, 12)
     places = np.concatenate([np.zeros((1, 3)), np.cumsum(moved[:, 0], axis=0)])
     for corner in corners:
         assert np.min(np.linalg.norm(places - corner, axis=1)) < 1e-12
@@ -19,4 +19,4 @@ def test_every_way_point_is_passed_and_long_legs_get_more_blocks() -> None:
 
 def test_more_corners_than_blocks_still_end_where_they_should() -> None:
     grips = np.random.default_rng(0).normal(size=(20, 2, 3))
-    assert np.allclose(displacements(grips, 6).sum(axis=0), grips[-1] - grips[0])
+    assert np.allclose(block_displacements(grips, 6).sum(axis=0), grips[-1] - grips[0])

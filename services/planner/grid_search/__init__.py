@@ -1,0 +1,1 @@
+"""Grid search for a path through narrow places, with the rope carried in a few fixed shapes."""

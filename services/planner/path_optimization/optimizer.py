@@ -1,0 +1,271 @@
+"""Path optimisation: bend a path until the rope reaches the goal and keeps its clearance.
+
+Gauss-Newton with Levenberg damping on the displacements of both grips in each block. The rope
+follows quasi-statically: implicit steps are long enough that it rests along the path, which has no
+speed yet. Residuals are in millimetres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.geometry import obstacles as geometry
+from lariat.geometry.clearance import NearPairs, near_pairs, with_midpoints
+from lariat.geometry.grippers import swept_gripper_points
+from lariat.geometry.obstacles import Obstacle
+from lariat.rod import RodState, RolloutSpec, count_turns
+from services.planner.path_optimization.block_path import BlockDisplacements, BlockPath
+from services.planner.path_optimization.grip_residuals import MILLIMETRES, grip_residuals
+from services.planner.path_optimization.settings import PathOptimizationSettings
+from services.planner.problem import Problem
+
+
+@dataclass(frozen=True)
+class PathCandidate:
+    """Path with the rope along it, and its cost."""
+
+    displacements: BlockDisplacements
+    """Translation [m] and rotation [rad] of both grips in each block."""
+    cost: float
+    """Sum of squared residuals [mm^2]."""
+    nodes: Float64[np.ndarray, "h n 3"]
+    """Nodes after each step [m]."""
+    final: RodState
+    """State of the rod at the end."""
+    error: float
+    """Mean node distance to the goal at the end [m]."""
+    shortfall: float
+    """Largest lack of the wanted clearance, reserve excluded [m]."""
+    rope_near: NearPairs = field(repr=False)
+    """Points of the rope with too little clearance to obstacles."""
+    support_near: NearPairs = field(repr=False)
+    """Points of the rope with too little clearance to supports."""
+    gripper_near: NearPairs = field(repr=False)
+    """Points of the grippers with too little clearance."""
+
+
+class PathOptimizer:
+    """Evaluates and refines paths of one problem."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        reserve: float | None = None,
+        settings: PathOptimizationSettings | None = None,
+    ) -> None:
+        """
+        Args:
+            problem: Planning problem.
+            reserve: Clearance beyond the wanted one [m]; None: that of the settings.
+            settings: Discretisation, weights and margins.
+        """
+        self.settings = s = settings or PathOptimizationSettings()
+        self._problem = problem
+        self.reserve = s.clearance_reserve if reserve is None else reserve
+        self._path = BlockPath(problem, s)
+        self._margins = self._clearance_margins(problem.obstacles)
+        self._support_margins = self._clearance_margins(problem.supports)
+        self._supports = problem.packed_supports
+        self._rotation = self._path.rotation_to_goal(0)
+        if problem.moves[:, 3:].any():
+            # The paths of the ends determine the twist of the rope: add what is missing.
+            (direct,) = self.evaluate([self._path.translation_to_goal()])
+            missing = problem.turns - count_turns(direct.final)
+            self._rotation = self._path.rotation_to_goal(missing) if missing else self._rotation
+
+    @property
+    def wanted_clearance(self) -> float:
+        """Clearance of the whole path: the wanted one, or that of start and goal if less [m]."""
+        return min(self._problem.clearance, float(np.min(self._margins)))
+
+    @property
+    def goal_clearance(self) -> float:
+        """Clearance of the goal itself [m]."""
+        problem = self._problem
+        return geometry.chain_clearance(problem.goal, problem.radius, problem.obstacles)
+
+    def evaluate(self, translations: Sequence[Float64[np.ndarray, "k 2 3"]]) -> list[PathCandidate]:
+        """Return candidates of translations [m], rotated evenly to the goal, from one launch."""
+        return self._rolled_out([np.concatenate([t, self._rotation], axis=2) for t in translations])
+
+    def reevaluate(self, candidate: PathCandidate) -> PathCandidate:
+        """Return a candidate of another optimiser with the cost of this one."""
+        return self._candidate(candidate.displacements, candidate.nodes, candidate.final)
+
+    def refine(self, candidate: PathCandidate, iterations: int) -> PathCandidate:
+        """Return the candidate after at most a number of Gauss-Newton iterations."""
+        s = self.settings
+        least_damping, most_damping = s.damping_range
+        damping = s.initial_damping
+        for _ in range(iterations):
+            hessian, gradient = self._normal_equations(candidate)
+            scale = np.diag(np.diag(hessian)) + 1e-6 * np.eye(len(hessian))
+            for _ in range(s.max_damping_increases):
+                step = -np.linalg.solve(hessian + damping * scale, gradient)
+                change = np.zeros_like(candidate.displacements)
+                change[:, self._problem.moves] = step.reshape(s.blocks, -1)
+                (better,) = self._rolled_out([candidate.displacements + change])
+                if better.cost < candidate.cost:
+                    break
+                damping = min(s.damping_increase * damping, most_damping)
+            else:
+                return candidate
+            gain = candidate.cost - better.cost
+            candidate, damping = better, max(s.damping_decrease * damping, least_damping)
+            if gain < s.relative_tolerance * candidate.cost + s.absolute_tolerance:
+                break
+        return candidate
+
+    def grips(
+        self, candidate: PathCandidate
+    ) -> tuple[Float64[np.ndarray, "s 2 3"], Float64[np.ndarray, "s 2 4"]]:
+        """Return positions [m] and orientations of both grips, at the start and after each step."""
+        return self._path.grips(candidate.displacements)
+
+    def _rolled_out(self, paths: Sequence[BlockDisplacements]) -> list[PathCandidate]:
+        rollouts = self._problem.rod.rollout(
+            RolloutSpec(
+                [self._problem.state] * len(paths),
+                np.stack([self._path.actions(path) for path in paths]),
+                self.settings.step_time,
+                block_of_step=self._path.block_of_step,
+                obstacles=self._supports,
+            )
+        )
+        return [
+            self._candidate(path, r.positions, r.final)
+            for path, r in zip(paths, rollouts, strict=True)
+        ]
+
+    def _candidate(
+        self,
+        displacements: BlockDisplacements,
+        nodes: Float64[np.ndarray, "h n 3"],
+        final: RodState,
+    ) -> PathCandidate:
+        problem, s = self._problem, self.settings
+        miss = nodes[-1] - problem.goal
+        cost = MILLIMETRES**2 * float(np.mean(np.sum(miss**2, axis=1)))
+        rope, rope_lack = self._rope_near(nodes, problem.obstacles, self._margins)
+        support, support_lack = self._rope_near(nodes, problem.supports, self._support_margins)
+        cost += (MILLIMETRES * s.support_weight) ** 2 * float(support_lack @ support_lack)
+        points = self._gripper_points(displacements)
+        wanted = self._gripper_distance()
+        gripper = near_pairs(points, problem.solid, np.full(len(points), wanted))
+        gripper_lack = wanted - gripper.distances
+        cost += (MILLIMETRES * s.clearance_weight) ** 2 * float(
+            rope_lack @ rope_lack + gripper_lack @ gripper_lack
+        )
+        for residual, _ in self._grip_residuals(displacements):
+            cost += float(residual @ residual)
+        lack = max(float(np.max(rope_lack, initial=0.0)), float(np.max(gripper_lack, initial=0.0)))
+        return PathCandidate(
+            displacements,
+            cost,
+            nodes,
+            final,
+            float(np.mean(np.linalg.norm(miss, axis=1))),
+            lack - self.reserve,
+            rope,
+            support,
+            gripper,
+        )
+
+    def _gripper_distance(self) -> float:
+        """Distance that the grippers' axes keep from obstacles [m]."""
+        problem = self._problem
+        wanted = max(problem.clearance, problem.limits.keep_out) + self.reserve
+        return wanted + problem.limits.gripper_radius
+
+    def _rope_near(
+        self,
+        nodes: Float64[np.ndarray, "h n 3"],
+        obstacles: Sequence[Obstacle],
+        margins: Float64[np.ndarray, "s"],
+    ) -> tuple[NearPairs, Float64[np.ndarray, "a"]]:
+        """Points of the rope nearer to obstacles than the margin of their step, and by how much."""
+        points = with_midpoints(nodes[: len(margins)]).reshape(-1, 3)
+        reach = np.repeat(margins + self._problem.radius, 2 * self._problem.rod.node_count - 1)
+        found = near_pairs(points, obstacles, reach)
+        return found, reach[found.points] - found.distances
+
+    def _gripper_points(self, displacements: BlockDisplacements) -> Float64[np.ndarray, "p 3"]:
+        positions, orientations = self._path.grips(displacements)
+        reach = self._problem.limits.gripper_reach
+        return swept_gripper_points(positions[1:], orientations[1:], reach)
+
+    def _grip_residuals(
+        self, displacements: BlockDisplacements
+    ) -> list[tuple[np.ndarray, np.ndarray]]:
+        return grip_residuals(
+            self._problem, self.settings, self._path, displacements, self._rotation, self.reserve
+        )
+
+    def _normal_equations(
+        self, candidate: PathCandidate
+    ) -> tuple[Float64[np.ndarray, "v v"], Float64[np.ndarray, "v"]]:
+        """Gauss-Newton Hessian and gradient of half the cost."""
+        problem, s, path = self._problem, self.settings, self._path
+        moves = problem.moves
+        linear = problem.rod.linearize(
+            RolloutSpec(
+                problem.state,
+                path.actions(candidate.displacements),
+                s.step_time,
+                block_of_step=path.block_of_step,
+                obstacles=self._supports,
+            )
+        )
+        # Derivatives of all nodes after each step by the displacements.
+        sensitivity = linear.d_positions_d_actions[:, :, :, : s.blocks] / path.block_time
+        rows, residuals = [], []
+        count = problem.rod.node_count
+        scale = MILLIMETRES / np.sqrt(count)
+        rows.append(scale * sensitivity[-1][..., moves].reshape(3 * count, -1))
+        residuals.append(scale * (candidate.nodes[-1] - problem.goal).ravel())
+        for hit, margins, weight in (
+            (candidate.rope_near, self._margins, s.clearance_weight),
+            (candidate.support_near, self._support_margins, s.support_weight),
+        ):
+            if not len(hit.points):
+                continue
+            step, at = np.divmod(hit.points, 2 * count - 1)
+            first = np.where(at < count, at, at - count)
+            second = np.where(at < count, at, at - count + 1)
+            here = 0.5 * (sensitivity[step, first] + sensitivity[step, second])
+            along = np.einsum("ac,ackem->akem", hit.normals, here)
+            rows.append(-MILLIMETRES * weight * along[..., moves].reshape(len(step), -1))
+            lack = margins[step] + problem.radius - hit.distances
+            residuals.append(MILLIMETRES * weight * lack)
+        hit = candidate.gripper_near
+        if len(hit.points):
+            step, at = np.divmod(hit.points, 6)
+            end = at // 3
+            along = np.zeros((len(step), s.blocks, 2, 6))
+            along[np.arange(len(step)), :, end, :3] = (
+                path.share[step][:, :, None] * hit.normals[:, None, :]
+            )
+            weight = s.clearance_weight
+            rows.append(-MILLIMETRES * weight * along[..., moves].reshape(len(step), -1))
+            lack = self._gripper_distance() - hit.distances
+            residuals.append(MILLIMETRES * weight * lack)
+        for residual, row in self._grip_residuals(candidate.displacements):
+            rows.append(row[..., moves].reshape(len(residual), -1))
+            residuals.append(residual)
+        jacobian, residual = np.concatenate(rows), np.concatenate(residuals)
+        return jacobian.T @ jacobian, jacobian.T @ residual
+
+    def _clearance_margins(self, obstacles: Sequence[Obstacle]) -> Float64[np.ndarray, "s"]:
+        """Clearance to keep at each step; start and goal may be nearer to obstacles [m]."""
+        problem, s = self._problem, self.settings
+        steps = np.arange(s.blocks * s.steps_per_block)
+        wanted = np.full(len(steps), problem.clearance + self.reserve)
+        for nodes, away in ((problem.state.positions, steps), (problem.goal, steps[::-1])):
+            own = geometry.chain_clearance(nodes, problem.radius, obstacles)
+            beyond = np.maximum(away / s.steps_per_block - s.end_blocks, 0.0)
+            wanted = np.minimum(wanted, own - s.end_relaxation + s.clearance_gain * beyond)
+        return wanted

@@ -1,0 +1,131 @@
+"""Retiming: the pace after which the rope comes to rest soonest, checked for collisions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lariat.trajectory import NANOSECONDS
+from services.planner.collision_check import gripper_overlap, path_clearance
+from services.planner.dynamic_check import simulate_path
+from services.planner.path_optimization.optimizer import PathCandidate, PathOptimizer
+from services.planner.problem import Problem, WholePath
+from services.planner.time_parameterization import Pace, time_parameterize
+from shared.motion_contract import SETPOINT_PERIOD
+
+PATH_PERIOD = SETPOINT_PERIOD * NANOSECONDS
+"""Time between points of a path [s]."""
+
+
+@dataclass(frozen=True)
+class RetimingSettings:
+    """Paces that are compared, and what a path must keep."""
+
+    paces: tuple[Pace, ...] = (
+        Pace(1.6, (0.4, 0.4)),
+        Pace(1.3, (0.48, 0.4)),
+        Pace(1.3, (0.4, 0.4)),
+        Pace(1.0, (0.56, 0.4)),
+        Pace(2.5, (0.4, 0.4)),
+    )
+    """Paces of which the soonest at rest is chosen. Likely winners come first, so that the others
+    need not be simulated to their end."""
+    close_paces: tuple[Pace, ...] = (Pace(2.5, (0.16, 0.1)), Pace(4.0, (0.1, 0.05)))
+    """Paces that are tried when all others pass too close to obstacles: narrow means cut corners
+    less."""
+    sufficient_clearance: float = 0.7
+    """Clearance at which a path is accepted, relative to the wanted one."""
+    negligible_swing: float = 2e-4
+    """Amplitude of a swing that does not matter [m]."""
+    swing_duration: float = 1.0
+    """Duration that is worth a factor e of residual swing [s]."""
+    min_clearance: float = 0.005
+    """Clearance below which a path is blocked [m], unless start or goal have less."""
+    clearance_tolerance: float = 5e-4
+    """Lack of clearance that is accepted [m]."""
+
+
+SETTINGS = RetimingSettings()
+"""Default settings."""
+
+
+def required_clearance(optimizer: PathOptimizer, settings: RetimingSettings = SETTINGS) -> float:
+    """Return the clearance below which a path is blocked [m]."""
+    return min(settings.min_clearance, optimizer.wanted_clearance)
+
+
+def retime(
+    problem: Problem,
+    optimizer: PathOptimizer,
+    candidate: PathCandidate,
+    settings: RetimingSettings = SETTINGS,
+) -> WholePath:
+    """Return a candidate at the best of all paces.
+
+    Args:
+        problem: Planning problem.
+        optimizer: Optimiser of the candidate.
+        candidate: Path without speed.
+        settings: Paces, and what a path must keep.
+    """
+    s = settings
+    waypoints = optimizer.grips(candidate)
+    best, least = None, (True, np.inf)
+    for k, pace in enumerate((*s.paces, *s.close_paces)):
+        if k >= len(s.paces) and not least[0]:
+            break
+        positions, orientations = time_parameterize(*waypoints, problem.limits, PATH_PERIOD, pace)
+        cost = len(positions) * PATH_PERIOD
+        if (False, cost) >= least:
+            continue
+        nodes, swing = simulate_path(problem, positions, orientations, PATH_PERIOD)
+        cost += s.swing_duration * np.log1p(swing / s.negligible_swing)
+        if (False, cost) >= least:
+            continue
+        clearance = path_clearance(problem, positions, orientations, nodes)
+        wanted = optimizer.wanted_clearance - max(candidate.shortfall, 0.0)
+        close = clearance < s.sufficient_clearance * wanted
+        if best is None or (close, cost) < least:
+            best, least = (positions, orientations, nodes, clearance), (close, cost)
+    assert best is not None
+    positions, orientations, nodes, clearance = best
+    reason = _failure(problem, candidate, clearance, required_clearance(optimizer, s), s)
+    overlap = gripper_overlap(problem, positions, orientations)
+    if overlap > 0.0:
+        reason = (
+            "blocked: on every path found the grippers come "
+            f"{1e3 * overlap:.1f} mm too close to each other"
+        )
+        clearance = -overlap
+    return WholePath(
+        PATH_PERIOD,
+        positions,
+        orientations,
+        nodes,
+        not reason,
+        reason,
+        candidate.error,
+        clearance,
+    )
+
+
+def _failure(
+    problem: Problem,
+    candidate: PathCandidate,
+    clearance: float,
+    least: float,
+    settings: RetimingSettings,
+) -> str:
+    """Reason why a path does not reach the goal; empty when it does."""
+    if clearance < least - settings.clearance_tolerance:
+        return (
+            f"blocked: every path found comes within {1e3 * clearance:.1f} mm of an obstacle "
+            f"({1e3 * least:.1f} mm needed)"
+        )
+    if candidate.error > problem.tolerance:
+        return (
+            f"unreachable: the nearest shape found is {1e3 * candidate.error:.1f} mm from the "
+            f"goal on average (tolerance {1e3 * problem.tolerance:.1f} mm)"
+        )
+    return ""

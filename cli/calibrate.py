@@ -1,7 +1,7 @@
-"""`lariat calibrate FILE`: where the camera stands, from an arm that carried a marker about.
+"""`lariat calibrate FILE`: pose of the camera from a recording of an arm that carries a marker.
 
-Any run will do in which the marker of `sensing.flange_marker` is carried about in the camera's
-view; a slow one is better, and turns of the grip make it complete.
+Any run in which the marker of `sensing.flange_marker` moves through the camera's view will do. Slow
+motion gives better results; rotations of the grip make the calibration complete.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from cli.extrinsics import Extrinsics, View, solve
+from cli.extrinsics import Extrinsics, MarkerView, estimate_extrinsics
 from lariat.geometry import poses
 from lariat.geometry.cameras import Intrinsics
 from lariat.geometry.poses import Pose
@@ -34,36 +34,38 @@ from shared.scenario import Scenario
 
 COLOR = topics.CAMERA_COLOR.at(topics.CAMERA).key
 CALIBRATION = topics.CAMERA_CALIBRATION.at(topics.CAMERA).key
-APART = 0.01
-"""Two sightings nearer to each other tell the same [m]."""
-FEWEST = 6
-"""Places at which the marker must be seen."""
-SPREAD = 0.03
-"""Least standard deviation of those places along the widest direction [m]."""
-QUICK = 0.25
-"""A marker that moves faster is smeared, and its stamp too coarse [m/s]."""
+MIN_VIEW_DISTANCE = 0.01
+"""Distance between two places of the marker below which the second adds nothing [m]."""
+MIN_VIEWS = 6
+"""Number of places at which the marker must be seen."""
+MIN_SPREAD = 0.03
+"""Least standard deviation of those places along their widest axis [m]."""
+MAX_SPEED = 0.25
+"""Speed of the grip above which the image is blurred and its stamp too coarse [m/s]."""
 
 
 @dataclass(frozen=True)
-class Sightings:
-    """What a recording tells."""
+class CalibrationData:
+    """Views of the marker in a recording."""
 
-    views: list[View]
+    views: list[MarkerView]
+    """Marker at each place."""
     intrinsics: Intrinsics
+    """Intrinsics of the camera."""
 
 
 def main(file: tyro.conf.Positional[Path], /, json: bool = False) -> int:
-    """Find out where the camera stands from a recording of an arm that carries a marker.
+    """Calibrate the camera's pose from a recording of an arm that carries a marker.
 
-    The recording's scenario names the marker in sensing.flange_marker. The answer are the lines
-    for the scenario's [sensing], with the residuals.
+    The recording's scenario describes the marker in sensing.flange_marker. Prints position and
+    orientation for the scenario's [sensing], with residuals and standard deviations.
 
     Examples:
       lariat calibrate recordings/run.mcap
 
     Args:
-        file: The MCAP file.
-        json: Answer with one JSON object on standard output.
+        file: MCAP recording.
+        json: Print one JSON object on standard output instead of a table.
     """
     with tempfile.TemporaryDirectory() as folder:
         try:
@@ -71,8 +73,8 @@ def main(file: tyro.conf.Positional[Path], /, json: bool = False) -> int:
             scenario = recording.scenario(Path(folder))
         except ValueError as error:
             raise ConfigurationError(f"{file}: {error}") from error
-        found = sightings(recording, scenario)
-        result = solve(found.views, found.intrinsics, scenario.camera_pose)
+        found = read_views(recording, scenario)
+        result = estimate_extrinsics(found.views, found.intrinsics, scenario.camera_pose)
         answer = _answer(result, scenario.camera_pose, len(found.views))
     if json:
         print(jsons.dumps(answer))
@@ -82,8 +84,10 @@ def main(file: tyro.conf.Positional[Path], /, json: bool = False) -> int:
         table.add_column(heading)
     table.add_row("residual", f"{answer['residual_px']} px ({answer['residual_mm']} mm)")
     table.add_row("worst corner", f"{answer['worst_px']} px")
-    table.add_row("moved by", f"{answer['moved_mm']} mm, {answer['turned_deg']}°")
-    table.add_row("deviation", f"{answer['position_sd_mm']} mm, {answer['rotation_sd_deg']}°")
+    table.add_row("correction", f"{answer['moved_mm']} mm, {answer['turned_deg']}°")
+    table.add_row(
+        "standard deviation", f"{answer['position_sd_mm']} mm, {answer['rotation_sd_deg']}°"
+    )
     console = Console(highlight=False)
     console.print(table)
     console.print(
@@ -92,57 +96,64 @@ def main(file: tyro.conf.Positional[Path], /, json: bool = False) -> int:
     return 0
 
 
-def sightings(recording: Recording, scenario: Scenario) -> Sightings:
-    """The places at which the marker was seen.
+def read_views(recording: Recording, scenario: Scenario) -> CalibrationData:
+    """Return the views of the marker in a recording.
 
     Raises:
-        ConfigurationError: The scenario names no marker, or it was seen too seldom.
+        ConfigurationError: The scenario has no marker, or it was seen at too few places.
     """
     marker = scenario.sensing.flange_marker
     if marker is None:
         raise ConfigurationError(
-            "the recording's scenario has no sensing.flange_marker; add [sensing.flange_marker] "
-            "with marker, side, size, position and orientation, and record again"
+            "the recording's scenario has no [sensing.flange_marker]; add it with marker, side, "
+            "size, position and orientation, and record again"
         )
     half = marker.size / 2.0
     square = half * np.array([[-1, 1, 0], [1, 1, 0], [1, -1, 0], [-1, -1, 0]], float)
-    stamps, grips, speeds = _way(recording, marker.side)
+    stamps, grips, speeds = _grip_track(recording, marker.side)
     detector, intrinsics = MarkerDetector(), None
-    views: list[View] = []
+    views: list[MarkerView] = []
     console = Console(stderr=True)
     for entry in track(
-        recording.messages((COLOR, CALIBRATION)), "Looking", console=console, transient=True
+        recording.messages((COLOR, CALIBRATION)),
+        "Detecting markers",
+        console=console,
+        transient=True,
     ):
         message = entry.parse()
         if entry.key == CALIBRATION:
             intrinsics = _intrinsics(message)
             continue
-        at = _between(stamps, grips, speeds, stamp_of(message))
+        at = _grip_at(stamps, grips, speeds, stamp_of(message))
         if at is None:
             continue
         corners = marker.at(at).apply(square)
-        if any(np.linalg.norm(v.corners.mean(0) - corners.mean(0)) < APART for v in views):
+        if any(
+            np.linalg.norm(v.corners.mean(0) - corners.mean(0)) < MIN_VIEW_DISTANCE for v in views
+        ):
             continue
         image = cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_COLOR)
         if image is None:
             continue
         seen = [s for s in detector.detect(image[..., ::-1].copy()) if s.identity == marker.marker]
-        views += [View(corners, s.corners) for s in seen[:1]]
+        views += [MarkerView(corners, s.corners) for s in seen[:1]]
     if intrinsics is None:
-        raise ConfigurationError(f"the recording holds nothing on {CALIBRATION}")
+        raise ConfigurationError(
+            f"the recording has no messages on {CALIBRATION}; record the camera's calibration"
+        )
     places = np.array([v.corners.mean(axis=0) for v in views]).reshape(-1, 3)
     spread = float(np.max(np.std(places, axis=0))) if len(places) else 0.0
-    if len(views) < FEWEST or spread < SPREAD:
+    if len(views) < MIN_VIEWS or spread < MIN_SPREAD:
         raise ConfigurationError(
             f"marker {marker.marker} was seen at {len(views)} places that spread by "
-            f"{1e3 * spread:.0f} mm; carry it slowly to at least {FEWEST} places, "
-            f"{1e3 * SPREAD:.0f} mm or more apart on average"
+            f"{1e3 * spread:.0f} mm; carry it slowly to at least {MIN_VIEWS} places, "
+            f"{1e3 * MIN_SPREAD:.0f} mm or more apart on average"
         )
-    return Sightings(views, intrinsics)
+    return CalibrationData(views, intrinsics)
 
 
-def _way(recording: Recording, side: str) -> tuple[list[int], list[Pose], list[float]]:
-    """Stamps, poses and speeds of a grip."""
+def _grip_track(recording: Recording, side: str) -> tuple[list[int], list[Pose], list[float]]:
+    """Stamps [ns], poses and speeds [m/s] of a grip."""
     stamps: list[int] = []
     grips: list[Pose] = []
     speeds: list[float] = []
@@ -156,10 +167,10 @@ def _way(recording: Recording, side: str) -> tuple[list[int], list[Pose], list[f
     return stamps, grips, speeds
 
 
-def _between(stamps: list[int], grips: list[Pose], speeds: list[float], stamp: int) -> Pose | None:
-    """Where the grip was, unless nobody knows or it was too quick."""
+def _grip_at(stamps: list[int], grips: list[Pose], speeds: list[float], stamp: int) -> Pose | None:
+    """Pose of the grip at a stamp; None where it is unknown or moved too fast."""
     k = bisect_left(stamps, stamp)
-    if k == 0 or k == len(stamps) or speeds[k] > QUICK:
+    if k == 0 or k == len(stamps) or speeds[k] > MAX_SPEED:
         return None
     part = (stamp - stamps[k - 1]) / (stamps[k] - stamps[k - 1])
     a, b = grips[k - 1], grips[k]

@@ -1,4 +1,4 @@
-"""`lariat identify`: a rope's material from its measured motion."""
+"""`lariat identify`: properties of a rope from its measured motion."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from lariat.rod.identification import (
 )
 from shared.configuration import ConfigurationError
 
-KEYS = ("vertices", "dt", "prescribed")
+MOTION_KEYS = ("vertices", "dt", "prescribed")
 
 
 def main(
@@ -46,10 +46,10 @@ def main(
     diameter: float = 0.008,
     json: bool = False,
 ) -> int:
-    """Fit a rope's material to measured motion, and score the rod's open-loop prediction of it.
+    """Fit a rope's properties to measured motion, and score the rod's open-loop prediction.
 
     FILE is a .npz with `vertices` (sequences, frames, vertices, 3) [m], z up, `dt` [s], and
-    `prescribed`, the indices of the vertices at the ends that something holds.
+    `prescribed`, the indices of the held vertices at the ends.
 
     Examples:
       lariat identify rope.npz
@@ -57,18 +57,18 @@ def main(
       lariat identify other.npz --train rope.npz --predictions predicted.npz --plot plot.png
 
     Args:
-        file: What was measured.
-        fit_seconds: Fit on so many first seconds of every sequence; score the rest.
-        train: Fit on this file instead, and score FILE.
-        predictions: Write the predicted vertices of the open-loop roll-out to this .npz.
-        plot: Write a picture of prediction against measurement to this .png.
-        bending_stiffness: EI to begin with [N m^2]; without, a search over decades finds a start.
-        linear_density: Mass per length [kg/m]; with it the answer holds EI in N m^2.
-        diameter: Of the rope [m]; it matters little.
-        json: Answer with one JSON object on standard output.
+        file: Measured motion.
+        fit_seconds: Fit the first seconds of every sequence, and score the rest [s].
+        train: Fit this file instead, and score FILE.
+        predictions: Write the predicted vertices to this .npz.
+        plot: Write a plot of prediction and measurement to this .png.
+        bending_stiffness: Initial EI [N m^2]; by default found by a search over decades.
+        linear_density: Mass per length [kg/m]; required for EI in N m^2.
+        diameter: Diameter of the rope [m]; has little influence.
+        json: Print one JSON object on standard output instead of a table.
 
     Returns:
-        0 with an answer; 2 with one line when a file cannot be used.
+        0 with a result; 2 when a file cannot be used.
     """
     measured = read(file)
     source = read(train) if train else measured
@@ -77,7 +77,7 @@ def main(
             raise ConfigurationError(f"{flag} {path}: there is no folder {path.parent}")
     messages = Console(stderr=True, highlight=False)
     try:
-        start = _start(bending_stiffness, linear_density, diameter)
+        start = _initial_properties(bending_stiffness, linear_density, diameter)
         with _progress(messages) as report:
             fit = identify(source, start, fit_seconds, report)
         first = 1
@@ -86,8 +86,8 @@ def main(
             frames = measured.vertices.shape[1]
             if first >= frames - 1:
                 raise ValueError(
-                    f"--fit-seconds {fit_seconds} leaves nothing of {frames * measured.dt:g} s to "
-                    "score; give less"
+                    f"--fit-seconds {fit_seconds} leaves none of {frames * measured.dt:g} s to "
+                    "score; give fewer seconds"
                 )
         predicted = predict(measured, fit.properties, fit.length_scale, first)
     except ValueError as error:
@@ -113,20 +113,20 @@ def main(
 
 
 def read(path: Path) -> Motion:
-    """A motion file.
+    """Read a motion file.
 
     Raises:
-        ConfigurationError: It is not one; says why.
+        ConfigurationError: The file is missing or no motion file.
     """
     try:
         with np.load(path, allow_pickle=False) as stored:
-            missing = [key for key in KEYS if key not in stored]
+            missing = [key for key in MOTION_KEYS if key not in stored]
             if missing:
                 raise ConfigurationError(
-                    f"{path} has no {missing[0]!r}; a motion file holds {', '.join(KEYS)}, this "
-                    f"one {', '.join(stored.files) or 'nothing'}"
+                    f"{path} has no {missing[0]!r}; a motion file holds {', '.join(MOTION_KEYS)}, "
+                    f"this one {', '.join(stored.files) or 'nothing'}"
                 )
-            values = [stored[key] for key in KEYS]
+            values = [stored[key] for key in MOTION_KEYS]
     except FileNotFoundError as error:
         raise ConfigurationError(f"{path}: there is no such file") from error
     except (OSError, ValueError, EOFError, AttributeError, TypeError, zipfile.BadZipFile) as error:
@@ -137,7 +137,7 @@ def read(path: Path) -> Motion:
         raise ConfigurationError(f"{path}: {error}") from error
 
 
-def _start(
+def _initial_properties(
     bending_stiffness: float | None, linear_density: float | None, diameter: float
 ) -> RodProperties:
     start = generic_rope()
@@ -145,7 +145,7 @@ def _start(
     if linear_density is not None and not linear_density > 0.0:
         raise ValueError(f"--linear-density must be positive, got {linear_density} kg/m")
     if bending_stiffness is None:
-        # The ratio to weight that was believed, whatever diameter and density are.
+        # Keep the default ratio of stiffness to weight, whatever diameter and density are.
         return start.with_stiffness(generic_rope().bending_stiffness)
     if not (np.isfinite(bending_stiffness) and bending_stiffness > 0.0):
         raise ValueError(f"--bending-stiffness must be positive, got {bending_stiffness} N m^2")
@@ -189,7 +189,7 @@ def _show(answer: dict[str, Any], console: Console) -> None:
             known,
         )
     console.print(table)
-    console.print("This motion cannot tell")
+    console.print("Not identifiable from this motion:")
     for line in answer["cannot_tell"]:
         console.print(f"  {line}", markup=False)
     each = " ".join(f"{score:.2f}" for score in answer["error_cm_per_sequence"])

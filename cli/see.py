@@ -1,4 +1,4 @@
-"""`lariat see IMAGE`: the rope in one picture, from any camera, without a cell."""
+"""`lariat see IMAGE`: the rope in a single image of any camera."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ if TYPE_CHECKING:
     from services.perception.centerline.estimate import CenterlineEstimate
     from services.perception.image.detector import DetectedRope
 
-LINE = (255, 0, 255)
-"""Colour that centre lines are drawn in."""
-SEEN, BRIDGED = (0, 120, 255), (255, 160, 0)
-"""Colours of nodes that were seen, and of others."""
-FINE = 640
-"""Longer side of a picture per pixel of a line's thickness, from two on."""
-SHADOW = 0.5
-"""Part of a rope that could be a shadow from which on that is said."""
-MANY = 12
-"""Pieces of a rope from which on that is said."""
-BRIGHT = 99.5
-"""Percentile of a picture of more than eight bits that becomes white."""
-SUBPIXEL = 4
-"""Bits of the fixed-point coordinates that lines are drawn with."""
+LINE_COLOR = (255, 0, 255)
+"""Colour of drawn centrelines."""
+OBSERVED_COLOR, HIDDEN_COLOR = (0, 120, 255), (255, 160, 0)
+"""Colours of observed and of hidden nodes."""
+PIXELS_PER_THICKNESS = 640
+"""Longer side of an image per pixel of a line's thickness [pixels]; lines have at least two."""
+SHADOW_NOTE_SHARE = 0.5
+"""Share of a rope that could be a shadow, above which a note warns."""
+PIECES_NOTE_COUNT = 12
+"""Number of pieces of a rope above which a note warns."""
+WHITE_PERCENTILE = 99.5
+"""Percentile of an image of more than eight bits that becomes white [%]."""
+SUBPIXEL_BITS = 4
+"""Fractional bits of the fixed-point coordinates of drawn lines."""
 
 
 def main(
@@ -48,27 +48,26 @@ def main(
     nodes: int = 40,
     out: Path | None = None,
 ) -> int:
-    """Find the rope in a picture: its centre lines, and its nodes where there is depth as well.
+    """Find the rope in an image: its centrelines, and with depth its nodes in space.
 
-    Answers with one JSON object: `lines`, columns and rows of the pixels along each piece of the
-    rope that stands out most, `color` and `width` of it, `others` where more ropes stand out, and
-    `notes` on what may be wrong.
-    With depth, camera, length and diameter also `nodes`, in metres in the camera's optical frame
-    (x right, y down, z forward), each with `sigma` and `observed`.
+    Prints one JSON object: `lines`, columns and rows of the pixels along each piece of the most
+    distinct rope, its `color` and `width`, `others` where there are more ropes, and `notes` on
+    what may be wrong. With depth, camera, length and diameter also `nodes`, in metres in the
+    camera's optical frame (x right, y down, z forward), each with `sigma` and `observed`.
 
     Examples:
       lariat see cable.jpg --color 230 110 30 --out seen.png
       lariat see cable.png --depth depth.png --camera k.json --length 0.55 --diameter 0.005
 
     Args:
-        image: The picture.
-        color: Red, green and blue of the rope; found in the picture without it.
-        depth: 16-bit image of the same pixels in millimetres, 0 where nothing was measured.
+        image: Colour image, PNG or JPEG.
+        color: Red, green and blue of the rope; by default the most distinct rope is found.
+        depth: 16-bit depth image of the same pixels [mm], 0 where nothing was measured.
         camera: JSON file with fx, fy, cx and cy in pixels.
-        length: Of the rope [m].
-        diameter: Of the rope [m].
-        nodes: At equal distances along the rope.
-        out: File for the picture with what was found drawn over it.
+        length: Length of the rope [m].
+        diameter: Diameter of the rope [m].
+        nodes: Number of nodes, evenly spaced along the rope.
+        out: Image file to write, with the result drawn over the image.
     """
     from services.perception.centerline.estimate import RopeModel
     from services.perception.centerline.estimator import CenterlineEstimator
@@ -81,39 +80,39 @@ def main(
             raise ConfigurationError(
                 "--depth needs --camera, --length and --diameter: nodes are fitted in metres"
             )
-        measured = _depth(depth), camera, RopeModel(length, diameter / 2.0, nodes)
-    picture = _picture(image)
+        measured = _read_depth(depth), camera, RopeModel(length, diameter / 2.0, nodes)
+    picture = _read_image(image)
     drawn = picture.copy()
     try:
         rope = detector.detect_rope(picture, color)
     except ValueError as error:
         raise ConfigurationError(f"{image}: {error}") from error
-    answer = _lines(rope)
+    answer = _rope_answer(rope)
     answer["notes"] = notes = _notes(rope)
     for note in notes:
         print(f"lariat: {image}: {note}", file=sys.stderr)
     if measured is None:
-        answer["others"] = [_lines(other) for other in rope.others]
-        thick = max(2, round(max(picture.shape) / FINE))
+        answer["others"] = [_rope_answer(other) for other in rope.others]
+        thick = max(2, round(max(picture.shape) / PIXELS_PER_THICKNESS))
         for line in [line for found in (rope, *rope.others) for line in found.lines]:
-            _draw(drawn, line.pixels, LINE, thick)
+            _draw(drawn, line.pixels, LINE_COLOR, thick)
     else:
         ranges, known, model = measured
-        view = Camera(_intrinsics(known, picture), Pose(np.zeros(3), poses.IDENTITY))
-        # What is rope is known already: brightness says it.
+        view = Camera(_read_intrinsics(known, picture), Pose(np.zeros(3), poses.IDENTITY))
+        # The rope's pixels are known already: pass their likeness as brightness.
         likeness = cv2.cvtColor(rope.likeness, cv2.COLOR_GRAY2RGB)
         estimator = CenterlineEstimator(view, model, CenterlineSettings())
         found = estimator.estimate(np.asarray(likeness, np.uint8), ranges)
-        answer |= _words(found)
+        answer |= _node_answer(found)
         if not found.lost:
             _draw_nodes(drawn, view.project(found.positions)[0], found)
-    if out is not None and not _written(out, drawn):
-        raise ConfigurationError(f"{out} cannot be written; end its name in .png or .jpg")
+    if out is not None and not _write_image(out, drawn):
+        raise ConfigurationError(f"{out}: cannot be written; use the ending .png or .jpg")
     print(jsons.dumps(answer))
     return 1 if answer.get("lost") else 0
 
 
-def _lines(rope: DetectedRope) -> dict[str, object]:
+def _rope_answer(rope: DetectedRope) -> dict[str, object]:
     return {
         "color": list(rope.color),
         "width": round(rope.width, 2),
@@ -123,30 +122,30 @@ def _lines(rope: DetectedRope) -> dict[str, object]:
 
 
 def _notes(rope: DetectedRope) -> list[str]:
-    """Why it may be no rope."""
+    """Reasons why the result may be no rope."""
     notes = []
-    if rope.shadow > SHADOW:
+    if rope.shadow > SHADOW_NOTE_SHARE:
         notes.append(
-            "what was found has the colours of what lies around it, only darker: it may be a "
-            "shadow; if it is, give the rope's --color"
+            "the result has the colours of its surroundings, only darker: it may be a shadow; if "
+            "so, give the rope's --color"
         )
-    if len(rope.lines) > MANY:
+    if len(rope.lines) > PIECES_NOTE_COUNT:
         notes.append(
-            f"what was found is in {len(rope.lines)} pieces: it may be a pattern and no rope; if "
-            "it is, give the rope's --color"
+            f"the result has {len(rope.lines)} pieces: it may be a pattern; if so, give the "
+            "rope's --color"
         )
     return notes
 
 
-def _written(path: Path, picture: UInt8[np.ndarray, "h w 3"]) -> bool:
+def _write_image(path: Path, picture: UInt8[np.ndarray, "h w 3"]) -> bool:
     try:
         return cv2.imwrite(str(path), picture[..., ::-1])
     except cv2.error:
-        # No encoder is known for the name's ending.
+        # OpenCV has no encoder for this file ending.
         return False
 
 
-def _words(found: CenterlineEstimate) -> dict[str, object]:
+def _node_answer(found: CenterlineEstimate) -> dict[str, object]:
     if found.lost:
         return {"lost": found.lost}
     return {
@@ -157,26 +156,26 @@ def _words(found: CenterlineEstimate) -> dict[str, object]:
     }
 
 
-def _picture(path: Path) -> UInt8[np.ndarray, "h w 3"]:
-    # As the camera was held, and with all the bits that it has.
+def _read_image(path: Path) -> UInt8[np.ndarray, "h w 3"]:
+    # Rotated by its EXIF tag, and with its full bit depth.
     image = cv2.imread(str(path), cv2.IMREAD_COLOR | cv2.IMREAD_ANYDEPTH)
     if image is None:
-        raise ConfigurationError(f"{path} is no picture that can be read; give a PNG or a JPEG")
+        raise ConfigurationError(f"{path}: not a readable image; give a PNG or a JPEG")
     if image.dtype != np.uint8:
-        # Sixteen bits seldom hold more than twelve or fourteen.
-        bright = float(np.percentile(image[::4, ::4], BRIGHT)) or 1.0
+        # Sixteen-bit images seldom use more than twelve or fourteen bits.
+        bright = float(np.percentile(image[::4, ::4], WHITE_PERCENTILE)) or 1.0
         image = np.clip(image * (255.0 / bright), 0.0, 255.0).astype(np.uint8)
     return np.ascontiguousarray(image[..., ::-1])
 
 
-def _depth(path: Path) -> UInt16[np.ndarray, "h w"]:
+def _read_depth(path: Path) -> UInt16[np.ndarray, "h w"]:
     image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
     if image is None or image.dtype != np.uint16 or image.ndim != 2:
-        raise ConfigurationError(f"{path} is no depth image; give a 16-bit PNG in millimetres")
+        raise ConfigurationError(f"{path}: not a depth image; give a 16-bit PNG in millimetres")
     return np.asarray(image, np.uint16)
 
 
-def _intrinsics(path: Path, picture: UInt8[np.ndarray, "h w 3"]) -> Intrinsics:
+def _read_intrinsics(path: Path, picture: UInt8[np.ndarray, "h w 3"]) -> Intrinsics:
     height, width = picture.shape[:2]
     try:
         known = jsons.loads(path.read_text())
@@ -193,8 +192,8 @@ def _draw(
     color: tuple[int, int, int],
     thick: int = 2,
 ) -> None:
-    fixed = np.rint(pixels * 2**SUBPIXEL).astype(np.int32)
-    cv2.polylines(picture, [fixed[:, None]], False, color, thick, cv2.LINE_AA, SUBPIXEL)
+    fixed = np.rint(pixels * 2**SUBPIXEL_BITS).astype(np.int32)
+    cv2.polylines(picture, [fixed[:, None]], False, color, thick, cv2.LINE_AA, SUBPIXEL_BITS)
 
 
 def _draw_nodes(
@@ -202,6 +201,8 @@ def _draw_nodes(
     pixels: Float64[np.ndarray, "n 2"],
     found: CenterlineEstimate,
 ) -> None:
-    _draw(picture, pixels, LINE)
+    _draw(picture, pixels, LINE_COLOR)
     for pixel, seen in zip(np.rint(pixels).astype(int).tolist(), found.observed, strict=True):
-        cv2.circle(picture, tuple(pixel), 3, SEEN if seen else BRIDGED, -1, cv2.LINE_AA)
+        cv2.circle(
+            picture, tuple(pixel), 3, OBSERVED_COLOR if seen else HIDDEN_COLOR, -1, cv2.LINE_AA
+        )

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from cli.__main__ import main
-from cli.extrinsics import View, solve
+from cli.extrinsics import MarkerView, estimate_extrinsics
 from lariat.geometry import poses
 from lariat.geometry.cameras import Camera
 from lariat.geometry.poses import Pose
@@ -90,9 +90,9 @@ def test_the_deviations_are_those_of_repeated_calibrations() -> None:
             corners = place + square
             # A sighting errs as a whole.
             shift = random.normal(0.0, 0.2, 2)
-            views.append(View(corners, camera.project(corners)[0] + shift))
+            views.append(MarkerView(corners, camera.project(corners)[0] + shift))
         guess = Pose(camera.T_world_camera.position + 0.02, camera.T_world_camera.orientation)
-        result = solve(views, camera.intrinsics, guess)
+        result = estimate_extrinsics(views, camera.intrinsics, guess)
         found.append(result.T_world_camera.position - camera.T_world_camera.position)
         deviations.append(result.position_deviation)
     ratio = np.std(found, axis=0) / np.mean(deviations, axis=0)
@@ -103,9 +103,9 @@ def test_one_wild_sighting_does_not_matter() -> None:
     camera: Camera = true_camera(parse(TEXT, Path()))
     square = 0.02 * np.array([[-1, 1, 0], [1, 1, 0], [1, -1, 0], [-1, -1, 0]], float)
     places = np.random.default_rng(0).uniform((-0.2, -0.2, 0.1), (0.2, 0.2, 0.4), (12, 3))
-    views = [View(p + square, camera.project(p + square)[0]) for p in places]
+    views = [MarkerView(p + square, camera.project(p + square)[0]) for p in places]
     views[3] = replace(views[3], pixels=views[3].pixels + 30.0)
-    result = solve(views, camera.intrinsics, camera.T_world_camera)
+    result = estimate_extrinsics(views, camera.intrinsics, camera.T_world_camera)
     gap = result.T_world_camera.position - camera.T_world_camera.position
     assert np.linalg.norm(gap) < 3e-3
     assert result.worst > 30.0

@@ -1,0 +1,78 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lariat.geometry import polylines, poses
+from services.perception.centerline.chain_fit import ChainFit, Fit
+from tests.services.perception.scenes import CAMERA, ROPE, curve
+
+EYE = CAMERA.T_world_camera.position
+RANGE_SIGMA, RAY_SIGMA = 0.0015, 0.0006
+
+
+def samples(points: np.ndarray, ranged: bool, noise: float = 0.0) -> np.ndarray:
+    """Rows of `kernels.fit` for points on the axis, with or without their ranges."""
+    rays = points - EYE
+    distance = np.linalg.norm(rays, axis=1)
+    rows = np.zeros((len(points), 7))
+    rows[:, :3] = poses.normalized(rays)
+    if ranged:
+        random = np.random.default_rng(0)
+        rows[:, 3] = distance - ROPE.radius + noise * random.normal(size=len(points))
+        rows[:, 4], rows[:, 5] = ROPE.radius, RANGE_SIGMA
+    else:
+        rows[:, 6] = RAY_SIGMA
+    return rows
+
+
+def fitted(nodes: np.ndarray, part: slice = slice(None), noise: float = 0.0) -> Fit:
+    """Fit to rays and ranges of part of a chain, from a start that is 10 mm off."""
+    dense = polylines.resampled(nodes, 300)[part]
+    segments = np.minimum(np.linspace(0, len(nodes) - 1, 300).astype(int), len(nodes) - 2)[part]
+    anchors = np.zeros((len(nodes), 4))
+    anchors[[0, -1], :3], anchors[[0, -1], 3] = nodes[[0, -1]], 3e-4
+    rows = np.concatenate([samples(dense, False), samples(dense, True, noise)])
+    start = nodes + np.array([0.0, 0.01, 0.0])
+    fit = ChainFit(ROPE.node_count, ROPE.length)
+    return fit.solve(start, rows, np.tile(segments, 2), EYE, anchors)
+
+
+def test_exact_rays_and_ranges_give_the_chain_back() -> None:
+    nodes = curve(1)
+    fit = fitted(nodes)
+    errors = np.linalg.norm(fit.nodes - nodes, axis=1)
+    assert np.mean(errors) < 5e-4
+    assert np.max(errors) < 2e-3
+    assert fit.misfit < 0.6
+    assert fit.outliers == 0.0
+
+
+def test_edges_keep_their_length() -> None:
+    fit = fitted(curve(2), noise=RANGE_SIGMA)
+    edges = np.linalg.norm(np.diff(fit.nodes, axis=0), axis=1)
+    np.testing.assert_allclose(edges, ROPE.length / (ROPE.node_count - 1), rtol=0.01)
+
+
+def test_nodes_without_samples_have_no_support_and_a_larger_sigma() -> None:
+    visible = fitted(curve(3))
+    half = fitted(curve(3), slice(0, 150))
+    assert np.all(visible.support[2:-2] > 5.0)
+    assert np.all(half.support[18:-2] == 0.0)
+    assert np.all(half.sigma[18:-4] > 2.0 * visible.sigma[18:-4])
+
+
+@pytest.mark.parametrize("count", [5, 20])
+def test_wild_ranges_are_outliers_and_do_not_move_the_chain(count: int) -> None:
+    nodes = curve(4)
+    dense = polylines.resampled(nodes, 300)
+    segments = np.minimum(np.linspace(0, len(nodes) - 1, 300).astype(int), len(nodes) - 2)
+    ranged = samples(dense, True)
+    ranged[10 :: 300 // count, 3] += 0.1
+    rows = np.concatenate([samples(dense, False), ranged])
+    anchors = np.zeros((len(nodes), 4))
+    fit = ChainFit(ROPE.node_count, ROPE.length).solve(
+        nodes, rows, np.tile(segments, 2), EYE, anchors
+    )
+    assert fit.outliers == pytest.approx(count / 300, rel=0.01)
+    assert np.max(np.linalg.norm(fit.nodes - nodes, axis=1)) < 1e-3

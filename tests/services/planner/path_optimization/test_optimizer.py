@@ -1,0 +1,60 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from services.planner.path_optimization.optimizer import PathCandidate, PathOptimizer
+from services.planner.problem import Problem
+from services.planner.seeds import seed_paths
+from tests.services.planner.test_whole_path import behind_the_wall
+
+__all__ = ["behind_the_wall"]
+
+
+@pytest.fixture(scope="module")
+def optimizer(behind_the_wall: Problem) -> PathOptimizer:
+    return PathOptimizer(behind_the_wall)
+
+
+@pytest.fixture(scope="module")
+def seeds(behind_the_wall: Problem, optimizer: PathOptimizer) -> list[PathCandidate]:
+    return optimizer.evaluate(seed_paths(behind_the_wall, optimizer.settings.blocks)[:3])
+
+
+def test_refinement_lowers_the_cost_and_the_shortfall(
+    optimizer: PathOptimizer, seeds: list[PathCandidate]
+) -> None:
+    straight = seeds[0]
+    refined = optimizer.refine(straight, 3)
+    assert refined.cost < 0.5 * straight.cost
+    assert refined.shortfall < straight.shortfall
+
+
+def test_the_gradient_is_the_derivative_of_half_the_cost(
+    optimizer: PathOptimizer, seeds: list[PathCandidate]
+) -> None:
+    candidate = optimizer.refine(seeds[0], 1)
+    _, gradient = optimizer._normal_equations(candidate)
+    moves = np.zeros((2, 6), dtype=bool)
+    moves[:, :3] = True
+    direction = np.random.default_rng(0).normal(size=len(gradient))
+    change = np.zeros_like(candidate.displacements)
+    change[:, moves] = 1e-5 * direction.reshape(len(change), -1)
+    ahead, behind = optimizer._rolled_out(
+        [candidate.displacements + change, candidate.displacements - change]
+    )
+    slope = (ahead.cost - behind.cost) / 4e-5
+    assert slope == pytest.approx(float(gradient @ direction), rel=0.02)
+
+
+def test_grips_of_a_candidate_lead_from_start_to_goal(
+    behind_the_wall: Problem, optimizer: PathOptimizer, seeds: list[PathCandidate]
+) -> None:
+    positions, _ = optimizer.grips(seeds[1])
+    for grips, at in ((behind_the_wall.grips, 0), (behind_the_wall.goal_grips, -1)):
+        np.testing.assert_allclose(positions[at], [g.position for g in grips], atol=1e-12)
+
+
+def test_a_larger_reserve_costs_more(behind_the_wall: Problem, seeds: list[PathCandidate]) -> None:
+    wider = PathOptimizer(behind_the_wall, 0.02)
+    assert wider.reevaluate(seeds[0]).cost > seeds[0].cost

@@ -28,7 +28,7 @@ def samples(points: np.ndarray, ranged: bool, noise: float = 0.0) -> np.ndarray:
 
 def fitted(nodes: np.ndarray, part: slice = slice(None), noise: float = 0.0) -> Fit:
     """Fit to rays and ranges of part of a chain, from a start that is 10 mm off."""
-    dense = polylines.resampled(nodes, 300)[part]
+    dense = polylines.resample(nodes, 300)[part]
     segments = np.minimum(np.linspace(0, len(nodes) - 1, 300).astype(int), len(nodes) - 2)[part]
     anchors = np.zeros((len(nodes), 4))
     anchors[[0, -1], :3], anchors[[0, -1], 3] = nodes[[0, -1]], 3e-4
@@ -65,7 +65,7 @@ def test_nodes_without_samples_have_no_support_and_a_larger_sigma() -> None:
 @pytest.mark.parametrize("count", [5, 20])
 def test_wild_ranges_are_outliers_and_do_not_move_the_chain(count: int) -> None:
     nodes = curve(4)
-    dense = polylines.resampled(nodes, 300)
+    dense = polylines.resample(nodes, 300)
     segments = np.minimum(np.linspace(0, len(nodes) - 1, 300).astype(int), len(nodes) - 2)
     ranged = samples(dense, True)
     ranged[10 :: 300 // count, 3] += 0.1

@@ -7,7 +7,7 @@ from lariat.geometry.poses import Pose
 from services.perception.centerline.gap_bridging import hidden_end_length, join_segments
 from services.perception.centerline.segment_ordering import order_by_gaps, order_by_prior
 
-ALONG_X = poses.between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
+ALONG_X = poses.rotation_between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
 LENGTH = 0.4
 LEFT, RIGHT = (Pose(np.array([x, 0.0, 0.2]), ALONG_X) for x in (0.0, LENGTH))
 
@@ -29,7 +29,7 @@ def test_gaps_between_grips_order_and_flip_the_segments() -> None:
 
 
 def test_exchanged_grips_reverse_the_order() -> None:
-    back = poses.between(np.array([0.0, 0.0, 1.0]), np.array([-1.0, 0.0, 0.0]))
+    back = poses.rotation_between(np.array([0.0, 0.0, 1.0]), np.array([-1.0, 0.0, 0.0]))
     left, right = Pose(RIGHT.position, back), Pose(LEFT.position, back)
     best = order_by_gaps(SEGMENTS, left, right, LENGTH)[0]
     assert best.indices == (2, 0, 1)

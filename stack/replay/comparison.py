@@ -110,6 +110,7 @@ def pixels(image: Any) -> Int[np.ndarray, "h w c"]:
         import cv2
 
         decoded = cv2.imdecode(np.frombuffer(image.data, np.uint8), cv2.IMREAD_UNCHANGED)
+        assert decoded is not None
         # The blocks of a JPEG spread one changed pixel by single grey levels.
         return decoded.reshape(*decoded.shape[:2], -1).astype(int) // 4
     data = np.frombuffer(image.data, np.uint8).reshape(image.height, image.width, -1)

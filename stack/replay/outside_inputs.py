@@ -69,7 +69,7 @@ def subject(
 
 
 @contextmanager
-def _camera(scenario: Scenario, session: str, recording: Recording) -> Iterator[Service]:
+def _camera(scenario: Scenario, session: str, recording: Recording) -> Iterator[Any]:
     from services.camera.options import CameraOptions
     from services.camera.service import build
 

@@ -225,6 +225,7 @@ def _score(
     quantiles = np.quantile(step_ms, [0.5, 0.99, 1.0]) if step_ms else np.zeros(3)
     predictions = scorer.prediction_errors
     reached = scorer.reached_after
+    horizon = scorer.horizon_error.error
     return Score(
         scenario=scenario.name,
         reached=reached is not None,
@@ -241,7 +242,7 @@ def _score(
         replans=scorer.replans,
         parameters=scorer.parameters,
         prediction_error_mm=_mm(float(np.mean(predictions))) if predictions else None,
-        horizon_error_mm=None if scorer.foresight.error is None else _mm(scorer.foresight.error),
+        horizon_error_mm=None if horizon is None else _mm(horizon),
         recording=str(record) if record else None,
     )
 

@@ -15,7 +15,7 @@ MOVING = 0.02
 """Mean speed of the true nodes from which a prediction counts [m/s]: rest is easily foreseen."""
 
 
-class Foresight:
+class HorizonError:
     """Compares each horizon's end with where the rope then is.
 
     Unlike the error against what is seen, this one holds no noise of the seeing.

@@ -15,7 +15,7 @@ from shared.messages import IDLE, chain, scene_obstacles
 from shared.messages.parameters import named_parameters
 from shared.scenario import Scenario
 from shared.service import SECOND
-from stack.simulation.horizon_error import Foresight
+from stack.simulation.horizon_error import HorizonError
 from stack.simulation.simulated_time import Delivery
 
 WINDOW = SECOND // 5
@@ -46,7 +46,7 @@ class Scorer:
     """Stamp [ns], mean and largest node distance to the goal [m] of every true rope."""
     prediction_errors: list[float] = field(default_factory=list)
     """Mean node distance of prediction and observation [m]."""
-    foresight: Foresight = field(default_factory=Foresight)
+    horizon_error: HorizonError = field(default_factory=HorizonError)
     """Of the run's horizons."""
     parameters: dict[str, list[float]] = field(default_factory=dict)
     """The newest: value and standard deviation by name."""
@@ -79,9 +79,9 @@ class Scorer:
                 if self.started and message.stamp >= self.started:
                     nodes = chain(message.positions)
                     self._take_rope(message.stamp, nodes)
-                    self.foresight.take_rope(message.stamp, nodes)
+                    self.horizon_error.take_rope(message.stamp, nodes)
             case topics.CONTROLLER_PLAN.key:
-                self.foresight.take_plan(delivery.parse())
+                self.horizon_error.take_plan(delivery.parse())
             case topics.CONTROLLER_PARAMETERS.key:
                 message = delivery.parse()
                 self.parameters = {

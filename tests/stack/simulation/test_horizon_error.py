@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from shared.messages import Plan
-from stack.simulation.horizon_error import Foresight
+from stack.simulation.horizon_error import HorizonError
 
 NODES = np.stack([np.linspace(0.0, 0.4, 9), np.zeros(9), np.zeros(9)], axis=1)
 FRAME = 33_000_000
 
 
-def foresight(speed: float, off: float) -> Foresight:
+def horizon_error(speed: float, off: float) -> HorizonError:
     """Of a rope that rises at `speed` [m/s], foreseen `off` [m] beside where it will be."""
-    found = Foresight()
+    found = HorizonError()
     ahead, count = 50_000_000, 5
     for k in range(30):
         now = k * FRAME
@@ -28,8 +28,8 @@ def foresight(speed: float, off: float) -> Foresight:
 
 
 def test_error_is_the_distance_at_the_end_of_the_horizon() -> None:
-    assert foresight(0.3, 0.003).error == pytest.approx(0.003, rel=1e-6)
+    assert horizon_error(0.3, 0.003).error == pytest.approx(0.003, rel=1e-6)
 
 
 def test_rope_at_rest_tells_nothing() -> None:
-    assert foresight(0.0, 0.003).error is None
+    assert horizon_error(0.0, 0.003).error is None

@@ -59,7 +59,7 @@ class FaultResult:
     drift_rad: float
     """Largest motion of a joint between rest and the operator's consent [rad]."""
     resumed: str
-    """How the cell resumed."""
+    """Way in which the cell resumed: by itself, acknowledged or armed."""
     reached: bool
     further_holds: int
     """Number of holds on the way to the goal, for other reasons."""

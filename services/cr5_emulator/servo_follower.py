@@ -1,4 +1,4 @@
-"""How the drives follow servo points: with delay and lag, and what they do when points stop."""
+"""Response of the drives to servo points: delay, lag, and reaction when points stop."""
 
 from __future__ import annotations
 

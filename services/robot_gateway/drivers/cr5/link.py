@@ -1,4 +1,4 @@
-"""How the client reaches an arm: byte streams to its ports, which never block.
+"""Link to an arm: byte streams to its ports, which never block.
 
 `tcp_link.TcpLink` reaches a device over TCP. In simulated time the caller hands in a link to an
 emulated arm in memory.

@@ -31,8 +31,8 @@ def orientation_at(ni: ti.template(), rod, slot, i):
 @ti.func
 def hessian_at(ni: ti.template(), rod, step, block):
     """Offset of the Hessian's row of a block: its diagonal 3x3 matrix, then the two below."""
-    kept = ti.select(ni[Header.DERIVATIVES] >= Derivatives.ADJOINT, step, 0)
-    return rod + ni[Section.HESSIAN] + 27 * (kept * (2 * ni[Header.NODES] - 1) + block)
+    stored = ti.select(ni[Header.DERIVATIVES] >= Derivatives.ADJOINT, step, 0)
+    return rod + ni[Section.HESSIAN] + 27 * (stored * (2 * ni[Header.NODES] - 1) + block)
 
 
 @ti.func

@@ -83,7 +83,7 @@ def solve(
                     sign = 1.0 - 2.0 * side
                     add(w, node, (sign * (1.0 - place)) * normal)
                     add(w, node + 6, (sign * place) * normal)
-                # What is driven answers nothing.
+                # Driven blocks take no part.
                 for j in range(first):
                     store(w, d + 3 * j, ti.Vector([0.0, 0.0, 0.0]))
                 for k in range(3 * end, width):
@@ -114,7 +114,7 @@ def solve(
                 if j + 2 < end:
                     v -= load33(w, m + 18).transpose() @ load3(w, d + 3 * j + 6)
                 store(w, d + 3 * j, v)
-            # Cholesky by rows, with the right-hand side as one row more: L^-1 of it comes along.
+            # Cholesky row by row; the right-hand side is one row more, multiplied by L^-1.
             a = ti.min(c, count)
             row = matrix + capacity * a
             for b in range(count):

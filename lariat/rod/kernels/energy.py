@@ -91,7 +91,7 @@ def edge_energy(
                 tension = ti.Vector([0.0, 0.0, ti.max(tension[2], 0.0)])
             add(w, g + 6 * i, -force)
             add(w, g + 6 * i + 6, force)
-            # Rows: how the moment about d1, d2, d3 answers a change of the edge vector.
+            # Derivative of the moments about d1, d2, d3 (rows) with respect to the edge vector.
             moment_arm = stretch * ti.Matrix(
                 [[r[0, 1], r[1, 1], r[2, 1]], [-r[0, 0], -r[1, 0], -r[2, 0]], [0.0, 0.0, 0.0]]
             )

@@ -89,7 +89,7 @@ def parameter_derivatives(
                 or code == Parameter.LINEAR_DENSITY
                 or code == Parameter.LENGTH
             )
-            # Mass, weight and contact all grow with the length.
+            # Mass, weight and contact are proportional to the length.
             per_length = 1.0 / (length * (n - 1))
             if inertial or code == Parameter.DENSITY_PROFILE:
                 for i in range(n):
@@ -149,7 +149,7 @@ def parameter_derivatives(
                     bend = rod + ni[Section.BENDS] + 6 * j
                     stiffness = load3(w, bend)
                     rest = load3(w, bend + 3)
-                    # How much of the value at a knot counts here.
+                    # Share of the knot in this bend.
                     share = 1.0
                     if knots > 1:
                         coordinate = ti.cast((j + 1) * (knots - 1), ti.f64) / (n - 1)

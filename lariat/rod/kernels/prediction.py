@@ -61,7 +61,6 @@ def inertial_targets(
             q1 = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS - 1, i))
             target = quaternion_product(q1, exponential(rotation))
             store(w, rod + ni[Section.TARGET_ORIENTATIONS] + 4 * i, target)
-        # k |y - rest|^2 + rate k |y - before|^2 is, but for a constant, one square as well.
         rate = internal_rate(ni, w, rod, step)
         damped = rate > 0.0 or ni[Header.PARAMETERS] > 0
         for j in range(n - 2):

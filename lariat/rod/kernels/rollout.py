@@ -1,6 +1,14 @@
 """Roll-out: the kernel, and the order in which the parts of a step are called.
 
-A launch costs as much as several steps, so that one does a whole horizon, with its derivatives.
+A launch costs as much as several steps, so that one does a whole horizon, with its derivatives. The
+tasks of a solve, where brackets mark those of the first iteration alone:
+
+    INERTIAL_TARGETS, PREDICT
+    repeat  EDGE_ENERGY, BEND_ENERGY, OBSTACLE_CONTACT, SELF_CONTACT     energy, gradient, Hessian
+            FACTORIZE, ACCEPT_ITERATE, [MOVE_GRIPS, SUBTRACT_COUPLINGS]  H = L D L^T, -g
+            SOLVE, APPLY_STEP, [MOVE_GRIPS]                              H s = -g
+
+An indefinite Hessian is evaluated anew without its negative parts, and then with a growing shift.
 """
 
 import taichi as ti
@@ -47,18 +55,18 @@ def advance(ni: ti.template(), w: ti.template(), rod):
     step = 0
     backward = 0
     d = rod + ni[Section.NEWTON_STEP]
-    # Longer strides than this could jump over an obstacle. The shortest of edges set no limit: a
-    # rod is as fast with many nodes as with few.
-    reach = 2.0 * length
+    # Longer steps could jump over an obstacle. The edge length sets no limit below the thickness:
+    # the number of iterations does not grow with the number of nodes.
+    max_stride = 2.0 * length
     if ni[Header.OBSTACLES] > 0:
         thickness = scalar(ni, w, rod, Scalar.CONTACT_REACH) - scalar(
             ni, w, rod, Scalar.CONTACT_MARGIN
         )
-        reach = ti.max(ti.min(reach, 4.0 * thickness), thickness)
+        max_stride = ti.max(ti.min(max_stride, 4.0 * thickness), thickness)
     self_contact = ni[Header.MAX_SELF_CONTACTS] > 0
     if self_contact:
-        # Nor over another strand.
-        reach = ti.min(reach, scalar(ni, w, rod, Scalar.CONTACT_REACH))
+        # Or over another strand.
+        max_stride = ti.min(max_stride, scalar(ni, w, rod, Scalar.CONTACT_REACH))
     column = 0
     iterations = 0
     full_steps = 0
@@ -81,7 +89,7 @@ def advance(ni: ti.template(), w: ti.template(), rod):
         arg = exact
         real = shift
         if phase == Phase.DERIVATIVES:
-            # Derivatives want the forces of contact alone.
+            # Contact with gradient but without Hessian, for the derivative by length.
             arg = 2
         if task == Task.APPLY_STEP:
             real = share
@@ -103,7 +111,7 @@ def advance(ni: ti.template(), w: ti.template(), rod):
                 arg = sensitivity_columns_at(ni, rod, step, 0)[0]
                 real = 6.0
         value = run_task(ni, w, task, rod, step, arg, real)
-        step_taken = 0
+        check_progress = 0
         if phase == Phase.DERIVATIVES:
             if task == Task.INERTIAL_TARGETS:
                 task = Task.INERTIA_DERIVATIVES
@@ -125,7 +133,7 @@ def advance(ni: ti.template(), w: ti.template(), rod):
                     self_contact, Task.SUBTRACT_SELF_CONTACT_COUPLINGS, Task.WRITE_SENSITIVITIES
                 )
             elif task == Task.SUBTRACT_SELF_CONTACT_COUPLINGS:
-                # The first column makes what the others use.
+                # The first solve computes the columns of the contacts, which the others reuse.
                 task = ti.select(column == 0, Task.SOLVE_EXACTLY, Task.SOLVE_AGAIN)
             elif task == Task.SOLVE_AGAIN or task == Task.SOLVE_EXACTLY:
                 if value > 0.0:
@@ -176,7 +184,7 @@ def advance(ni: ti.template(), w: ti.template(), rod):
                 stepped = 0
                 task = Task.APPLY_STEP
                 if share < 1e-6:
-                    # No descent left above rounding: this is as far as it goes.
+                    # No descent is left above rounding errors.
                     share = 0.0
                     converged = ti.cast(largest < 100.0 * tolerance, ti.i32)
                     phase = Phase.FINAL_HESSIAN
@@ -193,7 +201,7 @@ def advance(ni: ti.template(), w: ti.template(), rod):
                 if exact == 0:
                     shift = ti.max(10.0 * shift, 1e-9)
                 exact = 0
-                step_taken = 1
+                check_progress = 1
                 task = Task.EDGE_ENERGY
         elif task == Task.ACCEPT_ITERATE:
             task = Task.SOLVE
@@ -216,9 +224,9 @@ def advance(ni: ti.template(), w: ti.template(), rod):
                     moved = ti.max(moved, size)
                     if j < first or j >= end:
                         driven = ti.max(driven, size)
-            # Newton's next step shrinks by the square of the last two's ratio: the ratio alone,
-            # with a hundredfold margin, leaves errors that differences of roll-outs do not notice.
-            # Derivatives want the factors of where it ends.
+            # Quadratic convergence: the next step will be smaller by the square of the last two's
+            # ratio. The ratio alone, times a hundred, is a safe estimate of what remains.
+            # Derivatives need the factors of the Hessian where the iteration ends.
             size = ti.max(moved, length * rotated)
             remaining = size
             if ni[Header.DERIVATIVES] == 0 and iterations > 0 and share == 1.0:
@@ -227,8 +235,8 @@ def advance(ni: ti.template(), w: ti.template(), rod):
             largest = size
             share = 1.0
             near = ni[Header.OBSTACLES] > 0 or self_contact
-            if iterations > 0 or (near and moved > 4.0 * reach + 2.0 * driven):
-                share = ti.min(share, ti.min(reach / (moved + 1e-30), 0.8 / (rotated + 1e-30)))
+            if iterations > 0 or (near and moved > 4.0 * max_stride + 2.0 * driven):
+                share = ti.min(share, ti.min(max_stride / (moved + 1e-30), 0.8 / (rotated + 1e-30)))
             if iterations == 0 or share == 1.0:
                 full_steps += 1
             stepped = 1
@@ -239,21 +247,21 @@ def advance(ni: ti.template(), w: ti.template(), rod):
                 grips_moved = 1
                 task = Task.MOVE_GRIPS
             elif stepped == 1:
-                step_taken = 1
+                check_progress = 1
         else:
-            # Grips are where they belong.
+            # The grips have been placed.
             task = Task.EDGE_ENERGY
-            step_taken = stepped
-        if step_taken == 1:
+            check_progress = stepped
+        if check_progress == 1:
             if stepped == 1:
                 stepped = 0
                 if iterations > 0 and remaining < tolerance and share == 1.0:
                     converged = 1
                     if self_contact:
-                        # Touches without a place are not pushed apart.
-                        lost = w[rod + ni[Section.SELF_CONTACTS] + 1]
-                        converged = ti.cast(lost == 0.0, ti.i32)
-                    # Derivatives want the true Hessian.
+                        # Self-contacts without a place in the list are missing from the solve.
+                        unplaced = w[rod + ni[Section.SELF_CONTACTS] + 1]
+                        converged = ti.cast(unplaced == 0.0, ti.i32)
+                    # FINAL_HESSIAN where the last Hessian was a modified one, for the derivatives.
                     phase = ti.cast(exact == 0 or shift > 0.0, ti.i32)
                     if phase == Phase.ITERATION:
                         task = Task.SOLVED

@@ -67,13 +67,13 @@ def self_contacts(
             nearest = 1e30
             other = 0
             place = 0.0
-            # Neighbours along the rod are no others: those before, then those after.
+            # Edges before this one and its neighbours, then those after.
             for side in range(2):
                 j = side * (i + gap)
                 stop = n - 1
                 if side == 0:
                     stop = i - gap + 1
-                # One more round leaves the last run of edges.
+                # One more round than there are edges, to end the last run of near ones.
                 while j <= stop:
                     leave = 1
                     stride = 1
@@ -90,7 +90,7 @@ def self_contacts(
                                 other = j
                                 place = t
                         else:
-                            # At least so much further along the rod is the next that could.
+                            # No edge within this many further ones is near enough.
                             stride = ti.max(1, ti.cast((distance - reach) / longest, ti.i32))
                     if leave == 1 and nearest < reach:
                         if count < capacity:

@@ -49,7 +49,7 @@ def inertia_derivatives(
         history = ni[Header.HISTORY]
         _h, _weight, carry = step_times(ni, w, rod, step)
         for i in range(n - 1):
-            # In the chart of the last orientation: theta = log(conj(q1) q), turn = sum of shares.
+            # In the chart of the last orientation: theta = log(conj(q1) q), summed by shares.
             rotation = ti.Vector([0.0, 0.0, 0.0])
             shares_derivative = ti.Vector([0.0, 0.0, 0.0])
             for back in range(2, history + 1):
@@ -82,7 +82,7 @@ def inertia_derivatives(
                     ni, w, rod, step + HISTORY_SLOTS - k % 3, k // 3
                 )
                 store33(w, rod + ni[Section.BEND_JACOBIANS] + 9 * k, jacobian)
-        # Room for the forces of contact alone.
+        # Only contact adds to the gradient from here on.
         for k in range(3 * (2 * n - 1)):
             w[rod + ni[Section.GRADIENT] + k] = 0.0
     else:

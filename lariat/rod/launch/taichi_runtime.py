@@ -1,6 +1,6 @@
-"""The one owner of the Taichi runtime of a process.
+"""Taichi runtime of a process, which is started here and nowhere else.
 
-A second `ti.init` destroys every compiled kernel, so nobody else may call it.
+A second `ti.init` would destroy every compiled kernel.
 """
 
 from __future__ import annotations
@@ -25,21 +25,21 @@ def start(*, writes_assembly: bool = False) -> None:
     """Start Taichi on the CPU in double precision, once; further calls do nothing.
 
     Args:
-        writes_assembly: Whether it writes what it compiles into the working folder, as assembly.
+        writes_assembly: Whether Taichi writes the assembly of its kernels into the current folder.
     """
     global _started
     if not _started:
-        _hasten()
-        # Taichi announces itself on standard output, where a program's answer belongs.
+        _skip_source_positions()
+        # Taichi prints its version to standard output, which belongs to results.
         with contextlib.redirect_stdout(sys.stderr):
             ti.init(
                 arch=ti.cpu,
                 default_fp=ti.f64,
                 cpu_max_num_threads=1,
-                # What comes from there has been assembled already.
+                # Kernels from the cache are not compiled, and yield no assembly.
                 offline_cache=not writes_assembly,
                 print_kernel_asm=writes_assembly,
-                # LLVM optimises as well; without Taichi's own passes the rod compiles in a quarter
+                # LLVM optimises anyway. Without Taichi's own passes the rod compiles in a quarter
                 # of the time and runs 5 % slower.
                 advanced_optimization=False,
                 log_level=ti.WARN,
@@ -53,9 +53,15 @@ def launch(
     doubles: Float64[np.ndarray, "m"],
     count: int,
 ) -> None:
-    """A kernel of two arrays and a count; the first launch compiles, others go straight to it.
+    """Launch a kernel; the first launch compiles it, later ones bypass Taichi's checks.
 
-    Taichi's own call looks at each argument anew, for as long as a rod of ten nodes takes a step.
+    Taichi's own call inspects each argument, which takes as long as a step of a rod of ten nodes.
+
+    Args:
+        kernel: Kernel of two arrays and a number.
+        integers: Sizes, offsets and indices, as in `layout`.
+        doubles: Inputs and results, as in `layout`.
+        count: Number of rods.
     """
     compiled = _compiled.get(kernel)
     program: Any = get_runtime().prog
@@ -75,11 +81,11 @@ def launch(
     program.launch_kernel(binary, context)
 
 
-def _hasten() -> None:
-    """Leave out what Taichi does for error messages alone, at every start, cached or not.
+def _skip_source_positions() -> None:
+    """Skip work that Taichi does for error messages alone, at every start, cached or not.
 
-    It words the place of every expression of a kernel as text, and reads and splits the source of
-    an inlined function anew at every call of it: together two thirds of what a cached start costs.
+    It formats the source position of every expression of a kernel, and reads and splits the source
+    of an inlined function at every call of it: two thirds of the time of a cached start.
     """
     ASTTransformerContext.get_pos_info = lambda self, node: ""
     kernel_impl.getsourcelines = functools.cache(kernel_impl.getsourcelines)

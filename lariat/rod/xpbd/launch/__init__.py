@@ -1,0 +1,1 @@
+"""Launches of the paper's rod: layout of its arrays, inputs and outputs."""

@@ -1,0 +1,1 @@
+"""Controller: owns the task, and turns observations and planned paths into setpoints."""

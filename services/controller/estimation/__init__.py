@@ -1,0 +1,1 @@
+"""Estimation: the state of the rope, and the adaptation of its material."""

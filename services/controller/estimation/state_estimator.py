@@ -1,10 +1,10 @@
-"""What the rope is doing: the rod moved by the measured grips, and what cameras see beside it.
+"""State estimator: the rod moved by the measured grips, and its offset from the observed nodes.
 
-The model is rolled along the measured motion of the grips and never overwritten: orientations,
-twist and velocities cannot be seen in node positions, and a model keeps its own. What observation
-adds is the offset between the seen and the modelled nodes. It changes slowly where the model is
-wrong in stiffness, so a filter of one number per node follows it; predictions are the model's plus
-the offset, and at rest they agree with what is seen.
+The model is rolled out along the measured motion of the grips and never overwritten: node positions
+show neither orientations nor twist nor velocities, and the model keeps its own. Observations
+determine the offset of the observed nodes from the model's. It changes slowly where the model's
+stiffness is wrong, so a filter with one variance per node follows it; predictions are the model's
+plus the offset, and at rest they agree with the observations.
 """
 
 from __future__ import annotations
@@ -18,30 +18,39 @@ from lariat.rod import Rod, RodState, RolloutSpec, add_turns, count_turns, frame
 from lariat.rod.xpbd import XpbdRod
 from lariat.trajectory import MotionState, mean_twists
 
-LONGEST_STEP = 0.0051
-"""Of the model [s]; longer implicit steps damp the rope's swinging."""
-HISTORY = 0.5
-"""How far back an image may lie [s]."""
-DRIFT = 2e-3
+MAX_STEP = 0.0051
+"""Longest step of the model [s]; longer implicit steps damp the rope's swinging."""
+HISTORY_TIME = 0.5
+"""Largest age of an observation [s]."""
+OFFSET_DRIFT = 2e-3
 """Growth of the offset's standard deviation [m/sqrt(s)]."""
-QUICKEST = 0.12
-"""Least time constant of the offset, so that swinging is not taken for an offset [s]."""
-UNKNOWN = 0.03
+MIN_OFFSET_TIME_CONSTANT = 0.12
+"""Least time constant of the offset [s], so that swinging is not taken for an offset."""
+INITIAL_OFFSET_DEVIATION = 0.03
 """Standard deviation of the offset before the first observation [m]."""
-ALIKE = 0.35
-"""Of the model's distance, below which another shape of rest is the one that is seen [-]."""
-FAR = 0.08
-"""Mean offset at which the model is another shape than the rope [m]."""
+MAX_EQUILIBRIUM_MISMATCH = 0.35
+"""Distance of another equilibrium from the observed nodes, as a share of the model's, below which
+it is the one that is seen [-]."""
+DIVERGED_OFFSET = 0.08
+"""Mean offset above which the model has another shape than the rope [m]."""
+MAX_PREDICTION_STEP = 0.021
+"""Longest step of a prediction [s]."""
 
 
 class StateEstimator:
-    """Model state and offset of one rope."""
+    """Estimator of one rope's state."""
 
     def __init__(self, rod: Rod | XpbdRod, motion: MotionState, time: int) -> None:
-        """A rope at rest between the grips at `time` [ns]."""
+        """Create an estimator of a rope at rest.
+
+        Args:
+            rod: Model of the rope.
+            motion: Motion of the grips.
+            time: Time of that motion [ns].
+        """
         self.rod = rod
         self.supports: Float64[np.ndarray, "m 12"] | None = None
-        """What the rope leans on, packed for the rod."""
+        """Obstacles that the rope may lean on, packed for the rod."""
         self.restart(motion, time)
 
     def restart(
@@ -51,7 +60,17 @@ class StateEstimator:
         seen: Float64[np.ndarray, "n 3"] | None = None,
         turns: int = 0,
     ) -> None:
-        """Begins again at rest with some turns of twist, from the shape that is seen if any is."""
+        """Restart at rest.
+
+        Args:
+            motion: Motion of the grips.
+            time: Time of that motion [ns].
+            seen: Observed nodes near which the rest shape lies, if any [m].
+            turns: Whole turns of twist.
+
+        Raises:
+            ValueError: The rope does not reach from grip to grip.
+        """
         guess = None
         if seen is not None:
             guess = add_turns(framed(seen, *motion.orientations), turns)
@@ -64,54 +83,71 @@ class StateEstimator:
         self.start_time = time
         count = len(self.state.positions)
         self.offset: Float64[np.ndarray, "n 3"] = np.zeros((count, 3))
-        self._variance = np.full(count, UNKNOWN**2)
+        self._variance = np.full(count, INITIAL_OFFSET_DEVIATION**2)
         self._observed_at: int | None = None
         self._history = deque([(time, self.state.positions)])
         self.innovation = 0.0
-        """Mean distance of the last observation from what was predicted [m]."""
+        """Mean distance of the last observation from its prediction [m]."""
 
     @property
     def nodes(self) -> Float64[np.ndarray, "n 3"]:
-        """Where the rope is now, as far as is known [m]."""
+        """Present nodes of the rope: the model's plus the offset [m]."""
         return self.state.positions + self.offset
 
     @property
     def turns(self) -> int:
-        """Whole turns of twist in the rope: they cannot be seen, but the model keeps them."""
+        """Whole turns of twist in the rope, which only the model knows."""
         return count_turns(self.state)
 
     def advance(self, motion: MotionState, time: int) -> None:
-        """Moves the model's ends to measured poses at `time` [ns]."""
+        """Move the model's ends to measured poses.
+
+        Args:
+            motion: Measured motion of the grips.
+            time: Time of that motion [ns].
+        """
         if time <= self.time:
             return
         dt = (time - self.time) * 1e-9
-        steps = max(1, int(np.ceil(dt / LONGEST_STEP)))
+        steps = max(1, int(np.ceil(dt / MAX_STEP)))
         self.state = self._rollout(self.state, mean_twists(self.motion, motion, dt), dt, steps)
         self.motion, self.time = motion, time
         self._history.append((time, self.state.positions))
-        while (time - self._history[0][0]) * 1e-9 > HISTORY:
+        while (time - self._history[0][0]) * 1e-9 > HISTORY_TIME:
             self._history.popleft()
 
     def predict(self, motion: MotionState, time: int) -> RodState:
-        """The model when its ends will have reached poses at `time` [ns]; nothing is kept."""
+        """State of the model when its ends will have reached poses; the estimate is unchanged.
+
+        Args:
+            motion: Expected motion of the grips.
+            time: Time of that motion [ns].
+        """
         dt = (time - self.time) * 1e-9
         if dt <= 0.0:
             return self.state
-        steps = max(1, int(np.ceil(dt / 0.021)))
+        steps = max(1, int(np.ceil(dt / MAX_PREDICTION_STEP)))
         return self._rollout(self.state, mean_twists(self.motion, motion, dt), dt, steps)
 
     def change_material(self, rod: Rod | XpbdRod, change: Float64[np.ndarray, "n 3"]) -> None:
-        """Goes on with another material, which will change the model's shape so much [m].
+        """Continue with another material.
 
-        The offset must learn as much anew, and no more: noise would come in with it.
+        The variance of the offset grows by the change and no more, because noise comes in with it.
+
+        Args:
+            rod: Rod with the new material.
+            change: Expected change of the model's shape [m].
         """
         self.rod = rod
         self._variance = self._variance + np.mean(change**2, axis=1)
 
     def rest_with_material(self, rod: Rod | XpbdRod) -> None:
-        """Goes on with another material in its own shape of rest: the rope stands still.
+        """Continue with another material in its rest shape, where the rope stands still.
 
-        What the rope was believed to be stays: the offset makes up for it.
+        The offset compensates for the change, so that the estimated nodes stay where they are.
+
+        Args:
+            rod: Rod with the new material.
         """
         self.rod = rod
         before = self.state.positions
@@ -127,20 +163,23 @@ class StateEstimator:
         nodes: Float64[np.ndarray, "n 3"],
         observed: Bool[np.ndarray, "n"],
     ) -> bool:
-        """Goes on from another shape of rest between the same grips, if the rope is seen in one.
+        """Restart in another equilibrium between the same grips, if the rope is seen in one.
 
-        Where a rope has two, it does not always leave the one for the other with the model.
+        A rope with two equilibria does not always snap from one to the other with the model.
 
         Args:
-            nodes: As seen [m].
-            observed: Which of them count.
+            nodes: Observed nodes [m].
+            observed: Nodes that were seen, not bridged.
+
+        Returns:
+            Whether the equilibrium has been switched.
         """
         seen = np.where(observed[:, None], nodes, self.nodes)
         guess = add_turns(framed(seen, *self.motion.orientations), self.turns)
         try:
             found = self.rod.rest(*self.motion.grips, guess=guess, obstacles=self.supports)
         except ValueError:
-            # Grips that hold the rope taut leave it no other shape.
+            # A taut rope has no other equilibrium.
             return False
         if not found.converged:
             return False
@@ -148,7 +187,7 @@ class StateEstimator:
             np.linalg.norm(nodes - shape.positions, axis=1)[observed]
             for shape in (self.state, found.state)
         )
-        if np.max(then) > ALIKE * np.max(now):
+        if np.max(then) > MAX_EQUILIBRIUM_MISMATCH * np.max(now):
             return False
         self.restart(self.motion, self.time, seen, self.turns)
         return True
@@ -156,7 +195,7 @@ class StateEstimator:
     def _rollout(
         self, state: RodState, twist: Float64[np.ndarray, "2 2 3"], dt: float, steps: int
     ) -> RodState:
-        """A state after `dt` [s] with constant velocities of the grips."""
+        """State after `dt` [s] with constant twists of the grips."""
         action = twist.reshape(1, 2, 6)
         blocks = np.zeros(steps, dtype=np.int64)
         return self.rod.rollout(
@@ -170,18 +209,25 @@ class StateEstimator:
         sigma: Float64[np.ndarray, "n"],
         observed: Bool[np.ndarray, "n"],
     ) -> None:
-        """Takes in what was seen at `stamp` [ns]; nodes that were bridged do not count."""
+        """Update the offset from an observation.
+
+        Args:
+            stamp: Time of the observation [ns].
+            nodes: Observed nodes [m].
+            sigma: Standard deviation of each node's position [m].
+            observed: Nodes that were seen, not bridged.
+        """
         error = nodes - self.model_nodes_at(stamp)
         if np.any(observed):
             self.innovation = float(np.mean(np.linalg.norm(error - self.offset, axis=1)[observed]))
         elapsed = 1.0 if self._observed_at is None else (stamp - self._observed_at) * 1e-9
         if elapsed <= 0.0:
             return
-        self._variance += DRIFT**2 * min(elapsed, 10.0)
+        self._variance += OFFSET_DRIFT**2 * min(elapsed, 10.0)
         gain = self._variance / (self._variance + np.maximum(sigma, 1e-6) ** 2)
         if self._observed_at is not None:
-            gain = np.minimum(gain, 1.0 - np.exp(-elapsed / QUICKEST))
-        # A node far off its neighbours' story counts less: one bad match moves nothing much.
+            gain = np.minimum(gain, 1.0 - np.exp(-elapsed / MIN_OFFSET_TIME_CONSTANT))
+        # An outlier counts less.
         miss = np.linalg.norm(error - self.offset, axis=1)
         typical = 0.01 + 3.0 * np.sqrt(self._variance + sigma**2)
         gain = gain * np.minimum(1.0, typical / np.maximum(miss, 1e-12))
@@ -194,11 +240,15 @@ class StateEstimator:
 
     @property
     def diverged(self) -> bool:
-        """Whether the model has become another shape than the rope."""
-        return float(np.mean(np.linalg.norm(self.offset, axis=1))) > FAR
+        """Whether the model has another shape than the rope."""
+        return float(np.mean(np.linalg.norm(self.offset, axis=1))) > DIVERGED_OFFSET
 
     def model_nodes_at(self, stamp: int) -> Float64[np.ndarray, "n 3"]:
-        """The model's nodes at an earlier time, between what is remembered."""
+        """Nodes of the model at an earlier time, interpolated in its history [m].
+
+        Args:
+            stamp: Time [ns].
+        """
         before = after = self._history[0]
         for entry in self._history:
             before, after = after, entry
@@ -212,7 +262,7 @@ class StateEstimator:
     def _interpolated(
         self, error: Float64[np.ndarray, "n 3"], observed: Bool[np.ndarray, "n"]
     ) -> Float64[np.ndarray, "n 3"]:
-        """Offsets of unseen nodes: between those of seen ones, nothing at the grips."""
+        """Offsets of all nodes, interpolated between observed nodes and zero at the grips [m]."""
         known = observed.copy()
         known[[0, 1, -2, -1]] = True
         values = np.where(observed[:, None], error, 0.0)

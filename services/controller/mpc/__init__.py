@@ -1,0 +1,1 @@
+"""Model predictive control: horizon, objective, constraints, collision avoidance, setpoints."""

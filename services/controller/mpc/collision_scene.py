@@ -1,4 +1,4 @@
-"""What lies around the rope, and how near the rope may come to it now."""
+"""Collision scene: the obstacles around the rope, and the clearances to keep from them."""
 
 from __future__ import annotations
 
@@ -13,58 +13,71 @@ from services.controller.run.task import Task
 from shared.motion_contract import CONTROL_STRETCH_SHARE
 from shared.scenario import Scenario
 
-NEAR_GOAL = 0.03
-"""Mean node distance to the goal from which its own clearance is enough [m]."""
-STRETCH = 0.002
-"""By which the rope may be pulled longer, as a share of its length [-]."""
-LENIENCE = 5e-4
-"""By which a goal's own clearance may be missed [m]."""
+GOAL_CLEARANCE_RADIUS = 0.03
+"""Mean node distance to the goal below which the goal's own clearance is enough [m]."""
+MAX_STRETCH = 0.002
+"""Stretch of the rope that is allowed, as a share of its length [-]."""
+GOAL_CLEARANCE_TOLERANCE = 5e-4
+"""Amount by which a goal's own clearance may be missed [m]."""
 
 
 class CollisionScene:
-    """The obstacles of the present scene."""
+    """Obstacles of the present scene."""
 
     def __init__(self, scenario: Scenario) -> None:
+        """Create the scene of a scenario.
+
+        Args:
+            scenario: Rope, limits and obstacles.
+        """
         self._scenario = scenario
         self._goal_clearances: tuple[tuple[int, int], float, float] = (-1, -1), np.inf, np.inf
         self.update(scenario.bodies, 0)
 
     def update(self, obstacles: tuple[Obstacle, ...], revision: int) -> None:
-        """Takes another scene."""
+        """Replace the obstacles.
+
+        Args:
+            obstacles: All obstacles.
+            revision: Revision of the scene.
+        """
         self.obstacles, self.revision = obstacles, revision
         self.avoided = tuple(o for o in obstacles if not o.support)
-        """All that must not be touched."""
+        """Obstacles that the rope must not touch."""
 
     @property
     def supports(self) -> Float64[np.ndarray, "m 12"] | None:
-        """What the rope may lean on, packed for the rod."""
+        """Obstacles that the rope may lean on, packed for the rod."""
         supports = [o for o in self.obstacles if o.support]
         return geometry.pack(supports) if supports else None
 
     def avoidance(self, task: Task, error: float) -> AvoidanceSpecification:
-        """For the objective.
+        """Obstacles and clearances for the horizon.
 
         Args:
-            error: Mean node distance to the goal now [m].
+            task: Task whose goal is approached.
+            error: Present mean node distance to the goal [m].
         """
         rope, limits = self._scenario.rope, self._scenario.limits
-        own, grippers_own = self._own(task)
+        own, grippers_own = self._clearances_of_goal(task)
         wanted = self._scenario.control.clearance
         body = axis_clearance(limits.gripper_radius, limits.keep_out)
         return AvoidanceSpecification(
             self.avoided,
-            # All that is wanted on the way, no more than the goal has at its end.
-            min(wanted, own - LENIENCE) if error < NEAR_GOAL else wanted,
+            # The whole clearance on the way, at the end no more than the goal itself has.
+            min(wanted, own - GOAL_CLEARANCE_TOLERANCE)
+            if error < GOAL_CLEARANCE_RADIUS
+            else wanted,
             rope.diameter / 2.0,
             CONTROL_STRETCH_SHARE * limits.overstretch * rope.length,
-            (1.0 + STRETCH) * rope.length,
+            (1.0 + MAX_STRETCH) * rope.length,
             self.obstacles,
             limits.gripper_reach,
-            min(body, grippers_own - LENIENCE),
+            min(body, grippers_own - GOAL_CLEARANCE_TOLERANCE),
         )
 
-    def _own(self, task: Task) -> tuple[float, float]:
-        """Clearances that the goal has itself: of the rope, and of the grippers' axes [m]."""
+    def _clearances_of_goal(self, task: Task) -> tuple[float, float]:
+        """Clearances of the goal itself: of the rope, and of the grippers' axes [m]."""
         key = (task.goal_revision, self.revision)
         if self._goal_clearances[0] != key:
             scenario, nodes = self._scenario, task.goal.nodes

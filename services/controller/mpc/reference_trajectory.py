@@ -1,4 +1,4 @@
-"""A path as the controller follows it: sampled at any place, in steps of the setpoints."""
+"""Reference trajectory: a planned path, sampled in steps of the setpoints."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from lariat.trajectory import MotionState
 
 @dataclass(frozen=True)
 class ReferenceTrajectory:
-    """Points of both grips one setpoint apart, from rest to rest, and the rope along them."""
+    """Poses of both grips one setpoint apart, from rest to rest, and the rope along them."""
 
     dt: float
-    """Between points [s]."""
+    """Time between points [s]."""
     positions: Float64[np.ndarray, "t 2 3"]
-    """[m]"""
+    """Positions of the grips [m]."""
     orientations: Float64[np.ndarray, "t 2 4"]
-    """wxyz"""
+    """Orientations of the grips, wxyz."""
     nodes: Float64[np.ndarray, "t n 3"]
-    """[m]"""
+    """Nodes of the rope [m]."""
     reached: bool = True
     """Whether it ends at the goal."""
     reason: str = ""
-    """Why it does not."""
+    """Reason why it does not, in words."""
     blocked: bool = False
     """Whether obstacles lie between its end and the goal."""
     _steps: Float64[np.ndarray, "t 2 2 3"] = field(init=False, repr=False)
@@ -42,7 +42,13 @@ class ReferenceTrajectory:
     def standing(
         cls, motion: MotionState, nodes: Float64[np.ndarray, "n 3"], dt: float
     ) -> ReferenceTrajectory:
-        """Stays where it is."""
+        """Trajectory that stays where it is.
+
+        Args:
+            motion: Motion of the grips.
+            nodes: Nodes of the rope [m].
+            dt: Time between points [s].
+        """
         twice = np.repeat(motion.positions[None], 2, axis=0)
         turned = np.repeat(motion.orientations[None], 2, axis=0)
         return cls(dt, twice, turned, np.repeat(nodes[None], 2, axis=0))
@@ -57,14 +63,24 @@ class ReferenceTrajectory:
         object.__setattr__(self, "_accelerations", np.diff(rates, axis=0) / self.dt)
 
     def motion(self, index: int) -> MotionState:
-        """Poses at a point, velocity and acceleration by central differences."""
+        """State of motion at a point, with derivatives by central differences.
+
+        Args:
+            index: Index of the point; clipped to the trajectory.
+        """
         k = min(max(index, 0), self.end)
         return MotionState(
             self.positions[k], self.orientations[k], self._velocities[k], self._accelerations[k]
         )
 
     def twists(self, start: float, stride: float, count: int) -> Float64[np.ndarray, "h 2 6"]:
-        """Mean velocities of the grips in `count` steps of `stride` points from `start` on."""
+        """Mean twists of the grips in steps of a horizon [m/s, rad/s].
+
+        Args:
+            start: Index at which the horizon begins.
+            stride: Points per step.
+            count: Steps.
+        """
         done = np.concatenate([np.zeros((1, 2, 2, 3)), np.cumsum(self._steps, axis=0)])
         corners = np.clip(start + stride * np.arange(count + 1), 0.0, self.end)
         before = corners.astype(int)
@@ -79,9 +95,16 @@ class ReferenceTrajectory:
         count: int,
         goal: Float64[np.ndarray, "n 3"],
     ) -> Float64[np.ndarray, "h n 3"]:
-        """Nodes after each of the same steps; the goal once the path has ended [m].
+        """Nodes after each step of a horizon [m]: the goal once the trajectory has ended.
 
-        A rope that is drawn on towards a goal behind an obstacle would come to rest against it.
+        A trajectory that is blocked keeps its last shape: pulled on towards a goal behind an
+        obstacle, the rope would come to rest against it.
+
+        Args:
+            start: Index at which the horizon begins.
+            stride: Points per step.
+            count: Steps.
+            goal: Nodes of the goal [m].
         """
         goal = self.nodes[-1] if self.blocked else goal
         rows = []

@@ -1,4 +1,4 @@
-"""The row of setpoints: every chunk re-decides the end of one endless row.
+"""Setpoint stream: every chunk decides the end of one endless stream again.
 
 The gateway reads a chunk's points as control points of a curve. Points that a newer chunk repeats
 unchanged leave the curve as it was, so the first points of every chunk are those of the one before,
@@ -15,40 +15,41 @@ import numpy as np
 from lariat.trajectory import MotionLimits, MotionState, SetpointChunk, stopping_states
 from shared.motion_contract import CHUNK_SPAN
 
-OVERLAP = 3
+OVERLAP_POINTS = 3
 """Points before the newly decided ones that every chunk repeats."""
 
 
 class SetpointStream:
-    """Remembers what was published, so that the next chunk continues it."""
+    """Published setpoints, which the next chunk continues."""
 
     def __init__(self, motion: MotionState, now: int, dt: int, limits: MotionLimits) -> None:
-        """A row that begins at rest at `now`.
+        """Create a stream that begins at rest.
 
         Args:
-            now: [ns]
-            dt: Between points [ns].
-            limits: Of the stop at the end of every chunk.
+            motion: Motion at rest.
+            now: Present time [ns].
+            dt: Time between points [ns].
+            limits: Limits of the stop at the end of every chunk.
         """
         self.dt, self.limits = dt, limits
-        self._origin = now - OVERLAP * dt
+        self._origin = now - OVERLAP_POINTS * dt
         self._first = 0
         self._motions = [motion]
 
     def index_at(self, time: int) -> int:
-        """Of the first point at or after `time` [ns]."""
+        """Index of the first point at or after `time` [ns]."""
         return -((self._origin - time) // self.dt)
 
     def time_of(self, index: int) -> int:
-        """Of a point [ns]."""
+        """Time of a point [ns]."""
         return self._origin + index * self.dt
 
     def motion(self, index: int) -> MotionState:
-        """What was published for a point; the row rests before its start and after its end."""
+        """Published state at a point; the stream rests before its start and after its end."""
         return self._motions[min(max(index - self._first, 0), len(self._motions) - 1)]
 
     def motion_at(self, time: int) -> MotionState:
-        """What was published for a time [ns], between points by the state before it."""
+        """Published state at a time [ns], extrapolated from the point before it."""
         index = math.floor((time - self._origin) / self.dt)
         before, after = self.motion(index), self.motion(index + 1)
         t = (time - self.time_of(index)) * 1e-9
@@ -61,15 +62,17 @@ class SetpointStream:
         )
 
     def resting_from(self, index: int) -> bool:
-        """Whether what was published stands still from a point on."""
+        """Whether the published setpoints rest from a point on."""
         return all(m.resting for m in self._motions[max(index - self._first, 0) :])
 
     def extended(self, commit: int, motions: Sequence[MotionState]) -> SetpointChunk:
-        """The chunk that goes on with `motions` after point `commit`, and then stops.
+        """Chunk that continues with new motions after a point, and then stops.
 
-        Without motions what was published goes on to its end.
+        Args:
+            commit: Index of the last point that is kept.
+            motions: New motions; without them the published ones go on to their end.
         """
-        keep_from = commit - OVERLAP
+        keep_from = commit - OVERLAP_POINTS
         kept = [self.motion(k) for k in range(keep_from, commit + 1)]
         if motions:
             tail = list(motions)

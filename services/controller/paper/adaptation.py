@@ -1,10 +1,11 @@
 """Online adaptation of the paper, eq. (15): theta follows what a horizon has shown, by Adam.
 
 After a horizon the same actions are rolled out once more from where it began, and all five
-parameters move against the distance of its last shape from the seen one, so many times as the
-horizon was optimised. Readings: the norm is the sum of node distances, as in (12); m, I and beta_b
-move by their logarithms, so that none becomes negative; Adam goes on from horizon to horizon.
-Scaled together m, I and 1 / beta_b leave every motion as it is: only their ratios can be found.
+parameters are moved to reduce the distance of its last shape from the observed one, as many times
+as the horizon was optimized. Interpretation: the norm is the sum of node distances, as in (12); m,
+I and beta_b move by their logarithms, so that none becomes negative; Adam keeps its moments from
+horizon to horizon. Scaling m, I and 1 / beta_b together leaves every motion as it is: only their
+ratios can be found.
 """
 
 from __future__ import annotations
@@ -23,24 +24,24 @@ from services.controller.estimation.state_estimator import StateEstimator
 from services.controller.paper.policies import Adam
 from shared.scenario.sections import PaperControl
 
-RATE = 2e-3
-"""Of Adam, on logarithms and on the damping's shares [-]. The paper does not give its own."""
-MOST_DAMPING = 0.999
+ADAM_RATE = 2e-3
+"""Learning rate of Adam on logarithms and damping [-]; the paper does not state its own."""
+MAX_DAMPING = 0.999
 _LOGARITHMIC = ("mass", "inertia", "bending_compliance")
 
 
 @dataclass(frozen=True)
-class _Record:
-    """Where a horizon began."""
+class _HorizonStart:
+    """Beginning of a horizon."""
 
     time: int
-    """[ns]"""
+    """Time [ns]."""
     state: RodState
-    """Of the model, with its nodes where they were seen."""
+    """State of the model with its nodes at the observed positions."""
 
 
 class PaperAdaptation:
-    """Adapts the parameters of one `XpbdRod`."""
+    """Adaptation of one `XpbdRod` by gradient descent."""
 
     parameter_set: Literal["rod", "xpbd"] = "xpbd"
     informs_planner = False
@@ -49,10 +50,10 @@ class PaperAdaptation:
         self.properties: XpbdProperties = rod.properties
         self.standing = False
         self.settled = True
-        """It learns from horizons alone: a rope that stands still tells it nothing."""
+        """Always: a rope that stands still gives it no information."""
         self._rod, self._settings = rod, settings
-        self._adam = Adam((len(PARAMETERS),), RATE)
-        self._record: _Record | None = None
+        self._adam = Adam((len(PARAMETERS),), ADAM_RATE)
+        self._start: _HorizonStart | None = None
 
     @property
     def bending_stiffness(self) -> float:
@@ -118,7 +119,7 @@ class PaperAdaptation:
             stamp: Of the observation [ns].
             sigma: Not used: all that is observed counts the same.
         """
-        record = self._record
+        record = self._start
         if record is not None and not estimator.start_time <= record.time:
             record = None
         if record is None:
@@ -139,10 +140,10 @@ class PaperAdaptation:
 
     def _begin(self, estimator: StateEstimator) -> None:
         seen = replace(estimator.state, positions=estimator.nodes)
-        self._record = _Record(estimator.time, seen)
+        self._start = _HorizonStart(estimator.time, seen)
 
     def _move(self, slopes: dict[str, float]) -> None:
-        """One step of Adam."""
+        """Take one step of Adam."""
         p = self.properties
         pull = [
             slopes[name] * (getattr(p, name) if name in _LOGARITHMIC else 1.0)
@@ -152,7 +153,7 @@ class PaperAdaptation:
         changed = {
             name: getattr(p, name) * np.exp(step)
             if name in _LOGARITHMIC
-            else float(np.clip(getattr(p, name) + step, 0.0, MOST_DAMPING))
+            else float(np.clip(getattr(p, name) + step, 0.0, MAX_DAMPING))
             for name, step in steps.items()
         }
         self.properties = replace(p, **{name: float(value) for name, value in changed.items()})

@@ -1,4 +1,4 @@
-"""What the paper trains in a horizon: its network, or the velocities themselves.
+"""Policies that the paper trains in a horizon: its network, or the velocities themselves.
 
 The network sees the nodes of the iteration before, so that one launch rolls a horizon out and one
 carries its loss back; its outputs count as independent of how they moved its own inputs. Over 50 ms
@@ -17,28 +17,28 @@ if TYPE_CHECKING:
     import torch
 
 ACTIONS_RATE = 0.03
-"""Learning rate of Adam on the velocities: a well tuned one. The paper does not give its own."""
-HIDDEN = 256
+"""Learning rate of Adam on the velocities, tuned; the paper does not state its own."""
+HIDDEN_WIDTH = 256
 """Width of both hidden layers."""
 BETAS, EPSILON = (0.9, 0.999), 1e-8
 """Adam's own defaults."""
 
 
 class Policy(Protocol):
-    """What is trained: gives velocities, takes the loss's slope in them."""
+    """Trainable map from nodes and goal to velocities."""
 
     def begin(self, passed: int) -> None:
-        """A new horizon, so many steps after the last one."""
+        """Begin a horizon, some steps after the last one."""
         ...
 
     def velocities(
         self, nodes: Float64[np.ndarray, "h n 3"], goal: Float64[np.ndarray, "n 3"]
     ) -> Float64[np.ndarray, "h m"]:
-        """Of the free components at each step, from the nodes before it [m/s, rad/s]."""
+        """Velocities of the free components at each step, from the nodes before it [m/s, rad/s]."""
         ...
 
     def learn(self, slope: Float64[np.ndarray, "h m"]) -> None:
-        """One step of Adam, given the slope of the loss in the velocities."""
+        """Take one step of Adam, given the gradient of the loss."""
         ...
 
 
@@ -51,7 +51,7 @@ class Adam:
         self._steps = 0
 
     def step(self, slope: Float64[np.ndarray, "*shape"]) -> Float64[np.ndarray, "*shape"]:
-        """What to add to the array."""
+        """Change to add to the array."""
         self._steps += 1
         a, b = BETAS
         self._first = a * self._first + (1.0 - a) * slope
@@ -104,7 +104,7 @@ class Network:
 
         torch.set_num_threads(1)
         generator = torch.Generator().manual_seed(seed)
-        sizes = (6 * nodes, HIDDEN, HIDDEN, count)
+        sizes = (6 * nodes, HIDDEN_WIDTH, HIDDEN_WIDTH, count)
         self._torch: Any = torch
         shapes, values = [], []
         for inputs, outputs in pairwise(sizes):

@@ -1,0 +1,1 @@
+"""Run of a task: state machine, supervisor, requests, goals, progress and snag detection."""

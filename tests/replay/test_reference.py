@@ -51,11 +51,9 @@ def test_the_references_cover_every_service():
 
 
 def test_the_references_hold_adaptation_markers_a_refusal_a_hold_and_an_acknowledgement():
-    values = [
-        {p.name: p.value for p in entry.parse().parameters}
-        for entry in Recording(FOLDER / "rope.mcap").messages([topics.CONTROLLER_PARAMETERS.key])
-    ]
-    first, last = values[0]["bending_stiffness"], values[-1]["bending_stiffness"]
+    rope = Recording(FOLDER / "rope.mcap").messages([topics.CONTROLLER_PARAMETERS.key])
+    stiffnesses = [entry.parse().rod.bending_stiffness.value for entry in rope]
+    first, last = stiffnesses[0], stiffnesses[-1]
     assert abs(last / first - 1.0) > 0.2
 
     scenes = list(Recording(FOLDER / "markers.mcap").messages([topics.SCENE_STATE.key]))

@@ -18,9 +18,7 @@ FOLDERS = "lariat|shared|services|dashboard|stack|benchmarks|cli|scenarios|tests
 def test_every_file_that_a_page_names_exists(page: Path):
     text = page.read_text()
     links = {
-        target
-        for target in re.findall(r"\]\(([^)#\s]+)", text)
-        if not re.match(r"[a-z]+:", target)
+        target for target in re.findall(r"\]\(([^)#\s]+)", text) if not re.match(r"[a-z]+:", target)
     }
     missing = {link for link in links if not (page.parent / link).exists()}
     named = set(re.findall(rf"`((?:{FOLDERS})/[\w./-]*)`", text))

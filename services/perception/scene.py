@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -10,29 +9,13 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import obstacles as geometry
-from lariat.geometry import poses
+from lariat.geometry.obstacle_checks import check_obstacle
 from lariat.geometry.obstacles import Obstacle
 from shared.scenario import Event
 
-MAX_COORDINATE = 20.0
-"""Largest absolute coordinate of an obstacle's position [m]."""
-MAX_SIZE = 20.0
-"""Largest radius, height or edge of an obstacle [m]."""
 MAX_ROPE_OVERLAP = 0.002
 """Overlap with the rope up to which an obstacle is accepted [m]: the error of an estimated rope
 that touches it."""
-MIN_VECTOR_LENGTH = 1e-6
-"""Length below which a quaternion or normal counts as zero."""
-UNIT_QUATERNION_TOLERANCE = 1e-3
-"""Deviation of a quaternion's length from one that is accepted."""
-REQUIRED_SIZES = {
-    "cylinder": ("radius", "height"),
-    "capsule": ("radius", "height"),
-    "sphere": ("radius",),
-    "box": ("size",),
-    "half_space": (),
-}
-"""Fields that must be positive, for each shape."""
 
 
 class SceneChangeRefused(ValueError):
@@ -72,7 +55,7 @@ class ObstacleScene:
         Raises:
             SceneChangeRefused: The obstacle is invalid, its name is taken, or it overlaps the rope.
         """
-        self._check_body(obstacle)
+        _check(obstacle)
         if any(o.name == obstacle.name for o in self.obstacles):
             raise SceneChangeRefused(
                 f"there already is an obstacle {obstacle.name!r}; choose another name"
@@ -99,16 +82,23 @@ class ObstacleScene:
             position=tuple(position),
             orientation=tuple(orientation) if len(orientation) else old.orientation,
         )
-        self._check_body(moved)
+        _check(moved)
         self._check_rope(moved, rope)
         self._set(tuple(moved if o.name == name else o for o in self.obstacles))
 
     def remove(self, name: str) -> None:
-        """Remove an obstacle.
+        """Remove an obstacle that a request has added.
 
         Raises:
-            SceneChangeRefused: There is no such obstacle.
+            SceneChangeRefused: There is no such obstacle, or it belongs to the scenario.
         """
+        if any(body.name == name for body in self._start):
+            raise SceneChangeRefused(
+                f"{name!r} belongs to the scenario and stays; move it, or remove it from the file"
+            )
+        self._remove(name)
+
+    def _remove(self, name: str) -> None:
         old = self._named(name)
         self._set(tuple(o for o in self.obstacles if o is not old))
 
@@ -140,7 +130,7 @@ class ObstacleScene:
         elif event.move_obstacle and event.position is not None:
             self.move(event.move_obstacle, event.position)
         else:
-            self.remove(event.remove_obstacle)
+            self._remove(event.remove_obstacle)
 
     def _set(self, obstacles: tuple[Obstacle, ...]) -> None:
         self.obstacles = obstacles
@@ -153,39 +143,6 @@ class ObstacleScene:
         known = ", ".join(sorted(o.name for o in self.obstacles)) or "none"
         raise SceneChangeRefused(f"there is no obstacle {name!r}; there are: {known}")
 
-    def _check_body(self, o: Obstacle) -> None:
-        if not o.name:
-            raise SceneChangeRefused("an obstacle needs a name; give one")
-        if o.shape not in REQUIRED_SIZES:
-            raise SceneChangeRefused(
-                f"{o.name!r} has shape {o.shape!r}; use one of {', '.join(REQUIRED_SIZES)}"
-            )
-        numbers = (*o.position, *o.orientation, *o.size, *o.normal, o.radius, o.height)
-        if not all(map(math.isfinite, numbers)):
-            raise SceneChangeRefused(f"{o.name!r} holds a number that is not finite")
-        if max(map(abs, o.position)) > MAX_COORDINATE:
-            raise SceneChangeRefused(
-                f"{o.name!r} is at {list(o.position)} m, more than {MAX_COORDINATE} m away; "
-                "positions are in metres"
-            )
-        for key in REQUIRED_SIZES[o.shape]:
-            value = getattr(o, key)
-            sizes = value if isinstance(value, tuple) else (value,)
-            if min(sizes) <= 0.0 or max(sizes) > MAX_SIZE:
-                raise SceneChangeRefused(
-                    f"{o.name!r} has {key} = {value}; a {o.shape} takes 0 < {key} <= {MAX_SIZE} m"
-                )
-        for key in ("orientation", "normal"):
-            if np.linalg.norm(getattr(o, key)) < MIN_VECTOR_LENGTH:
-                raise SceneChangeRefused(
-                    f"{o.name!r} has {key} = {getattr(o, key)}; it must not be zero"
-                )
-        if abs(np.linalg.norm(o.orientation) - 1.0) > UNIT_QUATERNION_TOLERANCE:
-            unit = poses.normalized(np.array(o.orientation)).round(4).tolist()
-            raise SceneChangeRefused(
-                f"{o.name!r} has orientation {o.orientation}, not a unit quaternion; try {unit}"
-            )
-
     def _check_rope(self, o: Obstacle, rope: Float64[np.ndarray, "n 3"] | None) -> None:
         if rope is None or len(rope) < 2:
             return
@@ -194,3 +151,10 @@ class ObstacleScene:
             raise SceneChangeRefused(
                 f"{o.name!r} would overlap the rope by {1e3 * overlap:.1f} mm; place it elsewhere"
             )
+
+
+def _check(obstacle: Obstacle) -> None:
+    try:
+        check_obstacle(obstacle)
+    except ValueError as error:
+        raise SceneChangeRefused(str(error)) from error

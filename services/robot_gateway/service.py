@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
@@ -13,13 +14,16 @@ from services.robot_gateway.drivers.factory import drivers_of
 from services.robot_gateway.messages import arm_states, chunk_of, command_of
 from services.robot_gateway.motion.follower import SetpointFollower
 from services.robot_gateway.safety.force_limit import ForceLimit
+from services.robot_gateway.safety.scene_guard import SceneGuard
 from services.robot_gateway.safety.shutdown import bring_to_rest
 from services.robot_gateway.safety.state_logger import StateLogger
 from shared import topics
 from shared.clock import SystemClock
-from shared.messages import Setpoints, scene_obstacles
+from shared.messages import Scene, Setpoints, scene_obstacles
 from shared.scenario import SIDES, Scenario, Side
 from shared.service import Inbox, Publication
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -41,15 +45,17 @@ class RobotGatewayService:
     rate = 125.0
     latency = 0.002
 
-    def __init__(self, cell: Cell, simulated: bool) -> None:
+    def __init__(self, cell: Cell, simulated: bool, scene_guard: SceneGuard) -> None:
         """Create the service.
 
         Args:
             cell: The cell.
             simulated: Whether a reset may put the ends back to the start.
+            scene_guard: Admission of scenes.
         """
         self.cell = cell
         self.simulated = simulated
+        self._scene_guard = scene_guard
         self._logger = StateLogger()
         self._scene_revision: int | None = None
 
@@ -62,7 +68,7 @@ class RobotGatewayService:
         scene = inbox.fresh(topics.SCENE_STATE)
         if scene is not None and scene.message.revision != self._scene_revision:
             self._scene_revision = scene.message.revision
-            self.cell.take_scene(scene_obstacles(scene.message))
+            self._take_scene(scene.message)
         # Commands first: setpoints of the same tick do not move what a person stops.
         for command in inbox.every(topics.ARM_COMMAND):
             self.cell.take_command(command_of(command.message), now)
@@ -80,6 +86,12 @@ class RobotGatewayService:
         if any(driver.live for driver in self.cell.arms.drivers):
             bring_to_rest(self.cell, SystemClock())
         self.cell.close()
+
+    def _take_scene(self, message: Scene) -> None:
+        try:
+            self.cell.take_scene(self._scene_guard.admit(scene_obstacles(message)))
+        except ValueError as error:
+            log.warning("scene %d refused, the former one holds: %s", message.revision, error)
 
     def _take_setpoints(self, message: Setpoints, received: int) -> None:
         if message.hold:
@@ -127,4 +139,6 @@ def build(
     real = any(end.address for end in ends)
     alone = not real and all(end.arm_automatically for end in ends if end.driver != "fixed")
     cell = Cell(follower, drivers, starts, session, alone, ForceLimit(limits.pull))
-    return RobotGatewayService(cell, simulated=not real)
+    removed = {event.remove_obstacle for event in scenario.events}
+    guard = SceneGuard([body for body in scenario.bodies if body.name not in removed])
+    return RobotGatewayService(cell, not real, guard)

@@ -27,6 +27,7 @@ def first_broken(slacks: Slacks, margin: float = 0.0) -> tuple[Rule, float] | No
     """
     for rule, slack in slacks.items():
         least = float(np.min(slack[1:], initial=np.inf))
-        if least < min(margin, float(slack[0])) - TOLERANCE:
+        # Fail closed: a slack that is not a number breaks its rule.
+        if not least >= min(margin, float(slack[0])) - TOLERANCE:
             return rule, margin - least
     return None

@@ -36,7 +36,8 @@ class ForceLimit:
         """
         allowed = self._allowed or [0.0] * len(forces)
         for k, force in enumerate(forces):
-            if force > max(self.limit, allowed[k]):
+            # Fail closed: a force that is not a number exceeds the limit.
+            if not force <= max(self.limit, allowed[k]):
                 return k
             if allowed[k] and force <= self.limit:
                 allowed[k] = 0.0

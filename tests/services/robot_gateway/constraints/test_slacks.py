@@ -37,3 +37,9 @@ def test_rule_that_is_broken_already_may_get_better_but_not_worse() -> None:
 
 def test_path_without_poses_keeps_every_rule() -> None:
     assert first_broken({"table": row(0.1)}) is None
+
+
+def test_slack_that_is_not_a_number_breaks_its_rule() -> None:
+    assert first_broken({"keep_out": row(0.1, np.nan)}) is not None
+    assert first_broken({"keep_out": row(np.nan, np.nan)}) is not None
+    assert first_broken({"keep_out": row(0.1, 0.1, np.nan, 0.1)}) is not None

@@ -39,3 +39,7 @@ def test_acknowledging_a_force_under_the_limit_permits_no_more() -> None:
     limit = ForceLimit(20.0)
     limit.acknowledge([19.5])
     assert limit.exceeded([20.5]) == 0
+
+
+def test_force_that_is_not_a_number_exceeds_the_limit() -> None:
+    assert ForceLimit(10.0).exceeded([0.0, float("nan")]) == 1

@@ -1,0 +1,29 @@
+"""Obstacle scene: requests change what requests have added; the scenario's bodies stay."""
+
+from __future__ import annotations
+
+import pytest
+
+from lariat.geometry.obstacles import TABLE, Obstacle
+from services.perception.scene import ObstacleScene, SceneChangeRefused
+
+POST = Obstacle("cylinder", (0.0, 0.0, 0.1), radius=0.02, height=0.2, name="post")
+BALL = Obstacle("sphere", (0.3, 0.0, 0.1), radius=0.05, name="ball")
+
+
+@pytest.fixture
+def scene() -> ObstacleScene:
+    return ObstacleScene([TABLE, POST], [], radius=0.004)
+
+
+def test_added_obstacle_can_be_removed(scene: ObstacleScene) -> None:
+    scene.add(BALL)
+    scene.remove("ball")
+    assert scene.obstacles == (TABLE, POST)
+
+
+@pytest.mark.parametrize("name", ["table", "post"])
+def test_body_of_the_scenario_is_not_removed(scene: ObstacleScene, name: str) -> None:
+    with pytest.raises(SceneChangeRefused, match="belongs to the scenario"):
+        scene.remove(name)
+    assert scene.obstacles == (TABLE, POST)

@@ -1,10 +1,11 @@
-"""The bus: topics over Zenoh. The only file that imports zenoh.
+"""The bus: publishers and subscriptions of topics, over Zenoh. Only this file imports zenoh.
 
-Peers on loopback find each other by gossip through the hub that the launcher holds; nothing is
-multicast. Every message carries its protobuf type in the encoding, its publisher and its number in
-the attachment, with the version of the message set: a message of a newer version is refused.
-Channels are bounded rings that never make a publisher wait: what a reader was too
-slow for is missing from the numbers, and counted.
+Peers on loopback find each other by gossip through the hub in the launcher, without multicast.
+Every message carries its protobuf type in the encoding; its sequence number, its publisher and the
+version of the message set in the attachment. Messages of a newer version are refused.
+
+Unread messages wait in bounded ring buffers, and a publisher never waits for a reader. A message
+that a slow reader loses is missing from the sequence numbers, and counted.
 """
 
 from __future__ import annotations
@@ -29,72 +30,86 @@ from shared.version import MESSAGE_VERSION
 
 log = logging.getLogger(__name__)
 
-HUB = "tcp/127.0.0.1:7447"
-"""Where the launcher holds the hub unless told otherwise."""
+DEFAULT_HUB = "tcp/127.0.0.1:7447"
+"""Endpoint of the launcher's hub by default."""
 _CAPACITY = {"latest": 1, "joined": 4, "every": 512}
+"""Number of unread messages that a subscription keeps, by the topic's buffering."""
 _WILDCARD_CAPACITY = 128
-_PROTOBUF = "application/protobuf;"
+"""Number of unread messages that a subscription to several keys keeps."""
+_PROTOBUF_ENCODING = "application/protobuf;"
+"""Encoding of a message, before the full name of its type."""
+_FROZEN_LEASE_MS = 2000
+"""Time without a sign of life after which a peer counts as gone [ms]."""
+_SEND_QUEUE_SIZE = 16
+"""Batches that wait for the network thread, per priority: the most that Zenoh allows."""
 
 
 @dataclass(frozen=True)
 class BusOptions:
-    """How a process joins the bus."""
+    """Options with which a process joins the bus."""
 
     namespace: str = "cell"
-    """Name of the cell; several cells share one network without hearing each other."""
-    connect: tuple[str, ...] = (HUB,)
-    """Endpoints to connect to, now or as soon as they exist."""
+    """Name of the cell; cells of different names share a network without seeing each other."""
+    connect: tuple[str, ...] = (DEFAULT_HUB,)
+    """Zenoh endpoints to connect to, at once or as soon as they exist."""
     listen: tuple[str, ...] = ("tcp/127.0.0.1:0",)
-    """Endpoints to listen on; port 0 is any free one."""
+    """Zenoh endpoints to listen on; port 0 takes any free port."""
     mode: Literal["peer", "client", "router"] = "peer"
+    """Zenoh mode of this process."""
     settings: Path | None = None
-    """A JSON object of further Zenoh settings by their path, e.g. for TLS, users and access
-    control: {"transport/auth/usrpwd/user": "controller"}."""
+    """JSON file of further Zenoh settings by their path, e.g. for TLS, users and access control:
+    {"transport/auth/usrpwd/user": "controller"}."""
 
 
 class BusError(ValueError):
-    """The bus cannot be joined; one line that says why, and the way out."""
+    """The bus cannot be joined; the text is one line with the reason and the way out."""
 
 
 class Unreachable(BusError):
-    """Nobody answers where the bus should be."""
+    """No process answers at the endpoints of the bus."""
 
 
 @dataclass(frozen=True)
-class Raw:
-    """A message as it crossed the bus, not yet decoded."""
+class RawMessage:
+    """Message as it crossed the bus, not decoded."""
 
     key: str
+    """Concrete key of its topic."""
     type: str
     """Full name of its protobuf type, e.g. lariat.NodeChain."""
     payload: bytes
+    """Serialised message."""
     publisher: str
+    """Id of the process start that sent it."""
     sequence: int
+    """Number among the publisher's messages on this topic, from 0."""
     received: int
-    """Local receipt time [ns]."""
+    """Time of receipt on this process' clock [ns]."""
     version: int = 0
-    """Version of the publisher's message set; 0 where it names none."""
+    """Version of the publisher's message set; 0 if not given."""
 
 
 @contextmanager
 def open(
     options: BusOptions, publisher: str, clock: Clock | None = None, timeout: float | None = None
 ) -> Iterator[Bus]:
-    """The bus, left when the block ends.
+    """Join the bus for the duration of a `with` block.
 
     Args:
+        options: Endpoints and settings.
         publisher: Id of this start of the process, which every message carries.
-        timeout: Give up when nobody answers at `connect` for so long [s]; None joins whoever
-            comes, whenever they come.
+        clock: Clock of the times of receipt; by default the system's.
+        timeout: Longest wait for an answer at `options.connect` [s]; None does not wait: peers are
+            connected whenever they appear.
 
     Raises:
-        Unreachable: Nobody answered in time.
+        Unreachable: No process answered in time.
         BusError: An endpoint is taken or a setting is wrong.
     """
     try:
         session = zenoh.open(_config(options, timeout))
     except zenoh.ZError as error:
-        raise _reason(options, str(error)) from None
+        raise _bus_error(options, str(error)) from None
     # An open session with subscribers keeps the interpreter from exiting.
     try:
         yield Bus(session, publisher, clock or SystemClock())
@@ -103,18 +118,18 @@ def open(
 
 
 class Publisher:
-    """Sends the messages of one topic."""
+    """Publisher of one topic."""
 
     def __init__(self, session: zenoh.Session, topic: Topic, publisher: str) -> None:
         if topic.urgent:
             priority = zenoh.Priority.REAL_TIME
         else:
             priority = zenoh.Priority.DATA_LOW if topic.large else zenoh.Priority.DATA
-        # Never wait for a reader: one frozen dashboard would stop the arm's heartbeat for as long
-        # as its connection is believed alive.
+        # Never wait for a reader: a frozen dashboard would stop the arm's heartbeat until its
+        # connection times out.
         self._publisher = session.declare_publisher(
             topic.key,
-            encoding=zenoh.Encoding(_PROTOBUF + topic.type.DESCRIPTOR.full_name),
+            encoding=zenoh.Encoding(_PROTOBUF_ENCODING + topic.type.DESCRIPTOR.full_name),
             congestion_control=zenoh.CongestionControl.DROP,
             priority=priority,
             express=topic.urgent,
@@ -125,12 +140,12 @@ class Publisher:
         """Number of the next message."""
 
     @property
-    def heard(self) -> bool:
-        """Whether anybody subscribes."""
+    def has_subscribers(self) -> bool:
+        """Whether any process subscribes to the topic."""
         return self._publisher.matching_status.matching
 
     def put(self, message: Message) -> None:
-        """Sends one message.
+        """Send one message; it is dropped where it cannot be sent at once.
 
         Raises:
             TypeError: The message is not of the topic's type.
@@ -146,94 +161,94 @@ class Publisher:
 
 
 @dataclass
-class _Gaps:
-    """Counts what is missing from publishers' numbers."""
+class _LossCounter:
+    """Counter of the messages that are missing from publishers' sequence numbers."""
 
     lost: int = 0
     _next: dict[tuple[str, str], int] = field(default_factory=dict)
 
-    def see(self, key: str, publisher: str, sequence: int) -> None:
+    def count(self, key: str, publisher: str, sequence: int) -> None:
         expected = self._next.get((key, publisher), sequence)
         self.lost += max(0, sequence - expected)
         self._next[key, publisher] = sequence + 1
 
 
-class Everything:
-    """All messages of the cell, undecoded."""
+class RawSubscription:
+    """Subscription to all topics of the cell, without decoding."""
 
     def __init__(self, session: zenoh.Session, clock: Clock, capacity: int) -> None:
         self._subscriber = session.declare_subscriber("**", RingChannel(capacity))
         self._clock = clock
-        self._gaps = _Gaps()
+        self._losses = _LossCounter()
 
     @property
     def lost(self) -> int:
-        """Messages that never came or that this reader was too slow for."""
-        return self._gaps.lost
+        """Number of messages that did not arrive or were overwritten before they were read."""
+        return self._losses.lost
 
-    def take(self) -> list[Raw]:
-        """What arrived since the last call, in order of arrival."""
+    def take(self) -> list[RawMessage]:
+        """Return the messages since the last call, in order of arrival."""
         items = []
         while (sample := self._subscriber.try_recv()) is not None:
-            raw = _raw(sample, self._clock.now())
-            self._gaps.see(raw.key, raw.publisher, raw.sequence)
+            raw = _raw_message(sample, self._clock.now())
+            self._losses.count(raw.key, raw.publisher, raw.sequence)
             items.append(raw)
         return items
 
 
 class Subscription:
-    """The messages of one topic, decoded; of all its keys where it holds a placeholder."""
+    """Subscription to one topic, or to all keys of a topic with a placeholder; decodes messages."""
 
     def __init__(self, session: zenoh.Session, topic: Topic, clock: Clock) -> None:
-        key = _expression(topic.key)
-        capacity = _WILDCARD_CAPACITY if "*" in key else _CAPACITY[topic.hold]
+        key = _key_expression(topic.key)
+        capacity = _WILDCARD_CAPACITY if "*" in key else _CAPACITY[topic.buffering]
         self._subscriber = session.declare_subscriber(key, RingChannel(capacity))
         self._topic = topic
         self._clock = clock
-        self._gaps = _Gaps()
+        self._losses = _LossCounter()
         self._refused: dict[tuple[str, str], int] = {}
 
     @property
     def lost(self) -> int:
-        """Messages that never came or that a newer one replaced unread."""
-        return self._gaps.lost
+        """Number of messages that did not arrive or were overwritten before they were read."""
+        return self._losses.lost
 
     @property
     def refused(self) -> int:
-        """Messages dropped because they are not what the topic carries."""
+        """Number of messages dropped for their type, their version or bytes that do not decode."""
         return sum(self._refused.values())
 
     def take(self) -> list[tuple[str, Received]]:
-        """What arrived since the last call, with its key, in order of arrival."""
+        """Return the messages since the last call, each with its key, in order of arrival."""
         items = []
         while (sample := self._subscriber.try_recv()) is not None:
-            raw = _raw(sample, self._clock.now())
-            self._gaps.see(raw.key, raw.publisher, raw.sequence)
+            raw = _raw_message(sample, self._clock.now())
+            self._losses.count(raw.key, raw.publisher, raw.sequence)
             message = self._decoded(raw)
             if message is not None:
                 received = Received(message, raw.publisher, raw.sequence, raw.received)
                 items.append((raw.key, received))
         return items
 
-    def _decoded(self, raw: Raw) -> Any:
+    def _decoded(self, raw: RawMessage) -> Any:
         expected = self._topic.type.DESCRIPTOR.full_name
         if raw.type != expected:
-            return self._refuse(raw, f"it is {raw.type or 'of no type'}, not {expected}")
+            return self._refuse(raw, f"its type is {raw.type or 'not given'}, not {expected}")
         if raw.version > MESSAGE_VERSION:
             return self._refuse(
                 raw,
-                f"it has message version {raw.version}, this process knows up to "
-                f"{MESSAGE_VERSION}; update it",
+                f"it has message version {raw.version}, this process reads versions up to "
+                f"{MESSAGE_VERSION}; update this process",
             )
         try:
             return self._topic.type.FromString(raw.payload)
         except DecodeError as error:
-            return self._refuse(raw, f"{len(raw.payload)} bytes do not decode: {error}")
+            return self._refuse(raw, f"its {len(raw.payload)} bytes do not decode: {error}")
 
-    def _refuse(self, raw: Raw, reason: str) -> None:
+    def _refuse(self, raw: RawMessage, reason: str) -> None:
         count = self._refused.get((raw.key, raw.publisher), 0) + 1
         self._refused[raw.key, raw.publisher] = count
-        # A stream of them is said at 1, 10, 100, …: the log must stay readable.
+        # Logged at counts of 1, 10, 100, …: the log must stay readable.
         if count == 10 ** (len(str(count)) - 1):
             log.warning(
                 "dropped %s from %s: %s (%d so far)",
@@ -245,7 +260,7 @@ class Subscription:
 
 
 class Bus:
-    """One process on the bus; made by `open`."""
+    """Connection of one process to the bus; `open` creates it."""
 
     def __init__(self, session: zenoh.Session, publisher: str, clock: Clock) -> None:
         self._session = session
@@ -253,37 +268,49 @@ class Bus:
         self._clock = clock
 
     def publisher(self, topic: Topic) -> Publisher:
-        """What sends the messages of one topic; its placeholder must be filled."""
+        """Return a publisher of one topic.
+
+        Raises:
+            ValueError: The topic's placeholder is not filled.
+        """
         if "{" in topic.key:
-            raise ValueError(f"topic {topic.key!r} has no name yet; fill it with topic.at(name)")
+            raise ValueError(f"topic {topic.key!r} has a placeholder; fill it with topic.at(name)")
         return Publisher(self._session, topic, self._publisher)
 
     def subscribe(self, topic: Topic) -> Subscription:
-        """The messages of one topic from now on."""
+        """Return a subscription to the future messages of one topic."""
         return Subscription(self._session, topic, self._clock)
 
-    def subscribe_all(self, capacity: int = 8192) -> Everything:
-        """All messages of the cell from now on, at most `capacity` unread ones."""
-        return Everything(self._session, self._clock, capacity)
+    def subscribe_all(self, capacity: int = 8192) -> RawSubscription:
+        """Return a subscription to the future messages of all topics.
+
+        Args:
+            capacity: Number of unread messages that it keeps.
+        """
+        return RawSubscription(self._session, self._clock, capacity)
 
     def declare_alive(self, service: str) -> None:
-        """Shows this process to `alive` for as long as it lives."""
+        """List this process in `alive` for as long as it is connected."""
         # The token dies with its last reference.
         self._token = self._session.liveliness().declare_token(f"alive/{service}")
 
     def alive(self, timeout: float = 0.5) -> set[str]:
-        """The services of the cell that are connected; a frozen one goes after 2 s."""
+        """Return the names of the connected services; a frozen one is dropped after 2 s.
+
+        Args:
+            timeout: Longest wait for answers [s].
+        """
         replies = self._session.liveliness().get("alive/*", timeout=timeout)
         return {str(r.ok.key_expr).removeprefix("alive/") for r in replies if r.ok is not None}
 
 
-def _raw(sample: zenoh.Sample, received: int) -> Raw:
+def _raw_message(sample: zenoh.Sample, received: int) -> RawMessage:
     attachment = sample.attachment.to_bytes() if sample.attachment else b""
     words = attachment.decode(errors="replace").split(" ")
     sequence, publisher, version = (*words, "", "", "")[:3]
-    return Raw(
+    return RawMessage(
         key=str(sample.key_expr),
-        type=str(sample.encoding).removeprefix(_PROTOBUF),
+        type=str(sample.encoding).removeprefix(_PROTOBUF_ENCODING),
         payload=sample.payload.to_bytes(),
         publisher=publisher,
         sequence=int(sequence) if sequence.isdecimal() else 0,
@@ -292,7 +319,8 @@ def _raw(sample: zenoh.Sample, received: int) -> Raw:
     )
 
 
-def _expression(key: str) -> str:
+def _key_expression(key: str) -> str:
+    """Zenoh key expression of a topic's key: a placeholder becomes a wildcard."""
     start, end = key.find("{"), key.find("}")
     return key if start < 0 else f"{key[:start]}*{key[end + 1 :]}"
 
@@ -305,17 +333,16 @@ def _config(options: BusOptions, timeout: float | None) -> zenoh.Config:
         "listen/endpoints": options.listen,
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": True,
-        # ms until a frozen process counts as gone
-        "transport/link/tx/lease": 2000,
+        "transport/link/tx/lease": _FROZEN_LEASE_MS,
     }
     if timeout is not None:
         settings["connect/timeout_ms"] = int(1e3 * timeout)
         settings["connect/exit_on_failure"] = True
-    # Deep enough for a sender whose network thread waits for a core: 16 is the most it takes.
+    # The queues must hold what is sent while the network thread waits for a core.
     for priority in ("real_time", "data", "data_low"):
-        settings[f"transport/link/tx/queue/size/{priority}"] = 16
+        settings[f"transport/link/tx/queue/size/{priority}"] = _SEND_QUEUE_SIZE
     if options.settings:
-        settings.update(_further(options.settings))
+        settings.update(_read_settings(options.settings))
     config = zenoh.Config()
     for key, value in settings.items():
         try:
@@ -325,17 +352,18 @@ def _config(options: BusOptions, timeout: float | None) -> zenoh.Config:
     return config
 
 
-def _further(path: Path) -> dict[str, Any]:
+def _read_settings(path: Path) -> dict[str, Any]:
     try:
         table = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise BusError(f"cannot read bus settings {path}: {error}") from None
     if not isinstance(table, dict):
-        raise BusError(f"bus settings {path} must be one JSON object of settings by their path")
+        raise BusError(f"bus settings {path} must be a JSON object of settings by their path")
     return table
 
 
-def _reason(options: BusOptions, error: str) -> BusError:
+def _bus_error(options: BusOptions, error: str) -> BusError:
+    """Error in the user's terms, from the text of an error of Zenoh."""
     connect = ", ".join(options.connect)
     if "already in use" in error:
         return BusError(f"{', '.join(options.listen)} is taken; is another stack running there?")
@@ -346,13 +374,13 @@ def _reason(options: BusOptions, error: str) -> BusError:
 
 
 __all__ = [
-    "HUB",
+    "DEFAULT_HUB",
     "Bus",
     "BusError",
     "BusOptions",
-    "Everything",
     "Publisher",
-    "Raw",
+    "RawMessage",
+    "RawSubscription",
     "Subscription",
     "Unreachable",
     "open",

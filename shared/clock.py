@@ -1,4 +1,4 @@
-"""Time in integer nanoseconds."""
+"""Clocks, which give the time in integer nanoseconds."""
 
 from __future__ import annotations
 
@@ -7,38 +7,47 @@ from typing import Protocol
 
 
 class Clock(Protocol):
-    """Says what time it is."""
+    """Source of the time."""
 
     def now(self) -> int:
-        """Nanoseconds since 1970, or since the start in simulated time."""
+        """Return the time since 1970, or since the start of simulated time [ns]."""
         ...
 
 
 class SystemClock:
-    """The machine's time, which never jumps back within a process.
+    """Time of the machine, which never jumps back within a process.
 
-    It starts at the wall clock, so that stamps of several processes compare, and then follows the
-    monotonic one.
+    It starts at the wall clock's time, so that stamps of several processes are comparable, and then
+    follows the monotonic clock.
     """
 
     def __init__(self) -> None:
         self._offset = time.time_ns() - time.monotonic_ns()
 
     def now(self) -> int:
+        """Return the time since 1970 [ns]."""
         return self._offset + time.monotonic_ns()
 
 
 class SimulatedClock:
-    """Time that its owner sets."""
+    """Clock that its owner advances."""
 
     def __init__(self, start: int = 0) -> None:
         self._now = start
 
     def now(self) -> int:
+        """Return the time set last [ns]."""
         return self._now
 
     def advance_to(self, instant: int) -> None:
-        """Sets the time, which may not go back [ns]."""
+        """Set the time.
+
+        Args:
+            instant: New time [ns].
+
+        Raises:
+            ValueError: The instant lies before the present time.
+        """
         if instant < self._now:
             raise ValueError(f"time cannot go back from {self._now} ns to {instant} ns")
         self._now = instant

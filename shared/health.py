@@ -1,4 +1,4 @@
-"""How a live service fares: step times, overruns, drops, age of its inputs."""
+"""Health of a live service: step times, overruns and age of its inputs."""
 
 from __future__ import annotations
 
@@ -9,26 +9,38 @@ from shared.messages import Health
 
 
 class HealthMeter:
-    """Counts since the start; step times since the last report."""
+    """Meter of a service's steps: counts since the start, durations since the last report."""
 
     def __init__(self, period: float) -> None:
+        """Create a meter.
+
+        Args:
+            period: Period of the steps [s].
+        """
         self._period = 1e9 * period
         self._durations: list[int] = []
         self.steps = 0
+        """Number of steps."""
         self.overruns = 0
-        """Steps that lasted longer than the period."""
+        """Number of steps that lasted longer than the period."""
 
     def add(self, duration: int) -> None:
-        """Takes the duration of one step [ns]."""
+        """Add one step.
+
+        Args:
+            duration: Wall time of the step [ns].
+        """
         self.steps += 1
         self.overruns += duration > self._period
         self._durations.append(duration)
 
     def report(self, input_ages: Mapping[str, int]) -> Health:
-        """What happened since the last report.
+        """Return a health message, and start a new period of reporting.
+
+        The caller fills in the name of the service and what else it knows.
 
         Args:
-            input_ages: Time since the newest message of each topic came [ns].
+            input_ages: Age of the newest message of each topic [ns].
         """
         durations = sorted(self._durations) or [0]
         self._durations = []
@@ -44,5 +56,5 @@ class HealthMeter:
 
 
 def _quantile(ordered: list[int], fraction: float) -> int:
-    """The smallest value that at least this fraction of the values does not exceed."""
+    """Smallest of the values that at least this fraction of them does not exceed."""
     return ordered[max(0, math.ceil(fraction * len(ordered)) - 1)]

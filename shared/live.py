@@ -1,14 +1,14 @@
-"""Runs one service in real time on the bus: what `python -m services.NAME` does.
+"""Runner of one service in real time on the bus: `python -m services.NAME`.
 
-The service is stepped at its rate on an absolute schedule. A late step is counted and the missed
-ones are left out: a backlog would only make the next one later.
+The service is stepped at its rate on an absolute schedule. When a step overruns its period, the
+steps that it missed are skipped and the overrun is counted: a backlog would delay the next steps.
 
-Besides the contract of `shared.service` a service may have
-* `tap(raw: shared.bus.Raw)`: is given every message of the bus before each step,
-* `close()`: is called before a clean exit,
-* `note: str`: what it does or lacks at the moment, shown in its health,
-* `longest_step: float`: how long a step may last [s] where that is more than its period. No health
-  comes during a step: whoever watches must wait so much longer before calling the service frozen.
+In addition to the members of `shared.service.Service`, a service may have
+* `tap(raw: shared.bus.RawMessage)`: called before each step with every message of the bus,
+* `close()`: called before the process exits,
+* `note: str`: current activity or problem, shown in its health,
+* `longest_step: float`: longest duration of a step [s], if longer than its period. No health is
+  published during a step; the launcher waits this much longer before it reports a frozen service.
 """
 
 from __future__ import annotations
@@ -30,12 +30,13 @@ from typing import Annotated, Any
 import tyro
 
 from shared import bus as buses
-from shared import memory, topics
+from shared import topics
 from shared.bus import Bus, BusError, BusOptions
 from shared.clock import Clock, SystemClock
 from shared.configuration import ConfigurationError
 from shared.health import HealthMeter
-from shared.logs import BusHandler, to_standard_error
+from shared.logs import BusHandler, log_to_standard_error
+from shared.memory import reserve_memory
 from shared.messages import Trace
 from shared.scenario import Scenario, load
 from shared.service import SECOND, Mailbox, Service
@@ -44,37 +45,46 @@ from shared.version import version
 log = logging.getLogger(__name__)
 
 EXIT_BAD_INPUT = 2
+"""Exit code after bad input, which one line on standard error names."""
 EXIT_EXCEPTION = 70
-_COLLECT_PERIOD = 5 * SECOND
+"""Exit code after an exception, whose traceback is in the log (EX_SOFTWARE of sysexits.h)."""
+REPORT_PERIOD = SECOND
+"""Time between two health messages [ns]."""
+GARBAGE_COLLECTION_PERIOD = 5 * SECOND
+"""Time between two garbage collections, which run between steps [ns]."""
 
 
 @dataclass(frozen=True)
 class LiveOptions(BusOptions):
-    """What every service takes on its command line."""
+    """Options on the command line of every service."""
 
     scenario: Path = Path("three-cylinders")
     """A scenario's TOML file, or the short name of a shipped one."""
     restarted: bool = False
-    """This replaces a process that died: nothing is armed without a person."""
+    """Whether it replaces a process that died; if so, arms are armed by a person only."""
     heartbeat: Path | None = None
-    """File to touch every second, for whoever watches this process from outside."""
+    """File to touch every second, for a monitor outside of the bus."""
 
 
 class Stopped(BaseException):
-    """SIGINT or SIGTERM came."""
+    """SIGINT or SIGTERM was received."""
 
 
 def main(module: str, extra: type | None = None) -> None:
-    """Runs the service whose `service.py` lies in a package, and exits.
+    """Run the service of a package until a signal, with options from the command line.
 
-    The package is imported here, so that a missing library is said in one line.
+    The package is imported here, so that a missing library is reported in one line.
 
     Args:
-        module: The package, e.g. "services.sim"; its `service` has `build(scenario, session)`.
-        extra: A frozen dataclass of further options of the command line, handed to
+        module: The package, e.g. "services.sim"; its module `service` has
+            `build(scenario, session)`.
+        extra: Frozen dataclass of further command-line options, passed on as
             `build(scenario, session, options)`.
+
+    Raises:
+        SystemExit: With `EXIT_BAD_INPUT` or `EXIT_EXCEPTION`.
     """
-    to_standard_error()
+    log_to_standard_error()
     name = module.rpartition(".")[2]
     live, *more = _arguments(module, extra)
     session = f"{name}-{secrets.token_hex(4)}"
@@ -82,7 +92,7 @@ def main(module: str, extra: type | None = None) -> None:
         build: Callable[..., Service] = importlib.import_module(f"{module}.service").build
         service = build(_scenario(live), session, *more)
         service.warm_up()
-        # Until here a signal may end the process at once: there is nothing to put in order.
+        # Before this line a signal may end the process at once: there is nothing to clean up.
         with stopping_on_signals():
             options = {f.name: getattr(live, f.name) for f in fields(BusOptions)}
             clock = SystemClock()
@@ -96,25 +106,32 @@ def main(module: str, extra: type | None = None) -> None:
     except Stopped:
         log.info("stopped")
     except Exception:
-        log.exception("did not start")
+        log.exception("failed to start")
         sys.exit(EXIT_EXCEPTION)
 
 
 def run(
     service: Service, bus: Bus, clock: Clock, session: str, heartbeat: Path | None = None
 ) -> None:
-    """Steps a warm service until a signal comes.
+    """Step a service that is warmed up until a signal.
+
+    Args:
+        service: The service.
+        bus: Connection to the bus.
+        clock: Clock of the steps.
+        session: Id of this start of the process.
+        heartbeat: File to touch with every health message.
 
     Raises:
-        Stopped: After the service has been closed.
+        Stopped: A signal was received; the service has been closed.
         SystemExit: A step failed; its traceback is in the log.
     """
     handler = BusHandler(bus.publisher(topics.LOG.at(service.name)), service.name)
     logging.getLogger().addHandler(handler)
     runner = Runner(service, bus, clock, session, heartbeat)
     bus.declare_alive(service.name)
-    memory.reserve()
-    # What exists now stays: a collection must not walk through it in the middle of a step.
+    reserve_memory()
+    # Objects that exist at this point stay: garbage collection need not visit them.
     gc.collect()
     gc.freeze()
     gc.disable()
@@ -139,10 +156,10 @@ def _keep_pace(runner: Runner, period: int) -> None:
     while True:
         runner.step()
         now = time.monotonic_ns()
-        if now - reported >= SECOND:
+        if now - reported >= REPORT_PERIOD:
             reported = now
             runner.report()
-        if now - collected >= _COLLECT_PERIOD:
+        if now - collected >= GARBAGE_COLLECTION_PERIOD:
             collected = now
             gc.collect()
         now = time.monotonic_ns()
@@ -151,7 +168,7 @@ def _keep_pace(runner: Runner, period: int) -> None:
 
 
 class Runner:
-    """One service between its subscriptions and its publishers."""
+    """Runner that connects one service to its subscriptions and publishers."""
 
     def __init__(
         self, service: Service, bus: Bus, clock: Clock, session: str, heartbeat: Path | None
@@ -171,7 +188,7 @@ class Runner:
         self.meter = HealthMeter(1.0 / service.rate)
 
     def step(self) -> None:
-        """Hands the service what came, and the bus what the service says."""
+        """Step the service once, and publish its output and the trace of the step."""
         start = time.perf_counter_ns()
         for subscription in self._subscriptions:
             for key, item in subscription.take():
@@ -195,11 +212,11 @@ class Runner:
         self.meter.add(time.perf_counter_ns() - start)
 
     def report(self) -> None:
-        """Publishes the service's health and shows that the process lives."""
+        """Publish the service's health and touch the heartbeat file."""
         if self._heartbeat:
             self._heartbeat.touch()
         now = self._clock.now()
-        health = self.meter.report({key: now - at for key, at in self._newest.items()})
+        health = self.meter.report({key: now - stamp for key, stamp in self._newest.items()})
         health.service = self._service.name
         health.stamp = now
         health.boot = self._session
@@ -215,10 +232,10 @@ class Runner:
 
 @contextmanager
 def stopping_on_signals() -> Iterator[None]:
-    """Raises `Stopped` in the block, once, when SIGINT or SIGTERM comes."""
+    """Raise `Stopped` in a `with` block, once, on SIGINT or SIGTERM."""
 
     def stop(number: int, frame: object) -> None:
-        # The way out must not be interrupted by an impatient second signal.
+        # A second signal must not interrupt the shutdown.
         for each in handled:
             signal.signal(each, signal.SIG_IGN)
         raise Stopped
@@ -261,9 +278,10 @@ def _scenario(options: LiveOptions) -> Scenario:
 
 
 def _missing(module: str, extra: str, error: ImportError) -> int:
+    """Report an import that failed; the exit code."""
     library = (error.name or str(error)).partition(".")[0]
     if library in ("services", "shared", "dashboard", "lariat", "stack", "benchmarks", "cli"):
-        log.exception("%s does not import", module)
+        log.exception("%s cannot be imported", module)
         return EXIT_EXCEPTION
     way_out = f"run in the clone: pip install -e . -e './stack[{extra}]'"
     print(f"{extra}: {library} is not installed; {way_out}", file=sys.stderr)

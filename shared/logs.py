@@ -1,4 +1,4 @@
-"""Logs of a process: readable lines on standard error, and `log/{service}` on the bus."""
+"""Log records of a process: lines on standard error, and messages on `log/{service}`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from shared.messages import timestamp
 if TYPE_CHECKING:
     from shared.bus import Publisher
 
-_LEVELS = {
+_FOXGLOVE_LEVELS = {
     logging.DEBUG: Log.Level.DEBUG,
     logging.INFO: Log.Level.INFO,
     logging.WARNING: Log.Level.WARNING,
@@ -23,27 +23,35 @@ _LEVELS = {
 
 
 class LineFormatter(logging.Formatter):
-    """A line as a person reads it: information bare, the rest with its level in front."""
+    """Formatter that puts the level before every record that is not information."""
 
     def format(self, record: logging.LogRecord) -> str:
+        """Return the record as text."""
         text = super().format(record)
         return text if record.levelno == logging.INFO else f"{record.levelname.lower()}: {text}"
 
 
 class BusHandler(logging.Handler):
-    """Publishes log records."""
+    """Handler that publishes log records on the bus."""
 
     def __init__(self, publisher: Publisher, service: str) -> None:
+        """Create a handler.
+
+        Args:
+            publisher: Publisher of the service's log topic.
+            service: Name of the service.
+        """
         super().__init__(logging.INFO)
         self._publisher = publisher
         self._service = service
         self.setFormatter(logging.Formatter())
 
     def emit(self, record: logging.LogRecord) -> None:
+        """Publish one record."""
         self._publisher.put(
             Log(
                 timestamp=timestamp(time.time_ns()),
-                level=_LEVELS.get(record.levelno, Log.Level.UNKNOWN),
+                level=_FOXGLOVE_LEVELS.get(record.levelno, Log.Level.UNKNOWN),
                 message=self.format(record),
                 name=self._service,
                 file=record.filename,
@@ -52,8 +60,8 @@ class BusHandler(logging.Handler):
         )
 
 
-def to_standard_error() -> None:
-    """Sends the log records of this process to standard error."""
+def log_to_standard_error() -> None:
+    """Send the log records of this process to standard error."""
     handler = logging.StreamHandler()
     handler.setFormatter(LineFormatter())
     logging.basicConfig(level=logging.INFO, handlers=[handler], force=True)

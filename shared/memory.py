@@ -1,4 +1,4 @@
-"""Memory that is there before it is needed."""
+"""Reservation of memory, so that no step of a service waits for new pages."""
 
 from __future__ import annotations
 
@@ -7,24 +7,25 @@ import sys
 
 import numpy as np
 
-RESERVE = 32 << 20
-"""What a step may ask for beyond what it has asked for before [B]."""
-_TRIM_THRESHOLD, _MMAP_MAX = -1, -4
+RESERVED_SIZE = 32 << 20
+"""Memory that a step may allocate beyond all earlier steps without new pages [bytes]."""
+_M_TRIM_THRESHOLD, _M_MMAP_MAX = -1, -4
+"""Parameters of mallopt(3)."""
 
 
-def reserve() -> None:
-    """Has the C library keep what is freed, and a reserve that has been touched.
+def reserve_memory() -> None:
+    """Make the C library keep freed memory, and a reserve whose pages have been touched.
 
-    A page that is touched for the first time costs microseconds, on a machine that has been idle
-    far more: a first step that asks for thousands of them would come too late.
+    The first access to a page takes microseconds, and far more on a machine that has been idle. A
+    step that needs thousands of new pages would be late. Does nothing without glibc on Linux.
     """
     if not sys.platform.startswith("linux"):
         return
     try:
         mallopt = ctypes.CDLL(None).mallopt
     except AttributeError:
-        # Another C library than glibc.
+        # The C library is not glibc.
         return
-    mallopt(_TRIM_THRESHOLD, 2**31 - 1)
-    mallopt(_MMAP_MAX, 0)
-    np.ones(RESERVE // 8)
+    mallopt(_M_TRIM_THRESHOLD, 2**31 - 1)
+    mallopt(_M_MMAP_MAX, 0)
+    np.ones(RESERVED_SIZE // 8)

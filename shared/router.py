@@ -1,6 +1,6 @@
-"""A router for a cell that spans containers or machines: `python -m shared.router`.
+"""Router of the bus for a cell that spans containers or machines: `python -m shared.router`.
 
-On one machine no router is needed: the launcher's hub does.
+A cell on one machine needs no router: its processes meet at the launcher's hub.
 """
 
 from __future__ import annotations
@@ -14,24 +14,28 @@ from pathlib import Path
 import tyro
 
 from shared import bus
-from shared.live import Stopped, stopping_on_signals
-from shared.logs import to_standard_error
+from shared.live import EXIT_BAD_INPUT, Stopped, stopping_on_signals
+from shared.logs import log_to_standard_error
 
 log = logging.getLogger(__name__)
+
+WAIT_PERIOD = 3600.0
+"""Duration of one wait for a signal, which ends it early [s]."""
 
 
 @dataclass(frozen=True)
 class RouterOptions:
-    """Where the router listens and whom it lets in."""
+    """Endpoints and access settings of the router."""
 
-    listen: tuple[str, ...] = ("tcp/127.0.0.1:7447",)
+    listen: tuple[str, ...] = (bus.DEFAULT_HUB,)
+    """Zenoh endpoints to listen on."""
     settings: Path | None = None
-    """A JSON object of further Zenoh settings by their path: TLS, users, access control."""
+    """JSON file of further Zenoh settings by their path: TLS, users, access control."""
 
 
 def main() -> None:
-    """Routes until a signal comes."""
-    to_standard_error()
+    """Route messages until SIGINT or SIGTERM."""
+    log_to_standard_error()
     router = tyro.cli(RouterOptions, prog="python -m shared.router")
     options = bus.BusOptions(
         connect=(), listen=router.listen, mode="router", settings=router.settings
@@ -40,10 +44,10 @@ def main() -> None:
         with stopping_on_signals(), bus.open(options, "router"):
             log.info("routing on %s", ", ".join(router.listen))
             while True:
-                time.sleep(3600.0)
+                time.sleep(WAIT_PERIOD)
     except bus.BusError as error:
         print(f"router: {error}", file=sys.stderr)
-        sys.exit(2)
+        sys.exit(EXIT_BAD_INPUT)
     except Stopped:
         log.info("stopped")
 

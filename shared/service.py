@@ -1,8 +1,32 @@
-"""The contract of a service: a step from inbox to publications, and nothing else.
+"""Contract of a service: a `step` from an inbox of messages to publications.
 
-A step opens no socket, reads no clock, sleeps never and keeps no global. What drives it is a
-runner: `shared.live` over Zenoh in real time, `stack.simulation.simulated_time` in one process, or
-`cli.replay` from a recording.
+A service is a class with the members of `Service`. It only computes: a step opens no socket, reads
+no clock, does not sleep and changes no global state. Its outputs depend only on the arguments of
+its constructor, the messages in its inboxes and the times of its steps, so that the same code runs
+* in real time on the bus (`shared.live`),
+* in simulated time, all services in one process (`stack.simulation.simulated_time`),
+* from a recording, to compare its outputs (`stack.replay`).
+
+Its runner collects arriving messages in a `Mailbox` and passes an `Inbox` to each step. A minimal
+service:
+
+    class TruthPerception:
+        name = "perception"
+        reads = (topics.ROPE_TRUTH,)
+        writes = (topics.ROPE_NODES,)
+        rate = 30.0
+        latency = 0.02
+
+        def warm_up(self) -> None:
+            pass
+
+        def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
+            rope = inbox.fresh(topics.ROPE_TRUTH)
+            if rope is not None:
+                yield Publication(topics.ROPE_NODES, rope.message)
+
+A service lives in `services/NAME/service.py`, beside a function `build(scenario, session)` that
+creates it; `session` is the id of this start of the process.
 """
 
 from __future__ import annotations
@@ -13,85 +37,122 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 from shared.messages import Message, TraceInput, stamp_of
-from shared.topics import Hold, Topic
+from shared.topics import Buffering, Topic
 
 SECOND = 1_000_000_000
-"""Nanoseconds."""
+"""Duration of a second [ns]."""
+MAX_PARTIAL_SETS = 8
+"""Number of incomplete sets of `joined` messages that a mailbox keeps."""
 
 
 class Publication(NamedTuple):
-    """One message for one topic."""
+    """A message and the topic on which to publish it."""
 
     topic: Topic
+    """Topic in the service's `writes`."""
     message: Message
+    """Message of the topic's type."""
 
 
 @dataclass(frozen=True)
 class Received:
-    """A message as it reached a service."""
+    """A message with its origin and the time of its receipt."""
 
     message: Any
+    """Message of the topic's type; must not be changed, later inboxes hold it as well."""
     publisher: str
-    """Id of the process start that sent it."""
+    """Id of the process start that sent it, e.g. `controller-1f2e3d4c`."""
     sequence: int
-    """Its number among the publisher's messages on this topic, from 0."""
+    """Number among the publisher's messages on this topic, from 0."""
     received: int
-    """Local receipt time [ns]; freshness is judged by it, never by another machine's clock."""
+    """Time of receipt on the receiver's clock [ns]. The age of a message is judged by it, never by
+    the clock of another machine."""
 
 
 class Service(Protocol):
-    """What every service is."""
+    """Members that every service has.
+
+    `shared.live` lists the optional ones.
+    """
 
     name: str
+    """Name of its folder, unique in the cell; part of its topics `health/…`, `trace/…`, `log/…`."""
     reads: Sequence[Topic]
+    """Topics of its inbox."""
     writes: Sequence[Topic]
+    """Topics on which it publishes, beside its health, trace and log."""
     rate: float
-    """Steps a second."""
+    """Steps per second [Hz]."""
     latency: float
-    """Simulated time: outputs become visible this long after the inputs were taken [s]."""
+    """Time between a step and the delivery of its publications, in simulated time only [s]."""
 
     def warm_up(self) -> None:
-        """Compiles and allocates everything that a first step would otherwise wait for."""
+        """Compile and allocate what the first step needs; called once before it."""
         ...
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
-        """One step at `now` [ns]."""
+        """Process the messages since the last step and yield the publications.
+
+        The runner always exhausts the iterator before the next step. Input that is missing or stale
+        is no error: the service publishes a state that says so. An exception ends the process.
+
+        Args:
+            inbox: Messages since the last step, and the newest message of each topic.
+            now: Time of this step on the service's clock [ns]; grows with each step.
+        """
         ...
 
 
 class Inbox:
-    """What arrived since the step before, and the newest state of every topic."""
+    """Input of one step: the messages since the last step, and the newest one of each topic.
+
+    The method fits the buffering of the topic, see `shared.topics.Topic.buffering`. A topic with a
+    placeholder is read by its concrete key, `inbox.latest(topics.HEALTH.at("sim"))`.
+    """
 
     def __init__(
         self,
         newest: Mapping[str, Received],
         arrived: Mapping[str, Sequence[Received]],
     ) -> None:
+        """Create an inbox; services get theirs from a `Mailbox`.
+
+        Args:
+            newest: Newest message ever received by key.
+            arrived: Messages since the last step by key, in order of arrival.
+        """
         self._newest = newest
         self._arrived = arrived
 
     def latest(self, topic: Topic) -> Received | None:
-        """The newest message of a `latest` topic, whenever it came; None before the first."""
+        """Return the newest message of a topic, however old; None before the first."""
         return self._newest.get(topic.key)
 
     def fresh(self, topic: Topic) -> Received | None:
-        """The newest message of a topic when it came since the step before, else None."""
+        """Return the newest message of a topic if it arrived since the last step, else None."""
         arrived = self._arrived.get(topic.key)
         return arrived[-1] if arrived else None
 
     def every(self, topic: Topic) -> Sequence[Received]:
-        """All messages of an `every` topic since the step before, in their order of arrival."""
+        """Return all messages of an `every` topic since the last step, in order of arrival."""
         return self._arrived.get(topic.key, ())
 
     def joined(self, *topics: Topic) -> tuple[Received, ...] | None:
-        """The newest set of `joined` topics with one stamp, when it became whole since the step
-        before."""
+        """Return the newest messages of `joined` topics that have the same stamp.
+
+        Args:
+            topics: Topics to join, e.g. the colour and depth images of a camera.
+
+        Returns:
+            One message per topic, in the given order, if such a set was completed since the last
+            step; else None.
+        """
         rows = [self._arrived.get(topic.key) for topic in topics]
         return tuple(row[-1] for row in rows if row) if all(rows) else None
 
     @property
     def consumed(self) -> Iterator[TraceInput]:
-        """What this step was given, for its trace."""
+        """Origin of every message that arrived since the last step, for the step's trace."""
         for key, arrived in self._arrived.items():
             for item in arrived:
                 yield TraceInput(
@@ -103,21 +164,34 @@ class Inbox:
 
 
 class Mailbox:
-    """Collects deliveries between the steps of one service, as each topic says."""
+    """Collector of the messages that arrive between two steps of one service.
+
+    Runners use it: they `deliver` messages at any time and `take` the inbox of each step.
+    """
 
     def __init__(self, reads: Iterable[Topic]) -> None:
+        """Create an empty mailbox.
+
+        Args:
+            reads: Topics that the service reads; those with buffering `joined` form one set.
+        """
         self._topics = {topic.key: topic for topic in reads}
-        self._joined = [t.key for t in self._topics.values() if t.hold == "joined"]
+        self._joined = [t.key for t in self._topics.values() if t.buffering == "joined"]
         self._newest: dict[str, Received] = {}
         self._arrived: dict[str, list[Received]] = defaultdict(list)
         self._partial: dict[int, dict[str, Received]] = {}
         self._last_joined = ("", 0)
         self.drops = 0
-        """Messages of `latest` and `joined` topics that a newer one replaced unread."""
+        """Messages of `latest` and `joined` topics that were replaced or discarded unread."""
 
     def deliver(self, key: str, item: Received) -> None:
-        """Takes one message of a topic that the service reads; `key` fills its placeholder."""
-        match self._hold(key):
+        """Add one message.
+
+        Args:
+            key: Concrete key of a topic that the service reads, without placeholder.
+            item: The message.
+        """
+        match self._buffering(key):
             case "latest":
                 self.drops += len(self._arrived[key])
                 self._arrived[key] = [item]
@@ -128,16 +202,22 @@ class Mailbox:
             case "joined":
                 self._join(key, item)
 
-    def _hold(self, key: str) -> Hold:
+    def take(self) -> Inbox:
+        """Return the inbox of the next step, and start to collect for the one after it."""
+        arrived = {k: tuple(v) for k, v in self._arrived.items() if v}
+        self._arrived.clear()
+        return Inbox(dict(self._newest), arrived)
+
+    def _buffering(self, key: str) -> Buffering:
         if key in self._topics:
-            return self._topics[key].hold
-        return next(t.hold for t in self._topics.values() if t.matches(key))
+            return self._topics[key].buffering
+        return next(t.buffering for t in self._topics.values() if t.matches(key))
 
     def _join(self, key: str, item: Received) -> None:
         stamp = stamp_of(item.message)
         publisher, last = self._last_joined
         if item.publisher == publisher and stamp <= last:
-            # A set that becomes whole after a newer one would take its reader back in time.
+            # A set that is completed after a newer one would take its reader back in time.
             self.drops += 1
             return
         parts = self._partial.setdefault(stamp, {})
@@ -149,12 +229,6 @@ class Mailbox:
                 self._newest[name] = parts[name]
             self._last_joined = (item.publisher, stamp)
             self._partial = {s: p for s, p in self._partial.items() if s > stamp}
-        while len(self._partial) > 8:
+        while len(self._partial) > MAX_PARTIAL_SETS:
             self.drops += 1
             del self._partial[min(self._partial)]
-
-    def take(self) -> Inbox:
-        """The inbox of the next step."""
-        arrived = {k: tuple(v) for k, v in self._arrived.items() if v}
-        self._arrived.clear()
-        return Inbox(dict(self._newest), arrived)

@@ -1,8 +1,8 @@
-"""THE table: every topic, its message, its owner, and how an inbox holds it.
+"""Table of all topics: key, message type, owner, and buffering in an inbox.
 
-Keys are relative to the cell's namespace. Nothing is latched: the owner of a state publishes it on
-change and at least once a second; whoever wants it changed sends a request with an id, and the
-owner answers in its state.
+Keys are relative to the cell's namespace. The bus keeps no messages for late subscribers: the owner
+of a state publishes it on every change and at least once a second. A request to change a state
+carries an id; the owner repeats the id in its state when it has handled the request.
 """
 
 from __future__ import annotations
@@ -38,52 +38,63 @@ from shared.messages import (
     Trace,
 )
 
-Hold = Literal["latest", "every", "joined"]
+Buffering = Literal["latest", "every", "joined"]
+"""Rule by which an inbox keeps the messages of a topic between two steps."""
 
 
 @dataclass(frozen=True)
 class Topic:
-    """One row of the table."""
+    """Topic of the bus, with the tolerances that replay allows its messages."""
 
     key: str
-    """May hold one {placeholder}, filled by `at`."""
+    """Key on the bus, e.g. `rope/nodes`; may contain one {placeholder}, which `at` fills."""
     type: type[Message]
+    """Type of its messages."""
     owner: str
-    hold: Hold
-    """`latest`: states, only the newest counts. `every`: none may be missed. `joined`: several
-    topics of one stamp are taken together."""
+    """Processes that publish it."""
+    buffering: Buffering
+    """`latest`: a state, only the newest message counts. `every`: requests, no message may be
+    missed. `joined`: messages of several topics with the same stamp are taken together."""
     urgent: bool = False
-    """Sent before everything else and without batching."""
+    """Whether it is sent before all other topics and without batching."""
     large: bool = False
-    """Images: a late one is dropped rather than waited for."""
+    """Whether it carries images, which are sent after all other topics."""
     tolerance: dict[str, float] = field(default_factory=dict, hash=False)
-    """Replay: allowed absolute difference of every value, by field; fields that are not named must
-    be equal."""
+    """Largest absolute difference in a replay, by field; fields that are not named must be
+    equal."""
     relative_tolerance: dict[str, float] = field(default_factory=dict, hash=False)
-    """Replay: allowed difference by field as a fraction of the larger value, beside `tolerance`."""
+    """Largest difference in a replay as a fraction of the larger value, by field; it is allowed in
+    addition to `tolerance`."""
     median_tolerance: dict[str, float] = field(default_factory=dict, hash=False)
-    """Replay: allowed median, over the messages of a recording, of a field's largest difference."""
+    """Largest median, over the messages of a recording, of a field's largest difference."""
     pixel_tolerance: float = 0.0
-    """Replay: allowed fraction of pixels that differ in an image [-]."""
+    """Largest fraction of the pixels of an image that may differ in a replay [-]."""
 
     def at(self, name: str) -> Topic:
-        """The topic with its placeholder filled."""
+        """Return the topic with its placeholder filled.
+
+        Args:
+            name: Value of the placeholder, e.g. the name of a service or camera.
+
+        Raises:
+            ValueError: The key has no placeholder.
+        """
         start, end = self.key.index("{"), self.key.index("}")
         return replace(self, key=self.key[:start] + name + self.key[end + 1 :])
 
     def matches(self, key: str) -> bool:
-        """Whether a concrete key belongs to this row."""
+        """Return whether a concrete key is this topic's, with any value of the placeholder."""
         mine, other = self.key.split("/"), key.split("/")
         return len(mine) == len(other) and all(
             a == b or a.startswith("{") for a, b in zip(mine, other, strict=True)
         )
 
 
-# Replay tolerances shall hold on other machines, whose compilers order sums differently: last bits
-# differ there. The effect of a change in the last bit is measured (docs/testing.md), and each
+# Replay tolerances hold on other machines as well, whose compilers order sums differently, so that
+# last bits differ. The effect of a change in the last bit is measured (docs/testing.md); each
 # tolerance lies above it.
 #
-# A rendered depth next to a rounding step falls to its other side, in about one pixel of 10 000.
+# A rendered depth close to a rounding threshold rounds the other way in about one pixel of 10 000.
 CAMERA_COLOR = Topic(
     "camera/{name}/color", CompressedImage, "sim", "joined", large=True, pixel_tolerance=5e-4
 )
@@ -91,8 +102,8 @@ CAMERA_DEPTH = Topic(
     "camera/{name}/depth", RawImage, "sim", "joined", large=True, pixel_tolerance=5e-4
 )
 CAMERA_CALIBRATION = Topic("camera/{name}/calibration", CameraCalibration, "sim", "latest")
-# The fit stops when no node moves further than 1e-5 m: one iteration more or less, which a last bit
-# decides, moves single chains by up to 5e-5 m and the median chain by 2e-8 m.
+# The fit stops when no node moves further than 1e-5 m. The last bit can decide on one more or one
+# less iteration, which moves single chains by up to 5e-5 m and the median chain by 2e-8 m.
 ROPE_NODES = Topic(
     "rope/nodes",
     NodeChain,
@@ -116,7 +127,7 @@ TASK_GOAL_DRAFT = Topic("task/goal_draft", GoalDraft, "dashboard", "latest")
 TASK_GOAL_PREVIEW = Topic(
     "task/goal_preview", GoalPreview, "controller", "latest", tolerance={"goal": 1e-6}
 )
-# Optimisers amplify last bits, to 5e-13 m in their paths and horizons.
+# Optimisers amplify differences in the last bit to 5e-13 m in their paths and horizons.
 CONTROLLER_PATH = Topic(
     "controller/path",
     Path,
@@ -149,7 +160,7 @@ CONTROLLER_PARAMETERS = Topic(
 ARM_SETPOINTS = Topic(
     "arm/setpoints", Setpoints, "controller", "every", urgent=True, tolerance={"arms": 1e-7}
 )
-# Linear algebra differs between machines in its last bits.
+# Results of linear algebra differ between machines in the last bits.
 ARM_STATE = Topic(
     "arm/state", ArmStates, "robot_gateway", "every", urgent=True, tolerance={"arms": 1e-7}
 )
@@ -161,7 +172,7 @@ RUN_RESULT = Topic(
     "latest",
     tolerance={"error": 1e-6, "max_node_error": 1e-6, "min_clearance": 1e-6, "duration": 1e-6},
 )
-# A file's head names version and commit, and compression differs between library versions.
+# The head of a file names version and commit, and compression depends on the library's version.
 RUN_RECORD = Topic("run/record", RecordState, "recorder", "latest", tolerance={"bytes": 16384})
 HEALTH = Topic("health/{service}", Health, "every service", "latest")
 TRACE = Topic("trace/{service}", Trace, "every service", "latest")
@@ -170,16 +181,17 @@ STACK_STATE = Topic("stack/state", StackState, "lariat", "latest")
 VIEW_SCENE = Topic("view/scene", SceneUpdate, "recorder", "latest")
 
 TOPICS: tuple[Topic, ...] = tuple(v for v in list(globals().values()) if isinstance(v, Topic))
+"""All topics, in the order of the table."""
 
 CAMERA = "overhead"
-"""Name of the camera that the simulated lab has."""
+"""Name of the simulated camera."""
 
 
 def find(key: str) -> Topic:
-    """The row of a concrete key.
+    """Return the topic of a concrete key, with that key.
 
     Raises:
-        KeyError: No row matches.
+        KeyError: No topic has this key.
     """
     for topic in TOPICS:
         if topic.matches(key):

@@ -16,7 +16,7 @@ from typing import Any, Literal
 
 from shared import bus as buses
 from shared import topics
-from shared.bus import HUB, Bus, BusOptions, Publisher, Subscription
+from shared.bus import DEFAULT_HUB, Bus, BusOptions, Publisher, Subscription
 from shared.clock import SystemClock
 from shared.messages import ArmCommand, ArmStates, TaskRequest, TaskState
 from shared.service import SECOND
@@ -35,7 +35,7 @@ COMMAND_LIFETIME = 2 * SECOND
 class Cell:
     """Address of a stack on the bus."""
 
-    connect: tuple[str, ...] = (HUB,)
+    connect: tuple[str, ...] = (DEFAULT_HUB,)
     """Zenoh endpoints of its hub or router."""
     namespace: str = "cell"
     """Name of the cell on the bus."""
@@ -161,7 +161,7 @@ class Client:
         """Publisher with a subscriber: requests are not kept for one that comes later."""
         publisher = self.bus.publisher(topic)
         deadline = time.monotonic() + ANSWER_TIMEOUT
-        while not publisher.heard:
+        while not publisher.has_subscribers:
             if time.monotonic() > deadline:
                 raise RequestFailed(
                     f"no process subscribes to {topic.key}; `lariat status` shows which run"

@@ -110,7 +110,7 @@ def test_a_killed_process_is_replaced_and_never_arms_by_itself(stack: Stack) -> 
 
 
 def test_three_deaths_end_the_stack_with_the_exit_code_of_the_last(stack: Stack) -> None:
-    until(lambda: stack.requests.heard)
+    until(lambda: stack.requests.has_subscribers)
     for count in range(3):
         until(lambda n=count: stack.state("two").restarts == n, 20.0)
         stack.until_ready("two")
@@ -148,7 +148,7 @@ def test_a_killed_launcher_leaves_nothing_behind(stack: Stack) -> None:
 
 
 def test_an_error_of_its_own_ends_a_process_and_not_the_stack(stack: Stack) -> None:
-    until(lambda: stack.requests.heard)
+    until(lambda: stack.requests.has_subscribers)
     stack.requests.put(TaskRequest(id="now", key="crash"))
     until(lambda: stack.state("one").restarts == stack.state("two").restarts == 1, 20.0)
     stack.until_ready("one", "two")

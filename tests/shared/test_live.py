@@ -38,7 +38,7 @@ class Beacon:
             stderr=subprocess.STDOUT,
             text=True,
         )
-        until(lambda: self._requests.heard, 30.0)
+        until(lambda: self._requests.has_subscribers, 30.0)
 
     def ask(self, key: str, value: str = "") -> None:
         self._requests.put(TaskRequest(id=f"please-{key}", key=key, value=value))

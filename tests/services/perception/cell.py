@@ -98,10 +98,10 @@ class Cell:
 
     def __init__(self, of: Scenario, motion: Motion = still) -> None:
         self.arms = ScriptedArms(of, motion)
-        self.heard: dict[str, list] = {}
+        self.has_subscribers: dict[str, list] = {}
         self.stack = SimulatedStack(
             [self.arms, SimService(of), PerceptionService(of)],
-            taps=[lambda d: self.heard.setdefault(d.key, []).append(d.parse())],
+            taps=[lambda d: self.has_subscribers.setdefault(d.key, []).append(d.parse())],
         )
         self.stack.warm_up()
 
@@ -112,4 +112,4 @@ class Cell:
 
     def chains(self, topic: topics.Topic) -> dict[int, NodeChain]:
         """Everything heard on a topic of chains, by stamp."""
-        return {m.stamp: m for m in self.heard.get(topic.key, [])}
+        return {m.stamp: m for m in self.has_subscribers.get(topic.key, [])}

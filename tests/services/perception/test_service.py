@@ -33,7 +33,7 @@ def swing(time: float) -> tuple[np.ndarray, np.ndarray]:
 def requested(cell: Cell, **request) -> Scene:
     cell.stack.send(topics.SCENE_REQUEST, SceneRequest(**request))
     cell.run(0.1)
-    return cell.heard[topics.SCENE_STATE.key][-1]
+    return cell.has_subscribers[topics.SCENE_STATE.key][-1]
 
 
 def test_a_swung_rope_is_seen_to_a_millimetre_at_the_stamp_of_its_image() -> None:
@@ -69,7 +69,7 @@ def test_truth_as_a_source_is_copied_without_images() -> None:
     cell.run(0.5)
     truth, seen = cell.chains(topics.ROPE_TRUTH), cell.chains(topics.ROPE_NODES)
     assert len(seen) > 10
-    assert COLOR.key not in cell.heard
+    assert COLOR.key not in cell.has_subscribers
     for stamp, m in seen.items():
         np.testing.assert_array_equal(m.positions, truth[stamp].positions)
         assert min(m.sigma) > 0.0
@@ -79,7 +79,10 @@ def test_the_same_run_gives_the_same_bytes() -> None:
     def run() -> list[bytes]:
         cell = Cell(scenario(), swing)
         cell.run(0.5)
-        return [m.SerializeToString(deterministic=True) for m in cell.heard[topics.ROPE_NODES.key]]
+        return [
+            m.SerializeToString(deterministic=True)
+            for m in cell.has_subscribers[topics.ROPE_NODES.key]
+        ]
 
     assert run() == run()
 
@@ -87,7 +90,7 @@ def test_the_same_run_gives_the_same_bytes() -> None:
 def test_the_scene_is_told_once_a_second_and_on_change() -> None:
     cell = Cell(scenario(source="truth"))
     cell.run(2.5)
-    scenes = cell.heard[topics.SCENE_STATE.key]
+    scenes = cell.has_subscribers[topics.SCENE_STATE.key]
     assert 2 <= len(scenes) <= 4
     assert {s.revision for s in scenes} == {1}
     assert [o.name for o in scenes[0].obstacles] == ["table", "post"]
@@ -155,13 +158,13 @@ def test_an_event_moves_an_obstacle_at_its_time_and_a_reset_undoes_it() -> None:
     started = cell.time
     cell.stack.send(topics.TASK_STATE, TaskState(stamp=started, run_started=started))
     cell.run(0.45)
-    assert cell.heard[topics.SCENE_STATE.key][-1].revision == 1
+    assert cell.has_subscribers[topics.SCENE_STATE.key][-1].revision == 1
     cell.run(0.1)
-    moved = cell.heard[topics.SCENE_STATE.key][-1]
+    moved = cell.has_subscribers[topics.SCENE_STATE.key][-1]
     assert tuple(moved.obstacles[1].position) == (0.1, 0.3, 0.08)
     cell.stack.send(topics.TASK_STATE, TaskState(stamp=cell.time, reset_count=1))
     cell.run(0.1)
-    back = cell.heard[topics.SCENE_STATE.key][-1]
+    back = cell.has_subscribers[topics.SCENE_STATE.key][-1]
     assert tuple(back.obstacles[1].position) == (0.0, 0.2, 0.08)
     assert back.revision == 3
 
@@ -169,7 +172,7 @@ def test_an_event_moves_an_obstacle_at_its_time_and_a_reset_undoes_it() -> None:
 def test_a_silent_camera_is_said_to_be_silent() -> None:
     cell = Cell(scenario("outside = true\n"))
     cell.run(1.0)
-    seen: list[NodeChain] = cell.heard[topics.ROPE_NODES.key]
+    seen: list[NodeChain] = cell.has_subscribers[topics.ROPE_NODES.key]
     assert all("no frame of camera 'overhead'" in m.lost for m in seen)
     assert len(seen) >= 2
 
@@ -177,19 +180,19 @@ def test_a_silent_camera_is_said_to_be_silent() -> None:
 def test_a_frozen_camera_is_said_to_be_frozen() -> None:
     cell = Cell(scenario())
     cell.run(0.2)
-    color, depth = cell.heard[COLOR.key][-1], cell.heard[DEPTH.key][-1]
+    color, depth = cell.has_subscribers[COLOR.key][-1], cell.has_subscribers[DEPTH.key][-1]
     frozen = Cell(scenario("outside = true\n"))
     frozen.run(0.1)
     frozen.stack.send(
         topics.CAMERA_CALIBRATION.at(topics.CAMERA),
-        cell.heard[topics.CAMERA_CALIBRATION.at(topics.CAMERA).key][0],
+        cell.has_subscribers[topics.CAMERA_CALIBRATION.at(topics.CAMERA).key][0],
     )
     for _ in range(12):
         for topic, message in ((COLOR, color), (DEPTH, depth)):
             message.timestamp.CopyFrom(timestamp(frozen.time))
             frozen.stack.send(topic, message)
         frozen.run(0.033)
-    seen: list[NodeChain] = frozen.heard[topics.ROPE_NODES.key]
+    seen: list[NodeChain] = frozen.has_subscribers[topics.ROPE_NODES.key]
     assert seen[0].lost == ""
     assert "frozen" in seen[-1].lost
 
@@ -197,17 +200,18 @@ def test_a_frozen_camera_is_said_to_be_frozen() -> None:
 def test_a_camera_has_two_seconds_for_its_calibration() -> None:
     cell = Cell(scenario())
     cell.run(2.3)
-    color, depth = (cell.heard[topic.key] for topic in (COLOR, DEPTH))
+    color, depth = (cell.has_subscribers[topic.key] for topic in (COLOR, DEPTH))
     uncalibrated = Cell(scenario("outside = true\n"))
     told = []
     for messages in zip(color, depth, strict=False):
         for topic, message in zip((COLOR, DEPTH), messages, strict=True):
             uncalibrated.stack.send(topic, message)
         uncalibrated.run(0.033)
-        told.append(topics.ROPE_NODES.key in uncalibrated.heard)
+        told.append(topics.ROPE_NODES.key in uncalibrated.has_subscribers)
     assert not any(told[:58])
     assert (
-        "no calibration of camera 'overhead'" in uncalibrated.heard[topics.ROPE_NODES.key][-1].lost
+        "no calibration of camera 'overhead'"
+        in uncalibrated.has_subscribers[topics.ROPE_NODES.key][-1].lost
     )
 
 

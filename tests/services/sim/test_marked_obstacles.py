@@ -30,7 +30,7 @@ PLACE, TURN = (0.05, -0.18, 0.03), math.radians(25.0)
 
 
 def believed(cell: Cell, name: str = "block") -> Obstacle:
-    scene: Scene = cell.heard[topics.SCENE_STATE.key][-1]
+    scene: Scene = cell.has_subscribers[topics.SCENE_STATE.key][-1]
     return next(o for o in scene.obstacles if o.name == name)
 
 
@@ -68,4 +68,4 @@ def test_a_person_moves_what_stands_in_the_lab_only_where_perception_allows_it()
         cell.stack.send(topics.SCENE_REQUEST, request)
         cell.run(0.8)
         assert_at(believed(cell), (0.12, -0.2, 0.03), TURN)
-    assert "overlap" in cell.heard[topics.SCENE_STATE.key][-1].refusal
+    assert "overlap" in cell.has_subscribers[topics.SCENE_STATE.key][-1].refusal

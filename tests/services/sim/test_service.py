@@ -33,18 +33,18 @@ def test_truth_and_images_come_at_thirty_hertz_with_one_stamp() -> None:
     cell = Cell(scenario())
     cell.run(1.02)
     truth = list(cell.chains(topics.ROPE_TRUTH))
-    colors = [stamp_of(m) for m in cell.heard[COLOR.key]]
-    depths = [stamp_of(m) for m in cell.heard[DEPTH.key]]
+    colors = [stamp_of(m) for m in cell.has_subscribers[COLOR.key]]
+    depths = [stamp_of(m) for m in cell.has_subscribers[DEPTH.key]]
     assert colors == depths == truth[: len(colors)]
     assert len(colors) == pytest.approx(30, abs=1)
-    calibrations = cell.heard[topics.CAMERA_CALIBRATION.at(topics.CAMERA).key]
+    calibrations = cell.has_subscribers[topics.CAMERA_CALIBRATION.at(topics.CAMERA).key]
     assert calibrations[0].K[2] == pytest.approx(319.5)
 
 
 def test_images_survive_the_wire() -> None:
     cell = Cell(scenario())
     cell.run(0.2)
-    images = decode_frame(cell.heard[COLOR.key][-1], cell.heard[DEPTH.key][-1])
+    images = decode_frame(cell.has_subscribers[COLOR.key][-1], cell.has_subscribers[DEPTH.key][-1])
     assert not isinstance(images, str)
     color, depth = images
     assert color.shape == (480, 640, 3)
@@ -56,7 +56,7 @@ def test_images_survive_the_wire() -> None:
 def test_the_ends_of_the_rope_are_where_the_arms_are() -> None:
     cell = Cell(scenario(), glide)
     cell.run(1.5)
-    states = {m.stamp: m for m in cell.heard[topics.ARM_STATE.key]}
+    states = {m.stamp: m for m in cell.has_subscribers[topics.ARM_STATE.key]}
     compared = 0
     for stamp, truth in cell.chains(topics.ROPE_TRUTH).items():
         if stamp in states:
@@ -71,13 +71,16 @@ def test_the_ends_of_the_rope_are_where_the_arms_are() -> None:
 def test_a_reset_brings_the_rope_back(model: str) -> None:
     cell = Cell(scenario(source="truth", model=model), glide)
     cell.run(0.1)
-    first = chain(cell.heard[topics.ROPE_TRUTH.key][0].positions)
+    first = chain(cell.has_subscribers[topics.ROPE_TRUTH.key][0].positions)
     cell.run(1.2)
-    assert np.max(np.abs(chain(cell.heard[topics.ROPE_TRUTH.key][-1].positions) - first)) > 0.05
+    assert (
+        np.max(np.abs(chain(cell.has_subscribers[topics.ROPE_TRUTH.key][-1].positions) - first))
+        > 0.05
+    )
     cell.arms.reset_count = 1
     cell.arms._motion = lambda _: (np.zeros(3), np.zeros(3))
     cell.run(0.3)
-    last = chain(cell.heard[topics.ROPE_TRUTH.key][-1].positions)
+    last = chain(cell.has_subscribers[topics.ROPE_TRUTH.key][-1].positions)
     assert np.max(np.abs(last - first)) < 2e-3
 
 

@@ -2,8 +2,8 @@
 
 It knows no geometry and no device. Causes come from `stop_causes.py`, whose rows also say what must
 happen before anything moves again. At boot a cell is disarmed. Only a person's command leaves a
-state that requires one, and a command counts only with the boot id of this start and before it
-expires.
+state that requires one. A command that permits motion counts only with the boot id of this start
+and before it expires; a stop counts always.
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ from services.robot_gateway.safety.stop_causes import STOP_CAUSES
 Mode = Literal["disarmed", "armed", "moving", "holding", "fault"]
 Action = Literal["arm", "disarm", "hold", "acknowledge", "gripper"]
 
+STOPS: tuple[Action, ...] = ("disarm", "hold")
+"""Actions that are obeyed whatever boot id, expiry or clock a command carries."""
 DEVICE_CAUSES = ("alarm", "lost_link")
 """Causes from which a device must also recover."""
 
@@ -73,7 +75,7 @@ class SafetyState:
         )
 
     def check(self, command: OperatorCommand, now: int) -> None:
-        """Check that a command is meant for this start of the gateway and has not expired.
+        """Check that a command is a stop, or meant for this start of the gateway and not expired.
 
         Args:
             command: Command of a person.
@@ -82,6 +84,8 @@ class SafetyState:
         Raises:
             CommandRejected: It is not, or it has.
         """
+        if command.action in STOPS:
+            return
         if command.boot != self.boot:
             raise CommandRejected(
                 f"meant for boot {command.boot!r}, this is {self.boot!r}; look again"

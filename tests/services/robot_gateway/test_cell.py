@@ -95,6 +95,14 @@ def test_new_writer_holds_until_a_person_acknowledges() -> None:
     assert np.isclose(world.cell.follower.state.positions[0, 1], at[0, 1] + 0.1, atol=1e-3)
 
 
+def test_stop_of_an_earlier_start_and_after_its_expiry_is_obeyed() -> None:
+    world = World()
+    assert world.command("hold", boot="gateway-of-yesterday", expires=START) == ""
+    assert world.report.safety.mode == "holding"
+    assert world.command("disarm", boot="", expires=0) == ""
+    assert world.report.safety.mode == "disarmed"
+
+
 def test_a_person_arms_and_only_with_this_boot_and_in_time() -> None:
     world = World(automatic=False)
     world.send_points(resting_points())

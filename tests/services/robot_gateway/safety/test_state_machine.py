@@ -3,6 +3,7 @@ from __future__ import annotations
 import pytest
 
 from services.robot_gateway.safety.state_machine import (
+    Action,
     CommandRejected,
     OperatorCommand,
     SafetyState,
@@ -96,9 +97,14 @@ def test_arming_forgets_the_writer() -> None:
 def test_command_counts_for_this_start_and_until_it_expires(
     boot: str, expires: int, words: str
 ) -> None:
-    command = OperatorCommand("id", boot, expires, "hold")
+    command = OperatorCommand("id", boot, expires, "acknowledge")
     if not words:
         DISARMED.check(command, 100)
         return
     with pytest.raises(CommandRejected, match=words):
         DISARMED.check(command, 100)
+
+
+@pytest.mark.parametrize("action", ["hold", "disarm"])
+def test_stop_is_obeyed_whatever_boot_and_expiry_it_carries(action: Action) -> None:
+    ARMED.check(OperatorCommand("id", "boot-of-yesterday", -1, action), 100)

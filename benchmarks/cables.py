@@ -17,7 +17,7 @@ import numpy as np
 import tyro
 
 from lariat.rod.identification.hanging import (
-    Hanging,
+    HangingShape,
     bending_stiffness,
     critical_twist,
     hang,
@@ -66,7 +66,7 @@ def run(files: tyro.conf.Positional[tuple[Path, ...]], /, json: bool = False) ->
     return 0
 
 
-def read(path: Path) -> tuple[list[Hanging], np.ndarray]:
+def read(path: Path) -> tuple[list[HangingShape], np.ndarray]:
     """Read shapes and critical twists [rad] of a cable.
 
     Raises:
@@ -90,10 +90,12 @@ def read(path: Path) -> tuple[list[Hanging], np.ndarray]:
         raise ConfigurationError(f"{path}: critical_twist_deg must be 2 or more, got {twists}")
     if not (np.all(np.isfinite(hanging)) and float(density.reshape(())) > 0.0):
         raise ConfigurationError(f"{path}: hanging must be finite and linear_density positive")
-    return [Hanging(points, float(density.reshape(()))) for points in hanging], np.radians(twists)
+    return [HangingShape(points, float(density.reshape(()))) for points in hanging], np.radians(
+        twists
+    )
 
 
-def leave_one_out(shapes: list[Hanging], twists: np.ndarray) -> dict[str, Any]:
+def leave_one_out(shapes: list[HangingShape], twists: np.ndarray) -> dict[str, Any]:
     """Errors of each shape and each twist as predicted from the others."""
     length = float(np.mean([shape.arcs[-1] for shape in shapes]))
     stiffnesses, errors = [], []

@@ -16,7 +16,7 @@ from jaxtyping import Float64
 from benchmarks.physics.closed_forms import elastica, elliptic, heavy_elastica, root
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
-from lariat.rod import Rod, RodProperties, RodState, RolloutSpec
+from lariat.rod import Rod, RodProperties, RodState
 from lariat.rod.strains import curvatures, moments
 
 ALONG_X = poses.rotation_between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
@@ -131,7 +131,7 @@ def twist_torque(node_count: int) -> float:
     actions[:10, 1, 0] = 0.005
     durations = np.concatenate([np.full(10, 0.1), 0.1 * 2.0 ** np.arange(20)])
     start = rod.straight([0.0, 0.0, 0.0], [1.0, 0.0, 0.0])
-    rollout, _ = rod.settle(RolloutSpec(start, actions, durations))
+    rollout, _ = rod.settle(start, actions, durations)
     torques = moments(rod, rollout.final)[:, 2]
     exact = properties.twisting_stiffness * 5.0 / (properties.length - rod.edge_length)
     return float(np.max(np.abs(torques / exact - 1.0)))
@@ -151,8 +151,7 @@ def michell_ring(node_count: int) -> float:
     durations = np.full(3, 20.0)
     for _ in range(12):
         twist = 0.5 * (low + high)
-        spec = RolloutSpec(_ring(rod, twist), np.zeros((3, 2, 6)), durations)
-        rollout, stable = rod.settle(spec)
+        rollout, stable = rod.settle(_ring(rod, twist), np.zeros((3, 2, 6)), durations)
         flat = np.ptp(rollout.positions[-1][:, 1]) < 1e-3 * properties.length
         if stable and flat and rollout.converged.all():
             low = twist
@@ -195,7 +194,7 @@ def buckled(node_count: int) -> Shapes:
     durations = np.concatenate([np.full(60, 0.1), 0.1 * 1.6 ** np.arange(40)])
     actions = np.zeros((len(durations), 2, 6))
     actions[:60, 1, 0] = -slack / 6.0
-    rollout, _ = rod.settle(RolloutSpec(start, actions, durations))
+    rollout, _ = rod.settle(start, actions, durations)
     tangents = poses.normalized(np.diff(rollout.positions[-1], axis=0))
     cosine = tangents[:, 0]
     least = _crown(-cosine)

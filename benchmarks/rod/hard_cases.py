@@ -10,7 +10,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import polylines, poses
 from lariat.geometry.obstacles import Obstacle, chain_clearance, pack, signed_distance
-from lariat.rod import Rod, RodProperties, RolloutSpec, framed
+from lariat.rod import Rod, RodProperties, RolloutSpec, state_along
 
 LENGTH, DIAMETER = 0.5, 0.008
 """Length and diameter of the rods [m]."""
@@ -122,7 +122,7 @@ def yank_actions(rng: np.random.Generator, span: float) -> Float64[np.ndarray, "
 def run_case(case: HardCase) -> HardCaseResult:
     """Roll out a case."""
     straight = poses.rotation_between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
-    state = framed(case.nodes, straight, straight)
+    state = state_along(case.nodes, straight, straight)
     spec = RolloutSpec(state, case.actions, DT, obstacles=pack(case.obstacles))
     rollout = case.rod.rollout(spec)
     last = rollout.positions[-1]

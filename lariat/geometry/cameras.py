@@ -109,7 +109,7 @@ class Camera:
         return self.T_world_camera.apply(self.intrinsics.back_project(pixels, depth))
 
     def rays(self, pixels: Float64[np.ndarray, "*b 2"]) -> Float64[np.ndarray, "*b 3"]:
-        """Return world directions of the rays through pixels (u, v), of unit depth, not norm."""
+        """Return world directions of the rays through pixels (u, v), scaled to unit depth."""
         pixels = np.asarray(pixels, float)
         local = self.intrinsics.back_project(pixels, np.ones(pixels.shape[:-1]))
         return poses.rotate(self.T_world_camera.orientation, local)
@@ -124,7 +124,7 @@ def looking_at(
 
     Args:
         eye: Centre of projection [m].
-        target: A point in front of it [m].
+        target: Point on the optical axis, in front of the camera [m].
         up: Direction that points upwards in the image; must not be along the optical axis. By
             default the world's z, or its y for a camera that looks straight up or down.
 

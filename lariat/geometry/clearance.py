@@ -14,7 +14,7 @@ from lariat.geometry.obstacles import Obstacle, signed_distance
 
 @dataclass(frozen=True)
 class NearPairs:
-    """Pairs of a point and an obstacle that are nearer than a reach."""
+    """Pairs of a point and an obstacle whose distance is less than the reach of the point."""
 
     points: Int64[np.ndarray, "a"]
     """Indices of the points."""
@@ -29,14 +29,14 @@ def near_pairs(
     obstacles: Sequence[Obstacle],
     reach: Float64[np.ndarray, "p"],
 ) -> NearPairs:
-    """Return all pairs of a point and an obstacle that are nearer than the reach of the point.
+    """Return all pairs of a point and an obstacle closer than the reach of the point.
 
     Pairs are ordered by obstacle, then by point.
 
     Args:
         points: Points in the world frame [m].
         obstacles: Obstacles of the scene.
-        reach: Distance for each point below which a pair counts [m].
+        reach: Distance below which a pair is returned, for each point [m].
     """
     indices, distances, outward = [], [], []
     for obstacle in obstacles:

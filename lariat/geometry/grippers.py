@@ -1,10 +1,10 @@
-"""Body of a gripper, its cover by spheres, and the distances that others keep from this cover.
+"""Bodies of grippers, their cover by spheres, and the distances to keep from this cover.
 
 The body is a capsule along the z axis of the grip, which is the axis of the rope, away from the
 rope. The gateway covers the capsule with spheres, at most one radius apart, whose radius is
 therefore at most sqrt(1 + 1/4) = 1.118 of the capsule's. Planner and controller look at points on
-the axis of the capsule instead; the functions here say how far these must stay away so that the
-spheres do.
+the axis of the capsule instead; `axis_clearance` and `axis_spacing` return the distances that these
+points must keep so that the spheres keep theirs.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class GripperBody:
     end: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Centre of the other cap [m]."""
     radius: float = 0.012
-    """[m]"""
+    """Radius of the capsule [m]."""
 
     @property
     def spheres(self) -> tuple[Float64[np.ndarray, "k 3"], float]:

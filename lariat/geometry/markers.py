@@ -10,7 +10,7 @@ import numpy as np
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 
-DICTIONARY = "DICT_4X4_50"
+MARKER_DICTIONARY = "DICT_4X4_50"
 """Name of the dictionary of patterns in OpenCV."""
 MARKER_COUNT = 50
 """Number of identities in the dictionary."""

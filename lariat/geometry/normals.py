@@ -14,15 +14,15 @@ def outward_normals(
 ) -> Float64[np.ndarray, "p 3"]:
     """Return the gradient of `signed_distance` at points: unit vectors away from the obstacle.
 
-    On edges, axes and centres, where the gradient is not unique, one of its limits.
+    On edges, axes and centres, where the gradient is not unique, it is one of the limits nearby.
 
     Args:
         points: Points in the world frame [m].
         obstacle: One obstacle.
     """
-    out = np.array(obstacle.orientation)
+    orientation = np.array(obstacle.orientation)
     local = poses.rotate(
-        poses.conjugate(out), np.asarray(points, float) - np.array(obstacle.position)
+        poses.conjugate(orientation), np.asarray(points, float) - np.array(obstacle.position)
     )
     match obstacle.shape:
         case "sphere":
@@ -50,7 +50,7 @@ def outward_normals(
             face = signs * np.eye(3)[np.argmax(excess, axis=1)]
             outside = np.max(excess, axis=1) > 0.0
             gradient = np.where(outside[:, None], _unit(signs * np.maximum(excess, 0.0)), face)
-    return poses.rotate(out, gradient)
+    return poses.rotate(orientation, gradient)
 
 
 def _unit(vectors: Float64[np.ndarray, "p 3"]) -> Float64[np.ndarray, "p 3"]:

@@ -19,9 +19,12 @@ from lariat.geometry import poses
 
 Shape = Literal["cylinder", "box", "sphere", "capsule", "half_space"]
 SHAPES: tuple[Shape, ...] = get_args(Shape)
+"""All shapes; the place of a shape is its index in packed obstacles."""
 
 PACKED_WIDTH = 12
 """Number of columns of `pack`: shape index, position (3), orientation (4), sizes (3), support."""
+SUPPORT_COLUMN = 11
+"""Column of `pack` that is one for supports and zero for other obstacles."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +32,7 @@ class Obstacle:
     """Convex body."""
 
     shape: Shape
+    """Kind of the body."""
     position: tuple[float, float, float]
     """Centre, or a point of the plane for a half space [m]."""
     orientation: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
@@ -44,7 +48,7 @@ class Obstacle:
     support: bool = False
     """Whether the rope may lean on it."""
     name: str = ""
-    """Unique in a scene."""
+    """Name, unique in a scene."""
 
     def moved(
         self,
@@ -165,5 +169,5 @@ def pack(obstacles: Sequence[Obstacle]) -> Float64[np.ndarray, "m 12"]:
             row[8:11] = poses.normalized(np.array(o.normal))
         else:
             row[8:11] = o.radius, o.height / 2.0, 0.0
-        row[11] = o.support
+        row[SUPPORT_COLUMN] = o.support
     return rows

@@ -12,8 +12,9 @@ import numpy as np
 from jaxtyping import Float64
 
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
+"""Quaternion of the identity rotation."""
 SMALL_BATCH = 64
-"""Rows up to which a product is one tensor contraction, since NumPy calls dominate its cost."""
+"""Rows up to which a product is one tensor contraction, which needs fewer calls of NumPy."""
 
 
 def _product_table(size: int, terms: str) -> Float64[np.ndarray, "pairs size"]:
@@ -21,7 +22,7 @@ def _product_table(size: int, terms: str) -> Float64[np.ndarray, "pairs size"]:
 
     Args:
         size: Number of components of the two factors and of the product.
-        terms: One word a term: sign, indices of the two factors, index of the product.
+        terms: One word for each term: sign, indices of the two factors, index of the product.
     """
     table = np.zeros((size, size, size))
     for sign, i, j, k in terms.split():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lariat.rod.initial_shapes import EDGE_AXIS, framed
+from lariat.rod.initial_shapes import EDGE_AXIS, state_along
 from lariat.rod.integration_schemes import Scheme
 from lariat.rod.model import End
 from lariat.rod.parameters import PARAMETERS
@@ -36,6 +36,6 @@ __all__ = [
     "count_turns",
     "curvatures",
     "forces",
-    "framed",
     "moments",
+    "state_along",
 ]

@@ -1,4 +1,4 @@
-"""Checks of what a launch is given, before a kernel sees it."""
+"""Checks of the arguments of a launch, before the kernel runs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ from lariat.rod.state import RodState
 
 MAX_SPAN = 1.5
 """Distance between the ends of a state, relative to the rod's length, above which it is rejected
-[-]. Below that it may be a rope under tension, or one whose length is underestimated."""
+[-]. A smaller excess may be that of a rope under tension, or of an underestimated length."""
+SQUARED_NORM_TOLERANCE = 0.002
+"""Largest deviation of an orientation's squared norm from one [-]."""
 
 
 def check_rollout(
@@ -33,8 +35,12 @@ def check_rollout(
         raise ValueError(
             f"actions must be (blocks, 2 ends, 6), got shape {actions.shape[1:]} for {count} rod(s)"
         )
-    durations = np.atleast_1d(np.asarray(spec.dt, float))
-    if not (durations.min() > 0.0 and math.isfinite(durations.max())):
+    if np.ndim(spec.dt) != 0:
+        raise ValueError(
+            f"dt must be one duration for all steps, got {spec.dt} s; only Rod.settle takes a "
+            "duration for each step"
+        )
+    if not (spec.dt > 0.0 and math.isfinite(spec.dt)):
         raise ValueError(f"dt must be positive, got {spec.dt} s; try 0.01")
     if spec.substeps < 1:
         raise ValueError(f"substeps must be at least 1, got {spec.substeps}")
@@ -59,8 +65,23 @@ def check_rollout(
     return block_of_step
 
 
+def check_durations(durations: Float64[np.ndarray, "H"], blocks: int) -> None:
+    """Check the durations of steps, one for each block of actions.
+
+    Raises:
+        ValueError: Their number is wrong, or one of them is not positive and finite.
+    """
+    if np.shape(durations) != (blocks,):
+        raise ValueError(
+            f"durations must be one for each of the {blocks} blocks of actions, got shape "
+            f"{np.shape(durations)}"
+        )
+    if not (np.all(durations > 0.0) and np.all(np.isfinite(durations))):
+        raise ValueError(f"durations must be positive and finite, got {durations} s")
+
+
 def check_state(state: RodState, node_count: int) -> None:
-    """Check that a state fits a rod of so many nodes.
+    """Check that a state fits a rod of `node_count` nodes.
 
     Raises:
         ValueError: A field has the wrong shape, is not finite, or is no unit quaternion.
@@ -80,9 +101,13 @@ def check_state(state: RodState, node_count: int) -> None:
             )
         if not np.isfinite(value).all():
             raise ValueError(f"state.{name} must be finite")
-    lengths = np.einsum("ij,ij->i", state.orientations, state.orientations)
-    if lengths.min() < 0.998 or lengths.max() > 1.002:
-        raise ValueError("state.orientations must be unit quaternions; normalize them")
+    squares = np.einsum("ij,ij->i", state.orientations, state.orientations)
+    low, high = 1.0 - SQUARED_NORM_TOLERANCE, 1.0 + SQUARED_NORM_TOLERANCE
+    if squares.min() < low or squares.max() > high:
+        raise ValueError(
+            f"state.orientations must be unit quaternions, got squared norms from {squares.min()} "
+            f"to {squares.max()}; normalize them"
+        )
 
 
 def check_span(state: RodState, length: float) -> None:

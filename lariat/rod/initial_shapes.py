@@ -1,4 +1,4 @@
-"""Initial guesses of a rod's shape: straight, sagging between two grips, framed along nodes."""
+"""Initial guesses of a rod's shape: straight, sagging between two grips, along given nodes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ EDGE_AXIS = np.array([0.0, 0.0, 1.0])
 """Axis of an edge's frame, and of a grip's, that lies along the rod from left to right."""
 MAX_BULGE = 40.0
 """Largest amplitude of the sag of a guess, relative to the rod's length [-]."""
-BISECTIONS = 60
+BISECTION_STEPS = 60
+"""Halvings of the interval in which a parameter of a guess is searched."""
 
 
 def straight(
@@ -24,7 +25,7 @@ def straight(
 ) -> RodState:
     """Return the straight rod at rest from one point towards another [m].
 
-    The first node lies at `left_point`; the last one as far from it as the rod is long.
+    The first node lies at `left_point`, the last one at the rod's length from it.
 
     Raises:
         ValueError: The points coincide or are not finite.
@@ -91,10 +92,10 @@ def between_grips(
         tangent = _bisect(lambda k: polylines.length(curve(k, 0.0)) - length, 0.0, tangent)
     bulge = _bisect(lambda k: polylines.length(curve(tangent, k)) - length, 0.0, MAX_BULGE * length)
     nodes = polylines.resample(curve(tangent, bulge), n)
-    return framed(nodes, left.orientation, right.orientation)
+    return state_along(nodes, left.orientation, right.orientation)
 
 
-def framed(
+def state_along(
     nodes: Float64[np.ndarray, "n 3"],
     first: Float64[np.ndarray, "4"],
     last: Float64[np.ndarray, "4"],
@@ -162,7 +163,7 @@ def check_reach(model: RodModel[Dimensions], left: Pose, right: Pose) -> None:
 
 def _bisect(function: Callable[[float], float], low: float, high: float) -> float:
     """Return the root of an increasing function, or the nearer limit."""
-    for _ in range(BISECTIONS):
+    for _ in range(BISECTION_STEPS):
         middle = 0.5 * (low + high)
         if function(middle) > 0.0:
             high = middle

@@ -1,7 +1,7 @@
 """Time integration schemes, as weights of earlier solves.
 
 A solve over a time h finds positions x with velocity (x - base) / h. The base, and the displacement
-that inertia adds to it, are weighted sums of the positions of the last solves: see `kernels`.
+that inertia adds to it, are weighted sums of the positions of the last solves; see `kernels`.
 
 "euler" is implicit Euler. "sdirk2" is the L-stable singly diagonally implicit Runge-Kutta method of
 order two: Alexander, "Diagonally implicit Runge-Kutta methods for stiff O.D.E.'s", SIAM J. Numer.
@@ -20,23 +20,31 @@ from jaxtyping import Float64
 from lariat.rod.launch.layout import TimeRow
 
 Scheme = Literal["euler", "sdirk2"]
-HISTORY: dict[str, int] = {"euler": 2, "sdirk2": 4}
+HISTORY_LENGTHS: dict[str, int] = {"euler": 2, "sdirk2": 4}
 """Number of earlier solves that enter a solve of each scheme."""
 
 _GAMMA = 1.0 - math.sqrt(0.5)
+"""Duration of a stage of SDIRK2, in steps [-]."""
 _R = (1.0 - _GAMMA) / _GAMMA
+"""Ratio r = (1 - gamma) / gamma of the rest of a step to its first stage [-]."""
 
 
 def _row(
-    duration: float, keeps_velocity: float, back: int, moved: float, base: tuple, momentum: tuple
+    duration: float,
+    keeps_velocity: float,
+    grip_solves_back: int,
+    grip_duration: float,
+    base: tuple[float, ...],
+    momentum: tuple[float, ...],
 ) -> list[float]:
+    """Return a `TimeRow` for a step of duration one."""
     pad = [0.0] * 4
-    row = [duration, keeps_velocity, float(back), moved]
+    row = [duration, keeps_velocity, float(grip_solves_back), grip_duration]
     return row + (list(base) + pad)[:4] + (list(momentum) + pad)[:4]
 
 
 _ROWS = {
-    # Without velocity: every solve is a proximal descent of the energy.
+    # Without velocity, every solve is a proximal step that decreases the energy.
     "still": [_row(1.0, 0.0, 1, 1.0, (1.0,), ())],
     "euler": [_row(1.0, 1.0, 1, 1.0, (1.0,), (1.0, -1.0))],
     # The displacement of the last full step is d0 = x1 - (1 - r) x3 - r x2 in the first stage, and
@@ -75,7 +83,7 @@ def time_table(
 def _uniform_rows(
     scheme: str, dt: float, horizon: int, substeps: int
 ) -> Float64[np.ndarray, "S 12"]:
-    """Cached: a controller asks for the same steps a hundred times a second."""
+    """Return the rows of equal steps; cached, since a controller repeats them in every period."""
     rows = _rows(scheme, np.asarray(dt), horizon, substeps)
     rows.setflags(write=False)
     return rows

@@ -6,13 +6,15 @@ import math
 from dataclasses import dataclass
 from typing import Generic, Literal, Protocol, TypeVar, get_args
 
-from lariat.rod.integration_schemes import HISTORY, Scheme
+from lariat.rod.integration_schemes import HISTORY_LENGTHS, Scheme
 from lariat.rod.properties import RodProperties
 
 End = Literal["free", "pinned", "clamped"]
-"""How an end is held: not at all, at its outermost node, or along its outermost edge."""
+"""Hold of an end: none, of its outermost node, or of its outermost edge."""
 ENDS: tuple[End, ...] = get_args(End)
+"""All holds of an end; the place of a hold is its `EndHold`."""
 MIN_NODE_COUNT = 5
+"""Smallest number of nodes of a rod."""
 
 
 class Dimensions(Protocol):
@@ -29,25 +31,25 @@ class Dimensions(Protocol):
         ...
 
 
-P_co = TypeVar("P_co", bound=Dimensions, covariant=True)
+PropertiesT_co = TypeVar("PropertiesT_co", bound=Dimensions, covariant=True)
 
 
 @dataclass(frozen=True)
-class RodModel(Generic[P_co]):
+class RodModel(Generic[PropertiesT_co]):
     """Chain of nodes with a material; the part that all rods have in common.
 
     Raises:
         ValueError: A field is out of its range.
     """
 
-    properties: P_co
+    properties: PropertiesT_co
     """Material and dimensions."""
     node_count: int
-    """Nodes, at least 5."""
+    """Number of nodes, at least 5."""
     left: End = "clamped"
-    """How the end at node 0 is held."""
+    """Hold of the end at node 0."""
     right: End = "clamped"
-    """How the end at the last node is held."""
+    """Hold of the end at the last node."""
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
     """Gravitational acceleration in the world frame [m/s^2]."""
 
@@ -86,5 +88,7 @@ class ImplicitRodModel(RodModel[RodProperties]):
                 f"tolerance must be positive and less than the length, got {self.tolerance} m; "
                 "try 1e-7"
             )
-        if self.scheme not in HISTORY:
-            raise ValueError(f"scheme must be one of {', '.join(HISTORY)}, got {self.scheme!r}")
+        if self.scheme not in HISTORY_LENGTHS:
+            raise ValueError(
+                f"scheme must be one of {', '.join(HISTORY_LENGTHS)}, got {self.scheme!r}"
+            )

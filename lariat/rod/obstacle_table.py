@@ -1,4 +1,4 @@
-"""Obstacles as the kernels read them, and as objects again."""
+"""Conversion of packed obstacles to rows for the kernels, and back to objects."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
-from lariat.geometry.obstacles import PACKED_WIDTH, SHAPES, Obstacle
+from lariat.geometry.obstacles import PACKED_WIDTH, SHAPES, SUPPORT_COLUMN, Obstacle
 from lariat.rod.launch.layout import OBSTACLE_WIDTH
 
-UNBOUNDED = 1e12
-"""Bounding radius of a half space [m]."""
+HALF_SPACE_BOUNDING_RADIUS = 1e12
+"""Bounding radius that stands for that of a half space, which is unbounded [m]."""
 
 
 def kernel_rows(packed: Float64[np.ndarray, "m 12"]) -> Float64[np.ndarray, "m 17"]:
@@ -36,7 +36,7 @@ def kernel_rows(packed: Float64[np.ndarray, "m 12"]) -> Float64[np.ndarray, "m 1
 
 @lru_cache(maxsize=64)
 def _rows(content: bytes) -> Float64[np.ndarray, "m 17"]:
-    """Cached: a controller asks for the same scene a hundred times a second."""
+    """Return the rows; cached, since a controller uses the same scene in every period."""
     packed = np.frombuffer(content).reshape(-1, PACKED_WIDTH)
     rows = np.zeros((len(packed), OBSTACLE_WIDTH))
     rows[:, :4] = packed[:, :4]
@@ -45,7 +45,7 @@ def _rows(content: bytes) -> Float64[np.ndarray, "m 17"]:
         row[13:16] = source[8:11]
         match SHAPES[int(source[0])]:
             case "half_space":
-                row[16] = UNBOUNDED
+                row[16] = HALF_SPACE_BOUNDING_RADIUS
             case "sphere":
                 row[16] = source[8]
             case "capsule":
@@ -63,7 +63,7 @@ def unpack(packed: Float64[np.ndarray, "m 12"]) -> list[Obstacle]:
     found = []
     for row in np.asarray(packed, float):
         shape = SHAPES[int(row[0])]
-        body = Obstacle(shape, tuple(row[1:4]), tuple(row[4:8]), support=bool(row[11]))
+        body = Obstacle(shape, tuple(row[1:4]), tuple(row[4:8]), support=bool(row[SUPPORT_COLUMN]))
         match shape:
             case "box":
                 body = replace(body, size=tuple(2.0 * row[8:11]))

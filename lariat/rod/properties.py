@@ -30,7 +30,7 @@ class RodProperties:
     poisson_ratio: float = 0.3
     """Poisson's ratio, which sets the twisting stiffness GJ = EI / (1 + poisson_ratio) [-]."""
     stretch_stiffness: float = 2000.0
-    """Stiffness EA of stretch and of shear [N]. Ropes hardly stretch: any large value will do."""
+    """Stiffness EA of stretch and of shear [N]. Ropes hardly stretch: any large value serves."""
     damping: float = 1.0
     """Rate at which velocity decays by drag of the surroundings [1/s]."""
     internal_damping: float = 0.0
@@ -54,7 +54,7 @@ class RodProperties:
         for name in (*_POSITIVE_FIELDS, "contact_stiffness", "contact_margin"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
-                raise ValueError(f"{name} must be a positive number, got {value}; SI units")
+                raise ValueError(f"{name} must be a positive number, got {value} (in SI units)")
         for name, unit, usual in (("damping", "1/s", 1.0), ("internal_damping", "s", 0.01)):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
@@ -98,8 +98,8 @@ class RodProperties:
         """Contact stiffness k that is used [N/m^2].
 
         A beam on an elastic foundation k spreads a load over (4 EI / k)^(1/4); above two diameters
-        it would sink in, so that k grows with EI. It does so in whole decades, which leaves no
-        derivative with respect to EI.
+        the rod would sink in, so that k grows with EI. It grows in whole decades, which keeps it
+        independent of small changes of EI.
         """
         needed = self.bending_stiffness / (4.0 * self.diameter**4)
         decades = math.ceil(math.log10(needed / self.contact_stiffness))
@@ -135,6 +135,6 @@ class RodProperties:
 
 def _at_inner_nodes(values: Float64[np.ndarray, "k c"], count: int) -> Float64[np.ndarray, "m c"]:
     """Interpolate values that are evenly spaced over the rod's length at its inner nodes."""
-    have = np.linspace(0.0, 1.0, len(values)) if len(values) > 1 else np.array([0.5])
-    want = np.arange(1, count + 1) / (count + 1)
-    return np.stack([np.interp(want, have, column) for column in values.T], axis=1)
+    knots = np.linspace(0.0, 1.0, len(values)) if len(values) > 1 else np.array([0.5])
+    nodes = np.arange(1, count + 1) / (count + 1)
+    return np.stack([np.interp(nodes, knots, column) for column in values.T], axis=1)

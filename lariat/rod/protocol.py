@@ -38,12 +38,12 @@ class DifferentiableRod(Protocol):
 
     @property
     def left(self) -> End:
-        """How the end at node 0 is held."""
+        """Hold of the end at node 0."""
         ...
 
     @property
     def right(self) -> End:
-        """How the end at the last node is held."""
+        """Hold of the end at the last node."""
         ...
 
     def straight(self, left_point: Sequence[float], right_point: Sequence[float]) -> RodState:

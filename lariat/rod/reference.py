@@ -1,4 +1,4 @@
-"""The implicit step of the rod in plain NumPy, to be read, and to hold the kernel against.
+"""Implicit step of the rod in plain NumPy: a readable form of the kernel, and its test reference.
 
 One step of implicit Euler of duration h goes from positions x1 and orientations q1 to the minimiser
 of the energy
@@ -28,11 +28,14 @@ from lariat.rod.model import ImplicitRodModel
 from lariat.rod.state import RodState
 
 Z = np.array([0.0, 0.0, 1.0])
+"""Axis of an edge's frame that lies along the edge."""
 IDENTITY = np.eye(3)
+"""Identity matrix."""
 Term = tuple[float, Float64[np.ndarray, "k"], Float64[np.ndarray, "k k"]]
 """Energy [J], gradient and Hessian for k unknowns."""
 
 MAX_ITERATIONS = 100
+"""Largest number of Newton iterations of a step."""
 STEP_TOLERANCE = 1e-12
 """Largest entry of the last Newton step [m, rad]."""
 
@@ -43,7 +46,7 @@ def implicit_step(
     """Return the state after one step of implicit Euler, by mixed Newton iterations.
 
     Args:
-        model: Rod; its scheme is taken as "euler", its tolerance as STEP_TOLERANCE.
+        model: Rod; its scheme and its tolerance are not used.
         state: State before the step.
         action: Grip velocities in the world frame: linear [m/s], then angular [rad/s].
         dt: Duration h [s].
@@ -137,7 +140,13 @@ def energy(
 def rotational_inertia(
     inertia: Float64[np.ndarray, "3"], target: Float64[np.ndarray, "4"], q: Float64[np.ndarray, "4"]
 ) -> Term:
-    """Return (I) of an edge, with d Im(u) / d phi = W / 2 for u = conj(target) q."""
+    """Return (I) of an edge, with d Im(u) / d phi = W / 2 for u = conj(target) q.
+
+    Args:
+        inertia: wt J about the axes of the edge [kg m^2/s^2].
+        target: Orientation q^ to which inertia alone would lead.
+        q: Orientation.
+    """
     u = poses.multiply(poses.conjugate(target), q)
     re, im = u[0], u[1:]
     W = re * IDENTITY + _cross(im)
@@ -183,6 +192,12 @@ def bend(
 
     A rotation of the first edge changes u by -J_l^-1(u) phi, one of the last edge by J_r^-1(u) phi,
     with J_l^-1(u) = I - [u]x / 2 + c [u]x^2 and J_r^-1 its transpose.
+
+    Args:
+        stiffness: k [N m].
+        rest: Rotation vector at rest [rad].
+        q0: Orientation of the first edge.
+        q1: Orientation of the last edge.
     """
     u = poses.logarithm(poses.multiply(poses.conjugate(q0), q1))
     c, dc = _log_coefficients(float(np.linalg.norm(u)))
@@ -210,7 +225,7 @@ def _grip_step(
     x: Float64[np.ndarray, "n 3"],
     q: Float64[np.ndarray, "n-1 4"],
 ) -> tuple[Float64[np.ndarray, "u"], Bool[np.ndarray, "u"]]:
-    """Return the step to the grips' places after the step, and the unknowns that it places."""
+    """Return the change of the unknowns that the grips drive, and a mask of these unknowns."""
     n = model.node_count
     s, driven = np.zeros((2 * n - 1, 3)), np.zeros((2 * n - 1, 3), dtype=bool)
     for end, hold, node, inner in ((0, model.left, 0, 1), (1, model.right, n - 1, n - 2)):

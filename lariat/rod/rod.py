@@ -41,7 +41,7 @@ from lariat.rod.state import RodState, StateDirections
 class Rod:
     """Rod of n nodes, stepped implicitly.
 
-    A rod is immutable but for the buffers of its launches: use one from one thread at a time.
+    A rod is immutable except for the buffers of its launches: use it from one thread at a time.
     """
 
     def __init__(
@@ -60,11 +60,11 @@ class Rod:
         Args:
             properties: Material and dimensions.
             node_count: Number of nodes n, at least 5.
-            left: How the end at node 0 is held.
-            right: How the end at node n - 1 is held.
+            left: Hold of the end at node 0.
+            right: Hold of the end at node n - 1.
             gravity: Gravitational acceleration in the world frame [m/s^2].
-            tolerance: A solve has converged when its last Newton step moved no node by more [m];
-                without derivatives, when the next step would not, judged by the last two.
+            tolerance: Largest displacement of a node in the last Newton step of a converged solve
+                [m]; without derivatives, in the step after it as predicted from the last two.
             scheme: Time integration: "euler" is of first order, with one solve a step, and never
                 adds energy; "sdirk2" is of second order, with two solves a step.
             self_contact: Whether strands of the rod collide with each other. They must not
@@ -96,12 +96,12 @@ class Rod:
 
     @property
     def left(self) -> End:
-        """How the end at node 0 is held."""
+        """Hold of the end at node 0."""
         return self.model.left
 
     @property
     def right(self) -> End:
-        """How the end at node n - 1 is held."""
+        """Hold of the end at node n - 1."""
         return self.model.right
 
     def with_properties(self, properties: RodProperties) -> Rod:
@@ -115,7 +115,7 @@ class Rod:
     def straight(self, left_point: Sequence[float], right_point: Sequence[float]) -> RodState:
         """Return the straight rod at rest from one point towards another [m].
 
-        The first node lies at `left_point`; the last one as far from it as the rod is long.
+        The first node lies at `left_point`, the last one at the rod's length from it.
 
         Raises:
             ValueError: The points coincide or are not finite.
@@ -264,8 +264,8 @@ class Rod:
         Args:
             left: Left grip; without effect if that end is free.
             right: Right grip; without effect if that end is free.
-            guess: Shape to start from; its grips move to the wanted ones and its turns of twist
-                are kept. By default a smooth curve that sags along gravity.
+            guess: Shape to start from; its grips move to `left` and `right`, and its turns of
+                twist are kept. By default a smooth curve that sags along gravity.
             obstacles: Obstacles from `lariat.geometry.pack`.
 
         Raises:
@@ -273,21 +273,31 @@ class Rod:
         """
         return statics.find_rest(self.model, self.settle, left, right, guess, obstacles)
 
-    def settle(self, spec: RolloutSpec[RodState]) -> tuple[Rollout, bool]:
-        """Simulate steps that forget all velocity, each a descent of the energy.
+    def settle(
+        self,
+        state: RodState,
+        actions: Float64[np.ndarray, "H 2 6"],
+        durations: Float64[np.ndarray, "H"],
+        obstacles: Float64[np.ndarray, "m 12"] | None = None,
+    ) -> tuple[Rollout, bool]:
+        """Simulate steps without inertia, which approach an equilibrium.
 
-        Long steps walk to equilibrium; the energy never grows while the grips stand still.
+        The energy never grows while the grips stand still.
 
         Args:
-            spec: Roll-out of one rod; `dt` may hold a duration for each step.
+            state: Initial state; its velocities have no effect.
+            actions: Grip velocities in each step, as in `RolloutSpec.actions`.
+            durations: Duration of each step [s]; longer steps come closer to the equilibrium.
+            obstacles: Obstacles from `lariat.geometry.pack`.
 
         Returns:
             The motion, and whether its last shape is stable.
 
         Raises:
-            ValueError: The specification does not fit the rod.
+            ValueError: An argument does not fit the rod.
         """
-        buffers = self._prepare(spec, keep_velocity=False)
+        spec = RolloutSpec(state, actions, 1.0, obstacles=obstacles)
+        buffers = self._prepare(spec, durations=durations)
         launch(buffers)
         report = buffers.section(Section.REPORTS)[0].reshape(-1, REPORT_WIDTH)
         return read_rollout(buffers, 0, self.properties.length), bool(
@@ -298,13 +308,6 @@ class Rod:
         self,
         spec: RolloutSpec[RodState] | RolloutSpec[Sequence[RodState]],
         request: DerivativeRequest = NO_DERIVATIVES,
-        keep_velocity: bool = True,
+        durations: Float64[np.ndarray, "H"] | None = None,
     ) -> LaunchBuffers[Sizes]:
-        return prepare(
-            self.model,
-            self._constants,
-            self._pool,
-            spec,
-            request,
-            keep_velocity=keep_velocity,
-        )
+        return prepare(self.model, self._constants, self._pool, spec, request, durations)

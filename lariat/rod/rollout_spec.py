@@ -22,7 +22,7 @@ class RolloutSpec(Generic[State_co]):
     """Roll-out of one rod, or of a batch of rods in one launch.
 
     A batch is a sequence of B states with B rows of actions; everything else is common to the
-    batch. A rod answers a specification of one state with one result, a batch with a list.
+    batch. A specification of one state yields one result, a batch yields a list.
 
     Step k takes `dt`, split into `substeps` equal implicit steps, and is driven by the actions of
     block `block_of_step[k]`, which hold for the whole step.
@@ -33,8 +33,8 @@ class RolloutSpec(Generic[State_co]):
     actions: Float64[np.ndarray, "*B K 2 6"]
     """Grip velocities of K blocks for both ends (0 left, 1 right), world frame: linear [m/s], then
     angular [rad/s]. Actions of a free end, and angular ones of a pinned end, have no effect."""
-    dt: float | Float64[np.ndarray, "H"]
-    """Duration of a step [s]. Durations of the single steps are for `Rod.settle` alone."""
+    dt: float
+    """Duration of a step [s]."""
     steps: int | None = None
     """Number of steps H; by default one for each block, or as `block_of_step` says. Steps beyond
     the last block are driven by the last block."""

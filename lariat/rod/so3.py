@@ -13,7 +13,7 @@ def left_jacobian(
 ) -> Float64[np.ndarray, "*b m 3"]:
     """Return J_l(y) v, where exp(y + dy) = exp(J_l(y) dy) exp(y); it is also J_r(y)^T v.
 
-    Closed form as in Sola, Deray & Atchuthan, "A micro Lie theory for state estimation in
+    Closed form as in Solà, Deray & Atchuthan, "A micro Lie theory for state estimation in
     robotics" (2018), eq. (145), with its Taylor series near zero.
 
     Args:

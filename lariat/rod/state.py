@@ -34,7 +34,7 @@ class RodState:
 
 @dataclass(frozen=True)
 class StateDirections:
-    """D directions in the space of `RodState`, each scaled as its user likes."""
+    """D directions in the space of `RodState`, each of any scale."""
 
     positions: Float64[np.ndarray, "D n 3"]
     """Displacements of the nodes [m per unit]; without effect at nodes that a clamp holds."""

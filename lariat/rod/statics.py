@@ -1,7 +1,7 @@
 """Equilibria: a start of the right length between two grips, then steps of growing duration.
 
-A long implicit step without inertia is a proximal descent of the energy: robust from far away
-when short, Newton's method on the statics when long.
+An implicit step without inertia is a proximal step that decreases the energy. Short steps are
+robust far from the equilibrium; long ones are Newton's method on the statics.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
-from lariat.geometry.obstacles import chain_clearance
+from lariat.geometry.obstacles import SUPPORT_COLUMN, chain_clearance
 from lariat.geometry.poses import Pose
 from lariat.rod.initial_shapes import (
     between_grips,
@@ -24,20 +24,25 @@ from lariat.rod.initial_shapes import (
 from lariat.rod.model import Dimensions, RodModel
 from lariat.rod.obstacle_table import unpack
 from lariat.rod.results import Rest, Rollout
-from lariat.rod.rollout_spec import RolloutSpec
 from lariat.rod.state import RodState
 
-Settle = Callable[[RolloutSpec[RodState]], tuple[Rollout, bool]]
+Settle = Callable[
+    [
+        RodState,
+        Float64[np.ndarray, "H 2 6"],
+        Float64[np.ndarray, "H"],
+        Float64[np.ndarray, "m 12"] | None,
+    ],
+    tuple[Rollout, bool],
+]
 """`Rod.settle` of the rod whose equilibrium is searched."""
 
-DURATIONS = 0.02 * 1.7 ** np.arange(36)
+RELAXATION_DURATIONS = 0.02 * 1.7 ** np.arange(36)
 """Durations of the relaxation steps, from viscous creep to pure statics [s]."""
 APPROACH_STEPS = 12
 """Steps over which the grips of a guess move to the wanted grips."""
 MAX_OVERLAP = 0.25
 """Overlap with an obstacle above which a shape counts as caught inside it, in diameters [-]."""
-SUPPORT_COLUMN = 11
-"""Column of packed obstacles that is nonzero for supports."""
 REST_TOLERANCE = 1e-6
 """Displacement in the last step, relative to the length, below which the rod is at rest [-]."""
 PERTURBATION = 0.02
@@ -97,9 +102,9 @@ def _collision_free_start(
     right: Pose,
     obstacles: Float64[np.ndarray, "m 12"] | None,
 ) -> RodState:
-    """Return the sagging curve; if it collides, the one with the most clearance of its kind.
+    """Return the sagging curve; if it collides, the similar one with the most clearance.
 
-    With supports in the scene it starts so far above them that the rope is laid onto them.
+    With supports in the scene, the curve is raised above them, so that the rope is laid onto them.
     """
     start = between_grips(model, left, right)
     down = gravity_direction(model)
@@ -129,16 +134,20 @@ def _relax(
     obstacles: Float64[np.ndarray, "m 12"] | None,
 ) -> Rest:
     """Move the grips of a start to the wanted ones and let the rod come to rest."""
-    durations = np.concatenate([np.full(APPROACH_STEPS, DURATIONS[0]), DURATIONS])
+    durations = np.concatenate(
+        [np.full(APPROACH_STEPS, RELAXATION_DURATIONS[0]), RELAXATION_DURATIONS]
+    )
     actions = np.zeros((len(durations), 2, 6))
     for end, (pose, kind) in enumerate(((left, model.left), (right, model.right))):
         if kind == "free":
             continue
         q, p = start.orientations[-end], start.positions[-end]
         turn = poses.logarithm(poses.multiply(pose.orientation, poses.conjugate(q)))
-        actions[:APPROACH_STEPS, end, :3] = (pose.position - p) / (APPROACH_STEPS * DURATIONS[0])
-        actions[:APPROACH_STEPS, end, 3:] = turn / (APPROACH_STEPS * DURATIONS[0])
-    rollout, stable = settle(RolloutSpec(start, actions, durations, obstacles=obstacles))
+        actions[:APPROACH_STEPS, end, :3] = (pose.position - p) / (
+            APPROACH_STEPS * RELAXATION_DURATIONS[0]
+        )
+        actions[:APPROACH_STEPS, end, 3:] = turn / (APPROACH_STEPS * RELAXATION_DURATIONS[0])
+    rollout, stable = settle(start, actions, durations, obstacles)
     residual = float(np.max(np.abs(rollout.positions[-1] - rollout.positions[-2])))
     converged = bool(rollout.converged[-1]) and residual < REST_TOLERANCE * model.properties.length
     return Rest(rollout.final.at_rest(), converged, stable, residual)

@@ -13,8 +13,8 @@ from lariat.rod.state import RodState
 def forces(rod: Rod, state: RodState) -> Float64[np.ndarray, "n-1 3"]:
     """Return the internal force of each edge, world frame, tension along the edge positive [N].
 
-    EA (dx / l - d3). Stretch is stiff: a state that is off by the solver's tolerance t gives a
-    force that is off by EA t / l.
+    The force is EA (dx / l - d3). Stretch is stiff: a state that is off by the solver's tolerance
+    t gives a force that is off by EA t / l.
 
     Args:
         rod: Rod with its material.
@@ -28,7 +28,7 @@ def forces(rod: Rod, state: RodState) -> Float64[np.ndarray, "n-1 3"]:
 def curvatures(rod: Rod, state: RodState) -> Float64[np.ndarray, "n-2 3"]:
     """Return curvature about d1 and d2, and twist, at the inner nodes, in material frames [1/m].
 
-    Rotation vector between neighbouring edges, per edge length.
+    They are the rotation vector between neighbouring edges, per edge length.
     """
     relative = poses.multiply(poses.conjugate(state.orientations[:-1]), state.orientations[1:])
     return poses.logarithm(relative) / rod.edge_length

@@ -26,7 +26,7 @@ def rollout(
     """Return the positions after every step (H n 3) [m], differentiable once.
 
     Forward and backward are one launch each. Tensors replace the fields of the specification that
-    they are named after; the rest of it holds as it is.
+    have their names.
 
     Args:
         rod: Rod to simulate.
@@ -34,8 +34,8 @@ def rollout(
         actions: Grip velocities (K 2 6), as `RolloutSpec.actions`.
         positions: Initial node positions (n 3) [m].
         velocities: Initial node velocities (n 3) [m/s].
-        parameters: Values of `names`, as `rod` has them: autograd differentiates in them, they do
-            not change the rod. Empty if `names` is.
+        parameters: Values of `names`, which must be those of `rod`: derivatives are taken with
+            respect to them, but they do not change the rod. Empty if `names` is.
         names: Parameters to differentiate in, as in `lariat.rod.PARAMETERS`.
 
     Raises:

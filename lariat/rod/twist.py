@@ -1,7 +1,7 @@
 """Whole turns of twist in a rod: counting them and adding them.
 
 Nodes and end frames determine the twist up to whole turns. Turns are counted from the state that
-`framed` returns, which has at most half a turn; they are positive if the right end is rotated
+`state_along` returns, which has at most half a turn; they are positive if the right end is rotated
 against the left one about the rod's axis, which points from left to right.
 """
 
@@ -11,13 +11,13 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
-from lariat.rod.initial_shapes import EDGE_AXIS, framed
+from lariat.rod.initial_shapes import EDGE_AXIS, state_along
 from lariat.rod.state import RodState
 
 
 def count_turns(state: RodState) -> int:
     """Return the number of whole turns of twist in a rod [-]."""
-    least = framed(state.positions, state.orientations[0], state.orientations[-1])
+    least = state_along(state.positions, state.orientations[0], state.orientations[-1])
     difference = _twist(state.orientations) - _twist(least.orientations)
     return round(difference / (2.0 * np.pi))
 

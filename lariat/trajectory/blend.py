@@ -21,13 +21,13 @@ class Blend:
         """Begin a transition.
 
         Args:
-            spline: Curve to which the motion leads.
+            spline: Curve on which the transition ends.
             origin: Motion at the beginning.
             now: Time of the beginning [ns].
             duration: Time in which the offset fades [s].
         """
         self.spline, self.now, self.duration = spline, now, duration
-        self._known: dict[int, MotionState] = {}
+        self._recent_states: dict[int, MotionState] = {}
         target = spline(now)
         back = poses.conjugate(target.orientations)
         self.displacements: Vectors = np.stack(
@@ -54,12 +54,12 @@ class Blend:
         Args:
             now: Time on the clock of the spline [ns].
         """
-        # A tick evaluates its beginning once and its end twice: the last two times are kept.
-        if now not in self._known:
-            if len(self._known) == 2:
-                del self._known[min(self._known)]
-            self._known[now] = self._state(now)
-        return self._known[now]
+        # A control period evaluates its beginning once and its end twice: keep the last two states.
+        if now not in self._recent_states:
+            if len(self._recent_states) == 2:
+                del self._recent_states[min(self._recent_states)]
+            self._recent_states[now] = self._state(now)
+        return self._recent_states[now]
 
     def _state(self, now: int) -> MotionState:
         target = self.spline(now)

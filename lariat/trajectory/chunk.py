@@ -23,7 +23,7 @@ class SetpointChunk:
     dt: float
     """Time between two poses [s]."""
     positions: Float64[np.ndarray, "k n 3"]
-    """In the world frame [m]."""
+    """Positions in the world frame [m]."""
     orientations: Float64[np.ndarray, "k n 4"]
     """Unit quaternions in the world frame, wxyz."""
 

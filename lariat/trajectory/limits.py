@@ -21,17 +21,17 @@ class MotionLimits:
     """
 
     speed: float
-    """[m/s]"""
+    """Speed [m/s]."""
     acceleration: float
-    """[m/s^2]"""
+    """Acceleration [m/s^2]."""
     jerk: float
-    """[m/s^3]"""
+    """Jerk [m/s^3]."""
     angular_speed: float
-    """[rad/s]"""
+    """Angular speed [rad/s]."""
     angular_acceleration: float
-    """[rad/s^2]"""
+    """Angular acceleration [rad/s^2]."""
     angular_jerk: float
-    """[rad/s^3]"""
+    """Angular jerk [rad/s^3]."""
 
     def __post_init__(self) -> None:
         for name in MotionLimits.__dataclass_fields__:

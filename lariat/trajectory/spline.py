@@ -3,8 +3,8 @@
 The poses of a chunk are the control points of a uniform cubic B-spline (de Boor, A Practical Guide
 to Splines, 1978). Straight motion is reproduced exactly, the curve stays in the convex hull of the
 points, and its velocity, acceleration and jerk are averages of the points' first, second and third
-differences. A bound that holds for these differences therefore holds everywhere in between. The
-curve rounds a bend off by a dt^2 / 6.
+differences. A bound that holds for these differences therefore holds everywhere in between. Where
+the points accelerate by a, the curve is off by a dt^2 / 6.
 
 Rotations are interpolated as rotation vectors from the first orientation.
 """
@@ -22,7 +22,7 @@ from lariat.trajectory.state import MotionState
 
 
 class Spline:
-    """Uniform cubic B-spline of a chunk; it rests from its last pose on."""
+    """Uniform cubic B-spline of a chunk, which comes to rest after the last pose."""
 
     def __init__(self, chunk: SetpointChunk, start: int) -> None:
         """Build the curve of a chunk of at least two poses.
@@ -44,7 +44,7 @@ class Spline:
     @property
     def end(self) -> int:
         """Time from which the curve rests [ns]."""
-        return self.start + round((self.count) * self.dt / NANOSECONDS)
+        return self.start + round(self.count * self.dt / NANOSECONDS)
 
     def differences(self, order: int) -> Float64[np.ndarray, "m n 2"]:
         """Return the norms of the points' differences over dt^order, the final rest included.
@@ -105,9 +105,9 @@ def angular_rate(
 ) -> Float64[np.ndarray, "*b 3"]:
     """Return the angular velocity of exp(vector) in the world frame [rad/s].
 
-    This is the left Jacobian of SO(3) times the rate (Solà et al., A micro Lie theory, 2018,
-    eq. (145)). Applied to the second derivative of the vector it is the angular acceleration
-    except for products of rates, which feedback corrects.
+    This is the left Jacobian of SO(3) times the rate (Solà, Deray & Atchuthan, A micro Lie
+    theory for state estimation in robotics, 2018, eq. (145)). Applied to the second derivative of
+    the vector it is the angular acceleration except for products of rates, which feedback corrects.
 
     Args:
         vector: Rotation vector [rad].

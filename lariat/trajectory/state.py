@@ -23,7 +23,7 @@ class MotionState:
     """Poses, twists and accelerations of k grippers at one moment, in the world frame."""
 
     positions: Float64[np.ndarray, "k 3"]
-    """[m]"""
+    """Positions [m]."""
     orientations: Float64[np.ndarray, "k 4"]
     """Unit quaternions, wxyz."""
     twists: Vectors

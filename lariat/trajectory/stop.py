@@ -15,12 +15,12 @@ from jaxtyping import Float64
 from lariat.trajectory.limits import MotionLimits, norms
 from lariat.trajectory.state import MotionState, Vectors
 
-LEAST_NORM = 1e-12
+MIN_NORM = 1e-12
 """Norm below which a velocity or an acceleration has no direction [SI]."""
 REST_TOLERANCE = 1e-12
 """Rounding error of the summed durations of a stop's phases [s]."""
 GRID_TOLERANCE = 1e-9
-"""Fraction of a grid step by which a stop may outlast the last instant [-]."""
+"""Fraction of a grid step by which a stop may outlast its last time [-]."""
 
 
 def peak_twists(twists: Vectors, accelerations: Vectors, limits: MotionLimits) -> Vectors:
@@ -38,9 +38,9 @@ class Stop:
     """Stop of all grippers, each as fast as the limits allow."""
 
     twists: Vectors
-    """At the beginning [m/s, rad/s]."""
+    """Twists at the beginning [m/s, rad/s]."""
     accelerations: Vectors
-    """At the beginning [m/s^2, rad/s^2]."""
+    """Accelerations at the beginning [m/s^2, rad/s^2]."""
     jerks: Float64[np.ndarray, "4 k 2 3"]
     """Constant jerk in each of the four phases [m/s^3, rad/s^3]."""
     durations: Float64[np.ndarray, "4 k 2 1"]
@@ -48,15 +48,15 @@ class Stop:
 
     @classmethod
     def plan(cls, twists: Vectors, accelerations: Vectors, limits: MotionLimits) -> Stop:
-        """Return the stop from a motion."""
+        """Return the stop that begins with given twists and accelerations."""
         jerk, deceleration = limits.jerk_bounds, limits.acceleration_bounds
         size = norms(accelerations)
         peak = peak_twists(twists, accelerations, limits)
         speed = norms(peak)
         ramp = np.minimum(deceleration / jerk, np.sqrt(speed / jerk))
-        hold = np.maximum(speed / np.maximum(jerk * ramp, LEAST_NORM) - ramp, 0.0)
-        backwards = -peak / np.maximum(speed, LEAST_NORM) * jerk
-        ease = -accelerations / np.maximum(size, LEAST_NORM) * jerk
+        hold = np.maximum(speed / np.maximum(jerk * ramp, MIN_NORM) - ramp, 0.0)
+        backwards = -peak / np.maximum(speed, MIN_NORM) * jerk
+        ease = -accelerations / np.maximum(size, MIN_NORM) * jerk
         return cls(
             twists,
             accelerations,

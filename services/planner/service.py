@@ -9,7 +9,7 @@ import numpy as np
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle, pack
 from lariat.geometry.poses import Pose
-from lariat.rod import Rod, RodState, add_turns, framed
+from lariat.rod import Rod, RodState, add_turns, state_along
 from services.planner import whole_path
 from services.planner.parameter_update import is_learnt, updated_properties
 from services.planner.problem import Problem, WholePath
@@ -159,7 +159,7 @@ class PlannerService:
         observed = chain(rope.positions)
         if polylines.mean_node_distance(state.positions, observed) < SAME_SHAPE_DISTANCE:
             return state
-        guess = add_turns(framed(observed, grips[0].orientation, grips[1].orientation), turns)
+        guess = add_turns(state_along(observed, grips[0].orientation, grips[1].orientation), turns)
         other = self._rod.rest(*grips, guess=guess, obstacles=packed).state
         return min(
             (state, other), key=lambda s: polylines.mean_node_distance(s.positions, observed)

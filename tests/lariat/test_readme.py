@@ -1,4 +1,4 @@
-"""Examples of the library's page run as they are written; importing the rod stays light."""
+"""The examples of the library's README run as written; importing the rod imports no extra."""
 
 from __future__ import annotations
 

@@ -25,15 +25,15 @@ ReportProgress = Callable[[str, float], None]
 """Callback that takes the name of the current phase and the share of all work done [-]."""
 
 MAX_PROFILE_KNOTS = 7
-"""Most knots of a profile."""
+"""Largest number of knots of a profile."""
 MIN_NOISE = 5e-4
 """Smallest standard deviation of a prediction [m]."""
 INDEPENDENT_SHARE = 1.0 / 50.0
 """Share of the measured points whose errors are independent [-]."""
 WINDOW_DURATIONS = (0.4, 1.2, 5.0)
-"""Duration of the windows of each stage [s]."""
+"""Durations of the short, middle and long windows [s]."""
 MAX_SEARCH_WINDOWS = 24
-"""Most windows of the grid search."""
+"""Largest number of windows of the grid search."""
 LENGTH_DIFFERENCE = 1e-3
 """Step of the finite difference in the logarithm of the length [-]."""
 STIFFNESS_GRID = np.logspace(-4.5, 0.5, 11)
@@ -47,7 +47,7 @@ class Fit:
     material: Material
     """Map from the unknowns to the rod."""
     x: Float64[np.ndarray, "P"]
-    """Unknowns at the minimum; see `material`."""
+    """Unknowns at the minimum, in the order of `material.groups`."""
     covariance: Float64[np.ndarray, "P P"]
     """Covariance of the unknowns."""
     prediction_noise: float
@@ -57,7 +57,7 @@ class Fit:
     length_scale: float
     """Ratio of that length to the one estimated from distances between vertices [-]."""
     seconds: float
-    """Duration of every sequence that was used [s]."""
+    """Duration that was used of every sequence [s]."""
 
     @property
     def properties(self) -> RodProperties:
@@ -67,6 +67,8 @@ class Fit:
 
 @dataclass
 class _Search:
+    """Cost of vectors of unknowns, and its descent."""
+
     twin: RodTwin
     material: Material
     information: Float64[np.ndarray, "P P"]
@@ -75,12 +77,14 @@ class _Search:
     """Standard deviation of a coordinate [m]."""
 
     def cost(self, x: Float64[np.ndarray, "P"], windows: list[Window]) -> float:
+        """Return the loss of windows plus that of the prior [-]."""
         twin = self.twin
         predicted = twin.predict(self.material.properties(x), windows)
         residuals = (twin.measured(windows) - predicted).reshape(-1, 3)
         return posterior.loss(residuals, self.noise, INDEPENDENT_SHARE) + self.prior(x).cost
 
     def prior(self, x: Float64[np.ndarray, "P"]) -> Evidence:
+        """Return the evidence of the prior."""
         return posterior.prior(x, self.information)
 
     def evidences(
@@ -108,7 +112,7 @@ class _Search:
         iterations: int,
         report: Callable[[float], None],
     ) -> tuple[Float64[np.ndarray, "P"], float]:
-        """Return the minimum that Levenberg-Marquardt steps lead to, and its cost."""
+        """Return the end point of Levenberg-Marquardt steps, and its cost."""
         levenberg = 1e-2
         cost = self.cost(x, windows)
         for k in range(iterations):
@@ -140,14 +144,14 @@ def identify(
     motion: Motion,
     start: RodProperties | None = None,
     seconds: float | None = None,
-    report: ReportProgress = lambda what, share: None,
+    report: ReportProgress = lambda phase, share: None,
 ) -> Fit:
     """Identify the material of a rope from its motion.
 
     Args:
         motion: Measured motion.
         start: Initial guess; its diameter and linear density are kept, its length is not used.
-        seconds: Duration of every sequence that is used, from its start [s]; all of it by default.
+        seconds: Duration to use of every sequence, from its start [s]; by default all of it.
         report: Callback for progress.
 
     Raises:
@@ -195,7 +199,7 @@ def identify(
 
 
 def generic_rope() -> RodProperties:
-    """Return the prior mean of a rope of which nothing is known; only its ratios matter."""
+    """Return the prior mean of an unknown rope; only the ratios of its fields matter."""
     return RodProperties(
         length=1.0,
         diameter=0.008,
@@ -221,7 +225,7 @@ def linearize(
     predicted, by_parameter = twin.linearize(properties, windows, names)
     jacobian = by_parameter @ chain
     if free[length]:
-        # By a finite difference: with the length, the start and the motion of the grips change too.
+        # A finite difference: the length also changes the initial state and the grips' motion.
         longer = x.copy()
         longer[length] += LENGTH_DIFFERENCE
         there = twin.predict(material.properties(longer), windows)

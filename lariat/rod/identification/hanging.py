@@ -17,11 +17,13 @@ from jaxtyping import Float64
 
 from lariat.geometry import polylines, poses
 from lariat.geometry.poses import Pose
-from lariat.rod import Rod, RodProperties, RodState, RolloutSpec, framed
+from lariat.rod import Rod, RodProperties, RodState, state_along
 from lariat.rod.identification.rod_twin import cubic_weights
 
 LEVEL_ORIENTATION = poses.rotation_between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
+"""Orientation of a grip whose axis is the world's x axis."""
 NODE_COUNT = 60
+"""Nodes of the rod in the place of a cable."""
 STIFFNESS_GRID = np.geomspace(1e-6, 1.0, 25)
 """Values of EI / (weight per length times length^3) in the search [-]."""
 COARSE_TWIST_STEP = math.radians(30.0)
@@ -29,19 +31,19 @@ COARSE_TWIST_STEP = math.radians(30.0)
 FINE_TWIST_STEP = math.radians(2.0)
 """Rotation of the clamp between two equilibria, to locate the jump [rad]."""
 MAX_TURNS = 20.0
-"""Turns after which a loop counts as stable [-]."""
-MAX_ROUNDS = 8
-"""Most iterations of the search for a twist ratio."""
+"""Turns of the clamp above which a loop counts as stable [-]."""
+MAX_RATIO_ITERATIONS = 8
+"""Largest number of iterations of the search for a twist ratio."""
 JUMP_DISPLACEMENT = 0.04
 """Displacement between two equilibria above which the loop has jumped, in lengths [-]."""
 
 
 @dataclass(frozen=True)
-class Hanging:
-    """Shape of a cable in its plane, y downwards, from clamp to clamp."""
+class HangingShape:
+    """Measured shape of a hanging cable in its plane, y downwards, from clamp to clamp."""
 
     points: Float64[np.ndarray, "k 2"]
-    """Points on the cable, dense enough to give arc length [m]."""
+    """Points on the cable, as dense as its arc length requires [m]."""
     linear_density: float
     """Linear density [kg/m]."""
 
@@ -60,10 +62,10 @@ class HangingRod:
     state: RodState
     """Its equilibrium."""
     points: Float64[np.ndarray, "k 2"]
-    """Points of the cable on the rod [m]."""
+    """Points on the rod at the arc lengths of the measured ones [m]."""
 
 
-def hang(shape: Hanging, bending: float, twist_ratio: float = 1.0) -> HangingRod:
+def hang(shape: HangingShape, bending: float, twist_ratio: float = 1.0) -> HangingRod:
     """Find the equilibrium of a rod between the clamps of a shape, starting at the shape.
 
     Args:
@@ -83,21 +85,23 @@ def hang(shape: Hanging, bending: float, twist_ratio: float = 1.0) -> HangingRod
         Pose(points[0] - half, LEVEL_ORIENTATION),
         Pose(points[-1] + half, LEVEL_ORIENTATION),
     )
-    at = np.clip((np.arange(NODE_COUNT) - 0.5) * edge, 0.0, arcs[-1])
-    start = np.stack([np.interp(at, arcs, points[:, c]) for c in range(3)], axis=1)
+    arcs_at_nodes = np.clip((np.arange(NODE_COUNT) - 0.5) * edge, 0.0, arcs[-1])
+    start = np.stack([np.interp(arcs_at_nodes, arcs, points[:, c]) for c in range(3)], axis=1)
     start[0], start[-1] = left.position, right.position
-    state = rod.rest(left, right, guess=framed(start, LEVEL_ORIENTATION, LEVEL_ORIENTATION)).state
+    state = rod.rest(
+        left, right, guess=state_along(start, LEVEL_ORIENTATION, LEVEL_ORIENTATION)
+    ).state
     seen = cubic_weights(arcs / edge + 0.5, NODE_COUNT) @ state.positions
     return HangingRod(rod, state, np.stack([seen[:, 0], -seen[:, 2]], axis=1))
 
 
-def shape_error(shape: Hanging, bending: float) -> float:
+def shape_error(shape: HangingShape, bending: float) -> float:
     """Return the mean distance between the points of a cable and those of a rod [m]."""
-    away = hang(shape, bending).points - shape.points
-    return float(np.mean(np.linalg.norm(away, axis=1)))
+    offsets = hang(shape, bending).points - shape.points
+    return float(np.mean(np.linalg.norm(offsets, axis=1)))
 
 
-def bending_stiffness(shapes: Sequence[Hanging]) -> float:
+def bending_stiffness(shapes: Sequence[HangingShape]) -> float:
     """Return the EI at which a rod hangs nearest to all shapes [N m^2]."""
 
     def error(bending: float) -> float:
@@ -136,7 +140,7 @@ def critical_twist(hanging_rod: HangingRod) -> float:
         state, twist = after, twist + FINE_TWIST_STEP
 
 
-def twist_ratio(shape: Hanging, bending: float, twist: float) -> float:
+def twist_ratio(shape: HangingShape, bending: float, twist: float) -> float:
     """Return GJ / EI of a cable whose loop jumps at a twist [-].
 
     For a loop of constant shape the twist is inversely proportional to the ratio; a few iterations
@@ -148,7 +152,7 @@ def twist_ratio(shape: Hanging, bending: float, twist: float) -> float:
         twist: Critical twist [rad].
     """
     ratio = 1.0
-    for _ in range(MAX_ROUNDS):
+    for _ in range(MAX_RATIO_ITERATIONS):
         factor = critical_twist(hang(shape, bending, ratio)) / twist
         ratio *= factor
         if abs(factor - 1.0) < 0.5 * FINE_TWIST_STEP / twist:
@@ -161,7 +165,7 @@ def _rotate_clamp(rod: Rod, state: RodState, angle: float) -> RodState:
     durations = np.concatenate([np.full(steps, 0.5), 0.5 * 2.0 ** np.arange(14)])
     actions = np.zeros((len(durations), 2, 6))
     actions[:steps, 1, 3] = angle / (0.5 * steps)
-    return rod.settle(RolloutSpec(state, actions, durations))[0].final.at_rest()
+    return rod.settle(state, actions, durations)[0].final.at_rest()
 
 
 def _jumped(rod: Rod, before: RodState, after: RodState) -> bool:

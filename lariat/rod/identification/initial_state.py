@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float64
 from lariat.geometry import poses
 
 MAX_PROJECTIONS = 25
-"""Most Newton iterations of the projection to rest lengths."""
+"""Largest number of Newton iterations of the projection to rest lengths."""
 
 
 def cubic_spline(
@@ -35,19 +35,19 @@ def cubic_spline(
     h = np.diff(knots)
     count = len(knots)
     system = np.zeros((count, count))
-    right = np.zeros((len(values), count, 3))
-    slopes = np.diff(values, axis=1) / h[:, None]
+    right_side = np.zeros((len(values), count, 3))
+    secants = np.diff(values, axis=1) / h[:, None]
     for k in range(1, count - 1):
         system[k, k - 1 : k + 2] = 1.0 / h[k - 1], 2.0 / h[k - 1] + 2.0 / h[k], 1.0 / h[k]
-        right[:, k] = 3.0 * (slopes[:, k - 1] / h[k - 1] + slopes[:, k] / h[k])
+        right_side[:, k] = 3.0 * (secants[:, k - 1] / h[k - 1] + secants[:, k] / h[k])
     for row, near, gap, given in ((0, 1, 0, first), (count - 1, count - 2, -1, last)):
         if given is None:
             system[row, row], system[row, near] = 2.0, 1.0
-            right[:, row] = 3.0 * slopes[:, gap]
+            right_side[:, row] = 3.0 * secants[:, gap]
         else:
             system[row, row] = 1.0
-            right[:, row] = given
-    m = np.einsum("ij,bjc->bic", np.linalg.inv(system), right)
+            right_side[:, row] = given
+    m = np.einsum("ij,bjc->bic", np.linalg.inv(system), right_side)
     k = np.clip(np.searchsorted(knots, at, side="right") - 1, 0, count - 2)
     gap = h[k][:, None]
     t = (at - knots[k])[:, None] / gap
@@ -66,7 +66,7 @@ def cubic_spline(
 def project_lengths(
     nodes: Float64[np.ndarray, "B n 3"], edge: float, movable: Bool[np.ndarray, "n"]
 ) -> Float64[np.ndarray, "B n 3"]:
-    """Return the nearest chains with edges of length `edge` [m]; only movable nodes move."""
+    """Return the nearest chains [m] with edges of length `edge` [m]; only movable nodes move."""
     for _ in range(MAX_PROJECTIONS):
         d = np.diff(nodes, axis=1)
         stretch = np.sum(d * d, axis=2) - edge**2
@@ -144,7 +144,7 @@ def batch_frames(
 def parallel_transport(
     first: Float64[np.ndarray, "B 4"], tangents: Float64[np.ndarray, "B T 3"]
 ) -> Float64[np.ndarray, "B T 4"]:
-    """Return frames transported in parallel along tangents, from given first ones."""
+    """Return the first frames transported in parallel to all tangents."""
     turns = poses.rotation_between(tangents[:, :-1], tangents[:, 1:])
     q = first
     frames = [q]

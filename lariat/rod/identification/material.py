@@ -1,8 +1,8 @@
 """Unknowns of a rod as one vector, their prior, and their names.
 
-Mass and stiffness scaled together leave every motion unchanged: the stiffness is that per linear
-density. Stiffnesses, dampings and profiles are logarithms; rest curvature is in radians over the
-length of the rope.
+Motion does not change when mass and stiffness are scaled together: the unknown stiffness is that
+per linear density. Stiffnesses, dampings and profiles are logarithms; rest curvature is in radians
+over the length of the rope.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from jaxtyping import Bool, Float64
 from lariat.rod.properties import RodProperties
 
 CORE_GROUPS = ("stiffness", "damping", "internal_damping")
-"""Groups of unknowns that short motion determines."""
+"""Groups of unknowns that short windows determine."""
 PRIOR_DEVIATIONS = {
     "stiffness": 4.0,
     "twist_ratio": 1.0,
@@ -40,6 +40,7 @@ GROUP_UNITS = {
     "density_profile": "-",
     "rest_curvature": "1/m",
 }
+"""Units of the identified values of each group."""
 MAX_DEPARTURES = {
     "stiffness": 12.0,
     "twist_ratio": 3.0,
@@ -97,7 +98,7 @@ class Material:
         return spread
 
     def mask(self, names: tuple[str, ...]) -> Bool[np.ndarray, "P"]:
-        """Return which unknowns belong to the named groups."""
+        """Return a mask of the unknowns that belong to the named groups."""
         return self.per_unknown({name: float(name in names) for name in self.groups}) > 0.0
 
     def clip(self, x: Float64[np.ndarray, "P"]) -> Float64[np.ndarray, "P"]:
@@ -129,7 +130,7 @@ class Material:
     def prior_information(self, deviations: dict[str, float]) -> Float64[np.ndarray, "P P"]:
         """Return the inverse covariance of the prior, whose mean is zero.
 
-        The mean of a profile is almost fixed, which leaves it to the stiffness or density itself.
+        The mean of a profile is almost fixed: the stiffness or the density already scales it.
 
         Args:
             deviations: Standard deviation of each group of unknowns.

@@ -12,7 +12,7 @@ from lariat.geometry import poses
 MAX_ROPE_LENGTH = 100.0
 """Length above which the vertices are assumed not to be in metres [m]."""
 MIN_FRAMES = 10
-"""Fewest frames of a sequence."""
+"""Smallest number of frames of a sequence."""
 
 
 @dataclass(frozen=True)
@@ -20,8 +20,8 @@ class Motion:
     """Vertices on a rope over time, in a frame whose z axis points up.
 
     Held vertices are inputs, known at every frame: the first ones at the left end, the last ones at
-    the right end, or both. One held vertex is a pin; two or more clamp the rope
-    along the innermost two.
+    the right end, or both. One held vertex is a pin; two or more clamp the rope along the innermost
+    two.
     """
 
     vertices: Float64[np.ndarray, "S T V 3"]
@@ -35,14 +35,14 @@ class Motion:
 
     @property
     def free(self) -> Bool[np.ndarray, "V"]:
-        """Which vertices are not held."""
+        """Mask of the vertices that are not held."""
         count = self.vertices.shape[2]
         at = np.arange(count)
         return (at >= self.left) & (at < count - self.right)
 
     @property
     def spanned(self) -> slice:
-        """Free vertices and the held ones next to them."""
+        """Slice of the free vertices and of the held ones next to them."""
         return slice(max(self.left - 1, 0), self.vertices.shape[2] - max(self.right - 1, 0))
 
     def until(self, frames: int) -> Motion:

@@ -44,13 +44,13 @@ def evidence(
 
     Args:
         residuals: Measured minus predicted [m].
-        jacobian: Derivative of the predicted points in the unknowns.
+        jacobian: Derivative of the predicted points with respect to the unknowns.
         noise: Standard deviation of a coordinate, of all points or of each [m].
         independent_share: Share of the points that count as independent [-].
     """
-    scale = np.asarray(noise, float) ** 2
-    root = np.sqrt(1.0 + np.sum(residuals**2, axis=1) / (3.0 * scale))
-    weight = independent_share / (scale * root)
+    variance = np.asarray(noise, float) ** 2
+    root = np.sqrt(1.0 + np.sum(residuals**2, axis=1) / (3.0 * variance))
+    weight = independent_share / (variance * root)
     weighted = jacobian * weight[:, None, None]
     information = np.tensordot(jacobian, weighted, axes=([0, 1], [0, 1]))
     descent = np.tensordot(weighted, residuals, axes=([0, 1], [0, 1]))
@@ -63,8 +63,8 @@ def loss(
     independent_share: float,
 ) -> float:
     """Return the pseudo-Huber loss of residuals; arguments as of `evidence`."""
-    scale = np.asarray(noise, float) ** 2
-    root = np.sqrt(1.0 + np.sum(residuals**2, axis=1) / (3.0 * scale))
+    variance = np.asarray(noise, float) ** 2
+    root = np.sqrt(1.0 + np.sum(residuals**2, axis=1) / (3.0 * variance))
     return float(independent_share * 3.0 * np.sum(root - 1.0))
 
 

@@ -14,7 +14,7 @@ from lariat.rod.properties import RodProperties
 
 @dataclass(frozen=True)
 class Prediction:
-    """Roll-out of every sequence from two measured frames on, driven by the held vertices."""
+    """Roll-outs from two measured frames of each sequence, driven by the held vertices."""
 
     motion: Motion
     """Measured motion."""
@@ -25,7 +25,7 @@ class Prediction:
 
     @property
     def errors(self) -> Float64[np.ndarray, "S F"]:
-        """Mean absolute error of a coordinate in each frame, held vertices counted [m]."""
+        """Mean absolute error of a coordinate in each frame, held vertices included [m]."""
         measured = self.motion.vertices[:, self.first :]
         return np.mean(np.abs(self.vertices[:, self.first :] - measured), axis=(2, 3))
 

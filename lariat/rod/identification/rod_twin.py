@@ -1,8 +1,8 @@
 """Rod twin of a measured rope: grips, initial states and predicted vertices.
 
 A clamp of the rod acts at the middle of its end edge, which lies on the innermost held vertex and
-along the two innermost ones; a pin lies on its vertex. The roll of a clamp about the rope
-is not measured: its frame is transported in parallel along its axis from an upright first frame.
+along the two innermost ones; a pin lies on its vertex. The roll of a clamp about the rope is not
+measured: its frame is transported in parallel along its axis from an upright first frame.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ ARC_LENGTH_QUANTILE = 0.95
 """Quantile of the distance between neighbouring vertices that is taken as arc length [-]."""
 MAX_REFERENCE_COSINE = 0.9
 """Cosine between tangent and reference axis above which another reference is used [-]."""
-TOLERANCE = 1e-6
+SOLVER_TOLERANCE = 1e-6
 """Solver tolerance of a step, sufficient for derivatives of long roll-outs [m]."""
 
 
@@ -48,7 +48,7 @@ class Window:
 
 
 class RodTwin:
-    """Rods of any material that follow one measured motion."""
+    """Rods of any material that are driven like one measured rope."""
 
     def __init__(self, motion: Motion, node_count: int | None = None) -> None:
         """Create the twin of a motion.
@@ -70,7 +70,9 @@ class RodTwin:
         """Arc length of the vertices that the rod spans, from the first of them [m]."""
         self.node_count = node_count or int(np.clip(2 * len(self.arcs), 20, 60))
         self.kinds = _kind(motion.left), _kind(motion.right)
+        """Hold of the left and of the right end."""
         self.substeps = int(np.ceil(motion.dt / MAX_TIME_STEP))
+        # Edges at each end that lie beyond the span between the grips.
         self._outside = 0.5 * np.array([kind == "clamped" for kind in self.kinds])
         edges = self.node_count - 1.0 - self._outside.sum()
         self._at_nodes = (np.arange(self.node_count) - self._outside[0]) / edges
@@ -108,7 +110,7 @@ class RodTwin:
 
     def rod(self, properties: RodProperties) -> Rod:
         """Return the rod of a material, held as the rope is."""
-        return Rod(properties, self.node_count, *self.kinds, tolerance=TOLERANCE)
+        return Rod(properties, self.node_count, *self.kinds, tolerance=SOLVER_TOLERANCE)
 
     def measured(self, windows: Sequence[Window]) -> Float64[np.ndarray, "B H k 3"]:
         """Return the measured free vertices of windows, in the order of the rod [m]."""
@@ -252,25 +254,25 @@ class RodTwin:
     def _chains(
         self, scale: float, windows: Sequence[Window], back: int
     ) -> Float64[np.ndarray, "B n 3"]:
-        """Return the nodes through the vertices, `back` frames before each window starts [m]."""
+        """Return nodes of rods through the vertices, `back` frames before each window [m]."""
         index = tuple(np.array([(w.sequence, w.frame - back) for w in windows]).T)
-        slopes = [
+        tangents = [
             self.motion.tangents(end)[index] if kind == "clamped" else None
             for end, kind in enumerate(self.kinds)
         ]
         nodes = cubic_spline(
             scale * self.arcs,
             self._vertices[index],
-            slopes[0],
-            slopes[1],
+            tangents[0],
+            tangents[1],
             scale * self.length * self._at_nodes,
         )
-        for end, (kind, slope) in enumerate(zip(self.kinds, slopes, strict=True)):
+        for end, (kind, tangent) in enumerate(zip(self.kinds, tangents, strict=True)):
             if kind != "free":
                 nodes[:, -end] = self._grip_positions(scale, end)[index]
-            if slope is not None:
+            if tangent is not None:
                 inward = (1 - 2 * end) * self._edge(scale)
-                nodes[:, 1 - 3 * end] = nodes[:, -end] + inward * slope
+                nodes[:, 1 - 3 * end] = nodes[:, -end] + inward * tangent
         return project_lengths(nodes, self._edge(scale), self._movable())
 
 

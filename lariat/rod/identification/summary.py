@@ -1,4 +1,4 @@
-"""Summary of a fit: values with standard deviations, and limits of what the motion determines."""
+"""Summary of a fit: values with standard deviations, and properties that remain unknown."""
 
 from __future__ import annotations
 
@@ -20,9 +20,13 @@ class Finding:
     """Identified value of one unknown."""
 
     name: str
+    """Name of the group, with the index of the knot."""
     value: float
+    """Value [`unit`]."""
     standard_deviation: float
+    """Standard deviation of the value [`unit`]."""
     unit: str
+    """SI unit."""
     known: bool
     """Whether the motion determines it."""
 
@@ -61,31 +65,31 @@ def findings(fit: Fit) -> list[Finding]:
     return found
 
 
-def undetermined(fit: Fit, weighed: bool = False) -> list[str]:
-    """Return what the motion does not determine, one sentence each.
+def undetermined(fit: Fit, density_known: bool = False) -> list[str]:
+    """Return a sentence for each property that the motion does not determine.
 
     Args:
         fit: Result of a fit.
-        weighed: Whether the rope's linear density is known.
+        density_known: Whether the rope's linear density is known.
     """
     sentences = (
         []
-        if weighed
-        else ["Mass: stiffness is found per linear density; weigh the rope to have EI in N m^2."]
+        if density_known
+        else ["Mass: stiffness is found per linear density; weigh the rope to obtain EI in N m^2."]
     )
     sentences += [
-        "Stretch: the rope was taken to keep its length.",
-        "Turns of twist: markers do not show how the grips are rolled about the rope.",
+        "Stretch: the rope is assumed to keep its length.",
+        "Turns of twist: markers do not show the roll of the grips about the rope.",
     ]
     found = findings(fit)
-    blind = [f for f in found if not f.known]
+    unknown = [f for f in found if not f.known]
     for group in fit.material.groups:
-        of_group = [f for f in blind if f.name.partition("[")[0] == group]
+        of_group = [f for f in unknown if f.name.partition("[")[0] == group]
         size = len([f for f in found if f.name.partition("[")[0] == group])
         if of_group:
             which = group if size == 1 else f"{group} at {len(of_group)} of {size} places"
             sentences.append(
-                f"{which.replace('_', ' ').capitalize()}: as good as unseen in this motion."
+                f"{which.replace('_', ' ').capitalize()}: hardly determined by this motion."
             )
     deviations = np.sqrt(np.diag(fit.covariance))
     correlation = fit.covariance / np.outer(deviations, deviations)
@@ -93,7 +97,7 @@ def undetermined(fit: Fit, weighed: bool = False) -> list[str]:
         for j in range(i):
             if abs(correlation[i, j]) > MAX_CORRELATION and found[i].known and found[j].known:
                 sentences.append(
-                    f"{found[j].name} and {found[i].name}: only together (correlation "
+                    f"{found[j].name} and {found[i].name}: determined only together (correlation "
                     f"{correlation[i, j]:+.2f})."
                 )
     if "rest_curvature" not in fit.material.groups:

@@ -1,4 +1,4 @@
-"""Launch inputs: what a roll-out needs, written into the buffers that the kernel reads."""
+"""Launch inputs: roll-out specifications, written into the buffers that the kernel reads."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 from jaxtyping import Float64, Int32
 
 from lariat.geometry import poses
-from lariat.rod.checks import check_rollout, check_span, check_state
-from lariat.rod.integration_schemes import HISTORY, time_table
+from lariat.rod.checks import check_durations, check_rollout, check_span, check_state
+from lariat.rod.integration_schemes import HISTORY_LENGTHS, time_table
 from lariat.rod.launch.buffers import BufferPool, LaunchBuffers
 from lariat.rod.launch.codes import Derivatives
 from lariat.rod.launch.kernel_launch import allocate
@@ -55,6 +55,7 @@ class DerivativeRequest:
 
 
 NO_DERIVATIVES = DerivativeRequest()
+"""Request of a roll-out alone."""
 
 
 def prepare(
@@ -63,8 +64,7 @@ def prepare(
     pool: BufferPool,
     spec: RolloutSpec[RodState | Sequence[RodState]],
     request: DerivativeRequest = NO_DERIVATIVES,
-    *,
-    keep_velocity: bool = True,
+    durations: Float64[np.ndarray, "H"] | None = None,
 ) -> LaunchBuffers[Sizes]:
     """Return buffers with all inputs of a launch.
 
@@ -74,8 +74,8 @@ def prepare(
         pool: Memory of the buffers.
         spec: Roll-out of one rod or of a batch.
         request: Derivatives to compute.
-        keep_velocity: Whether velocity carries over from step to step; without it every step is a
-            proximal descent of the energy.
+        durations: Duration of each step, which replaces `spec.dt`, for steps that lose all velocity
+            and decrease the energy alone [s]; None for steps with inertia.
 
     Raises:
         ValueError: The specification does not fit the rod or is out of its range.
@@ -96,8 +96,12 @@ def prepare(
             raise ValueError("state_directions must be equally many for each state")
     empty = np.zeros((0, OBSTACLE_WIDTH))
     rows = empty if spec.obstacles is None else kernel_rows(spec.obstacles)
-    scheme = model.scheme if keep_velocity else "still"
-    times = time_table(scheme, spec.dt, horizon, spec.substeps)
+    if durations is None:
+        times = time_table(model.scheme, spec.dt, horizon, spec.substeps)
+        history = HISTORY_LENGTHS[model.scheme]
+    else:
+        check_durations(durations, blocks)
+        times, history = time_table("still", durations, horizon, spec.substeps), 1
     sizes = Sizes(
         len(states),
         n,
@@ -109,7 +113,7 @@ def prepare(
         len(directions[0].positions) if directions else 0,
         2 * blocks if request.with_actions else 0,
         request.kinds,
-        HISTORY[model.scheme] if keep_velocity else 1,
+        history,
         min(MAX_SELF_CONTACTS, SELF_CONTACTS_PER_NODE * n) if model.self_contact else 0,
     )
     codes = parameter_codes(request.parameters, model.properties)
@@ -117,7 +121,7 @@ def prepare(
     _write_integers(buffers.integers, model)
     buffers.rods[:, : len(constants)] = constants
     if request.parameters:
-        # The residual of a step counts a hundred times more in these derivatives.
+        # Residuals of the steps affect these derivatives more than they affect positions.
         buffers.rods[:, Scalar.TOLERANCE] = DERIVATIVE_TOLERANCE_FACTOR * model.tolerance
     buffers.section(Section.TIMES)[:] = times.ravel()
     buffers.section(Section.ACTIONS)[:] = actions.reshape(sizes.batch, -1)
@@ -155,7 +159,7 @@ def _write_integers(integers: Int32[np.ndarray, "k"], model: ImplicitRodModel) -
 
 
 def _write_states(buffers: LaunchBuffers[Sizes], states: Sequence[RodState]) -> None:
-    """Write the states to where the kernel's `begin` builds the history of positions from them."""
+    """Write the states where the kernel's `start_history` reads them."""
     n = buffers.sizes.nodes
     positions = buffers.section(Section.POSITIONS)
     orientations = buffers.section(Section.ORIENTATIONS)
@@ -170,7 +174,7 @@ def _write_states(buffers: LaunchBuffers[Sizes], states: Sequence[RodState]) -> 
 def _write_adjoint_seed(
     buffers: LaunchBuffers[Sizes], cost: Float64[np.ndarray, "B H n 3"] | None
 ) -> None:
-    """Write the gradient of the cost in the positions, and clear what the adjoint adds up."""
+    """Write the gradient of the cost in the positions, and clear the sums of the adjoint."""
     cost = np.asarray(cost, float)
     sizes = buffers.sizes
     if cost.shape != (sizes.batch, sizes.horizon, sizes.nodes, 3):

@@ -51,7 +51,7 @@ class XpbdProperties:
         for name in ("length", "diameter", "mass", "inertia", "bending_compliance"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
-                raise ValueError(f"{name} must be a positive number, got {value}; SI units")
+                raise ValueError(f"{name} must be a positive number, got {value} (in SI units)")
         if not (math.isfinite(self.contact_compliance) and self.contact_compliance >= 0.0):
             raise ValueError(
                 f"contact_compliance must be zero or more, got {self.contact_compliance} m/N"

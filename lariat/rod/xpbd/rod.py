@@ -37,7 +37,7 @@ from lariat.rod.xpbd.properties import XpbdProperties
 class XpbdRod:
     """Rod of n nodes, stepped by Algorithm 1 of the paper (extended position-based dynamics).
 
-    A rod is immutable but for the buffers of its launches: use one from one thread at a time.
+    A rod is immutable except for the buffers of its launches: use it from one thread at a time.
     """
 
     def __init__(
@@ -54,8 +54,8 @@ class XpbdRod:
         Args:
             properties: Parameters of the rope.
             node_count: Number of nodes n, at least 5.
-            left: How the end at node 0 is held.
-            right: How the end at node n - 1 is held.
+            left: Hold of the end at node 0.
+            right: Hold of the end at node n - 1.
             gravity: Gravitational acceleration in the world frame [m/s^2].
             iterations: Number J of sweeps over the constraints in a step.
 
@@ -83,12 +83,12 @@ class XpbdRod:
 
     @property
     def left(self) -> End:
-        """How the end at node 0 is held."""
+        """Hold of the end at node 0."""
         return self.model.left
 
     @property
     def right(self) -> End:
-        """How the end at node n - 1 is held."""
+        """Hold of the end at node n - 1."""
         return self.model.right
 
     def with_properties(self, properties: XpbdProperties) -> XpbdRod:

@@ -14,7 +14,7 @@ from collections import deque
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from lariat.rod import Rod, RodState, RolloutSpec, add_turns, count_turns, framed
+from lariat.rod import Rod, RodState, RolloutSpec, add_turns, count_turns, state_along
 from lariat.rod.xpbd import XpbdRod
 from lariat.trajectory import MotionState, mean_twists
 
@@ -73,7 +73,7 @@ class StateEstimator:
         """
         guess = None
         if seen is not None:
-            guess = add_turns(framed(seen, *motion.orientations), turns)
+            guess = add_turns(state_along(seen, *motion.orientations), turns)
         elif turns:
             guess = add_turns(self.rod.rest(*motion.grips, obstacles=self.supports).state, turns)
         self.state: RodState = self.rod.rest(
@@ -175,7 +175,7 @@ class StateEstimator:
             Whether the equilibrium has been switched.
         """
         seen = np.where(observed[:, None], nodes, self.nodes)
-        guess = add_turns(framed(seen, *self.motion.orientations), self.turns)
+        guess = add_turns(state_along(seen, *self.motion.orientations), self.turns)
         try:
             found = self.rod.rest(*self.motion.grips, guess=guess, obstacles=self.supports)
         except ValueError:

@@ -11,9 +11,9 @@ import cv2
 import numpy as np
 from jaxtyping import Float64, UInt8
 
-from lariat.geometry.markers import DICTIONARY
+from lariat.geometry.markers import MARKER_DICTIONARY
 
-PATTERNS = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, DICTIONARY))
+PATTERNS = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, MARKER_DICTIONARY))
 """ArUco dictionary of all markers."""
 BORDER_RATIO = 0.25
 """Width of the white border around a marker, as a share of its side."""

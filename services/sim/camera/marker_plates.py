@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from jaxtyping import Float64, UInt8
 
-from lariat.geometry.markers import DICTIONARY, MARKER_CELLS, PLATE_MARGIN_CELLS
+from lariat.geometry.markers import MARKER_CELLS, MARKER_DICTIONARY, PLATE_MARGIN_CELLS
 from lariat.geometry.poses import Pose
 
 INK, PAPER = 15, 235
@@ -36,7 +36,7 @@ class MarkerPlate:
     @property
     def pattern(self) -> UInt8[np.ndarray, "c c"]:
         """Grey values of the cells, border included; first row at +y, first column at -x."""
-        patterns = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, DICTIONARY))
+        patterns = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, MARKER_DICTIONARY))
         tag = cv2.aruco.generateImageMarker(patterns, self.identity, MARKER_CELLS)
         return np.pad(
             np.where(tag > 127, PAPER, INK).astype(np.uint8),

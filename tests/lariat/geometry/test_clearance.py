@@ -1,4 +1,4 @@
-"""NearPairs pairs are those that distances say, and grippers point away from the rope."""
+"""Near pairs are those that the signed distances imply."""
 
 from __future__ import annotations
 

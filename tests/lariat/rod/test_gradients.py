@@ -31,7 +31,7 @@ DT = 0.01
 
 
 class Scene:
-    """A rod in full motion, and a linear cost of what it does next."""
+    """Rod in motion, and a linear cost of its next positions."""
 
     def __init__(
         self,
@@ -55,7 +55,7 @@ class Scene:
         start = self.rod.straight([-0.225, 0.0, 0.3], [0.225, 0.0, 0.3])
         self.state = self.rod.rollout(RolloutSpec(start, moving, DT, obstacles=obstacles)).final
         self.actions = 0.5 * rng.normal(size=(3, 2, 6))
-        self.slope = rng.normal(size=(6, node_count, 3))
+        self.cost_gradient = rng.normal(size=(6, node_count, 3))
 
     def spec(
         self,
@@ -77,11 +77,11 @@ class Scene:
     ) -> float:
         rollout = (rod or self.rod).rollout(self.spec(actions, state))
         assert rollout.converged.all()
-        return float(np.sum(self.slope * rollout.positions))
+        return float(np.sum(self.cost_gradient * rollout.positions))
 
 
 def difference(function: Callable[[float], float], h: float) -> float:
-    """Slope at zero, to fourth order."""
+    """Return the derivative at zero, to fourth order."""
     near = function(h) - function(-h)
     return (8.0 * near - (function(2.0 * h) - function(-2.0 * h))) / (12.0 * h)
 
@@ -129,9 +129,9 @@ def test_adjoint_and_sensitivities_match_differences_in_actions(name: str) -> No
             return scene.cost(actions=scene.actions + h * bump)
 
         exact[index] = difference(moved, 1e-4)
-    adjoint = scene.rod.gradient(scene.spec(), scene.slope).actions
+    adjoint = scene.rod.gradient(scene.spec(), scene.cost_gradient).actions
     forward = scene.rod.linearize(scene.spec())
-    swept = np.einsum("hni,hnikea->kea", scene.slope, forward.d_positions_d_actions)
+    swept = np.einsum("hni,hnikea->kea", scene.cost_gradient, forward.d_positions_d_actions)
     scale = np.linalg.norm(exact)
     assert np.linalg.norm(adjoint - exact) < 1e-7 * scale
     assert np.linalg.norm(swept - exact) < 1e-7 * scale
@@ -140,9 +140,9 @@ def test_adjoint_and_sensitivities_match_differences_in_actions(name: str) -> No
 @pytest.mark.parametrize("name", SCENES)
 def test_adjoint_and_sensitivities_match_differences_in_parameters(name: str) -> None:
     scene = SCENES[name]()
-    found = scene.rod.gradient(scene.spec(), scene.slope, ALL).parameters
+    found = scene.rod.gradient(scene.spec(), scene.cost_gradient, ALL).parameters
     forward = scene.rod.linearize(scene.spec(), ALL)
-    swept = np.einsum("hni,hnip->p", scene.slope, forward.d_positions_d_parameters)
+    swept = np.einsum("hni,hnip->p", scene.cost_gradient, forward.d_positions_d_parameters)
     for k, parameter in enumerate(ALL):
         absolute = parameter.startswith("rest") or "[" in parameter
         value = 1.0 if absolute else getattr(PROPERTIES, parameter)
@@ -162,7 +162,7 @@ def test_adjoint_and_sensitivities_match_differences_in_parameters(name: str) ->
 )
 def test_adjoint_matches_differences_in_the_state(name: str) -> None:
     scene = SCENES[name]()
-    found = scene.rod.gradient(scene.spec(), scene.slope).state
+    found = scene.rod.gradient(scene.spec(), scene.cost_gradient).state
     rng = np.random.default_rng(1)
     # Rotations of edges hardly move nodes, so that their differences drown sooner.
     for part, h, within in (
@@ -171,8 +171,8 @@ def test_adjoint_matches_differences_in_the_state(name: str) -> None:
         ("angular_velocities", 1e-1, 1e-5),
         ("rotations", 1e-4, 1e-4),
     ):
-        slope = getattr(found, part)
-        direction = rng.normal(size=slope.shape)
+        gradient = getattr(found, part)
+        direction = rng.normal(size=gradient.shape)
 
         def moved(
             h: float, part: str = part, direction: Float64[np.ndarray, "m 3"] = direction
@@ -184,14 +184,14 @@ def test_adjoint_matches_differences_in_the_state(name: str) -> None:
             return scene.cost(state=replace(scene.state, **{part: value}))
 
         exact = difference(moved, h)
-        scale = np.linalg.norm(slope) * np.linalg.norm(direction)
-        assert abs(np.sum(slope * direction) - exact) < within * scale, part
+        scale = np.linalg.norm(gradient) * np.linalg.norm(direction)
+        assert abs(np.sum(gradient * direction) - exact) < within * scale, part
 
 
 @pytest.mark.parametrize(
     "name", ["contact", "pinned and free, two substeps", "second order, contact"]
 )
-def test_sensitivities_to_the_state_are_what_the_adjoint_says(name: str) -> None:
+def test_sensitivities_to_the_state_match_the_adjoint(name: str) -> None:
     scene = SCENES[name]()
     rng = np.random.default_rng(3)
     n = scene.rod.node_count
@@ -204,12 +204,12 @@ def test_sensitivities_to_the_state_are_what_the_adjoint_says(name: str) -> None
     swept = scene.rod.linearize(
         scene.spec(), ALL, state_directions=along, with_actions=False
     ).d_positions_d_state
-    slope = scene.rod.gradient(scene.spec(), scene.slope).state
+    gradient = scene.rod.gradient(scene.spec(), scene.cost_gradient).state
     expected = sum(
-        np.einsum("ni,dni->d", getattr(slope, part), getattr(along, part))
+        np.einsum("ni,dni->d", getattr(gradient, part), getattr(along, part))
         for part in ("positions", "rotations", "velocities", "angular_velocities")
     )
-    found = np.einsum("hni,hnid->d", scene.slope, swept)
+    found = np.einsum("hni,hnid->d", scene.cost_gradient, swept)
     assert np.allclose(found, expected, rtol=1e-9, atol=1e-9 * np.linalg.norm(expected))
 
 
@@ -220,7 +220,7 @@ def test_a_free_end_ignores_its_actions() -> None:
     assert np.any(forward.d_positions_d_actions[:, :, :, :, 0, :3])
 
 
-def test_a_batch_is_its_rods_one_by_one() -> None:
+def test_a_batch_equals_its_rods_one_by_one() -> None:
     scene = Scene(10, BAR)
     actions = np.stack([scene.actions, -scene.actions])
     batch = RolloutSpec([scene.state] * 2, actions, DT, **scene.options)

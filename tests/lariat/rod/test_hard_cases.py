@@ -11,14 +11,14 @@ from benchmarks.rod import hard_cases
 from lariat.rod import Rod, RodProperties, RolloutSpec
 
 
-def test_yanked_and_overlapped_rods_end_well() -> None:
+def test_yanked_and_overlapping_rods_converge_or_report_failure() -> None:
     found = hard_cases.measure(60)
     assert found["finite"] == 60
     assert found["silently_wrong"] == 0
     assert found["gave_up"] <= 1
 
 
-def test_a_rod_that_an_obstacle_caught_says_so() -> None:
+def test_a_roll_out_off_its_rest_length_reports_failure() -> None:
     rod = Rod(RodProperties(0.45, 0.008, 0.044, 1e6), 10, tolerance=1e-7)
     state = rod.straight([0.0, 0.0, 0.3], [1.0, 0.0, 0.3])
     assert rod.rollout(RolloutSpec(state, np.zeros((2, 2, 6)), 0.01)).failure is None

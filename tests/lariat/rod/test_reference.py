@@ -36,7 +36,7 @@ def make_rod(
 
 
 def random_state(rod: Rod) -> RodState:
-    """A curved and twisted shape in motion, with the edges a little off their orientations."""
+    """Return a curved and twisted shape in motion, whose edges differ from their orientations."""
     rng = np.random.default_rng(1)
     n = rod.node_count
     state = rod.straight((0.0, 0.0, 0.3), (1.0, 0.2, 0.4))
@@ -53,7 +53,7 @@ def random_state(rod: Rod) -> RodState:
 
 
 def follow_both(rod: Rod, state: RodState, steps: int) -> tuple[RodState, RodState]:
-    """State after a few steps, by the kernel and by the reference."""
+    """Return the state after a few steps, by the kernel and by the reference."""
     actions = 0.2 * np.random.default_rng(2).standard_normal((steps, 2, 6))
     rollout = rod.linearize(RolloutSpec(state, actions, DT)).rollout
     assert rollout.converged.all()
@@ -112,8 +112,8 @@ def test_the_gradient_and_hessian_are_those_of_the_energy() -> None:
     for _ in range(5):
         s = rng.standard_normal(6 * n - 3)
         h = 1e-5
-        slope = (at(h * s)[0] - at(-h * s)[0]) / (2.0 * h)
-        assert slope == pytest.approx(gradient @ s, rel=1e-6)
+        derivative = (at(h * s)[0] - at(-h * s)[0]) / (2.0 * h)
+        assert derivative == pytest.approx(gradient @ s, rel=1e-6)
         h = 3e-4
         second = (at(h * s)[0] - 2.0 * at(np.zeros_like(s))[0] + at(-h * s)[0]) / h**2
         assert second == pytest.approx(s @ hessian @ s, rel=1e-5)
@@ -131,7 +131,7 @@ def test_the_gradient_and_hessian_are_those_of_the_energy() -> None:
         "internal_damping",
     ],
 )
-def test_a_coefficient_that_is_off_by_a_thousandth_shows(name: str) -> None:
+def test_a_coefficient_that_is_off_by_a_thousandth_is_detected(name: str) -> None:
     rod = make_rod(right="free")
     state = random_state(rod)
     wrong = replace(PROPERTIES, **{name: 1.001 * getattr(PROPERTIES, name)})

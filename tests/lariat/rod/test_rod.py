@@ -1,4 +1,4 @@
-"""What a rod keeps, where it rests, and what it refuses."""
+"""A rod conserves momentum, length and energy, rests in equilibrium, and rejects bad input."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_damping_alone_slows_a_flying_rod_as_an_implicit_step_does() -> None:
     assert np.allclose(rollout.final.velocities, expected, atol=1e-6)
 
 
-def test_a_free_rod_spins_about_its_axis_for_ever() -> None:
+def test_a_free_rod_keeps_spinning_about_its_axis() -> None:
     rod = Rod(replace(PROPERTIES, damping=0.0), 10, "free", "free", gravity=(0.0, 0.0, 0.0))
     state = rod.straight([0.0, 0.0, 0.0], [1.0, 0.0, 0.0])
     state = replace(state, angular_velocities=np.tile([7.0, 0.0, 0.0], (9, 1)))
@@ -118,7 +118,7 @@ def test_rest_is_an_equilibrium_from_a_bad_start() -> None:
     assert np.allclose(still.positions, found.state.positions, atol=1e-6)
 
 
-def test_rest_between_near_grips_is_where_a_rope_comes_whose_ends_are_brought_together() -> None:
+def test_rest_between_near_grips_is_reached_by_bringing_the_grips_together() -> None:
     rod = Rod(PROPERTIES, 40)
     wide, near = grips(0.3), grips(0.12)
     actions = np.zeros((40, 2, 6))
@@ -182,5 +182,12 @@ def test_bad_states_and_actions_are_refused_by_name() -> None:
         rod.rollout(RolloutSpec(crooked, np.zeros((5, 2, 6)), 0.01))
     with pytest.raises(ValueError, match="dt"):
         rod.rollout(RolloutSpec(state, np.zeros((5, 2, 6)), 0.0))
+    durations = np.full(5, 0.01)
+    with pytest.raises(ValueError, match=r"dt must be one duration for all steps, got \[0\.01"):
+        rod.rollout(RolloutSpec(state, np.zeros((5, 2, 6)), durations))  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="durations must be one for each of the 4 blocks"):
+        rod.settle(state, np.zeros((4, 2, 6)), durations)
+    with pytest.raises(ValueError, match="durations must be positive"):
+        rod.settle(state, np.zeros((5, 2, 6)), -durations)
     with pytest.raises(ValueError, match="no parameter 'colour'"):
         rod.linearize(RolloutSpec(state, np.zeros((5, 2, 6)), 0.01), ("colour",))

@@ -1,4 +1,4 @@
-"""A rope that touches itself: a knot, which only stays one where strands do not pass each other."""
+"""Contact of a rope with itself, in a knot whose strands must not pass through each other."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import polylines, poses
 from lariat.rod import End, Rod, RodProperties, RodState, RolloutSpec
-from lariat.rod.initial_shapes import framed
+from lariat.rod.initial_shapes import state_along
 from lariat.rod.strains import curvatures, moments
 
 PROPERTIES = RodProperties(0.8, 0.008, 0.044, 1e6, damping=2.0)
@@ -20,13 +20,13 @@ Z = np.array([0.0, 0.0, 1.0])
 
 
 def overhand() -> RodState:
-    """A loose overhand knot."""
+    """Return a loose overhand knot."""
     t = np.linspace(-2.15, 2.15, 4000)
     curve = np.stack([t**3 - 3.0 * t, t**4 - 4.0 * t**2, 1.2 * (t**5 / 5.0 - 2.0 * t)], axis=1)
     curve *= PROPERTIES.length / polylines.length(curve)
     nodes = polylines.resample(curve, N)
     tangents = poses.normalized(np.diff(nodes, axis=0))
-    return framed(
+    return state_along(
         nodes, poses.rotation_between(Z, tangents[0]), poses.rotation_between(Z, tangents[-1])
     )
 
@@ -38,7 +38,7 @@ def knotted(self_contact: bool) -> Rod:
 
 
 def nearest_strands(nodes: Float64[np.ndarray, "n 3"]) -> float:
-    """Least distance of points that are four diameters apart along the rope, in diameters."""
+    """Return the least distance of points four diameters apart along the rope, in diameters."""
     s = np.linspace(0.0, len(nodes) - 1.0, 6 * len(nodes))
     points = np.stack([np.interp(s, np.arange(len(nodes)), column) for column in nodes.T], axis=1)
     apart = np.linalg.norm(points[:, None] - points[None], axis=2)
@@ -48,7 +48,7 @@ def nearest_strands(nodes: Float64[np.ndarray, "n 3"]) -> float:
 
 @cache
 def pulled(self_contact: bool) -> tuple[RodState, float]:
-    """The knot with its ends 0.8 lengths apart, and the closest that strands came on the way."""
+    """Return the knot with its ends 0.8 lengths apart, and the least distance of strands so far."""
     rod, state, closest = knotted(self_contact), overhand(), np.inf
     span = state.positions[-1] - state.positions[0]
     further = 0.8 * PROPERTIES.length / np.linalg.norm(span) - 1.0
@@ -67,7 +67,7 @@ def test_strands_of_a_knot_that_is_pulled_tight_keep_their_distance() -> None:
     assert closest > 0.95
 
 
-def test_without_self_contact_the_same_pull_draws_strands_through_each_other() -> None:
+def test_without_self_contact_the_same_pull_moves_strands_through_each_other() -> None:
     _, closest = pulled(False)
     assert closest < 0.5
 
@@ -91,17 +91,17 @@ def test_derivatives_of_a_tight_knot_match_differences(held: End) -> None:
     state, _ = pulled(True)
     rng = np.random.default_rng(1)
     actions = 0.05 * rng.normal(size=(4, 2, 6))
-    slope = rng.normal(size=(4, N, 3))
+    cost_gradient = rng.normal(size=(4, N, 3))
     names = ("bending_stiffness", "length")
-    found = rod.gradient(RolloutSpec(state, actions, DT), slope, names)
+    found = rod.gradient(RolloutSpec(state, actions, DT), cost_gradient, names)
     forward = rod.linearize(RolloutSpec(state, actions, DT), names)
     assert found.rollout.converged.all()
     assert forward.rollout.converged.all()
-    swept = np.einsum("hni,hnikea->kea", slope, forward.d_positions_d_actions)
+    swept = np.einsum("hni,hnikea->kea", cost_gradient, forward.d_positions_d_actions)
     np.testing.assert_allclose(swept, found.actions, atol=1e-9 * np.abs(swept).max())
 
     def cost(rod: Rod, state: RodState, actions: Float64[np.ndarray, "K 2 6"]) -> float:
-        return float(np.sum(slope * rod.rollout(RolloutSpec(state, actions, DT)).positions))
+        return float(np.sum(cost_gradient * rod.rollout(RolloutSpec(state, actions, DT)).positions))
 
     def stiffer(h: float) -> float:
         bending, twisting = PROPERTIES.bending_stiffness, PROPERTIES.twisting_stiffness
@@ -112,11 +112,11 @@ def test_derivatives_of_a_tight_knot_match_differences(held: End) -> None:
         changed = replace(PROPERTIES, length=PROPERTIES.length + h)
         return cost(rod.with_properties(changed), state, actions)
 
-    way = rng.normal(size=actions.shape)
+    direction = rng.normal(size=actions.shape)
     push = rng.normal(size=state.positions.shape)
 
     def driven(h: float) -> float:
-        return cost(rod, state, actions + h * way)
+        return cost(rod, state, actions + h * direction)
 
     def pushed(h: float) -> float:
         moved = replace(state, positions=state.positions + h * push)
@@ -124,7 +124,7 @@ def test_derivatives_of_a_tight_knot_match_differences(held: End) -> None:
 
     # Small steps: where a strand's nearest point goes round a node there is a kink.
     for function, h, exact, scale in (
-        (driven, 1e-5, np.sum(way * found.actions), np.linalg.norm(found.actions)),
+        (driven, 1e-5, np.sum(direction * found.actions), np.linalg.norm(found.actions)),
         (pushed, 1e-8, np.sum(push * found.state.positions), 0.0),
         (longer, 1e-6, found.parameters["length"], 0.0),
         (stiffer, 1e-8, found.parameters["bending_stiffness"], 0.0),

@@ -1,4 +1,4 @@
-"""The roll-out inside torch."""
+"""The roll-out as a differentiable function of PyTorch."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ pytest.importorskip("torch")
 import torch
 
 
-def test_torch_finds_the_same_slopes_as_differences() -> None:
+def test_torch_gradients_match_finite_differences() -> None:
     from lariat.rod.torch import rollout
 
     p = RodProperties(0.45, 0.008, 0.044, 1e6)
@@ -47,7 +47,7 @@ def test_torch_finds_the_same_slopes_as_differences() -> None:
     assert torch.autograd.gradcheck(positions, (*start, values), eps=1e-6, atol=1e-6, rtol=1e-5)
 
 
-def test_as_many_parameters_as_names_are_asked_for() -> None:
+def test_a_parameter_is_required_for_each_name() -> None:
     from lariat.rod.torch import rollout
 
     rod = Rod(RodProperties(0.45, 0.008, 0.044, 1e6), 6)

@@ -1,4 +1,4 @@
-"""Turns of twist are counted as they are put in, and stay in a rod that is moved."""
+"""Added turns of twist are counted, and a rod keeps them while it moves."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_turning_an_end_about_the_rope_adds_a_turn_and_bends_it_out_of_its_plane
     action[0, 1, 3:] = poses.rotate(LEVEL, EDGE_AXIS) * 2.0 * np.pi / 12.0
     moved = rod.rollout(RolloutSpec(state, action, 0.4, steps=30)).final
     assert count_turns(moved) == 1
-    # The longest step is forgotten by then: the same shape as with the turn added at once.
+    # The rod has settled by then: the same shape as with the turn added at once.
     rest = rod.rest(*GRIPS, guess=add_turns(state, 1)).state
     assert np.abs(moved.positions - rest.positions).max() < 2e-3
     assert np.ptp(rest.positions[:, 1]) > 0.03

@@ -1,4 +1,4 @@
-"""Launch inputs: what a roll-out needs, written into the buffers that the kernel reads."""
+"""Launch inputs: roll-out specifications, written into the buffers that the kernel reads."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def prepare(
         constants: Its `pack_constants`.
         pool: Memory of the buffers.
         spec: Roll-out of one rod or of a batch.
-        with_tape: Whether the launch records what the adjoint needs.
+        with_tape: Whether the launch records the tape of the adjoint.
 
     Raises:
         ValueError: The specification does not fit the rod or is out of its range.

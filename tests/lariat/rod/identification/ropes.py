@@ -1,4 +1,4 @@
-"""Motion of a rod that is made up, seen at a few vertices."""
+"""Simulated motion of a rope, measured at a few vertices."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def recorded(
     noise: float = 0.0,
     seed: int = 0,
 ) -> Motion:
-    """A rope that is swung about by its ends, at every fourth node and at its clamps' edges [m]."""
+    """Return the motion of a rope swung by its ends, at every fourth node and clamped edge."""
     random = np.random.default_rng(seed)
     rod = Rod(properties, NODES, right=right, tolerance=1e-8)
     z = np.array([0.0, 0.0, 1.0])
@@ -46,7 +46,7 @@ def recorded(
         pace = random.uniform(3.0, 9.0, (3, 2, 6))
         actions = np.sum(size / 2.0 * np.sin(pace * t[..., None, :, :] + phase), axis=-3)
         actions = actions.reshape(frames, 2, 6)
-        # No jerk at the start, which no rope that is recorded begins with either.
+        # The motion begins smoothly, as recorded ones do.
         actions = actions * np.minimum(1.0, t / 0.2)
         nodes = rod.rollout(RolloutSpec(start, actions, 0.01, substeps=4)).positions
         middles = 0.5 * (nodes[:, 1:] + nodes[:, :-1])

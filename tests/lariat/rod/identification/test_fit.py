@@ -1,4 +1,4 @@
-"""A material is found from motion."""
+"""The material of a rope is identified from its motion."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ def test_stiffness_is_found_from_any_start(right: str, factor: float) -> None:
     assert np.mean(predict(unseen, fit.properties, fit.length_scale).scores) < 3e-3
 
 
-def test_what_motion_hides_is_said() -> None:
+def test_undetermined_properties_are_listed() -> None:
     fit = identify(recorded(sequences=1, frames=60, right="free", noise=NOISE))
     found = findings(fit)
     assert not named(found, "twist_ratio").known
-    said = " ".join(undetermined(fit))
-    assert "Mass" in said
-    assert "Twist ratio" in said
-    assert "Mass" not in " ".join(undetermined(fit, weighed=True))
+    listed = " ".join(undetermined(fit))
+    assert "Mass" in listed
+    assert "Twist ratio" in listed
+    assert "Mass" not in " ".join(undetermined(fit, density_known=True))
     assert TRUE.linear_density == pytest.approx(generic_rope().linear_density)
 
 

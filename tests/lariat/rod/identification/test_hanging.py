@@ -1,4 +1,4 @@
-"""Stiffness of a cable from its shapes and its critical twist."""
+"""Stiffness of a cable is found from its shapes and its critical twist."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 
 from lariat.geometry import polylines
 from lariat.rod.identification.hanging import (
-    Hanging,
+    HangingShape,
     bending_stiffness,
     critical_twist,
     hang,
@@ -18,7 +18,7 @@ EI, DENSITY = 8e-4, 0.027
 
 
 @pytest.fixture(scope="module")
-def shapes() -> list[Hanging]:
+def shapes() -> list[HangingShape]:
     """A cable of 1.5 m at rest in a loop between two level clamps 0.12 m apart, seen twice."""
     t = np.linspace(0.0, 1.0, 400)[:, None]
     corners = np.array([[0.0, 0.0], [0.35, 0.0], [0.1, 1.3], [-0.22, 1.3], [-0.47, 0.0]])
@@ -37,16 +37,16 @@ def shapes() -> list[Hanging]:
         low, high = (low, size) if longer else (size, high)
     points = polylines.resample(np.pad(t * span + size * drop, ((0, 0), (0, 1))), 51)[:, :2]
     for _ in range(2):
-        points = hang(Hanging(points, DENSITY), EI).points
+        points = hang(HangingShape(points, DENSITY), EI).points
     noise = 1e-3 * np.random.default_rng(0).normal(size=(2, *points.shape))
     noise[:, [0, -1]] = 0.0
-    return [Hanging(points + n, DENSITY) for n in noise]
+    return [HangingShape(points + n, DENSITY) for n in noise]
 
 
-def test_stiffness_is_found_from_the_shape(shapes: list[Hanging]) -> None:
+def test_stiffness_is_found_from_the_shape(shapes: list[HangingShape]) -> None:
     assert bending_stiffness(shapes[:1]) == pytest.approx(EI, rel=0.05)
 
 
-def test_twist_ratio_is_found_from_the_jump(shapes: list[Hanging]) -> None:
+def test_twist_ratio_is_found_from_the_jump(shapes: list[HangingShape]) -> None:
     jumps_at = critical_twist(hang(shapes[0], EI, 1.4))
     assert twist_ratio(shapes[0], EI, jumps_at) == pytest.approx(1.4, rel=0.02)

@@ -1,4 +1,4 @@
-"""States from a few vertices."""
+"""Initial states are smooth chains through a few vertices."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ def test_spline_goes_through_any_cubic() -> None:
     def cubic(s: np.ndarray) -> np.ndarray:
         return np.stack([s**3 - s, 2.0 * s**2, 1.0 - s], axis=-1)
 
-    slopes = np.array([[-1.0, 0.0, -1.0]]), np.array([[2.0, 4.0, -1.0]])
+    tangents = np.array([[-1.0, 0.0, -1.0]]), np.array([[2.0, 4.0, -1.0]])
     at = np.linspace(0.0, 1.0, 23)
-    found = cubic_spline(knots, cubic(knots)[None], *slopes, at)
+    found = cubic_spline(knots, cubic(knots)[None], *tangents, at)
     np.testing.assert_allclose(found[0], cubic(at), atol=1e-12)
 
 
-def test_chain_gets_its_length_and_keeps_its_ends() -> None:
+def test_projected_chain_has_its_length_and_keeps_its_ends() -> None:
     edge = 1.04 * np.linalg.norm(np.diff(SLACK[0], axis=0), axis=1).mean()
     found = project_lengths(SLACK, edge, MOVABLE)
     lengths = np.linalg.norm(np.diff(found[0], axis=0), axis=1)[1:]
@@ -37,13 +37,13 @@ def test_chain_gets_its_length_and_keeps_its_ends() -> None:
     np.testing.assert_array_equal(found[0, ~MOVABLE], SLACK[0, ~MOVABLE])
 
 
-def test_taut_chain_stays_finite() -> None:
+def test_projection_of_a_taut_chain_stays_finite() -> None:
     straight = np.stack([np.linspace(0, 1, 12), 0 * np.arange(12.0), 0 * np.arange(12.0)], 1)[None]
     found = project_lengths(straight, 0.9 / 11.0, MOVABLE)
     assert np.max(np.abs(found - straight)) < 0.5
 
 
-def test_velocities_lose_what_would_stretch() -> None:
+def test_projected_velocities_keep_the_length_of_every_edge() -> None:
     random = np.random.default_rng(0)
     given = random.normal(size=SLACK.shape) * MOVABLE[:, None]
     kept = project_velocities(SLACK, given, MOVABLE)
@@ -53,7 +53,7 @@ def test_velocities_lose_what_would_stretch() -> None:
     np.testing.assert_allclose(project_velocities(SLACK, kept, MOVABLE), kept, atol=1e-2)
 
 
-def test_frames_follow_the_chain_between_two_given_ones() -> None:
+def test_frames_spread_the_twist_between_two_given_ones_evenly() -> None:
     z = np.array([0.0, 0.0, 1.0])
     tangents = poses.normalized(np.diff(SLACK, axis=1))
     first = poses.rotation_between(z, tangents[:, 0])

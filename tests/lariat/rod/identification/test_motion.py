@@ -1,4 +1,4 @@
-"""What is not a motion is refused by name."""
+"""Invalid motions are rejected with an error that names the fault."""
 
 from __future__ import annotations
 
@@ -38,7 +38,9 @@ def bent(index: tuple[int, ...], value: float) -> np.ndarray:
         (GOOD.astype(str), 0.01, HELD, "must be numbers"),
     ],
 )
-def test_bad_motion_is_named(vertices: object, dt: object, held: object, words: str) -> None:
+def test_invalid_motion_is_rejected_by_name(
+    vertices: object, dt: object, held: object, words: str
+) -> None:
     with pytest.raises(ValueError, match=words):
         check_motion(vertices, dt, held)
 

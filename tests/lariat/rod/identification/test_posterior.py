@@ -1,4 +1,4 @@
-"""What data say, next to what was believed."""
+"""Posterior of unknowns from residuals and a prior."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from lariat.rod.identification import posterior
 
 RANDOM = np.random.default_rng(0)
-SLOPES = RANDOM.normal(size=(40, 3, 2))
+JACOBIAN = RANDOM.normal(size=(40, 3, 2))
 TRUE = np.array([0.3, -0.2])
 NOISE = 0.05
 FREE = np.array([True, True])
@@ -16,42 +16,44 @@ FREE = np.array([True, True])
 def solved(residuals: np.ndarray) -> np.ndarray:
     x = np.zeros(2)
     for _ in range(20):
-        found = posterior.evidence(residuals - SLOPES @ x, SLOPES, NOISE, 1.0)
+        found = posterior.evidence(residuals - JACOBIAN @ x, JACOBIAN, NOISE, 1.0)
         x = x + posterior.gauss_newton_step(found, FREE)
     return x
 
 
-def test_bad_points_pull_little() -> None:
-    residuals = SLOPES @ TRUE + NOISE * RANDOM.normal(size=(40, 3))
+def test_outliers_have_little_influence() -> None:
+    residuals = JACOBIAN @ TRUE + NOISE * RANDOM.normal(size=(40, 3))
     clean = solved(residuals)
     residuals[:4] += 100.0 * NOISE
     assert np.max(np.abs(clean - TRUE)) < 0.02
     assert np.max(np.abs(solved(residuals) - clean)) < 0.03
 
 
-def test_pull_is_the_slope_of_the_loss() -> None:
-    residuals = SLOPES @ TRUE + NOISE * RANDOM.normal(size=(40, 3))
-    found = posterior.evidence(residuals, SLOPES, NOISE, 0.1)
+def test_descent_is_the_negative_gradient_of_the_loss() -> None:
+    residuals = JACOBIAN @ TRUE + NOISE * RANDOM.normal(size=(40, 3))
+    found = posterior.evidence(residuals, JACOBIAN, NOISE, 0.1)
     h = 1e-6
     for p in range(2):
         dx = h * np.eye(2)[p]
-        costs = [posterior.loss(residuals - sign * SLOPES @ dx, NOISE, 0.1) for sign in (1.0, -1.0)]
+        costs = [
+            posterior.loss(residuals - sign * JACOBIAN @ dx, NOISE, 0.1) for sign in (1.0, -1.0)
+        ]
         np.testing.assert_allclose((costs[1] - costs[0]) / (2.0 * h), found.descent[p], rtol=1e-5)
 
 
-def test_standard_deviations_are_what_repeated_experiments_scatter() -> None:
-    answers, claimed = [], []
+def test_standard_deviations_are_those_of_repeated_experiments() -> None:
+    solutions, claimed = [], []
     for _ in range(200):
-        residuals = SLOPES @ TRUE + NOISE * RANDOM.normal(size=(40, 3))
-        answers.append(solved(residuals))
-        found = posterior.evidence(residuals - SLOPES @ answers[-1], SLOPES, NOISE, 1.0)
+        residuals = JACOBIAN @ TRUE + NOISE * RANDOM.normal(size=(40, 3))
+        solutions.append(solved(residuals))
+        found = posterior.evidence(residuals - JACOBIAN @ solutions[-1], JACOBIAN, NOISE, 1.0)
         claimed.append(np.sqrt(np.diag(posterior.covariance(found, [], FREE))))
-    ratio = np.std(answers, axis=0) / np.mean(claimed, axis=0)
+    ratio = np.std(solutions, axis=0) / np.mean(claimed, axis=0)
     assert np.all((ratio > 0.6) & (ratio < 1.4))
 
 
-def test_clusters_that_disagree_widen_the_answer() -> None:
-    found = posterior.evidence(SLOPES @ TRUE, SLOPES, NOISE, 1.0)
+def test_clusters_that_disagree_widen_the_covariance() -> None:
+    found = posterior.evidence(JACOBIAN @ TRUE, JACOBIAN, NOISE, 1.0)
     alike = [found, found]
     apart = [
         posterior.Evidence(found.information, found.descent * sign, 0.0) for sign in (2.0, -2.0)

@@ -1,4 +1,4 @@
-"""A rod in the place of a measured rope."""
+"""The rod twin predicts a measured rope, and differentiates its prediction."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_true_material_predicts_the_motion(right: str) -> None:
     assert np.mean(predict(motion, soft, 1.0).scores) > 3e-3
 
 
-def test_mirrored_motion_is_predicted_alike() -> None:
+def test_mirrored_motion_has_the_mirrored_prediction() -> None:
     motion = recorded(sequences=1, frames=40, right="free")
     there = predict(motion, TRUE, 1.0).vertices
     back = predict(mirrored(motion), TRUE, 1.0).vertices[:, :, ::-1]
@@ -35,19 +35,19 @@ def test_mirrored_motion_is_predicted_alike() -> None:
     np.testing.assert_array_equal(there[:, :, ~motion.free], measured)
 
 
-def test_slopes_are_those_of_differences(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("lariat.rod.identification.rod_twin.TOLERANCE", 1e-10)
+def test_jacobian_matches_finite_differences(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("lariat.rod.identification.rod_twin.SOLVER_TOLERANCE", 1e-10)
     twin = RodTwin(recorded(sequences=1, frames=40))
-    believed = replace(generic_rope(), length=twin.rod_length(1.0)).with_stiffness(
+    mean = replace(generic_rope(), length=twin.rod_length(1.0)).with_stiffness(
         STIFFNESS * generic_rope().linear_density
     )
-    material = Material(believed, profile_knots=3, curvature_knots=2)
+    material = Material(mean, profile_knots=3, curvature_knots=2)
     x = 0.1 * np.random.default_rng(1).normal(size=material.count)
     windows = twin.windows(30)
     free = np.ones(material.count, dtype=bool)
     _, jacobian = linearize(twin, material, x, windows, free)
     for name, place in material.groups.items():
-        # The length's slope is a difference too, to one side.
+        # The derivative with respect to the length is itself a one-sided difference.
         bound = 2e-2 if name == "length" else 1e-5
         for p in range(place.start, place.stop):
             there, back = (x + h * np.eye(material.count)[p] for h in (1e-5, -1e-5))

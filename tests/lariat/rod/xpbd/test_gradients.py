@@ -28,7 +28,7 @@ DT = 0.01
 
 
 class Scene:
-    """A rod in full motion, and a linear cost of what it does next."""
+    """Rod in motion, and a linear cost of its next positions."""
 
     def __init__(
         self,
@@ -53,7 +53,7 @@ class Scene:
         start = self.rod.straight([-0.225, 0.0, 0.3], [0.225, 0.0, 0.3])
         self.state = self.rod.rollout(RolloutSpec(start, moving, DT, obstacles=obstacles)).final
         self.actions = 0.5 * rng.normal(size=(3, 2, 6))
-        self.slope = rng.normal(size=(6, node_count, 3))
+        self.cost_gradient = rng.normal(size=(6, node_count, 3))
 
     def spec(
         self,
@@ -74,14 +74,14 @@ class Scene:
         rod: XpbdRod | None = None,
     ) -> float:
         rollout = (rod or self.rod).rollout(self.spec(actions, state))
-        return float(np.sum(self.slope * rollout.positions))
+        return float(np.sum(self.cost_gradient * rollout.positions))
 
     def gradient(self):
-        return self.rod.gradient(self.spec(), self.slope)
+        return self.rod.gradient(self.spec(), self.cost_gradient)
 
 
 def difference(function: Callable[[float], float], h: float) -> float:
-    """Slope at zero, to fourth order."""
+    """Return the derivative at zero, to fourth order."""
     near = function(h) - function(-h)
     return (8.0 * near - (function(2.0 * h) - function(-2.0 * h))) / (12.0 * h)
 
@@ -136,8 +136,8 @@ def test_the_adjoint_matches_differences_in_the_state(name: str) -> None:
         ("angular_velocities", 1e-3),
         ("rotations", 1e-5),
     ):
-        slope = getattr(found, part)
-        direction = rng.normal(size=slope.shape)
+        gradient = getattr(found, part)
+        direction = rng.normal(size=gradient.shape)
 
         def moved(
             h: float, part: str = part, direction: Float64[np.ndarray, "m 3"] = direction
@@ -149,19 +149,19 @@ def test_the_adjoint_matches_differences_in_the_state(name: str) -> None:
             return scene.cost(state=replace(scene.state, **{part: value}))
 
         exact = difference(moved, h)
-        scale = np.linalg.norm(slope) * np.linalg.norm(direction)
-        assert abs(np.sum(slope * direction) - exact) < 1e-6 * scale, part
+        scale = np.linalg.norm(gradient) * np.linalg.norm(direction)
+        assert abs(np.sum(gradient * direction) - exact) < 1e-6 * scale, part
 
 
-def test_a_slope_that_is_a_function_sees_the_positions_of_the_roll_out() -> None:
+def test_a_cost_gradient_may_be_a_function_of_the_positions() -> None:
     scene = Scene(10, BAR)
     goal = 0.9 * scene.state.positions
 
-    def slope(positions: Float64[np.ndarray, "H n 3"]) -> Float64[np.ndarray, "H n 3"]:
+    def cost_gradient(positions: Float64[np.ndarray, "H n 3"]) -> Float64[np.ndarray, "H n 3"]:
         return positions - goal
 
     rollout = scene.rod.rollout(scene.spec())
-    given = scene.rod.gradient(scene.spec(), slope(rollout.positions))
-    asked = scene.rod.gradient(scene.spec(), slope)
-    assert np.array_equal(given.actions, asked.actions)
-    assert given.parameters == asked.parameters
+    given = scene.rod.gradient(scene.spec(), cost_gradient(rollout.positions))
+    called = scene.rod.gradient(scene.spec(), cost_gradient)
+    assert np.array_equal(given.actions, called.actions)
+    assert given.parameters == called.parameters

@@ -1,4 +1,4 @@
-"""The paper's rod against the continuous one, and against what its parameters say."""
+"""The paper's rod against the continuous one, and its parameters against their meaning."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LEFT = Pose(np.array([-0.2, 0.0, 0.3]), LEVEL)
 RIGHT = Pose(np.array([0.2, 0.0, 0.3]), LEVEL)
 
 
-def test_converged_sweeps_rest_where_the_continuous_rod_rests() -> None:
+def test_converged_sweeps_have_the_equilibrium_of_the_continuous_rod() -> None:
     many = XpbdRod(PROPERTIES, 20, iterations=1000).rest(LEFT, RIGHT)
     exact = Rod(PROPERTIES.material(20), 20).rest(LEFT, RIGHT)
     assert many.converged
@@ -27,14 +27,14 @@ def test_converged_sweeps_rest_where_the_continuous_rod_rests() -> None:
     assert np.max(misses) < 3e-4
 
 
-def test_a_rest_shape_stays() -> None:
+def test_a_shape_at_rest_does_not_move() -> None:
     rod = XpbdRod(PROPERTIES, 40)
     rest = rod.rest(LEFT, RIGHT)
     rolled = rod.rollout(RolloutSpec(rest.state, np.zeros((1, 2, 6)), 0.01, steps=50))
     assert np.max(np.abs(rolled.positions - rest.state.positions)) < 1e-8
 
 
-def test_the_scale_of_the_parameters_shows_in_nothing() -> None:
+def test_the_common_scale_of_the_parameters_has_no_effect() -> None:
     scaled = replace(PROPERTIES, mass=1.5, inertia=0.15, bending_compliance=0.001)
     actions = np.zeros((30, 2, 6))
     actions[:, 1] = [-0.3, 0.3, 0.0, 0.0, 1.0, 0.0]
@@ -45,7 +45,7 @@ def test_the_scale_of_the_parameters_shows_in_nothing() -> None:
     assert np.allclose(one.positions, other.positions, atol=1e-12)
 
 
-def test_damping_takes_its_share_of_velocity_in_a_second() -> None:
+def test_damping_removes_its_share_of_velocity_in_a_second() -> None:
     rod = XpbdRod(PROPERTIES, 10, "free", "free", gravity=(0.0, 0.0, 0.0))
     state = rod.straight([0.0, 0.0, 0.0], [1.0, 0.0, 0.0])
     state = replace(state, velocities=np.tile([0.0, 1.0, 0.0], (10, 1)))
@@ -73,11 +73,11 @@ def test_a_rod_thrown_at_an_obstacle_stays_outside() -> None:
     assert 0.25 * PROPERTIES.diameter < least < 0.51 * PROPERTIES.diameter
 
 
-def test_a_node_that_would_be_behind_an_obstacle_after_a_step_is_held_at_its_entry() -> None:
+def test_a_node_that_would_pass_through_an_obstacle_in_a_step_is_held_at_its_entry() -> None:
     assert np.all(thrown(12.0, 1)[0, 18:22, 1] > 0.02)
 
 
-def test_bad_input_is_named_before_anything_runs() -> None:
+def test_bad_input_is_rejected_by_name() -> None:
     rod = XpbdRod(PROPERTIES, 10)
     state = rod.straight([0.0, 0.0, 0.0], [1.0, 0.0, 0.0])
     still = np.zeros((1, 2, 6))

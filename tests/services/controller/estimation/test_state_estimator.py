@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lariat.geometry import polylines
-from lariat.rod import Rod, RodProperties, framed
+from lariat.rod import Rod, RodProperties, state_along
 from lariat.trajectory import MotionState
 from services.controller.estimation.state_estimator import StateEstimator
 from tests.services.controller.cell import grips
@@ -19,7 +19,7 @@ def test_rope_in_its_other_shape_of_rest_is_followed_there() -> None:
     s = np.linspace(0.0, 1.0, 200)[:, None]
     loop = np.hstack([np.sin(2.0 * np.pi * s) * 0.06, 0.0 * s, 0.4 - 0.3 * s * (1.0 - s) * 2.0])
     loop[:, :1] += -0.06 + 0.12 * s
-    guess = framed(polylines.resample(loop, 24), *(g.orientation for g in NEAR))
+    guess = state_along(polylines.resample(loop, 24), *(g.orientation for g in NEAR))
     other = ROD.rest(*NEAR, guess=guess).state.positions
     estimate = StateEstimator(ROD, MotionState.at_rest(*NEAR), 0)
     assert polylines.mean_node_distance(estimate.nodes, other) > 0.02

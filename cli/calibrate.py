@@ -172,12 +172,8 @@ def _grip_at(stamps: list[int], grips: list[Pose], speeds: list[float], stamp: i
     k = bisect_left(stamps, stamp)
     if k == 0 or k == len(stamps) or speeds[k] > MAX_SPEED:
         return None
-    part = (stamp - stamps[k - 1]) / (stamps[k] - stamps[k - 1])
-    a, b = grips[k - 1], grips[k]
-    return Pose(
-        (1.0 - part) * a.position + part * b.position,
-        poses.slerp(a.orientation, b.orientation, part),
-    )
+    share = (stamp - stamps[k - 1]) / (stamps[k] - stamps[k - 1])
+    return poses.interpolate(grips[k - 1], grips[k], share)
 
 
 def _intrinsics(message: Any) -> Intrinsics:

@@ -178,3 +178,14 @@ class Pose:
         """Return T_b_a of T_a_b."""
         back = conjugate(self.orientation)
         return Pose(-rotate(back, self.position), back)
+
+
+def interpolate(a: Pose, b: Pose, t: float) -> Pose:
+    """Return the pose between `a` at t = 0 and `b` at t = 1: linear in position, slerp in rotation.
+
+    Args:
+        a: First pose.
+        b: Second pose, in the same frame.
+        t: Interpolation parameter, 0..1.
+    """
+    return Pose((1.0 - t) * a.position + t * b.position, slerp(a.orientation, b.orientation, t))

@@ -2,13 +2,9 @@ from __future__ import annotations
 
 import math
 
-import cv2
 import numpy as np
 import pytest
-from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
-from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
-from services.perception.rgbd.decoding import decode_frame
 from services.perception.service import COLOR, DEPTH
 from shared import topics
 from shared.messages import (
@@ -213,23 +209,3 @@ def test_a_camera_has_two_seconds_for_its_calibration() -> None:
         "no calibration of camera 'overhead'"
         in uncalibrated.has_subscribers[topics.ROPE_NODES.key][-1].lost
     )
-
-
-def test_images_that_cannot_be_read_are_named() -> None:
-    jpeg = cv2.imencode(".jpg", np.zeros((4, 4, 3), np.uint8))[1].tobytes()
-    good = CompressedImage(data=jpeg, format="jpeg")
-    pixels = np.arange(16, dtype="<u2")
-    deep = RawImage(width=4, height=4, encoding="16UC1", step=8, data=pixels.tobytes())
-    cut = RawImage(width=4, height=4, encoding="16UC1", step=8, data=b"xy")
-    colored = RawImage(width=4, height=4, encoding="rgb8", step=16, data=bytes(64))
-    meters = np.array([[np.nan, 0.5004], [np.inf, -1.0]], "<f4")
-    floats = RawImage(width=2, height=2, encoding="32FC1", step=8, data=meters.tobytes())
-    assert "colour image" in str(decode_frame(CompressedImage(data=b"x"), deep))
-    assert "2 bytes, too few" in str(decode_frame(good, cut))
-    assert "'rgb8'" in str(decode_frame(good, colored))
-    kept = decode_frame(good, floats)
-    assert not isinstance(kept, str)
-    assert kept[1].tolist() == [[0, 500], [0, 0]]
-    images = decode_frame(good, deep)
-    assert not isinstance(images, str)
-    assert images[1].tolist() == pixels.reshape(4, 4).tolist()

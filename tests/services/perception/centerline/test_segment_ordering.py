@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
@@ -34,6 +35,17 @@ def test_exchanged_grips_reverse_the_order() -> None:
     best = order_by_gaps(SEGMENTS, left, right, LENGTH)[0]
     assert best.indices == (2, 0, 1)
     assert best.flipped == (True, True, False)
+
+
+@pytest.mark.parametrize(("heading", "flipped"), [(-1.0, False), (1.0, True)])
+def test_the_heading_of_a_grip_selects_between_equally_distant_ends(
+    heading: float, flipped: bool
+) -> None:
+    y = np.linspace(-0.05, 0.05, 40)
+    across = np.stack([0.0 * y + 0.05, y, 0.0 * y + 0.2], axis=1)
+    turned = poses.rotation_between(np.array([0.0, 0.0, 1.0]), np.array([0.0, heading, 0.0]))
+    grip = Pose(LEFT.position, turned)
+    assert order_by_gaps([across], grip, None, LENGTH)[0].flipped == (flipped,)
 
 
 def test_without_grips_the_left_end_has_the_smaller_x() -> None:

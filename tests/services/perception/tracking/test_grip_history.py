@@ -4,7 +4,7 @@ import numpy as np
 
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
-from services.perception.tracking.grip_history import CLOCK_RESET, GripHistory
+from services.perception.tracking.grip_history import CLOCK_RESET_STEP, GripHistory
 
 MS = 1_000_000
 
@@ -38,10 +38,10 @@ def test_outside_the_history_the_nearest_state_holds() -> None:
 
 def test_a_clock_that_is_set_back_clears_the_history() -> None:
     history = GripHistory()
-    history.add(5 * CLOCK_RESET, at(0.0), at(1.0))
-    history.add(5 * CLOCK_RESET - MS, at(0.5), at(1.0))
-    left, _ = history.at(5 * CLOCK_RESET)
+    history.add(5 * CLOCK_RESET_STEP, at(0.0), at(1.0))
+    history.add(5 * CLOCK_RESET_STEP - MS, at(0.5), at(1.0))
+    left, _ = history.at(5 * CLOCK_RESET_STEP)
     assert left is not None
     assert left.position[0] == 0.0
-    history.add(3 * CLOCK_RESET, at(0.5), at(1.0))
-    assert history.at(3 * CLOCK_RESET) == (None, None)
+    history.add(3 * CLOCK_RESET_STEP, at(0.5), at(1.0))
+    assert history.at(3 * CLOCK_RESET_STEP) == (None, None)

@@ -1,7 +1,7 @@
-"""Old names that are still read: scenario keys, topics and message fields.
+"""Aliases of renamed scenario keys, topics and message fields.
 
-Whoever renames one of these adds a row here. The bus carries the new names only; scenario files and
-recordings of earlier versions are read under their old names.
+Each rename adds a row to one of the tables. Scenario files and recordings of earlier versions are
+read under their old names; the bus carries the new names only.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ SCENARIO_KEYS: dict[str, str] = {}
 TOPIC_KEYS: dict[str, str] = {}
 """New topic key by old topic key, e.g. `{"rope/chain": "rope/nodes"}`."""
 MESSAGE_FIELDS: dict[str, str] = {}
-"""New field name by old one, each with its message, e.g. `{"lariat.ArmState.pull": "force"}`.
+"""New field name by message and old field name, e.g. `{"lariat.ArmState.pull": "force"}`.
 
-A renamed field keeps its number, by which it is read; the table is for readers of names."""
+Messages are decoded by field numbers, which a renamed field keeps; this table translates names."""
 
 
 def with_current_keys(
     table: Mapping[str, Any], aliases: Mapping[str, str] | None = None
 ) -> dict[str, Any]:
-    """Return a scenario's table with its old keys under their new names.
+    """Return a copy of a scenario's table with its old keys renamed to the new ones.
 
     Args:
-        table: The scenario, as its TOML file has it.
+        table: Content of a scenario's TOML file.
         aliases: New dotted key by old dotted key; default: `SCENARIO_KEYS`.
 
     Raises:
@@ -51,12 +51,12 @@ def with_current_keys(
 
 
 def current_topic_key(key: str, aliases: Mapping[str, str] | None = None) -> str:
-    """Return the key by which a topic is known, of its present or an earlier key."""
+    """Return the current key of a topic that is given by its current or an earlier key."""
     return (TOPIC_KEYS if aliases is None else aliases).get(key, key)
 
 
 def current_field_name(message: str, field: str, aliases: Mapping[str, str] | None = None) -> str:
-    """Return the name by which a message's field is known, of its present or an earlier name.
+    """Return the current name of a field that is given by its current or an earlier name.
 
     Args:
         message: Full name of the message, e.g. `lariat.ArmState`.

@@ -1,7 +1,7 @@
-"""Reads frozen dataclasses from TOML tables, strictly.
+"""Strict conversion of TOML tables to frozen dataclasses.
 
-Every error names the key, the value and the way out. A number's bounds stand in its annotation:
-`length: Annotated[float, Within(0.01, 100.0, "m")]`.
+Every error names the key, the value and the way out. The bounds of a number are part of its
+annotation: `length: Annotated[float, Bounds(0.01, 100.0, "m")]`.
 """
 
 from __future__ import annotations
@@ -17,26 +17,32 @@ T = TypeVar("T")
 
 
 class ConfigurationError(ValueError):
-    """Bad input, in one line for the person who wrote it."""
+    """Input of a user is wrong; the text is one line that says what and how to mend it."""
 
 
 @dataclass(frozen=True)
-class Within:
-    """Bounds of a number, both allowed."""
+class Bounds:
+    """Bounds of a number, both included."""
 
     low: float
+    """Least allowed value."""
     high: float
+    """Largest allowed value."""
     unit: str = ""
+    """Unit of the number, for messages and documentation."""
 
 
 def read(kind: type[T], table: Mapping[str, Any], path: str = "") -> T:
-    """An instance of the dataclass `kind` from a TOML table.
+    """Return an instance of a dataclass with the values of a TOML table.
 
     Args:
+        kind: The dataclass; fields may be numbers, texts, literals, tuples and dataclasses.
+        table: The table.
         path: Dotted key of the table itself, for messages.
 
     Raises:
-        ConfigurationError: A key is unknown or missing, or a value has the wrong type or size.
+        ConfigurationError: A key is unknown or missing, or a value has the wrong type or is out of
+            bounds.
     """
     hints = get_type_hints(kind, include_extras=True)
     known = {f.name: f for f in fields(kind)}  # pyright: ignore[reportArgumentType]
@@ -86,7 +92,7 @@ def _value(hint: Any, value: Any, key: str) -> Any:
     return _scalar(hint, bounds, value, key)
 
 
-def _tuple(items: tuple[Any, ...], bounds: Within | None, value: Any, key: str) -> Any:
+def _tuple(items: tuple[Any, ...], bounds: Bounds | None, value: Any, key: str) -> Any:
     if not isinstance(value, list):
         raise ConfigurationError(f"{key} must be a list, got {value!r}")
     if len(items) == 2 and items[1] is Ellipsis:
@@ -99,7 +105,7 @@ def _tuple(items: tuple[Any, ...], bounds: Within | None, value: Any, key: str) 
     )
 
 
-def _scalar(hint: Any, bounds: Within | None, value: Any, key: str) -> Any:
+def _scalar(hint: Any, bounds: Bounds | None, value: Any, key: str) -> Any:
     number = isinstance(value, int | float) and not isinstance(value, bool)
     if hint is float and number:
         value = float(value)

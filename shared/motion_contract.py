@@ -1,9 +1,8 @@
-"""Numbers on which planner, controller and gateway agree, so that nothing planned is refused.
+"""Constants that planner, controller and gateway share, so that no planned motion is refused.
 
-The scenario states what the grippers are allowed. The gateway enforces exactly that. The planner
-and the controller use less of it: a share of each limit on motion, a fraction of the rope's
-permitted stretch, and a margin from each boundary. The distances between the bodies of grippers
-stand in `lariat.geometry.grippers`.
+The gateway enforces exactly the limits of the scenario. The planner and the controller use less: a
+share of each limit on motion, a fraction of the rope's permitted stretch, and a margin from each
+boundary. `lariat.geometry.grippers` holds the clearances between the bodies of the grippers.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ CONTROL_STRETCH_SHARE = 0.99
 PATH_WORKSPACE_MARGIN = 0.003
 """Distance that a path keeps from the faces of the workspace [m]."""
 PATH_SPACING_MARGIN = 0.005
-"""Distance of the grips beyond the least one at which a path is optimised [m]."""
+"""Margin above the least distance between the grips that a path is optimised for [m]."""
 CHUNK_BOUNDARY_MARGIN = 0.0015
-"""Slack that the gateway demands of a chunk beyond every boundary, so that following it never
-touches one; the planner demands it of the spacing of the grips [m]."""
+"""Margin from every boundary that the gateway requires of a chunk, so that following it touches
+none; the planner requires it of the distance between the grips [m]."""

@@ -1,4 +1,4 @@
-"""Versions: of the installation, and of what it reads and writes."""
+"""Versions of the installation, and of the formats that it reads and writes."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from importlib import metadata
 from pathlib import Path
 
 MESSAGE_VERSION = 1
-"""Version of topics and messages. A reader refuses messages of a newer one."""
+"""Version of topics and messages; a reader refuses messages of a newer version."""
 RECORDING_VERSION = 1
-"""Version of recordings: their metadata, attachments and channels. 0: written without a version."""
+"""Version of recordings: metadata, attachments and channels; 0 stands for files without one."""
 SCENARIO_VERSION = 1
 """Version of the keys of scenario files."""
 

@@ -1,6 +1,7 @@
-"""The messages of the bus; field by field in the `.proto` files beside this one.
+"""Messages of the bus, and their conversion to arrays, poses and obstacles.
 
-Stamps are integer nanoseconds, quantities are SI, quaternions wxyz, chains of points flat.
+The `.proto` files of this folder document every field. Stamps are integer nanoseconds, quantities
+are SI, quaternions are wxyz, lists of points are flat (x, y, z of one point after the other).
 """
 
 from __future__ import annotations
@@ -99,22 +100,26 @@ __all__ = [
 
 
 def chain(flat: object) -> Float64[np.ndarray, "n 3"]:
-    """Points of a flat message field."""
+    """Return the points of a flat message field [m]."""
     return np.asarray(flat, dtype=np.float64).reshape(-1, 3)
 
 
 def grip(pose: Pose) -> Grip:
-    """The message of a gripper pose."""
+    """Return the message of a gripper pose."""
     return Grip(position=pose.position, orientation=pose.orientation)
 
 
 def grip_pose(message: Grip) -> Pose:
-    """The gripper pose of a message."""
+    """Return the gripper pose of a message."""
     return Pose(np.array(message.position), np.array(message.orientation))
 
 
 def arm_pose(states: ArmStates, arm: str) -> Pose:
-    """Where an arm's grip is.
+    """Return the grip pose of an arm.
+
+    Args:
+        states: State of all arms.
+        arm: "left" or "right".
 
     Raises:
         KeyError: The cell has no such arm.
@@ -126,21 +131,21 @@ def arm_pose(states: ArmStates, arm: str) -> Pose:
 
 
 def poses_known(states: ArmStates) -> bool:
-    """Whether every arm says where its grip is; one that has not answered yet does not."""
+    """Return whether every arm reports its grip pose; a device does after its first feedback."""
     return bool(states.arms) and all(
         len(s.position) == 3 and len(s.orientation) == 4 for s in states.arms
     )
 
 
 def obstacle_message(obstacle: geometry.Obstacle) -> Obstacle:
-    """The message of an obstacle."""
+    """Return the message of an obstacle."""
     return Obstacle(
         **{field: getattr(obstacle, field) for field in Obstacle.DESCRIPTOR.fields_by_name}
     )
 
 
 def scene_obstacles(scene: Scene) -> tuple[geometry.Obstacle, ...]:
-    """The obstacles of a scene.
+    """Return the obstacles of a scene.
 
     Raises:
         ValueError: A shape is unknown or a vector has the wrong length.
@@ -176,17 +181,17 @@ def _obstacle(message: Obstacle) -> geometry.Obstacle:
 
 
 def timestamp(stamp: int) -> Timestamp:
-    """The well-known type of a stamp [ns], for Foxglove's schemas."""
+    """Return the protobuf `Timestamp` of a stamp [ns], for Foxglove's schemas."""
     return Timestamp(seconds=stamp // 1_000_000_000, nanos=stamp % 1_000_000_000)
 
 
 def from_timestamp(value: Timestamp) -> int:
-    """The stamp [ns] of the well-known type."""
+    """Return the stamp of a protobuf `Timestamp` [ns]."""
     return value.seconds * 1_000_000_000 + value.nanos
 
 
 def stamp_of(message: Message) -> int:
-    """When the message's content was true [ns]; 0 where it does not say."""
+    """Return the time that a message describes [ns]; 0 if it has no stamp."""
     if hasattr(message, "stamp"):
         return message.stamp
     if hasattr(message, "timestamp"):

@@ -1,8 +1,8 @@
-"""Generates `*_pb2.py` and `*_pb2.pyi` from the `.proto` files beside this one.
+"""Generator of `*_pb2.py` and `*_pb2.pyi` from the `.proto` files of this folder.
 
     python -m shared.messages.generate [FOLDER]
 
-The generated code is checked in; a test regenerates it and compares.
+The generated code is checked in; a test compares it with newly generated code.
 """
 
 from __future__ import annotations
@@ -11,16 +11,24 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
+"""Folder of the repository."""
 
 
 def generate(folder: Path) -> None:
-    """Writes the modules below `folder`, at the same relative paths as in the repository."""
+    """Write the modules at the same relative paths as in the repository.
+
+    Args:
+        folder: Folder that takes the place of the repository's.
+
+    Raises:
+        ValueError: A `.proto` file has an error.
+    """
     from grpc_tools import protoc
 
     files = [str(p.relative_to(ROOT)) for p in sorted(Path(__file__).parent.glob("*.proto"))]
     arguments = ["protoc", f"-I{ROOT}", f"--python_out={folder}", f"--pyi_out={folder}", *files]
     if protoc.main(arguments) != 0:
-        raise ValueError(f"protoc refused {files}; its message stands above")
+        raise ValueError(f"protoc refused {files}; see its message above")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Learnt parameters by name, and conversion of old recordings, which hold names only."""
+"""Estimated parameters by name, and conversion of old recordings, which hold names only."""
 
 from __future__ import annotations
 
@@ -19,24 +19,26 @@ XPBD_UNITS = {
     "bending_compliance": "m^2/N",
 }
 """Units of the parameters of the paper's rod."""
-NUMBERED = re.compile(r"(\w+)_\d+")
-"""Names of the values of a profile in old recordings, such as `stiffness_profile_2`."""
+PROFILE_VALUE_NAME = re.compile(r"(\w+)_\d+")
+"""Pattern of the names of a profile's values in old recordings, e.g. `stiffness_profile_2`."""
 
 
 @dataclass(frozen=True)
 class NamedParameter:
-    """One learnt number."""
+    """Estimated or given number with its unit."""
 
     name: str
+    """Name of the field; numbered from 1 if the field has several values."""
     value: float
     """Value [SI]."""
     standard_deviation: float
     """Standard deviation [SI]; 0 when the value is given, not estimated."""
     unit: str
+    """Unit, e.g. `N m^2`."""
 
 
 def named_parameters(message: Parameters) -> list[NamedParameter]:
-    """List all numbers of a message by name; values of a profile are numbered from 1."""
+    """Return all numbers of a message by name; values of a profile are numbered from 1."""
     rows = []
     if message.HasField("rod"):
         for name, unit in ROD_UNITS.items():
@@ -53,7 +55,7 @@ def named_parameters(message: Parameters) -> list[NamedParameter]:
 
 
 def fill_typed_fields(message: Parameters) -> None:
-    """Move the name and value list of an old recording to the typed fields, in place."""
+    """Move the list of names and values of an old recording to the typed fields, in place."""
     for parameter in message.parameters:
         _fill(message, parameter)
     del message.parameters[:]
@@ -62,7 +64,7 @@ def fill_typed_fields(message: Parameters) -> None:
 def _fill(message: Parameters, parameter: Parameter) -> None:
     name = parameter.name
     estimate = Estimate(value=parameter.value, standard_deviation=parameter.standard_deviation)
-    numbered = NUMBERED.fullmatch(name)
+    numbered = PROFILE_VALUE_NAME.fullmatch(name)
     if name in XPBD_UNITS:
         setattr(message.xpbd, name, parameter.value)
     elif name in ROD_UNITS:

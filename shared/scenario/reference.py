@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import MISSING, Field, fields, is_dataclass
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from shared.configuration import Within
+from shared.configuration import Bounds
 from shared.scenario import sections
 from shared.scenario.scenario import Scenario
 
@@ -61,7 +61,7 @@ def _tables(kind: type, path: str) -> Iterator[str]:
 
 def _section(hint: Any) -> type | None:
     for part in (hint, *get_args(hint)):
-        if is_dataclass(part) and not isinstance(part, Within):
+        if is_dataclass(part) and not isinstance(part, Bounds):
             return part  # pyright: ignore[reportReturnType]
     return None
 

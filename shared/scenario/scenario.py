@@ -13,7 +13,7 @@ from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines, poses
 from lariat.geometry.cameras import looking_at
 from lariat.geometry.poses import Pose
-from shared.configuration import ConfigurationError, Within
+from shared.configuration import Bounds, ConfigurationError
 from shared.scenario.sections import (
     Control,
     End,
@@ -44,7 +44,7 @@ class Scenario:
     start: Shape
     goal: Shape
     description: str = ""
-    version: Annotated[int, Within(1, SCENARIO_VERSION)] = SCENARIO_VERSION
+    version: Annotated[int, Bounds(1, SCENARIO_VERSION)] = SCENARIO_VERSION
     """Version of the file's keys; a file of a newer version is refused."""
     seed: int = 0
     plant: Plant = Plant()

@@ -8,13 +8,13 @@ from typing import Annotated, Any, Literal
 
 import pytest
 
-from shared.configuration import ConfigurationError, Within, read
+from shared.configuration import ConfigurationError, Bounds, read
 
 
 @dataclass(frozen=True)
 class Spring:
-    stiffness: Annotated[float, Within(1.0, 1e6, "N/m")]
-    coils: Annotated[int, Within(1, 100)] = 5
+    stiffness: Annotated[float, Bounds(1.0, 1e6, "N/m")]
+    coils: Annotated[int, Bounds(1, 100)] = 5
     kind: Literal["steel", "brass"] = "steel"
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
 
@@ -28,7 +28,7 @@ class Machine:
     name: str
     spring: Spring
     spares: tuple[Spring, ...] = ()
-    limit: Annotated[float, Within(0.0, 1.0, "s")] | None = None
+    limit: Annotated[float, Bounds(0.0, 1.0, "s")] | None = None
     on: bool = field(default=True)
 
 

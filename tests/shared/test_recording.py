@@ -177,12 +177,12 @@ def test_a_broken_chunk_costs_only_itself(tmp_path: Path, scenario):
     assert sequences[0] == 0
     assert sequences[-1] == 899
     assert 800 < len(sequences) < 900
-    assert "broken" in recording.damage
+    assert "damaged" in recording.damage
 
 
 def test_another_file_is_refused_by_name(tmp_path: Path):
     (tmp_path / "a.txt").write_text("no recording at all")
-    with pytest.raises(ValueError, match=r"a\.txt is no MCAP file"):
+    with pytest.raises(ValueError, match=r"a\.txt is not an MCAP file"):
         Recording.open(tmp_path / "a.txt")
     with pytest.raises(ValueError, match=r"cannot read recording .*missing\.mcap"):
         Recording.open(tmp_path / "missing.mcap")
@@ -198,7 +198,7 @@ def test_a_recording_carries_the_versions_of_file_and_messages(tmp_path: Path, s
 @pytest.mark.parametrize("key", ["recording_version", "message_version"])
 def test_a_recording_of_a_newer_version_is_refused(tmp_path: Path, scenario, key: str):
     Writer(tmp_path / "a.mcap", scenario, SECOND, {key: "99"}).close()
-    with pytest.raises(ValueError, match=f"has {key.replace('_', ' ')} 99, .* update it"):
+    with pytest.raises(ValueError, match=f"has {key.replace('_', ' ')} 99, .* update Lariat"):
         Recording.open(tmp_path / "a.mcap")
 
 

@@ -1,0 +1,206 @@
+"""Reader of recordings, whole or damaged."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from mcap import records as mcap_records
+from mcap.exceptions import McapError
+from mcap.stream_reader import StreamReader, breakup_chunk
+from zstandard import ZstdError
+
+from shared import topics
+from shared.aliases import current_topic_key
+from shared.messages import Parameters
+from shared.messages.parameters import fill_typed_fields
+from shared.recording.layout import METADATA_NAME, SCENARIO_ATTACHMENT
+from shared.scenario import Scenario, parse
+from shared.topics import Topic
+from shared.version import MESSAGE_VERSION, RECORDING_VERSION
+
+MAX_RECORD_SIZE = 1 << 30
+"""Size of a record above which it counts as damage [bytes]."""
+READABLE_VERSIONS = {"recording_version": RECORDING_VERSION, "message_version": MESSAGE_VERSION}
+"""Newest versions that can be read, by their key in the metadata; an older file may lack a key."""
+DAMAGE_ERRORS = (
+    McapError,
+    ZstdError,
+    struct.error,
+    ValueError,
+    EOFError,
+    RuntimeError,
+    MemoryError,
+)
+"""Errors that the libraries raise when they read a cut or overwritten file."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Recorded message, not decoded."""
+
+    key: str
+    """Concrete key of its topic."""
+    schema: str
+    """Full name of its protobuf type."""
+    payload: bytes
+    """Serialised message."""
+    publisher: str
+    """Id of the process start that sent it."""
+    sequence: int
+    """Number among the publisher's messages on this topic, from 0."""
+    log_time: int
+    """Time of receipt [ns]."""
+
+    @property
+    def topic(self) -> Topic:
+        """Topic of the message.
+
+        Raises:
+            KeyError: This version of Lariat has no such topic.
+        """
+        return topics.find(self.key)
+
+    def parse(self) -> Any:
+        """Return the decoded message.
+
+        Raises:
+            KeyError: This version of Lariat has no such topic.
+        """
+        message = self.topic.type.FromString(self.payload)
+        if isinstance(message, Parameters):
+            fill_typed_fields(message)
+        return message
+
+
+@dataclass
+class Recording:
+    """Recording that is read from a file, whole or damaged."""
+
+    path: Path
+    """The file."""
+    metadata: dict[str, str] = field(default_factory=dict)
+    """Name of the scenario, versions, commit, and what the writer added."""
+    files: dict[str, bytes] = field(default_factory=dict)
+    """Scenario's TOML and CSV files by name."""
+    damage: str = ""
+    """Damage of the file, known after all messages were read; empty if it is whole."""
+
+    @classmethod
+    def open(cls, path: Path | str) -> Recording:
+        """Open a recording and read its metadata and files.
+
+        Raises:
+            ValueError: The file cannot be read, is not MCAP, or has a newer version.
+        """
+        recording = cls(Path(path))
+        for record in recording.records():
+            if isinstance(record, mcap_records.Metadata) and record.name == METADATA_NAME:
+                recording.metadata = dict(record.metadata)
+                recording._check_version()
+            elif isinstance(record, mcap_records.Attachment):
+                recording.files[record.name] = record.data
+            elif isinstance(record, mcap_records.Message | mcap_records.DataEnd):
+                break
+        return recording
+
+    def _check_version(self) -> None:
+        for key, known in READABLE_VERSIONS.items():
+            text = self.metadata.get(key, "0")
+            if not text.isdecimal() or int(text) > known:
+                raise ValueError(
+                    f"{self.path} has {key.replace('_', ' ')} {text}, this Lariat reads versions "
+                    f"up to {known}; update Lariat"
+                )
+
+    def messages(self, keys: Iterable[str] | None = None) -> Iterator[Entry]:
+        """Yield all readable messages in the order of their log time.
+
+        Args:
+            keys: Concrete keys of the topics to read; by default all.
+
+        Raises:
+            ValueError: The file cannot be read or is not MCAP.
+        """
+        wanted = None if keys is None else set(keys)
+        schemas: dict[int, mcap_records.Schema] = {}
+        channels: dict[int, mcap_records.Channel] = {}
+        for record in self.records():
+            if isinstance(record, mcap_records.Schema):
+                schemas[record.id] = record
+            elif isinstance(record, mcap_records.Channel):
+                channels[record.id] = record
+            elif isinstance(record, mcap_records.Message):
+                channel = channels.get(record.channel_id)
+                # The channel may have been in a damaged chunk.
+                if channel is None or channel.schema_id not in schemas:
+                    continue
+                key = current_topic_key(channel.topic)
+                if wanted is None or key in wanted:
+                    yield Entry(
+                        key,
+                        schemas[channel.schema_id].name,
+                        record.data,
+                        channel.metadata.get("publisher", ""),
+                        record.sequence,
+                        record.log_time,
+                    )
+
+    def scenario(self, folder: Path) -> Scenario:
+        """Return the recorded scenario.
+
+        Args:
+            folder: Folder to which its files are written.
+
+        Raises:
+            ValueError: There is no scenario, or this version does not accept it.
+        """
+        if SCENARIO_ATTACHMENT not in self.files:
+            raise ValueError(f"{self.path} holds no scenario; it was not recorded by Lariat")
+        for name, content in self.files.items():
+            if Path(name).is_absolute() or ".." in Path(name).parts:
+                raise ValueError(f"{self.path} has a file {name!r} that lies outside of its folder")
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_bytes(content)
+        text = self.files[SCENARIO_ATTACHMENT].decode()
+        return parse(text, folder, source=f"the scenario in {self.path}")
+
+    def records(self) -> Iterator[mcap_records.McapRecord]:
+        """Yield all records up to the end or the damage that ends the file.
+
+        Records in chunks are yielded one by one; damaged chunks are skipped.
+
+        Raises:
+            ValueError: The file cannot be read or is not MCAP.
+        """
+        try:
+            stream = self.path.open("rb")
+        except OSError as error:
+            raise ValueError(f"cannot read recording {self.path}: {error}") from error
+        with stream:
+            reader = StreamReader(stream, emit_chunks=True, record_size_limit=MAX_RECORD_SIZE)
+            position = 0
+            source = iter(reader.records)
+            while True:
+                try:
+                    record = next(source, None)
+                except DAMAGE_ERRORS as error:
+                    if position == 0:
+                        raise ValueError(f"{self.path} is not an MCAP file: {error}") from error
+                    self.damage = f"ends after {position} bytes of whole records"
+                    return
+                if record is None:
+                    return
+                if isinstance(record, mcap_records.Chunk):
+                    try:
+                        inner = breakup_chunk(record, validate_crc=True)
+                    except DAMAGE_ERRORS as error:
+                        self.damage = f"a chunk before byte {stream.tell()} is damaged: {error}"
+                        inner = []
+                    yield from inner
+                else:
+                    yield record
+                position = stream.tell()

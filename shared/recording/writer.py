@@ -1,0 +1,155 @@
+"""Writer of recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import IO
+
+from google.protobuf.descriptor import Descriptor, FileDescriptor
+from google.protobuf.descriptor_pb2 import FileDescriptorSet
+from mcap.writer import CompressionType
+from mcap.writer import Writer as McapWriter
+
+from shared.recording.layout import CHUNK_SIZE, METADATA_NAME, SCENARIO_ATTACHMENT
+from shared.scenario import Scenario
+from shared.topics import Topic
+from shared.version import MESSAGE_VERSION, RECORDING_VERSION, commit, version
+
+FLUSH_PERIOD = 1_000_000_000
+"""Longest log time that is lost when the writer is killed [ns]."""
+
+
+class Writer:
+    """Writer of one recording."""
+
+    def __init__(
+        self,
+        path: Path,
+        scenario: Scenario,
+        started: int,
+        metadata: Mapping[str, str] | None = None,
+    ) -> None:
+        """Create the file, which must not exist yet.
+
+        Args:
+            path: The file.
+            scenario: Scenario of the run; its text and CSV files become attachments.
+            started: Log time of the start, from which flushes are counted [ns].
+            metadata: Further metadata beside the scenario's name and the versions.
+
+        Raises:
+            OSError: The file cannot be written.
+        """
+        self.path = path
+        """The file."""
+        self.messages = 0
+        """Number of messages written."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self._stream: IO[bytes] = path.open("xb")
+        self._writer = McapWriter(
+            self._stream, chunk_size=CHUNK_SIZE, compression=CompressionType.ZSTD
+        )
+        self._channels: dict[tuple[str, str], int] = {}
+        self._schemas: dict[str, int] = {}
+        self._flushed = self._latest = started
+        self._writer.start(profile="", library=f"lariat {version()}")
+        about = {
+            "scenario": scenario.name,
+            "version": version(),
+            "commit": commit(),
+            "recording_version": str(RECORDING_VERSION),
+            "message_version": str(MESSAGE_VERSION),
+        }
+        self._writer.add_metadata(METADATA_NAME, {**about, **(metadata or {})})
+        for name, content in _files(scenario).items():
+            kind = "application/toml" if name == SCENARIO_ATTACHMENT else "text/csv"
+            self._writer.add_attachment(0, started, name, kind, content)
+        self._stream.flush()
+
+    @property
+    def bytes(self) -> int:
+        """Size of the file so far [bytes]."""
+        return self._stream.tell()
+
+    def write(
+        self, topic: Topic, payload: bytes, publisher: str, sequence: int, log_time: int
+    ) -> None:
+        """Add one message.
+
+        Args:
+            topic: Topic with a concrete key.
+            payload: Serialised message.
+            publisher: Id of the process start that sent it.
+            sequence: Number among the publisher's messages on this topic, from 0.
+            log_time: Time of receipt [ns].
+
+        Raises:
+            OSError: The disk is full or gone.
+        """
+        # Times of receipt may be slightly out of order; log times must not be.
+        self._latest = max(self._latest, log_time)
+        self._writer.add_message(
+            self._channel(topic, publisher), self._latest, payload, self._latest, sequence
+        )
+        self.messages += 1
+        self.flush(self._latest)
+
+    def flush(self, now: int) -> None:
+        """Pass everything to the operating system, once per `FLUSH_PERIOD`.
+
+        Args:
+            now: Present log time [ns].
+        """
+        if now - self._flushed >= FLUSH_PERIOD:
+            self._flushed = now
+            self._writer.flush()
+
+    def close(self) -> None:
+        """Write the index and close the file."""
+        try:
+            self._writer.finish()
+        finally:
+            self._stream.close()
+
+    def _channel(self, topic: Topic, publisher: str) -> int:
+        key = (topic.key, publisher)
+        if key not in self._channels:
+            self._channels[key] = self._writer.register_channel(
+                topic.key, "protobuf", self._schema(topic.type.DESCRIPTOR), {"publisher": publisher}
+            )
+        return self._channels[key]
+
+    def _schema(self, descriptor: Descriptor) -> int:
+        name = descriptor.full_name
+        if name not in self._schemas:
+            content = descriptor_set(descriptor).SerializeToString(deterministic=True)
+            self._schemas[name] = self._writer.register_schema(name, "protobuf", content)
+        return self._schemas[name]
+
+
+def descriptor_set(descriptor: Descriptor) -> FileDescriptorSet:
+    """Return the `.proto` file of a message and all that it imports, imports first."""
+    seen: dict[str, FileDescriptor] = {}
+
+    def visit(file: FileDescriptor) -> None:
+        if file.name not in seen:
+            for dependency in file.dependencies:
+                visit(dependency)
+            seen[file.name] = file
+
+    visit(descriptor.file)
+    answer = FileDescriptorSet()
+    for file in seen.values():
+        file.CopyToProto(answer.file.add())
+    return answer
+
+
+def _files(scenario: Scenario) -> dict[str, bytes]:
+    """Content of the scenario's TOML and CSV files by name."""
+    shapes = [scenario.start, scenario.goal, *(e.goal for e in scenario.events if e.goal)]
+    names = dict.fromkeys(shape.nodes for shape in shapes if shape.nodes)
+    return {
+        SCENARIO_ATTACHMENT: scenario.text.encode(),
+        **{name: (scenario.folder / name).read_bytes() for name in names},
+    }

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 import pytest
 
-from shared.configuration import ConfigurationError, Bounds, read
+from shared.configuration import Bounds, ConfigurationError, read
 
 
 @dataclass(frozen=True)

@@ -76,7 +76,7 @@ PERTURBATIONS = (
         "controller",
         "rope",
         "model error of the material filter",
-        "module:services.controller.estimation.material_filter:MODEL_ERROR",
+        "settings:services.controller.estimation.material_filter:MaterialFilterSettings.model_error",
     ),
     Perturbation("robot_gateway", "requests", "limit of the jerk", "scenario:limits.jerk"),
     Perturbation(

@@ -78,7 +78,7 @@ def run_to_goal(
         start: State of the plant at the start.
         avoidance: Obstacles and the clearance to keep.
         steps: Number of steps T of 10 ms.
-        adaptation: Adaptation of the model; none if None.
+        adaptation: Adaptation of the model, which is the paper's rod then; none if None.
         progress: Called with the error after every horizon [m].
     """
     obstacles = pack(avoidance.obstacles)
@@ -105,10 +105,10 @@ def run_to_goal(
         expected = model.rollout(spec).final
         distances = np.linalg.norm(expected.positions - state.positions, axis=1)
         prediction_errors.append(float(np.mean(distances)))
-        if adaptation is not None and isinstance(model, XpbdRod):
+        if adaptation is not None:
             started = time.process_time()
             adaptation.adapt(believed, actions, STEP, state.positions, everywhere, obstacles)
-            model = model.with_properties(adaptation.properties)
+            model = adaptation.rod
             adapting.append(time.process_time() - started)
         believed = state
         if plant is not model:
@@ -150,17 +150,21 @@ def _executed_actions(
     planned: Float64[np.ndarray, "h 2 2 3"],
     previous: Float64[np.ndarray, "2 2 3"],
 ) -> tuple[Float64[np.ndarray, "k 2 6"], Float64[np.ndarray, "2 2 3"]]:
-    """Velocities of the ends in the steps until the next plan, and at their end.
+    """Mean velocities of the ends in the steps of 10 ms until the next plan, and those at its time.
 
-    A horizon in the paper's own steps is executed whole, as the paper does. Gauss-Newton plans
-    velocities that are linear in time over longer steps, and plans again after the first of them.
+    Args:
+        method: Planner, which states how many of its steps are executed and their interpolation.
+        planned: Planned velocities at the ends of the planner's steps [m/s, rad/s].
+        previous: Velocities at the start [m/s, rad/s].
     """
-    if method.time_step == STEP:
-        return planned.reshape(-1, 2, 6), planned[-1]
+    executed = planned[: method.executed_step_count]
     count = round(method.time_step / STEP)
+    if method.interpolation == "constant":
+        return np.repeat(executed, count, axis=0).reshape(-1, 2, 6), executed[-1]
+    starts = np.concatenate([previous[None], executed[:-1]])[:, None]
     shares = ((np.arange(count) + 0.5) / count)[:, None, None, None]
-    between = (1.0 - shares) * previous + shares * planned[0]
-    return between.reshape(count, 2, 6), planned[0]
+    velocities = (1.0 - shares) * starts + shares * executed[:, None]
+    return velocities.reshape(-1, 2, 6), executed[-1]
 
 
 def _parameters(properties: XpbdProperties) -> dict[str, float]:

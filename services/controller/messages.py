@@ -7,27 +7,30 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from lariat.geometry import polylines
-from lariat.geometry.obstacles import Obstacle
 from lariat.trajectory import MotionState, SetpointChunk
 from services.controller.estimation.adaptation import Adaptation, ParameterEstimate
 from services.controller.mpc.receding_horizon import Command
 from services.controller.mpc.reference_trajectory import ReferenceTrajectory
-from services.controller.run.goals import GoalFactory
+from services.controller.run.arm_condition import ArmCondition
+from services.controller.run.goals import GoalRequest
 from services.controller.run.reasons import Reason
-from services.controller.run.supervisor import ArmCondition, PathOffer
+from services.controller.run.requests import Preview, Request, RequestAction
+from services.controller.run.supervisor import PathOffer
 from services.controller.run.task import Goal
 from shared import messages
 from shared.messages import (
     ArmSetpoints,
     ArmStates,
     Estimate,
+    GoalDraft,
+    GoalPreview,
     NodeChain,
     Parameters,
     Path,
     Plan,
     RodParameters,
     Setpoints,
+    TaskRequest,
     XpbdParameters,
     arm_pose,
     chain,
@@ -51,7 +54,7 @@ class RopeObservation:
 
 
 def rope_observation(message: NodeChain) -> RopeObservation:
-    """Observation of a message that holds positions."""
+    """Observation of the rope in a message that holds positions."""
     nodes = chain(message.positions)
     count = len(nodes)
     return RopeObservation(
@@ -63,7 +66,7 @@ def rope_observation(message: NodeChain) -> RopeObservation:
 
 
 def grip_motion(arms: ArmStates) -> MotionState:
-    """MotionState of both grips, as measured."""
+    """Measured motion of both grips; their accelerations are zero."""
     rest = MotionState.at_rest(arm_pose(arms, "left"), arm_pose(arms, "right"))
     twists = np.zeros((2, 2, 3))
     for state in arms.arms:
@@ -82,9 +85,10 @@ def arm_condition(arms: ArmStates, session: str) -> ArmCondition:
         arms: State that the gateway published.
         session: Session of this controller; refusals of other sessions do not count.
     """
-    halted = arms.needs_acknowledgement or arms.mode in (ArmStates.DISARMED, ArmStates.FAULT)
+    armed = arms.mode != ArmStates.DISARMED
+    available = armed and arms.mode != ArmStates.FAULT and not arms.needs_acknowledgement
     refused = arms.refused_sequence - arms.sequence if arms.session == session else 0
-    return ArmCondition(not halted, arms.reason, arms.reset_count, refused, arms.refusal)
+    return ArmCondition(armed, available, arms.reason, arms.reset_count, refused, arms.refusal)
 
 
 def goal_message(goal: Goal) -> messages.Goal:
@@ -99,20 +103,42 @@ def goal_message(goal: Goal) -> messages.Goal:
     )
 
 
-def goal_of(message: messages.Goal, goals: GoalFactory, obstacles: tuple[Obstacle, ...]) -> Goal:
-    """Goal of a request: by its nodes, or the rod at rest between its grips."""
-    if not message.positions:
-        left, right = messages.grip_pose(message.left), messages.grip_pose(message.right)
-        return goals.at_rest(*goals.feasible_grips(left, right), obstacles, message.turns)
-    nodes = chain(message.positions)
-    count = goals.scenario.rope.node_count
-    if len(nodes) != count and len(nodes) >= 3:
-        nodes = polylines.resample(nodes, count)
-    grips = goals.start
-    if message.left.position and message.right.position:
+def goal_request(message: messages.Goal) -> GoalRequest:
+    """Goal of a request: nodes, or grips between which the rod comes to rest."""
+    nodes = chain(message.positions) if message.positions else None
+    grips = None
+    if nodes is None or (message.left.position and message.right.position):
         grips = messages.grip_pose(message.left), messages.grip_pose(message.right)
-    held = goals.feasible_grips(*grips)
-    return Goal(nodes, *held, message.left_oriented, message.right_oriented, message.turns)
+    return GoalRequest(nodes, grips, message.left_oriented, message.right_oriented, message.turns)
+
+
+def task_request(message: TaskRequest) -> Request:
+    """Request of a person; an action that this version does not know becomes None."""
+    known = message.action in TaskRequest.Action.values()
+    action = RequestAction[TaskRequest.Action.Name(message.action)] if known else None
+    goal = goal_request(message.goal) if action is RequestAction.SET_GOAL else None
+    return Request(message.id, action, goal, message.key, message.value)
+
+
+def draft_request(message: GoalDraft) -> GoalRequest:
+    """Grips that are being dragged, as a goal."""
+    grips = messages.grip_pose(message.left), messages.grip_pose(message.right)
+    return GoalRequest(grips=grips)
+
+
+def preview_message(preview: Preview, draft: str, now: int) -> GoalPreview:
+    """Message of a preview.
+
+    Args:
+        preview: Goal between grips that are being dragged.
+        draft: Id of the draft.
+        now: Present time [ns].
+    """
+    reachable = preview.goal is not None and not preview.problem
+    message = GoalPreview(draft=draft, stamp=now, reachable=reachable, reason=preview.problem)
+    if preview.goal is not None:
+        message.goal.CopyFrom(goal_message(preview.goal))
+    return message
 
 
 def chunk_message(
@@ -175,7 +201,8 @@ def reference_trajectory(path: Path) -> ReferenceTrajectory:
     """
     if path.dt != SETPOINT_PERIOD:
         raise ValueError(
-            f"a path's points are {path.dt} ns apart; setpoints take {SETPOINT_PERIOD} ns"
+            f"the points of a path must be {SETPOINT_PERIOD} ns apart, as setpoints are, got "
+            f"{path.dt} ns"
         )
     left, right = chain(path.left_positions), chain(path.right_positions)
     turned = [

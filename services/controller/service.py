@@ -19,12 +19,15 @@ from services.controller.messages import (
     RopeObservation,
     arm_condition,
     chunk_message,
+    draft_request,
     grip_motion,
     hold_message,
     path_offer,
     plan_message,
+    preview_message,
     reference_trajectory,
     rope_observation,
+    task_request,
 )
 from services.controller.model_factory import (
     adaptation,
@@ -146,7 +149,8 @@ class ControllerService:
         self._take_scene(inbox)
         draft = inbox.fresh(topics.TASK_GOAL_DRAFT)
         if draft is not None:
-            answer = preview(draft.message, self._goals, self.scene.obstacles, now)
+            found = preview(draft_request(draft.message), self._goals, self.scene.obstacles)
+            answer = preview_message(found, draft.message.id, now)
             yield Publication(topics.TASK_GOAL_PREVIEW, answer)
         if self._arms is not None:
             yield from self._control(inbox, now, self._arms)
@@ -228,9 +232,10 @@ class ControllerService:
         self.supervisor.snagged(snag)
         log.warning("%s", self.task.reason)
 
-    def _carry_out(self, request: TaskRequest, now: int) -> None:
-        scene = self.scene.obstacles
-        if carry_out(request, self.task, self._goals, scene, self._arms, now, self._obstruction):
+    def _carry_out(self, message: TaskRequest, now: int) -> None:
+        request, scene = task_request(message), self.scene.obstacles
+        arms = None if self._arms is None else arm_condition(self._arms, self._session)
+        if carry_out(request, self.task, self._goals, scene, arms, now, self._obstruction):
             self._goal_events.restart()
             self.supervisor.begin_run()
             self.progress.begin(now, self.task.replan_count)

@@ -1,4 +1,4 @@
-"""Interface of the adaptation of the rope's material, and what it has estimated."""
+"""Interface of the adaptation of the rope's material, and its estimates."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ class ParameterEstimate:
     standard_deviation: float = 0.0
     """Standard deviation [SI]; 0 when the method gives none."""
     known: bool = False
-    """Whether observations have told it."""
+    """Whether observations have determined it."""
 
 
 class Adaptation(Protocol):
-    """Learns the material of the model from observations.
+    """Estimator of the model's material from observations of the rope.
 
     Implementations: `estimation.material_filter.MaterialFilter` (default) and
     `paper.adaptation.PaperAdaptation` (eq. (15)).
@@ -36,7 +36,7 @@ class Adaptation(Protocol):
     informs_planner: bool
     """Whether the planner's rod has the parameters that are learnt."""
     settled: bool
-    """Whether the last observation has hardly changed the rope any more."""
+    """Whether the last update has hardly changed the shape of the model."""
     standing: bool
     """Whether grips and model rest, so that the model may be put into another rest shape."""
 

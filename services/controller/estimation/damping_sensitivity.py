@@ -15,16 +15,16 @@ from services.controller.estimation.state_estimator import StateEstimator
 
 LOG_DAMPING_DIFFERENCE = 0.3
 """Difference of the second model's damping, as a logarithm [-]."""
-MAX_STEP = 0.011
+MAX_MODEL_STEP = 0.011
 """Longest step of both models [s]."""
-MEMORY = 0.5
-"""Duration for which the difference is kept [s]."""
+HISTORY_TIME = 0.5
+"""Largest age of a derivative that can be asked for [s]; after a longer gap both models restart."""
 
 
 class DampingSensitivity:
     """Derivative of the node positions with respect to the logarithm of the damping.
 
-    It is the difference of two models that are moved alike, one of them with more damping.
+    It is the difference of two models that follow the same motion, one of them with more damping.
     """
 
     def __init__(self) -> None:
@@ -45,11 +45,11 @@ class DampingSensitivity:
             estimator: State estimator of the rope.
         """
         elapsed = (estimator.time - self._time) * 1e-9
-        if not self._states or self._motion is None or not 0.0 < elapsed < MEMORY:
+        if not self._states or self._motion is None or not 0.0 < elapsed < HISTORY_TIME:
             self._states = [estimator.state, estimator.state]
             self._jacobians.clear()
         else:
-            steps = max(1, math.ceil(elapsed / MAX_STEP))
+            steps = max(1, math.ceil(elapsed / MAX_MODEL_STEP))
             action = mean_twists(self._motion, estimator.motion, elapsed).reshape(1, 2, 6)
             blocks = np.zeros(steps, dtype=np.int64)
             self._states = [
@@ -66,7 +66,7 @@ class DampingSensitivity:
             ]
             damped, present = (state.positions for state in self._states)
             self._jacobians.append((estimator.time, (damped - present) / LOG_DAMPING_DIFFERENCE))
-            while (estimator.time - self._jacobians[0][0]) * 1e-9 > MEMORY:
+            while (estimator.time - self._jacobians[0][0]) * 1e-9 > HISTORY_TIME:
                 self._jacobians.popleft()
         self._motion, self._time = estimator.motion, estimator.time
 

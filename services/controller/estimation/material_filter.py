@@ -1,8 +1,8 @@
 """Kalman filter of the rope's material while it is moved, in place of eq. (15).
 
-Rest shapes tell the ratio of bending stiffness to weight, the rest length, and, when they are
+Rest shapes determine the ratio of bending stiffness to weight, the rest length, and, when they are
 varied enough, rest curvature, the ratio of twisting to bending stiffness and a coarse profile of
-the stiffness; swinging tells the damping. All of them are unknowns of one Kalman filter, whose
+the stiffness; swinging determines the damping. All of them are unknowns of one Kalman filter, whose
 evidence is weighed as in `lariat.rod.identification`: an unknown that the observed nodes do not
 determine keeps its given value and standard deviation. The Jacobian is that of the rest shape
 between the present grips; that of the damping comes from a second model that is damped more.
@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -30,10 +31,6 @@ from services.controller.estimation.damping_sensitivity import DampingSensitivit
 from services.controller.estimation.observation_mean import ObservationMean
 from services.controller.estimation.state_estimator import StateEstimator
 
-UPDATE_PERIOD = 400_000_000
-"""Time between updates while the rope moves [ns]: the model needs time to take its new shape."""
-UPDATE_PERIOD_AT_REST = 100_000_000
-"""Time between updates while the rope rests, where the model takes its new shape at once [ns]."""
 PRIOR_DEVIATIONS = {
     "stiffness": 1.5,
     "twist_ratio": 0.7,
@@ -59,36 +56,49 @@ MAX_CHANGES = {
 """Largest change of an unknown from its given value."""
 PROFILE_KNOTS = 3
 """Knots of the stiffness profile."""
-MEMORY_TIME = 60.0
-"""Time constant with which evidence decays [s]: a rope can be exchanged by hand."""
-MODEL_ERROR = 3e-4
-"""Error of rod and calibration, alike in neighbouring nodes and while nothing moves [m]."""
-INDEPENDENT_SHAPE_DISTANCE = 0.04
-"""Displacement of a grip after which the model error is independent [m]."""
-SAME_SHAPE_DISTANCE = 0.01
-"""Displacement of a grip below which observations belong to one shape [m]."""
-STANDING_DISTANCE = 5e-4
-"""Displacement of a grip below which it stands still [m]."""
 ROTATION_LEVER_ARM = 0.05
 """Lever arm that converts a grip's rotation into a displacement [m]."""
-REST_SPEED = 0.02
-"""Mean speed of the model's nodes below which it rests [m/s]."""
-SWINGING_ERROR_TIME = 0.05
-"""Error of the model per node speed, because the Jacobian is that of a rope at rest [s]."""
-INDEPENDENT_OBSERVATIONS = 6.0
-"""Independent observations in one shape: errors of neighbouring nodes are correlated."""
-MAX_LOG_STIFFNESS_STEP = math.log(2.0)
-"""Largest change of the stiffness's logarithm in one update [-]."""
-MIN_SHAPE_CHANGE = 2e-4
-"""Change of the rest shape below which the model keeps its properties [m]."""
-SETTLED_SHAPE_CHANGE = 1e-3
-"""Change of the rest shape in one update below which the material has settled [m]."""
-KNOWN_SHARE = 0.5
-"""Standard deviation below which an unknown counts as known, as a share of the prior one [-]."""
-STATIC_DURATION = 2.0
-"""Duration of the steps that give the Jacobian of the rest shape [s]."""
-STATIC_STEPS = 3
-"""Number of these steps."""
+
+
+@dataclass(frozen=True)
+class MaterialFilterSettings:
+    """Periods, noise and thresholds of the filter."""
+
+    update_period: int = 400_000_000
+    """Time between updates while the rope moves [ns].
+
+    The model needs time to take its new shape; at rest it takes it at once.
+    """
+    update_period_at_rest: int = 100_000_000
+    """Time between updates while the rope rests [ns]."""
+    memory_time: float = 60.0
+    """Time constant with which evidence decays [s]: a rope can be exchanged by hand."""
+    model_error: float = 3e-4
+    """Error of rod and calibration, alike in neighbouring nodes and while nothing moves [m]."""
+    independent_shape_distance: float = 0.04
+    """Displacement of a grip after which the model error is independent [m]."""
+    same_shape_distance: float = 0.01
+    """Displacement of a grip below which observations belong to one shape [m]."""
+    standing_distance: float = 5e-4
+    """Displacement of a grip below which it stands still [m]."""
+    rest_speed: float = 0.02
+    """Mean speed of the model's nodes below which it rests [m/s]."""
+    swinging_error_time: float = 0.05
+    """Error of the model per node speed, because the Jacobian is that of a rope at rest [s]."""
+    independent_observations: float = 6.0
+    """Independent observations in one shape: errors of neighbouring nodes are correlated."""
+    max_log_stiffness_step: float = math.log(2.0)
+    """Largest change of the stiffness's logarithm in one update [-]."""
+    min_shape_change: float = 2e-4
+    """Change of the rest shape below which the model keeps its properties [m]."""
+    settled_shape_change: float = 1e-3
+    """Change of the rest shape in one update below which the material has settled [m]."""
+    known_share: float = 0.5
+    """Share of its prior standard deviation below which an unknown counts as known [-]."""
+    static_duration: float = 2.0
+    """Duration of the steps that give the Jacobian of the rest shape [s]."""
+    static_steps: int = 3
+    """Number of the steps that give the Jacobian of the rest shape."""
 
 
 class MaterialFilter:
@@ -97,12 +107,16 @@ class MaterialFilter:
     parameter_set: Literal["rod", "xpbd"] = "rod"
     informs_planner = True
 
-    def __init__(self, properties: RodProperties) -> None:
+    def __init__(
+        self, properties: RodProperties, settings: MaterialFilterSettings | None = None
+    ) -> None:
         """Create a filter without evidence.
 
         Args:
             properties: Given properties of the rope.
+            settings: Periods, noise and thresholds.
         """
+        self.settings = settings or MaterialFilterSettings()
         self._material = Material(properties, PROFILE_KNOTS, curvature_knots=1)
         self.properties = self._material.properties(np.zeros(self._material.count))
         """Properties of the rope as far as they are known."""
@@ -191,7 +205,7 @@ class MaterialFilter:
             deviations: Standard deviations of all unknowns.
         """
         deviation = deviations[self._index(group) + index]
-        known = bool(0.0 < deviation < KNOWN_SHARE * PRIOR_DEVIATIONS[group])
+        known = bool(0.0 < deviation < self.settings.known_share * PRIOR_DEVIATIONS[group])
         return ParameterEstimate(value, float(scale * deviation), known)
 
     def _index(self, group: str) -> int:
@@ -214,19 +228,18 @@ class MaterialFilter:
             sigma: Standard deviation of each node's position [m].
             observed: Nodes that were seen, not bridged.
         """
+        settings = self.settings
         if self._free[self._material.groups["damping"]].all():
             self._damping_sensitivity.follow(estimator)
-        if (
-            self._mean_motion is None
-            or _displacement(self._mean_motion, estimator.motion) > STANDING_DISTANCE
-        ):
+        before = self._mean_motion
+        if before is None or _displacement(before, estimator.motion) > settings.standing_distance:
             self._mean_motion = estimator.motion
             self._mean = ObservationMean()
         self._mean.add(nodes, sigma, observed)
         speed = np.mean(np.linalg.norm(estimator.state.velocities, axis=1))
-        self.standing = self._mean.count > 1 and bool(speed < REST_SPEED)
-        elapsed = UPDATE_PERIOD if self._updated is None else stamp - self._updated
-        if elapsed < (UPDATE_PERIOD_AT_REST if self.standing else UPDATE_PERIOD):
+        self.standing = self._mean.count > 1 and bool(speed < settings.rest_speed)
+        elapsed = settings.update_period if self._updated is None else stamp - self._updated
+        if elapsed < (settings.update_period_at_rest if self.standing else settings.update_period):
             return None
         self._updated = stamp
         used = self._mean.observed.copy()
@@ -238,7 +251,8 @@ class MaterialFilter:
             return None
         jacobian = self._jacobian(estimator, stamp)
         error = self._mean.nodes - estimator.model_nodes_at(stamp)
-        swinging = SWINGING_ERROR_TIME * np.linalg.norm(estimator.state.velocities, axis=1)
+        node_speeds = np.linalg.norm(estimator.state.velocities, axis=1)
+        swinging = settings.swinging_error_time * node_speeds
         model_error = self._model_error(estimator.motion)
         noise = np.sqrt(self._mean.variance + model_error**2 + swinging**2)
         # An outlier counts as an observation with more noise.
@@ -246,17 +260,17 @@ class MaterialFilter:
         noise = noise * np.maximum(1.0, outlier / (3.0 * noise))
         # The model has the properties that were applied last.
         residuals = error - jacobian @ (self._x - self._applied)
-        weight = min(1.0, INDEPENDENT_OBSERVATIONS / used.sum())
+        weight = min(1.0, settings.independent_observations / used.sum())
         seen = posterior.evidence(residuals[used], jacobian[used], noise[used], weight)
         known = posterior.prior(self._x - self._centre, self._prior + self._past_evidence)
         dx = posterior.gauss_newton_step(seen + known, self._free)
         (stiffness_step,) = np.abs(dx[self._material.groups["stiffness"]])
-        dx = dx * min(1.0, MAX_LOG_STIFFNESS_STEP / max(stiffness_step, 1e-12))
+        dx = dx * min(1.0, settings.max_log_stiffness_step / max(stiffness_step, 1e-12))
         self._shape_evidence = seen.information
         self._x = np.clip(self._x + dx, -self._limits, self._limits)
-        self.settled = _rms(jacobian @ dx) < SETTLED_SHAPE_CHANGE
+        self.settled = _rms(jacobian @ dx) < settings.settled_shape_change
         change = jacobian @ (self._x - self._applied)
-        if _rms(change) < MIN_SHAPE_CHANGE:
+        if _rms(change) < settings.min_shape_change:
             return None
         self._applied = self._x
         self.properties = self._material.properties(self._x)
@@ -265,10 +279,11 @@ class MaterialFilter:
 
     def _keep_evidence(self, motion: MotionState, elapsed: float) -> None:
         """Keep the evidence of a shape once the grips have left it."""
-        self._past_evidence = self._past_evidence * math.exp(-elapsed / MEMORY_TIME)
+        self._past_evidence = self._past_evidence * math.exp(-elapsed / self.settings.memory_time)
+        shape_motion = self._shape_motion
         if (
-            self._shape_motion is None
-            or _displacement(self._shape_motion, motion) > SAME_SHAPE_DISTANCE
+            shape_motion is None
+            or _displacement(shape_motion, motion) > self.settings.same_shape_distance
         ):
             self._previous_shape_motion, self._shape_motion = self._shape_motion, motion
             self._past_evidence, self._shape_evidence = (
@@ -286,14 +301,12 @@ class MaterialFilter:
         return found
 
     def _model_error(self, motion: MotionState) -> float:
-        """Error of the model beside noise, which is the same one in shapes that are alike [m]."""
-        if self._previous_shape_motion is None:
-            return MODEL_ERROR
-        return MODEL_ERROR / math.sqrt(
-            min(
-                1.0, _displacement(self._previous_shape_motion, motion) / INDEPENDENT_SHAPE_DISTANCE
-            )
-        )
+        """Error of the model, noise apart; it is the same one in shapes that are alike [m]."""
+        settings, before = self.settings, self._previous_shape_motion
+        if before is None:
+            return settings.model_error
+        share = min(1.0, _displacement(before, motion) / settings.independent_shape_distance)
+        return settings.model_error / math.sqrt(share)
 
     def _jacobian(self, estimator: StateEstimator, stamp: int) -> Float64[np.ndarray, "n 3 P"]:
         """Derivative of the node positions with respect to the unknowns [m]."""
@@ -305,8 +318,8 @@ class MaterialFilter:
             RolloutSpec(
                 estimator.state.at_rest(),
                 np.zeros((1, 2, 6)),
-                STATIC_DURATION,
-                steps=STATIC_STEPS,
+                self.settings.static_duration,
+                steps=self.settings.static_steps,
                 obstacles=estimator.supports,
             ),
             parameters=names,

@@ -6,11 +6,11 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 MAX_OBSERVATIONS = 30
-"""Number of observations whose mean is taken, at most."""
+"""Observations after which the weight of a new one falls no further."""
 
 
 class ObservationMean:
-    """Running mean of the nodes observed since the grips stand; old observations fade."""
+    """Running mean of the nodes observed since the grips stopped; old observations fade."""
 
     def __init__(self) -> None:
         """Create a mean of no observations."""

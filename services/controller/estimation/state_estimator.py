@@ -10,6 +10,7 @@ plus the offset, and at rest they agree with the observations.
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float64
@@ -18,36 +19,49 @@ from lariat.rod import Rod, RodState, RolloutSpec, add_turns, count_turns, state
 from lariat.rod.xpbd import XpbdRod
 from lariat.trajectory import MotionState, mean_twists
 
-MAX_STEP = 0.0051
-"""Longest step of the model [s]; longer implicit steps damp the rope's swinging."""
-HISTORY_TIME = 0.5
-"""Largest age of an observation [s]."""
-OFFSET_DRIFT = 2e-3
-"""Growth of the offset's standard deviation [m/sqrt(s)]."""
-MIN_OFFSET_TIME_CONSTANT = 0.12
-"""Least time constant of the offset [s], so that swinging is not taken for an offset."""
-INITIAL_OFFSET_DEVIATION = 0.03
-"""Standard deviation of the offset before the first observation [m]."""
-MAX_EQUILIBRIUM_MISMATCH = 0.35
-"""Distance of another equilibrium from the observed nodes, as a share of the model's, below which
-it is the one that is seen [-]."""
-DIVERGED_OFFSET = 0.08
-"""Mean offset above which the model has another shape than the rope [m]."""
-MAX_PREDICTION_STEP = 0.021
-"""Longest step of a prediction [s]."""
+
+@dataclass(frozen=True)
+class EstimatorSettings:
+    """Time steps and noise of the state estimator."""
+
+    max_step: float = 0.0051
+    """Longest step of the model [s]; longer implicit steps damp the rope's swinging."""
+    max_prediction_step: float = 0.021
+    """Longest step of a prediction [s]."""
+    history_time: float = 0.5
+    """Largest age of an observation [s]."""
+    offset_drift: float = 2e-3
+    """Growth of the offset's standard deviation [m/sqrt(s)]."""
+    min_offset_time_constant: float = 0.12
+    """Least time constant of the offset [s], so that swinging is not taken for an offset."""
+    initial_offset_deviation: float = 0.03
+    """Standard deviation of the offset before the first observation [m]."""
+    max_equilibrium_mismatch: float = 0.35
+    """Share of the model's distance from the observed nodes [-]; an equilibrium that is nearer to
+    them than this share is taken for the rope's."""
+    diverged_offset: float = 0.08
+    """Mean offset above which the model has another shape than the rope [m]."""
 
 
 class StateEstimator:
     """Estimator of one rope's state."""
 
-    def __init__(self, rod: Rod | XpbdRod, motion: MotionState, time: int) -> None:
+    def __init__(
+        self,
+        rod: Rod | XpbdRod,
+        motion: MotionState,
+        time: int,
+        settings: EstimatorSettings | None = None,
+    ) -> None:
         """Create an estimator of a rope at rest.
 
         Args:
             rod: Model of the rope.
             motion: Motion of the grips.
             time: Time of that motion [ns].
+            settings: Time steps and noise.
         """
+        self.settings = settings or EstimatorSettings()
         self.rod = rod
         self.supports: Float64[np.ndarray, "m 12"] | None = None
         """Obstacles that the rope may lean on, packed for the rod."""
@@ -60,7 +74,7 @@ class StateEstimator:
         seen: Float64[np.ndarray, "n 3"] | None = None,
         turns: int = 0,
     ) -> None:
-        """Restart at rest.
+        """Restart the model at rest, without an offset.
 
         Args:
             motion: Motion of the grips.
@@ -83,7 +97,7 @@ class StateEstimator:
         self.start_time = time
         count = len(self.state.positions)
         self.offset: Float64[np.ndarray, "n 3"] = np.zeros((count, 3))
-        self._variance = np.full(count, INITIAL_OFFSET_DEVIATION**2)
+        self._variance = np.full(count, self.settings.initial_offset_deviation**2)
         self._observed_at: int | None = None
         self._history = deque([(time, self.state.positions)])
         self.innovation = 0.0
@@ -96,7 +110,7 @@ class StateEstimator:
 
     @property
     def turns(self) -> int:
-        """Whole turns of twist in the rope, which only the model knows."""
+        """Whole turns of twist in the rope; only the model has them, nodes do not show them."""
         return count_turns(self.state)
 
     def advance(self, motion: MotionState, time: int) -> None:
@@ -109,15 +123,15 @@ class StateEstimator:
         if time <= self.time:
             return
         dt = (time - self.time) * 1e-9
-        steps = max(1, int(np.ceil(dt / MAX_STEP)))
+        steps = max(1, int(np.ceil(dt / self.settings.max_step)))
         self.state = self._rollout(self.state, mean_twists(self.motion, motion, dt), dt, steps)
         self.motion, self.time = motion, time
         self._history.append((time, self.state.positions))
-        while (time - self._history[0][0]) * 1e-9 > HISTORY_TIME:
+        while (time - self._history[0][0]) * 1e-9 > self.settings.history_time:
             self._history.popleft()
 
     def predict(self, motion: MotionState, time: int) -> RodState:
-        """State of the model when its ends will have reached poses; the estimate is unchanged.
+        """Predict the model at a later time; the estimate is unchanged.
 
         Args:
             motion: Expected motion of the grips.
@@ -126,7 +140,7 @@ class StateEstimator:
         dt = (time - self.time) * 1e-9
         if dt <= 0.0:
             return self.state
-        steps = max(1, int(np.ceil(dt / MAX_PREDICTION_STEP)))
+        steps = max(1, int(np.ceil(dt / self.settings.max_prediction_step)))
         return self._rollout(self.state, mean_twists(self.motion, motion, dt), dt, steps)
 
     def change_material(self, rod: Rod | XpbdRod, change: Float64[np.ndarray, "n 3"]) -> None:
@@ -183,11 +197,11 @@ class StateEstimator:
             return False
         if not found.converged:
             return False
-        now, then = (
+        distances, distances_found = (
             np.linalg.norm(nodes - shape.positions, axis=1)[observed]
             for shape in (self.state, found.state)
         )
-        if np.max(then) > MAX_EQUILIBRIUM_MISMATCH * np.max(now):
+        if np.max(distances_found) > self.settings.max_equilibrium_mismatch * np.max(distances):
             return False
         self.restart(self.motion, self.time, seen, self.turns)
         return True
@@ -223,10 +237,10 @@ class StateEstimator:
         elapsed = 1.0 if self._observed_at is None else (stamp - self._observed_at) * 1e-9
         if elapsed <= 0.0:
             return
-        self._variance += OFFSET_DRIFT**2 * min(elapsed, 10.0)
+        self._variance += self.settings.offset_drift**2 * min(elapsed, 10.0)
         gain = self._variance / (self._variance + np.maximum(sigma, 1e-6) ** 2)
         if self._observed_at is not None:
-            gain = np.minimum(gain, 1.0 - np.exp(-elapsed / MIN_OFFSET_TIME_CONSTANT))
+            gain = np.minimum(gain, 1.0 - np.exp(-elapsed / self.settings.min_offset_time_constant))
         # An outlier counts less.
         miss = np.linalg.norm(error - self.offset, axis=1)
         typical = 0.01 + 3.0 * np.sqrt(self._variance + sigma**2)
@@ -241,7 +255,7 @@ class StateEstimator:
     @property
     def diverged(self) -> bool:
         """Whether the model has another shape than the rope."""
-        return float(np.mean(np.linalg.norm(self.offset, axis=1))) > DIVERGED_OFFSET
+        return float(np.mean(np.linalg.norm(self.offset, axis=1))) > self.settings.diverged_offset
 
     def model_nodes_at(self, stamp: int) -> Float64[np.ndarray, "n 3"]:
         """Nodes of the model at an earlier time, interpolated in its history [m].

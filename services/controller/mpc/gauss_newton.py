@@ -8,6 +8,8 @@ motion that the grips can make. Each call improves the solution of the call befo
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 from jaxtyping import Bool, Float64
 
@@ -29,6 +31,11 @@ LEVENBERG_DAMPING = 1e-4
 
 class GaussNewton:
     """Horizon optimizer by Gauss-Newton steps through the rod's sensitivities."""
+
+    executed_step_count = 1
+    """Steps before the next plan: it plans again after the first one."""
+    interpolation: Literal["constant", "linear"] = "linear"
+    """Velocity within a step: linear between the velocities at its ends."""
 
     def __init__(
         self,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from jaxtyping import Bool, Float64
@@ -30,7 +30,7 @@ class HorizonProblem:
     rotation: Float64[np.ndarray, "2 6"]
     """Rotation of the grips from the reference trajectory [rad], in the angular components."""
     oriented: Bool[np.ndarray, "2 6"]
-    """Components of that rotation that the goal asks to vanish."""
+    """Components of that rotation that are zero at the goal."""
     supports: Float64[np.ndarray, "m 12"] | None = None
     """Obstacles that the rope may lean on, packed for the rod."""
 
@@ -50,7 +50,7 @@ class HorizonPlan:
 
 
 class HorizonOptimizer(Protocol):
-    """Solver of one horizon after the other.
+    """Solver of successive horizons.
 
     Implementations: `mpc.gauss_newton.GaussNewton` (default) and `paper.optimizer.PaperOptimizer`
     (eq. (12) and (13) by Adam on a network or on the velocities).
@@ -64,6 +64,16 @@ class HorizonOptimizer(Protocol):
     @property
     def time_step(self) -> float:
         """Duration of a step [s]."""
+        ...
+
+    @property
+    def executed_step_count(self) -> int:
+        """Steps of a horizon that are executed before the next plan, in Algorithm 2."""
+        ...
+
+    @property
+    def interpolation(self) -> Literal["constant", "linear"]:
+        """Velocity within a step: constant, or linear between the velocities at its ends."""
         ...
 
     def reset(self) -> None:

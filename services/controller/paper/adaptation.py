@@ -1,9 +1,9 @@
-"""Online adaptation of the paper, eq. (15): theta follows what a horizon has shown, by Adam.
+"""Online adaptation of the paper, eq. (15): gradient descent on the error of the last horizon.
 
-After a horizon the same actions are rolled out once more from where it began, and all five
-parameters are moved to reduce the distance of its last shape from the observed one, as many times
-as the horizon was optimized. Interpretation: the norm is the sum of node distances, as in (12); m,
-I and beta_b move by their logarithms, so that none becomes negative; Adam keeps its moments from
+After a horizon, its actions are rolled out once more from its start, and Adam changes all five
+parameters to reduce the distance of the last shape from the observed one, in as many steps as the
+horizon was optimized. Interpretation: the norm is the sum of node distances, as in (12); m,
+I and beta_b change by their logarithms, so that none becomes negative; Adam keeps its moments from
 horizon to horizon. Scaling m, I and 1 / beta_b together leaves every motion as it is: only their
 ratios can be found.
 """
@@ -27,7 +27,9 @@ from shared.scenario.sections import PaperControl
 ADAM_RATE = 2e-3
 """Learning rate of Adam on logarithms and damping [-]; the paper does not state its own."""
 MAX_DAMPING = 0.999
+"""Largest damping factor of the rod [-]."""
 _LOGARITHMIC = ("mass", "inertia", "bending_compliance")
+"""Parameters that change by their logarithms."""
 
 
 @dataclass(frozen=True)
@@ -47,17 +49,28 @@ class PaperAdaptation:
     informs_planner = False
 
     def __init__(self, rod: XpbdRod, settings: PaperControl) -> None:
+        """Create an adaptation that has learnt nothing.
+
+        Args:
+            rod: Rod with the given parameters.
+            settings: Steps of the paper.
+        """
         self.properties: XpbdProperties = rod.properties
         self.standing = False
         self.settled = True
-        """Always: a rope that stands still gives it no information."""
+        """Always true: a rope that stands still gives this method no information."""
         self._rod, self._settings = rod, settings
         self._adam = Adam((len(PARAMETERS),), ADAM_RATE)
         self._start: _HorizonStart | None = None
 
     @property
+    def rod(self) -> XpbdRod:
+        """Rod with the parameters learnt so far."""
+        return self._rod.with_properties(self.properties)
+
+    @property
     def bending_stiffness(self) -> float:
-        """EI that the ratio of bending to weight stands for, at the mass first given [N m^2]."""
+        """EI [N m^2] that gives the learnt ratio of bending to weight at the given mass."""
         scale = self._rod.properties.mass / self.properties.mass
         return scale * self.properties.material(self._rod.node_count).bending_stiffness
 
@@ -68,40 +81,43 @@ class PaperAdaptation:
 
     @property
     def profiles(self) -> Mapping[str, Sequence[ParameterEstimate]]:
-        """No parameters have several values."""
+        """Empty: no parameter has several values."""
         return {}
 
     def adapt(
         self,
-        begun: RodState,
+        start: RodState,
         actions: Float64[np.ndarray, "H 2 6"],
         dt: float,
-        seen: Float64[np.ndarray, "n 3"],
+        nodes: Float64[np.ndarray, "n 3"],
         observed: Bool[np.ndarray, "n"],
         obstacles: Float64[np.ndarray, "m 12"] | None = None,
     ) -> Float64[np.ndarray, "n 3"]:
-        """Lines 14 to 19 of Algorithm 2; how the predicted last shape changes with it [m].
+        """Change the parameters, lines 14 to 19 of Algorithm 2.
 
         Args:
-            begun: The model when the horizon began.
-            actions: What was executed in it.
-            seen: Nodes at its end [m].
-            observed: Those that count.
+            start: State of the model at the start of the horizon.
+            actions: Executed velocities of the ends [m/s, rad/s].
+            dt: Duration of a step [s].
+            nodes: Observed nodes at the end of the horizon [m].
+            observed: Nodes that were seen; the others do not count.
+            obstacles: Obstacles of the rod, packed.
+
+        Returns:
+            Change of the predicted last shape [m].
         """
         shapes = []
 
-        def slope(positions: Float64[np.ndarray, "H n 3"]) -> Float64[np.ndarray, "H n 3"]:
+        def cost_gradient(positions: Float64[np.ndarray, "H n 3"]) -> Float64[np.ndarray, "H n 3"]:
             shapes.append(positions[-1])
-            miss = np.where(observed[:, None], positions[-1] - seen, 0.0)
-            pull = np.zeros_like(positions)
-            pull[-1] = miss / np.maximum(np.linalg.norm(miss, axis=1, keepdims=True), 1e-9)
-            return pull
+            miss = np.where(observed[:, None], positions[-1] - nodes, 0.0)
+            gradient = np.zeros_like(positions)
+            gradient[-1] = miss / np.maximum(np.linalg.norm(miss, axis=1, keepdims=True), 1e-9)
+            return gradient
 
         for _ in range(self._settings.optimizer_steps):
-            rod = self._rod.with_properties(self.properties)
-            spec = RolloutSpec(begun, actions, dt, obstacles=obstacles)
-            answer = rod.gradient(spec, slope)
-            self._move(answer.parameters)
+            spec = RolloutSpec(start, actions, dt, obstacles=obstacles)
+            self._descend(self.rod.gradient(spec, cost_gradient).parameters)
         return shapes[-1] - shapes[0]
 
     def update(
@@ -112,44 +128,45 @@ class PaperAdaptation:
         sigma: Float64[np.ndarray, "n"],
         observed: Bool[np.ndarray, "n"],
     ) -> Float64[np.ndarray, "n 3"] | None:
-        """Takes in an observation; how the model changes with it [m], if a horizon has passed.
+        """Take in an observation; change of the model's last shape [m] once a horizon has passed.
 
         Args:
-            estimator: Whose model shall become the rope's.
-            stamp: Of the observation [ns].
-            sigma: Not used: all that is observed counts the same.
+            estimator: State estimator whose model gets the parameters.
+            stamp: Time of the observation [ns].
+            nodes: Observed nodes [m].
+            sigma: Not used: all observed nodes count the same.
+            observed: Nodes that were seen, not bridged.
         """
-        record = self._start
-        if record is not None and not estimator.start_time <= record.time:
-            record = None
-        if record is None:
+        start = self._start
+        if start is None or estimator.start_time > start.time:
             self._begin(estimator)
             return None
         dt = self._settings.time_step
-        elapsed = (stamp - record.time) * 1e-9
+        elapsed = (stamp - start.time) * 1e-9
         if elapsed < self._settings.horizon * dt:
             return None
         steps = round(elapsed / dt)
-        times = record.time + np.arange(steps + 1) * (stamp - record.time) // steps
+        times = start.time + np.arange(steps + 1) * (stamp - start.time) // steps
         ends = np.stack([estimator.model_nodes_at(int(t))[[0, -1]] for t in times])
         actions = np.zeros((steps, 2, 6))
         actions[:, :, :3] = np.diff(ends, axis=0) / (elapsed / steps)
-        change = self.adapt(record.state, actions, elapsed / steps, nodes, observed)
+        change = self.adapt(start.state, actions, elapsed / steps, nodes, observed)
         self._begin(estimator)
         return change
 
     def _begin(self, estimator: StateEstimator) -> None:
-        seen = replace(estimator.state, positions=estimator.nodes)
-        self._start = _HorizonStart(estimator.time, seen)
+        """Begin a horizon at the estimated state."""
+        state = replace(estimator.state, positions=estimator.nodes)
+        self._start = _HorizonStart(estimator.time, state)
 
-    def _move(self, slopes: dict[str, float]) -> None:
+    def _descend(self, derivatives: dict[str, float]) -> None:
         """Take one step of Adam."""
         p = self.properties
-        pull = [
-            slopes[name] * (getattr(p, name) if name in _LOGARITHMIC else 1.0)
+        gradient = [
+            derivatives[name] * (getattr(p, name) if name in _LOGARITHMIC else 1.0)
             for name in PARAMETERS
         ]
-        steps = dict(zip(PARAMETERS, self._adam.step(np.array(pull)).tolist(), strict=True))
+        steps = dict(zip(PARAMETERS, self._adam.step(np.array(gradient)).tolist(), strict=True))
         changed = {
             name: getattr(p, name) * np.exp(step)
             if name in _LOGARITHMIC

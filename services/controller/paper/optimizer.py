@@ -4,17 +4,18 @@ The method `network` trains the paper's network in every horizon and keeps its w
 horizons; `actions` applies Adam to the velocities themselves, the paper's ablation, with a shifted
 start.
 
-Interpretation: the norm in (12) is the sum of node distances, with the weights as printed (as a
-mean the speed's weight holds the rope back, 6 cm of progress in 4 s); u holds the velocities of the
-free components; d of (13) is taken from a node, as printed, not from the rope's surface. Velocities
-are bounded in speed and in the distance of the ends before the rod sees them: the paper does not
-say what keeps its ends together, and an untrained network pulls them apart until the rod breaks.
+Interpretation: the norm in (12) is the sum of node distances, with the weights as printed (with
+their mean, the speed's weight holds the rope back, 6 cm of progress in 4 s); u holds the velocities
+of the free components; d of (13) is the distance of a node, as printed, not of the rope's surface.
+Velocities are bounded in speed and in the distance of the ends before the roll-out: the paper
+states no such bound, and an untrained network pulls the ends apart until the rod breaks.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Float64
@@ -30,13 +31,16 @@ from services.controller.paper.policies import Policy
 from shared.scenario.sections import PaperControl
 
 MIN_POTENTIAL_DISTANCE = 1e-3
-"""Distance below which the potential (13) grows no further [m]."""
+"""Distance below which the potential of eq. (13) grows no further [m]."""
 MAX_APPROACH = 0.15
 """Maximum approach of a node to an obstacle within a horizon [m]."""
 
 
 class PaperOptimizer:
     """Horizon optimizer by Adam on a policy."""
+
+    interpolation: Literal["constant", "linear"] = "constant"
+    """Velocity within a step: constant."""
 
     def __init__(
         self,
@@ -66,6 +70,11 @@ class PaperOptimizer:
         """Duration of a step [s]."""
         return self.settings.time_step
 
+    @property
+    def executed_step_count(self) -> int:
+        """Steps before the next plan: the paper executes a horizon whole."""
+        return self.settings.horizon
+
     def reset(self) -> None:
         """Keep the policy: the paper trains it from horizon to horizon."""
 
@@ -85,35 +94,35 @@ class PaperOptimizer:
         """
         s = self.settings
         count = len(problem.reference)
-        before = np.repeat((problem.state.positions + problem.offset)[None], count, axis=0)
+        inputs = np.repeat((problem.state.positions + problem.offset)[None], count, axis=0)
         goal = problem.reference[-1]
-        passed = round(self._elapsed / s.time_step)
-        self._elapsed -= passed * s.time_step
-        self.policy.begin(passed)
-        field = _RepulsivePotential(before[0], avoidance.obstacles, s.obstacle_distance)
+        elapsed_steps = round(self._elapsed / s.time_step)
+        self._elapsed -= elapsed_steps * s.time_step
+        self.policy.begin(elapsed_steps)
+        field = _RepulsivePotential(inputs[0], avoidance.obstacles, s.obstacle_distance)
         obstacles = pack(field.obstacles)
-        nodes, cost = before, {}
+        nodes, cost = inputs, {}
         for _ in range(s.optimizer_steps):
-            wanted = self._bounded(self.policy.velocities(before, goal), problem, avoidance)
+            velocities = self._bounded(self.policy.velocities(inputs, goal), problem, avoidance)
 
-            def pull(
+            def cost_gradient(
                 positions: Float64[np.ndarray, "h n 3"],
-                wanted: Float64[np.ndarray, "h 2 6"] = wanted,
+                velocities: Float64[np.ndarray, "h 2 6"] = velocities,
             ) -> Float64[np.ndarray, "h n 3"]:
                 nonlocal nodes, cost
                 nodes = positions + problem.offset
-                cost, slope = self._loss(nodes, wanted, problem, field)
-                return slope
+                cost, gradient = self._loss(nodes, velocities, problem, field)
+                return gradient
 
             spec = RolloutSpec(
-                problem.state, problem.path + wanted, s.time_step, obstacles=obstacles
+                problem.state, problem.path + velocities, s.time_step, obstacles=obstacles
             )
-            answer = rod.gradient(spec, pull, parameters=())
-            slope = answer.actions + 2.0 * s.speed_weight / count * wanted
-            self.policy.learn(slope[:, self.moves])
-            before = np.concatenate([before[:1], nodes[:-1]])
-        wanted = self._bounded(self.policy.velocities(before, goal), problem, avoidance)
-        return HorizonPlan(wanted.reshape(count, 2, 2, 3), nodes, cost, s.optimizer_steps)
+            through_rod = rod.gradient(spec, cost_gradient, parameters=()).actions
+            gradient = through_rod + 2.0 * s.speed_weight / count * velocities
+            self.policy.learn(gradient[:, self.moves])
+            inputs = np.concatenate([inputs[:1], nodes[:-1]])
+        velocities = self._bounded(self.policy.velocities(inputs, goal), problem, avoidance)
+        return HorizonPlan(velocities.reshape(count, 2, 2, 3), nodes, cost, s.optimizer_steps)
 
     def _bounded(
         self,
@@ -121,18 +130,18 @@ class PaperOptimizer:
         problem: HorizonProblem,
         avoidance: AvoidanceSpecification,
     ) -> Float64[np.ndarray, "h 2 6"]:
-        """Velocities within the limits on speed that keep the ends within the rope's reach."""
+        """Velocities within the limits on speed and on the distance of the ends."""
         velocities = np.zeros((len(free), 2, 6))
         velocities[:, self.moves] = free
-        together = limit_grip_distance(
+        limited = limit_grip_distance(
             problem.path + self._speed_limited(velocities),
             self.moves,
             problem.state.positions[[0, -1]],
             self.settings.time_step,
             avoidance.max_grip_distance,
         )
-        # Velocities that keep the ends together still do so when they are scaled down.
-        return self._speed_limited(together - problem.path)
+        # Scaled down, velocities that keep the distance of the ends within its limit still do so.
+        return self._speed_limited(limited - problem.path)
 
     def _speed_limited(
         self, velocities: Float64[np.ndarray, "h 2 6"]
@@ -149,18 +158,18 @@ class PaperOptimizer:
         problem: HorizonProblem,
         field: _RepulsivePotential,
     ) -> tuple[dict[str, float], Float64[np.ndarray, "h n 3"]]:
-        """Terms of eq. (12), and its gradient with respect to the nodes."""
+        """Terms of eq. (12), and the gradient of their sum with respect to the nodes."""
         s, count = self.settings, len(nodes)
         miss = nodes - problem.reference
         distance = np.maximum(np.linalg.norm(miss, axis=2, keepdims=True), 1e-9)
-        slope = s.error_weight / count * miss / distance
-        potential, pull = field.potential(nodes)
-        slope = slope + s.obstacle_weight / count * pull
+        gradient = s.error_weight / count * miss / distance
+        potential, d_potential = field.potential(nodes)
+        gradient = gradient + s.obstacle_weight / count * d_potential
         return {
             "error": s.error_weight / count * float(np.sum(distance)),
             "obstacles": s.obstacle_weight / count * potential,
             "speed": s.speed_weight / count * float(np.sum(velocities**2)),
-        }, slope
+        }, gradient
 
 
 class _RepulsivePotential:
@@ -172,7 +181,7 @@ class _RepulsivePotential:
         obstacles: Sequence[Obstacle],
         reach: float,
     ) -> None:
-        """Select the obstacles that the rope can come near to.
+        """Select the obstacles near enough to act on the rope.
 
         Args:
             nodes: Nodes at the beginning of the horizon [m].
@@ -181,24 +190,24 @@ class _RepulsivePotential:
         """
         self._nodes, self._reach = nodes, reach
         distances = [float(np.min(signed_distance(nodes, o))) - reach for o in obstacles]
-        near_ones = [(o, d) for o, d in zip(obstacles, distances, strict=True) if d < MAX_APPROACH]
-        self._distances = [d for _, d in near_ones]
-        self.obstacles = tuple(o for o, _ in near_ones)
+        near = [(o, d) for o, d in zip(obstacles, distances, strict=True) if d < MAX_APPROACH]
+        self._distances = [d for _, d in near]
+        self.obstacles = tuple(o for o, _ in near)
 
     def potential(
         self, nodes: Float64[np.ndarray, "h n 3"]
     ) -> tuple[float, Float64[np.ndarray, "h n 3"]]:
         """Potential U summed over all nodes [1/m^2], and its gradient."""
-        slope = np.zeros_like(nodes)
+        gradient = np.zeros_like(nodes)
         # A distance changes by no more than the displacement.
         moved = math.sqrt(np.max(np.sum((nodes - self._nodes) ** 2, axis=2)))
         acting = [o for o, d in zip(self.obstacles, self._distances, strict=True) if d < moved]
         if not acting:
-            return 0.0, slope
+            return 0.0, gradient
         points = nodes.reshape(-1, 3)
         hits = near_pairs(points, acting, np.full(len(points), self._reach))
         d = np.maximum(hits.distances, MIN_POTENTIAL_DISTANCE)
-        lack = 1.0 / d - 1.0 / self._reach
-        pull = -2.0 * (lack / d**2)[:, None] * hits.normals
-        np.add.at(slope.reshape(-1, 3), hits.points, pull)
-        return float(lack @ lack), slope
+        inverse_excess = 1.0 / d - 1.0 / self._reach
+        per_contact = -2.0 * (inverse_excess / d**2)[:, None] * hits.normals
+        np.add.at(gradient.reshape(-1, 3), hits.points, per_contact)
+        return float(inverse_excess @ inverse_excess), gradient

@@ -1,4 +1,4 @@
-"""Goals: the rod at rest between grips, and checks before anything moves."""
+"""Goals of a scenario, of requests and of grips, and the checks that they pass before a run."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float64
 
 from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines
@@ -16,14 +17,30 @@ from services.controller.run.task import Goal, RequestRefused
 from shared.scenario import SIDES, Scenario, Shape
 
 MAX_LENGTH_ERROR = 0.03
-"""Deviation of a goal's length from the rope's, as a share of the latter [-]."""
+"""Largest deviation of a goal's length from the rope's, as a share of the rope's length [-]."""
 MAX_SUPPORT_PENETRATION = 0.002
-"""Depth to which a goal may lie in a support [m]: a rope at rest presses into it a little."""
+"""Largest depth of a goal in a support [m]; a rope at rest presses into it a little."""
+
+
+@dataclass(frozen=True)
+class GoalRequest:
+    """Goal as a person gives it: nodes, or grips between which the rod comes to rest."""
+
+    nodes: Float64[np.ndarray, "n 3"] | None = None
+    """Nodes of the rope [m]; None for the rod at rest between the grips."""
+    grips: tuple[Pose, Pose] | None = None
+    """Left and right grip; None for those of the scenario's start."""
+    left_oriented: bool = False
+    """Whether the orientation of the left grip is part of a goal given by nodes."""
+    right_oriented: bool = False
+    """Whether the orientation of the right grip is part of a goal given by nodes."""
+    turns: float = 0.0
+    """Twist of the right end against the left one [turns]."""
 
 
 @dataclass(frozen=True)
 class GoalFactory:
-    """Makes and checks the goals of one cell."""
+    """Factory and checks of the goals of one cell."""
 
     scenario: Scenario
     """Scenario of the cell."""
@@ -55,6 +72,25 @@ class GoalFactory:
             right_oriented=rotates[1] and given[1],
             turns=shape.turns,
         )
+
+    def from_request(self, request: GoalRequest, obstacles: tuple[Obstacle, ...]) -> Goal:
+        """Goal of a person's request, resampled to the nodes of the rope.
+
+        Args:
+            request: Nodes, or grips.
+            obstacles: Obstacles of the scene, of which the supports count.
+
+        Raises:
+            RequestRefused: The rod does not come to rest there, or the grips are too far apart.
+        """
+        grips = self.feasible_grips(*(request.grips or self.start))
+        nodes = request.nodes
+        if nodes is None:
+            return self.at_rest(*grips, obstacles, request.turns)
+        count = self.scenario.rope.node_count
+        if len(nodes) != count and len(nodes) >= 3:
+            nodes = polylines.resample(nodes, count)
+        return Goal(nodes, *grips, request.left_oriented, request.right_oriented, request.turns)
 
     def feasible_grips(self, left: Pose, right: Pose) -> tuple[Pose, Pose]:
         """Grips that the ends can reach; what is fixed or does not rotate stays as it started.

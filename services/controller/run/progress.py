@@ -4,36 +4,46 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.obstacles import Obstacle, chain_clearance, signed_distance
 
-SETTLING_TIME = 300_000_000
-"""Duration for which the rope must rest within tolerance to have settled [ns]."""
-MEMORY_MARGIN = 50_000_000
-"""Duration beyond the settling time for which observations are kept [ns]."""
-REST_SPEED = 0.01
-"""Mean node speed below which the rope rests, above what noise makes [m/s]."""
-CLEARANCE_PERIOD = 180_000_000
-"""Minimum time between two computations of the clearance [ns]."""
-PROGRESS_SHARE = 0.03
-"""Decrease of the error that counts as progress, as a share of the error [-]."""
-STUCK_TIME = 1_500_000_000
-"""Time without progress after which the rope is stuck [ns]."""
+
+@dataclass(frozen=True)
+class ProgressSettings:
+    """Thresholds of a run's progress."""
+
+    settling_time: int = 300_000_000
+    """Duration for which the rope must rest within tolerance to have settled [ns]."""
+    memory_margin: int = 50_000_000
+    """Duration beyond the settling time for which observations are kept [ns]."""
+    rest_speed: float = 0.01
+    """Mean node speed below which the rope rests, above what noise makes [m/s]."""
+    clearance_period: int = 180_000_000
+    """Minimum time between two computations of the clearance [ns]."""
+    progress_share: float = 0.03
+    """Decrease of the error that counts as progress, as a share of the error [-]."""
+    stuck_time: int = 1_500_000_000
+    """Time without progress after which the rope is stuck [ns]."""
 
 
 class ProgressMonitor:
     """Measures of a run, from observations of the rope."""
 
-    def __init__(self, tolerance: float, radius: float) -> None:
+    def __init__(
+        self, tolerance: float, radius: float, settings: ProgressSettings | None = None
+    ) -> None:
         """Create a monitor of no run.
 
         Args:
             tolerance: Mean node distance to the goal that counts as reached [m].
             radius: Radius of the rope [m].
+            settings: Thresholds.
         """
+        self.settings = settings or ProgressSettings()
         self.tolerance, self.radius = tolerance, radius
         self.error = self.max_node_error = 0.0
         """Mean and maximum node distance to the goal [m]."""
@@ -73,11 +83,13 @@ class ProgressMonitor:
         distances = np.linalg.norm(nodes - goal, axis=1)
         self.error, self.max_node_error = float(np.mean(distances)), float(np.max(distances))
         self._recent.append((stamp, self.error, nodes))
-        while stamp - self._recent[0][0] > SETTLING_TIME + MEMORY_MARGIN:
+        while (
+            stamp - self._recent[0][0] > self.settings.settling_time + self.settings.memory_margin
+        ):
             self._recent.popleft()
-        if self.error < (1.0 - PROGRESS_SHARE) * self._best[0]:
+        if self.error < (1.0 - self.settings.progress_share) * self._best[0]:
             self._best = self.error, stamp
-        if stamp - self._clearance_stamp >= CLEARANCE_PERIOD:
+        if stamp - self._clearance_stamp >= self.settings.clearance_period:
             self._clearance_stamp = stamp
             avoided = [o for o in obstacles if not o.support]
             self.clearance = self._exact_clearance(nodes, avoided)
@@ -108,7 +120,7 @@ class ProgressMonitor:
         Args:
             now: Present time [ns].
         """
-        if len(self._recent) < 3 or now - self._recent[0][0] < SETTLING_TIME:
+        if len(self._recent) < 3 or now - self._recent[0][0] < self.settings.settling_time:
             return False
         third = max(1, len(self._recent) // 3)
         entries = list(self._recent)
@@ -116,7 +128,7 @@ class ProgressMonitor:
         last = np.mean([n for _, _, n in entries[-third:]], axis=0)
         elapsed = (entries[-1][0] - entries[0][0]) * 1e-9 * 2.0 / 3.0
         moved = float(np.mean(np.linalg.norm(last - first, axis=1)))
-        return moved < REST_SPEED * max(elapsed, 1e-3)
+        return moved < self.settings.rest_speed * max(elapsed, 1e-3)
 
     def stuck(self, now: int) -> bool:
         """Whether the error has not decreased for a while.
@@ -124,7 +136,7 @@ class ProgressMonitor:
         Args:
             now: Present time [ns].
         """
-        return now - self._best[1] > STUCK_TIME
+        return now - self._best[1] > self.settings.stuck_time
 
     def clearance_along(
         self, shapes: Float64[np.ndarray, "t n 3"], obstacles: Sequence[Obstacle]

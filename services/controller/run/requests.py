@@ -2,21 +2,60 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from enum import Enum, auto
+
 from lariat.geometry.obstacles import Obstacle
-from services.controller.messages import goal_message, goal_of
-from services.controller.run.goals import GoalFactory
+from services.controller.run.arm_condition import ArmCondition
+from services.controller.run.goals import GoalFactory, GoalRequest
 from services.controller.run.reasons import Reason
 from services.controller.run.state_machine import RunState
-from services.controller.run.task import RequestRefused, Task
-from shared.messages import ArmStates, GoalDraft, GoalPreview, TaskRequest, grip_pose
+from services.controller.run.task import Goal, RequestRefused, Task
+
+
+class RequestAction(Enum):
+    """Action that a person requests, named as in the message `TaskRequest`."""
+
+    SET_GOAL = auto()
+    START = auto()
+    PAUSE = auto()
+    STOP = auto()
+    RESET = auto()
+    SET = auto()
+
+
+@dataclass(frozen=True)
+class Request:
+    """Request of a person."""
+
+    id: str
+    """Id that the answer repeats."""
+    action: RequestAction | None
+    """Requested action; None for one that is not known, which changes nothing."""
+    goal: GoalRequest | None = None
+    """Goal of `SET_GOAL`."""
+    key: str = ""
+    """Name of the setting of `SET`."""
+    value: str = ""
+    """Value of the setting of `SET`."""
+
+
+@dataclass(frozen=True)
+class Preview:
+    """Goal between grips that are being dragged."""
+
+    goal: Goal | None
+    """Rod at rest between the grips; None where there is none."""
+    problem: str = ""
+    """Reason why it cannot be the goal; empty where it can."""
 
 
 def carry_out(
-    request: TaskRequest,
+    request: Request,
     task: Task,
     goals: GoalFactory,
     obstacles: tuple[Obstacle, ...],
-    arms: ArmStates | None,
+    arms: ArmCondition | None,
     now: int,
     obstruction: Reason | None = None,
 ) -> bool:
@@ -25,9 +64,9 @@ def carry_out(
     Args:
         request: Request of a person.
         task: Task that it changes.
-        goals: Maker of goals.
+        goals: Factory of goals.
         obstacles: Obstacles of the scene.
-        arms: State of the arms; None while their poses are not known.
+        arms: Condition of the arms; None while their poses are not known.
         now: Present time [ns].
         obstruction: Reason why no run can begin, where the controller knows one.
 
@@ -37,22 +76,24 @@ def carry_out(
     begun, refusal = False, ""
     try:
         match request.action:
-            case TaskRequest.SET_GOAL:
-                goal = goal_of(request.goal, goals, obstacles)
+            case RequestAction.SET_GOAL:
+                if request.goal is None:
+                    raise RequestRefused("the request holds no goal; give nodes or both grips")
+                goal = goals.from_request(request.goal, obstacles)
                 goals.check(goal, obstacles)
                 task.set_goal(goal)
-            case TaskRequest.START:
+            case RequestAction.START:
                 resumed = task.state is RunState.PAUSED
                 _check_arms(arms, obstruction)
                 task.start(now)
                 begun = not resumed
-            case TaskRequest.PAUSE:
+            case RequestAction.PAUSE:
                 task.pause()
-            case TaskRequest.STOP:
+            case RequestAction.STOP:
                 task.stop()
-            case TaskRequest.RESET:
+            case RequestAction.RESET:
                 task.reset()
-            case TaskRequest.SET:
+            case RequestAction.SET:
                 task.set(request.key, request.value)
     except RequestRefused as error:
         refusal = str(error)
@@ -60,36 +101,34 @@ def carry_out(
     return begun
 
 
-def preview(
-    draft: GoalDraft, goals: GoalFactory, obstacles: tuple[Obstacle, ...], now: int
-) -> GoalPreview:
+def preview(request: GoalRequest, goals: GoalFactory, obstacles: tuple[Obstacle, ...]) -> Preview:
     """Rod at rest between grips that are being dragged, or the reason why there is none.
 
     Args:
-        draft: Grips of a person.
-        goals: Maker of goals.
+        request: Grips of a person.
+        goals: Factory of goals.
         obstacles: Obstacles of the scene.
-        now: Present time [ns].
     """
-    answer = GoalPreview(draft=draft.id, stamp=now)
+    goal = None
     try:
-        grips = goals.feasible_grips(grip_pose(draft.left), grip_pose(draft.right))
-        goal = goals.at_rest(*grips, obstacles)
-        answer.goal.CopyFrom(goal_message(goal))
+        goal = goals.from_request(request, obstacles)
         goals.check(goal, obstacles)
-        answer.reachable = True
     except ValueError as error:
-        answer.reason = str(error)
-    return answer
+        return Preview(goal, str(error))
+    return Preview(goal)
 
 
-def _check_arms(arms: ArmStates | None, obstruction: Reason | None) -> None:
-    """Refuse a run that the arms cannot begin."""
+def _check_arms(arms: ArmCondition | None, obstruction: Reason | None) -> None:
+    """Refuse a run that the arms cannot begin.
+
+    Raises:
+        RequestRefused: The arms are not ready.
+    """
     if obstruction is not None:
         raise RequestRefused(str(obstruction))
     if arms is None:
         raise RequestRefused("the arms have not reported their poses yet; is the gateway running?")
-    if arms.mode == ArmStates.DISARMED:
+    if not arms.armed:
         raise RequestRefused(f"the arms are disarmed ({arms.reason}); arm them first")
-    if arms.mode == ArmStates.FAULT or arms.needs_acknowledgement:
+    if not arms.available:
         raise RequestRefused(f"the arms hold ({arms.reason}); acknowledge first")

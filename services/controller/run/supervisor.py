@@ -10,6 +10,7 @@ import numpy as np
 from lariat.trajectory import MotionState
 from services.controller.estimation.adaptation import Adaptation
 from services.controller.mpc.reference_trajectory import ReferenceTrajectory
+from services.controller.run.arm_condition import ArmCondition
 from services.controller.run.progress import ProgressMonitor
 from services.controller.run.reasons import Reason, ReasonCode
 from services.controller.run.snag_detector import Snag
@@ -54,22 +55,6 @@ class SupervisorSettings:
     """New paths that are requested because the material has changed, in one run."""
     max_unfollowed_replans: int = 1
     """New paths that are requested because the arms did not follow one, in one run."""
-
-
-@dataclass(frozen=True)
-class ArmCondition:
-    """Condition of the arms that decides whether they are controlled."""
-
-    available: bool
-    """Whether they are armed and need no acknowledgement."""
-    reason: str
-    """Reason of their mode, in words."""
-    reset_count: int
-    """Number of resets that they have carried out."""
-    refused_chunks: int
-    """Chunks of this controller that the gateway has refused since the last accepted one."""
-    refusal: str
-    """Reason of the last refusal, in words."""
 
 
 @dataclass(frozen=True)

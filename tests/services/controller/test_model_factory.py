@@ -1,4 +1,4 @@
-"""The paper's rod predicts where a scenario asks for it, and says where it cannot."""
+"""Rod, optimizer and adaptation by the `control` section of a scenario."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from shared.scenario.sections import End, Ends, PaperControl
 SCENARIO = load(Path(__file__).parents[3] / "scenarios" / "three-cylinders.toml")
 
 
-def test_a_controller_of_the_papers_rod_warms_up_and_adapts_its_five_parameters() -> None:
+def test_controller_with_the_papers_rod_warms_up_and_adapts() -> None:
     paper = PaperControl(bending_compliance=0.002, iterations=7, optimizer_steps=2)
     control = replace(SCENARIO.control, solver="xpbd", method="network", adapt=True, paper=paper)
     service = build(replace(SCENARIO, control=control), "session")
@@ -28,7 +28,7 @@ def test_a_controller_of_the_papers_rod_warms_up_and_adapts_its_five_parameters(
     service.warm_up()
 
 
-def test_what_the_papers_rod_cannot_do_is_refused() -> None:
+def test_combinations_that_the_papers_rod_does_not_support_are_refused() -> None:
     control = replace(SCENARIO.control, solver="xpbd")
     with pytest.raises(ConfigurationError, match="gives no sensitivities to method 'gauss_newton'"):
         build(replace(SCENARIO, control=control), "session")

@@ -1,4 +1,4 @@
-"""The filter finds the material, and knows how well."""
+"""Accuracy of the learnt material, and of its stated deviations."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ GOAL = grips((-0.14, 0.05, 0.27), (0.16, 0.02, 0.31))
 
 
 def with_rope(cell: Cell, **changes: object) -> Cell:
-    """The cell with another true rope."""
+    """Replace the true rope of a cell."""
     cell.plant = cell.model.with_properties(replace(cell.plant.properties, **changes))
     cell.rope = cell.plant.rest(*cell.start).state
     return cell
 
 
 @pytest.mark.parametrize(("factor", "noise"), [(0.4, 0.0), (3.0, 2e-3)])
-def test_stiffness_is_found_within_what_is_claimed(factor: float, noise: float) -> None:
+def test_stiffness_is_found_within_its_stated_deviation(factor: float, noise: float) -> None:
     cell = Cell(stiffness_factor=factor, noise=noise, adapts=True)
     goal = cell.plant.rest(*GOAL).state.positions
     cell.follow()
@@ -45,11 +45,11 @@ def test_model_with_the_found_stiffness_needs_no_offset() -> None:
         goal = cell.plant.rest(*GOAL).state.positions
         cell.follow()
         cell.run(3.0, goal)
-        offsets.append(abs(cell.estimate.offset).mean())
+        offsets.append(abs(cell.estimator.offset).mean())
     assert offsets[1] < 0.2 * offsets[0]
 
 
-def test_uneven_stiffness_and_length_are_told_apart() -> None:
+def test_uneven_stiffness_and_length_are_distinguished() -> None:
     cell = with_rope(Cell(adapts=True), stiffness_profile=(1.5, 1.0, 0.67), length=0.453)
     cell.follow()
     cell.run(3.0, cell.plant.rest(*GOAL).state.positions)
@@ -61,12 +61,12 @@ def test_uneven_stiffness_and_length_are_told_apart() -> None:
     assert abs(length.value - 0.453) < 3.0 * length.standard_deviation < 5e-3
 
 
-def test_what_was_not_seen_stays_as_it_was_given() -> None:
+def test_unobserved_nodes_leave_the_given_properties() -> None:
     adaptation = MaterialFilter(PROPERTIES)
     cell = Cell()
     hidden = np.zeros(len(cell.rope.positions), dtype=bool)
     far = cell.rope.positions + 0.05
-    change = adaptation.update(cell.estimate, cell.now, far, np.zeros(len(far)), hidden)
+    change = adaptation.update(cell.estimator, cell.now, far, np.zeros(len(far)), hidden)
     assert change is None
     profiles = adaptation.profiles.values()
     estimates = [*adaptation.scalars.values(), *(e for row in profiles for e in row)]
@@ -75,23 +75,23 @@ def test_what_was_not_seen_stays_as_it_was_given() -> None:
     assert adaptation.scalars["length"].value == pytest.approx(PROPERTIES.length)
 
 
-def test_one_bad_frame_moves_little() -> None:
+def test_one_bad_image_changes_the_stiffness_little() -> None:
     cell = Cell()
     adaptation = MaterialFilter(PROPERTIES)
-    seen = cell.estimate.state.positions
+    seen = cell.estimator.state.positions
     sigma, observed = np.full(len(seen), 1e-3), np.ones(len(seen), dtype=bool)
     now = cell.now
     for _ in range(10):
-        adaptation.update(cell.estimate, now, seen, sigma, observed)
+        adaptation.update(cell.estimator, now, seen, sigma, observed)
         now += 500_000_000
     before = adaptation.bending_stiffness
     bad = seen + np.linspace(0.0, 0.1, len(seen))[:, None]
-    adaptation.update(cell.estimate, now, bad, sigma, observed)
+    adaptation.update(cell.estimator, now, bad, sigma, observed)
     assert abs(np.log(adaptation.bending_stiffness / before)) < 0.2
 
 
 @pytest.mark.parametrize("factor", [0.5, 6.0])
-def test_a_rope_that_hangs_still_tells_its_stiffness_before_it_is_moved(factor: float) -> None:
+def test_stiffness_of_a_hanging_rope_is_found_before_it_is_moved(factor: float) -> None:
     given = replace(PROPERTIES, youngs_modulus=1e6)
     model = Rod(given, COUNT)
     left, right = grips((-0.14, 0.0, 0.3), (0.14, 0.03, 0.32))
@@ -114,7 +114,7 @@ def test_a_rope_that_hangs_still_tells_its_stiffness_before_it_is_moved(factor: 
     assert adaptation.settled
     assert abs(np.log(adaptation.bending_stiffness / plant.properties.bending_stiffness)) < 0.3
     assert np.linalg.norm(estimate.state.positions - rope, axis=1).mean() < 1e-3
-    # A shape tells once: what it has told is not told again.
+    # A shape counts once, however long it is observed.
     before = adaptation.properties
     for _ in range(20):
         now += 100_000_000

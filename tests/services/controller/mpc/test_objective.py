@@ -1,4 +1,4 @@
-"""The slope of the objective is that of its cost."""
+"""Gradient of the objective."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ CRATE = Obstacle("sphere", (-0.25, 0.02, 0.01), radius=0.015, name="crate")
 AROUND = AvoidanceSpecification((POST,), 0.012, 0.004, 0.44, 0.45, (POST, CRATE), 0.05, 0.05)
 
 
-def test_slope_is_that_of_the_cost_of_all_terms() -> None:
+def test_gradient_equals_finite_differences_of_the_cost() -> None:
     random = np.random.default_rng(0)
     line = np.stack([np.linspace(-0.2, 0.2, COUNT), *np.zeros((2, COUNT))], axis=1)
     nodes = line + 0.005 * random.normal(size=(HORIZON, 1, 3))
-    slopes = random.normal(size=(HORIZON, COUNT, 3, VARIABLES))
+    jacobian = random.normal(size=(HORIZON, COUNT, 3, VARIABLES))
     # A clamped edge keeps its length.
-    slopes[:, 1, 0], slopes[:, -2, 0] = slopes[:, 0, 0], slopes[:, -1, 0]
+    jacobian[:, 1, 0], jacobian[:, -2, 0] = jacobian[:, 0, 0], jacobian[:, -1, 0]
     goal = nodes + 0.01 * random.normal(size=nodes.shape)
 
     def at(change: np.ndarray) -> NormalEquations:
-        moved = nodes + slopes @ change
-        return rope_terms(moved, moved, slopes, goal, AROUND, 0.05)
+        moved = nodes + jacobian @ change
+        return rope_terms(moved, moved, jacobian, goal, AROUND, 0.05)
 
     here = at(np.zeros(VARIABLES))
     assert set(here.cost) == {"tracking", "calm", "obstacles", "grippers"}

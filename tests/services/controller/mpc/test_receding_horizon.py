@@ -1,4 +1,4 @@
-"""The loop brings a rope to its goal, whatever its stiffness, and moves the grips within limits."""
+"""Convergence to the goal and limits of the grips in closed loop."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ def test_grips_keep_their_limits_while_the_goal_jumps() -> None:
         cell.run(0.4, goal)
     limits = Limits()
     for order, bound in enumerate((limits.speed, limits.acceleration, limits.jerk), start=1):
-        change = np.diff(cell.points, n=order, axis=0) / 0.02**order
+        change = np.diff(cell.grip_positions, n=order, axis=0) / 0.02**order
         assert np.linalg.norm(change, axis=2).max() <= bound
 
 
 @pytest.mark.parametrize("delay", [0.1])
-def test_late_noisy_pictures_do_not_unsettle_the_rope(delay: float) -> None:
+def test_rope_settles_with_late_and_noisy_images(delay: float) -> None:
     cell = Cell(stiffness_factor=2.0, noise=2e-3, camera_delay=delay)
     goal = cell.plant.rest(*BESIDE).state.positions
     cell.follow()
     cell.run(4.0, goal)
     assert cell.error(goal) < 1.5e-3
-    tail = np.array(cell.points[-50:])
+    tail = np.array(cell.grip_positions[-50:])
     assert np.linalg.norm(tail - tail.mean(axis=0), axis=2).max() < 1.5e-3

@@ -1,4 +1,4 @@
-"""Gradient descent through the paper's rod finds how its bending weighs against its mass."""
+"""Parameters of the paper's rod by gradient descent."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TRUE = XpbdProperties(0.45, 0.008)
 DT = 0.01
 
 
-def test_a_stiffness_that_is_wrong_comes_closer_and_predictions_with_it() -> None:
+def test_wrong_stiffness_and_predictions_improve() -> None:
     plant = XpbdRod(TRUE, 20)
     believed = replace(TRUE, bending_compliance=2.0 * TRUE.bending_compliance)
     model = XpbdRod(believed, 20)
@@ -41,7 +41,7 @@ def test_a_stiffness_that_is_wrong_comes_closer_and_predictions_with_it() -> Non
     assert np.mean(errors[-10:]) < 0.6 * np.mean(errors[:5])
 
 
-def test_unseen_nodes_pull_at_nothing() -> None:
+def test_unobserved_nodes_change_no_parameter() -> None:
     rod = XpbdRod(TRUE, 20)
     adaptation = PaperAdaptation(rod, PaperControl(optimizer_steps=3))
     state = rod.rest(*grips((-0.19, 0.0, 0.3), (0.19, 0.0, 0.3))).state

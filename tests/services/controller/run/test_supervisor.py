@@ -10,16 +10,17 @@ import pytest
 from lariat.geometry.poses import Pose
 from lariat.trajectory import MotionState
 from services.controller.mpc.reference_trajectory import ReferenceTrajectory
+from services.controller.run.arm_condition import ArmCondition
 from services.controller.run.progress import ProgressMonitor
 from services.controller.run.reasons import ReasonCode
 from services.controller.run.snag_detector import Snag
 from services.controller.run.state_machine import RunState
-from services.controller.run.supervisor import ArmCondition, PathOffer, RunSupervisor
+from services.controller.run.supervisor import PathOffer, RunSupervisor
 from services.controller.run.task import Task
 from shared.service import SECOND
 from tests.services.controller.run.test_task import task
 
-ARMS = ArmCondition(True, "", 0, 0, "")
+ARMS = ArmCondition(True, True, "", 0, 0, "")
 REFUSING = replace(ARMS, refused_chunks=9, refusal="joint_limits")
 
 

@@ -1,4 +1,4 @@
-"""Motion keeps its limits whatever is asked."""
+"""Limits and convergence of jerk-limited velocity tracking."""
 
 from __future__ import annotations
 
@@ -9,9 +9,7 @@ from hypothesis import strategies as st
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from lariat.trajectory import MotionState, stopping_states
-from services.controller.mpc.setpoint_stream import SetpointStream
 from services.controller.mpc.velocity_tracking import jerk_towards
-from shared.motion_contract import LEAST_CHUNK_SPAN
 from shared.scenario.sections import Limits
 
 DT = 0.02
@@ -22,6 +20,7 @@ REST = MotionState.at_rest(
 
 
 def integrated(motion: MotionState, jerk: np.ndarray) -> MotionState:
+    """Motion after one period with constant jerk."""
     v, a = motion.twists, motion.accelerations
     return motion.moved(
         DT * v + DT**2 / 2 * a + DT**3 / 6 * jerk, v + DT * a + DT**2 / 2 * jerk, a + DT * jerk
@@ -34,7 +33,7 @@ def norms(vectors: np.ndarray) -> np.ndarray:
 
 @settings(max_examples=50, deadline=None)
 @given(st.integers(0, 10**6), st.integers(1, 40))
-def test_random_wishes_end_at_rest_within_limits(seed: int, count: int) -> None:
+def test_random_velocities_end_at_rest_within_limits(seed: int, count: int) -> None:
     random = np.random.default_rng(seed)
     limits = Limits()
     motion = REST
@@ -56,7 +55,7 @@ def test_random_wishes_end_at_rest_within_limits(seed: int, count: int) -> None:
     assert (speeds <= 1.02 * limits.speed_bounds).all()
     assert (accelerations <= 1.001 * limits.acceleration_bounds).all()
     assert (jerks <= 1.001 * limits.jerk_bounds).all()
-    # The points alone, as the gateway sees them.
+    # The gateway has the points alone.
     points = np.array([m.positions for m in motions])
     third = np.linalg.norm(np.diff(points, n=3, axis=0), axis=-1) / DT**3
     assert (third <= 1.001 * Limits().jerk).all()
@@ -77,25 +76,3 @@ def test_velocity_is_reached_without_overshoot() -> None:
     assert max(speeds) < 0.303
     assert abs(speeds[-1] - 0.3) < 1e-3
     assert speeds[12] > 0.28
-
-
-def test_every_chunk_repeats_the_points_before_its_decision() -> None:
-    dt = 20_000_000
-    row = SetpointStream(REST, 0, dt, Limits().scaled(0.7))
-    wanted = np.full((2, 2, 3), 0.05)
-    motions = [REST]
-    for _ in range(5):
-        last = motions[-1]
-        jerk = jerk_towards(last.twists, last.accelerations, wanted, 0.0 * wanted, row.limits, DT)
-        motions.append(integrated(last, jerk))
-    commit = row.index_at(30_000_000)
-    first = row.extended(commit, motions[1:])
-    second = row.extended(commit + 1, [])
-    assert second.start - first.start == dt
-    repeated = len(first.positions) - 1
-    np.testing.assert_array_equal(first.positions[1:], second.positions[:repeated])
-    np.testing.assert_array_equal(first.positions[-2], first.positions[-1])
-    assert first.span >= LEAST_CHUNK_SPAN
-    halfway = row.motion_at(row.time_of(commit + 2) + dt // 2).positions
-    ends = [row.motion(commit + k).positions for k in (2, 3)]
-    assert np.all((halfway - ends[0]) * (halfway - ends[1]) < 0.0)

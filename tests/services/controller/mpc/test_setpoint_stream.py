@@ -1,0 +1,39 @@
+"""Continuity of successive chunks."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lariat.trajectory import MotionState
+from services.controller.mpc.setpoint_stream import SetpointStream
+from shared.motion_contract import LEAST_CHUNK_SPAN
+from shared.scenario.sections import Limits
+from tests.services.controller.cell import grips
+
+REST = MotionState.at_rest(*grips((-0.2, 0.0, 0.3), (0.2, 0.0, 0.3)))
+
+
+def test_every_chunk_repeats_the_points_before_its_new_ones() -> None:
+    dt = 20_000_000
+    stream = SetpointStream(REST, 0, dt, Limits().scaled(0.7))
+    jerk = np.full((2, 2, 3), 1.0)
+    motions = [REST]
+    for _ in range(5):
+        v, a = motions[-1].twists, motions[-1].accelerations
+        h = dt * 1e-9
+        motions.append(
+            motions[-1].moved(
+                h * (v + h * (a / 2.0 + h * jerk / 6.0)), v + h * (a + h * jerk / 2.0), a + h * jerk
+            )
+        )
+    commit = stream.index_at(30_000_000)
+    first = stream.extended(commit, motions[1:])
+    second = stream.extended(commit + 1, [])
+    assert second.start - first.start == dt
+    repeated = len(first.positions) - 1
+    np.testing.assert_array_equal(first.positions[1:], second.positions[:repeated])
+    np.testing.assert_array_equal(first.positions[-2], first.positions[-1])
+    assert first.span >= LEAST_CHUNK_SPAN
+    halfway = stream.motion_at(stream.time_of(commit + 2) + dt // 2).positions
+    ends = [stream.motion(commit + k).positions for k in (2, 3)]
+    assert np.all((halfway - ends[0]) * (halfway - ends[1]) < 0.0)

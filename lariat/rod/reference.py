@@ -1,6 +1,6 @@
 """Implicit step of the rod in plain NumPy: a readable form of the kernel, and its test reference.
 
-One step of implicit Euler of duration h goes from positions x1 and orientations q1 to the minimiser
+One step of implicit Euler of duration h goes from positions x1 and orientations q1 to the minimizer
 of the energy
 
     (I)  sum over nodes  m wt |x - y|^2 / 2             y = x1 + carry h v

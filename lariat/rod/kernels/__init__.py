@@ -1,9 +1,9 @@
-"""The kernel of the implicit rod: roll-outs, their derivatives, and statics as a roll-out.
+"""Kernel of the implicit rod: roll-outs, their derivatives, and statics as a roll-out.
 
 **Model.** A Cosserat rod of n nodes and n - 1 edges. Each node has a position x, each edge an
-orientation q, whose third axis d3 lies along the edge but for shear. One implicit step of duration
-h is the minimiser of an incremental energy, where y and q^ are the inertial targets, to which
-inertia alone would lead, and wt = (1 + c h) / h^2 weighs inertia under a damping c:
+orientation q, whose third axis d3 lies along the edge except for shear. One implicit step of
+duration h is the minimizer of an incremental energy, where y and q^ are the inertial targets, to
+which inertia alone would lead, and wt = (1 + c h) / h^2 weighs inertia under a damping c:
 
     nodes     m wt |x - y|^2 / 2 - m g x                                     inertia, weight
     edges     l K |e / l - d3|^2 / 2 + wt J |2 Im(conj(q^) q)|^2 / 2         stretch, inertia
@@ -23,7 +23,7 @@ left to right, in blocks of three for each node and edge, so that H is banded an
 n. Plain iterations come first; where they diverge, the solve starts again with line search and
 positive definite Hessians.
 
-**Derivatives.** At the minimiser g(x, x1, x0, ..., theta) = 0. By the implicit function theorem,
+**Derivatives.** At the minimizer g(x, x1, x0, ..., theta) = 0. By the implicit function theorem,
 H dx = -dg/dx1 dx1 - dg/dx0 dx0 - ... - dg/dtheta dtheta. Forwards, this carries columns of
 sensitivities from solve to solve; backwards, its transpose carries the gradient of one cost. Both
 reuse the factors of the last Newton step.
@@ -48,17 +48,17 @@ reuse the factors of the last Newton step.
     adjoint                  gradient of a cost, backwards
     sensitivities            derivatives of positions, forwards
     step_terms, rotations    terms and rotations that these share
-    addressing, memory       places in the two arrays (`lariat.rod.launch.layout`), loads and stores
+    addressing, memory       offsets (`lariat.rod.launch.layout`), loads and stores
 
 `lariat.rod.reference` is the same step in plain NumPy.
 
-**Structure of the code.** Taichi's compile time grows faster than the size of what it compiles, so
-that the large parts are real functions, compiled once each. They share one signature: the integer
-array `ni`, the doubles `w`, the `Task` asked for, the offset `rod`, the solve `step`, and two
-arguments of the task. Taichi 1.7 has two faults with real functions. Functions that are inlined
-into them lose their branches and loops: what is inlined has none (`ti.select`). And the key of
-Taichi's offline cache depends on chance as soon as one body names two real functions: every part
-therefore names only one other, does its own tasks, and passes on all others. The chain of parts
-begins in `sensitivities` and ends in `banded_solve`; its order decides what the compiler inlines,
-and hence the rounding of results.
+**Structure of the code.** Taichi's compile time grows faster than the size of the code, so that the
+large parts are real functions, compiled once each. They share one signature: the integer array
+`ni`, the doubles `w`, the `Task` to do, the offset `rod`, the solve `step`, and two arguments of
+the task. Taichi 1.7 has two faults with real functions. Functions that are inlined into them lose
+their branches and loops: they have none (`ti.select`). And the key of Taichi's offline cache
+depends on chance as soon as one body names two real functions: every part therefore names only one
+other, does its own tasks, and passes on all others. The chain of parts begins in `sensitivities`
+and ends in `banded_solve`; its order decides what the compiler inlines, and hence the rounding of
+results.
 """

@@ -1,6 +1,6 @@
 """Offsets of positions, orientations and other quantities in the array of doubles.
 
-`ni` is the integer array, `rod` the offset of the rod that the kernel is at.
+`ni` is the integer array, `rod` the offset of the current rod.
 """
 
 import taichi as ti
@@ -50,13 +50,13 @@ def parameter_derivatives_at(ni: ti.template(), rod, group, j):
 
 @ti.func
 def parameter_code_at(ni: ti.template(), p):
-    """Place in the integer array of the `Parameter`, knot and knot count of p."""
+    """Place in the integer array of the `Parameter`, knot and knot count of parameter p."""
     return STEP_BLOCKS + ni[Header.HORIZON] + PARAMETER_WIDTH * p
 
 
 @ti.func
 def sensitivity_columns_at(ni: ti.template(), rod, step, group):
-    """Offset of six columns of a solve, and how many groups of six columns there are."""
+    """Offset of a group of six columns of a solve, and the number of groups."""
     groups = (
         ni[Header.ACTION_GROUPS]
         + (ni[Header.PARAMETERS] + 5) // 6

@@ -4,7 +4,7 @@ Backwards over the solves, with lambda the derivative of the cost with respect t
 
     H mu = lambda,  lambda_k -= (dg/dx_k)^T mu,  dcost/dtheta -= (dg/dtheta)^T mu.
 
-The factors of every solve are still there. Driven blocks pass their part on to the actions.
+The factors of every solve are kept. The adjoint of driven blocks goes on to the actions.
 """
 
 import taichi as ti
@@ -30,7 +30,7 @@ from lariat.rod.launch.layout import HISTORY_SLOTS, STEP_BLOCKS, Header, Scalar,
 def adjoint(
     ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
 ) -> ti.f64:
-    """Carry the adjoint from after a solve to after the ones before it, and to the parameters."""
+    """Carry the adjoint over one solve: to the solves before it and to the parameters."""
     result = 0.0
     if task == Task.ADJOINT:
         n = ni[Header.NODES]

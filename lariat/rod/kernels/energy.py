@@ -7,11 +7,11 @@ length l and moments of inertia J:
          sum over edges  wt J |2 Im(conj(q^) q)|^2 / 2
     (W)  sum over nodes  -m g x
     (S)  sum over edges  l K |e / l - d3|^2 / 2                   e = x_i+1 - x_i, d3 = R(q_i) z
-    (B)  sum over bends  (k1, k2, k3) |y - rest|^2 / 2            y = log(conj(q_i) q_i+1)
+    (B)  sum over bends  (k1, k2, k3) |u - rest|^2 / 2            u = log(conj(q_i) q_i+1)
 
-(S) is eq. (4) of the paper with shear as stiff as stretch, (B) its eq. (7) with the logarithm
-instead of 2 Im(conj(q) q), so that the torque stays proportional to twist. Rotations of an edge are
-tangent vectors phi in its own frame, q exp(phi).
+(S) is eq. (4) of Ying & Yamazaki (2024) with shear as stiff as stretch, (B) their eq. (7) with the
+logarithm instead of 2 Im(conj(q) q), so that the torque stays proportional to twist. Rotations of
+an edge are tangent vectors phi in its own frame, q exp(phi).
 
 Stretch is far stiffer than all else and makes plain Newton iterations crawl. Its force is therefore
 a variable of its own (mixed Newton): the geometric part of its Hessian takes the tension that the
@@ -152,12 +152,12 @@ def bend_energy(
         g = rod + ni[Section.GRADIENT]
         energy = 0.0
         for j in range(n - 2):
-            y, left_inverse, c, d = bend_rotation(ni, w, rod, step + HISTORY_SLOTS, j)
+            u, left_inverse, c, d = bend_rotation(ni, w, rod, step + HISTORY_SLOTS, j)
             effective = rod + ni[Section.EFFECTIVE_BENDS] + EFFECTIVE_BEND_WIDTH * j
             stiffness = load3(w, effective + EffectiveBend.STIFFNESS)
             rest = load3(w, effective + EffectiveBend.REST)
-            moment = stiffness * (y - rest)
-            energy += 0.5 * moment.dot(y - rest)
+            moment = stiffness * (u - rest)
+            energy += 0.5 * moment.dot(u - rest)
             right_inverse = left_inverse.transpose()
             add(w, g + 6 * j + 3, -(right_inverse @ moment))
             add(w, g + 6 * j + 9, left_inverse @ moment)
@@ -168,13 +168,13 @@ def bend_energy(
                     front_factor[a, b] *= stiffness[b]
                     rear_factor[a, b] *= stiffness[b]
             if exact:
-                ky = cross_matrix(y)
-                km = cross_matrix(moment)
-                y_moment = y.cross(moment)
-                curvature_term = -c * (cross_matrix(y_moment) + ky @ km)
-                curvature_term += d * (ky @ y_moment).outer_product(y)
-                front_factor += curvature_term + 0.5 * km
-                rear_factor += curvature_term - 0.5 * km
+                u_cross = cross_matrix(u)
+                moment_cross = cross_matrix(moment)
+                u_moment = u.cross(moment)
+                curvature_term = -c * (cross_matrix(u_moment) + u_cross @ moment_cross)
+                curvature_term += d * (u_cross @ u_moment).outer_product(u)
+                front_factor += curvature_term + 0.5 * moment_cross
+                rear_factor += curvature_term - 0.5 * moment_cross
             first_block = rear_factor @ left_inverse
             second_block = front_factor @ right_inverse
             m = hessian_at(ni, rod, step, 2 * j + 1)

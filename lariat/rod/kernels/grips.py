@@ -24,7 +24,7 @@ from lariat.rod.launch.layout import HISTORY_SLOTS, Header, Section
 def move_grips(
     ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
 ) -> ti.f64:
-    """Place the driven blocks at their grips (`arg` 1), or write their way there as a step."""
+    """Place the driven blocks at their grips (`arg` 1), or write their step to there."""
     result = 0.0
     if task == Task.MOVE_GRIPS:
         exactly = arg
@@ -60,7 +60,7 @@ def move_grips(
 def subtract_couplings(
     ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
 ) -> ti.f64:
-    """Subtract from the free blocks of the step at `arg` the effect of driven blocks."""
+    """Subtract the effect of driven blocks from the free blocks of the vector at `arg`."""
     result = 0.0
     if task == Task.SUBTRACT_COUPLINGS:
         d = arg

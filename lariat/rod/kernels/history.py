@@ -52,7 +52,7 @@ def start_history(ni: ti.template(), w: ti.template(), rod):
 
 @ti.func
 def write_final_velocities(ni: ti.template(), w: ti.template(), rod):
-    """Leave the last velocities in the sections of the target positions and the tensions."""
+    """Write the last velocities into the sections of the target positions and the tensions."""
     n = ni[Header.NODES]
     last = ni[Header.STEPS] + HISTORY_SLOTS - 1
     start = time_at(ni, rod, ni[Header.STEPS] - 1)

@@ -20,7 +20,7 @@ from lariat.rod.launch.layout import HISTORY_SLOTS, Header, Scalar, Section
 def accept_iterate(
     ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
 ) -> ti.f64:
-    """Store the iterate as the point to step from, and the negative gradient as right-hand side."""
+    """Store the iterate as start of the step, and the negative gradient as right-hand side."""
     result = 0.0
     if task == Task.ACCEPT_ITERATE:
         n = ni[Header.NODES]
@@ -57,11 +57,11 @@ def apply_step(
         length = scalar(ni, w, rod, Scalar.EDGE_LENGTH)
         for i in range(n - 1):
             x = load3(w, rod + ni[Section.ACCEPTED_POSITIONS] + 3 * i)
-            nearby = load3(w, rod + ni[Section.ACCEPTED_POSITIONS] + 3 * i + 3)
+            x_next = load3(w, rod + ni[Section.ACCEPTED_POSITIONS] + 3 * i + 3)
             q = load4(w, rod + ni[Section.ACCEPTED_ORIENTATIONS] + 4 * i)
             r = rotation_matrix(q)
             phi = share * load3(w, d + 6 * i + 3)
-            edge = nearby - x + share * (load3(w, d + 6 * i + 6) - load3(w, d + 6 * i))
+            edge = x_next - x + share * (load3(w, d + 6 * i + 6) - load3(w, d + 6 * i))
             d3 = r @ ti.Vector([phi[1], -phi[0], 1.0])
             store(w, rod + ni[Section.TENSIONS] + 3 * i, stretch * (edge / length - d3))
             store(w, position_at(ni, rod, step + HISTORY_SLOTS, i), x + share * load3(w, d + 6 * i))

@@ -6,7 +6,7 @@ Every edge has evenly spaced samples x_s, each of which stands for a share l / c
 
 The signed distance, its normal and its curvature are those of
 `lariat.geometry.obstacles.signed_distance`, for a row of `ObstacleRow`. An edge is skipped when its
-middle is further away than its whole length could reach.
+middle is too far away for any of its points to be in reach.
 """
 
 import taichi as ti
@@ -58,7 +58,7 @@ def obstacle_contacts(
                 near = (middle - load3(w, row + ObstacleRow.POSITION)).norm() < w[
                     row + ObstacleRow.BOUNDING_RADIUS
                 ] + bound
-                # Once for the middle, then for every sample if that came near.
+                # The middle comes first (j = -1); the samples follow only if it is near.
                 for j in range(-1, samples):
                     if near:
                         s = ti.select(j < 0, 0.5, (j + 0.5) / samples)

@@ -1,7 +1,7 @@
 """Derivative of a step's equation with respect to the parameters, dg/dtheta.
 
 Every term of the energy is linear in its stiffness or its mass, so that its derivative is its own
-gradient over the parameter. Knots of a profile share in a bend or a node by linear interpolation.
+gradient over the parameter. The profiles are interpolated linearly between their knots.
 """
 
 import taichi as ti
@@ -43,7 +43,7 @@ def add_parameter_derivative(ni: ti.template(), w: ti.template(), rod, p, j, v):
 def parameter_derivatives(
     ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
 ) -> ti.f64:
-    """Derivative of the gradient with respect to every parameter that was asked for."""
+    """Compute the derivative of the gradient with respect to every requested parameter."""
     result = 0.0
     if task == Task.PARAMETER_DERIVATIVES:
         n = ni[Header.NODES]
@@ -135,8 +135,8 @@ def parameter_derivatives(
                         moment *= per_length
                     else:
                         moment *= h / damped
-                        slope = load3(w, rod + ni[Section.TARGET_DERIVATIVES] + 3 * i)
-                        moment -= (h * carry * carry) * slope
+                        derivative = load3(w, rod + ni[Section.TARGET_DERIVATIVES] + 3 * i)
+                        moment -= (h * carry * carry) * derivative
                     add_parameter_derivative(ni, w, rod, p, 2 * i + 1, moment)
             if (
                 code == Parameter.BENDING_STIFFNESS
@@ -145,7 +145,7 @@ def parameter_derivatives(
                 or (code >= Parameter.LENGTH and code != Parameter.DENSITY_PROFILE)
             ):
                 for j in range(n - 2):
-                    y, jacobian, _c, _d = bend_rotation(ni, w, rod, step + HISTORY_SLOTS, j)
+                    u, jacobian, _c, _d = bend_rotation(ni, w, rod, step + HISTORY_SLOTS, j)
                     bend = rod + ni[Section.BENDS] + 6 * j
                     stiffness = load3(w, bend)
                     rest = load3(w, bend + 3)
@@ -156,7 +156,7 @@ def parameter_derivatives(
                         share = ti.max(0.0, 1.0 - ti.abs(coordinate - knot))
                     effective = rod + ni[Section.EFFECTIVE_BENDS] + EFFECTIVE_BEND_WIDTH * j
                     moment = load3(w, effective + EffectiveBend.STIFFNESS) * (
-                        y - load3(w, effective + EffectiveBend.REST)
+                        u - load3(w, effective + EffectiveBend.REST)
                     )
                     if code == Parameter.BENDING_STIFFNESS:
                         moment *= share / scalar(ni, w, rod, Scalar.BENDING_STIFFNESS)
@@ -176,7 +176,7 @@ def parameter_derivatives(
                         moment = (
                             (carries / h)
                             * stiffness
-                            * (y - load3(w, effective + EffectiveBend.DAMPED_FROM))
+                            * (u - load3(w, effective + EffectiveBend.DAMPED_FROM))
                         )
                     elif code == Parameter.LENGTH:
                         moment = -per_length * (moment + stiffness * rest)

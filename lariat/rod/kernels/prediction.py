@@ -40,8 +40,8 @@ def inertial_targets(
 ) -> ti.f64:
     """Compute the inertial targets and the bends' effective stiffness and rest.
 
-    Internal damping k tau / h |y - y1|^2 / 2 and the bends' own energy k |y - rest|^2 / 2 add up,
-    but for a constant, to one square with more stiffness and another rest.
+    Internal damping k tau / h |u - u1|^2 / 2 and the bends' own energy k |u - rest|^2 / 2 add up,
+    except for a constant, to one square with a higher stiffness and another rest.
     """
     result = 0.0
     if task == Task.INERTIAL_TARGETS:
@@ -68,8 +68,8 @@ def inertial_targets(
             if damped:
                 for back in range(1, 3):
                     share = w[time_at(ni, rod, step) + TimeRow.BASE_SHARES + back - 1]
-                    y, _jacobian, _c, _d = bend_rotation(ni, w, rod, step + HISTORY_SLOTS - back, j)
-                    before += share * y
+                    u, _jacobian, _c, _d = bend_rotation(ni, w, rod, step + HISTORY_SLOTS - back, j)
+                    before += share * u
             bend = rod + ni[Section.BENDS] + 6 * j
             to = rod + ni[Section.EFFECTIVE_BENDS] + EFFECTIVE_BEND_WIDTH * j
             store(w, to + EffectiveBend.STIFFNESS, (1.0 + rate) * load3(w, bend))
@@ -84,10 +84,10 @@ def inertial_targets(
 def predict(
     ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
 ) -> ti.f64:
-    """Set the first iterate: the inertial target (`arg` 1), or the shape before.
+    """Set the first iterate: the inertial target (`arg` 1), or the last shape.
 
-    The target is not taken where it could lie beyond an obstacle or another strand, whose far side
-    might then be the nearer one, nor where it would tear edges far out of their length.
+    The last shape is also taken where the target could lie beyond the middle of an obstacle or of
+    another strand, or would stretch edges far beyond their length.
     """
     result = 0.0
     if task == Task.PREDICT:

@@ -1,14 +1,14 @@
 """Roll-out: the kernel, and the order in which the parts of a step are called.
 
-A launch costs as much as several steps, so that one does a whole horizon, with its derivatives. The
-tasks of a solve, where brackets mark those of the first iteration alone:
+A launch costs as much as several steps, so that one launch computes a whole horizon and its
+derivatives. The tasks of a solve, where brackets mark those of the first iteration alone:
 
     INERTIAL_TARGETS, PREDICT
     repeat  EDGE_ENERGY, BEND_ENERGY, OBSTACLE_CONTACT, SELF_CONTACT     energy, gradient, Hessian
             FACTORIZE, ACCEPT_ITERATE, [MOVE_GRIPS, SUBTRACT_COUPLINGS]  H = L D L^T, -g
             SOLVE, APPLY_STEP, [MOVE_GRIPS]                              H s = -g
 
-An indefinite Hessian is evaluated anew without its negative parts, and then with a growing shift.
+An indefinite Hessian is evaluated again without its negative parts, then with a growing shift.
 """
 
 import taichi as ti
@@ -24,7 +24,7 @@ from lariat.rod.launch.layout import HISTORY_SLOTS, REPORT_WIDTH, Header, Report
 
 @ti.kernel
 def roll_out(ni: Integers, w: Doubles, batch: ti.i32):
-    """Roll out every rod of a batch, with the derivatives that the header asks for."""
+    """Roll out every rod of a batch, with the derivatives that the header names."""
     ti.loop_config(serialize=True)
     for b in range(batch):
         rod = b * ni[Header.STRIDE]
@@ -65,7 +65,7 @@ def advance(ni: ti.template(), w: ti.template(), rod):
         max_stride = ti.max(ti.min(max_stride, 4.0 * thickness), thickness)
     self_contact = ni[Header.MAX_SELF_CONTACTS] > 0
     if self_contact:
-        # Or over another strand.
+        # Nor may they jump over another strand.
         max_stride = ti.min(max_stride, scalar(ni, w, rod, Scalar.CONTACT_REACH))
     column = 0
     iterations = 0
@@ -89,7 +89,7 @@ def advance(ni: ti.template(), w: ti.template(), rod):
         arg = exact
         real = shift
         if phase == Phase.DERIVATIVES:
-            # Contact with gradient but without Hessian, for the derivative by length.
+            # Contact with gradient but without Hessian, for the derivative with respect to length.
             arg = 2
         if task == Task.APPLY_STEP:
             real = share
@@ -261,7 +261,7 @@ def advance(ni: ti.template(), w: ti.template(), rod):
                         # Self-contacts without a place in the list are missing from the solve.
                         unplaced = w[rod + ni[Section.SELF_CONTACTS] + 1]
                         converged = ti.cast(unplaced == 0.0, ti.i32)
-                    # FINAL_HESSIAN where the last Hessian was a modified one, for the derivatives.
+                    # Derivatives need the true Hessian: FINAL_HESSIAN follows a modified one.
                     phase = ti.cast(exact == 0 or shift > 0.0, ti.i32)
                     if phase == Phase.ITERATION:
                         task = Task.SOLVED

@@ -1,15 +1,15 @@
 """Rotations: quaternions (wxyz), rotation vectors, and the Jacobians of SO(3).
 
-Conventions are those of `lariat.geometry.poses`. Without branches, like everything that is inlined
-into a real function (see the package).
+Conventions are those of `lariat.geometry.poses`. The functions have no branches, since they are
+inlined into real functions (see the package).
 """
 
 import taichi as ti
 
 LOG_FACTOR, JACOBIAN_COEFFICIENT, JACOBIAN_COEFFICIENT_DERIVATIVE = range(3)
-"""Places of the polynomials in `SERIES`."""
+"""Places of the polynomials in `POLYNOMIALS`."""
 # fmt: off
-SERIES = (
+POLYNOMIALS = (
     # log(u) = LOG_FACTOR Im(u): t / sin(t / 2)
     (
         2.0, 0.6666666666669252, 0.2666666666323836, 0.11428571608572231,
@@ -43,7 +43,7 @@ SERIES = (
 """Coefficients of polynomials in z = 1 - cos(t / 2), lowest order first.
 
 They are exact to rounding for angles t up to half a turn, where all three functions are smooth in
-z up to z = 1. Interpolated at Chebyshev nodes with 60 digits. They replace the arcus tangent, which
+z up to z = 1. Interpolated at Chebyshev nodes with 60 digits. They replace the arctangent, which
 would take a fifth of the time of a roll-out, and roots and quotients, which would take a tenth.
 """
 
@@ -89,7 +89,7 @@ def rotation_matrix(q):
 
 @ti.func
 def rotated(q, phi):
-    """Rotate q by a small `phi` in its own frame: q exp(phi) to second order, normalised."""
+    """Rotate q by a small `phi` in its own frame: q exp(phi) to second order, normalized."""
     p = quaternion_product(q, ti.Vector([1.0, 0.5 * phi[0], 0.5 * phi[1], 0.5 * phi[2]]))
     return p / ti.sqrt(p.dot(p))
 
@@ -108,7 +108,7 @@ def exponential(y):
 @ti.func
 def logarithm(u):
     """Rotation vector of a unit quaternion with u[0] >= 0."""
-    return evaluate_series(1.0 - u[0], LOG_FACTOR) * ti.Vector([u[1], u[2], u[3]])
+    return evaluate_polynomial(1.0 - u[0], LOG_FACTOR) * ti.Vector([u[1], u[2], u[3]])
 
 
 @ti.func
@@ -117,20 +117,20 @@ def log_coefficients(u):
 
     c = (1 - (t/2) cot(t/2)) / t^2.
     """
-    return evaluate_series(1.0 - u[0], JACOBIAN_COEFFICIENT), evaluate_series(
+    return evaluate_polynomial(1.0 - u[0], JACOBIAN_COEFFICIENT), evaluate_polynomial(
         1.0 - u[0], JACOBIAN_COEFFICIENT_DERIVATIVE
     )
 
 
 @ti.func
-def evaluate_series(z, which: ti.template()):
-    """Polynomial `which` of `SERIES` at z in [0, 1], as five short sums that run in parallel."""
+def evaluate_polynomial(z, which: ti.template()):
+    """Polynomial `which` at z in [0, 1], as five short sums that run in parallel."""
     z2 = z * z
     z4 = z2 * z2
     total = 0.0
     for k in ti.static(range(16, -1, -4)):
-        low = SERIES[which][k] + SERIES[which][k + 1] * z
-        high = SERIES[which][k + 2] + SERIES[which][k + 3] * z
+        low = POLYNOMIALS[which][k] + POLYNOMIALS[which][k + 1] * z
+        high = POLYNOMIALS[which][k + 2] + POLYNOMIALS[which][k + 3] * z
         total = total * z4 + (low + z2 * high)
     return total
 

@@ -3,8 +3,8 @@
     sum over points  l / count p(reach - distance) / 2,  reach = diameter + margin
 
 between points of an edge and the nearest point of another edge that is no neighbour, pushed apart
-along the line between them. The contacts are few and stay out of the band: the list of their
-`SelfContact` numbers enters the solves one by one.
+along the line between them. The contacts are few and do not enter the band: the solves apply them
+one by one, from the list of their `SelfContact` numbers.
 """
 
 import taichi as ti
@@ -32,8 +32,8 @@ def self_contacts(
 ) -> ti.f64:
     """Add energy and gradient of self-contact, and list the contacts for the solve.
 
-    Of the edges of another strand that a point comes near, it touches only the nearest: a strand is
-    as smooth at its nodes as between them. Every pair counts from both sides, by half each.
+    A point touches only the nearest edge of another strand, so that a strand is as smooth at its
+    nodes as between them. Every pair is counted from both sides, by half each.
     """
     result = 0.0
     if task == Task.SELF_CONTACT:
@@ -73,7 +73,7 @@ def self_contacts(
                 stop = n - 1
                 if side == 0:
                     stop = i - gap + 1
-                # One more round than there are edges, to end the last run of near ones.
+                # One round more than there are edges ends the last run of near ones.
                 while j <= stop:
                     leave = 1
                     stride = 1

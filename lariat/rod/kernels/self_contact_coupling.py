@@ -27,10 +27,10 @@ from lariat.rod.launch.layout import (
 def fold_self_contacts(
     ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
 ) -> ti.f64:
-    """Subtract from some blocks the couplings through self-contacts with the others.
+    """Subtract the effect of some blocks on the others through self-contacts.
 
-    `SUBTRACT_SELF_CONTACT_COUPLINGS` subtracts from free blocks the effect of driven ones,
-    `FOLD_SELF_CONTACTS` from driven blocks the effect of free ones. The vector is at `arg`, with
+    `SUBTRACT_SELF_CONTACT_COUPLINGS` subtracts the effect of driven blocks from free ones,
+    `FOLD_SELF_CONTACTS` that of free blocks from driven ones. The vector is at `arg`, with
     stride `real`.
     """
     result = 0.0

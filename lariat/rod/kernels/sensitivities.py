@@ -28,7 +28,7 @@ from lariat.rod.launch.layout import HISTORY_SLOTS, STEP_BLOCKS, Header, Scalar,
 def grip_sensitivities(
     ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
 ) -> ti.f64:
-    """Rows of the driven blocks in every column, from the same rows of the solve before."""
+    """Compute the rows of driven blocks in every column, from those of the solve before."""
     result = 0.0
     if task == Task.GRIP_SENSITIVITIES:
         n = ni[Header.NODES]

@@ -1,10 +1,10 @@
 """Derivative of a step's equation with respect to the solves before it.
 
-At the minimiser the gradient g(x, x1, x0, ..., theta) is zero, so that, with the Hessian H,
+At the minimizer the gradient g(x, x1, x0, ..., theta) is zero, so that, with the Hessian H,
 
     H dx = -dg/dx1 dx1 - dg/dx0 dx0 - ... - dg/dtheta dtheta.
 
-For nodes, dg/dx_k = -m wt share_k. For edges these are the 3x3 matrices computed here, since
+For nodes, dg/dx_k = -m wt share_k. For edges, they are the 3x3 matrices computed here, since
 targets are composed in the chart of the last orientation.
 """
 
@@ -40,8 +40,8 @@ def inertia_derivatives(
 ) -> ti.f64:
     """Compute derivatives of the gradient with respect to the rotations in earlier solves.
 
-    Also stores J_l^-1 of the bends after this solve and the two before it, for internal damping,
-    and clears the gradient, to which only contact adds from here on.
+    J_l^-1 of the bends after this solve and the two before it is stored as well, for internal
+    damping, and the gradient is cleared, to which only contact adds from here on.
     """
     result = 0.0
     if task == Task.INERTIA_DERIVATIVES:

@@ -1,6 +1,6 @@
 """Terms that several parts of a step share: time, grips, bends and rotational inertia.
 
-Inlined, hence without branches.
+They are inlined into real functions, and therefore have no branches.
 """
 
 import taichi as ti
@@ -66,7 +66,7 @@ def grip_target(ni: ti.template(), w: ti.template(), rod, step, end):
 
 @ti.func
 def bend_rotation(ni: ti.template(), w: ti.template(), rod, slot, j):
-    """Rotation vector y between edges j and j + 1, J_l^-1(y), and its coefficients c and c'/t."""
+    """Rotation vector between edges j and j + 1, its J_l^-1, and the coefficients c and c'/t."""
     u = relative_rotation(
         load4(w, orientation_at(ni, rod, slot, j)),
         load4(w, orientation_at(ni, rod, slot, j + 1)),

@@ -26,28 +26,35 @@ SizesT = TypeVar("SizesT", bound=LaunchSizes)
 
 @dataclass(frozen=True)
 class LaunchBuffers(Generic[SizesT]):
-    """The two arrays of a launch."""
+    """Arrays of a launch: integers, and doubles that are cut into sections."""
 
     sizes: SizesT
+    """Sizes of the launch."""
     places: dict[int, slice]
     """Place of each section in the numbers of a rod."""
     integers: Int32[np.ndarray, "k"]
+    """Integer array, as in `layout`."""
     doubles: Float64[np.ndarray, "m"]
+    """Array of doubles, as in `layout`."""
     rods: Float64[np.ndarray, "B s"]
     """Numbers of each rod, as a view into the doubles."""
 
     def section(self, name: int) -> Float64[np.ndarray, "B k"]:
-        """Section of every rod of the batch, as a view."""
+        """Return a section of every rod of the batch, as a view.
+
+        Args:
+            name: `Section` of the rod's layout.
+        """
         return self.rods[:, self.places[name]]
 
     def obstacles(self) -> Float64[np.ndarray, "m 17"]:
-        """Rows of the obstacles, as a view."""
+        """Return the rows of the obstacles, as a view."""
         end = self.rods.size + OBSTACLE_WIDTH * self.sizes.obstacles
         return self.doubles[self.rods.size : end].reshape(-1, OBSTACLE_WIDTH)
 
 
 class BufferPool:
-    """Memory for the doubles of one launch after the other; it grows and never shrinks."""
+    """Memory for the doubles of successive launches; it grows and never shrinks."""
 
     def __init__(self) -> None:
         self._doubles = np.zeros(0)

@@ -1,4 +1,4 @@
-"""Codes by which launches and the kernel name derivatives, holds, parameters, tasks and shapes."""
+"""Integer codes of derivatives, holds, parameters, tasks and shapes in launches and kernels."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class EndHold(IntEnum):
 
 
 class Parameter(IntEnum):
-    """Parameters of the rod that derivatives can be taken with respect to."""
+    """Parameters of the rod with respect to which derivatives can be taken."""
 
     BENDING_STIFFNESS = 0
     TWISTING_STIFFNESS = auto()
@@ -41,7 +41,7 @@ class Parameter(IntEnum):
 
 
 class Task(IntEnum):
-    """Tasks of the kernel's parts, in about the order in which a step calls for them."""
+    """Tasks of the kernel's parts, roughly in the order of a step."""
 
     INERTIAL_TARGETS = 0
     PREDICT = auto()
@@ -75,7 +75,7 @@ class Phase(IntEnum):
 
     ITERATION = 0
     FINAL_HESSIAN = auto()
-    """Factorisation of the true Hessian where the iteration ended with a modified one."""
+    """Factorization of the true Hessian after an iteration that ended with a modified one."""
     DERIVATIVES = auto()
     FINISHED = auto()
 

@@ -36,18 +36,18 @@ of a section [-]."""
 
 
 def main(folder: str) -> None:
-    """Compile the kernel into a library in `folder`, named after the sources that were read."""
-    with tempfile.TemporaryDirectory() as workplace:
-        os.chdir(workplace)
-        key, library = assembled(Path(workplace))
+    """Compile the kernel into a library in `folder`, named after the key of its sources."""
+    with tempfile.TemporaryDirectory() as workspace:
+        os.chdir(workspace)
+        key, library = build_library(Path(workspace))
         target = machine_code.library_path(Path(folder), key)
         finished = target.with_suffix(f".{os.getpid()}")
         finished.write_bytes(library.read_bytes())
-        # Other processes see either the whole file or none.
+        # The file appears to other processes as a whole.
         finished.replace(target)
 
 
-def assembled(folder: Path) -> tuple[str, Path]:
+def build_library(folder: Path) -> tuple[str, Path]:
     """Compile the kernel and compare it with Taichi's; return the key and the library.
 
     Args:
@@ -64,7 +64,7 @@ def assembled(folder: Path) -> tuple[str, Path]:
     expected = [launch.doubles.copy() for launch in launches]
     for launch, doubles in zip(launches, expected, strict=True):
         taichi_runtime.launch(rollout.roll_out, launch.integers, doubles, launch.sizes.batch)
-    # Taichi has read the sources by now: a change since the parent took its own key shows here.
+    # Taichi has read the sources: a change after the parent process took its key shows here.
     key = kernel_key(imported_sources())
     (folder / "rod.s").write_text(_kernel_assembly(folder) + _key_assembly(key))
     for command in ("as -o rod.o rod.s", "ld -shared -z noexecstack -o rod.so rod.o"):
@@ -80,22 +80,22 @@ def assembled(folder: Path) -> tuple[str, Path]:
 
 
 def _kernel_assembly(folder: Path) -> str:
-    """Assembly of the kernel, from the files that Taichi wrote, under the kernel's own symbol."""
+    """Return the kernel's assembly from the files that Taichi wrote, under `KERNEL_SYMBOL`."""
     written = [path.read_text() for path in sorted(folder.glob("*.s"))]
     symbol = re.compile(r"^(roll_out_\w+_serial):$", re.MULTILINE)
     for text in reversed(written):
         if found := symbol.search(text):
             return re.sub(rf"\b{found[1]}\b", machine_code.KERNEL_SYMBOL, text)
-    raise ValueError(f"Taichi wrote {len(written)} files and no serial kernel in them")
+    raise ValueError(f"none of the {len(written)} files that Taichi wrote holds a serial kernel")
 
 
 def _key_assembly(key: str) -> str:
-    """Assembly of the text that tells from which sources the library was compiled."""
+    """Return the assembly of the text that holds the library's key."""
     return f'\n.section .rodata\n.asciz "{machine_code.KEY_MARKER}{key}"\n'
 
 
 def trial_launches() -> list[LaunchBuffers[Sizes]]:
-    """Prepare launches that together run every part of the kernel."""
+    """Return launches that together run every part of the kernel."""
     properties = RodProperties(0.45, 0.008, 0.044, 1e6, internal_damping=0.01)
     bar = Obstacle(
         "capsule", (0.2, 0.0, 0.285), (0.7071, 0.7071, 0.0, 0.0), radius=0.01, height=1.0
@@ -123,7 +123,14 @@ def trial_launches() -> list[LaunchBuffers[Sizes]]:
 
 
 def deviation(launch: LaunchBuffers[Sizes], doubles: Float64[np.ndarray, "m"]) -> float:
-    """Largest difference of a launch's results from others, relative to each section's largest."""
+    """Return the largest difference of a launch's results from others [-].
+
+    Differences are relative to the largest number of their section.
+
+    Args:
+        launch: Launch with its results.
+        doubles: Doubles of the same launch with other results.
+    """
     worst = 0.0
     results = (
         Section.POSITIONS,

@@ -1,9 +1,9 @@
 """Key of the kernel's machine code: a hash of everything that the code is made from.
 
 The key is computed twice, independently: from the files of this package, by the process that looks
-for the machine code, and from the files of the modules that were really imported, by the process
-that compiles it. The latter writes its key into the library, so that machine code of other sources
-is recognised whatever its file is called.
+for the machine code, and from the files of the modules that were imported, by the process that
+compiles it. The latter writes its key into the library, so that machine code of other sources
+is recognized whatever the name of its file.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ _LAUNCH_MODULES = (
     "rod/launch/layout.py",
     "rod/launch/taichi_runtime.py",
 )
-"""Constants of the kernel and the settings of its compiler."""
+"""Modules with the constants of the kernel and the settings of its compiler."""
 
 
 def kernel_key(sources: Iterable[Path], root: Path = PACKAGE_ROOT) -> str:
-    """SHA-256 of sources, compiler and processor, as 64 hexadecimal digits.
+    """Return the SHA-256 of sources, compiler and processor, as 64 hexadecimal digits.
 
     Args:
         sources: Files of Python source below `root`, in any order.
@@ -53,12 +53,12 @@ def kernel_key(sources: Iterable[Path], root: Path = PACKAGE_ROOT) -> str:
 
 
 def own_sources(root: Path = PACKAGE_ROOT) -> list[Path]:
-    """Files of a package `lariat` that the kernel is compiled from."""
+    """Return the files of a package `lariat` that the kernel is compiled from."""
     return [*(root / _KERNELS).rglob("*.py"), *(root / name for name in _LAUNCH_MODULES)]
 
 
 def imported_sources() -> list[Path]:
-    """Files of the modules, imported by this process, that the kernel is compiled from."""
+    """Return the files of the modules, imported by this process, that make up the kernel."""
     package = f"lariat.{_KERNELS.replace('/', '.')}"
     launch_modules = {f"lariat.{name[:-3].replace('/', '.')}" for name in _LAUNCH_MODULES}
     return [

@@ -42,7 +42,7 @@ def launch(buffers: LaunchBuffers[Sizes]) -> None:
 
 @lru_cache(maxsize=256)
 def _plan(sizes: Sizes) -> tuple[dict[int, slice], int, Int32[np.ndarray, "k"]]:
-    """Sections, count of doubles of a rod, and integer array; cached, since sizes recur."""
+    """Return sections, count of doubles of a rod, and integer array; cached, since sizes recur."""
     places, stride = sections(sizes)
     count = STEP_BLOCKS + sizes.horizon + PARAMETER_WIDTH * sizes.parameters
     integers = np.zeros(count, dtype=np.int32)

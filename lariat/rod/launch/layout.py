@@ -31,14 +31,14 @@ class Header(IntEnum):
     STEPS = auto()
     """Implicit solves."""
     HORIZON = auto()
-    """Steps that a caller asked for, each of `SUBSTEPS` solves."""
+    """Requested steps, each of `SUBSTEPS` solves."""
     SUBSTEPS = auto()
     HISTORY = auto()
     """Number of earlier solves that enter one, at most HISTORY_SLOTS."""
     FIRST_FREE = auto()
-    """First block of unknowns that no grip places."""
+    """First block of unknowns that no grip drives."""
     END_FREE = auto()
-    """Block after the last one that no grip places."""
+    """Block after the last one that no grip drives."""
     LEFT_END = auto()
     """`EndHold` of the left end; that of the right end follows."""
     RIGHT_END = auto()
@@ -53,13 +53,13 @@ class Header(IntEnum):
     """`Derivatives` that are computed."""
     MAX_ITERATIONS = auto()
     CONTACT_SAMPLES = auto()
-    """Points of an edge that obstacles push."""
+    """Points of an edge that are tested for contact with obstacles."""
     MAX_SELF_CONTACTS = auto()
-    """Places for contacts of the rod with itself; zero where these are not looked for."""
+    """Capacity for contacts of the rod with itself; zero without self-contact."""
     SELF_CONTACT_SAMPLES = auto()
-    """Points of an edge that other edges push."""
+    """Points of an edge that are tested for contact with other edges."""
     SELF_CONTACT_GAP = auto()
-    """Difference of indices from which on two edges may push each other."""
+    """Smallest difference of the indices of two edges that may touch each other."""
     OBSTACLE_ROWS = auto()
     """Offset of the obstacles in the doubles."""
     STRIDE = auto()
@@ -88,7 +88,7 @@ class Section(IntEnum):
     ACCEPTED_POSITIONS = auto()
     ACCEPTED_ORIENTATIONS = auto()
     HESSIAN = auto()
-    """The Hessian, then its factors; of every solve where the adjoint is computed."""
+    """Hessian, then its factors; those of every solve if the adjoint is computed."""
     GRADIENT = auto()
     NEWTON_STEP = auto()
     INERTIA_COUPLINGS = auto()
@@ -127,7 +127,7 @@ class Scalar(IntEnum):
     GRAVITY_Z = auto()
     CONTACT_STIFFNESS = auto()
     CONTACT_REACH = auto()
-    """Distance of a centre line from an obstacle below which contact pushes [m]."""
+    """Distance of the centre line from an obstacle below which contact forces act [m]."""
     CONTACT_MARGIN = auto()
     TOLERANCE = auto()
     BENDING_STIFFNESS = auto()
@@ -143,7 +143,7 @@ class Scalar(IntEnum):
 class TimeRow(IntEnum):
     """Numbers of a solve, in the section of times.
 
-    A grip is moved for `GRIP_DURATION` from where it was `GRIP_SOLVES_BACK` solves before. Velocity
+    A grip moves for `GRIP_DURATION` from its pose `GRIP_SOLVES_BACK` solves before. Velocity
     is the displacement from the base over the duration; base, and the displacement that inertia
     adds to it, are sums of the positions of the last solves.
     """
@@ -160,15 +160,16 @@ class TimeRow(IntEnum):
 
 
 TIME_WIDTH = TimeRow.MOMENTUM_SHARES + HISTORY_SLOTS
+"""Numbers of a `TimeRow`."""
 
 
 class EffectiveBend(IntEnum):
-    """Numbers of a bend in a solve: internal damping acts as more stiffness and another rest."""
+    """Numbers of a bend in a solve: internal damping acts as added stiffness and another rest."""
 
     STIFFNESS = 0
     REST = 3
     DAMPED_FROM = 6
-    """Rotation vector of the bend at the base, from which internal damping counts."""
+    """Rotation vector of the bend at the base, at which internal damping has no moment."""
 
 
 class SelfContact(IntEnum):
@@ -192,7 +193,7 @@ class SelfContact(IntEnum):
 
 
 SELF_CONTACT_HEAD = 2
-"""Numbers before the self-contacts: how many there are, and how many found no place."""
+"""Numbers before the self-contacts: their count, and the count of those beyond the capacity."""
 
 
 class ReportRow(IntEnum):
@@ -219,7 +220,12 @@ class ObstacleRow(IntEnum):
 
 
 EFFECTIVE_BEND_WIDTH = 9
+"""Numbers of an `EffectiveBend`."""
 HESSIAN_WIDTH = 27
+"""Numbers of a row of blocks of the Hessian."""
 SELF_CONTACT_WIDTH = 14
+"""Numbers of a `SelfContact`."""
 REPORT_WIDTH = 4
+"""Numbers of a `ReportRow`."""
 OBSTACLE_WIDTH = 17
+"""Numbers of an `ObstacleRow`."""

@@ -1,9 +1,9 @@
-"""The kernel as machine code, kept from one process to the next.
+"""Machine code of the kernel, kept from one process to the next.
 
-Taichi's own cache keeps the LLVM code of a kernel, but every process reads the source anew, to find
-out that it has not changed, and has LLVM write the machine code anew: five seconds. On a computer
-with an assembler, the first process that needs the kernel therefore starts another one that writes
-it into a library (see `compilation`). All others load the library and need no Taichi.
+Taichi's own cache keeps the LLVM code of a kernel, but every process reads the source again to
+check that it has not changed, and generates the machine code again, which takes five seconds. On a
+computer with an assembler, the first process that needs the kernel therefore starts another one
+that writes it into a library (see `compilation`). All others load the library and need no Taichi.
 
 The library is named after its key (see `kernel_key`), and carries the key inside. Only a library
 that carries the key of this package's own sources is used; another one is replaced. Without an
@@ -31,7 +31,7 @@ from jaxtyping import Float64, Int32
 from lariat.rod.launch.kernel_key import PACKAGE_ROOT, kernel_key, own_sources
 
 Kernel = Callable[[Int32[np.ndarray, "k"], Float64[np.ndarray, "m"], int], object]
-"""Takes the two arrays of `layout` and the number of rods."""
+"""Function of the two arrays of `layout` and the number of rods."""
 
 KERNEL_SYMBOL = "lariat_rod_rollout"
 """Name of the kernel's function in a library."""
@@ -42,7 +42,7 @@ MAX_KEPT_LIBRARIES = 4
 RETRY_DELAY = 86400.0
 """Time after a failed compilation before it is tried again [s]; an attempt takes 15 s."""
 COMPILATION_TIME_LIMIT = 300.0
-"""Time after which the compiling process is given up [s]; it takes 15 s of a processor."""
+"""Time after which the compiling process is stopped [s]; it takes about 15 s."""
 
 _COMPILING_PROGRAM = """
 import importlib.util, sys
@@ -62,7 +62,7 @@ logger = logging.getLogger(__name__)
 
 
 class ForeignLibraryError(OSError):
-    """A file that is no library of the kernel, or one that was compiled from other sources."""
+    """File that is not a library of the kernel, or one that was compiled from other sources."""
 
 
 @functools.cache
@@ -73,12 +73,14 @@ def kernel() -> Kernel | None:
     try:
         return _own_kernel(Path.home() / ".cache" / "lariat")
     except (OSError, RuntimeError) as error:
-        logger.warning("the rod's kernel runs through Taichi, at 5 s a process: %s", error)
+        logger.warning(
+            "the rod's kernel runs through Taichi, which costs each process 5 s: %s", error
+        )
         return None
 
 
 def library_path(folder: Path, key: str) -> Path:
-    """File of the library with a key."""
+    """Return the file of the library with a key."""
     return folder / f"rod-{key[:16]}.so"
 
 
@@ -102,13 +104,13 @@ def _library(folder: Path, key: str) -> Path:
     """Return the file that a key names, compiled if it is missing.
 
     Raises:
-        OSError: It cannot be compiled, or could not a while ago.
+        OSError: It cannot be compiled, or a compilation failed less than `RETRY_DELAY` ago.
     """
     path = library_path(folder, key)
     if not path.exists():
         folder.mkdir(parents=True, exist_ok=True)
         failure = path.with_suffix(".failed")
-        # Of processes that start together, one compiles and the others wait for it.
+        # One of the processes that start together compiles; the others wait for it.
         with (folder / "rod.lock").open("w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             if failure.exists() and time.time() - failure.stat().st_mtime < RETRY_DELAY:
@@ -120,7 +122,7 @@ def _library(folder: Path, key: str) -> Path:
         ]:
             old.unlink(missing_ok=True)
     with contextlib.suppress(OSError):
-        # A folder that only others may write to is not cleaned up by this process either.
+        # Without the right to write, the time of use stays as it is.
         path.touch()
     return path
 
@@ -140,7 +142,7 @@ def _compile(path: Path, failure: Path) -> None:
         cause = None
     except subprocess.SubprocessError as error:
         message = str(getattr(error, "stderr", None) or error).strip().splitlines()[-1]
-        reason, cause = f"its machine code could not be made: {message}", error
+        reason, cause = f"its machine code could not be compiled: {message}", error
     if reason:
         failure.write_text(reason)
         raise OSError(reason) from cause
@@ -184,13 +186,13 @@ def load(path: Path, key: str) -> Kernel:
     # Read from the file, before any of its code is loaded: a loaded library cannot be replaced.
     carried = re.search(rf"{KEY_MARKER}([0-9a-f]+)".encode(), path.read_bytes())
     if carried is None:
-        raise ForeignLibraryError(f"{path} is no library of the rod's kernel")
+        raise ForeignLibraryError(f"{path} is not a library of the rod's kernel")
     if carried[1].decode() != key:
         raise ForeignLibraryError(
             f"{path} was compiled from other sources: its key is {carried[1].decode()[:16]} "
             f"instead of {key[:16]}"
         )
-    # The library calls libm's sine, but does not name libm as what it needs.
+    # The library calls libm's sine, but does not name libm as a dependency.
     ctypes.CDLL("libm.so.6", mode=ctypes.RTLD_GLOBAL)
     function = getattr(ctypes.CDLL(str(path)), KERNEL_SYMBOL)
     function.restype = None

@@ -92,7 +92,7 @@ def _state_gradient(buffers: LaunchBuffers[Sizes], b: int, state: RodState) -> S
     both = np.zeros((2, 6 * n))
     both[0, :-3], both[1, :-3] = older + new, older
     both = both.reshape(2, n, 2, 3)
-    # One step before the start an edge was at exp(-h omega) q: it rotates with q, against omega.
+    # One step before the start an edge was at exp(-h omega) q, which rotates with q, against omega.
     rotations, back = poses.rotate(state.orientations, both[:, :-1, 1])
     return StateGradient(
         both[0, :, 0].copy(),

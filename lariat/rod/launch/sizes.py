@@ -38,7 +38,7 @@ class Sizes:
     history: int
     """Number of earlier solves that enter one."""
     self_contacts: int
-    """Places for contacts of the rod with itself."""
+    """Capacity for contacts of the rod with itself."""
 
     @property
     def columns(self) -> int:

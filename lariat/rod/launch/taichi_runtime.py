@@ -18,7 +18,9 @@ from taichi.lang.ast.ast_transformer_utils import ASTTransformerContext
 from taichi.lang.impl import get_runtime
 
 _started = False
+"""Whether the runtime of this process has been started."""
 _compiled: dict[Any, tuple[Any, Any]] = {}
+"""Source and machine code of each kernel that has been launched."""
 
 
 def start(*, writes_assembly: bool = False) -> None:
@@ -39,7 +41,7 @@ def start(*, writes_assembly: bool = False) -> None:
                 # Kernels from the cache are not compiled, and yield no assembly.
                 offline_cache=not writes_assembly,
                 print_kernel_asm=writes_assembly,
-                # LLVM optimises anyway. Without Taichi's own passes the rod compiles in a quarter
+                # LLVM optimizes anyway. Without Taichi's own passes the rod compiles in a quarter
                 # of the time and runs 5 % slower.
                 advanced_optimization=False,
                 log_level=ti.WARN,

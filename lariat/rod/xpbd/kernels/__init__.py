@@ -1,4 +1,4 @@
-"""The kernel of the paper's rod: Algorithm 1, and its adjoint along a tape.
+"""Kernel of the paper's rod: Algorithm 1, and its adjoint along a tape.
 
 Files, in reading order:
 
@@ -9,4 +9,5 @@ Files, in reading order:
     signed_distance   distance from obstacles, with derivatives
     adjoint           the step backwards
     quaternions       products of quaternions
+    addressing        offsets in the two arrays
 """

@@ -1,6 +1,6 @@
 """Adjoint of a step of Algorithm 1: from derivatives in slot step + 1 to those in slot step.
 
-The result of J sweeps depends on where they began, so that the implicit function theorem does not
+The result of J sweeps depends on their start, so that the implicit function theorem does not
 apply: the adjoint goes back through every correction in turn, with the inputs that the tape holds.
 """
 
@@ -9,6 +9,7 @@ import taichi as ti
 from lariat.rod.kernels.memory import add, load3, load4, store
 from lariat.rod.kernels.rotations import exponential, left_jacobian, rotation_matrix
 from lariat.rod.launch.codes import EndHold
+from lariat.rod.xpbd.kernels.addressing import place, scalar
 from lariat.rod.xpbd.kernels.collision import find_contacts_adjoint
 from lariat.rod.xpbd.kernels.constraints import (
     correct_bend_adjoint,
@@ -16,13 +17,7 @@ from lariat.rod.xpbd.kernels.constraints import (
     correct_stretch_adjoint,
     step_constants,
 )
-from lariat.rod.xpbd.kernels.quaternions import (
-    director,
-    place,
-    rotation_imaginary,
-    scalar,
-    vector_times,
-)
+from lariat.rod.xpbd.kernels.quaternions import director, rotation_imaginary, vector_times
 from lariat.rod.xpbd.kernels.step import action
 from lariat.rod.xpbd.launch.layout import (
     PREDICTED_WIDTH,
@@ -39,9 +34,9 @@ def update_velocities_adjoint(ni: ti.template(), w: ti.template(), rod, step):
     """Carry derivatives from positions and velocities after the step to the end of the sweeps."""
     n = ni[Header.NODES]
     h = scalar(ni, w, rod, Scalar.STEP_DURATION)
-    left = 1.0 - scalar(ni, w, rod, Scalar.LINEAR_DAMPING)
-    left_turn = 1.0 - scalar(ni, w, rod, Scalar.ANGULAR_DAMPING)
-    keep, keep_turn = ti.pow(left, h), ti.pow(left_turn, h)
+    kept = 1.0 - scalar(ni, w, rod, Scalar.LINEAR_DAMPING)
+    kept_turn = 1.0 - scalar(ni, w, rod, Scalar.ANGULAR_DAMPING)
+    keep, keep_turn = ti.pow(kept, h), ti.pow(kept_turn, h)
     counted = (step + 1) % ni[Header.SUBSTEPS] == 0
     cost_at = place(ni, rod, Section.COST_GRADIENT, 3 * n * (step // ni[Header.SUBSTEPS]))
     d_linear = 0.0
@@ -65,8 +60,8 @@ def update_velocities_adjoint(ni: ti.template(), w: ti.template(), rod, step):
         y = (2.0 * keep_turn / h) * d_omega
         store(w, place(ni, rod, Section.D_EDGES, 4 * i), load4(w, q_at) + vector_times(y, before))
         store(w, q_at, -vector_times(y, after))
-    w[place(ni, rod, Section.D_PARAMETERS, Parameter.LINEAR_DAMPING)] -= h / left * d_linear
-    w[place(ni, rod, Section.D_PARAMETERS, Parameter.ANGULAR_DAMPING)] -= h / left_turn * d_angular
+    w[place(ni, rod, Section.D_PARAMETERS, Parameter.LINEAR_DAMPING)] -= h / kept * d_linear
+    w[place(ni, rod, Section.D_PARAMETERS, Parameter.ANGULAR_DAMPING)] -= h / kept_turn * d_angular
 
 
 @ti.func

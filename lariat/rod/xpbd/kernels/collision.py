@@ -2,23 +2,24 @@
 
 A node moves on a ray from its last position to the one that it would take. Obstacles are convex,
 and so is the signed distance along the ray: Newton's method from the start of the ray finds the
-first entry and never passes it. Where the derivative along the ray is not negative there is none.
+first entry and never passes it. There is no entry where the derivative along the ray is not
+negative.
 """
 
 import taichi as ti
 
 from lariat.rod.kernels.memory import add, load3, store
 from lariat.rod.launch.layout import OBSTACLE_WIDTH, ObstacleRow
-from lariat.rod.xpbd.kernels.quaternions import place, scalar
+from lariat.rod.xpbd.kernels.addressing import place, scalar
 from lariat.rod.xpbd.kernels.signed_distance import signed_distance
 from lariat.rod.xpbd.launch.layout import CONTACT_WIDTH, CONTACTS_PER_NODE, Header, Scalar, Section
 
 SURFACE_TOLERANCE = 1e-13
 """Distance from the surface below which a point lies on it [m]."""
 MIN_APPROACH = 1e-12
-"""Approach over the whole ray below which there is none [m]."""
+"""Decrease of the distance over the whole ray below which it counts as none [m]."""
 MAX_NEWTON_STEPS = 30
-"""Newton steps along a ray."""
+"""Largest number of Newton steps along a ray."""
 
 
 @ti.func

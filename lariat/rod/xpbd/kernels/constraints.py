@@ -2,21 +2,20 @@
 
 A correction evaluates a constraint's value C and Jacobian J, changes the multiplier by
 dl = -(J W J^T + compliance)^-1 (C + compliance * multiplier), and positions and quaternions by
-W J^T dl (3), and normalises the quaternions. For both Jacobians J J^T is a multiple of the
+W J^T dl (3), and normalizes the quaternions. For both Jacobians J J^T is a multiple of the
 identity, so that the inverse is a number. The printed signs of (4) and the printed Jacobians (9),
-(10) do not fit the rest of the paper: those used here are derived anew.
+(10) contradict the rest of the paper; those used here are derived independently.
 """
 
 import taichi as ti
 
 from lariat.rod.kernels.memory import add, load3, load4, store
+from lariat.rod.xpbd.kernels.addressing import place, scalar
 from lariat.rod.xpbd.kernels.quaternions import (
     director,
     director_derivative,
     director_transpose,
-    place,
     relative_imaginary,
-    scalar,
     times_vector,
 )
 from lariat.rod.xpbd.launch.layout import (
@@ -37,7 +36,7 @@ Constants = ti.types.struct(
 
 @ti.func
 def step_constants(ni: ti.template(), w: ti.template(), rod):
-    """Read the constants of a step once: after a store, the compiler would read each anew."""
+    """Read the constants of a step once: the compiler would read them again after every store."""
     h = scalar(ni, w, rod, Scalar.STEP_DURATION)
     return Constants(
         mass=scalar(ni, w, rod, Scalar.INVERSE_MASS),

@@ -5,20 +5,6 @@ u is a vector, (0, u) the quaternion with zero real part and vector part u, Im(q
 
 import taichi as ti
 
-from lariat.rod.xpbd.launch.layout import Section
-
-
-@ti.func
-def scalar(ni: ti.template(), w: ti.template(), rod, k):
-    """Constant of a rod, named by `Scalar`."""
-    return w[rod + ni[Section.SCALARS] + k]
-
-
-@ti.func
-def place(ni: ti.template(), rod, section, index):
-    """Offset of an entry of a section."""
-    return rod + ni[section] + index
-
 
 @ti.func
 def imaginary(q):

@@ -1,6 +1,6 @@
 """Kernel of the position-based rod: roll-outs, and their adjoint.
 
-Everything is inlined into it; it compiles in 3 s.
+All functions are inlined into it; it compiles in 3 s.
 """
 
 import taichi as ti

@@ -5,6 +5,7 @@ import taichi as ti
 from lariat.rod.kernels.memory import load3, load4, store
 from lariat.rod.kernels.rotations import exponential, quaternion_product
 from lariat.rod.launch.codes import EndHold
+from lariat.rod.xpbd.kernels.addressing import place, scalar
 from lariat.rod.xpbd.kernels.collision import find_contacts
 from lariat.rod.xpbd.kernels.constraints import (
     correct_bend,
@@ -12,13 +13,7 @@ from lariat.rod.xpbd.kernels.constraints import (
     correct_stretch,
     step_constants,
 )
-from lariat.rod.xpbd.kernels.quaternions import (
-    director,
-    place,
-    rotation_imaginary,
-    scalar,
-    vector_times,
-)
+from lariat.rod.xpbd.kernels.quaternions import director, rotation_imaginary, vector_times
 from lariat.rod.xpbd.launch.layout import PREDICTED_WIDTH, STEP_BLOCKS, Header, Scalar, Section
 
 
@@ -42,7 +37,7 @@ def place_clamp(ni: ti.template(), w: ti.template(), rod, slot, end):
 
 @ti.func
 def start(ni: ti.template(), w: ti.template(), rod):
-    """Normalise the quaternions of the initial state, and place the nodes of clamped edges."""
+    """Normalize the quaternions of the initial state, and place the nodes of clamped edges."""
     n = ni[Header.NODES]
     for i in range(n - 1):
         k = place(ni, rod, Section.ORIENTATIONS, 4 * i)

@@ -47,7 +47,7 @@ def launch(buffers: LaunchBuffers[Sizes], *, forward: bool, backward: bool) -> N
 
 @lru_cache(maxsize=64)
 def _plan(sizes: Sizes) -> tuple[dict[int, slice], int, Int32[np.ndarray, "k"]]:
-    """Sections, count of doubles of a rod, and integer array; cached, since sizes recur."""
+    """Return sections, count of doubles of a rod, and integer array; cached, since sizes recur."""
     places, stride = sections(sizes)
     if stride * sizes.batch > MAX_DOUBLES:
         raise ValueError(

@@ -32,7 +32,7 @@ class Header(IntEnum):
     """`EndHold` of the left end; that of the right end follows."""
     RIGHT_END = auto()
     CONTACT_LIMIT = auto()
-    """Places for contacts in each step."""
+    """Capacity for contacts in each step."""
     OBSTACLE_ROWS = auto()
     """Offset of the obstacles in the doubles."""
     STRIDE = auto()
@@ -106,15 +106,15 @@ class Parameter(IntEnum):
 
 
 STRETCH_TAPE_WIDTH = 8
-"""Quaternion (4), change of the multiplier (3), factor of the normalisation."""
+"""Quaternion (4), change of the multiplier (3), factor of the normalization."""
 BEND_TAPE_WIDTH = 13
-"""Two quaternions (8), change of the multiplier (3), two factors of the normalisation."""
+"""Two quaternions (8), change of the multiplier (3), two factors of the normalization."""
 CONTACT_WIDTH = 13
 """Node, row of the obstacle, whether the node enters it on its way, fraction of the way to the
 entry, entry point (3), normal there (3), end of the way (3)."""
 CONTACT_TAPE_WIDTH = 5
 """Position of the node (3), change of the multiplier, whether the multiplier met its bound."""
 PREDICTED_WIDTH = 5
-"""Quaternion (4) and its norm before normalisation."""
+"""Quaternion (4) and its norm before normalization."""
 CONTACTS_PER_NODE = 3
 """Largest number of obstacles that a node touches in a step."""

@@ -32,11 +32,11 @@ class Sizes:
     iterations: int
     """J, sweeps over the constraints in each step."""
     taped: bool
-    """Whether derivatives will be asked for."""
+    """Whether the launch writes the tape of the adjoint."""
 
     @property
     def contact_limit(self) -> int:
-        """Places for contacts in each step."""
+        """Capacity for contacts in each step."""
         return self.nodes * min(self.obstacles, CONTACTS_PER_NODE)
 
 

@@ -22,7 +22,7 @@ from lariat.geometry.poses import Pose
 from lariat.rod import Rod
 from services.sim.plants.factory import build_plant, true_properties
 from shared.scenario import Scenario, Shape
-from shared.scenario.scenario import LEVEL
+from shared.scenario.scenario import LEVEL_GRIP
 from shared.scenario.sections import End, Ends, Event, Obstacle
 
 Kind = Literal[
@@ -115,9 +115,9 @@ class _SceneSampler:
             length, yaw, slope = self.random.uniform((half[0], -0.7, -0.3), (half[1], 0.7, 0.3))
             centre = self.random.uniform(low, high)
             chord = length * np.array([np.cos(yaw), np.sin(yaw), slope])
-            held = [LEVEL, LEVEL]
+            held = [LEVEL_GRIP, LEVEL_GRIP]
             if tilt:
-                about = poses.multiply(poses.exponential(np.array([0.0, 0.0, yaw])), LEVEL)
+                about = poses.multiply(poses.exponential(np.array([0.0, 0.0, yaw])), LEVEL_GRIP)
                 tilts = self.random.uniform(-tilt, tilt, (2, 3))
                 held = [poses.multiply(poses.exponential(t), about) for t in tilts]
             shape = self._rest(Pose(centre - chord, held[0]), Pose(centre + chord, held[1]))

@@ -10,7 +10,7 @@ from lariat.geometry import polylines, poses
 from lariat.geometry.poses import Pose
 from shared.messages import Goal, grip
 from shared.scenario import Scenario
-from shared.scenario.scenario import LEVEL
+from shared.scenario.scenario import LEVEL_GRIP
 
 LENGTH_TOLERANCE = 0.03
 """Largest difference of shape and rope, relative to the rope's length [-]."""
@@ -53,4 +53,4 @@ def parse(content: bytes, scenario: Scenario) -> Goal:
 def _grip_orientation(direction: np.ndarray) -> np.ndarray:
     """Orientation of a grip whose z axis lies along the rope, as scenarios define it."""
     unit = poses.normalized(direction)
-    return poses.multiply(poses.rotation_between(np.array([1.0, 0.0, 0.0]), unit), LEVEL)
+    return poses.multiply(poses.rotation_between(np.array([1.0, 0.0, 0.0]), unit), LEVEL_GRIP)

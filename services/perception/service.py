@@ -67,7 +67,7 @@ class PerceptionService:
             GRAVITY * scenario.rope.linear_density / self._properties.bending_stiffness,
         )
         # Obstacles with a marker are observed: events move only the others.
-        events = [e for e in scenario.events if e.move_obstacle not in scenario.marked]
+        events = [e for e in scenario.events if e.move_obstacle not in scenario.marked_obstacles]
         self._scene = ObstacleScene(scenario.bodies, events, self._rope.radius)
         self._requests = SceneRequests(self._scene)
         self._markers = _marker_obstacles(scenario)
@@ -242,7 +242,7 @@ def build(scenario: Scenario, session: str) -> PerceptionService:
 
 def _marker_obstacles(scenario: Scenario) -> MarkerObstacles | None:
     """Observer of the scenario's markers; None when nothing carries one."""
-    marked = scenario.marked
+    marked = scenario.marked_obstacles
     if not marked and scenario.sensing.flange_marker is None:
         return None
     bodies = {o.name: o for o in scenario.bodies}

@@ -23,7 +23,7 @@ class MarkedObstacles:
     """Marked obstacles of a scenario at their true poses."""
 
     def __init__(self, scenario: Scenario) -> None:
-        self._marked = scenario.marked
+        self._marked = scenario.marked_obstacles
         self._events = [e for e in scenario.events if e.move_obstacle in self._marked]
         bodies = {o.name: o for o in scenario.bodies}
         self._start = {}

@@ -1,7 +1,7 @@
-"""A scenario: one TOML file that says what rope, cell, obstacles, goal and settings a run has.
+"""Scenarios: TOML files with the rope, cell, obstacles, goal and settings of a run.
 
-`load` reads and checks it. What cannot be checked without the rod (whether the rope at rest touches
-something) is checked by `lariat check`, `run` and `up`.
+`load` reads and checks a file. `stack.preflight` checks the rest, which takes the rod: whether the
+rope at rest touches an obstacle.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ __all__ = [
 
 
 def load(path: Path | str) -> Scenario:
-    """The scenario of a file, checked.
+    """Read and check a scenario file.
 
     Args:
         path: The file, or the short name of a shipped scenario (see `find`).
 
     Raises:
-        ConfigurationError: One line that names what is wrong, its value and the way out.
+        ConfigurationError: The file cannot be read or a value in it is wrong.
     """
     path = find(path)
     try:
@@ -52,11 +52,20 @@ def load(path: Path | str) -> Scenario:
 
 
 def parse(text: str, folder: Path, source: str = "scenario") -> Scenario:
-    """The scenario of a text; CSV files are sought in `folder`."""
+    """Read and check the text of a scenario.
+
+    Args:
+        text: Content of a TOML file.
+        folder: Folder of its CSV files.
+        source: Name of the text in errors.
+
+    Raises:
+        ConfigurationError: The text is not TOML or a value in it is wrong.
+    """
     try:
         table = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise ConfigurationError(f"{source} is no valid TOML: {error}") from error
+        raise ConfigurationError(f"{source}: not valid TOML: {error}") from error
     for key in ("folder", "text"):
         if key in table:
             raise ConfigurationError(f"unknown key {key!r} in [top level]; remove it")
@@ -68,10 +77,10 @@ def parse(text: str, folder: Path, source: str = "scenario") -> Scenario:
 
 
 def _check_version(table: dict[str, Any], source: str) -> None:
-    """Refuse a newer file by its version, before an unknown key of it is taken for a mistake."""
+    """Refuse a newer file by its version, before its new keys are reported as unknown."""
     version = table.get("version", SCENARIO_VERSION)
     if isinstance(version, int) and version > SCENARIO_VERSION:
         raise ConfigurationError(
             f"{source}: version = {version} is newer than this Lariat, which reads scenarios up to "
-            f"version {SCENARIO_VERSION}; update it"
+            f"version {SCENARIO_VERSION}; update Lariat"
         )

@@ -1,4 +1,4 @@
-"""Whether the parts of a scenario fit together, before anything moves."""
+"""Checks that the parts of a scenario fit together."""
 
 from __future__ import annotations
 
@@ -10,20 +10,28 @@ from shared.configuration import ConfigurationError
 from shared.scenario.scenario import Scenario
 from shared.scenario.sections import SIDES, Shape, Side
 
-LEANING = 0.002
-"""A shape may lie so deep in what the rope leans on [m]."""
+MAX_SUPPORT_DEPTH = 0.002
+"""Depth to which a shape may penetrate a support [m]."""
+MAX_LENGTH_ERROR = 0.03
+"""Deviation of a shape's length from the rope's, as a fraction of it [-]."""
+MAX_FIXED_END_MOTION = 1e-3
+"""Distance between start and goal of a fixed end [m]."""
 
 
 def check(scenario: Scenario) -> None:
-    """Raises ConfigurationError for the first thing that cannot be."""
+    """Check a scenario.
+
+    Raises:
+        ConfigurationError: Two parts contradict each other; the text names the first such pair.
+    """
     names = [o.name for o in scenario.bodies]
     for name in names:
         if names.count(name) > 1:
-            raise ConfigurationError(f"two obstacles are called {name!r}; names must differ")
+            raise ConfigurationError(f"two obstacles have the name {name!r}; give each its own")
     markers = [o.marker for o in scenario.obstacles if o.marker is not None]
     for marker in markers:
         if markers.count(marker) > 1:
-            raise ConfigurationError(f"two obstacles carry marker {marker}; give each its own")
+            raise ConfigurationError(f"two obstacles have marker {marker}; give each its own")
     for key in ("start", "goal"):
         _check_shape(scenario, key, getattr(scenario, key))
     for index, event in enumerate(scenario.events):
@@ -37,8 +45,8 @@ def check(scenario: Scenario) -> None:
 def _check_turns(scenario: Scenario, key: str, shape: Shape) -> None:
     if shape.turns != round(shape.turns):
         raise ConfigurationError(
-            f"{key}.turns = {shape.turns}: twist is given in whole turns; give the rest as the "
-            "orientation of an end"
+            f"{key}.turns = {shape.turns} must be a whole number; give the rest of the twist by "
+            "the orientation of an end"
         )
     rotates = any(scenario.end(side).rotates for side in SIDES)
     if shape.turns != scenario.start.turns and not rotates:
@@ -59,7 +67,7 @@ def _check_shape(scenario: Scenario, key: str, shape: Shape) -> None:
             f"(limit {scenario.limits.overstretch} of it); bring them closer"
         )
     nodes = scenario.nodes(shape)
-    if nodes is not None and abs(polylines.length(nodes) - length) > 0.03 * length:
+    if nodes is not None and abs(polylines.length(nodes) - length) > MAX_LENGTH_ERROR * length:
         raise ConfigurationError(
             f"{key}.nodes = {shape.nodes!r} is {polylines.length(nodes):.4f} m long, the rope "
             f"{length} m; scale the shape or correct rope.length"
@@ -67,10 +75,10 @@ def _check_shape(scenario: Scenario, key: str, shape: Shape) -> None:
     points = np.array([left.position, right.position]) if nodes is None else nodes
     for body in scenario.bodies:
         depth = scenario.rope.diameter / 2.0 - float(np.min(geometry.signed_distance(points, body)))
-        if depth > (LEANING if body.support else 0.0):
+        if depth > (MAX_SUPPORT_DEPTH if body.support else 0.0):
             raise ConfigurationError(
                 f"{key} lies inside obstacle {body.name!r} ({1e3 * depth:.1f} mm deep with the "
-                "rope's radius); move the one or the other"
+                "rope's radius); move the shape or the obstacle"
             )
     low, high = np.array(scenario.limits.workspace)
     for side, pose in (("left", left), ("right", right)):
@@ -85,7 +93,7 @@ def _check_fixed(scenario: Scenario, side: Side) -> None:
     index = SIDES.index(side)
     start, goal = (scenario.grips(s)[index] for s in (scenario.start, scenario.goal))
     distance = float(np.linalg.norm(start.position - goal.position))
-    if distance > 1e-3:
+    if distance > MAX_FIXED_END_MOTION:
         raise ConfigurationError(
             f"ends.{side} is fixed, but the goal has that end {1e3 * distance:.1f} mm away from "
             "the start; give both the same end or choose another driver"

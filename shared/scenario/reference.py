@@ -1,4 +1,4 @@
-"""Writes `docs/scenario.md`, every key of a scenario file, from the code that reads it.
+"""Generator of `docs/scenario.md`, the reference of all keys, from the dataclasses.
 
 python -m shared.scenario.reference > docs/scenario.md
 """
@@ -16,30 +16,31 @@ from shared.configuration import Bounds
 from shared.scenario import sections
 from shared.scenario.scenario import Scenario
 
-HEADER = """# Scenario files
+PAGE_HEADER = """# Scenario files
 
-Every key of a scenario, generated from `shared/scenario` by `python -m shared.scenario.reference`.
-Units are SI, quaternions are wxyz, poses are in the world frame (z up, the table at z = 0).
-An unknown key, a value out of its bounds and parts that do not fit together are refused by name
-before anything moves; `lariat check FILE` says what is wrong.
+All keys of a scenario file, generated from `shared/scenario` by
+`python -m shared.scenario.reference`. Units are SI, quaternions are wxyz, poses are in the world
+frame (z up, the table at z = 0). A file with an unknown key, a value out of bounds or values that
+contradict each other is refused before anything moves; `lariat check FILE` names the error.
 """
 
-INTERNAL = ("folder", "text")
+INTERNAL_FIELDS = ("folder", "text")
+"""Fields of `Scenario` that are not keys of a file."""
 
 
 def reference() -> str:
-    """The page, in Markdown."""
-    return "\n".join([HEADER, *_tables(Scenario, "")])
+    """Return the page, in Markdown."""
+    return "\n".join([PAGE_HEADER, *_tables(Scenario, "")])
 
 
 def _tables(kind: type, path: str) -> Iterator[str]:
     hints = get_type_hints(kind, include_extras=True)
     notes = _notes(kind)
-    plain = [f for f in fields(kind) if f.name not in INTERNAL]
+    plain = [f for f in fields(kind) if f.name not in INTERNAL_FIELDS]
     yield f"## {f'`[{path}]`' if path else 'Top level'}\n"
     if path and kind.__doc__ and not kind.__doc__.startswith(kind.__name__ + "("):
         yield " ".join(kind.__doc__.split()) + "\n"
-    yield "| key | takes | default | |\n|---|---|---|---|"
+    yield "| key | value | default | meaning |\n|---|---|---|---|"
     nested: list[tuple[type, str]] = []
     for item in plain:
         section = _section(hints[item.name])
@@ -50,12 +51,12 @@ def _tables(kind: type, path: str) -> Iterator[str]:
         cells = (_takes(hints[item.name]), _default(item), notes.get(item.name, ""))
         yield f"| `{item.name}` | {' | '.join(cells)} |"
     yield ""
-    seen: set[type] = set()
+    documented = {sections.Shape: "start", sections.Obstacle: "obstacles"} if path else {}
     for section, name in nested:
-        if section in seen or (path and section in (sections.Shape, sections.Obstacle)):
-            yield f"`[{name}]`: keys as in the section of the same kind above.\n"
+        if section in documented:
+            yield f"`[{name}]`: same keys as `[{documented[section]}]`.\n"
             continue
-        seen.add(section)
+        documented[section] = name
         yield from _tables(section, name)
 
 
@@ -98,7 +99,7 @@ def _default(item: Field[Any]) -> str:
 
 
 def _notes(kind: type) -> dict[str, str]:
-    """The docstring on the line after each field."""
+    """Docstring after each field by the field's name."""
     (node,) = ast.parse(inspect.getsource(kind)).body
     notes, last = {}, ""
     for line in node.body:  # pyright: ignore[reportAttributeAccessIssue]

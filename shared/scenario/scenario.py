@@ -1,4 +1,4 @@
-"""A whole scenario: what its sections mean together."""
+"""Scenario: all sections of a file, and quantities derived from several of them."""
 
 from __future__ import annotations
 
@@ -31,26 +31,29 @@ from shared.scenario.sections import (
 )
 from shared.version import SCENARIO_VERSION
 
-LEVEL = np.array([0.5, 0.5, 0.5, 0.5])
-"""The grip that points along world x: its z is x, its x is y, its y is z."""
+LEVEL_GRIP = np.array([0.5, 0.5, 0.5, 0.5])
+"""Orientation of a grip that points along the world's x: grip x, y, z are world y, z, x."""
 
 
 @dataclass(frozen=True)
 class Scenario:
-    """A whole scenario file."""
+    """Content of a scenario file."""
 
     name: str
+    """Name of the scenario."""
     rope: Rope
     start: Shape
     goal: Shape
     description: str = ""
+    """One line on its purpose."""
     version: Annotated[int, Bounds(1, SCENARIO_VERSION)] = SCENARIO_VERSION
     """Version of the file's keys; a file of a newer version is refused."""
     seed: int = 0
+    """Seed of all random numbers."""
     plant: Plant = Plant()
     ends: Ends = Ends()
     table: bool = True
-    """Whether z = 0 is a table."""
+    """Whether there is a table at z = 0."""
     obstacles: tuple[Obstacle, ...] = ()
     sensing: Sensing = Sensing()
     control: Control = Control()
@@ -58,19 +61,19 @@ class Scenario:
     run: Run = Run()
     events: tuple[Event, ...] = ()
     folder: Path = field(default=Path(), compare=False)
-    """Where the file lies; CSV files are sought there."""
+    """Folder of the file and its CSV files."""
     text: str = field(default="", compare=False, repr=False)
-    """The file itself, for recordings."""
+    """Text of the file, for recordings."""
 
     @property
     def bodies(self) -> tuple[geometry.Obstacle, ...]:
-        """All obstacles, the table among them."""
+        """Obstacles as geometric bodies, with the table."""
         listed = tuple(o.body(k) for k, o in enumerate(self.obstacles))
         return (geometry.TABLE, *listed) if self.table else listed
 
     @property
-    def marked(self) -> dict[str, Obstacle]:
-        """Obstacles, by name, whose place a camera sees by their markers."""
+    def marked_obstacles(self) -> dict[str, Obstacle]:
+        """Obstacles by name whose poses perception finds by their markers."""
         if self.sensing.source != "camera":
             return {}
         named = ((o.body(k).name, o) for k, o in enumerate(self.obstacles))
@@ -78,7 +81,7 @@ class Scenario:
 
     @property
     def plant_rope(self) -> Rope:
-        """The true rope."""
+        """Rope of the simulation: `rope` with the differences in `plant.rope`."""
         given = {k: v for k, v in vars(self.plant.rope).items() if v is not None}
         return Rope(
             **{**vars(self.rope), **{k: v for k, v in given.items() if k in vars(self.rope)}}
@@ -86,31 +89,37 @@ class Scenario:
 
     @property
     def camera_pose(self) -> Pose:
-        """T_world_camera as far as is known."""
+        """T_world_camera as the stack assumes it."""
         s = self.sensing
         if s.orientation is None:
             return looking_at(s.position, s.look_at)
         return Pose(np.array(s.position), poses.normalized(np.array(s.orientation)))
 
     def end(self, side: Side) -> End:
-        """What holds one end."""
+        """Return the arm at one end."""
         return getattr(self.ends, side)
 
     def nodes(self, shape: Shape) -> Float64[np.ndarray, "n 3"] | None:
-        """The nodes of a shape that is given by nodes, resampled to the rope's count [m].
+        """Return the nodes of a shape [m], resampled to the rope's number of nodes.
+
+        Returns:
+            None for a shape that is given by its grips.
 
         Raises:
-            ConfigurationError: The file is missing or holds no chain.
+            ConfigurationError: The CSV file is missing or invalid.
         """
         if not shape.nodes:
             return None
         return polylines.resample(_chain(self.folder / shape.nodes), self.rope.node_count)
 
     def grips(self, shape: Shape) -> tuple[Pose, Pose]:
-        """The gripper poses of a shape: left and right, z along the rope from left to right.
+        """Return the left and the right grip pose of a shape, z along the rope from left to right.
 
-        An orientation that is not given points along the rope with the least rotation from
-        z = world x, the right one without twist against the left one.
+        A default orientation points along the rope: `LEVEL_GRIP` with the least rotation that
+        turns its z to the rope's direction.
+
+        Raises:
+            ConfigurationError: The CSV file is missing or invalid.
         """
         nodes = self.nodes(shape)
         if nodes is None:
@@ -128,7 +137,7 @@ class Scenario:
 def _orientation(given: Quaternion | None, direction: np.ndarray) -> Float64[np.ndarray, "4"]:
     if given is not None:
         return poses.normalized(np.array(given))
-    return poses.multiply(poses.rotation_between(np.array([1.0, 0.0, 0.0]), direction), LEVEL)
+    return poses.multiply(poses.rotation_between(np.array([1.0, 0.0, 0.0]), direction), LEVEL_GRIP)
 
 
 def _chain(path: Path) -> Float64[np.ndarray, "n 3"]:
@@ -138,10 +147,10 @@ def _chain(path: Path) -> Float64[np.ndarray, "n 3"]:
         raise ConfigurationError(f"cannot read nodes {path}: {error}") from error
     if nodes.ndim != 2 or nodes.shape[1] != 3 or len(nodes) < 3:
         raise ConfigurationError(
-            f"{path} has shape {nodes.shape}; it takes at least 3 rows of x, y, z [m]"
+            f"{path} has shape {nodes.shape}; give at least 3 rows of x, y, z [m]"
         )
     if not np.all(np.isfinite(nodes)):
-        raise ConfigurationError(f"{path} holds a number that is not finite")
+        raise ConfigurationError(f"{path} has a number that is not finite")
     if polylines.length(nodes) <= 0.0:
         raise ConfigurationError(f"all nodes of {path} are the same point")
     return nodes

@@ -16,28 +16,35 @@ from shared.configuration import Bounds
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 Meters = Annotated[float, Bounds(1e-4, 100.0, "m")]
-Place = Annotated[Vector, Bounds(-20.0, 20.0, "m")]
+Position = Annotated[Vector, Bounds(-20.0, 20.0, "m")]
 Color = Annotated[tuple[int, int, int], Bounds(0, 255)]
 Side = Literal["left", "right"]
 SIDES: tuple[Side, Side] = ("left", "right")
+"""Both ends of the rope, in the order of grips and arms."""
 
 
 @dataclass(frozen=True)
 class Rope:
-    """What the controller believes of the rope."""
+    """Properties of the rope as the controller assumes them."""
 
     length: Annotated[float, Bounds(0.02, 20.0, "m")]
+    """Length of the unstretched rope."""
     diameter: Annotated[float, Bounds(5e-4, 0.1, "m")]
+    """Diameter of its cross-section."""
     node_count: Annotated[int, Bounds(5, 400)] = 40
+    """Number of nodes that represent the rope."""
     linear_density: Annotated[float, Bounds(1e-4, 20.0, "kg/m")] = 0.044
+    """Mass per length."""
     youngs_modulus: Annotated[float, Bounds(1e3, 3e11, "Pa")] = 1.0e6
-    """Bending stiffness EI = E pi d^4 / 64."""
+    """Young's modulus E; the bending stiffness is EI = E pi d^4 / 64."""
     poisson_ratio: Annotated[float, Bounds(-0.5, 0.5)] = 0.3
+    """Poisson's ratio nu; the twisting stiffness is GJ = EI / (1 + nu)."""
     stretch_stiffness: Annotated[float, Bounds(1.0, 1e8, "N")] = 2000.0
+    """Axial force per strain, EA."""
     damping: Annotated[float, Bounds(0.0, 100.0, "1/s")] = 1.0
-    """Velocity lost to the surroundings."""
+    """Decay rate of the velocity, as by air drag."""
     internal_damping: Annotated[float, Bounds(0.0, 1.0, "s")] = 0.0
-    """Time over which the material itself resists bending and twisting (Kelvin-Voigt)."""
+    """Viscous moment per rate of curvature, divided by EI (Kelvin-Voigt); likewise in twist."""
 
     def __post_init__(self) -> None:
         if self.diameter > 0.25 * self.length:
@@ -49,7 +56,7 @@ class Rope:
 
 @dataclass(frozen=True)
 class PlantRope:
-    """Where the true rope differs from what the controller believes."""
+    """Properties in which the true rope differs from `[rope]`."""
 
     length: Annotated[float, Bounds(0.02, 20.0, "m")] | None = None
     diameter: Annotated[float, Bounds(5e-4, 0.1, "m")] | None = None
@@ -60,61 +67,66 @@ class PlantRope:
     stretch_stiffness: Annotated[float, Bounds(1.0, 1e8, "N")] | None = None
     damping: Annotated[float, Bounds(0.0, 100.0, "1/s")] | None = None
     internal_damping: Annotated[float, Bounds(0.0, 1.0, "s")] | None = None
-    """Of the rod model."""
+    """As in `[rope]`; for the model `rod` only."""
     stiffness_profile: tuple[float, ...] = ()
-    """Factors on the bending stiffness along the rope, from left to right, evenly spread."""
+    """Factors on the bending stiffness at evenly spaced points along the rope, left end first."""
     rest_curvature: Annotated[Vector, Bounds(-200.0, 200.0, "1/m")] = (0.0, 0.0, 0.0)
-    """Curvature (two) and twist per length of the unloaded rope, material frame."""
+    """Curvature (two) and twist per length of the unloaded rope, in its material frame."""
 
 
 @dataclass(frozen=True)
 class Plant:
-    """What plays the real rope."""
+    """Simulation that stands for the real cell."""
 
     model: Literal["rod", "mujoco"] = "rod"
+    """Simulator of the rope: this project's rod or a MuJoCo cable."""
     rope: PlantRope = PlantRope()
     self_contact: bool = False
-    """Whether strands of the rod model touch each other instead of passing through."""
+    """Whether strands of the model `rod` collide with each other."""
     friction: Annotated[float, Bounds(0.0, 5.0)] = 0.3
+    """Friction coefficient between rope and obstacles."""
     color: Color = (255, 255, 255)
-    """Of the rope."""
+    """Colour of the rope: red, green, blue."""
     table_color: Color = (12, 12, 12)
-    """Of the table and of every other half space."""
+    """Colour of the table and of every other half space."""
     camera_shift: Annotated[Vector, Bounds(-1.0, 1.0, "m")] = (0.0, 0.0, 0.0)
-    """Of the true camera from where `sensing` has it."""
+    """Displacement of the true camera from its pose in `[sensing]`."""
     camera_turn: Annotated[Vector, Bounds(-90.0, 90.0, "deg")] = (0.0, 0.0, 0.0)
-    """Rotation vector of the true camera from what `sensing` has, in the world."""
+    """Rotation vector of the true camera from its pose in `[sensing]`, in the world frame."""
 
 
 @dataclass(frozen=True)
 class End:
-    """One end of the rope and what holds it."""
+    """Arm that holds one end of the rope."""
 
     driver: Literal["fixed", "ideal", "cr5"] = "ideal"
+    """`fixed`: the end does not move; `ideal`: it follows setpoints exactly; `cr5`: a Dobot CR5."""
     rotates: bool = False
-    """False: the gripper keeps its orientation, as in the paper."""
+    """Whether the gripper may change its orientation; in the paper it does not."""
     arm_automatically: bool = True
-    """Whether the gateway may arm this end without a person; never with an `address`."""
+    """Whether the gateway arms this end without a person; it never does with an `address`."""
     address: str = ""
-    """Host of a real CR5; empty: the emulator plays it."""
+    """Host of a real CR5; if empty, the arm is emulated."""
     firmware: Literal["v3", "v4"] = "v3"
-    """Of the emulator; a real arm's version is detected."""
-    base_position: Place = (0.0, 0.0, 0.0)
-    """Of the CR5's base in the world."""
+    """Firmware of the emulated arm; that of a real arm is detected."""
+    base_position: Position = (0.0, 0.0, 0.0)
+    """Position of the CR5's base in the world."""
     base_orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
+    """Orientation of the CR5's base in the world."""
     tool_position: Annotated[Vector, Bounds(-1.0, 1.0, "m")] = (0.0, 0.0, 0.12)
-    """Of the grip in the flange's frame."""
+    """Position of the grip in the flange's frame."""
     tool_orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
+    """Orientation of the grip in the flange's frame."""
     tool_output: Annotated[int, Bounds(1, 2)] = 1
-    """Output at the flange that closes the gripper."""
+    """Digital output at the flange that closes the gripper."""
     load: Annotated[float, Bounds(0.0, 5.0, "kg")] = 0.0
-    """Of the gripper and what it holds, which a CR5 is told: it takes a wrong load for a push."""
+    """Mass of the gripper and what it holds; a CR5 reports a collision if it is wrong."""
     load_center: Annotated[Vector, Bounds(-0.5, 0.5, "m")] = (0.0, 0.0, 0.0)
     """Centre of that mass in the flange's frame."""
     collision_level: Annotated[int, Bounds(0, 5)] = 3
-    """How soon a CR5 takes a push for a collision: 0 never, 5 soonest."""
+    """Sensitivity of a CR5's collision detection: 0 is off, 5 is the most sensitive."""
     calibrated: bool = False
-    """The emulator's geometry differs from the nominal one, as a real arm's does."""
+    """Whether the emulated arm's kinematics differ from the nominal ones, as a real arm's do."""
 
     def __post_init__(self) -> None:
         if self.driver == "fixed" and self.rotates:
@@ -125,23 +137,26 @@ class End:
 
 @dataclass(frozen=True)
 class Ends:
+    """Arms at both ends of the rope."""
+
     left: End = End()
     right: End = End()
 
 
 @dataclass(frozen=True)
 class Shape:
-    """Where the rope is or shall be: two grips with the rope at rest between them, or its nodes."""
+    """Shape of the rope, given by two grips with the rope at rest between them, or by its nodes."""
 
-    line: tuple[Place, Place] | None = None
-    """The two grips; the rope between them hangs at rest."""
+    line: tuple[Position, Position] | None = None
+    """Positions of the left and the right grip; the rope hangs at rest between them."""
     nodes: str = ""
-    """A CSV file beside the scenario: x, y, z [m] in each row, from the left end to the right."""
+    """CSV file in the scenario's folder: x, y, z [m] in each row, left end first."""
     left_orientation: Quaternion | None = None
-    """Of the left grip, wxyz; without it the grip points along the rope."""
+    """Orientation of the left grip; by default it points along the rope."""
     right_orientation: Quaternion | None = None
+    """Orientation of the right grip; by default it points along the rope."""
     turns: Annotated[float, Bounds(-10.0, 10.0)] = 0.0
-    """Whole turns of twist of the right end against the left one, about the rope's axis."""
+    """Twist of the right end relative to the left one about the rope's axis, in whole turns."""
 
     def __post_init__(self) -> None:
         if (self.line is None) == (self.nodes == ""):
@@ -150,29 +165,38 @@ class Shape:
 
 @dataclass(frozen=True)
 class Obstacle:
-    """One body that the rope must not touch, or may lean on."""
+    """Obstacle that the rope must not touch, or a support that it may lean on."""
 
     shape: Literal["cylinder", "box", "sphere", "capsule", "half_space"]
-    position: Place
+    """Shape of the obstacle; cylinder and capsule have their axis along z."""
+    position: Position
+    """Centre; of a half space, a point on its surface."""
     orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
+    """Orientation in the world."""
     radius: Annotated[float, Bounds(1e-4, 10.0, "m")] | None = None
+    """Radius of a cylinder, capsule or sphere."""
     height: Annotated[float, Bounds(1e-4, 10.0, "m")] | None = None
+    """Height of a cylinder; of a capsule, the distance between the centres of its caps."""
     size: Annotated[Vector, Bounds(1e-4, 20.0, "m")] | None = None
+    """Edge lengths of a box along x, y, z."""
     normal: Vector = (0.0, 0.0, 1.0)
+    """Outward normal of a half space."""
     support: bool = False
+    """Whether the rope may lean on it."""
     name: str = ""
+    """Name, unique in the scene; by default shape and index."""
     marker: Annotated[int, Bounds(0, 49)] | None = None
-    """Id of the ArUco marker (4x4_50) on its upper face, when it carries one."""
+    """Id of the ArUco marker (4x4_50) on its upper face, if it has one."""
     marker_size: Annotated[float, Bounds(0.005, 1.0, "m")] = 0.04
-    """Side of the marker's black square."""
-    stands_at: Place | None = None
-    """Where it really stands, which only its marker tells; in the simulated lab."""
+    """Edge length of the marker's black square."""
+    stands_at: Position | None = None
+    """True position in simulation, found by the marker only; by default `position`."""
     stands_turned: Annotated[float, Bounds(-180.0, 180.0, "deg")] = 0.0
-    """How far it is really turned about the world's z, as `stands_at`."""
+    """True rotation about the world's z in simulation, relative to `orientation`."""
 
     def __post_init__(self) -> None:
         if self.marker is None and (self.stands_at is not None or self.stands_turned != 0.0):
-            raise ValueError("stands_at and stands_turned need a marker, which tells them")
+            raise ValueError("stands_at and stands_turned need a marker by which they are found")
         needed = {
             "cylinder": ("radius", "height"),
             "capsule": ("radius", "height"),
@@ -190,7 +214,11 @@ class Obstacle:
             raise ValueError("normal and orientation must not be zero")
 
     def body(self, index: int) -> geometry.Obstacle:
-        """The same for geometry; unnamed ones are called by their place in the file."""
+        """Return the obstacle as a geometric body.
+
+        Args:
+            index: Index in the file, for the name of an obstacle without one.
+        """
         return geometry.Obstacle(
             shape=self.shape,
             position=self.position,
@@ -206,22 +234,22 @@ class Obstacle:
 
 @dataclass(frozen=True)
 class FlangeMarker:
-    """An ArUco marker that moves with a grip, by which the camera's place is calibrated."""
+    """ArUco marker that moves with a grip, by which the camera's pose is calibrated."""
 
     marker: Annotated[int, Bounds(0, 49)]
-    """Its id (4x4_50)."""
+    """Id of the marker (4x4_50)."""
     side: Side = "right"
-    """Which grip carries it."""
+    """Grip that carries it."""
     size: Annotated[float, Bounds(0.005, 1.0, "m")] = 0.04
-    """Side of its black square."""
+    """Edge length of its black square."""
     position: Annotated[Vector, Bounds(-1.0, 1.0, "m")] = (0.0, 0.03, 0.04)
-    """Of its middle in the grip's frame."""
+    """Position of its centre in the grip's frame."""
     orientation: Quaternion = (0.5, -0.5, -0.5, -0.5)
-    """Of its frame (x right, y up, z out of its face) in the grip's; by default it faces the
-    grip's y, which is up where a grip is level."""
+    """Orientation of its frame (x right, y up, z out of its face) in the grip's frame; by default
+    it faces along the grip's y, which is up if the grip is level."""
 
     def at(self, grip: Pose) -> Pose:
-        """Where it is when its grip is there."""
+        """Return the marker's pose in the world for a pose of its grip."""
         return Pose(
             grip.apply(np.array(self.position)),
             poses.multiply(grip.orientation, poses.normalized(np.array(self.orientation))),
@@ -230,38 +258,45 @@ class FlangeMarker:
 
 @dataclass(frozen=True)
 class Sensing:
-    """How the rope is seen."""
+    """Perception of the rope, and its camera."""
 
     source: Literal["truth", "camera"] = "truth"
+    """Source of the rope's nodes: the simulation itself, or images with depth."""
     method: Literal["ridge", "paper"] = "ridge"
+    """Method that finds the rope in images: this project's or the paper's."""
     resolution: tuple[int, int] = (640, 480)
+    """Width and height of the images in pixels."""
     field_of_view: Annotated[float, Bounds(10.0, 120.0, "deg")] = 65.0
-    """Horizontal."""
-    position: Place = (0.0, -0.05, 1.0)
-    """Of the camera in the world."""
-    look_at: Place = (0.0, 0.0, 0.15)
+    """Horizontal field of view."""
+    position: Position = (0.0, -0.05, 1.0)
+    """Position of the camera in the world."""
+    look_at: Position = (0.0, 0.0, 0.15)
+    """Point at which the camera looks."""
     orientation: Quaternion | None = None
-    """Of the optical frame (x right, y down, z forward) in the world, in the place of `look_at`:
-    what `lariat calibrate` finds."""
+    """Orientation of the optical frame (x right, y down, z forward) in the world, as found by
+    `lariat calibrate`; it replaces `look_at`."""
     flange_marker: FlangeMarker | None = None
     rate: Annotated[float, Bounds(1.0, 120.0, "Hz")] = 30.0
+    """Frame rate."""
     latency: Annotated[float, Bounds(0.0, 1.0, "s")] = 0.02
-    """From exposure to image."""
+    """Time from exposure to the publication of an image."""
     node_noise: Annotated[float, Bounds(0.0, 0.1, "m")] = 0.0
-    """Standard deviation of every coordinate of a seen node, where the truth is sensed."""
+    """Standard deviation of the noise on each coordinate of a node, if `source` is `truth`."""
     depth_noise: Annotated[float, Bounds(0.0, 0.05, "m")] = 0.0015
-    """Standard deviation of a pixel."""
+    """Standard deviation of the noise on each pixel's depth in simulation."""
     depth_bias: Annotated[float, Bounds(-0.05, 0.05, "m")] = 0.0
+    """Constant error of the depth in simulation."""
     depth_quantum: Annotated[float, Bounds(1e-5, 0.01, "m")] = 0.001
+    """Quantisation step of the depth in simulation."""
     edge_dropout: Annotated[float, Bounds(0.0, 1.0)] = 0.5
-    """Fraction of pixels at depth edges that see nothing."""
+    """Fraction of the pixels at depth edges without a measurement, in simulation."""
     threshold: Annotated[int, Bounds(1, 254)] = 128
-    """Brightness, or likeness to `rope_color`, from which a pixel belongs to the rope."""
+    """Brightness, or likeness to `rope_color`, above which a pixel belongs to the rope."""
     rope_color: Color | None = None
-    """Red, green, blue of the rope in full light, 0…255: then its colour tells it from the
-    background; without it, that it is the brightest thing in view."""
+    """Red, green, blue of the fully lit rope, 0…255; by default the rope is found by its
+    brightness."""
     outside: bool = False
-    """A camera process of the user publishes; the simulated one stays silent."""
+    """Whether a camera process publishes the images instead of the simulation."""
 
     def __post_init__(self) -> None:
         for count in self.resolution:
@@ -271,62 +306,73 @@ class Sensing:
 
 @dataclass(frozen=True)
 class PaperControl:
-    """The paper's own parameters: its rod (Table 1, `solver = "xpbd"`) and its MPC's settings."""
+    """Parameters of the paper: its rod (Table 1, `solver = "xpbd"`) and the settings of its MPC."""
 
     mass: Annotated[float, Bounds(1e-4, 100.0, "kg")] = 0.5
-    """m, per node: with the total spread over the nodes the rod shrinks instead of bending."""
+    """Mass m of each node; with the rope's mass divided among the nodes, the rod shrinks instead of
+    bending."""
     inertia: Annotated[float, Bounds(1e-6, 10.0, "kg m^2")] = 0.05
-    """I, of every edge."""
+    """Moment of inertia I of each edge."""
     linear_damping: Annotated[float, Bounds(0.0, 0.999)] = 0.1
-    """xi_v, lost per second."""
+    """Share xi_v of the velocity that is lost per second."""
     angular_damping: Annotated[float, Bounds(0.0, 0.999)] = 0.3
-    """xi_omega."""
+    """Share xi_omega of the angular velocity that is lost per second."""
     bending_compliance: Annotated[float, Bounds(0.0, 10.0, "m^2/N")] = 0.003
-    """beta_b, of every inner node: EI = l / (4 beta_b) between nodes l apart."""
+    """Compliance beta_b of each inner node: EI = l / (4 beta_b) for nodes at distance l."""
     iterations: Annotated[int, Bounds(1, 1000)] = 20
-    """J of Algorithm 1, not given in the paper."""
+    """Solver iterations J of Algorithm 1; the paper does not give it."""
     learning_rate: Annotated[float, Bounds(1e-6, 1.0)] = 1e-3
-    """Of Adam on the network's weights, not given in the paper."""
+    """Learning rate of Adam on the network's weights; the paper does not give it."""
     optimizer_steps: Annotated[int, Bounds(1, 1000)] = 30
-    """I of Algorithm 2."""
+    """Optimiser steps I of Algorithm 2."""
     horizon: Annotated[int, Bounds(1, 100)] = 5
-    """H, steps of `time_step`."""
+    """Horizon H in steps of `time_step`."""
     time_step: Annotated[float, Bounds(1e-3, 0.1, "s")] = 0.01
+    """Time step of the prediction."""
     error_weight: float = 1.0
-    """omega_1 [1/m], on the sum of node distances: with their mean omega_3 holds the rope back."""
+    """Weight omega_1 of the sum of node distances [1/m]; of their mean, it would be too weak."""
     obstacle_weight: float = 0.01
-    """omega_2 [m^2]."""
+    """Weight omega_2 of the obstacle term [m^2]."""
     speed_weight: float = 0.5
-    """omega_3 [s^2/m^2]."""
+    """Weight omega_3 of the squared speed [s^2/m^2]."""
     obstacle_distance: Annotated[float, Bounds(1e-3, 1.0, "m")] = 0.03
-    """epsilon_d of eq. (13), not given in the paper; goals nearer to an obstacle are biased."""
+    """Distance epsilon_d of eq. (13); the paper does not give it. Goals closer to an obstacle are
+    not reached exactly."""
 
 
 @dataclass(frozen=True)
 class Control:
+    """Model predictive control of the rope."""
+
     method: Literal["gauss_newton", "network", "actions"] = "gauss_newton"
+    """Optimiser: Gauss-Newton, or the paper's over a network's weights or over the actions."""
     solver: Literal["direct", "xpbd"] = "direct"
-    """Of the model that predicts. `xpbd` is the paper's rod with `[control.paper]`, for the methods
-    `network` and `actions`; `adapt` is then its gradient descent (15) on all five parameters."""
+    """Solver of the predicting rod. `xpbd` is the paper's rod with `[control.paper]`, for the
+    methods `network` and `actions`."""
     planner: bool = True
+    """Whether a planned path guides the controller."""
     adapt: bool = False
+    """Whether the rope's material is estimated during the run; with `xpbd` by the paper's gradient
+    descent (15) on five parameters."""
     clearance: Annotated[float, Bounds(0.0, 0.2, "m")] = 0.012
-    """Wanted between the rope's surface and every obstacle that is no support."""
+    """Desired distance between the rope's surface and each obstacle that is not a support."""
     horizon: Annotated[int, Bounds(1, 100)] = 5
+    """Horizon in steps of `time_step`, for `gauss_newton`."""
     time_step: Annotated[float, Bounds(1e-3, 0.2, "s")] = 0.05
+    """Time step of the prediction, for `gauss_newton`."""
     iterations: Annotated[int, Bounds(1, 50)] = 1
-    """Linearisations a horizon; each goes on from the horizon before."""
+    """Gauss-Newton iterations per horizon, each started from the previous solution."""
     speed_weight: Annotated[float, Bounds(0.0, 100.0, "s^2")] = 0.02
-    """On the squared velocity that `gauss_newton` adds to the path's, against the mean squared
-    node distance."""
+    """Weight of the squared velocity that `gauss_newton` adds to the path's, relative to the mean
+    squared node distance."""
     acceleration_weight: Annotated[float, Bounds(0.0, 100.0, "s^4")] = 2e-4
-    """On the squared change of that velocity."""
+    """Weight of the squared rate of change of that velocity."""
     paper: PaperControl = PaperControl()
 
 
 @dataclass(frozen=True)
 class Limits(MotionLimits):
-    """Of the grippers."""
+    """Limits of the grippers' motion, which the gateway enforces."""
 
     speed: Annotated[float, Bounds(0.001, 2.0, "m/s")] = 0.5
     acceleration: Annotated[float, Bounds(0.01, 20.0, "m/s^2")] = 2.0
@@ -336,57 +382,67 @@ class Limits(MotionLimits):
     angular_jerk: Annotated[float, Bounds(1.0, 3000.0, "rad/s^3")] = 120.0
     joint_speed: Annotated[float, Bounds(0.01, 3.2, "rad/s")] = 1.6
     joint_acceleration: Annotated[float, Bounds(0.1, 30.0, "rad/s^2")] = 5.2
-    workspace: tuple[Place, Place] = ((-0.8, -0.8, 0.01), (0.8, 0.8, 1.2))
-    """Lowest and highest corner of the box that the grips stay in."""
+    workspace: tuple[Position, Position] = ((-0.8, -0.8, 0.01), (0.8, 0.8, 1.2))
+    """Lowest and highest corner of the box in which the grips stay."""
     keep_out: Annotated[float, Bounds(0.0, 0.5, "m")] = 0.005
     """Least distance between a gripper's body and an obstacle."""
     gripper_radius: Annotated[float, Bounds(0.001, 0.2, "m")] = 0.012
-    """Of the capsule that stands for a gripper."""
+    """Radius of the capsule that represents a gripper."""
     gripper_height: Annotated[float, Bounds(0.0, 0.5, "m")] = 0.06
-    """From the grip to the far end of that capsule."""
+    """Distance from the grip to the far end of that capsule."""
     spacing: Annotated[float, Bounds(0.0, 1.0, "m")] = 0.03
     """Least distance between the two grips."""
     overstretch: Annotated[float, Bounds(0.1, 1.0)] = 0.99
-    """Most distance between the grips, round obstacles, as a fraction of the rope's length."""
+    """Largest distance between the grips, measured around obstacles, as a fraction of the rope's
+    length."""
     pull: Annotated[float, Bounds(0.1, 200.0, "N")] = 20.0
-    """Most change of the force at a gripper since it was armed, where its arm feels forces."""
+    """Largest change of the contact force at a gripper since arming, if its arm measures forces."""
 
     @property
     def gripper_reach(self) -> float:
-        """From the grip to the centre of that capsule's far cap [m]."""
+        """Distance from the grip to the centre of that capsule's far cap [m]."""
         return max(self.gripper_height - self.gripper_radius, 0.0)
 
     def __post_init__(self) -> None:
         low, high = np.array(self.workspace)
         if np.any(low >= high):
-            raise ValueError(f"workspace = {[list(c) for c in self.workspace]}: low corner first")
+            raise ValueError(
+                f"workspace = {[list(c) for c in self.workspace]}; give the low corner first"
+            )
 
 
 @dataclass(frozen=True)
 class Run:
+    """End of a run."""
+
     time_limit: Annotated[float, Bounds(0.1, 3600.0, "s")] = 10.0
+    """Duration after which a run ends."""
     tolerance: Annotated[float, Bounds(1e-6, 0.5, "m")] = 0.003
-    """Mean node distance that counts as reached."""
+    """Mean node distance to the goal below which it counts as reached."""
 
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happens at a given time of a run."""
+    """Change of the scene or the goal at a given time of a run."""
 
     time: Annotated[float, Bounds(0.0, 3600.0, "s")]
-    """Since the start of the run."""
+    """Time since the start of the run."""
     add_obstacle: Obstacle | None = None
+    """Obstacle that appears."""
     move_obstacle: str = ""
-    """Name of the obstacle that goes to `position`."""
+    """Name of the obstacle that moves to `position`."""
     remove_obstacle: str = ""
-    position: Place | None = None
+    """Name of the obstacle that disappears."""
+    position: Position | None = None
+    """New position of `move_obstacle`."""
     goal: Shape | None = None
+    """New goal."""
 
     def __post_init__(self) -> None:
         actions = [self.add_obstacle, self.move_obstacle, self.remove_obstacle, self.goal]
         if sum(bool(a) for a in actions) != 1:
             raise ValueError(
-                "an event is one of add_obstacle, move_obstacle, remove_obstacle and goal"
+                "give exactly one of add_obstacle, move_obstacle, remove_obstacle and goal"
             )
         if bool(self.move_obstacle) != (self.position is not None):
-            raise ValueError("move_obstacle and position go together")
+            raise ValueError("give move_obstacle and position together")

@@ -1,4 +1,4 @@
-"""Scenario files by short names: `three-cylinders` stands for `scenarios/three-cylinders.toml`."""
+"""Short names of shipped scenarios: `three-cylinders` is `scenarios/three-cylinders.toml`."""
 
 from __future__ import annotations
 
@@ -7,22 +7,22 @@ from pathlib import Path
 from shared.configuration import ConfigurationError
 
 SHIPPED_FOLDER = Path(__file__).parents[2] / "scenarios"
-"""Scenarios that come with Lariat, in a clone and in images alike."""
+"""Folder of the shipped scenarios, in a clone and in images."""
 
 
 def shipped_names() -> tuple[str, ...]:
-    """Names of the scenarios that come with Lariat, in alphabetical order."""
+    """Return the short names of the shipped scenarios, in alphabetical order."""
     return tuple(sorted(path.stem for path in SHIPPED_FOLDER.glob("*.toml")))
 
 
 def find(name_or_path: Path | str) -> Path:
-    """The file of a scenario that is given by its path or by its short name.
+    """Return the file of a scenario that is given by its path or its short name.
 
     Args:
         name_or_path: An existing file, or the name of a shipped scenario with or without `.toml`.
 
     Raises:
-        ConfigurationError: There is neither such a file nor such a shipped scenario.
+        ConfigurationError: There is no such file and no such shipped scenario.
     """
     path = Path(name_or_path)
     if path.is_file():

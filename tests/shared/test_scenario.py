@@ -108,7 +108,7 @@ def test_nodes_of_another_count_are_resampled_by_arc_length(tmp_path: Path) -> N
             "[[obstacles]]\nname = 'ball'\nshape = 'sphere'\nradius = 0.05\n"
             "position = [-0.2, 0.03, 0.3]\n[goal]",
             "start lies inside obstacle 'ball' (24.0 mm deep with the rope's radius); "
-            "move the one or the other",
+            "move the shape or the obstacle",
         ),
         (
             "[goal]",
@@ -132,7 +132,7 @@ def test_nodes_of_another_count_are_resampled_by_arc_length(tmp_path: Path) -> N
             "start: the left grip at [-0.2, 0.0, 0.3] m is outside limits.workspace",
         ),
         ("line = [[-0.1, 0.1, 0.3], [0.25, 0.1, 0.3]]", "nodes = 'none.csv'", "cannot read nodes"),
-        ('name = "smallest"', "name = ", "scenario is no valid TOML"),
+        ('name = "smallest"', "name = ", "scenario: not valid TOML"),
     ],
 )
 def test_what_cannot_be_is_refused_by_name(old: str, new: str, line: str) -> None:

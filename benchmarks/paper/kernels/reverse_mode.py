@@ -9,12 +9,12 @@ clamped and only translate; there is no contact.
 import taichi as ti
 
 from lariat.rod.xpbd.kernels.quaternions import (
-    between,
     director,
-    director_pull,
-    led,
-    times,
-    turned_by,
+    director_transpose,
+    relative_imaginary,
+    rotation_imaginary,
+    times_vector,
+    vector_times,
 )
 
 Vector3 = ti.types.vector(3, ti.f64)
@@ -95,7 +95,7 @@ class ReverseRod:
         for i in range(self.m):
             p = self.orientations[t, i]
             if i > 0 and i < self.m - 1:
-                p += (0.5 * self.dt) * led(self.turning[t, i], p)
+                p += (0.5 * self.dt) * vector_times(self.turning[t, i], p)
             self.q[t, 0, i] = p / ti.sqrt(p.dot(p))
 
     @ti.kernel
@@ -110,7 +110,7 @@ class ReverseRod:
                 dl = -inverse * (per * (x2 - x1) - director(q))
                 self.x[t, 2 * j + color + 1, i] = x1 - (w1 * per) * dl
                 self.x[t, 2 * j + color + 1, i + 1] = x2 + (w2 * per) * dl
-                p = q - wq * director_pull(q, dl)
+                p = q - wq * director_transpose(q, dl)
                 self.q[t, 4 * j + color + 1, i] = p / ti.sqrt(p.dot(p))
             else:
                 self.q[t, 4 * j + color + 1, i] = self.q[t, 4 * j + color, i]
@@ -133,9 +133,9 @@ class ReverseRod:
                 w1, w2 = self.edge_weight(i), self.edge_weight(i + 1)
                 soft = self.theta[2] / (self.dt * self.dt)
                 multiplier = self.multipliers[t, j, i]
-                dl = -(between(q1, q2) + soft * multiplier) / (w1 + w2 + soft)
+                dl = -(relative_imaginary(q1, q2) + soft * multiplier) / (w1 + w2 + soft)
                 self.multipliers[t, j + 1, i] = multiplier + dl
-                p1, p2 = q1 - w1 * times(q2, dl), q2 + w2 * times(q1, dl)
+                p1, p2 = q1 - w1 * times_vector(q2, dl), q2 + w2 * times_vector(q1, dl)
                 self.q[t, 4 * j + 3 + color, i] = p1 / ti.sqrt(p1.dot(p1))
                 self.q[t, 4 * j + 3 + color, i + 1] = p2 / ti.sqrt(p2.dot(p2))
         for i in range(self.m):
@@ -153,7 +153,7 @@ class ReverseRod:
         for i in range(self.m):
             q = self.q[t, 4 * self.J, i]
             self.orientations[t + 1, i] = q
-            turn = turned_by(self.orientations[t, i], q)
+            turn = rotation_imaginary(self.orientations[t, i], q)
             self.turning[t + 1, i] = (2.0 * self.keep_turn / self.dt) * turn
 
     @ti.kernel

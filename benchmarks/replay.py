@@ -69,7 +69,8 @@ PERTURBATIONS = (
         "planner",
         "rope",
         "weight on smooth paths",
-        "module:services.planner.path_optimization:SMOOTHNESS",
+        "settings:services.planner.path_optimization.settings:PathOptimizationSettings"
+        ".smoothness_weight",
     ),
     Perturbation("controller", "rope", "weight on speed", "scenario:control.speed_weight"),
     Perturbation(

@@ -23,6 +23,9 @@ from services.planner.path_optimization.grip_residuals import MILLIMETRES, grip_
 from services.planner.path_optimization.settings import PathOptimizationSettings
 from services.planner.problem import Problem
 
+SETTINGS = PathOptimizationSettings()
+"""Default settings."""
+
 
 @dataclass(frozen=True)
 class PathCandidate:
@@ -55,15 +58,16 @@ class PathOptimizer:
         self,
         problem: Problem,
         reserve: float | None = None,
-        settings: PathOptimizationSettings | None = None,
+        settings: PathOptimizationSettings = SETTINGS,
     ) -> None:
-        """
+        """Prepare the optimisation of the problem's paths.
+
         Args:
             problem: Planning problem.
             reserve: Clearance beyond the wanted one [m]; None: that of the settings.
             settings: Discretisation, weights and margins.
         """
-        self.settings = s = settings or PathOptimizationSettings()
+        self.settings = s = settings
         self._problem = problem
         self.reserve = s.clearance_reserve if reserve is None else reserve
         self._path = BlockPath(problem, s)

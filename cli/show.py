@@ -12,7 +12,7 @@ from dashboard import server
 from dashboard.outbox import Outbox
 from dashboard.page import Page
 from dashboard.recordings.player import Player
-from dashboard.recordings.timeline import RecordedMessage, Timeline, thinned
+from dashboard.recordings.timeline import RecordedMessage, Timeline, thin_topic
 from dashboard.subscriptions import CAMERA_COLOR, READS
 from shared.configuration import ConfigurationError
 from shared.recording import Recording
@@ -67,7 +67,7 @@ def open_timeline(file: Path) -> tuple[Recording, Timeline]:
     """
     try:
         recording = Recording.open(file)
-        moments = thinned(_moments(recording), CAMERA_COLOR.key, PICTURE_PERIOD)
+        moments = thin_topic(_moments(recording), CAMERA_COLOR.key, PICTURE_PERIOD)
         return recording, Timeline(moments, READS)
     except ValueError as error:
         raise ConfigurationError(f"cannot show {file}: {error}") from error

@@ -41,9 +41,13 @@ class PendingRequest:
     """Request that was sent and not yet answered."""
 
     id: str
+    """Id of the request: session and number."""
     number: int
+    """Number of the request, counted by its outbox."""
     label: str
+    """Name of the request in notifications."""
     receiver: str
+    """Service that must answer."""
     sent: int
     """Time of sending [ns]."""
 
@@ -53,7 +57,9 @@ class Notification:
     """Message to the person at the browser, e.g. why a request was refused."""
 
     title: str
+    """First line."""
     body: str
+    """Reason and details."""
 
 
 class Outbox:

@@ -1,4 +1,4 @@
-"""The whole page: where each part stands, and which part takes which message."""
+"""Layout of the page, and delivery of messages to its parts."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ IDLE_PERIOD = SECOND
 LEFT_PANEL_WIDTH, RIGHT_PANEL_WIDTH = 300, 400
 """Widths of the panels [pixels]."""
 REFUSAL_GAP = 50
-"""Gap between the sequence numbers of two refused chunks of setpoints from which on the second
-refusal is reported again; the controller sends this many a second."""
+"""Gap between the sequence numbers of two refused setpoint chunks above which the second refusal is
+reported too [-]; the controller sends this many chunks in a second."""
 
 
 class Page:
@@ -67,7 +67,9 @@ class Page:
         self._run_controls = RunControls(gui, self._actions, outbox, live, resettable=simulated)
         with gui.add_folder("Arms"):
             self._arm_controls = ArmControls(gui, self._actions, outbox, live, self.notify)
-        self._scene = SceneView(server, scenario, lambda name: self._obstacle_editor.clicked(name))
+        self._scene = SceneView(
+            server, scenario, lambda name: self._obstacle_editor.queue_selection(name)
+        )
         with gui.add_folder("Goal", visible=live):
             self._goal_editor = GoalEditor(
                 server, scenario, self._actions, outbox, self._scene, self.notify

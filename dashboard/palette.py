@@ -7,11 +7,13 @@ Color = tuple[int, int, int]
 
 # Page.
 BRAND: Color = (38, 112, 196)
-"""Main buttons, driven grippers."""
+"""Main buttons, and grippers that move."""
 NEUTRAL: Color = (66, 74, 88)
 """Buttons for less frequent actions."""
 BACKGROUND_TOP: Color = (38, 46, 58)
+"""Upper edge of the scene's background."""
 BACKGROUND_BOTTOM: Color = (14, 17, 22)
+"""Lower edge of the scene's background."""
 
 # Scene.
 ROPE: Color = (250, 160, 30)
@@ -21,28 +23,41 @@ UNCERTAIN: Color = (226, 74, 74)
 UNOBSERVED: Color = (150, 158, 170)
 """Perceived rope where it was estimated without an observation."""
 PREDICTION: Color = (30, 130, 255)
+"""Predicted ropes of the horizon."""
 PATH: Color = (150, 84, 255)
+"""Planned path of the grips, and ropes along it."""
 GOAL: Color = (40, 210, 120)
+"""Goal shape, and preview of a reachable goal."""
 UNREACHABLE: Color = (240, 84, 84)
-"""Preview of a goal that the rope cannot take."""
+"""Preview of a goal that the rope cannot reach."""
 TRUTH: Color = (240, 120, 200)
 """Simulated true rope."""
 OBSTACLE: Color = (128, 136, 148)
+"""Obstacle that the rope must not touch."""
 SUPPORT: Color = (124, 104, 76)
 """Obstacle that the rope may rest on."""
 CAMERA: Color = (120, 130, 145)
+"""Frustum of the camera."""
 GRIPPER_JAW: Color = (206, 213, 224)
+"""Both jaws of a gripper."""
 GRID: Color = (52, 60, 72)
+"""Fine lines on the table."""
 GRID_SECTION: Color = (82, 93, 110)
+"""Coarse lines on the table."""
 TABLE: Color = (24, 28, 35)
+"""Table and other half spaces."""
 
 # States.
 GOOD: Color = (64, 206, 132)
+"""Ready, reached, healthy."""
 BUSY: Color = (92, 170, 255)
+"""In motion."""
 WARNING: Color = (246, 178, 70)
+"""Needs attention."""
 BAD: Color = (240, 84, 84)
+"""Failed, refused, silent."""
 QUIET: Color = (138, 147, 160)
-"""Nothing happens."""
+"""Idle or unknown."""
 
 
 def css(color: Color, opacity: float = 1.0) -> str:
@@ -51,9 +66,9 @@ def css(color: Color, opacity: float = 1.0) -> str:
 
 
 def linear(color: Color) -> Color:
-    """Colour to assign to a line for it to appear as `color`.
+    """Colour that must be assigned to a line for it to appear as `color`.
 
-    The renderer takes the colours of lines for linear light instead of sRGB.
+    The renderer interprets the colours of lines as linear light instead of sRGB.
     """
     red, green, blue = (round(255.0 * (c / 255.0) ** 2.2) for c in color)
     return red, green, blue

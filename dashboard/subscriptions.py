@@ -20,7 +20,9 @@ SERVICES = (
 """Services whose health is shown, in the order of their rows."""
 
 CAMERA_COLOR = topics.CAMERA_COLOR.at(topics.CAMERA)
+"""Topic of the colour images that are shown."""
 CAMERA_CALIBRATION = topics.CAMERA_CALIBRATION.at(topics.CAMERA)
+"""Topic of their calibration."""
 READS: tuple[Topic, ...] = (
     CAMERA_COLOR,
     CAMERA_CALIBRATION,
@@ -38,6 +40,7 @@ READS: tuple[Topic, ...] = (
     topics.STACK_STATE,
     *(topics.HEALTH.at(name) for name in SERVICES),
 )
+"""Topics that the dashboard reads."""
 
 STALE_AGE = 2.5
 """Age above which a message that is published at least once a second counts as missing [s]."""

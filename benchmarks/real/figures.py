@@ -17,7 +17,7 @@ from benchmarks.real.tables import select
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle
 from lariat.rod import Rod
-from services.sim.camera.placement import true_camera
+from services.sim.camera.true_camera import true_camera
 from shared.scenario.rod_properties import rod_properties
 from shared.service import SECOND
 

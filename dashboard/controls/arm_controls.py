@@ -16,7 +16,8 @@ from shared.messages import ArmCommand, ArmStates
 from shared.scenario import SIDES, Side
 from shared.service import SECOND
 
-OPEN, CLOSE = "Open", "Close"
+OPEN_LABEL, CLOSE_LABEL = "Open", "Close"
+"""Labels of a gripper's buttons."""
 ARM_STATUS_PERIOD = SECOND // 2
 """Time between two updates of the arms' status lines [ns]."""
 
@@ -71,7 +72,7 @@ class ArmControls:
         for side in SIDES:
             group = gui.add_button_group(
                 f"Gripper {side}",
-                (OPEN, CLOSE),
+                (OPEN_LABEL, CLOSE_LABEL),
                 visible=False,
                 hint="Opens and closes only while the arms stand still",
             )
@@ -90,7 +91,7 @@ class ArmControls:
             button.on_click(lambda _, a=action, s=label: actions.put(lambda: self._command(a, s)))
 
     def _move_gripper(self, side: Side, label: str) -> None:
-        close = label == CLOSE
+        close = label == CLOSE_LABEL
         self._command(ArmCommand.GRIPPER, f"{label} gripper {side}", arm=side, close=close)
 
     def _command(self, action: ArmCommand.Action, label: str, **fields: object) -> None:

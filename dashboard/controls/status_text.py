@@ -12,8 +12,8 @@ from dashboard.subscriptions import STALE_AGE
 from shared import messages
 from shared.messages import ArmState, ArmStates, NodeChain, TaskState
 
-SHOWN_FORCE = 1.0
-"""Contact force below which none is mentioned [N]."""
+MIN_SHOWN_FORCE = 1.0
+"""Contact force below which it is not shown [N]."""
 
 GATEWAY_MODES = {
     ArmStates.DISARMED: ("Disarmed", palette.QUIET),
@@ -30,9 +30,11 @@ class StatusLine:
     """Statement with a coloured dot."""
 
     text: str
+    """Statement."""
     color: Color
+    """Colour of the dot."""
     detail: str = ""
-    """Reason, or the next thing to do; shown smaller, below the text."""
+    """Reason, or the next thing to do; shown below the text in smaller type."""
 
 
 def format_millimeters(length: float) -> str:
@@ -133,7 +135,7 @@ def arm_status(arm: ArmState) -> str:
         parts.append(f"feedback at {arm.link_rate:.0f} Hz, longest gap {gap:.0f} ms")
     if arm.tracking_error:
         parts.append(f"tracking error {format_millimeters(arm.tracking_error)}")
-    if arm.pull >= SHOWN_FORCE:
+    if arm.pull >= MIN_SHOWN_FORCE:
         parts.append(f"contact force {arm.pull:.0f} N")
     if arm.driver != "fixed":
         parts.append("gripper closed" if arm.gripper_closed else "gripper open")

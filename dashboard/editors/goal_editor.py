@@ -149,7 +149,7 @@ class GoalEditor:
         self._show_grip(side, with_gizmo=False)
 
     def _show_grip(self, side: Side, with_gizmo: bool) -> None:
-        """Bring the field, and the gizmo if asked for, to the pose of a grip."""
+        """Set the field, and optionally the gizmo, to the pose of a grip."""
         pose = self._grips[side]
         if side in self._fields:
             self._fields[side].value = tuple((1e3 * pose.position).round(1).tolist())

@@ -13,13 +13,13 @@ from shared.scenario import Scenario
 from shared.scenario.scenario import LEVEL_GRIP
 
 LENGTH_TOLERANCE = 0.03
-"""Largest difference of shape and rope, relative to the rope's length [-]."""
+"""Largest difference between the lengths of shape and rope, relative to the rope's [-]."""
 MIN_ROW_COUNT = 3
 """Fewest rows that make a shape."""
 
 
 def parse(content: bytes, scenario: Scenario) -> Goal:
-    """Read a goal: nodes resampled to the rope's count, and the grips that hold the rope there.
+    """Read a goal: nodes, resampled to the rope's count, and the grips that hold them.
 
     Args:
         content: The file.

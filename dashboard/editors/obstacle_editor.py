@@ -104,8 +104,8 @@ class ObstacleEditor:
             add = gui.add_button("Add", icon=viser.Icon.PLUS, color=palette.BRAND)
             add.on_click(lambda _: actions.put(self._request_addition))
 
-    def clicked(self, name: str) -> None:
-        """Select an obstacle that was clicked in the scene; may be called in any thread."""
+    def queue_selection(self, name: str) -> None:
+        """Queue the selection of an obstacle by name; may be called in any thread."""
         self._actions.put(lambda: self.select(name))
 
     def update(self, obstacles: Sequence[Obstacle]) -> None:
@@ -191,6 +191,9 @@ def new_obstacle(
         size: Extents of the box along x, y and z [m].
         position: Centre [m].
         names: Names that are taken.
+
+    Raises:
+        ValueError: The shape is not one of `SHAPES`.
     """
     candidates = (f"{shape}-new-{k}" for k in range(1, len(names) + 2))
     name = next(c for c in candidates if c not in names)

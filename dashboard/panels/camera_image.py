@@ -18,12 +18,12 @@ from shared.messages import NodeChain, chain
 
 UPDATE_PERIOD = 0.125
 """Time between two images on the page [s]."""
-WIDTH = 480
+IMAGE_WIDTH = 480
 """Width of the image on the page [pixels]."""
 SUBPIXEL_BITS = 4
-"""Binary digits of a pixel's fraction: keep a slowly moving line from jumping."""
+"""Fractional bits of drawn coordinates, so that a slowly moving line does not jump."""
 MAX_COORDINATE = 2**20
-"""Bound on a drawn point, which OpenCV can hold [1/16 pixels]."""
+"""Largest drawn coordinate, within the range of OpenCV [1/16 pixels]."""
 
 
 class CameraImage:
@@ -75,8 +75,10 @@ class CameraImage:
                 continue
             if rope is not None and calibration is not None:
                 draw_rope(image, rope, Camera(intrinsics(calibration), self._pose))
-            height = round(WIDTH * image.shape[0] / image.shape[1])
-            self._handle.image = cv2.resize(image, (WIDTH, height), interpolation=cv2.INTER_AREA)
+            height = round(IMAGE_WIDTH * image.shape[0] / image.shape[1])
+            self._handle.image = cv2.resize(
+                image, (IMAGE_WIDTH, height), interpolation=cv2.INTER_AREA
+            )
             if not self._handle.visible:
                 self._handle.visible = True
 

@@ -12,8 +12,10 @@ from dashboard.palette import Color
 REFRESH_PERIOD = 0.2
 """Least time between two drawings of a chart [s]."""
 TEXT_COLOR = "#aab4c3"
-FONT = "11px sans-serif"
-HEIGHT = 185
+"""CSS colour of axes and labels."""
+TEXT_FONT = "11px sans-serif"
+"""CSS font of axes and labels."""
+CHART_HEIGHT = 185
 """Height of a chart [pixels]."""
 
 
@@ -54,7 +56,7 @@ def add_chart(
         "stroke": TEXT_COLOR,
         "grid": grid,
         "ticks": {"stroke": "rgba(255,255,255,0.15)", "width": 1, "size": 4},
-        "font": FONT,
+        "font": TEXT_FONT,
     }
     return gui.add_uplot(
         data=tuple(np.zeros(0) for _ in series),
@@ -62,11 +64,11 @@ def add_chart(
         title=title,
         scales={"x": {"time": False, "auto": True}, "y": {"auto": True}},
         axes=(
-            {**axis, "size": 24, "label": "time [s]", "labelSize": 16, "labelFont": FONT},
+            {**axis, "size": 24, "label": "time [s]", "labelSize": 16, "labelFont": TEXT_FONT},
             {**axis, "size": 42},
         ),
         legend={"show": False},
         cursor={"drag": {"x": True, "y": False}},
-        height=HEIGHT,
+        height=CHART_HEIGHT,
         padding=(8, 14, 4, 0),
     )

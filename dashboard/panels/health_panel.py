@@ -14,7 +14,7 @@ UPDATE_PERIOD = SECOND // 2
 
 
 class HealthPanel:
-    """Table of the services and line about the recorder."""
+    """Table of the services, and a line about the recorder."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
         self._table = gui.add_html("")
@@ -22,7 +22,7 @@ class HealthPanel:
         self._update_time = 0
 
     def clear(self) -> None:
-        """Have the next `update` draw, for a jump in a recording."""
+        """Make the next `update` draw, for a jump in a recording."""
         self._update_time = 0
 
     def update(self, inbox: Inbox, now: int) -> None:

@@ -17,7 +17,9 @@ class ServiceState:
     """State of a service in one word."""
 
     word: str
+    """State."""
     color: Color
+    """Colour of the word."""
 
 
 def service_state(health: Health | None, age: float, process: str = "") -> ServiceState:

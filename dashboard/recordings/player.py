@@ -13,7 +13,7 @@ from dashboard.recordings.timeline import Timeline
 from shared import topics
 from shared.service import SECOND
 
-SPEEDS = {"¼ ×": 0.25, "½ ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "5 ×": 5.0}
+PLAYBACK_SPEEDS = {"¼ ×": 0.25, "½ ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "5 ×": 5.0}
 """Seconds of the recording per second of the viewer, by label [-]."""
 BAR_PERIOD = 0.1
 """Time between two updates of the time bar during playback [s]."""
@@ -49,7 +49,7 @@ class Player:
             self._button = gui.add_button(
                 "Pause", icon=viser.Icon.PLAYER_PAUSE, color=palette.BRAND
             )
-            speed = gui.add_button_group("Speed", tuple(SPEEDS))
+            speed = gui.add_button_group("Speed", tuple(PLAYBACK_SPEEDS))
         panel.float(x=30, y=-20, width=520)
         self._bar.on_update(
             lambda event: (
@@ -60,7 +60,7 @@ class Player:
         self._button.on_click(lambda _: self._actions.put(self._toggle))
         speed.on_click(
             lambda event: self._actions.put(
-                lambda value=event.target.value: self.set_speed(SPEEDS[value])
+                lambda value=event.target.value: self.set_speed(PLAYBACK_SPEEDS[value])
             )
         )
 

@@ -14,9 +14,13 @@ class RecordedMessage(NamedTuple):
     """Recorded message."""
 
     key: str
+    """Key of its topic."""
     payload: bytes
+    """Encoded message."""
     publisher: str
+    """Session id of its publisher."""
     sequence: int
+    """Number of the message, counted by its publisher."""
     time: int
     """Time of receipt [ns]."""
 
@@ -80,7 +84,7 @@ class Timeline:
         self._mailbox.deliver(message.key, received)
 
 
-def thinned(
+def thin_topic(
     messages: Iterable[RecordedMessage], key: str, period: int
 ) -> Iterator[RecordedMessage]:
     """Drop messages of one topic that follow another one within a period.

@@ -1,4 +1,4 @@
-"""Colours of a perceived rope by how certain its nodes are."""
+"""Colours of a perceived rope by the certainty of its nodes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dashboard import palette
 from shared.messages import NodeChain
 
 UNCERTAIN_SIGMA = 0.01
-"""Standard deviation from which on a node has the full warning colour [m]."""
+"""Standard deviation above which a node has the full warning colour [m]."""
 
 
 def certainty_colors(message: NodeChain) -> UInt8[np.ndarray, "n 3"]:

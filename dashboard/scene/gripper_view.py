@@ -22,7 +22,7 @@ LABEL_GAP = 0.03
 
 
 class GripperView:
-    """One end's gripper: its collision capsule, and two jaws at the clamp."""
+    """Gripper of one end: its collision capsule, and two jaws at the clamp."""
 
     def __init__(self, scene: viser.SceneApi, scenario: Scenario, side: Side) -> None:
         """Draw the gripper at the start of the scenario.

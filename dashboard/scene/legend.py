@@ -5,7 +5,7 @@ from __future__ import annotations
 from dashboard import palette
 from dashboard.scene.certainty import UNCERTAIN_SIGMA
 
-ENTRIES = (
+LEGEND_ENTRIES = (
     (palette.ROPE, "rope, observed"),
     (palette.UNCERTAIN, f"rope, uncertain by {1e3 * UNCERTAIN_SIGMA:.0f} mm or more"),
     (palette.UNOBSERVED, "rope, not observed but estimated"),
@@ -14,6 +14,7 @@ ENTRIES = (
     (palette.GOAL, "goal"),
     (palette.SUPPORT, "support: the rope may rest on it"),
 )
+"""Colours and their meanings."""
 
 
 def legend_html() -> str:
@@ -21,6 +22,6 @@ def legend_html() -> str:
     rows = "".join(
         f"<div style='display:flex;gap:.6em;align-items:center'><span style='width:1.1em;height:"
         f".35em;border-radius:.2em;background:{palette.css(color)}'></span>{text}</div>"
-        for color, text in ENTRIES
+        for color, text in LEGEND_ENTRIES
     )
     return f"<div style='margin:.5em 1em;font-size:.8em;line-height:1.7;opacity:.9'>{rows}</div>"

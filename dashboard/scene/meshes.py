@@ -1,4 +1,4 @@
-"""Triangle meshes of round bodies, and the poses of bodies that together form a tube.
+"""Triangle meshes of round bodies, and the poses of the cylinders that form a tube.
 
 Bodies of revolution stand along z and are centred at the origin, as obstacles do.
 """
@@ -12,7 +12,8 @@ from jaxtyping import Float64, Int64
 
 from lariat.geometry import poses
 
-Z = np.array([0.0, 0.0, 1.0])
+Z_AXIS = np.array([0.0, 0.0, 1.0])
+"""Axis of the bodies of revolution."""
 MIN_EDGE_LENGTH = 1e-9
 """Length below which an edge has no direction [m]."""
 
@@ -96,10 +97,10 @@ def tube(nodes: Float64[np.ndarray, "n 3"], radius: float) -> Tube:
     directions = np.where(
         lengths[:, None] > MIN_EDGE_LENGTH,
         edges / np.maximum(lengths, MIN_EDGE_LENGTH)[:, None],
-        Z,
+        Z_AXIS,
     )
     return Tube(
         (nodes[:-1] + nodes[1:]) / 2.0,
-        poses.rotation_between(Z, directions),
+        poses.rotation_between(Z_AXIS, directions),
         np.stack([np.full_like(lengths, radius), np.full_like(lengths, radius), lengths], axis=1),
     )

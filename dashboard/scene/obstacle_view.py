@@ -76,7 +76,7 @@ class ObstacleView:
         label = self._scene.add_label(
             f"/labels/{name}",
             name,
-            position=np.add(obstacle.position, (0.0, 0.0, top(obstacle) + LABEL_GAP)),
+            position=np.add(obstacle.position, (0.0, 0.0, top_height(obstacle) + LABEL_GAP)),
             font_screen_scale=0.8,
             anchor="bottom-center",
             visible=self._names_visible,
@@ -103,7 +103,7 @@ class ObstacleView:
         )
 
 
-def top(obstacle: Obstacle) -> float:
+def top_height(obstacle: Obstacle) -> float:
     """Height of the highest point of a bounded obstacle above its centre [m]."""
     up = poses.rotate(poses.conjugate(np.array(obstacle.orientation)), np.array([0.0, 0.0, 1.0]))
     axial, radial = abs(up[2]), np.hypot(up[0], up[1])

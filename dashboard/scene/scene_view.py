@@ -9,7 +9,7 @@ import viser
 from jaxtyping import Float64
 
 from dashboard import palette
-from dashboard.scene import surroundings
+from dashboard.scene import scene_setup
 from dashboard.scene.certainty import certainty_colors
 from dashboard.scene.chain_lines import LinesView, chain_segments
 from dashboard.scene.gripper_view import GripperView
@@ -37,6 +37,7 @@ LAYERS = {
 }
 """Layers that can be hidden, by the label of their checkbox."""
 INITIALLY_HIDDEN = ("truth",)
+"""Layers that are hidden until their checkbox is ticked."""
 
 
 class SceneView:
@@ -54,7 +55,7 @@ class SceneView:
         """
         scene = server.scene
         radius = scenario.rope.diameter / 2.0
-        surroundings.set_up(server, scenario)
+        scene_setup.set_up(server, scenario)
         self._rope = TubeView(scene, "/rope", radius)
         self._truth = TubeView(scene, "/truth", 0.6 * radius)
         # Thinner than the rope, so that the rope covers it once it is there.
@@ -65,7 +66,7 @@ class SceneView:
         self._prediction = LinesView(scene, "/prediction", thickness=2.0)
         self._path = LinesView(scene, "/path", thickness=1.5)
         self._grippers = {side: GripperView(scene, scenario, side) for side in SIDES}
-        self._camera = surroundings.add_camera(scene, scenario)
+        self._camera = scene_setup.add_camera(scene, scenario)
         for layer in INITIALLY_HIDDEN:
             self.set_layer_visible(layer, False)
 

@@ -1,15 +1,15 @@
 """Offset of a device's clock, estimated from the arrival times of its exposures.
 
-An exposure arrives after a delay with a known minimum. Within a window of time, the least
+An exposure arrives after a delay with a known minimum. The least
 difference of arrival time and device time is the offset of the clocks plus that minimum. Clocks
-drift, so the window is short.
+drift, so old differences are dropped.
 """
 
 from __future__ import annotations
 
 from collections import deque
 
-WINDOW = 10_000_000_000
+MAX_DIFFERENCE_AGE = 10_000_000_000
 """Age above which a difference is dropped [ns]."""
 MAX_JUMP = 500_000_000
 """Jump of a device's clock above which the device counts as restarted [ns]."""
@@ -49,7 +49,7 @@ class ClockOffset:
         while self._candidates and self._candidates[-1][1] >= difference:
             self._candidates.pop()
         self._candidates.append((arrived, difference))
-        while arrived - self._candidates[0][0] > WINDOW:
+        while arrived - self._candidates[0][0] > MAX_DIFFERENCE_AGE:
             self._candidates.popleft()
         # Never in the future, whatever the clocks say.
         return min(exposed + self._candidates[0][1] - self._delay, arrived)

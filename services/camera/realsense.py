@@ -1,4 +1,4 @@
-"""Intel RealSense camera, by its maker's library, which the extra `camera` of the stack installs.
+"""Intel RealSense camera, through Intel's library, which the extra `camera` of the stack installs.
 
 Recordings of that library (.db3, .bag) can be played in place of a device.
 """
@@ -25,6 +25,7 @@ DISTORTION_MODELS = {
     # Equal to the plumb bob for the small coefficients of these devices.
     rs.distortion.inverse_brown_conrady: "plumb_bob",
 }
+"""Names of Foxglove's distortion models, by those of the library."""
 
 
 class RealSense:
@@ -58,8 +59,8 @@ class RealSense:
             profile = self._pipeline.start(config)
         except RuntimeError as error:
             width, height = resolution
-            asked = f"camera {serial or '(any)'} at {width} x {height}, {rate} Hz"
-            raise ConfigurationError(f"{recording or asked}: {error}") from error
+            requested = f"camera {serial or '(any)'} at {width} x {height}, {rate} Hz"
+            raise ConfigurationError(f"{recording or requested}: {error}") from error
         self._millimeters_per_unit = (
             1e3 * profile.get_device().first_depth_sensor().get_depth_scale()
         )

@@ -1,4 +1,4 @@
-"""The camera service: publishes exposures, stamped by the cell's clock."""
+"""Camera service: publishes exposures, stamped by the cell's clock."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ REALSENSE_SUFFIXES = (".bag", ".db3")
 CALIBRATION_PERIOD = SECOND
 """Time between two calibration messages [ns]."""
 SILENCE_TIMEOUT = SECOND
-"""Time without an exposure after which the health says so [ns]."""
+"""Time without an exposure after which the health reports it [ns]."""
 
 
 class CameraService:

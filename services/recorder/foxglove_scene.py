@@ -23,14 +23,14 @@ from shared import topics
 from shared.messages import ArmStates, arm_pose, chain, scene_obstacles, timestamp
 from shared.scenario import SIDES, Scenario
 
-FRAME = "world"
+WORLD_FRAME = "world"
 """Name of the frame of all entities."""
-ROPE = Color(r=1.0, g=0.62, b=0.1, a=1.0)
-PREDICTION = Color(r=0.2, g=0.75, b=1.0, a=0.8)
-GOAL = Color(r=0.25, g=0.85, b=0.35, a=0.9)
-OBSTACLE = Color(r=0.6, g=0.62, b=0.68, a=0.9)
-SUPPORT = Color(r=0.62, g=0.55, b=0.45, a=0.6)
-GRIPPER = Color(r=0.85, g=0.2, b=0.3, a=1.0)
+ROPE_COLOR = Color(r=1.0, g=0.62, b=0.1, a=1.0)
+PREDICTION_COLOR = Color(r=0.2, g=0.75, b=1.0, a=0.8)
+GOAL_COLOR = Color(r=0.25, g=0.85, b=0.35, a=0.9)
+OBSTACLE_COLOR = Color(r=0.6, g=0.62, b=0.68, a=0.9)
+SUPPORT_COLOR = Color(r=0.62, g=0.55, b=0.45, a=0.6)
+GRIPPER_COLOR = Color(r=0.85, g=0.2, b=0.3, a=1.0)
 HALF_SPACE_SIDE = 2.0
 """Side of the square drawn for a half space [m]."""
 HALF_SPACE_THICKNESS = 1e-3
@@ -42,6 +42,7 @@ DRAWN_TOPICS = (
     topics.CONTROLLER_PLAN,
     topics.ARM_STATE,
 )
+"""Topics that are drawn."""
 
 
 class FoxgloveScene:
@@ -64,11 +65,13 @@ class FoxgloveScene:
         newest = {key: self._types[key].FromString(p) for key, p in self._newest.items()}
         entities = {key: self._entity(update, key, now) for key in ("rope", "goal", "prediction")}
         if rope := newest.get(topics.ROPE_NODES.key):
-            self._line(entities["rope"], chain(rope.positions), ROPE)
+            self._line(entities["rope"], chain(rope.positions), ROPE_COLOR)
         if task := newest.get(topics.TASK_STATE.key):
-            self._line(entities["goal"], chain(task.goal.positions), GOAL)
+            self._line(entities["goal"], chain(task.goal.positions), GOAL_COLOR)
         if (plan := newest.get(topics.CONTROLLER_PLAN.key)) and plan.node_count:
-            self._line(entities["prediction"], chain(plan.nodes)[-plan.node_count :], PREDICTION)
+            self._line(
+                entities["prediction"], chain(plan.nodes)[-plan.node_count :], PREDICTION_COLOR
+            )
         if scene := newest.get(topics.SCENE_STATE.key):
             entity = self._entity(update, "obstacles", now)
             for obstacle in scene_obstacles(scene):
@@ -79,7 +82,7 @@ class FoxgloveScene:
 
     def _entity(self, update: SceneUpdate, name: str, now: int) -> SceneEntity:
         # An entity replaces the previous one of its id.
-        return update.entities.add(timestamp=timestamp(now), frame_id=FRAME, id=name)
+        return update.entities.add(timestamp=timestamp(now), frame_id=WORLD_FRAME, id=name)
 
     def _line(self, entity: SceneEntity, nodes: Float64[np.ndarray, "n 3"], color: Color) -> None:
         if len(nodes):
@@ -100,13 +103,13 @@ class FoxgloveScene:
             grip = arm_pose(arms, side)
             middle = grip.apply(np.array([0.0, 0.0, away * height / 2.0]))
             entity.cylinders.append(
-                _cylinder(Pose(middle, grip.orientation), radius, height, GRIPPER)
+                _cylinder(Pose(middle, grip.orientation), radius, height, GRIPPER_COLOR)
             )
 
 
 def _add_obstacle(entity: SceneEntity, obstacle: Obstacle) -> None:
     pose = Pose(np.array(obstacle.position), np.array(obstacle.orientation))
-    color = SUPPORT if obstacle.support else OBSTACLE
+    color = SUPPORT_COLOR if obstacle.support else OBSTACLE_COLOR
     match obstacle.shape:
         case "box":
             entity.cubes.append(_box(pose, obstacle.size, color))
@@ -125,7 +128,7 @@ def _add_obstacle(entity: SceneEntity, obstacle: Obstacle) -> None:
             below = Pose(pose.position, poses.multiply(pose.orientation, turn))
             center = below.apply(np.array([0.0, 0.0, -HALF_SPACE_THICKNESS / 2.0]))
             size = (HALF_SPACE_SIDE, HALF_SPACE_SIDE, HALF_SPACE_THICKNESS)
-            entity.cubes.append(_box(Pose(center, below.orientation), size, SUPPORT))
+            entity.cubes.append(_box(Pose(center, below.orientation), size, SUPPORT_COLOR))
 
 
 def _box(pose: Pose, size: tuple[float, float, float], color: Color) -> CubePrimitive:

@@ -1,8 +1,8 @@
 """Files of the recorder: one for each run, which begins while the cell is still idle.
 
-A file is opened when the recorder starts and whenever a run has ended, so that it holds what came
-before its run. A file that cannot be written never stops the cell: `trouble` gives the reason, and
-the recorder tries again later.
+A file is opened when the recorder starts and whenever a run has ended, so that it also holds the
+time before its run. A file that cannot be written never stops the cell: `failure` gives the reason,
+and the recorder tries again later.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class RunFiles:
         self._run_end = 0
         self.run = ""
         """Name of the run in the file; empty while the cell is idle."""
-        self.trouble = ""
+        self.failure = ""
         """Reason why nothing is recorded; empty while a file is open."""
 
     @property
@@ -102,7 +102,7 @@ class RunFiles:
             if not self.run and not self._is_first_file:
                 writer.path.unlink()
         except OSError as error:
-            self.trouble = f"cannot close {writer.path}: {error}"
+            self.failure = f"cannot close {writer.path}: {error}"
 
     def _is_long_idle(self, now: int) -> bool:
         return not self.run and now - self._open_time > IDLE_IMAGE_TIME
@@ -128,7 +128,7 @@ class RunFiles:
         except OSError as error:
             self._give_up(f"cannot record to {path.parent}: {error}", now)
             return
-        self._open_time, self.trouble = now, ""
+        self._open_time, self.failure = now, ""
 
     def _next_file(self, now: int) -> None:
         self.close()
@@ -136,7 +136,7 @@ class RunFiles:
         self._open(now)
 
     def _give_up(self, reason: str, now: int) -> None:
-        self.trouble, self._retry_time = reason, now + RETRY_PERIOD
+        self.failure, self._retry_time = reason, now + RETRY_PERIOD
         writer, self._writer = self._writer, None
         if writer is not None:
             # The index may not fit on the disk; `lariat repair` rebuilds it.

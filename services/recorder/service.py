@@ -1,4 +1,4 @@
-"""The recorder service: writes every message of the bus and draws the cell for viewers."""
+"""Recorder service: writes every message of the bus and draws the cell for viewers."""
 
 from __future__ import annotations
 
@@ -73,8 +73,8 @@ class RecorderService:
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Open, flush and close files; publish the drawing and the recorder's state."""
         self._files.tick(now)
-        if self._files.trouble != self.note:
-            self.note = self._files.trouble
+        if self._files.failure != self.note:
+            self.note = self._files.failure
             if self.note:
                 log.error("not recording: %s", self.note)
         yield Publication(topics.VIEW_SCENE, self._scene.draw(now))

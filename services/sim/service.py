@@ -1,4 +1,4 @@
-"""The sim service: moves the true rope with the arms and takes images of it."""
+"""Sim service: moves the true rope with the arms and takes images of it."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 from lariat.geometry.poses import Pose
 from services.sim.camera.marker_plates import MarkerPlate
 from services.sim.camera.messages import calibration_message, color_message, depth_message
-from services.sim.camera.placement import true_camera
 from services.sim.camera.rgbd_camera import BODY_COLOR, RgbdCamera
 from services.sim.camera.sensor_noise import SensorNoise
+from services.sim.camera.true_camera import true_camera
 from services.sim.gripper_body import gripper_body
 from services.sim.marked_obstacles import MarkedObstacles
 from services.sim.plants.end_motion import EndMotion

@@ -1,4 +1,4 @@
-"""The simulated lab: the true rope, its obstacles, and its time, which follows the arms."""
+"""Simulated lab: the true rope, its obstacles, and its clock, which follows the arms."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from services.sim.plants.end_motion import EndMotion, interpolate
 from services.sim.plants.factory import build_plant
 from shared.scenario import Scenario
 
-MAX_STEP = 0.05
-"""Longest step of the plant [s]; a longer silence of the arms is crossed in several steps."""
+MAX_PLANT_STEP = 0.05
+"""Longest step of the plant [s]; a longer time between two arm states is divided into steps."""
 WINDING_PER_STEP = 0.02
-"""Turns of the right grip in one step, while the twist of the start is wound up [-]."""
+"""Turns of the right grip in one step while the twist of the start is applied [-]."""
 
 
 class World:
@@ -53,7 +53,7 @@ class World:
         for k in range(1, count + 1):
             spin = poses.exponential(np.array([0.0, 0.0, 2.0 * math.pi * turns * k / count]))
             wound = Pose(right.position, poses.multiply(right.orientation, spin))
-            self._plant.step(self._ends[0], EndMotion(wound), MAX_STEP)
+            self._plant.step(self._ends[0], EndMotion(wound), MAX_PLANT_STEP)
 
     def set_obstacles(self, obstacles: Sequence[Obstacle]) -> None:
         """Replace all obstacles."""
@@ -77,7 +77,7 @@ class World:
         duration = (instant - self.instant) / 1e9
         if duration <= 0.0:
             return
-        count = math.ceil(duration / MAX_STEP)
+        count = math.ceil(duration / MAX_PLANT_STEP)
         ends = (left, right)
         if count > 1:
             times = duration / count * np.arange(1, count)

@@ -17,7 +17,7 @@ import pytest
 from jaxtyping import Float64
 from playwright.sync_api import Page, sync_playwright
 
-from dashboard.scene.surroundings import initial_viewpoint
+from dashboard.scene.scene_setup import initial_viewpoint
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from shared.scenario import Scenario
 

@@ -11,8 +11,8 @@ from jaxtyping import Float64, UInt8
 from lariat.geometry.markers import MARKER_CELLS, MARKER_DICTIONARY, PLATE_MARGIN_CELLS
 from lariat.geometry.poses import Pose
 
-INK, PAPER = 15, 235
-"""Grey values of black and white cells."""
+BLACK_GREY, WHITE_GREY = 15, 235
+"""Grey values of black and white cells [1/255]."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class MarkerPlate:
         patterns = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, MARKER_DICTIONARY))
         tag = cv2.aruco.generateImageMarker(patterns, self.identity, MARKER_CELLS)
         return np.pad(
-            np.where(tag > 127, PAPER, INK).astype(np.uint8),
+            np.where(tag > 127, WHITE_GREY, BLACK_GREY).astype(np.uint8),
             PLATE_MARGIN_CELLS,
-            constant_values=PAPER,
+            constant_values=WHITE_GREY,
         )

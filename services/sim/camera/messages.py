@@ -43,8 +43,9 @@ def depth_message(depth: UInt16[np.ndarray, "h w"], stamp: int) -> RawImage:
     )
 
 
-def calibration_message(i: Intrinsics, stamp: int) -> CameraCalibration:
+def calibration_message(intrinsics: Intrinsics, stamp: int) -> CameraCalibration:
     """Calibration of a pinhole without distortion, published at `stamp` [ns]."""
+    i = intrinsics
     return CameraCalibration(
         timestamp=timestamp(stamp),
         frame_id=topics.CAMERA,

@@ -22,11 +22,12 @@ from services.sim.camera.kernels.bodies import draw_bodies
 from services.sim.camera.kernels.noise import measure_depth
 from services.sim.camera.kernels.plates import draw_plates
 from services.sim.camera.kernels.rays import FAR
-from services.sim.camera.kernels.rope import draw_chains
+from services.sim.camera.kernels.rope import draw_rope
 from services.sim.camera.marker_plates import MarkerPlate
 from services.sim.camera.sensor_noise import SensorNoise
 
 RGB = tuple[int, int, int]
+"""Red, green, blue [1/255]."""
 
 ROPE_COLOR: RGB = (255, 255, 255)
 """Default colour of the rope."""
@@ -41,6 +42,9 @@ COLOR_NOISE_MARGIN = 999_983
 """Length by which the table of colour noise exceeds a frame [elements]."""
 DEPTH_NOISE_COUNT = 1 << 18
 """Length of the table of depth noise; every image row starts at a random element of it."""
+SEED_MULTIPLIER, FRAME_MULTIPLIER = 2654435761, 40503
+"""Factors of seed and frame in the seed of the depth noise, near 2^32 and 2^16 over the golden ratio
+(multiplicative hashing, Knuth, The Art of Computer Programming, vol. 3) [-]."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +63,7 @@ class _Background:
 
     key: bytes
     """Poses and colours of the half spaces that were drawn."""
-    color: UInt8[np.ndarray, "h w3"]
+    color: UInt8[np.ndarray, "h 3*w"]
     """Red, green, blue [1/255]."""
     z_buffer: Float32[np.ndarray, "h w"]
     """Depth [m]."""
@@ -154,7 +158,7 @@ class RgbdCamera:
             packed = np.array([plate.packed for plate in plates])
             patterns = np.stack([plate.pattern for plate in plates])
             draw_plates(flat, z_buffer, self._packed_camera, packed, patterns)
-        draw_chains(flat, z_buffer, cover, shade, self._packed_camera, capsules)
+        draw_rope(flat, z_buffer, cover, shade, self._packed_camera, capsules)
         measure_depth(
             depth,
             z_buffer,
@@ -169,13 +173,13 @@ class RgbdCamera:
                     n.edge_dropout,
                 ]
             ),
-            (self._seed * 2654435761 + frame * 40503 + 1) & 0xFFFFFFFF,
+            (self._seed * SEED_MULTIPLIER + frame * FRAME_MULTIPLIER + 1) & 0xFFFFFFFF,
         )
         if self._color_noise is None:
             return Frame(color, depth)
         start = frame * COLOR_NOISE_STRIDE % (self._color_noise.size - color.size)
         color_noise = self._color_noise[start : start + color.size].reshape(color.shape)
-        # Saturates, in one pass.
+        # Adds and saturates in one pass.
         color = np.asarray(cv2.add(color, color_noise, dtype=cv2.CV_8U), np.uint8)
         return Frame(color, depth)
 

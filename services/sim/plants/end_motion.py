@@ -1,7 +1,7 @@
 """Motion of a grip between two reports of its arm.
 
-A grip follows the cubic that meets both poses and both twists, so that a rope never feels a
-velocity step that its arms did not make.
+A grip follows the cubic that meets both poses and both twists, so that the
+rope undergoes no velocity step that its arms did not make.
 """
 
 from __future__ import annotations

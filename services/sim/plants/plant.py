@@ -1,6 +1,6 @@
 """Interface of a plant: the simulated true rope, whose ends are moved and whose nodes are read.
 
-A plant never sees a setpoint, only where the grips are and how they move.
+A plant receives no setpoints, only the poses and velocities of the grips.
 """
 
 from __future__ import annotations

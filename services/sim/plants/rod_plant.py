@@ -14,7 +14,7 @@ from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties, RodState, RolloutSpec
 from services.sim.plants.end_motion import EndMotion, interpolate
 
-MAX_STEP = 0.004
+MAX_ROD_STEP = 0.004
 """Longest implicit step of the rod [s]."""
 
 
@@ -73,7 +73,7 @@ class RodPlant:
         """Move the grips to their new motion within `duration` [s], and the rope with them."""
         goals = (left, right)
         if duration > 0.0:
-            count = math.ceil(duration / MAX_STEP - 1e-9)
+            count = math.ceil(duration / MAX_ROD_STEP - 1e-9)
             dt = duration / count
             actions = np.empty((count, 2, 6))
             for end, (start, goal) in enumerate(zip(self._ends, goals, strict=True)):

@@ -10,8 +10,8 @@ from lariat.geometry.poses import Pose
 
 TANGENT_WEIGHT = 0.5
 """Length of the spline's end tangents, relative to the length of the rope [-]."""
-BISECTIONS = 30
-"""Bisection steps on the depth of the sag."""
+BISECTION_COUNT = 30
+"""Number of bisection steps on the depth of the sag."""
 
 
 def slack_curve(
@@ -44,7 +44,7 @@ def slack_curve(
         return float(np.sum(np.linalg.norm(np.diff(nodes, axis=0), axis=1)))
 
     low, high = 0.0, 3.0
-    for _ in range(BISECTIONS):
+    for _ in range(BISECTION_COUNT):
         middle = (low + high) / 2.0
         low, high = (middle, high) if curve_length(curve(middle)) < length else (low, middle)
     path = curve(low)

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from dashboard.recordings.timeline import RecordedMessage, Timeline, thinned
+from dashboard.recordings.timeline import RecordedMessage, Timeline, thin_topic
 from shared import topics
 from shared.messages import ArmStates, RunResult, TaskState
 from shared.service import Inbox
@@ -55,6 +55,6 @@ def test_recording_without_anything_to_show_is_refused() -> None:
 
 
 def test_thinning_spares_other_topics() -> None:
-    kept = list(thinned(recorded(), "arm/state", 1_000))
+    kept = list(thin_topic(recorded(), "arm/state", 1_000))
     assert [m.time for m in kept if m.key == "arm/state"] == list(range(1_000, 11_001, 1_000))
     assert sum(m.key == "task/state" for m in kept) == 11

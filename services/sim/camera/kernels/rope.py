@@ -14,13 +14,13 @@ from services.sim.camera.kernels.rays import (
 
 
 @ti.kernel
-def draw_chains(
+def draw_rope(
     color: ti.types.ndarray(dtype=ti.u8, ndim=2),
     z_buffer: images_f32,
     cover: images_f32,
     shade: images_f32,
     camera: vector_f64,
-    chains: rows_f64,
+    capsules: rows_f64,
 ):
     """Draw a chain of capsules over an image.
 
@@ -30,7 +30,7 @@ def draw_chains(
         cover: (H, W) scratch, share of the pixel that the rope covers [-].
         shade: (H, W) scratch, cosine between the rope's normal and the ray [-].
         camera: fx, fy, cx, cy, R_world_camera by rows (9), position (3) [pixels, m].
-        chains: (k, 10): both ends of a capsule, its radius and colour [m, 1/255].
+        capsules: (k, 10): both ends of a capsule, its radius and colour [m, 1/255].
     """
     height = z_buffer.shape[0]
     width = z_buffer.shape[1]
@@ -40,12 +40,12 @@ def draw_chains(
     # Rows in which the rope can be seen; all others stay unchanged.
     first, last = height, -1
     for _ in range(1):
-        for s in range(chains.shape[0]):
-            p = R.transpose() @ (ti.Vector([chains[s, 0], chains[s, 1], chains[s, 2]]) - eye)
-            q = R.transpose() @ (ti.Vector([chains[s, 3], chains[s, 4], chains[s, 5]]) - eye)
-            z0 = ti.min(p[2], q[2]) - chains[s, 6]
+        for s in range(capsules.shape[0]):
+            p = R.transpose() @ (ti.Vector([capsules[s, 0], capsules[s, 1], capsules[s, 2]]) - eye)
+            q = R.transpose() @ (ti.Vector([capsules[s, 3], capsules[s, 4], capsules[s, 5]]) - eye)
+            z0 = ti.min(p[2], q[2]) - capsules[s, 6]
             if z0 > NEAR:
-                margin = chains[s, 6] / z0 * ti.max(fx, fy) + 3.0
+                margin = capsules[s, 6] / z0 * ti.max(fx, fy) + 3.0
                 va, vb = fy * p[1] / p[2] + cy, fy * q[1] / q[2] + cy
                 first = ti.min(first, ti.cast(ti.max(0.0, ti.min(va, vb) - margin), ti.i32))
                 last = ti.max(last, ti.cast(ti.min(height - 1.0, ti.max(va, vb) + margin), ti.i32))
@@ -54,13 +54,13 @@ def draw_chains(
             cover[v, u] = ti.f32(0.0)
 
     for _ in range(1):
-        for s in range(chains.shape[0]):
-            start = ti.Vector([chains[s, 0], chains[s, 1], chains[s, 2]], dt=ti.f64) - eye
-            end = ti.Vector([chains[s, 3], chains[s, 4], chains[s, 5]], dt=ti.f64) - eye
+        for s in range(capsules.shape[0]):
+            start = ti.Vector([capsules[s, 0], capsules[s, 1], capsules[s, 2]], dt=ti.f64) - eye
+            end = ti.Vector([capsules[s, 3], capsules[s, 4], capsules[s, 5]], dt=ti.f64) - eye
             # In the optical frame from here on.
             p = R.transpose() @ start
             e = R.transpose() @ end - p
-            r = chains[s, 6]
+            r = capsules[s, 6]
             z0 = ti.min(p[2], p[2] + e[2]) - r
             if z0 > NEAR:
                 margin = r / z0 * ti.max(fx, fy) + 2.0
@@ -129,5 +129,5 @@ def draw_chains(
             if part > ti.f32(0.0):
                 lit = part * (0.6 + 0.4 * shade[v, u])
                 for k in ti.static(range(3)):
-                    value = color[v, 3 * u + k] * (1.0 - part) + chains[0, 7 + k] * lit
+                    value = color[v, 3 * u + k] * (1.0 - part) + capsules[0, 7 + k] * lit
                     color[v, 3 * u + k] = ti.cast(value, ti.u8)

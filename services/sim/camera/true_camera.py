@@ -1,4 +1,4 @@
-"""Where the simulated camera truly is."""
+"""Intrinsics and true pose of the simulated camera."""
 
 from __future__ import annotations
 

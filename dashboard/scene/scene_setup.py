@@ -1,4 +1,4 @@
-"""Background, light, first viewpoint and camera frustum of the scene."""
+"""Parts of the scene that are set once: background, light, first viewpoint, camera frustum."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from shared.scenario import Scenario
 VERTICAL_FIELD_OF_VIEW = float(np.deg2rad(42.0))
 """Field of view of the browser's camera [rad]."""
 VIEW_DIRECTION = np.array([0.88, -1.3, 0.8])
-"""Browser's camera as seen from the middle of the scene, in sizes of the scene [-]."""
+"""Position of the browser's camera from the middle of the scene, relative to its size [-]."""
 TARGET_DROP = 0.08
-"""Distance of the view's target below the middle of the scene, in sizes of the scene [-]."""
+"""Distance of the view's target below the middle of the scene, relative to its size [-]."""
 MIN_SCENE_SIZE = 0.5
 """Least size of the scene, relative to the rope's length [-]."""
 FRUSTUM_SCALE = 0.06
-"""Size of the camera's frustum as viser takes it [-]."""
+"""Scale of the camera's frustum in viser's units [-]."""
 
 
 class Viewpoint(NamedTuple):
@@ -76,7 +76,7 @@ def set_up(server: viser.ViserServer, scenario: Scenario) -> None:
 
 
 def add_camera(scene: viser.SceneApi, scenario: Scenario) -> viser.CameraFrustumHandle:
-    """Draw the scenario's camera, where the cell believes it to be."""
+    """Draw the frustum of the scenario's camera at its known pose."""
     sensing, pose = scenario.sensing, scenario.camera_pose
     width, height = sensing.resolution
     half_height = np.tan(np.deg2rad(sensing.field_of_view) / 2.0) * height / width

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dashboard.scene.surroundings import initial_viewpoint
+from dashboard.scene.scene_setup import initial_viewpoint
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from shared.scenario import load
 

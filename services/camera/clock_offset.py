@@ -1,8 +1,8 @@
 """Offset of a device's clock, estimated from the arrival times of its exposures.
 
-An exposure arrives after a delay with a known minimum. The least
-difference of arrival time and device time is the offset of the clocks plus that minimum. Clocks
-drift, so old differences are dropped.
+An exposure arrives after a delay with a known minimum. The least difference of arrival
+time and device time is the offset of the clocks plus that minimum. Clocks drift, so old differences
+are dropped.
 """
 
 from __future__ import annotations

@@ -43,8 +43,8 @@ COLOR_NOISE_MARGIN = 999_983
 DEPTH_NOISE_COUNT = 1 << 18
 """Length of the table of depth noise; every image row starts at a random element of it."""
 SEED_MULTIPLIER, FRAME_MULTIPLIER = 2654435761, 40503
-"""Factors of seed and frame in the seed of the depth noise, near 2^32 and 2^16 over the golden ratio
-(multiplicative hashing, Knuth, The Art of Computer Programming, vol. 3) [-]."""
+"""Factors of seed and frame in the seed of the depth noise, near 2^32 and 2^16 over the golden
+ratio (multiplicative hashing, Knuth, The Art of Computer Programming, vol. 3) [-]."""
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ import re
 import time
 
 from services.cr5_emulator.controller import EMERGENCY_STOP_ALARM, Controller
-from shared.cr5.alarms import ALARM_TEXTS, MODES
+from shared.cr5.alarms import ALARM_TEXTS, MODE_TEXTS
 
 LANGUAGES = ("zh_cn", "zh_hant", "en", "ja", "de", "es", "ru", "ko", "vi", "fr")
 SEVERE_LEVEL, ORDINARY_LEVEL = 0, 5
@@ -101,7 +101,7 @@ class HttpInterface:
             "level": SEVERE_LEVEL if stop else ORDINARY_LEVEL,
             "description": ALARM_TEXTS.get(number, "see the vendor's list"),
             "solution": f"{release}clear the error and enable the arm",
-            "mode": MODES["v4"][self._controller.mode],
+            "mode": MODE_TEXTS["v4"][self._controller.mode],
             "date": time.strftime("%Y-%m-%d", when),
             "time": time.strftime("%H:%M:%S", when),
         }

@@ -1,4 +1,4 @@
-"""Arms of a cell: commands go out to all drivers, and feedback comes in."""
+"""Arms of a cell: exchange of commands and feedback with all drivers."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ class Arms:
         self.drivers = tuple(drivers)
         self.starts = tuple(starts)
         self.grips = list(starts)
-        """Grip poses of all ends, as measured when the command was last put where they are."""
+        """Grip poses of all ends, as measured when the command was last set to them."""
         self.feedback: tuple[ArmFeedback, ...] = ()
         self._history: deque[tuple[int, np.ndarray]] = deque()
         self._tracking_errors: list[float] | None = None
-        """Kept until the next exchange."""
+        """Cached until the next exchange."""
         self.powered = False
-        """Whether they have been powered since power was last taken from them."""
+        """Whether the arms have been enabled or recovered since they were last disabled."""
 
     def exchange(self, now: int, follower: SetpointFollower, enabled: Sequence[bool]) -> None:
         """Send commands to the arms and take their feedback.
@@ -62,13 +62,13 @@ class Arms:
         self._tracking_errors = None
 
     def put_command_to_measured(self, follower: SetpointFollower) -> None:
-        """Put the command at rest where the arms are."""
+        """Set the command to the measured poses, at rest."""
         for k, feedback in enumerate(self.feedback):
             if feedback.pose is not None:
                 self.grips[k] = feedback.pose
             joints = self.drivers[k].joint_constraints
             if joints is not None and feedback.joints:
-                joints.begin(feedback.joints)
+                joints.set_joints(feedback.joints)
         follower.place(self.grips)
         self._history.clear()
         self._tracking_errors = None
@@ -76,19 +76,19 @@ class Arms:
     # Commands to the devices
 
     def enable(self) -> None:
-        """Bring the arms to where they can follow, over the next ticks."""
+        """Begin to make the arms ready to follow; takes several ticks."""
         self.powered = True
         for driver in self.drivers:
             driver.enable()
 
     def recover(self) -> None:
-        """Clear what stopped the arms, over the next ticks."""
+        """Begin to clear the faults of the arms; takes several ticks."""
         self.powered = True
         for driver in self.drivers:
             driver.recover()
 
     def disable(self) -> None:
-        """Take the power from arms at rest, once after each time that they had it."""
+        """Disable the arms, which must be at rest, unless they are disabled already."""
         if self.powered:
             self.powered = False
             for driver in self.drivers:
@@ -100,7 +100,7 @@ class Arms:
             driver.close()
 
     def place_at_start(self, ends: Sequence[int]) -> None:
-        """Put some ends where the scenario begins; simulation only."""
+        """Put some ends at the scenario's start; simulation only."""
         for k in ends:
             if self.drivers[k].place(self.starts[k]):
                 self.grips[k] = self.starts[k]
@@ -122,7 +122,7 @@ class Arms:
 
     @property
     def has_devices(self) -> bool:
-        """Whether any end is a device, which may be elsewhere than it is commanded to be."""
+        """Whether any end is a device, which deviates from its command."""
         return any(d.moves and np.isfinite(d.tracking_limit) for d in self.drivers)
 
     @property
@@ -165,7 +165,7 @@ class Arms:
                 return f"{name}: {words or feedback.fault}"
             if feedback.pose is None:
                 return f"{name}: {words or 'its pose is not known yet'}"
-        return "" if self.feedback else "the arms have not been heard yet"
+        return "" if self.feedback else "there is no feedback of the arms yet"
 
     @property
     def unready(self) -> str:

@@ -1,7 +1,7 @@
 """Cell: all arms that hold one rope, stepped with chunks, commands, obstacles and time.
 
-Every tick consults the watchdog, moves the command or its stop, hands it to the arms and judges
-their feedback. All arms stop together, because rules between the ends tie them.
+Every tick checks the watchdog, advances the commanded motion or its stop, sends it to the arms and
+checks their feedback. All arms stop together, because some rules couple the ends.
 """
 
 from __future__ import annotations
@@ -17,7 +17,12 @@ from lariat.trajectory import NANOSECONDS, SetpointChunk
 from services.robot_gateway.arms import Arms
 from services.robot_gateway.constraints.rule import Rule
 from services.robot_gateway.drivers.driver import Driver
-from services.robot_gateway.motion.approach import PACE_RULES, PACES, Approach, approach_chunk
+from services.robot_gateway.motion.approach import (
+    APPROACH_PACES,
+    PACE_RULES,
+    Approach,
+    approach_chunk,
+)
 from services.robot_gateway.motion.follower import SetpointFollower
 from services.robot_gateway.motion.setpoint_sources import SetpointSources
 from services.robot_gateway.motion.validation import ChunkRefused
@@ -36,7 +41,7 @@ from shared.scenario import SIDES
 
 @dataclass(frozen=True)
 class CellSettings:
-    """Times of a cell."""
+    """Settings of a cell."""
 
     longest_step: float = 3.0
     """Longest motion in one tick, in periods of the gateway [-]."""
@@ -45,7 +50,7 @@ class CellSettings:
     ready_timeout: float = 30.0
     """Time in which an arm must become ready [s]."""
     lag_factor: float = 2.0
-    """Distance of the command from its chunk that stops the cell, in step tolerances [-]."""
+    """Distance of the command from its chunk above which the cell stops, in step tolerances [-]."""
 
 
 class Cell:
@@ -70,7 +75,7 @@ class Cell:
             boot: Id of this start of the gateway.
             arm_automatically: Whether the cell arms itself at boot.
             force_limit: Limit on the contact forces.
-            settings: Times of the cell.
+            settings: Settings of the cell.
         """
         self.follower = follower
         self.arms = Arms(drivers, starts)
@@ -81,25 +86,25 @@ class Cell:
         self._sources = SetpointSources()
         self._approach = Approach()
         self._force_limit = force_limit or ForceLimit(np.inf)
-        self._braking_late = False
-        """Whether the command brakes because the setpoints are old."""
-        self._waits_since: int | None = None
+        self._setpoints_late = False
+        """Whether the setpoints are so old that the command brakes."""
+        self._waiting_since: int | None = None
         """Time since which the cell waits for arms to become ready [ns]."""
         self._stalled = False
-        """Whether the gateway stood still, so that the rest of the motion is not sent."""
+        """Whether the gateway was suspended, so that the rest of the motion is not sent."""
         self._planned_approach = False
-        """Whether the last tick spent its time on planning the approach, while all rested."""
+        """Whether the last tick planned the approach, which takes long, while everything rested."""
         self._moved_at = 0
         """Time at which the command last moved [ns]."""
         self._rule: Rule | None = None
         self._refusal = self._command = self._rejection = ""
         self._sequence = self._refused_sequence = 0
-        self._reset_wanted = self._reset_done = 0
+        self._reset_requested = self._reset_done = 0
 
     # Inputs
 
     def take_scene(self, obstacles: Sequence[Obstacle]) -> None:
-        """Take the present obstacles."""
+        """Replace the obstacles of the scene."""
         self.follower.constraints.replace_obstacles(obstacles)
 
     def take_command(self, command: OperatorCommand, now: int) -> None:
@@ -126,12 +131,12 @@ class Cell:
             self._rejection = str(rejection)
 
     def disarm(self) -> None:
-        """Brake and, once at rest, take the arms' power away."""
+        """Brake and, once at rest, disable the arms."""
         self.safety = self.safety.disarmed()
         self.follower.halt()
 
     def take_hold(self, session: str, sequence: int, now: int, reason: str) -> None:
-        """Take a writer's message that it stands still on purpose.
+        """Take a writer's message that it holds on purpose.
 
         Args:
             session: Session of the writer.
@@ -162,9 +167,9 @@ class Cell:
         """
         try:
             offset = self._admit(session, sequence, now, chunk.start)
-            if not self.safety.may_move or self._waits_since is not None:
+            if not self.safety.may_move or self._waiting_since is not None:
                 return
-            if self._reset_wanted != self._reset_done or self._approach.running:
+            if self._reset_requested != self._reset_done or self._approach.running:
                 return
             spline = self.follower.check(chunk, now, offset)
         except ChunkRefused as refused:
@@ -180,52 +185,52 @@ class Cell:
 
     def take_reset(self, count: int) -> None:
         """Go back to the scenario's start once everything rests; simulation only."""
-        if count != self._reset_wanted:
-            self._reset_wanted = count
+        if count != self._reset_requested:
+            self._reset_requested = count
             self.follower.halt()
 
     # Tick
 
     def step(self, now: int) -> CellStatus:
         """Step the cell at `now` [ns]."""
-        self.wake(now)
+        self.stop_if_stalled(now)
         elapsed = self.watchdog.elapsed(now)
         self.watchdog.tick(now)
         self._planned_approach = False
         h = min(elapsed, self.settings.longest_step * self.watchdog.settings.period)
-        self._watch(now, h)
+        self._check_following(now, h)
         if h > 0.0:
-            self._braking_late = self.watchdog.must_brake(now, h)
-            rule = self.follower.step(now - round(h / NANOSECONDS), now, self._braking_late)
+            self._setpoints_late = self.watchdog.must_brake(now, h)
+            rule = self.follower.step(now - round(h / NANOSECONDS), now, self._setpoints_late)
             self._rule = rule or self._rule
         if not self.follower.resting:
             self._moved_at = now
         elif not self.follower.following:
             self.safety = self.safety.moving(False)
-            self._reset_when_asked(now)
+            self._reset_if_requested(now)
         self.arms.exchange(now, self.follower, self._enabled_ends())
-        self._judge_arms(now)
+        self._check_feedback(now)
         return self._status()
 
-    def wake(self, now: int) -> None:
-        """Stop if the gateway itself stood still, before messages that waited are believed."""
+    def stop_if_stalled(self, now: int) -> None:
+        """Stop if the gateway was suspended; called before the messages that waited are handled."""
         moved = self.safety.mode == "moving" or not self.follower.resting
-        if not self.watchdog.overslept(now) or not moved:
+        if not self.watchdog.stalled(now) or not moved:
             return
         if self._stalled or self._planned_approach:
             return
         elapsed = self.watchdog.elapsed(now)
-        self._stop("stalled", f"the gateway stood still for {elapsed:.3f} s")
+        self._stop("stalled", f"the gateway was suspended for {elapsed:.3f} s")
         if self.arms.has_devices:
-            # They have stopped by themselves; the rest of the commanded stop is not sent.
-            self._waits_since, self._stalled = now, True
+            # Devices have stopped by themselves; the rest of the commanded stop is not sent.
+            self._waiting_since, self._stalled = now, True
 
     def close(self) -> None:
         """End the connections to the arms."""
         self.arms.close()
 
-    def _watch(self, now: int, h: float) -> None:
-        """Stop motion that may not go on: silence of the writer, or too large a lag."""
+    def _check_following(self, now: int, h: float) -> None:
+        """Stop the motion when the setpoints are too old or the command lags too far behind."""
         if not self.follower.following:
             self._approach.running = False
             return
@@ -235,7 +240,7 @@ class Cell:
         if self.follower.finished(now):
             self.follower.halt()
             return
-        # What the next tick would find too old is stopped now.
+        # Setpoints that would be too old at the next tick stop the motion now.
         if self.watchdog.must_hold(now, h):
             if self.follower.arrived(now):
                 self.follower.halt()
@@ -255,19 +260,19 @@ class Cell:
         self._rule = STOP_CAUSES[cause].rule or self._rule
         self.follower.halt()
 
-    def _reset_when_asked(self, now: int) -> None:
-        if self._reset_wanted == self._reset_done:
+    def _reset_if_requested(self, now: int) -> None:
+        if self._reset_requested == self._reset_done:
             return
-        self._reset_done = self._reset_wanted
+        self._reset_done = self._reset_requested
         self.arms.place_at_start(range(len(self.arms.drivers)))
         self.follower.place(self.arms.grips)
         if self.safety.mode != "disarmed":
-            self._waits_since = now
+            self._waiting_since = now
 
     def _status(self) -> CellStatus:
         return CellStatus(
             safety=self.safety,
-            braking=(self._braking_late or not self.follower.following)
+            braking=(self._setpoints_late or not self.follower.following)
             and not self.follower.resting,
             rule=self._rule,
             refusal=self._refusal,
@@ -324,7 +329,7 @@ class Cell:
         self.arms.enable()
 
     def _wait_for_arms(self, now: int) -> None:
-        self._waits_since = now
+        self._waiting_since = now
         self._rule, self._refusal = None, ""
 
     def _move_gripper(self, command: OperatorCommand) -> None:
@@ -333,20 +338,22 @@ class Cell:
         self.arms.move_gripper(command)
 
     def _begin_approach(self, now: int) -> None:
-        """Follow the fastest approach to the start that keeps all rules, or disarm."""
+        """Follow the fastest approach that keeps every rule; disarm where none does."""
         self._approach.wanted, self._planned_approach = False, True
         driven = self.follower.driven
         grips = [self.arms.grips[k] for k in driven]
         starts = [self.arms.starts[k] for k in driven]
-        for pace in PACES:
+        for pace in APPROACH_PACES:
             try:
                 chunk = approach_chunk(grips, starts, now, pace)
                 self.follower.follow(self.follower.check(chunk, now), now)
             except ChunkRefused as refused:
-                if refused.rule in PACE_RULES and pace != PACES[-1]:
+                if refused.rule in PACE_RULES and pace != APPROACH_PACES[-1]:
                     continue
                 self._refuse(refused, 0)
-                self.safety = self.safety.disarmed(f"the way to the start is barred: {refused}")
+                self.safety = self.safety.disarmed(
+                    f"the approach to the start is refused: {refused}"
+                )
                 return
             self._approach.running = True
             self.safety = self.safety.moving(True)
@@ -354,30 +361,30 @@ class Cell:
 
     # Feedback of the arms
 
-    def _judge_arms(self, now: int) -> None:
-        """Stop or go on as the feedback of the arms demands."""
+    def _check_feedback(self, now: int) -> None:
+        """Stop, wait or go on, depending on the feedback of the arms."""
         for name, feedback in zip(SIDES, self.arms.feedback, strict=False):
             if feedback.fault not in DEVICE_CAUSES or self.safety.mode in ("disarmed", "fault"):
                 continue
             words = "; ".join(feedback.alarms)
             self._stop(feedback.fault, f"{name}: {words or feedback.fault}")
-            self._waits_since = None
+            self._waiting_since = None
         if self.safety.mode == "disarmed":
             self._finish_disarming(now)
-        elif self._waits_since is not None:
-            self._finish_waiting(now, self._waits_since)
+        elif self._waiting_since is not None:
+            self._finish_waiting(now, self._waiting_since)
         elif self.safety.mode != "fault":
-            self._judge_tracking()
-            self._judge_forces()
+            self._check_tracking()
+            self._check_forces()
 
     def _finish_disarming(self, now: int) -> None:
-        """Take the power from arms at rest, and arm a simulated cell at boot."""
+        """Disable arms at rest, and arm a simulated cell at boot."""
         # The arms must rest, not only their command.
         settled = (now - self._moved_at) * NANOSECONDS >= self.settings.settle_time
         may_still_move = self.arms.powered and not settled
         if not self.follower.resting or not (self.arms.standing_still or not may_still_move):
             return
-        self._waits_since = None
+        self._waiting_since = None
         self.arms.disable()
         self.arms.put_command_to_measured(self.follower)
         self._stalled = False
@@ -386,39 +393,39 @@ class Cell:
             self._arm_at_boot(now)
 
     def _finish_waiting(self, now: int, since: int) -> None:
-        """Go on with arms that have become ready, or stop when they have not in time."""
+        """Continue once the arms are ready; stop when they are not ready in time."""
         timeout = self.settings.ready_timeout
         if self.arms.ready and self.follower.resting:
             self.arms.put_command_to_measured(self.follower)
-            self._waits_since, self._stalled = None, False
+            self._waiting_since, self._stalled = None, False
             if self._approach.wanted:
                 self._begin_approach(now)
         elif (now - since) * NANOSECONDS > timeout:
-            self._waits_since, self._stalled = None, False
+            self._waiting_since, self._stalled = None, False
             self._stop("alarm", f"not ready after {timeout:.0f} s: {self.arms.unready}")
 
     def _enabled_ends(self) -> list[bool]:
         """Return for each end whether it is sent its commanded pose.
 
-        Ends that brake get theirs until they rest, whatever the cell's mode. None gets an arm that
-        has failed, or one that something has taken far from its path, where a pose would make it
-        jump back; and no arm after the gateway stood still.
+        Braking ends get their pose until they rest, in every mode of the cell. An arm that has
+        failed gets none; nor does an arm far from its path, which a pose would make jump back; nor
+        any arm after the gateway was suspended.
         """
         if self._stalled:
             return [False] * len(self.arms.drivers)
         if self.follower.resting:
-            live = self.safety.mode not in ("disarmed", "fault") and self._waits_since is None
+            live = self.safety.mode not in ("disarmed", "fault") and self._waiting_since is None
             return [live and near for near in self.arms.within_tracking_limit(1.0)]
         near = self.arms.within_tracking_limit(2.0)
         return [a and b for a, b in zip(self.arms.fault_free, near, strict=True)]
 
-    def _judge_tracking(self) -> None:
+    def _check_tracking(self) -> None:
         errors, near = self.arms.tracking_errors(), self.arms.within_tracking_limit(1.0)
         for name, error, close in zip(SIDES, errors, near, strict=False):
             if not close:
                 self._stop("tracking", f"{name}: {1e3 * error:.0f} mm off its command")
 
-    def _judge_forces(self) -> None:
+    def _check_forces(self) -> None:
         forces = self.arms.contact_forces
         end = self._force_limit.exceeded(forces)
         if end is not None:

@@ -13,26 +13,28 @@ from services.robot_gateway.status import CellStatus
 from shared.messages import ArmCommand, ArmState, ArmStates, Setpoints
 from shared.scenario import SIDES, Side
 
-ACTIONS: dict[int, Action] = {
+ACTION_NAMES: dict[int, Action] = {
     ArmCommand.ARM: "arm",
     ArmCommand.DISARM: "disarm",
     ArmCommand.HOLD: "hold",
     ArmCommand.ACKNOWLEDGE: "acknowledge",
     ArmCommand.GRIPPER: "gripper",
 }
-MODES = {
+"""Actions by their codes in a message."""
+MODE_CODES = {
     "disarmed": ArmStates.DISARMED,
     "armed": ArmStates.ARMED,
     "moving": ArmStates.MOVING,
     "holding": ArmStates.HOLDING,
     "fault": ArmStates.FAULT,
 }
+"""Codes in a message by mode."""
 
 
 def chunk_of(message: Setpoints, sides: Sequence[Side]) -> SetpointChunk:
     """Return the setpoints for the named ends, in their order; they are validated later.
 
-    Lists that do not fit together become empty ones, which no rule permits.
+    Lists of lengths that do not match become empty ones, which validation refuses.
     """
     given = {arm.arm: arm for arm in message.arms}
     columns = []
@@ -52,12 +54,12 @@ def chunk_of(message: Setpoints, sides: Sequence[Side]) -> SetpointChunk:
 
 
 def command_of(message: ArmCommand) -> OperatorCommand:
-    """Return a person's command."""
+    """Return the command of a message."""
     return OperatorCommand(
         id=message.id,
         boot=message.boot,
         expires=message.expires,
-        action=ACTIONS[message.action],
+        action=ACTION_NAMES[message.action],
         arm=message.arm,
         close=message.close,
     )
@@ -76,7 +78,7 @@ def arm_states(status: CellStatus, drivers: Sequence[Driver], now: int) -> ArmSt
     return ArmStates(
         stamp=now,
         boot=safety.boot,
-        mode=MODES[safety.mode],
+        mode=MODE_CODES[safety.mode],
         reason=safety.detail,
         rule=status.rule or "",
         needs_acknowledgement=safety.needs_acknowledgement,

@@ -28,12 +28,12 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class GatewayOptions:
-    """Options of the gateway beside those of every service."""
+    """Options of the gateway in addition to those of every service."""
 
     left_emulator: str = ""
-    """Host of the emulator that plays a left CR5 without an address."""
+    """Host of the emulator that stands in for a left CR5 without an address."""
     right_emulator: str = ""
-    """Host of the emulator that plays a right CR5 without an address."""
+    """Host of the emulator that stands in for a right CR5 without an address."""
 
 
 class RobotGatewayService:
@@ -64,7 +64,7 @@ class RobotGatewayService:
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Step the cell once."""
-        self.cell.wake(now)
+        self.cell.stop_if_stalled(now)
         scene = inbox.fresh(topics.SCENE_STATE)
         if scene is not None and scene.message.revision != self._scene_revision:
             self._scene_revision = scene.message.revision
@@ -116,7 +116,7 @@ def build(
         links: Links to arms that the caller provides, used in place of hosts and addresses.
 
     Raises:
-        ConfigurationError: An arm's start is out of its reach, or nothing says where the arm is.
+        ConfigurationError: An arm's start is out of its reach, or the arm has no address.
     """
     options = options or GatewayOptions()
     starts = scenario.grips(scenario.start)
@@ -137,8 +137,10 @@ def build(
     follower.constraints.replace_obstacles(scenario.bodies)
     ends = [scenario.end(side) for side in SIDES]
     real = any(end.address for end in ends)
-    alone = not real and all(end.arm_automatically for end in ends if end.driver != "fixed")
-    cell = Cell(follower, drivers, starts, session, alone, ForceLimit(limits.pull))
+    arm_automatically = not real and all(
+        end.arm_automatically for end in ends if end.driver != "fixed"
+    )
+    cell = Cell(follower, drivers, starts, session, arm_automatically, ForceLimit(limits.pull))
     removed = {event.remove_obstacle for event in scenario.events}
     guard = SceneGuard([body for body in scenario.bodies if body.name not in removed])
     return RobotGatewayService(cell, not real, guard)

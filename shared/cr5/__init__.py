@@ -1,4 +1,4 @@
-"""Dobot CR5: packet layout, alarms, units, kinematics and place in a cell.
+"""Dobot CR5: feedback packet, operating modes and alarms, pose vectors, kinematics, installation.
 
 Shared by the gateway's driver and the emulator. Only the protocol uses millimetres and degrees.
 """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-MODES = {
+MODE_TEXTS = {
     "v3": {
         1: "starting",
         2: "a brake is released",

@@ -1,4 +1,4 @@
-"""CR5 at its place in a scenario's cell: kinematics, joint angles at the start, tether."""
+"""Installation of a CR5 in a scenario's cell: kinematics, joint angles at the start, tether."""
 
 from __future__ import annotations
 

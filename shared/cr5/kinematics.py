@@ -1,7 +1,7 @@
 """Forward and inverse kinematics of the CR5 with its nominal geometry, `cr5.urdf`.
 
-A real arm deviates from it by about a millimetre and a third of a degree. Joint angles from here
-serve to check limits and singularities; the driver corrects them before it sends them.
+A real arm deviates from it by about a millimetre and a third of a degree. These joint angles serve
+to check limits and singularities; the driver corrects them before it sends them.
 """
 
 from __future__ import annotations
@@ -16,35 +16,38 @@ from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 
 URDF = Path(__file__).with_name("cr5.urdf")
+"""Nominal geometry, with the collision cylinders of the links."""
 JOINT_LIMIT_MARGIN = 0.035
 """Margin to the joint limits [rad]: the nominal geometry is wrong by up to 0.006."""
-MIN_SINGULAR_VALUE = 0.03
-"""Smallest singular value of the Jacobian that is allowed, in metres and radians; 0.21 at a usual
-pose, 0 at a singularity."""
 NEWTON_STEP_LIMIT = 0.5
 """Largest change of a joint in one Newton step [rad]."""
 NEWTON_ITERATIONS = 30
+"""Most Newton steps of the inverse kinematics."""
+NEWTON_DAMPING = 1e-8
+"""Damping of the normal equations of a Newton step."""
 POSE_TOLERANCE = 1e-7
 """Error at which the inverse kinematics have converged [m, rad]."""
 
 Joints = Float64[np.ndarray, "6"]
+"""Joint angles [rad]."""
 
 
 class Kinematics:
-    """An arm at its place in the cell, with its tool."""
+    """Kinematics of an arm at its place in the cell, with its tool."""
 
     def __init__(self, T_world_base: Pose, T_flange_grip: Pose) -> None:
         """Args: T_world_base: Pose of the base. T_flange_grip: Pose of the grip at the flange."""
         self._model = pinocchio.buildModelFromUrdf(str(URDF))
         self._data = self._model.createData()
         self._frame = self._model.getFrameId("link_6")
-        self._from_base, self._to_grip = T_world_base, T_flange_grip
-        self._to_base, self._to_flange = T_world_base.inverse(), T_flange_grip.inverse()
-        self._base, self._tool = _to_se3(self._to_base), _to_se3(self._to_flange)
+        self._T_world_base, self._T_flange_grip = T_world_base, T_flange_grip
+        self._T_base_world, self._T_grip_flange = T_world_base.inverse(), T_flange_grip.inverse()
+        self._se3_base_world = _to_se3(self._T_base_world)
+        self._se3_grip_flange = _to_se3(self._T_grip_flange)
         self.joint_limits = np.array(self._model.upperPositionLimit) - JOINT_LIMIT_MARGIN
         """Largest allowed angle of each joint, either way [rad]."""
         self._spheres, base = _link_spheres(self._model)
-        self.base_spheres = self._from_base.apply(base[0]), base[1]
+        self.base_spheres = self._T_world_base.apply(base[0]), base[1]
         """Spheres that cover the base: centres in the world and radii [m]."""
 
     def flange(self, joints: Joints) -> Pose:
@@ -58,32 +61,34 @@ class Kinematics:
 
     def grip_of_flange(self, flange: Pose) -> Pose:
         """Return the pose of the grip in the world, for one of the flange in the base."""
-        return self._from_base @ flange @ self._to_grip
+        return self._T_world_base @ flange @ self._T_flange_grip
 
     def flange_of_grip(self, grip: Pose) -> Pose:
         """Return the pose of the flange in the base, for one of the grip in the world."""
-        return self._to_base @ grip @ self._to_flange
+        return self._T_base_world @ grip @ self._T_grip_flange
 
     def grip_velocity(
         self, velocity: Float64[np.ndarray, "2 3"], flange: Pose
     ) -> Float64[np.ndarray, "2 3"]:
-        """Return the velocity of the grip in the world, for that of the flange in the base."""
-        linear, angular = poses.rotate(self._from_base.orientation, velocity)
-        lever = poses.rotate((self._from_base @ flange).orientation, self._to_grip.position)
+        """Return the twist of the grip in the world for one of the flange in the base."""
+        linear, angular = poses.rotate(self._T_world_base.orientation, velocity)
+        lever = poses.rotate(
+            (self._T_world_base @ flange).orientation, self._T_flange_grip.position
+        )
         return np.stack([linear + poses.cross(angular, lever), angular])
 
     def joint_speed(
         self, joints: Joints, velocity: Float64[np.ndarray, "2 3"]
     ) -> Float64[np.ndarray, "6"]:
-        """Return the joint speeds [rad/s] for a velocity of the grip in the world."""
-        linear, angular = poses.rotate(self._to_base.orientation, velocity)
+        """Return the joint speeds for a twist of the grip in the world [rad/s]."""
+        linear, angular = poses.rotate(self._T_base_world.orientation, velocity)
         flange = self.flange(joints)
-        lever = poses.rotate(flange.orientation, self._to_grip.position)
+        lever = poses.rotate(flange.orientation, self._T_flange_grip.position)
         twist = np.concatenate([linear - poses.cross(angular, lever), angular])
         return np.linalg.lstsq(self.jacobian(joints), twist, rcond=1e-6)[0]
 
     def jacobian(self, joints: Joints) -> Float64[np.ndarray, "6 6"]:
-        """Return the Jacobian: linear over angular velocity of the flange, in the base."""
+        """Return the Jacobian of the flange twist in the base, linear over angular [m/rad, -]."""
         return pinocchio.computeFrameJacobian(
             self._model,
             self._data,
@@ -93,8 +98,11 @@ class Kinematics:
         )
 
     def solve(self, grip: Pose, near: Joints) -> Joints | None:
-        """Solve the inverse kinematics on the branch of `near`; None when out of reach."""
-        goal = self._base * _to_se3(grip) * self._tool
+        """Return the joints for a grip pose on the branch of `near`; None when out of reach.
+
+        Damped Newton steps of bounded size on the logarithm of the pose error in SE(3).
+        """
+        goal = self._se3_base_world * _to_se3(grip) * self._se3_grip_flange
         joints = np.array(near, dtype=float)
         for _ in range(NEWTON_ITERATIONS):
             pinocchio.framesForwardKinematics(self._model, self._data, joints)
@@ -102,14 +110,14 @@ class Kinematics:
             if np.max(np.abs(error)) < POSE_TOLERANCE:
                 return joints
             J = pinocchio.computeFrameJacobian(self._model, self._data, joints, self._frame)
-            step = np.linalg.solve(J.T @ J + 1e-8 * np.eye(6), J.T @ error)
+            step = np.linalg.solve(J.T @ J + NEWTON_DAMPING * np.eye(6), J.T @ error)
             joints = joints + step * min(
                 1.0, NEWTON_STEP_LIMIT / max(float(np.max(np.abs(step))), 1e-12)
             )
         return None
 
     def solve_anywhere(self, grip: Pose) -> Joints | None:
-        """Solve the inverse kinematics on the branch farthest from singularities, or None."""
+        """Return the joints for a grip pose on the branch farthest from singularities, or None."""
         found = []
         for shoulder in np.radians([-150.0, -90.0, -30.0, 30.0, 90.0, 150.0]):
             for elbow in np.radians([-100.0, 100.0]):
@@ -134,7 +142,7 @@ class Kinematics:
             for joint, local, _ in self._spheres
         ]
         radii = np.concatenate([np.full(len(local), r) for _, local, r in self._spheres])
-        return self._from_base.apply(np.concatenate(centres, axis=1).T), radii
+        return self._T_world_base.apply(np.concatenate(centres, axis=1).T), radii
 
 
 def _to_se3(pose: Pose) -> pinocchio.SE3:

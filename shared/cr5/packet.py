@@ -9,11 +9,21 @@ from __future__ import annotations
 import numpy as np
 
 PACKET_SIZE = 1440
-"""[bytes]"""
+"""Size of a packet [bytes]."""
 TEST_VALUE = 0x0123456789ABCDEF
 """Constant in every packet, by which its start is found."""
 TEST_OFFSET = 48
+"""Offset of the test value in a packet [bytes]."""
 TEST_BYTES = TEST_VALUE.to_bytes(8, "little")
+"""The test value as sent."""
+
+PLAUSIBLE_LIMITS = {
+    "q_actual": 400.0,
+    "tool_vector_actual": 3000.0,
+    "tcp_speed_actual": 10000.0,
+    "tcp_force": 10000.0,
+}
+"""Magnitudes above which a value is impossible [deg, mm, mm/s and deg/s, N]."""
 
 _FIELDS: tuple[tuple[str, int, str, int], ...] = (
     ("message_size", 0, "<u2", 1),
@@ -70,8 +80,9 @@ _FIELDS: tuple[tuple[str, int, str, int], ...] = (
     ("actual_quaternion", 1384, "<f8", 4),
     ("safety_state", 1420, "u1", 1),
 )
+"""Name, offset [bytes], type and length of each field."""
 
-LAYOUT = np.dtype(
+PACKET_DTYPE = np.dtype(
     {
         "names": [name for name, *_ in _FIELDS],
         "formats": [kind if count == 1 else (kind, (count,)) for _, _, kind, count in _FIELDS],
@@ -84,18 +95,9 @@ LAYOUT = np.dtype(
 
 def blank() -> np.ndarray:
     """Return a record of zeros with size and test value; its `tobytes` is the packet."""
-    record = np.zeros((), dtype=LAYOUT)
+    record = np.zeros((), dtype=PACKET_DTYPE)
     record["message_size"], record["test_value"] = PACKET_SIZE, TEST_VALUE
     return record
-
-
-PLAUSIBLE_LIMITS = {
-    "q_actual": 400.0,
-    "tool_vector_actual": 3000.0,
-    "tcp_speed_actual": 10000.0,
-    "tcp_force": 10000.0,
-}
-"""Magnitudes above which a value is impossible [deg, mm, mm/s and deg/s, N]."""
 
 
 def is_plausible(record: np.ndarray) -> bool:
@@ -106,7 +108,7 @@ def is_plausible(record: np.ndarray) -> bool:
 
 
 class PacketReader:
-    """Finds packets in a stream of bytes that may start, be torn or be corrupted anywhere."""
+    """Reader of packets from a stream of bytes that may start, be torn or be corrupted anywhere."""
 
     def __init__(self) -> None:
         self._buffer = bytearray()
@@ -123,7 +125,7 @@ class PacketReader:
                 del self._buffer[:PACKET_SIZE]
             else:
                 self._resynchronize()
-        return None if newest is None else np.frombuffer(newest, dtype=LAYOUT)[0]
+        return None if newest is None else np.frombuffer(newest, dtype=PACKET_DTYPE)[0]
 
     def _aligned(self) -> bool:
         size = int.from_bytes(self._buffer[:2], "little")

@@ -1,7 +1,7 @@
 """Joint constraints of an arm: joint limits, joint speed, singularity, collision of its links.
 
-The commanded grip is followed in joint space on the branch that the arm is on, and paths of the
-grip are solved from there.
+The joints track the commanded grip on the arm's branch of the inverse kinematics. Paths of the grip
+are solved from there.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ MAX_SOLVED_STRIDE = 0.025
 
 
 class JointConstraints:
-    """Joints of one arm that track the commanded grip, and the constraints on them."""
+    """Constraints on the joints of one arm, which track the commanded grip."""
 
     def __init__(self, kinematics: ArmKinematics, joint_speed: float) -> None:
         """Create the constraints of an arm whose joints are not known yet.
@@ -40,12 +40,12 @@ class JointConstraints:
         self.path: Float64[np.ndarray, "m j"] = np.zeros((0, 0))
         """Joints along the path that was checked last, the present ones first [rad]."""
 
-    def begin(self, joints: tuple[float, ...]) -> None:
-        """Take the branch that the arm is on from its reported joints [rad]."""
+    def set_joints(self, joints: tuple[float, ...]) -> None:
+        """Set the joints to those that the arm reports [rad], which also select the branch."""
         self.joints = np.array(joints, dtype=float)
 
     def track(self, grip: Pose) -> None:
-        """Follow the commanded grip; a pose out of reach leaves the joints as they are."""
+        """Solve the joints for the commanded grip; a pose out of reach leaves them unchanged."""
         if self.joints is not None:
             found = self.kinematics.solve(grip, self.joints)
             self.joints = self.joints if found is None else found

@@ -25,7 +25,7 @@ class CellBoundaries:
     """Boundaries of a cell, as its scenario states them."""
 
     rope_length: float
-    """[m]"""
+    """Length of the rope [m]."""
     workspace: tuple[Corner, Corner]
     """Lowest and highest corner of the box for the grips [m]."""
     bodies: tuple[GripperBody, ...]
@@ -64,7 +64,7 @@ class MotionConstraints:
         return self.collision.scene.obstacles
 
     def replace_obstacles(self, obstacles: Sequence[Obstacle]) -> None:
-        """Take another scene."""
+        """Replace the obstacles of the scene."""
         scene = ObstacleScene(obstacles)
         self.collision.scene = scene
         self.rope_length.replace_scene(scene)

@@ -31,7 +31,7 @@ class RopeLengthConstraint:
         self.replace_scene(ObstacleScene())
 
     def replace_scene(self, scene: ObstacleScene) -> None:
-        """Take another scene and forget the paths of the one before."""
+        """Take another scene and discard the remembered paths."""
         self._scene = scene
         self._cache: deque[tuple[np.ndarray, float]] = deque(maxlen=CACHED_PATHS)
 

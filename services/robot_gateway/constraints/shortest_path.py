@@ -1,10 +1,10 @@
 """Length of the shortest path round obstacles between two points, as an upper bound.
 
-The path is straight where nothing is in the way. Otherwise it is found by elastic bands (Quinlan
-and Khatib, 1993): each begins on one of four sides of what blocks the line and is contracted and
-pushed out of the obstacles in turn, refined from few points to many. A band that stays outside is a
-path, so its length is never below the shortest one except for `MAX_PENETRATION`. When no band stays
-outside, the length is infinite.
+The path is straight where no obstacle is in the way. Otherwise it is found by elastic bands
+(Quinlan and Khatib, 1993). Each begins on one of four sides of the obstacles, is contracted and
+pushed out of the obstacles in turn, and is refined from few points to many. A band that stays
+outside is a path, so its length is never below the shortest one except for `MAX_PENETRATION`. When
+no band stays outside, the length is infinite.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ FINAL_ROUNDS = 4
 """Rounds of pushing out the finely resampled band at the end."""
 MAX_PENETRATION = 1.5e-3
 """Depth to which a band may cut into an obstacle between its points [m]."""
-BULGES = (0.25, 0.5, 1.0, 2.0)
+INITIAL_AMPLITUDES = (0.25, 0.5, 1.0, 2.0)
 """Amplitudes of the initial bands that are tried, relative to the straight distance [-]."""
 NORMAL_STEP = 1e-5
 """Step of the central differences for an obstacle's normal [m]."""
@@ -93,7 +93,7 @@ def _initial_band(
     """Return a half wave wide enough to be free, so that contracting keeps to its side."""
     t = np.linspace(0.0, 1.0, POINT_COUNTS[-1])[:, None]
     wave = np.sin(np.pi * t) * float(np.linalg.norm(right - left)) * side
-    bands = [left + t * (right - left) + bulge * wave for bulge in BULGES]
+    bands = [left + t * (right - left) + amplitude * wave for amplitude in INITIAL_AMPLITUDES]
     free = (b for b in bands if all(np.min(signed_distance(b, o)) > 0.0 for o in obstacles))
     return next(free, bands[-1])
 

@@ -1,7 +1,7 @@
 """Slack of each rule along a path: positive where the rule is kept.
 
-A rule that is already broken, because an obstacle came or the rope was laid out too tight, does not
-freeze the arm: motion is permitted that nowhere makes it worse.
+A rule that is already broken, because an obstacle appeared or the rope was laid out too tight, does
+not freeze the arm: motion that makes it worse nowhere is permitted.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from services.robot_gateway.constraints.rule import Rule
 Slacks = dict[Rule, Float64[np.ndarray, "m"]]
 """Slack of each rule at m poses of a path [m, or rad for joints]."""
 
-TOLERANCE = 1e-6
+SLACK_TOLERANCE = 1e-6
 """Slack that may be missing before a rule counts as broken [m, rad]."""
 
 
@@ -28,6 +28,6 @@ def first_broken(slacks: Slacks, margin: float = 0.0) -> tuple[Rule, float] | No
     for rule, slack in slacks.items():
         least = float(np.min(slack[1:], initial=np.inf))
         # Fail closed: a slack that is not a number breaks its rule.
-        if not least >= min(margin, float(slack[0])) - TOLERANCE:
+        if not least >= min(margin, float(slack[0])) - SLACK_TOLERANCE:
             return rule, margin - least
     return None

@@ -14,9 +14,9 @@ class Spheres:
     """k spheres that cover the bodies of one end, at m poses."""
 
     centres: Float64[np.ndarray, "m k 3"]
-    """In the world frame [m]."""
+    """Centres in the world frame [m]."""
     radii: Float64[np.ndarray, "k"]
-    """[m]"""
+    """Radii [m]."""
 
     @classmethod
     def joined(cls, parts: Sequence[Spheres]) -> Spheres:

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float64
 
 Corner = tuple[float, float, float]
+"""Corner of a box in the world frame [m]."""
 
 
 def workspace_slack(

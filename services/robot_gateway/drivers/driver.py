@@ -14,7 +14,7 @@ from services.robot_gateway.constraints.joints import JointConstraints
 
 @dataclass(frozen=True)
 class ArmFeedback:
-    """State of an arm as it reports it at one tick."""
+    """State that an arm reports at one tick."""
 
     pose: Pose | None
     """Measured pose of the grip in the world; None while unknown."""
@@ -61,7 +61,7 @@ class Driver(Protocol):
         ...
 
     def disable(self) -> None:
-        """Take the power off an arm at rest."""
+        """Disable an arm at rest."""
         ...
 
     def recover(self) -> None:

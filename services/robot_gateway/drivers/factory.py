@@ -1,4 +1,4 @@
-"""Creates the driver of each end of a scenario."""
+"""Factory of the drivers of a scenario's ends."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def drivers_of(
     Args:
         scenario: The cell.
         starts: Grip poses at the scenario's start.
-        emulators: Hosts of the emulators that play arms without an address.
+        emulators: Hosts of the emulators that stand in for arms without an address.
         links: Links to arms that the caller provides; they are used in place of an address.
 
     Raises:

@@ -11,7 +11,7 @@ from services.robot_gateway.drivers.ideal import IdealDriver
 
 
 class FixedDriver(IdealDriver):
-    """Clamp that is fixed to the world."""
+    """Driver of a clamp, which ignores its commands."""
 
     name = "fixed"
     moves = False

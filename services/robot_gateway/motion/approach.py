@@ -1,4 +1,4 @@
-"""Approach: slow motion of the arms to the scenario's start, to which a person agrees."""
+"""Approach: slow motion of the arms to the scenario's start, with a person's consent."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from lariat.geometry.poses import Pose
 from lariat.trajectory import NANOSECONDS, SetpointChunk
 from services.robot_gateway.constraints.rule import Rule
 
-PACES = (1.0, 0.5, 0.25, 0.1)
+APPROACH_PACES = (1.0, 0.5, 0.25, 0.1)
 """Fractions of the approach speeds that are tried in turn where a cell's limits are lower [-]."""
 PACE_RULES: tuple[Rule, ...] = ("speed", "acceleration", "jerk", "joint_speed")
 """Rules that a slower approach may keep."""
@@ -33,7 +33,7 @@ class ApproachSettings:
     start_angle: float = 0.1
     """Angle from the start up to which an arm counts as there [rad]."""
     agreement_time: float = 30.0
-    """Time in which a person may arm again to agree [s]."""
+    """Time within which arming again counts as consent [s]."""
     least_duration: float = 1.0
     """Least duration of an approach [s]."""
     dt: float = 0.02
@@ -43,16 +43,17 @@ class ApproachSettings:
 
 
 SETTINGS = ApproachSettings()
+"""Settings that every cell uses."""
 
 
 class Approach:
-    """Agreement to an approach: arming an arm that is not at the start takes a second command."""
+    """Consent to an approach: arming an arm that is away from the start takes a second command."""
 
     def __init__(self) -> None:
         self.wanted = False
-        """Whether the arms go to the start as soon as they are ready."""
+        """Whether an approach begins as soon as the arms are ready."""
         self.running = False
-        """Whether they are on their way."""
+        """Whether an approach is under way."""
         self._agreement_ends = 0
 
     def refusal(
@@ -97,7 +98,7 @@ def is_away(grip: Pose, start: Pose) -> bool:
 def approach_chunk(
     grips: Sequence[Pose], goals: Sequence[Pose], now: int, pace: float = 1.0
 ) -> SetpointChunk:
-    """Return straight motion between poses, all grips arriving together, at rest at both ends.
+    """Return straight motion between poses, at rest at both ends; all grips arrive together.
 
     Args:
         grips: Present poses.

@@ -1,6 +1,6 @@
 """Setpoint follower: generates the commanded motion of a cell from chunks, within every rule.
 
-It decides where the grips shall be. Whether they may move at all is decided by `safety`.
+It computes the commanded poses; `safety` decides whether the arms may move.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class FollowerSettings:
     arrival_speed: float = 1e-3
     """Speed up to which the command counts as arrived [m/s, rad/s]."""
     arrival_samples: int = 8
-    """Number of intervals of the rest of a chunk that are sampled to find whether it moves on."""
+    """Number of intervals at which the rest of a chunk is sampled for further motion."""
     blend_time: tuple[float, float] = (0.06, 0.3)
     """Least and most time in which a chunk takes over from the motion before it [s]."""
 
@@ -89,7 +89,7 @@ class SetpointFollower:
         return self.paths.constraints
 
     def place(self, grips: Sequence[Pose]) -> None:
-        """Put the command at rest at the given poses of all ends."""
+        """Set the command to the given poses of all ends, at rest."""
         self._time: int | None = None
         self.paths.place(grips)
         self.state = MotionState.at_rest(*(grips[k] for k in self.driven))
@@ -131,10 +131,11 @@ class SetpointFollower:
             return 0.0, 0.0
         return self._gap(self._reference(now))
 
-    def _gap(self, there: MotionState) -> tuple[float, float]:
+    def _gap(self, target: MotionState) -> tuple[float, float]:
+        """Return distance and angle from the command to a state, of the farthest end [m, rad]."""
         back = poses.conjugate(self.state.orientations)
-        turn = poses.logarithm(poses.multiply(there.orientations, back))
-        gap = there.positions - self.state.positions
+        turn = poses.logarithm(poses.multiply(target.orientations, back))
+        gap = target.positions - self.state.positions
         return _longest(gap), _longest(turn)
 
     def check(self, chunk: SetpointChunk, now: int, offset: int = 0) -> Spline:

@@ -50,7 +50,7 @@ class PathCheck:
         ]
 
     def place(self, grips: Sequence[Pose]) -> None:
-        """Take the poses of all ends, which hold for the fixed ones from then on."""
+        """Set the poses of all ends; those of the fixed ends stay."""
         self._positions = np.array([g.position for g in grips], dtype=float)
         self._orientations = np.array([g.orientation for g in grips], dtype=float)
 

@@ -1,4 +1,4 @@
-"""Densification of paths, so that no obstacle slips through between two checked poses."""
+"""Densification of paths, so that no obstacle fits between two checked poses."""
 
 from __future__ import annotations
 

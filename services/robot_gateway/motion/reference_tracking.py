@@ -28,8 +28,8 @@ class TrackingSettings:
     """Gains of the control law."""
 
     shed_time: float = 0.05
-    """Longest time in which a stop removes the acceleration of tracking [s]: what remains between
-    the hold of the watchdog at 100 ms and the 150 ms within which braking must have begun."""
+    """Longest time in which a stop removes the acceleration of tracking [s]: the time between the
+    hold of the watchdog at 100 ms and the 150 ms within which braking must have begun."""
     position_gain: float = 10.0
     """Greatest velocity per error in position [1/s]."""
     velocity_gain: float = 40.0
@@ -55,7 +55,7 @@ class Braking:
 
 
 class ReferenceTracker:
-    """Control law that leads the commanded motion of k grippers to a reference."""
+    """Control law by which the commanded motion of k grippers tracks a reference."""
 
     def __init__(self, limits: MotionLimits, settings: TrackingSettings | None = None) -> None:
         """Create the control law.

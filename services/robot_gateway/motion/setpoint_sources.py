@@ -6,8 +6,8 @@ from lariat.trajectory import NANOSECONDS
 from services.robot_gateway.motion.validation import ChunkRefused
 from services.robot_gateway.safety.state_machine import SafetyState
 
-MAX_CLOCK_OFFSET = 0.25
-"""Distance of a first chunk from the present above which it comes from another clock [s]."""
+SAME_CLOCK_TOLERANCE = 0.25
+"""Age of a first message, either way, up to which its clock counts as the gateway's [s]."""
 
 
 class SetpointSources:
@@ -36,14 +36,14 @@ class SetpointSources:
         """
         if not session:
             return safety, ChunkRefused("ordered", "the writer gives no session")
-        safety = safety.written(session)
+        safety = safety.with_writer(session)
         if safety.session not in ("", session):
             followed = f"writer {session!r} is not the one that is followed"
             return safety, ChunkRefused("ordered", followed)
         if self._session != session:
-            # The clock of another machine: its first message tells the offset.
+            # The first message determines the offset of another machine's clock.
             difference = now - start
-            far = abs(difference) * NANOSECONDS > MAX_CLOCK_OFFSET
+            far = abs(difference) * NANOSECONDS > SAME_CLOCK_TOLERANCE
             self._offset = difference if far else 0
         elif sequence <= self._sequence:
             refused = ChunkRefused("ordered", f"sequence {sequence} after {self._sequence}")

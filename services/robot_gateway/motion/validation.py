@@ -101,7 +101,7 @@ def check_fresh(chunk: SetpointChunk, now: int, offset: int, tolerances: ChunkTo
 def check_limits(
     spline: Spline, now: int, limits: MotionLimits, tolerances: ChunkTolerances
 ) -> None:
-    """Check speed, acceleration and jerk of what is still to come, and rest at the end.
+    """Check speed, acceleration and jerk of the rest of a chunk, and that it ends at rest.
 
     Args:
         spline: Curve of the chunk.

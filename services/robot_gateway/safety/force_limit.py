@@ -1,7 +1,7 @@
-"""Force limit: stops an arm whose rope is taut or caught, whatever the geometry says.
+"""Force limit: detects a taut or caught rope independently of the geometric constraints.
 
-As with every rule, what is already broken may only get better: after a person has acknowledged a
-contact force, it may not grow, and once it is under the limit the limit holds again.
+As with every rule, a broken limit may only improve: a contact force that a person has acknowledged
+may not grow, and once it is below the limit the limit holds again.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Orderly shutdown of a live gateway: arms brake, then lose power, then the link is closed."""
+"""Orderly shutdown of a live gateway: arms brake and are disabled, then the links are closed."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from services.robot_gateway.cell import Cell
 from shared.clock import Clock
 
 BRAKING_TIMEOUT = 0.7
-"""Longest time to brake and to disable [s]; whoever ends a service waits for one second."""
+"""Longest time to brake and to disable [s]; the launcher waits one second for a service to end."""
 FLUSH_TIME = 0.05
 """Time for the last commands to leave [s]."""
 

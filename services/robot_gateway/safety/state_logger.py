@@ -1,4 +1,4 @@
-"""State logger: writes changes of the cell's state to the log, for whoever watches no page."""
+"""State logger: writes changes of the cell's state to the log."""
 
 from __future__ import annotations
 
@@ -47,10 +47,10 @@ class StateLogger:
                 del self._since[key]
             if any(name == arm.arm for name, _ in self._logged):
                 self._logged = {k for k in self._logged if k[0] != arm.arm}
-                log.info(f"{arm.arm} arm: well again, {arm.mode}")
+                log.info(f"{arm.arm} arm: alarms cleared, {arm.mode}")
             return
         words = "; ".join(arm.alarms)
-        # Times and distances in the words change continually.
+        # Numbers in an alarm change continually; without them it counts as the same alarm.
         key = (arm.arm, re.sub(r"\d+(\.\d+)?", "#", words))
         begun = self._since.setdefault(key, now)
         if now - begun >= LEAST_ALARM_DURATION and key not in self._logged:

@@ -1,9 +1,9 @@
 """State machine of a cell: whether anything may move.
 
-It knows no geometry and no device. Causes come from `stop_causes.py`, whose rows also say what must
-happen before anything moves again. At boot a cell is disarmed. Only a person's command leaves a
-state that requires one. A command that permits motion counts only with the boot id of this start
-and before it expires; a stop counts always.
+It depends on neither geometry nor devices. The rows of `stop_causes.py` state for each cause the
+condition for moving again. At boot a cell is disarmed. Only a person's command leaves a state that
+requires one. A command that permits motion is valid only with the boot id of this start and before
+it expires; a stop is always valid.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class SafetyState:
 
     @property
     def may_move(self) -> bool:
-        """Whether a good chunk would be followed."""
+        """Whether a valid chunk would be followed."""
         return self.mode in ("armed", "moving") or (
             self.mode == "holding" and not self.needs_acknowledgement
         )
@@ -88,7 +88,7 @@ class SafetyState:
             return
         if command.boot != self.boot:
             raise CommandRejected(
-                f"meant for boot {command.boot!r}, this is {self.boot!r}; look again"
+                f"meant for boot {command.boot!r}, but this is {self.boot!r}; check the state again"
             )
         if now > command.expires:
             late = (now - command.expires) * NANOSECONDS
@@ -136,8 +136,8 @@ class SafetyState:
     def stopped(self, cause: str, detail: str) -> SafetyState:
         """Return the state after something stopped the cell.
 
-        A cause never weakens what is already required: a disarmed cell stays disarmed, and one
-        that waits for a person keeps its first cause, but a fault of a device outranks a hold.
+        A cause never weakens the condition for moving again: a disarmed cell stays disarmed, and
+        one that waits for a person keeps its first cause, except that a fault outranks a hold.
 
         Args:
             cause: Row of `STOP_CAUSES`.
@@ -150,8 +150,8 @@ class SafetyState:
             return self
         return replace(self, mode=mode, cause=cause, detail=detail)
 
-    def written(self, session: str) -> SafetyState:
-        """Return the state after a message of a writer arrived; a new writer holds the cell."""
+    def with_writer(self, session: str) -> SafetyState:
+        """Return the state after a message of a writer; a new writer holds the cell."""
         if session in (self.session, self.waiting_session) or self.mode == "disarmed":
             return self
         if not self.session:
@@ -160,7 +160,7 @@ class SafetyState:
         return replace(held, waiting_session=session)
 
     def moving(self, moves: bool) -> SafetyState:
-        """Return the state while a chunk is followed, or when it is over."""
+        """Return the state while a chunk is followed (True), or once the command rests (False)."""
         if moves and self.may_move and self.mode != "moving":
             return replace(self, mode="moving", cause="", detail="following setpoints")
         if not moves and self.mode == "moving":

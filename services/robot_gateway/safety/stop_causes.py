@@ -1,6 +1,6 @@
-"""Causes of a stop, in one table.
+"""Table of the causes of a stop.
 
-`docs/safety.md` shows it, the state machine acts on it, and tests check every row.
+`docs/safety.md` shows it, the state machine uses it, and tests check every row.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import Literal
 
 from services.robot_gateway.constraints.rule import Rule
 
-StopKind = Literal["none", "jerk-limited", "by the arm", "not in our hands"]
+StopKind = Literal["none", "jerk-limited", "by the arm", "undocumented"]
 Resumption = Literal["by itself", "after acknowledgement", "after arming"]
 
 
@@ -18,18 +18,18 @@ Resumption = Literal["by itself", "after acknowledgement", "after arming"]
 class StopCause:
     """Row of the table."""
 
-    what: str
-    """Description."""
-    noticed: str
-    """Means of detection, and its time."""
+    description: str
+    """Event that stops the cell."""
+    detection: str
+    """Means of detection, and the time that it takes."""
     stop: StopKind
     """Way in which the commanded motion ends."""
     resumes: Resumption
     """Condition for moving again."""
-    then: str
-    """Description of what is begun anew."""
+    recovery: str
+    """Actions before or after moving again."""
     rule: Rule | None = None
-    """Rule that is named, where one is broken."""
+    """Rule that is broken, if any."""
 
 
 STOP_CAUSES: dict[str, StopCause] = {
@@ -73,7 +73,7 @@ STOP_CAUSES: dict[str, StopCause] = {
         "the chunk before runs to its resting end; the next good one is followed",
     ),
     "boundary": StopCause(
-        "the stop after the next step would break a rule (an obstacle came, the rope is taut)",
+        "the stop after the next step would break a rule (an obstacle appeared, the rope is taut)",
         "before the step is taken",
         "jerk-limited",
         "by itself",
@@ -88,7 +88,7 @@ STOP_CAUSES: dict[str, StopCause] = {
         "step",
     ),
     "stalled": StopCause(
-        "the gateway itself was stopped for more than 100 ms",
+        "the gateway was suspended for more than 100 ms",
         "at the first tick after",
         "by the arm",
         "after acknowledgement",
@@ -104,11 +104,11 @@ STOP_CAUSES: dict[str, StopCause] = {
         "step",
     ),
     "pulled": StopCause(
-        "an arm feels a pull that it did not feel at rest: the rope is taut or caught",
+        "the contact force of an arm exceeds its limit: the rope is taut or caught",
         "from the force in its feedback, its mean over 0.1 s",
         "jerk-limited",
         "after acknowledgement",
-        "a new chunk; until it is under the limit the pull may not grow",
+        "a new chunk; the force may not grow until it is below the limit",
         "overstretch",
     ),
     "alarm": StopCause(
@@ -129,10 +129,10 @@ STOP_CAUSES: dict[str, StopCause] = {
     ),
     "gateway_dies": StopCause(
         "the gateway process dies or its machine stops",
-        "by nobody: no watchdog of the CR5 is documented",
-        "not in our hands",
+        "not detected: no watchdog of the CR5 is documented",
+        "undocumented",
         "after arming",
-        "one servo point at most is in flight; what the arm does then its maker does not say",
+        "at most one servo point is in flight; the arm's reaction is not documented",
     ),
 }
 
@@ -140,10 +140,11 @@ STOP_CAUSES: dict[str, StopCause] = {
 def markdown() -> str:
     """Return the table as it stands in `docs/safety.md`."""
     head = (
-        "| cause | what | noticed | stop | resumes | then | rule |\n|---|---|---|---|---|---|---|"
+        "| cause | description | detection | stop | resumes | recovery | rule |\n"
+        "|---|---|---|---|---|---|---|"
     )
     rows = [
-        f"| `{name}` | {c.what} | {c.noticed} | {c.stop} | {c.resumes} | {c.then} | "
+        f"| `{name}` | {c.description} | {c.detection} | {c.stop} | {c.resumes} | {c.recovery} | "
         f"{f'`{c.rule}`' if c.rule else ''} |"
         for name, c in STOP_CAUSES.items()
     ]

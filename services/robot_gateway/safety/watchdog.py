@@ -14,8 +14,8 @@ class WatchdogSettings:
     period: float = 0.008
     """Period of the gateway [s]."""
     brake_age: float = 0.05
-    """Age of the last fresh chunk at which the command brakes, without holding yet [s]: an arm
-    follows its command some 80 ms later, and must have begun to brake within 150 ms."""
+    """Age of the last fresh chunk at which the command brakes, without holding yet [s]. An arm
+    follows its command some 80 ms later and must begin to brake within 150 ms."""
     hold_age: float = 0.1
     """Age of the last fresh chunk or of the last tick at which the cell holds for a person [s]."""
 
@@ -24,6 +24,7 @@ class Watchdog:
     """Times of the last fresh chunk and of the last tick."""
 
     def __init__(self, settings: WatchdogSettings | None = None) -> None:
+        """Create a watchdog before the first tick. Args: settings: Time limits."""
         self.settings = settings or WatchdogSettings()
         self._last_fresh = 0
         self._last_tick: int | None = None
@@ -42,8 +43,8 @@ class Watchdog:
             return self.settings.period
         return (now - self._last_tick) * NANOSECONDS
 
-    def overslept(self, now: int) -> bool:
-        """Return whether the gateway itself stood still for too long."""
+    def stalled(self, now: int) -> bool:
+        """Return whether the last tick is so old that the gateway must have been suspended."""
         return self.elapsed(now) > self.settings.hold_age
 
     def must_brake(self, now: int, h: float) -> bool:

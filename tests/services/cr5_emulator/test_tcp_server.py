@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from services.cr5_emulator.options import Options
-from services.robot_gateway.drivers.cr5.client import Client
+from services.robot_gateway.drivers.cr5.client import Cr5Client
 from services.robot_gateway.drivers.cr5.tcp_link import TcpLink
 
 HOST = "127.0.0.47"
@@ -107,7 +107,7 @@ def drain(line: socket.socket) -> None:
 
 
 def test_client_gets_over_an_emulator_that_is_killed(process: subprocess.Popen[str]) -> None:
-    client = Client(TcpLink(HOST))
+    client = Cr5Client(TcpLink(HOST))
 
     def until(condition: Callable[[], bool], seconds: float) -> float:
         begun = time.monotonic()

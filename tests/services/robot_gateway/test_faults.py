@@ -18,11 +18,11 @@ STOPPING = {
     "taken_over": ("alarm", "not TCP"),
     "queue_blocked": ("alarm", "motion queue is blocked"),
     "stale_feedback": ("lost_link", "no feedback on port 30004"),
-    "wrong_test_value": ("lost_link", "what comes is no packet"),
-    "wrong_size": ("lost_link", "what comes is no packet"),
+    "wrong_test_value": ("lost_link", "the data is no packet"),
+    "wrong_size": ("lost_link", "the data is no packet"),
     "links_closed": ("lost_link", "closed"),
     "frozen": ("lost_link", "no feedback"),
-    "repeated_feedback": ("lost_link", "again and again"),
+    "repeated_feedback": ("lost_link", "the same packet repeats"),
 }
 SAME_ON_V4 = ("wrong_test_value", "wrong_size", "repeated_feedback")
 """The packets are."""
@@ -222,7 +222,7 @@ def test_writer_that_held_while_the_gateway_stood_still_does_not_hide_that() -> 
         world.now += 8_000_000
         world.emulator.advance_to(world.now * 1e-9)
     # What waited for the gateway comes first: chunks, and a hold that needs nobody.
-    world.cell.wake(world.now)
+    world.cell.stop_if_stalled(world.now)
     world.cell.take_hold("writer", world._sequence, world.now, "waiting for a path")
     world._sequence += 1
     rest = world.emulator.controller.joints.copy()

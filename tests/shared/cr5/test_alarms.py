@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from services.robot_gateway.drivers.cr5.replies import Reply
-from shared.cr5.alarms import ALARM_TEXTS, MODES, alarm_text
+from shared.cr5.alarms import ALARM_TEXTS, MODE_TEXTS, alarm_text
 
 
 @pytest.mark.parametrize(
@@ -36,7 +36,7 @@ def test_joint_of_an_alarm_is_the_one_that_it_says() -> None:
 
 
 def test_modes_8_and_11_differ_between_the_versions() -> None:
-    differing = {n for n in MODES["v3"] if MODES["v3"][n] != MODES["v4"][n]}
+    differing = {n for n in MODE_TEXTS["v3"] if MODE_TEXTS["v3"][n] != MODE_TEXTS["v4"][n]}
     assert differing == {8, 11}
 
 

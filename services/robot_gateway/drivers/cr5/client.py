@@ -1,8 +1,9 @@
-"""Client of the CR5's protocol, V3 and V4: bytes in, bytes out, time in; it owns no socket.
+"""Client of the CR5's protocol, V3 and V4, without sockets: bytes and time in, bytes out.
 
 One request at a time is outstanding on port 29999 and is matched with its reply by the echo, so
-that a late reply is never taken for that to another request. Replies to servo points, if any come,
-are read only for errors. Enabling and recovering run as a command sequence over many steps.
+that a late reply is never mistaken for the reply to another request. Replies to servo points, where
+the firmware sends any, are read only for errors. Enabling and recovering run as a command sequence
+over many steps.
 """
 
 from __future__ import annotations
@@ -13,7 +14,6 @@ from typing import Literal
 import numpy as np
 
 from services.robot_gateway.drivers.cr5.command_sequence import (
-    SECOND,
     CommandSequence,
     Request,
     SequenceSteps,
@@ -33,13 +33,14 @@ from services.robot_gateway.drivers.cr5.enable_sequence import (
 from services.robot_gateway.drivers.cr5.link import Link
 from services.robot_gateway.drivers.cr5.outliers import OutlierFilter
 from services.robot_gateway.drivers.cr5.replies import Reply, ReplyReader, integers
-from shared.cr5.alarms import FOLLOWING_MODES, MODES, alarm_text
+from shared.cr5.alarms import FOLLOWING_MODES, MODE_TEXTS, alarm_text
 from shared.cr5.packet import PacketReader, is_plausible
+from shared.service import SECOND
 
 REPLY_TIMEOUT = 2.0
 """Time limit of a reply, after which the connection is opened anew [s]."""
 KEEPALIVE_PERIOD = 1.0
-"""Time between RobotMode requests when there is no other one [s]: idle ports may be closed."""
+"""Time between RobotMode requests without any other [s]: the arm may close idle ports."""
 QUEUE_BLOCKED_TIME = 0.1
 """Time for which the queue must stand still to count as blocked [s]: the state of the flag between
 two motions is not documented."""
@@ -48,12 +49,19 @@ FEEDBACK_TIMEOUT = 0.1
 V4_COLLISION = 11
 """RobotMode of V4 after a collision."""
 OCCUPIED_HINT = ", as soon as it was opened; does another program or a pendant hold it?"
+"""Hint in the reason when a port is closed within a second of being opened."""
 
 
-class Client:
+class Cr5Client:
     """Protocol client of one arm."""
 
     def __init__(self, link: Link, settings: EnableSettings | None = None) -> None:
+        """Create a client; the connection is opened by the first steps.
+
+        Args:
+            link: Access to the arm's ports.
+            settings: Settings to apply when the arm is enabled.
+        """
         self._link = link
         self._settings = settings or EnableSettings()
         self._connection = ArmConnection(link)
@@ -71,12 +79,12 @@ class Client:
         self.timed_joints = True
         """Whether ServoJ takes the time in which a point is to be reached."""
         self.control_lost = ""
-        """Why the arm ignores commands though it is not in alarm, in words."""
+        """Reason why the arm ignores commands although it is not in alarm, in words."""
         self._readers: dict[int, ReplyReader] = {}
         self._packets = PacketReader()
         self._outliers = OutlierFilter()
         self._rejection = ""
-        """Why the data since the last new packet was rejected, in words."""
+        """Reason why the data since the last new packet was rejected, in words."""
         self._now = 0
         self._outstanding: tuple[str, int] | None = None
         self._queue: deque[str] = deque()
@@ -98,12 +106,12 @@ class Client:
 
     @property
     def trouble(self) -> str:
-        """Why there is no connection, in words."""
+        """Reason why there is no connection, in words."""
         return self._connection.trouble
 
     @property
     def failure(self) -> str:
-        """Why the last command sequence failed."""
+        """Reason why the last command sequence failed."""
         return self._sequence.failure
 
     @property
@@ -115,8 +123,8 @@ class Client:
     def mode_words(self) -> str:
         """Operating mode in words."""
         if self.mode is None or self.firmware is None:
-            return "not heard yet"
-        return MODES[self.firmware].get(self.mode, f"in mode {self.mode}")
+            return "no feedback yet"
+        return MODE_TEXTS[self.firmware].get(self.mode, f"in mode {self.mode}")
 
     @property
     def busy(self) -> bool:
@@ -175,9 +183,9 @@ class Client:
         self._send_point("ServoJ", joints, f",t={t:.3f}")
 
     def _send_point(self, name: str, values: np.ndarray, rest: str) -> None:
-        """Send a point, unless no packet has come since the last one.
+        """Send a point, but only if a packet has arrived since the last one.
 
-        At most one point is then in flight to an arm that has stopped reading.
+        So at most one point is in flight to an arm that has stopped reading.
         """
         if not np.all(np.isfinite(values)):
             raise ValueError(f"a servo point must be finite, got {values}")
@@ -208,7 +216,7 @@ class Client:
             self._watch_alarms()
             self._watch_queue()
             self._sequence.advance(now)
-            self._ask_next()
+            self._send_next_request()
 
     def _reset(self) -> None:
         """Discard the state of an earlier connection."""
@@ -234,7 +242,7 @@ class Client:
                 self._handle_reply(reply)
             if reader.not_tcp:
                 reader.not_tcp = False
-                self._lose_control()
+                self._report_lost_control()
 
     def _read_feedback(self, data: bytes) -> None:
         packet = self._packets.feed(data)
@@ -254,7 +262,7 @@ class Client:
     def _handle_reply(self, reply: Reply) -> None:
         if self._outstanding is not None and reply.answers(self._outstanding[0]):
             self._outstanding = None
-            # ArmFeedback is no sign: it goes on while another program holds the command port.
+            # Feedback alone does not count: it continues while another program holds the port.
             self._connection.reset_pauses()
             self._sequence.answer(reply)
             if reply.error and not self.busy:
@@ -265,7 +273,7 @@ class Client:
         elif reply.echo.lower().startswith("servo") and reply.error:
             self.refusal = f"servo point: {reply.words}"
 
-    def _lose_control(self) -> None:
+    def _report_lost_control(self) -> None:
         self.control_lost = "the control mode is not TCP; choose it in the vendor's program"
         self.enabled = False
         if self._outstanding is not None:
@@ -303,7 +311,7 @@ class Client:
             self.alarms, self._alarms_read = (), False
 
     def _watch_queue(self) -> None:
-        """Stop when the queue is blocked: the arm would follow stale points once it runs again."""
+        """Disable when the queue is blocked: once unblocked, the arm would follow stale points."""
         if not self.enabled or self.feedback is None:
             self._queue_ran = 0
         elif self.feedback["queue_running"]:
@@ -337,7 +345,7 @@ class Client:
 
     # Writing
 
-    def _ask_next(self) -> None:
+    def _send_next_request(self) -> None:
         if self._outstanding is None and self._queue:
             text = self._queue.popleft()
             self._outstanding = (text, self._now)

@@ -6,8 +6,7 @@ from collections.abc import Callable, Generator
 from dataclasses import dataclass
 
 from services.robot_gateway.drivers.cr5.replies import Reply
-
-SECOND = 1_000_000_000
+from shared.service import SECOND
 
 
 @dataclass(frozen=True)
@@ -23,20 +22,21 @@ class WaitUntil:
     """Step that waits for a condition, up to a time limit."""
 
     condition: Callable[[], bool]
+    """Condition, evaluated at every tick."""
     seconds: float
     """Time limit [s]."""
 
 
 SequenceSteps = Generator[Request | WaitUntil, Reply | bool, str]
-"""Yields steps, receives the outcome of each, returns the failure in words; empty: success."""
+"""Generator that yields steps, receives their outcomes, and returns the failure in words if any."""
 
 
 class CommandSequence:
     """Runs one sequence at a time."""
 
-    def __init__(self, ask: Callable[[str], None]) -> None:
-        """Args: ask: Sends a command; its reply is given to `answer` when it comes."""
-        self._ask = ask
+    def __init__(self, send: Callable[[str], None]) -> None:
+        """Args: send: Sends a command; its reply is passed to `answer` when it arrives."""
+        self._send = send
         self._steps: SequenceSteps | None = None
         self._step: Request | WaitUntil | None = None
         self._since = 0
@@ -87,4 +87,4 @@ class CommandSequence:
         self._step, self._since = step, now
         if isinstance(step, Request):
             self._answer = None
-            self._ask(step.text)
+            self._send(step.text)

@@ -8,9 +8,10 @@ from __future__ import annotations
 from typing import Literal
 
 from services.robot_gateway.drivers.cr5.link import ByteStream, Link
+from shared.service import SECOND
 
-SECOND = 1_000_000_000
 COMMAND_PORT, MOTION_PORT, FEEDBACK_PORT = 29999, 30003, 30004
+"""Ports of the arm: commands, motion (V3 only) and feedback at 125 Hz."""
 CONNECT_TIMEOUT = 3.0
 """Time limit for all ports to open [s]."""
 RETRY_PAUSES = (0.5, 1.0, 2.0, 4.0, 8.0)
@@ -23,6 +24,7 @@ class ArmConnection:
     """Opens the streams to all ports, and keeps the reason when that fails."""
 
     def __init__(self, link: Link) -> None:
+        """Create a connection that is not open yet. Args: link: Access to the arm's ports."""
         self._link = link
         self.phase: Phase = "disconnected"
         self.firmware: Literal["v3", "v4"] | None = None

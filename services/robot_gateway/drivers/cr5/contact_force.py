@@ -9,6 +9,9 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.trajectory import NANOSECONDS
+from shared.service import SECOND
+
 OFFSET_TIME = 0.4
 """Time over which the offset is averaged [s]."""
 FILTER_TIME_CONSTANT = 0.1
@@ -41,11 +44,11 @@ class ContactForce:
                 now if self._calibrating_since is None else self._calibrating_since
             )
             self._samples.append(force)
-            if now - self._calibrating_since >= OFFSET_TIME * 1e9:
+            if now - self._calibrating_since >= OFFSET_TIME * SECOND:
                 self._offset, self._filtered = np.mean(self._samples, axis=0), np.zeros(3)
                 self._samples = []
         else:
-            gain = 1.0 - np.exp(-1e-9 * (now - self._last_time) / FILTER_TIME_CONSTANT)
+            gain = 1.0 - np.exp(-NANOSECONDS * (now - self._last_time) / FILTER_TIME_CONSTANT)
             self._filtered = self._filtered + gain * (force - self._offset - self._filtered)
         self._last_time = now
 

@@ -1,9 +1,9 @@
 """Driver of a CR5 that follows servo points: real, or emulated.
 
-V4 gets poses. ServoP of V3 takes no time and lags by a tenth of a second, so V3 gets joint angles
-where its firmware takes a time for them. They are solved for with the nominal geometry, corrected
-by the arm's own: its feedback states joint angles and flange pose of the same instant, and the
-deviation of that pose from the nominal one changes slowly along a path.
+V4 is sent poses. ServoP of V3 accepts no duration and lags by a tenth of a second, so V3 is sent
+joint angles where its firmware accepts a duration for them. These are solved with the nominal
+geometry and corrected for the arm's own: the feedback states joint angles and flange pose of the
+same instant, and the deviation of that pose from the nominal one changes slowly along a path.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from jaxtyping import Float64
 
 from lariat.geometry.poses import Pose
 from services.robot_gateway.constraints.joints import JointConstraints
-from services.robot_gateway.drivers.cr5.client import Client
+from services.robot_gateway.drivers.cr5.client import Cr5Client
 from services.robot_gateway.drivers.cr5.contact_force import ContactForce
 from services.robot_gateway.drivers.cr5.enable_sequence import EnableSettings
 from services.robot_gateway.drivers.cr5.link import Link
 from services.robot_gateway.drivers.cr5.link_quality import LinkQuality
 from services.robot_gateway.drivers.driver import ArmFeedback
-from shared.cr5 import units
+from shared.cr5 import pose_vectors
 from shared.cr5.alarms import FOLLOWING_MODES
 from shared.cr5.kinematics import Kinematics
 
@@ -65,7 +65,7 @@ class Cr5Driver:
         self._emulated = emulated
         self.joint_constraints: JointConstraints | None = JointConstraints(kinematics, joint_speed)
         self._kinematics = kinematics
-        self._client = Client(link, settings)
+        self._client = Cr5Client(link, settings)
         self._tool_output = tool_output
         self._closed = True
         self._enable_requested = False
@@ -78,7 +78,7 @@ class Cr5Driver:
         self.live = link.live
 
     def enable(self) -> None:
-        # A person who arms has seen that nothing touches the gripper.
+        # Whoever arms has checked that nothing pulls at the gripper.
         self._contact_force.calibrate()
         self._begin_enable()
 
@@ -104,7 +104,7 @@ class Cr5Driver:
     def place(self, pose: Pose) -> bool:
         if not self._emulated:
             return False
-        vector = units.vector_from_pose(self._kinematics.flange_of_grip(pose))
+        vector = pose_vectors.vector_from_pose(self._kinematics.flange_of_grip(pose))
         # A command of the emulator only; a real arm would answer with an error.
         self._client.request(f"EmulatorPlace({','.join(f'{v:.6f}' for v in vector)})")
         self._placement, self._streaming = pose, False
@@ -142,13 +142,14 @@ class Cr5Driver:
         if self._client.firmware == "v3" and self._client.timed_joints:
             self._send_joints(flange)
         else:
-            self._client.servo_pose(units.vector_from_pose(flange), SERVO_POINT_TIME)
+            self._client.servo_pose(pose_vectors.vector_from_pose(flange), SERVO_POINT_TIME)
 
     def _send_joints(self, flange: Pose) -> None:
+        """Send the joint angles at which the arm's own flange has a pose."""
         packet = self._client.feedback
         assert packet is not None
         actual = np.radians(packet["q_actual"])
-        measured = units.pose_from_vector(packet["tool_vector_actual"])
+        measured = pose_vectors.pose_from_vector(packet["tool_vector_actual"])
         nominal = self._kinematics.flange(actual)
         goal = nominal @ measured.inverse() @ flange
         near = actual if self._joints is None else self._joints
@@ -173,7 +174,7 @@ class Cr5Driver:
                 gripper_closed=self._closed,
                 age=np.inf,
             )
-        flange = units.pose_from_vector(packet["tool_vector_actual"])
+        flange = pose_vectors.pose_from_vector(packet["tool_vector_actual"])
         pose = self._kinematics.grip_of_flange(flange)
         return ArmFeedback(
             pose=pose,
@@ -196,7 +197,7 @@ class Cr5Driver:
             self._placement = None if gap < PLACEMENT_TOLERANCE else self._placement
 
     def _velocity(self, speed: Float64[np.ndarray, "6"], flange: Pose) -> np.ndarray:
-        """Velocity of the grip for the speed of the flange [mm/s, deg/s]."""
+        """Return the velocity of the grip for that of the flange [mm/s, deg/s]."""
         return self._kinematics.grip_velocity(
             np.array([speed[:3] / 1e3, np.radians(speed[3:])]), flange
         )

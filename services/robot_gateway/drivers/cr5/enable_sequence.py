@@ -17,7 +17,7 @@ POWER_ON_DELAY = 0.2
 IDLE_TIMEOUT = 3.0
 """Time limit from the last setting until the arm is idle [s]."""
 STARTING, NO_POWER, DISABLED, IDLE, HAND_GUIDED, IN_ALARM = 1, 3, 4, 5, 6, 9
-"""Values of RobotMode."""
+"""Values of RobotMode, as in `shared.cr5.alarms.MODE_TEXTS`."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ def enable_steps(
     alarms: Callable[[], tuple[str, ...]],
     settings: EnableSettings,
 ) -> SequenceSteps:
-    """Steps after which the arm follows servo points.
+    """Yield the steps after which the arm follows servo points; return the failure in words.
 
     Args:
         firmware: Version of the protocol.

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections import deque
 from itertools import pairwise
 
-WINDOW = 1_000_000_000
+from shared.service import SECOND
+
+RATE_WINDOW = SECOND
 """Time over which rate and gaps are measured [ns]."""
 
 
@@ -20,12 +22,12 @@ class LinkQuality:
         if received is not None and (not self._times or received > self._times[-1]):
             self._times.append(received)
         # One packet older than the window is kept, for a gap that reaches into the window.
-        while len(self._times) > 1 and now - self._times[1] > WINDOW:
+        while len(self._times) > 1 and now - self._times[1] > RATE_WINDOW:
             self._times.popleft()
 
     def rate(self, now: int) -> float:
         """Return the packets within the last second [Hz]."""
-        return float(sum(now - time <= WINDOW for time in self._times))
+        return float(sum(now - time <= RATE_WINDOW for time in self._times))
 
     def gap(self, now: int) -> float:
         """Return the longest time without a packet within the last second, up to now [s]."""

@@ -6,8 +6,9 @@ import re
 from dataclasses import dataclass
 
 NOT_TCP_TEXT = re.compile(rb"control mode is not tcp|not tcp mode", re.IGNORECASE)
-# Bounded, as int() refuses very long numbers; no error code is longer.
+"""Plain text that the arm sends when TCP control is off."""
 REPLY_START = re.compile(r"(-?\d{1,9})\s*,\s*\{")
+"""Error code and opening brace; the length is bounded because int() refuses very long numbers."""
 REPLY_SIZE_LIMIT = 65536
 """Largest unfinished reply that is kept [bytes]."""
 
@@ -32,6 +33,7 @@ class Reply:
     """One reply."""
 
     error: int
+    """Error code; 0 for success."""
     values: str
     """Text between the outer braces."""
     echo: str

@@ -1,4 +1,4 @@
-"""A device at a TCP address, with non-blocking sockets."""
+"""Link to a device over TCP, with non-blocking sockets."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ READS_PER_STEP = 64
 
 
 class TcpLink:
-    """A device at an address.
+    """Link to the ports of a device at an address.
 
     The operating system may suspend the process in the middle of a step and resume it later. A
     command computed before the suspension is outdated by then: it is dropped, not sent.
@@ -72,7 +72,7 @@ class TcpLink:
 
 
 class TcpStream:
-    """One non-blocking socket."""
+    """Byte stream over one non-blocking socket."""
 
     def __init__(self, host: str, port: int, link: TcpLink) -> None:
         self._link = link

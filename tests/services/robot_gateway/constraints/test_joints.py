@@ -24,7 +24,7 @@ FREE = CollisionConstraint(0.005)
 
 def constraints(joints: tuple[float, float] = (0.0, 1.2)) -> JointConstraints:
     made = JointConstraints(ARM, SPEED)
-    made.begin(joints)
+    made.set_joints(joints)
     return made
 
 

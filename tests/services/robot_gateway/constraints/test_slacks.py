@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from services.robot_gateway.constraints.slacks import TOLERANCE, first_broken
+from services.robot_gateway.constraints.slacks import SLACK_TOLERANCE, first_broken
 
 
 def row(*slack: float) -> np.ndarray:
@@ -21,8 +21,8 @@ def test_first_broken_rule_is_named_with_its_excess() -> None:
 
 
 def test_slack_at_the_boundary_is_kept_within_rounding() -> None:
-    assert first_broken({"table": row(0.1, -0.5 * TOLERANCE)}) is None
-    assert first_broken({"table": row(0.1, -2.0 * TOLERANCE)}) is not None
+    assert first_broken({"table": row(0.1, -0.5 * SLACK_TOLERANCE)}) is None
+    assert first_broken({"table": row(0.1, -2.0 * SLACK_TOLERANCE)}) is not None
 
 
 def test_margin_demands_more_than_zero() -> None:

@@ -31,7 +31,7 @@ def test_every_trouble_is_written_once_and_its_end_too(caplog: pytest.LogCapture
     assert tell(2.0, "no feedback for 1.20 s") == []
     assert tell(2.6, "no feedback for 1.80 s") == ["right arm: no feedback for 1.80 s"]
     assert tell(9.0, REFUSED) == tell(9.6, "no feedback for 2.10 s") == []
-    assert tell(10.0) == ["right arm: well again, idle"]
+    assert tell(10.0) == ["right arm: alarms cleared, idle"]
     assert tell(11.0, REFUSED) == []
     assert tell(12.0, REFUSED) == [f"right arm: {REFUSED}"]
 

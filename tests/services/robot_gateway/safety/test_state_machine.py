@@ -12,7 +12,7 @@ from services.robot_gateway.safety.stop_causes import STOP_CAUSES
 
 DISARMED = SafetyState("boot-1")
 ARMED = DISARMED.armed()
-MOVING = ARMED.written("writer").moving(True)
+MOVING = ARMED.with_writer("writer").moving(True)
 
 
 def test_cell_boots_disarmed_and_may_not_move() -> None:
@@ -46,7 +46,7 @@ def test_stopped_cell_is_not_armed_but_disarmed_or_acknowledged(cause: str) -> N
 
 
 def test_nothing_but_arming_leaves_disarmed() -> None:
-    assert DISARMED.written("writer") == DISARMED
+    assert DISARMED.with_writer("writer") == DISARMED
     assert DISARMED.moving(True) == DISARMED
     assert DISARMED.stopped("alarm", "late") == DISARMED
     with pytest.raises(CommandRejected):
@@ -78,7 +78,7 @@ def test_cause_that_resumes_by_itself_needs_no_person(cause: str) -> None:
 
 
 def test_second_writer_holds_the_cell_until_it_is_acknowledged() -> None:
-    held = MOVING.written("second")
+    held = MOVING.with_writer("second")
     assert (held.cause, held.session, held.waiting_session) == ("new_writer", "writer", "second")
     assert held.needs_acknowledgement
     acknowledged = held.acknowledged()
@@ -91,7 +91,7 @@ def test_arming_forgets_the_writer() -> None:
 
 @pytest.mark.parametrize(
     ("boot", "expires", "words"),
-    [("boot-1", 100, ""), ("boot-1", 99, "expired"), ("boot-0", 200, "look again")],
+    [("boot-1", 100, ""), ("boot-1", 99, "expired"), ("boot-0", 200, "check the state")],
     ids=["boundary", "late", "of another start"],
 )
 def test_command_counts_for_this_start_and_until_it_expires(

@@ -43,11 +43,11 @@ def test_fresh_setpoints_start_the_age_anew() -> None:
     assert not watchdog.must_brake(NOW + 130 * MILLISECOND, 0.008)
 
 
-@pytest.mark.parametrize(("gap", "overslept"), [(8, False), (99, False), (101, True)])
-def test_gateway_that_stood_still_has_overslept(gap: int, overslept: bool) -> None:
-    assert fed().overslept(NOW + gap * MILLISECOND) is overslept
+@pytest.mark.parametrize(("gap", "stalled"), [(8, False), (99, False), (101, True)])
+def test_gateway_that_stood_still_has_stalled(gap: int, stalled: bool) -> None:
+    assert fed().stalled(NOW + gap * MILLISECOND) is stalled
 
 
 def test_first_tick_comes_one_period_after_nothing() -> None:
     assert Watchdog().elapsed(NOW) == 0.008
-    assert not Watchdog().overslept(NOW)
+    assert not Watchdog().stalled(NOW)

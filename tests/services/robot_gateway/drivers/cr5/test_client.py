@@ -5,7 +5,7 @@ import pytest
 
 from services.cr5_emulator.emulator import Emulator
 from services.cr5_emulator.options import Options
-from services.robot_gateway.drivers.cr5.client import Client
+from services.robot_gateway.drivers.cr5.client import Cr5Client
 from services.robot_gateway.drivers.cr5.enable_sequence import EnableSettings
 from stack.simulation.emulated_arms import MemoryLink
 
@@ -17,7 +17,7 @@ class Line:
 
     def __init__(self, settings: EnableSettings | None = None, **options: object) -> None:
         self.emulator = Emulator(Options(**{"power_on_time": 0.4, **options}))
-        self.client = Client(MemoryLink(self.emulator), settings)
+        self.client = Cr5Client(MemoryLink(self.emulator), settings)
         self.now = 0
         self.asked: list[str] = []
         answer = self.emulator.commands.answer

@@ -1,4 +1,4 @@
-"""Conversion of poses to the CR5's vectors: millimetres and degrees, R = Rz(rz) Ry(ry) Rx(rx)."""
+"""Conversion between poses and the CR5's vectors [mm, deg], where R = Rz(rz) Ry(ry) Rx(rx)."""
 
 from __future__ import annotations
 

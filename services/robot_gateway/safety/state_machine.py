@@ -17,8 +17,8 @@ from services.robot_gateway.safety.stop_causes import STOP_CAUSES
 Mode = Literal["disarmed", "armed", "moving", "holding", "fault"]
 Action = Literal["arm", "disarm", "hold", "acknowledge", "gripper"]
 
-STOPS: tuple[Action, ...] = ("disarm", "hold")
-"""Actions that are obeyed whatever boot id, expiry or clock a command carries."""
+STOP_ACTIONS: tuple[Action, ...] = ("disarm", "hold")
+"""Actions that are obeyed with any boot id and expiry."""
 DEVICE_CAUSES = ("alarm", "lost_link")
 """Causes from which a device must also recover."""
 
@@ -84,7 +84,7 @@ class SafetyState:
         Raises:
             CommandRejected: It is not, or it has.
         """
-        if command.action in STOPS:
+        if command.action in STOP_ACTIONS:
             return
         if command.boot != self.boot:
             raise CommandRejected(

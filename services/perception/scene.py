@@ -14,8 +14,8 @@ from lariat.geometry.obstacles import Obstacle
 from shared.scenario import Event
 
 MAX_ROPE_OVERLAP = 0.002
-"""Overlap with the rope up to which an obstacle is accepted [m]: the error of an estimated rope
-that touches it."""
+"""Overlap with the rope up to which an obstacle is accepted [m]; a touching rope may overlap it by
+the error of its estimate."""
 
 
 class SceneChangeRefused(ValueError):

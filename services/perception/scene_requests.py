@@ -14,7 +14,7 @@ log = logging.getLogger(__name__)
 
 
 class SceneRequests:
-    """Applies requests to a scene and reports it, with the answer to the last request."""
+    """Applies requests to a scene, and creates its message with the answer to the last request."""
 
     def __init__(self, scene: ObstacleScene) -> None:
         self._scene = scene

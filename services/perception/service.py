@@ -66,7 +66,7 @@ class PerceptionService:
             scenario.rope.node_count,
             GRAVITY * scenario.rope.linear_density / self._properties.bending_stiffness,
         )
-        # Obstacles with a marker are observed: events move only the others.
+        # Events do not move obstacles with a marker: their poses are measured.
         events = [e for e in scenario.events if e.move_obstacle not in scenario.marked_obstacles]
         self._scene = ObstacleScene(scenario.bodies, events, self._rope.radius)
         self._requests = SceneRequests(self._scene)
@@ -159,7 +159,7 @@ class PerceptionService:
         return masked, images[1]
 
     def _calibrated_tracker(self) -> RopeTracker:
-        """Tracker of the newest calibration, which begins anew when that changes."""
+        """Tracker for the newest calibration; a changed calibration creates a new one."""
         intrinsics = self._view.intrinsics
         assert intrinsics is not None
         if self._tracker is None or self._tracked_calibration != self._view.calibration_count:
@@ -241,7 +241,7 @@ def build(scenario: Scenario, session: str) -> PerceptionService:
 
 
 def _marker_obstacles(scenario: Scenario) -> MarkerObstacles | None:
-    """Observer of the scenario's markers; None when nothing carries one."""
+    """Tracker of the scenario's marked obstacles; None when nothing carries a marker."""
     marked = scenario.marked_obstacles
     if not marked and scenario.sensing.flange_marker is None:
         return None

@@ -13,7 +13,7 @@ from services.perception.centerline import kernels
 
 @dataclass(frozen=True)
 class FitSettings:
-    """Noise of the measurements, priors of the shape, and convergence."""
+    """Measurement noise, shape priors and convergence."""
 
     ray_sigma: float = 0.35
     """Standard deviation of a ridge point across the rope [pixels]; neighbours share pixels."""
@@ -24,7 +24,7 @@ class FitSettings:
     curvature_change_sigma: float = 700.0
     """Standard deviation of the derivative of curvature along the rope [1/m^2]."""
     tolerance: float = 1e-5
-    """Largest step of a node at which the iteration has converged [m]."""
+    """Largest step of a node below which the iteration has converged [m]."""
     max_iterations: int = 30
     """Largest number of Gauss-Newton iterations."""
 
@@ -38,7 +38,7 @@ class Fit:
     sigma: Float64[np.ndarray, "n"]
     """Standard deviation of each position, all directions together [m]."""
     support: Float64[np.ndarray, "n"]
-    """Number of ranges that support each node, outliers excluded by their weight."""
+    """Sum of the robust weights of the ranges around each node; outliers hardly count."""
     misfit: float
     """Root mean square of the residuals over their standard deviations [-]."""
     outliers: float
@@ -67,10 +67,10 @@ class ChainFit:
         self._edge = length / (node_count - 1)
         self._weight_over_stiffness = weight_over_stiffness
         self._matrix = np.zeros((3 * node_count, kernels.BANDWIDTH))
-        self._right_side = np.zeros(3 * node_count)
+        self._rhs = np.zeros(3 * node_count)
         self._support = np.zeros(node_count)
         self._variance = np.zeros(node_count)
-        self._report = np.zeros(4)
+        self._statistics = np.zeros(4)
 
     def solve(
         self,
@@ -99,10 +99,10 @@ class ChainFit:
             np.ascontiguousarray(eye, dtype=np.float64),
             np.ascontiguousarray(anchors),
             self._matrix,
-            self._right_side,
+            self._rhs,
             self._support,
             self._variance,
-            self._report,
+            self._statistics,
             edge,
             s.edge_sigma,
             s.curvature_sigma * edge**2,
@@ -111,7 +111,7 @@ class ChainFit:
             s.tolerance,
             s.max_iterations,
         )
-        cost, count, outliers, _ = self._report
+        cost, count, outliers, _ = self._statistics
         ranges = max(1, int(np.count_nonzero(samples[:, 3] > 0.0)))
         return Fit(
             nodes,

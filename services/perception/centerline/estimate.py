@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 MAX_DOUBT = 0.3
-"""Doubt from which an estimate contradicts its image: no node counts as observed, every standard
-deviation is wide, and the estimate is no prior for the next frame."""
+"""Doubt [-] above which an estimate contradicts its image: no node counts as observed, all standard
+deviations are large, and the estimate is not used as the next frame's prior."""
 
 
 @dataclass(frozen=True)

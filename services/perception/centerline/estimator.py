@@ -63,7 +63,8 @@ class CenterlineEstimator:
             left: Grip that holds the left end; None when it is free or unknown.
             right: Grip that holds the right end.
             prior: Expected shape: the last estimate or a prediction.
-            fallback_prior: Expected shape that is computed only where the image leaves doubt.
+            fallback_prior: Function that returns an expected shape; called only where the image
+                leaves doubt.
             bias: Bias of every depth [m].
         """
         view = self._observer.observe(color, depth, bias)
@@ -124,7 +125,7 @@ class CenterlineEstimator:
     def _wrong_topology_sigma(
         self, left: Pose | None, right: Pose | None
     ) -> Float64[np.ndarray, "n"]:
-        """Standard deviation of every node in a wrong topology [m]."""
+        """Standard deviation of every node if the topology is wrong [m]."""
         along = np.linspace(0.0, self.rope.length, self.rope.node_count)
         ratio = self.settings.hypotheses.wrong_topology_sigma
         sigma = np.full(len(along), ratio * self.rope.length)

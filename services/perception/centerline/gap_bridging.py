@@ -34,13 +34,13 @@ def join_segments(
     Returns:
         Points of the curve [m], and for each segment the position of its points along it, in 0..1.
     """
-    stops = [segment_ends(p) for p in segments]
+    ends = [segment_ends(p) for p in segments]
     gaps: list[tuple[End, End]] = []
     if left is not None:
-        gaps.append((grip_end(left), stops[0][0]))
-    gaps += [(a[1], b[0]) for a, b in itertools.pairwise(stops)]
+        gaps.append((grip_end(left), ends[0][0]))
+    gaps += [(a[1], b[0]) for a, b in itertools.pairwise(ends)]
     if right is not None:
-        gaps.append((stops[-1][1], grip_end(right)))
+        gaps.append((ends[-1][1], grip_end(right)))
     chords = [float(np.linalg.norm(b[0] - a[0])) for a, b in gaps]
     visible = sum(polylines.length(p) for p in segments)
     missing = (
@@ -49,12 +49,12 @@ def join_segments(
     share = missing / max(sum(chords), 1e-9)
     bridges = [_bridge(*a, *b, c * (1.0 + share)) for (a, b), c in zip(gaps, chords, strict=True)]
     parts: list[Points] = []
-    spots: list[slice] = []
+    spans: list[slice] = []
     count = 0
-    # The part out of view lies beyond both free ends, half of it beyond each.
+    # The hidden length lies beyond the free ends, in equal parts.
     beyond = hidden_end_length(segments, left, right, length)
     if left is None:
-        point, tangent = stops[0][0]
+        point, tangent = ends[0][0]
         parts.append((point - beyond * tangent)[None])
         count += 1
     for k, segment in enumerate(segments):
@@ -63,16 +63,16 @@ def join_segments(
             parts.append(bridge)
             count += len(bridge)
         parts.append(segment)
-        spots.append(slice(count, count + len(segment)))
+        spans.append(slice(count, count + len(segment)))
         count += len(segment)
     if right is not None:
         parts.append(bridges[-1])
     else:
-        point, tangent = stops[-1][1]
+        point, tangent = ends[-1][1]
         parts.append((point + beyond * tangent)[None])
     curve = np.concatenate(parts)
     s = polylines.arc_lengths(curve)
-    return curve, [s[spot] / s[-1] for spot in spots]
+    return curve, [s[span] / s[-1] for span in spans]
 
 
 def hidden_end_length(
@@ -85,17 +85,17 @@ def hidden_end_length(
     free = (left is None) + (right is None)
     if free == 0:
         return 0.0
-    stops = [p[0] for p in segments] + [segments[-1][-1]]
+    ends = [p[0] for p in segments] + [segments[-1][-1]]
     gaps = sum(float(np.linalg.norm(b[0] - a[-1])) for a, b in itertools.pairwise(segments))
     if left is not None:
-        gaps += float(np.linalg.norm(stops[0] - left.position))
+        gaps += float(np.linalg.norm(ends[0] - left.position))
     if right is not None:
-        gaps += float(np.linalg.norm(stops[-1] - right.position))
+        gaps += float(np.linalg.norm(ends[-1] - right.position))
     return max(0.0, length - gaps - sum(polylines.length(p) for p in segments)) / free
 
 
 def _bridge(a: np.ndarray, ta: np.ndarray, b: np.ndarray, tb: np.ndarray, length: float) -> Points:
-    """Inner points of a cubic from a to b along both tangents, of a given length if possible."""
+    """Inner points of a cubic Hermite curve from a to b, of a given length if possible [m]."""
     t = np.linspace(0.0, 1.0, BRIDGE_POINTS + 2)[1:-1, None]
     value, rise, fall = t * t * (3.0 - 2.0 * t), t * (t - 1.0) ** 2, t * t * (t - 1.0)
 

@@ -30,9 +30,10 @@ class InitialChain:
     nodes: Float64[np.ndarray, "n 3"]
     """Node positions [m]."""
     edges: tuple[tuple[int, np.ndarray], ...]
-    """Segments, and for each of their points the edge on which it lies; -1: on none."""
+    """Index of each segment, and for each of its points the edge of the chain on which it lies; -1:
+    none."""
     prior: ShapePrior | None
-    """Expected shape that it rests on."""
+    """Expected shape from which it was made; None where there is none."""
     sliding: float = 0.0
     """Standard deviation of a shift of the whole rope along itself [m]."""
 
@@ -51,12 +52,12 @@ def initial_chains(
     Args:
         view: Segments in the frame.
         rope: Length and number of nodes.
-        reach: Distance from a prior above which a segment does not belong to it [m], beside two of
-            the prior's standard deviations.
+        reach: Distance from a prior above which a segment does not belong to it [m], in addition
+            to two of the prior's standard deviations.
         left: Grip of the left end; None when it is free or unknown.
         right: Grip of the right end.
         prior: Expected shape.
-        fallback_prior: Expected shape that is asked for last.
+        fallback_prior: Function that returns an expected shape; it is called last.
     """
     if prior is not None:
         yield from _from_prior(view, rope, reach, prior, left, right)
@@ -76,7 +77,7 @@ def _from_prior(
     left: Pose | None,
     right: Pose | None,
 ) -> Iterator[InitialChain]:
-    """Chains that a prior suggests: by whole segments, and by single points."""
+    """Chains with segments assigned by a prior: first whole segments, then single points."""
     reach = reach + 2.0 * float(np.max(prior.sigma))
     order = order_by_prior(prior.positions, view.points, reach)
     if order.indices:
@@ -113,7 +114,7 @@ def _from_order(
     )
     sliding = 0.0
     if left is None and right is None:
-        # The rope may lie anywhere along itself that leaves its ends out of view.
+        # The rope may be shifted along itself as long as its ends stay out of view.
         hidden = hidden_end_length(segments, None, None, rope.length)
         sliding = hidden / UNIFORM_HALF_WIDTH
     return InitialChain(polylines.resample(curve, n), edges, prior, sliding)

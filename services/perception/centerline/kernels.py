@@ -1,10 +1,10 @@
 """Compiled Gauss-Newton fit of an inextensible chain to rays and ranges.
 
 The unknowns are the positions of n nodes. Every sample is a ray, with or without a measured range
-to the rope's surface. What it says about the axis is split into a lateral part (perpendicular to
-ray and rope) and a part in the plane of ray and rope, perpendicular to the rope, so that neither
-constrains the position along the rope. The normal equations are banded: third differences couple
-four neighbouring nodes.
+to the rope's surface. It constrains the axis in two directions perpendicular to the rope: the
+lateral one, perpendicular to the ray as well, and the depth direction in the plane of ray and rope.
+Neither constrains the position along the rope. The normal equations are banded: third differences
+couple four neighbouring nodes.
 """
 
 import taichi as ti
@@ -12,19 +12,19 @@ import taichi as ti
 BANDWIDTH = 12
 """Stored diagonals of the symmetric matrix, the main one included: four nodes of three."""
 EASED_ITERATIONS = 6.0
-"""Number of first iterations in which lengths and outliers count less."""
+"""Number of iterations at the start in which lengths and outliers have less influence."""
 EASED_EDGE_SIGMA = 1e-3
 """Standard deviation that is added to the edges' lengths in the first iteration [m]."""
 EASED_OUTLIER_FACTOR = 6.0
-"""Increase of the outlier scale in the first iteration."""
+"""Amount that is added to the outlier scale of one in the first iteration."""
 OUTLIER_SIGMAS = 3.0
 """Scale of the robust weight (1 + (r / s)^2)^-2 [standard deviations]."""
 OUTLIER_WEIGHT = 0.3
 """Robust weight below which a range counts as an outlier."""
 SEARCH_REACH = 3
-"""Number of segments on both sides of a sample's last one that are searched for the nearest."""
+"""Number of segments on both sides of a sample's last one among which the nearest is searched."""
 RANGE_DISCOUNT = 0.96
-"""Share of the squared gap along the ray that is ignored in that search: ranges are noisier."""
+"""Share of the squared distance along the ray that this search ignores: ranges are noisier."""
 MAX_OVERSHOOT = 0.3
 """Overshoot beyond the chain's ends from which a sample is ignored [segments]."""
 MIN_SINE = 0.05
@@ -42,7 +42,7 @@ def node(nodes: ti.template(), i: ti.i32):
 
 @ti.func
 def add_difference(
-    matrix: ti.template(), right: ti.template(), first: ti.i32, order: ti.i32, residual, weight
+    matrix: ti.template(), rhs: ti.template(), first: ti.i32, order: ti.i32, residual, weight
 ):
     """Add weight |residual + sum_k c_k dx_(first + k)|^2 of a finite difference of some order."""
     c = ti.Vector([1.0, -2.0, 1.0, 0.0], dt=ti.f64)
@@ -55,17 +55,17 @@ def add_difference(
             for k in ti.static(range(3)):
                 matrix[3 * (first + a) + k, 3 * (a - b)] += weight * c[a] * c[b]
         for k in ti.static(range(3)):
-            right[3 * (first + a) + k] -= weight * c[a] * residual[k]
+            rhs[3 * (first + a) + k] -= weight * c[a] * residual[k]
 
 
 @ti.func
 def add_direction(
-    matrix: ti.template(), right: ti.template(), i: ti.i32, ca: ti.f64, cb: ti.f64, n, value, weight
+    matrix: ti.template(), rhs: ti.template(), i: ti.i32, ca: ti.f64, cb: ti.f64, n, value, weight
 ):
     """Add weight (value + n.(ca dx_i + cb dx_(i + 1)))^2."""
     for k in ti.static(range(3)):
-        right[3 * i + k] -= weight * ca * n[k] * value
-        right[3 * i + 3 + k] -= weight * cb * n[k] * value
+        rhs[3 * i + k] -= weight * ca * n[k] * value
+        rhs[3 * i + 3 + k] -= weight * cb * n[k] * value
         for m in ti.static(range(3)):
             if ti.static(m <= k):
                 matrix[3 * i + k, k - m] += weight * ca * ca * n[k] * n[m]
@@ -78,18 +78,18 @@ def add_sample(
     nodes: ti.template(),
     samples: ti.template(),
     segments: ti.template(),
-    o,
+    center,
     matrix: ti.template(),
-    right: ti.template(),
+    rhs: ti.template(),
     support: ti.template(),
-    report: ti.template(),
+    statistics: ti.template(),
     m: ti.i32,
     scale: ti.f64,
 ):
     """Assign sample m to its nearest segment and add its lateral and range residuals."""
     n = nodes.shape[0]
-    d = ti.Vector([samples[m, 0], samples[m, 1], samples[m, 2]], dt=ti.f64)
-    rho, below = samples[m, 3], samples[m, 4]
+    ray = ti.Vector([samples[m, 0], samples[m, 1], samples[m, 2]], dt=ti.f64)
+    surface_range, axis_depth = samples[m, 3], samples[m, 4]
     guess = segments[m]
     best = 1e30
     chosen = guess
@@ -97,14 +97,14 @@ def add_sample(
     for j in range(ti.max(0, guess - SEARCH_REACH), ti.min(n - 1, guess + SEARCH_REACH + 1)):
         a = node(nodes, j)
         e = node(nodes, j + 1) - a
-        reach = rho + below
-        if rho <= 0.0:
-            reach = (a + 0.5 * e - o).dot(d)
-        p = o + reach * d
+        reach = surface_range + axis_depth
+        if surface_range <= 0.0:
+            reach = (a + 0.5 * e - center).dot(ray)
+        p = center + reach * ray
         s = (p - a).dot(e) / e.dot(e)
         clamped = ti.min(1.0, ti.max(0.0, s))
         gap = p - a - clamped * e
-        along = gap.dot(d)
+        along = gap.dot(ray)
         distance = gap.dot(gap) - RANGE_DISCOUNT * along * along
         if distance < best:
             best = distance
@@ -119,38 +119,38 @@ def add_sample(
         a = node(nodes, chosen)
         e = node(nodes, chosen + 1) - a
         t = e.normalized()
-        across = t.cross(d)
+        across = t.cross(ray)
         sine = across.norm()
         if sine > MIN_SINE:
             lateral = across / sine
-            deep = lateral.cross(t)
-            if deep.dot(d) < 0.0:
-                deep = -deep
-            on = a + s * e
-            reach = (on - o).dot(d)
+            depth = lateral.cross(t)
+            if depth.dot(ray) < 0.0:
+                depth = -depth
+            foot = a + s * e
+            reach = (foot - center).dot(ray)
             if samples[m, 6] > 0.0:
                 sigma = samples[m, 6] * reach
-                value = lateral.dot(on - o - reach * d)
+                value = lateral.dot(foot - center - reach * ray)
                 ratio = value / (OUTLIER_SIGMAS * scale * sigma)
-                trust = 1.0 / ((1.0 + ratio * ratio) * (1.0 + ratio * ratio))
-                weight = trust / (sigma * sigma)
-                add_direction(matrix, right, chosen, 1.0 - s, s, lateral, value, weight)
-                report[0] += trust * value * value / (sigma * sigma)
-                report[1] += trust
-            if rho > 0.0:
-                # At a slant, a range says less about the perpendicular distance.
+                robust = 1.0 / ((1.0 + ratio * ratio) * (1.0 + ratio * ratio))
+                weight = robust / (sigma * sigma)
+                add_direction(matrix, rhs, chosen, 1.0 - s, s, lateral, value, weight)
+                statistics[0] += robust * value * value / (sigma * sigma)
+                statistics[1] += robust
+            if surface_range > 0.0:
+                # The error of the perpendicular distance is that of the range, projected on it.
                 sigma = samples[m, 5] * sine
-                value = deep.dot(on - o - rho * d) - below
+                value = depth.dot(foot - center - surface_range * ray) - axis_depth
                 ratio = value / (OUTLIER_SIGMAS * scale * sigma)
-                trust = 1.0 / ((1.0 + ratio * ratio) * (1.0 + ratio * ratio))
-                weight = trust / (sigma * sigma)
-                add_direction(matrix, right, chosen, 1.0 - s, s, deep, value, weight)
-                report[0] += trust * value * value / (sigma * sigma)
-                report[1] += trust
-                if trust < OUTLIER_WEIGHT:
-                    report[2] += 1.0
-                support[chosen] += trust * (1.0 - s)
-                support[chosen + 1] += trust * s
+                robust = 1.0 / ((1.0 + ratio * ratio) * (1.0 + ratio * ratio))
+                weight = robust / (sigma * sigma)
+                add_direction(matrix, rhs, chosen, 1.0 - s, s, depth, value, weight)
+                statistics[0] += robust * value * value / (sigma * sigma)
+                statistics[1] += robust
+                if robust < OUTLIER_WEIGHT:
+                    statistics[2] += 1.0
+                support[chosen] += robust * (1.0 - s)
+                support[chosen + 1] += robust * s
 
 
 @ti.func
@@ -158,7 +158,7 @@ def add_priors(
     nodes: ti.template(),
     anchors: ti.template(),
     matrix: ti.template(),
-    right: ti.template(),
+    rhs: ti.template(),
     i: ti.i32,
     edge: ti.f64,
     sigma_edge: ti.f64,
@@ -166,24 +166,24 @@ def add_priors(
     weight_down: ti.f64,
     sigma_change: ti.f64,
 ):
-    """Add the anchor of node i, its weight, and the bending and length that begin at it."""
+    """Add the anchor and weight of node i, and the bending and length terms that begin at it."""
     n = nodes.shape[0]
     if anchors[i, 3] > 0.0:
         gap = node(nodes, i) - node(anchors, i)
-        add_difference(matrix, right, i, 0, gap, 1.0 / (anchors[i, 3] * anchors[i, 3]))
-    right[3 * i + 2] -= weight_down
+        add_difference(matrix, rhs, i, 0, gap, 1.0 / (anchors[i, 3] * anchors[i, 3]))
+    rhs[3 * i + 2] -= weight_down
     if i + 2 < n:
         bend = node(nodes, i) - 2.0 * node(nodes, i + 1) + node(nodes, i + 2)
-        add_difference(matrix, right, i, 2, bend, 1.0 / (sigma_curve * sigma_curve))
+        add_difference(matrix, rhs, i, 2, bend, 1.0 / (sigma_curve * sigma_curve))
     if i + 3 < n:
         change = node(nodes, i + 3) - 3.0 * node(nodes, i + 2)
         change += 3.0 * node(nodes, i + 1) - node(nodes, i)
-        add_difference(matrix, right, i, 3, change, 1.0 / (sigma_change * sigma_change))
+        add_difference(matrix, rhs, i, 3, change, 1.0 / (sigma_change * sigma_change))
     if i + 1 < n:
         e = node(nodes, i + 1) - node(nodes, i)
         length = e.norm()
         t = e / length
-        add_direction(matrix, right, i, -1.0, 1.0, t, length - edge, 1.0 / sigma_edge**2)
+        add_direction(matrix, rhs, i, -1.0, 1.0, t, length - edge, 1.0 / sigma_edge**2)
         # A stretched edge resists rotation; without this term a hanging part converges slowly.
         pull = ti.max(0.0, (length - edge) / (length * sigma_edge**2))
         for k in ti.static(range(3)):
@@ -217,26 +217,26 @@ def factorize(matrix: ti.template()):
 
 
 @ti.func
-def solve_factorized(matrix: ti.template(), right: ti.template()):
-    """Overwrite the right side with the solution of L L^T x = right."""
+def solve_factorized(matrix: ti.template(), rhs: ti.template()):
+    """Overwrite the right-hand side with the solution of L L^T x = rhs."""
     size = matrix.shape[0]
     for i in range(size):
-        total = right[i]
+        total = rhs[i]
         for k in range(1, BANDWIDTH):
             if i - k >= 0:
-                total -= matrix[i, k] * right[i - k]
-        right[i] = total / matrix[i, 0]
+                total -= matrix[i, k] * rhs[i - k]
+        rhs[i] = total / matrix[i, 0]
     for r in range(size):
         i = size - 1 - r
-        total = right[i]
+        total = rhs[i]
         for k in range(1, BANDWIDTH):
             if i + k < size:
-                total -= matrix[i + k, k] * right[i + k]
-        right[i] = total / matrix[i, 0]
+                total -= matrix[i + k, k] * rhs[i + k]
+        rhs[i] = total / matrix[i, 0]
 
 
 @ti.func
-def position_variances(matrix: ti.template(), right: ti.template(), variance: ti.template()):
+def position_variances(matrix: ti.template(), rhs: ti.template(), variance: ti.template()):
     """Write the trace of every node's covariance: one solve for each coordinate."""
     size = matrix.shape[0]
     for i in range(variance.shape[0]):
@@ -246,9 +246,9 @@ def position_variances(matrix: ti.template(), right: ti.template(), variance: ti
             total = 1.0 if i == c else 0.0
             for k in range(1, BANDWIDTH):
                 if i - k >= c:
-                    total -= matrix[i, k] * right[i - k]
-            right[i] = total / matrix[i, 0]
-            variance[c // 3] += right[i] * right[i]
+                    total -= matrix[i, k] * rhs[i - k]
+            rhs[i] = total / matrix[i, 0]
+            variance[c // 3] += rhs[i] * rhs[i]
 
 
 @ti.kernel
@@ -259,10 +259,10 @@ def fit(
     eye: vector_f64,
     anchors: matrix_f64,
     matrix: matrix_f64,
-    right: vector_f64,
+    rhs: vector_f64,
     support: vector_f64,
     variance: vector_f64,
-    report: vector_f64,
+    statistics: vector_f64,
     edge: ti.f64,
     sigma_edge: ti.f64,
     sigma_curve: ti.f64,
@@ -280,13 +280,14 @@ def fit(
         samples: (m, 7): unit ray, range to the surface [m] (0: none), depth of the axis below the
             surface [m], standard deviation of the range [m], standard deviation of the ray [rad]
             (0: none).
-        segments: (m,) segment on which every sample is assumed to lie, updated.
+        segments: (m,) index of the segment on which every sample is assumed to lie, updated.
         eye: Centre of projection [m].
         anchors: (n, 4) expected position of each node and its standard deviation [m]; 0: none.
-        matrix, right: Scratch (3n, BANDWIDTH), (3n,).
+        matrix: Scratch (3n, BANDWIDTH).
+        rhs: Scratch (3n,).
         support: (n,) weighted number of ranges around every node, written.
         variance: (n,) trace of every node's covariance [m^2], written.
-        report: Sum of squared normalised residuals, their count, outliers, iterations; written.
+        statistics: Sum of squared normalised residuals, their count, outliers, iterations; written.
         edge: Length of every edge [m].
         sigma_edge: Standard deviation of the edges' lengths [m].
         sigma_curve: Standard deviation of second differences [m].
@@ -296,7 +297,7 @@ def fit(
         iterations: Largest number of iterations.
     """
     n = nodes.shape[0]
-    o = ti.Vector([eye[0], eye[1], eye[2]], dt=ti.f64)
+    center = ti.Vector([eye[0], eye[1], eye[2]], dt=ti.f64)
     for _ in range(1):
         done = False
         iteration = 0
@@ -305,24 +306,26 @@ def fit(
             stiff = sigma_edge + ease * ease * EASED_EDGE_SIGMA
             scale = 1.0 + EASED_OUTLIER_FACTOR * ease
             for i in range(3 * n):
-                right[i] = 0.0
+                rhs[i] = 0.0
                 for k in range(BANDWIDTH):
                     matrix[i, k] = 0.0
                 # Keeps the system regular where nothing else constrains a node.
                 matrix[i, 0] = 1.0
             for i in range(n):
                 support[i] = 0.0
-            report[0] = 0.0
-            report[1] = 0.0
-            report[2] = 0.0
+            statistics[0] = 0.0
+            statistics[1] = 0.0
+            statistics[2] = 0.0
             for m in range(samples.shape[0]):
-                add_sample(nodes, samples, segments, o, matrix, right, support, report, m, scale)
+                add_sample(
+                    nodes, samples, segments, center, matrix, rhs, support, statistics, m, scale
+                )
             for i in range(n):
                 add_priors(
                     nodes,
                     anchors,
                     matrix,
-                    right,
+                    rhs,
                     i,
                     edge,
                     stiff,
@@ -331,10 +334,10 @@ def fit(
                     sigma_change,
                 )
             factorize(matrix)
-            solve_factorized(matrix, right)
+            solve_factorized(matrix, rhs)
             largest = 0.0
             for i in range(n):
-                step = ti.Vector([right[3 * i], right[3 * i + 1], right[3 * i + 2]], dt=ti.f64)
+                step = ti.Vector([rhs[3 * i], rhs[3 * i + 1], rhs[3 * i + 2]], dt=ti.f64)
                 # Far from the solution the linearised lengths mislead.
                 step *= ti.min(1.0, edge / ti.max(step.norm(), 1e-12))
                 largest = ti.max(largest, step.norm())
@@ -344,5 +347,5 @@ def fit(
             iteration += 1
             done = iteration == iterations or (iteration > 7 and largest < tolerance)
             if done:
-                report[3] = iteration
-                position_variances(matrix, right, variance)
+                statistics[3] = iteration
+                position_variances(matrix, rhs, variance)

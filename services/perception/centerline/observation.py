@@ -1,4 +1,4 @@
-"""Visible segments of the rope in one frame, before it is known in which order they lie."""
+"""Visible segments of the rope in one frame, not yet ordered along the rope."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class FrameObserver:
         if color.shape[:2] != (i.height, i.width) or depth.shape != (i.height, i.width):
             return (
                 f"images are {color.shape[1]} x {color.shape[0]} and {depth.shape[1]} x "
-                f"{depth.shape[0]}, the calibration says {i.width} x {i.height}"
+                f"{depth.shape[0]}, but the calibration is for {i.width} x {i.height}"
             )
         whole = round(1e3 * bias)
         if whole:

@@ -8,9 +8,11 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 SIGMA_OVER_BULGE = 0.15
-"""Standard deviation of a hidden stretch over the bulge that its length allows: loops are rare."""
+"""Standard deviation of a hidden stretch, relative to the bulge that its length allows; small,
+since loops are rare."""
 FOLD_FACTOR = 3.0
-"""Increase of that ratio where both ends of the stretch meet: a fold may point in any direction."""
+"""Relative increase of that ratio where both ends of the stretch coincide: the direction of a fold
+is unknown."""
 
 
 def occlusion_uncertainty(

@@ -1,7 +1,7 @@
 """Consistency of a chain with the image and the depth that it was fitted to.
 
-A chain that leaves rope pixels unexplained, or that runs where the camera sees through it, has the
-wrong topology however well it fits its own points.
+A chain that leaves rope pixels unexplained, or that passes in front of measured background, has the
+wrong topology even if it fits its own points well.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from services.perception.centerline.ridge import sample_depth
 from services.perception.centerline.segmentation import Region
 
 SEE_THROUGH_DEPTH = 0.02
-"""Depth behind the chain from which the camera sees through it [m]."""
+"""Distance behind the chain beyond which a measured depth contradicts it [m]."""
 OCCLUDING_DEPTH = 0.02
-"""Depth in front of the chain from which something else hides it [m]."""
+"""Distance in front of the chain beyond which a measured depth belongs to an occluder [m]."""
 EXPLAINING_HIDDEN_SHARE = 0.15
-"""Hidden share of the chain from which all unexplained pixels count as doubt."""
+"""Hidden share of the chain above which unexplained pixels count as doubt in full."""
 TOLERATED_UNEXPLAINED_SHARE = 0.04
-"""Unexplained share of the rope pixels that is worth a doubt of one."""
+"""Unexplained share of the rope pixels that corresponds to a doubt of one."""
 TOLERATED_CONTRADICTED_SHARE = 0.05
-"""Contradicted share of the chain that is worth a doubt of one."""
+"""Contradicted share of the chain that corresponds to a doubt of one."""
 SUBPIXEL_BITS = 4
 """Fractional bits of the fixed-point coordinates of drawn lines."""
 
@@ -38,16 +38,16 @@ class ReprojectionConsistency:
     unexplained: float
     """Share of the rope pixels away from the chain."""
     contradicted: float
-    """Share of the chain behind which the camera sees something."""
+    """Share of the chain behind which the camera measures background."""
     covered: float
-    """Share of the chain in front of which the camera sees something."""
+    """Share of the chain in front of which the camera measures another object."""
 
     def doubt(self, hidden: float) -> float:
         """Return 0 for a consistent chain, 1 and more for a wrong one.
 
         Args:
-            hidden: Share of the chain that was not observed. A rope that is visible from end to end
-                has no part left to explain further pixels: they show something else.
+            hidden: Share of the chain that was not observed. Further rope pixels beside a rope
+                that is visible from end to end belong to something else.
         """
         share = min(1.0, hidden / EXPLAINING_HIDDEN_SHARE)
         return (

@@ -16,9 +16,9 @@ SMOOTHING_HALF_WINDOW = 5
 DEPTH_HALF_WINDOW = 8
 """Half the window along a strand from which its robust depth is taken [pixels]."""
 DEPTH_QUANTILE = 0.35
-"""Quantile of the depths in that window: mixed pixels are too far, so it is below the median."""
+"""Quantile of the depths in that window: below the median, since mixed pixels are too far away."""
 MIN_DEPTH_COUNT = 3
-"""Number of depths in the window up to which there is no robust depth."""
+"""Number of depths in that window that must be exceeded for a robust depth."""
 PROFILE_MARGIN = 2.5
 """Margin of the brightness profile beyond the rope's flanks [pixels]."""
 PROFILE_FLOOR = 0.4

@@ -15,28 +15,29 @@ from lariat.geometry.poses import Pose
 MAX_PERMUTED_SEGMENTS = 4
 """Number of segments, longest first, of which all orders are compared."""
 MAX_RIVAL_ORDERS = 3
-"""Number of orders that are worth a fit."""
+"""Largest number of orders that are fitted."""
 RIVAL_COST_FACTOR, RIVAL_COST_OFFSET = 1.5, 0.03
-"""Cost of an order up to which it rivals the best one: factor on the cost of that plus offset [m].
-"""
+"""Factor [-] and offset [m]: an order rivals the best one if its cost is below factor times the
+best cost plus offset."""
 EXCESS_LENGTH_WEIGHT = 10.0
-"""Cost of an order per length by which it exceeds the rope's."""
+"""Weight of the length by which an order exceeds the rope's length [-]."""
 LENGTH_TOLERANCE = 1.03
 """Factor on the rope's length up to which an order does not exceed it."""
 WRONG_SIDE_COST = 1e-3
-"""Cost of a left end with the larger x where no grip is known [m]."""
+"""Cost of an order whose left end has the larger x, where no grip is known [m]."""
 MAX_TURNING_LENGTH = 0.05
-"""Length of a gap above which turning against its chord costs no more [m]."""
+"""Length of a gap above which the cost of turning against its chord is constant [m]."""
 BENDING_LENGTH = 0.02
-"""Length of gap that a turn from end to end by 90 degrees is worth [m]."""
+"""Cost of a turn by 90 degrees between both ends of a gap [m]."""
 HEADING_POINTS = 12
 """Number of points over which the direction of a segment's end is taken."""
 MAX_COMPARED_POINTS = 40
 """Approximate number of points of a segment that are compared with a prior."""
 
 Points = Float64[np.ndarray, "k 3"]
+"""Points along a segment, in order [m]."""
 End = tuple[Float64[np.ndarray, "3"], Float64[np.ndarray, "3"]]
-"""Position [m] and unit tangent along the rope."""
+"""End of a segment: position [m] and unit tangent along the rope."""
 
 
 @dataclass(frozen=True)
@@ -64,10 +65,10 @@ def order_by_prior(
     at = np.linspace(0.0, s[-1], len(dense))
     found: list[tuple[float, int, bool]] = []
     for index, points in enumerate(segments):
-        some = points[:: max(1, len(points) // MAX_COMPARED_POINTS)]
-        distances = np.linalg.norm(some[:, None] - dense[None], axis=2)
+        sampled = points[:: max(1, len(points) // MAX_COMPARED_POINTS)]
+        distances = np.linalg.norm(sampled[:, None] - dense[None], axis=2)
         nearest = np.argmin(distances, axis=1)
-        if np.mean(distances[np.arange(len(some)), nearest]) > reach:
+        if np.mean(distances[np.arange(len(sampled)), nearest]) > reach:
             continue
         along = at[nearest]
         trend = float((along - along.mean()) @ np.arange(len(along)))
@@ -87,12 +88,12 @@ def order_by_gaps(
         right: Grip of the right end.
         length: Length of the rope [m]; longer orders are accepted only where nothing else fits.
     """
-    few = list(range(min(len(segments), MAX_PERMUTED_SEGMENTS)))
+    permuted = list(range(min(len(segments), MAX_PERMUTED_SEGMENTS)))
     lengths = [polylines.length(p) for p in segments]
     ends = [segment_ends(p) for p in segments]
     found: list[tuple[float, tuple[int, ...], tuple[bool, ...]]] = []
-    for count in range(1, len(few) + 1):
-        for indices in itertools.permutations(few, count):
+    for count in range(1, len(permuted) + 1):
+        for indices in itertools.permutations(permuted, count):
             for flips in itertools.product((False, True), repeat=count):
                 cost = _order_cost(indices, flips, ends, lengths, left, right, length)
                 if left is None and right is None:
@@ -133,20 +134,20 @@ def _order_cost(
     length: float,
 ) -> float:
     """Cost of an order [m]: its gaps and their turning, unused segments, excess length."""
-    stops: list[End] = []
+    passed: list[End] = []
     if left is not None:
-        stops.append(grip_end(left))
+        passed.append(grip_end(left))
     total, cost = 0.0, 0.0
     for i, flip in zip(indices, flips, strict=True):
         (a, ta), (b, tb) = ends[i]
         start, end = ((b, -tb), (a, -ta)) if flip else ((a, ta), (b, tb))
-        if stops:
-            gap, turning = _gap_cost(*stops[-1], *start)
+        if passed:
+            gap, turning = _gap_cost(*passed[-1], *start)
             total, cost = total + gap, cost + gap + turning
-        stops.append(end)
+        passed.append(end)
         total += lengths[i]
     if right is not None:
-        gap, turning = _gap_cost(*stops[-1], *grip_end(right))
+        gap, turning = _gap_cost(*passed[-1], *grip_end(right))
         total, cost = total + gap, cost + gap + turning
     cost += sum(lengths) - sum(lengths[i] for i in indices)
     cost += EXCESS_LENGTH_WEIGHT * max(0.0, total - LENGTH_TOLERANCE * length)
@@ -159,7 +160,7 @@ def _gap_cost(a: np.ndarray, ta: np.ndarray, b: np.ndarray, tb: np.ndarray) -> t
     length = float(np.linalg.norm(chord))
     direction = chord / (length + 1e-12)
     turning = 2.0 - float(ta @ direction) - float(tb @ direction)
-    # The direction of a gap of a millimetre means nothing.
+    # The chord of a short gap has no reliable direction: its weight grows with its length.
     return length, min(length, MAX_TURNING_LENGTH) * turning + BENDING_LENGTH * (
         1.0 - float(ta @ tb)
     )

@@ -14,7 +14,7 @@ Color = tuple[int, int, int]
 
 @dataclass(frozen=True)
 class ColorLikenessSettings:
-    """Colour table, and search for the threshold between rope and background."""
+    """Colour table, and search of the threshold between rope and background."""
 
     channel_bits: int = 5
     """Bits of each channel that the colour table distinguishes."""

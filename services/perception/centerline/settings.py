@@ -10,15 +10,15 @@ from services.perception.centerline.segmentation import Color
 
 @dataclass(frozen=True)
 class FrameLimits:
-    """Limits within which a frame can show the rope."""
+    """Limits outside of which a frame is rejected."""
 
     max_image_share: float = 0.15
     """Share of the image that rope pixels may cover, if their area exceeds `max_area_ratio` too."""
     max_area_ratio: float = 6.0
-    """Area that rope pixels may cover, relative to the largest area of the rope in the image."""
+    """Area that rope pixels may cover, relative to the area of the whole rope without occlusion."""
     dark_threshold_ratio: float = 0.3
-    """Brightness of the brightest pixel, relative to the threshold, up to which the image is dark
-    and a lower threshold is not suggested."""
+    """Brightness of the brightest pixel, relative to the threshold, up to which the image is too
+    dark for a lower threshold to help."""
     min_visible_share: float = 0.1
     """Share of the rope's length that must be visible."""
     min_depth_pixels: int = 10
@@ -31,7 +31,7 @@ class FrameLimits:
 
 @dataclass(frozen=True)
 class HypothesisSettings:
-    """Choice between hypotheses, and the uncertainty of what the image does not decide."""
+    """Choice between hypotheses, and uncertainty where the image does not decide."""
 
     accepted_doubt: float = 0.15
     """Doubt below which a hypothesis ends the search, if it leaves little of the rope unseen."""
@@ -40,22 +40,22 @@ class HypothesisSettings:
     rival_doubt: float = 0.3
     """Difference of doubt below which two hypotheses cannot be told apart."""
     rival_doubt_per_unseen: float = 2.0
-    """Increase of that difference per unseen share of the rope: the less of it is seen, the more
-    other hypotheses can blame on occlusion."""
+    """Increase of that difference per unseen share of the rope: the less of the rope is seen, the
+    more hypotheses are consistent with the image."""
     max_rival_distance: float = 0.005
     """Distance between a node's positions in rival hypotheses from which it is not observed [m]."""
     min_support_ratio: float = 0.15
     """Number of ranges that an observed node needs, relative to the median of all nodes."""
     hidden_sigma_factor: float = 1.6
-    """Factor on the standard deviation of hidden nodes: their stiffness and motion are unknown."""
+    """Factor on the standard deviation of hidden nodes: stiffness and motion there are unknown."""
     wrong_topology_sigma: float = 0.12
     """Standard deviation of a node in a wrong topology, relative to the rope's length."""
     free_end_sigma: float = 0.002
     """Standard deviation of a visible end that no grip holds [m]: skeletons are shorter than the
     rope by about its radius."""
     prior_reach: float = 0.03
-    """Distance from a prior above which a segment does not belong to it [m], beside two standard
-    deviations of the prior."""
+    """Distance from a prior above which a segment does not belong to it [m], in addition to two
+    standard deviations of the prior."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class CenterlineSettings:
     grip_sigma: float = 0.0003
     """Standard deviation of a grip's position in the camera's frame, due to calibration [m]."""
     grip_tangent_factor: float = 1.5
-    """Factor on that for the node next to a grip, which the grip's direction predicts."""
+    """Factor on `grip_sigma` for the node next to a grip, which lies in the grip's direction."""
     fit: FitSettings = FitSettings()
     frame: FrameLimits = FrameLimits()
     hypotheses: HypothesisSettings = HypothesisSettings()

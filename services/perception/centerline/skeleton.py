@@ -1,4 +1,4 @@
-"""Skeleton of a mask, traced into strands that end where the mask does.
+"""Skeleton of a mask, traced into strands.
 
 Where strands cross, the skeleton has junctions; at each, the branches are paired so that they
 continue as straight as possible. Spurs at thick places are removed.
@@ -17,7 +17,7 @@ NEIGHBOUR_OFFSETS = [(-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0
 """Row and column offsets of a pixel's eight neighbours."""
 
 MIN_STRAND_PIXELS = 5
-"""Length below which a strand has no direction [pixels]."""
+"""Length below which a strand is dropped, since it has no direction [pixels]."""
 MAX_SPUR_WIDTHS = 1.2
 """Length up to which a branch with a free end is a spur [rope widths]."""
 MAX_BRIDGE_WIDTHS = 2.0
@@ -25,8 +25,8 @@ MAX_BRIDGE_WIDTHS = 2.0
 DIRECTION_WIDTHS = 2.5
 """Length over which the direction of a branch at a junction is taken [rope widths]."""
 MAX_PAIR_COSINE = 0.5
-"""Cosine between the outward directions of two branches from which they are no single strand: it
-would turn back by more than 60 degrees."""
+"""Cosine between the outward directions of two branches above which they are not joined: the strand
+would turn by more than 120 degrees."""
 
 Pixel = tuple[int, int]
 """Row and column."""
@@ -146,7 +146,7 @@ def _remove_spurs(branches: list[_Branch], longest: float) -> list[_Branch]:
     for b in kept:
         for end in b.ends:
             degree[end] = degree.get(end, 0) + 1
-    # A junction with fewer than two branches left keeps its spurs: they are the strand's tips.
+    # A junction with fewer than two branches left keeps its spurs: they are the ends of the strand.
     lonely = {k for k, v in degree.items() if k >= 0 and v < 2}
     kept += [b for b in branches if b not in kept and (set(b.ends) & lonely)]
     return kept
@@ -175,33 +175,33 @@ def _pair_branches(branches: list[_Branch], width: float) -> list[list[_Branch]]
             if end >= 0:
                 meeting.setdefault(root(end), []).append((k, side))
     partner: dict[BranchEnd, BranchEnd] = {}
-    for arms in meeting.values():
-        for a, b in _straightest_pairs(arms, solid, width):
+    for meeting_ends in meeting.values():
+        for a, b in _straightest_pairs(meeting_ends, solid, width):
             partner[a], partner[b] = b, a
-        if len(arms) < 3:
-            # Only a spur met them: this is no crossing.
-            for k, side in arms:
+        if len(meeting_ends) < 3:
+            # Without a third branch, this is not a crossing.
+            for k, side in meeting_ends:
                 first, last = solid[k].ends
                 solid[k].ends = (-1, last) if side == 0 else (first, -1)
     return _chain_branches(solid, partner)
 
 
 def _straightest_pairs(
-    arms: list[BranchEnd], branches: list[_Branch], width: float
+    meeting_ends: list[BranchEnd], branches: list[_Branch], width: float
 ) -> list[tuple[BranchEnd, BranchEnd]]:
     """Pairs of branch ends with the least turning, chosen greedily."""
     reach = max(3, round(DIRECTION_WIDTHS * width))
 
-    def outward(arm: BranchEnd) -> tuple[np.ndarray, np.ndarray]:
-        pixels = branches[arm[0]].pixels
-        path = pixels if arm[1] == 0 else pixels[::-1]
+    def outward_direction(branch_end: BranchEnd) -> np.ndarray:
+        pixels = branches[branch_end[0]].pixels
+        path = pixels if branch_end[1] == 0 else pixels[::-1]
         near, far = np.array(path[min(1, len(path) - 1)]), np.array(path[min(reach, len(path) - 1)])
-        return near.astype(float), (far - near) / max(float(np.linalg.norm(far - near)), 1e-9)
+        return (far - near) / max(float(np.linalg.norm(far - near)), 1e-9)
 
-    heads = {arm: outward(arm) for arm in arms}
+    directions = {end: outward_direction(end) for end in meeting_ends}
     ranked = sorted(
-        (float(heads[a][1] @ heads[b][1]), a, b)
-        for a, b in itertools.combinations(arms, 2)
+        (float(directions[a] @ directions[b]), a, b)
+        for a, b in itertools.combinations(meeting_ends, 2)
         if a[0] != b[0]
     )
     taken: set[BranchEnd] = set()

@@ -1,8 +1,8 @@
 """Colour model of a rope in an image, learnt from one piece of it.
 
 The colours of the piece and of its surroundings make two histograms; the logarithm of their ratio
-says how likely every pixel of the image is rope. Highlights, dark flanks and stripes are colours
-like any other. Components much wider, thinner or shorter than the piece are dropped.
+is the log likelihood ratio of rope at every pixel. Highlights, dark flanks and stripes are learnt
+as further colours. Components much wider, thinner or shorter than the piece are dropped.
 """
 
 from __future__ import annotations
@@ -21,23 +21,23 @@ HISTOGRAM_BITS = (5, 6, 6)
 HISTOGRAM_SIGMA = (0.8, 1.6, 1.6)
 """Standard deviation of the histograms' smoothing: light and noise beyond the piece [cells]."""
 MIN_DENSITY = 2e-6
-"""Density of a colour that occurs in neither histogram."""
+"""Density that is added to both histograms, so that unseen colours have a ratio of one [-]."""
 MAX_LOG_RATIO = 4.0
-"""Limit of the log likelihood ratio: no single pixel outweighs its neighbours."""
+"""Limit of the log likelihood ratio, so that no pixel dominates its neighbours [-]."""
 ROPE_LOG_RATIO = 0.8
-"""Log likelihood ratio above which a pixel is rope: background is more frequent."""
+"""Log likelihood ratio above which a pixel is rope; positive, since background is more frequent."""
 NEAR_WEIGHT, FAR_WEIGHT = 0.6, 0.4
 """Weights of the colours beside the piece, and of all others, in the background's histogram."""
 FAR_PIXEL_STRIDE = 7
 """Stride of the pixels far from the piece that enter the histogram [pixels]."""
 MAX_RADIUS_WIDTHS = 1.35
-"""Half width above which a component is no rope [rope widths]."""
+"""Half width above which a region is not rope [rope widths]."""
 MIN_WIDTH_RATIO = 0.45
-"""Width below which a component is no rope, relative to the rope's."""
+"""Width below which a component is not rope [rope widths]."""
 MIN_LENGTH_WIDTHS = 4.0
 """Length below which a component is dropped [rope widths]."""
 SHADOW_MAJORITY = 0.5
-"""Share of a component's skeleton from which a dark component is a dark rope, not a shadow."""
+"""Dark share of a component's skeleton above which it is a dark rope, not one with a shadow."""
 
 
 def learn_rope_mask(
@@ -93,7 +93,7 @@ def _histogram_cells(lab: UInt8[np.ndarray, "h w 3"]) -> np.ndarray:
     """Histogram cell of every pixel."""
     bits = HISTOGRAM_BITS
     cells = (lab[..., 0] >> (8 - bits[0])).astype(np.int32) << (bits[1] + bits[2])
-    # Chroma of photographs keeps to the middle half of its scale.
+    # The chroma of photographs lies in the middle half of its scale.
     a, b = (np.clip(lab[..., k].astype(np.int32) - 64, 0, 127) for k in (1, 2))
     return cells | (a >> (7 - bits[1])) << bits[2] | (b >> (7 - bits[2]))
 
@@ -126,7 +126,7 @@ def _density(cells: np.ndarray) -> np.ndarray:
 def _rope_like(
     mask: UInt8[np.ndarray, "h w"], width: float
 ) -> tuple[UInt8[np.ndarray, "h w"], Bool[np.ndarray, "h w"], Float32[np.ndarray, "h w"]]:
-    """Mask without what is too wide, thin or short, its skeleton, and distances to its outside."""
+    """Mask without too wide, thin or short regions, its skeleton, and its distance transform."""
     radii = cv2.distanceTransform(mask, cv2.DIST_L2, 5)
     wide = (radii > max(MAX_RADIUS_WIDTHS * width, 2.5)).view(np.uint8)
     if np.any(wide):

@@ -1,4 +1,4 @@
-"""Contrast of the components of a rope mask to what lies on both of their sides."""
+"""Contrast between the components of a rope mask and the background on both of their sides."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ SIDE_OFFSET_WIDTHS = 1.4
 MIN_SIDE_SHARE = 0.2
 """Share of a component's skeleton that must have a free side for that side to count."""
 STEADY_CONTRAST = 0.4
-"""Contrast of a point, relative to its component's, from which it differs as the others do."""
+"""Contrast of a point, relative to its component's mean, above which it counts as steady."""
 SHADOW_BRIGHTNESS = (0.45, 0.93)
-"""Range of a shadow's lightness, relative to what lies beside it."""
+"""Range of a shadow's lightness, relative to that of the surface beside it."""
 MAX_SHADOW_TINT = 7.0
-"""Difference of a shadow's chroma from what lies beside it, at most [Lab]."""
+"""Largest difference between the chroma of a shadow and of the surface beside it [Lab]."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Component:
     contrast: float
     """Distance from the side that is more similar [Lab]."""
     steadiness: float
-    """Share of its skeleton that differs from the sides as the rest does, 0..1."""
+    """Share of its skeleton with at least `STEADY_CONTRAST` of its mean contrast, 0..1."""
     shadow: float
     """Share of its skeleton that could be a shadow, 0..1."""
 
@@ -67,7 +67,7 @@ def component_contrasts(lab: UInt8[np.ndarray, "h w 3"], rope: RopeMask) -> list
     here = smooth[rows, columns]
     _, labels = cv2.connectedComponents(rope.mask, connectivity=8)
     component = labels[rows, columns]
-    forks = _junctions(rope.skeleton, round(rope.width) + 1)[rows, columns]
+    junctions = _junctions(rope.skeleton, round(rope.width) + 1)[rows, columns]
     sides = []
     for sign in (-1.0, 1.0):
         r = np.clip(np.rint(rows + sign * offset[:, 1]).astype(int), 0, lab.shape[0] - 1)
@@ -81,7 +81,7 @@ def component_contrasts(lab: UInt8[np.ndarray, "h w 3"], rope: RopeMask) -> list
             points = on[free[on]]
             if len(points) < MIN_SIDE_SHARE * len(on):
                 continue
-            # Averaged along the component, grain and noise cancel and the rope does not.
+            # The mean along the component cancels grain and noise, but not the colour of the rope.
             difference = here[points] - beside[points]
             contrast = np.linalg.norm(np.mean(difference, axis=0))
             contrasts.append(float(contrast))
@@ -92,7 +92,7 @@ def component_contrasts(lab: UInt8[np.ndarray, "h w 3"], rope: RopeMask) -> list
             Component(
                 int(component[on[0]]),
                 len(on),
-                int(np.count_nonzero(forks[on])),
+                int(np.count_nonzero(junctions[on])),
                 min(contrasts, default=0.0),
                 min(steady, default=0.0),
                 max(shadows, default=1.0),
@@ -140,6 +140,6 @@ def _normals(
     xx = cv2.Sobel(field, cv2.CV_32F, 2, 0, ksize=3)[rows, columns].astype(float)
     yy = cv2.Sobel(field, cv2.CV_32F, 0, 2, ksize=3)[rows, columns].astype(float)
     xy = cv2.Sobel(field, cv2.CV_32F, 1, 1, ksize=3)[rows, columns].astype(float)
-    # The direction of the largest downward curvature.
+    # Direction of the most negative second derivative.
     angle = 0.5 * np.arctan2(2.0 * xy, xx - yy) + np.pi / 2.0
     return np.stack([np.cos(angle), np.sin(angle)], axis=1)

@@ -26,9 +26,9 @@ MIN_IMAGE_SIDE = 48
 SEARCH_SIDE = 480
 """Longer side of the image in which ropes are searched [pixels]."""
 MEASUREMENT_SIDE = 1600
-"""Longer side of the image in which they are measured, if they are wide enough there [pixels]."""
+"""Longer side of the image in which ropes are measured, if they are wide enough there [pixels]."""
 MEASUREMENT_WIDTH = 6.0
-"""Width of a rope that is enough for its measurement [pixels]."""
+"""Width of a rope that is sufficient for its measurement [pixels]."""
 MIN_CONTRAST = 6.0
 """Least distance of a rope from both of its sides [Lab, as OpenCV scales it]."""
 MAX_CONTRAST = 60.0
@@ -38,19 +38,19 @@ SAME_COLOR_DISTANCE = 12.0
 OTHER_COLOR_DISTANCE = 45.0
 """Distance from the given colour from which a proposal is dropped [Lab]."""
 COLOR_PERCENTILE = 30.0
-"""Percentile of the distances along a rope that must be small: of a striped rope, only a part has
-the colour [%]."""
+"""Percentile of the colour distances along a rope that is compared with the limits [%]; low, since
+only part of a striped rope has the colour."""
 MAX_SHADOW_SHARE = 0.5
 """Share of a proposal that could be a shadow, above which it scores less."""
 SHADOW_FACTOR = 0.2
-"""Factor on the score of such a proposal."""
+"""Factor on the score of a proposal that could be a shadow."""
 JUNCTION_PENALTY = 0.3
-"""Reduction of a component's effective length by each junction: ropes cross themselves now and
-then, grids everywhere."""
+"""Weight of each junction in the divisor of a component's effective length [-]: a rope has few, a
+grid many."""
 MAX_CANDIDATES = 10
 """Number of proposals whose colours are learnt."""
 SAME_OVERLAP, ROPE_OVERLAP = 0.7, 0.25
-"""Shared share of two skeletons from which two proposals are one, and from which two ropes are."""
+"""Overlap of two skeletons above which two proposals, or two ropes, are the same [-]."""
 MIN_RELATIVE_CONTRAST = 0.4
 """Least contrast of a component, relative to the longest one's."""
 MIN_RELATIVE_LENGTH = 0.04
@@ -64,7 +64,7 @@ SEARCH_ROUNDS, MEASUREMENT_ROUNDS = 3, 2
 LIKENESS_PER_LOG_RATIO = 31.0
 """Likeness per unit of the log likelihood ratio."""
 MIN_LINE_WIDTHS = 3.0
-"""Length above which a piece has a direction and is kept [rope widths]."""
+"""Length above which a piece is kept, since it has a direction [rope widths]."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ def detect_rope(color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = No
     candidates = _candidates(_to_lab(_shrunk(color, SEARCH_SIDE)), rope_color)
     ropes = [rope for rope in (_measure(color, c) for c in candidates) if rope is not None]
     if ropes:
-        # A pattern has many pieces: only the first candidate may be one.
+        # Patterns have many pieces: further candidates with many are rejected.
         others = (rope for rope in ropes[1:] if len(rope.lines) <= MAX_FURTHER_PIECES)
         return replace(ropes[0], others=tuple(others))
     if rope_color is None:
@@ -193,7 +193,7 @@ def _scored(
     contrast = _length_mean(found, [c.contrast for c in found]) if found else 0.0
     if contrast < MIN_CONTRAST:
         return None
-    # Grain and print have many components, a grid one with many junctions: neither runs far.
+    # Grain and print have many short components, a grid has one with many junctions.
     run = _length_mean(found, [c.length / (1.0 + JUNCTION_PENALTY * c.junctions) for c in found])
     steadiness = _length_mean(found, [c.steadiness for c in found])
     shadow = _length_mean(found, [c.shadow for c in found])
@@ -228,7 +228,7 @@ def _measure(color: UInt8[np.ndarray, "h w 3"], candidate: _Candidate) -> Detect
     shadow = _length_mean(found, [c.shadow for c in found])
     likeness = 128.0 + LIKENESS_PER_LOG_RATIO * (rope.likelihood - ROPE_LOG_RATIO)
     likeness = np.clip(likeness, 0.0, 255.0).astype(np.uint8)
-    # Keep only the margin of the mask, which the sub-pixel lines are weighted with.
+    # Likeness outside the mask and its margin must not attract the sub-pixel lines.
     likeness *= cv2.dilate(mask, np.ones((5, 5), np.uint8))
     region, no_depth = Region(likeness, mask, 0, 0), np.zeros(likeness.shape, np.uint16)
     lines = [

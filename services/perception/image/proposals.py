@@ -11,12 +11,14 @@ from jaxtyping import Float64, UInt8
 from services.perception.image.width import measure_width
 
 MEDIAN_WINDOWS = (0.04, 0.1, 0.25)
-"""Windows of the median that a pixel is compared with, as shares of the image's longer side; a rope
-is narrower than half of them."""
+"""Widths of the windows of the median with which a pixel is compared, as shares of the image's
+longer side; a rope is narrower than half of one."""
 MIN_CONTRAST = 10.0
-"""Least distance of a region from that median [Lab]."""
+"""Least colour distance of a region from that median [Lab]."""
 CLUSTER_COUNT = 9
 """Number of colour clusters into which an image is divided."""
+CLUSTER_CHANNEL_WEIGHTS = (0.6, 1.3, 1.3)
+"""Weights of lightness and both chromas in the distance between colours of the clusters."""
 CLUSTER_SAMPLES = 6000
 """Approximate number of pixels from which the clusters are computed."""
 MIN_ASPECT = 6.0
@@ -28,7 +30,7 @@ COLOR_DISTANCES = (8.0, 14.0, 22.0, 34.0)
 SHADE_RANGE = (0.4, 1.2)
 """Darkest and brightest shade of a given colour."""
 DARKENING_DISTANCE = 45.0
-"""Distance that the shade of black is away from a colour [Lab]."""
+"""Distance between a colour and its shade of brightness zero [Lab]."""
 STRIPE_LENGTH = 11
 """Length of gaps between regions of a colour that are closed [pixels]."""
 MAX_PROPOSALS = 5
@@ -43,7 +45,7 @@ def propose(lab: UInt8[np.ndarray, "h w 3"]) -> Iterator[UInt8[np.ndarray, "h w"
     """
     longer = max(lab.shape[:2])
     for share in MEDIAN_WINDOWS:
-        # The median keeps light and table, and drops what is thinner than half its window.
+        # The median keeps light and table, and removes regions thinner than half its window.
         around = cv2.medianBlur(lab, 2 * int(share * longer / 2.0) + 1)
         difference = lab.astype(np.float32) - around
         contrast = np.minimum(np.linalg.norm(difference, axis=2), 255.0).astype(np.uint8)
@@ -76,7 +78,12 @@ def propose_by_color(
 def color_distance(
     lab: UInt8[np.ndarray, "*k 3"], color: Float64[np.ndarray, "3"]
 ) -> Float64[np.ndarray, "*k"]:
-    """Return the distance of colours from a given one, less where light explains it [Lab]."""
+    """Return the distance of colours from a given one, differences of brightness reduced [Lab].
+
+    Args:
+        lab: Colours in Lab, as OpenCV scales it.
+        color: Colour in Lab with which they are compared.
+    """
     neutral = np.array([0.0, 128.0, 128.0])
     full, seen = color - neutral, lab - neutral
     shade = np.clip(seen @ full / max(float(full @ full), 1.0), *SHADE_RANGE)
@@ -105,7 +112,7 @@ def _long_components(mask: np.ndarray) -> Iterator[UInt8[np.ndarray, "h w"]]:
 
 def _color_clusters(lab: UInt8[np.ndarray, "h w 3"]) -> Iterator[np.ndarray]:
     """Masks of the colour clusters of an image."""
-    scaled = lab.astype(np.float32) * np.array([0.6, 1.3, 1.3], np.float32)
+    scaled = lab.astype(np.float32) * np.array(CLUSTER_CHANNEL_WEIGHTS, np.float32)
     flat = scaled.reshape(-1, 3)
     sample = np.ascontiguousarray(flat[:: max(1, len(flat) // CLUSTER_SAMPLES)])
     stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 15, 0.5)

@@ -28,12 +28,12 @@ from services.perception.markers.plate_mask import PlateMask
 
 @dataclass(frozen=True)
 class MarkerObstacleSettings:
-    """Period of the search, and acceptance of what it finds."""
+    """Period of the search, and acceptance of detections."""
 
     search_period: int = 90_000_000
     """Least time between two searches [ns]: every third frame at 30 Hz."""
     min_detections: int = 3
-    """Number of detections from which a marker is believed."""
+    """Number of detections that a marker needs before it moves its obstacle."""
     max_residual_ratio: float = 0.1
     """Distance of the corners from those of a square, over its side, above which a detection is
     rejected."""
@@ -45,7 +45,7 @@ class MarkerObstacleSettings:
 
 @dataclass(frozen=True)
 class ObstacleMove:
-    """New pose of an obstacle, as seen by its marker."""
+    """New pose of an obstacle, measured at its marker."""
 
     name: str
     """Name of the obstacle."""
@@ -56,7 +56,7 @@ class ObstacleMove:
 
 
 class MarkerObstacles:
-    """Observes the markers of a scenario's obstacles."""
+    """Tracks the obstacles of a scenario that carry markers."""
 
     def __init__(
         self,

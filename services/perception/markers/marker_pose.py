@@ -1,6 +1,6 @@
 """Pose of a marker that lies flat at a known height.
 
-The distance of a marker is poorly known from its size alone (PnP is about 8 mm off at 0.9 m). The
+The size of a marker alone determines its distance poorly (PnP is about 8 mm off at 0.9 m). The
 height is known when its obstacle stands on the table; the rays through the corners then meet that
 plane.
 """
@@ -14,9 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry import poses
 from lariat.geometry.cameras import Camera
-from lariat.geometry.poses import Pose
 from services.perception.markers.marker_detection import MarkerDetection
 
 
@@ -32,11 +30,6 @@ class MarkerPose:
     """Length of its sides as seen [m]."""
     residual: float
     """Root mean square distance of its corners from those of a square [m]."""
-
-    @property
-    def pose(self) -> Pose:
-        """Frame of the marker in the world."""
-        return Pose(self.position, poses.exponential(np.array([0.0, 0.0, self.yaw])))
 
 
 def locate_marker(detection: MarkerDetection, camera: Camera, height: float) -> MarkerPose | None:
@@ -65,7 +58,7 @@ def locate_marker(detection: MarkerDetection, camera: Camera, height: float) -> 
 
 @dataclass(frozen=True)
 class MedianFilterSettings:
-    """Length of the filter, and changes that are no noise."""
+    """Length of the filter, and limits of the noise."""
 
     length: int = 5
     """Number of poses of which the median is taken."""
@@ -76,7 +69,7 @@ class MedianFilterSettings:
 
 
 class MarkerPoseFilter:
-    """Median of the last poses of one marker: a jump is accepted once it repeats itself."""
+    """Median of the last poses of one marker; a jump is accepted when the next pose confirms it."""
 
     def __init__(self, settings: MedianFilterSettings | None = None) -> None:
         self._settings = settings or MedianFilterSettings()

@@ -98,7 +98,7 @@ class PlateMask:
         level = height_error < s.height_tolerance
         width = camera.intrinsics.fx * self._rope_diameter / float(np.mean(z))
         size = 2 * round(0.5 * s.max_rope_widths * width) + 1
-        # Close pixels without depth; then remove what is as narrow as the rope.
+        # Fill pixels without depth; then remove regions as narrow as the rope.
         level = cv2.morphologyEx(level.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3)))
         wide = cv2.morphologyEx(level, cv2.MORPH_OPEN, np.ones((size, size)))
         color[window][wide > 0] = 0

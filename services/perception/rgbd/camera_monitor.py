@@ -25,7 +25,7 @@ class CameraMonitorSettings:
 
 
 class CameraMonitor:
-    """Watches when frames of one camera arrive, and whether they differ."""
+    """Monitors the arrival and the repetition of the frames of one camera."""
 
     def __init__(self, name: str, settings: CameraMonitorSettings | None = None) -> None:
         """
@@ -66,7 +66,7 @@ class CameraMonitor:
             self._first_frame = now
 
     def awaits_calibration(self, now: int) -> bool:
-        """Whether a calibration may still arrive in time, so that its absence is no fault yet."""
+        """Whether the absence of a calibration is not yet a fault at `now` [ns]."""
         assert self._first_frame is not None
         return now - self._first_frame < self._settings.calibration_timeout
 

@@ -13,6 +13,7 @@ from services.perception.rgbd.decoding import decode_frame
 from services.perception.rgbd.lens_distortion import Undistortion
 
 Images = tuple[UInt8[np.ndarray, "h w 3"], UInt16[np.ndarray, "h w"]]
+"""Red, green, blue, and depth [mm], 0 where nothing was measured."""
 
 
 class CameraView:
@@ -50,7 +51,7 @@ class CameraView:
         wanted = calibration.height, calibration.width
         if images[0].shape[:2] != wanted or images[1].shape != wanted:
             sizes = " and ".join(f"{i.shape[1]} x {i.shape[0]}" for i in images)
-            return f"images are {sizes}, the calibration says {wanted[1]} x {wanted[0]}"
+            return f"images are {sizes}, but the calibration is for {wanted[1]} x {wanted[0]}"
         return undistortion(*images)
 
     def _calibrated(self, message: CameraCalibration) -> Undistortion:

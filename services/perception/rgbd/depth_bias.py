@@ -1,6 +1,6 @@
 """Bias of the camera's depth, measured on the table.
 
-The table fills most of the image, and its place is known. The difference between its measured and
+The table fills most of the image, and its height is known. The difference between its measured and
 its expected depth is a bias of the sensor, or an error of the camera's position along its view.
 Both displace the rope against its grips by the same amount, and both are corrected.
 """
@@ -34,7 +34,7 @@ class DepthBiasSettings:
     min_table_share: float = 0.1
     """Share of the sampled pixels that must show the table."""
     max_half_difference: float = 0.004
-    """Difference of the bias between halves of the image above which it is no uniform bias [m]."""
+    """Difference of the bias between halves of the image above which it is not uniform [m]."""
     min_half_share: float = 0.1
     """Share of the table's pixels below which half of an image is not compared."""
     averaged_frames: int = 30
@@ -44,7 +44,7 @@ class DepthBiasSettings:
     ignored_bias: float = 0.0007
     """Bias up to which nothing is corrected [m]."""
     corrected_bias: float = 0.0014
-    """Bias from which the correction is complete; between both it is partial [m]."""
+    """Bias above which the correction is complete [m]; from `ignored_bias` on it is partial."""
 
 
 class DepthBias:

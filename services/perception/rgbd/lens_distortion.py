@@ -51,7 +51,12 @@ class Undistortion:
     def __call__(
         self, color: UInt8[np.ndarray, "h w 3"], depth: UInt16[np.ndarray, "h w"]
     ) -> tuple[UInt8[np.ndarray, "h w 3"], UInt16[np.ndarray, "h w"]]:
-        """Return both images as a pinhole camera would have taken them."""
+        """Return both images without distortion.
+
+        Args:
+            color: Red, green, blue.
+            depth: Depth image [mm].
+        """
         if self._maps is None:
             return color, depth
         return (

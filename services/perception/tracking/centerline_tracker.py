@@ -22,8 +22,8 @@ from services.perception.rgbd.depth_bias import DepthBias
 
 log = logging.getLogger(__name__)
 
-BRIGHTEST = (255, 255, 255)
-"""Colour that is brighter than any threshold."""
+WARM_UP_COLOR = (255, 255, 255)
+"""Red, green, blue of the rope in the warm-up image, where the rope's colour is not given."""
 
 
 @dataclass(frozen=True)
@@ -33,13 +33,13 @@ class TrackerSettings:
     max_age: int = 500_000_000
     """Age above which an estimate is no longer a prior [ns]."""
     drift_speed: float = 0.03
-    """Speed at which the rope's middle may leave the place that its ends suggest [m/s]."""
+    """Speed of the rope relative to the interpolated motion of its ends [m/s]."""
     grip_lag: float = 0.3
     """Share of the grips' motion that the rope between them may not follow."""
     min_sigma: float = 5e-4
-    """Standard deviation that each frame adds at least [m]."""
+    """Standard deviation that each frame adds even without elapsed time or motion [m]."""
     rest_shape_sigma: float = 0.02
-    """Standard deviation of the rod's shape at rest: stiffness and swing are unknown [m]."""
+    """Standard deviation of the rod's shape at rest [m]; stiffness and swing are unknown."""
 
 
 class CenterlineTracker:
@@ -56,7 +56,7 @@ class CenterlineTracker:
         Args:
             estimator: Estimator of single frames.
             properties: Properties of the rope as far as they are known.
-            bodies: Obstacles in view; the table among them reveals the depth bias.
+            bodies: Obstacles in view; the depth bias is measured on the table among them.
             settings: Uncertainty of the priors.
         """
         self.camera = estimator.camera
@@ -79,7 +79,7 @@ class CenterlineTracker:
         image = np.zeros((i.height, i.width, 3), np.uint8)
         depth = np.full((i.height, i.width), 900, np.uint16)
         middle = i.height // 2
-        image[middle - 4 : middle + 4, i.width // 4 : -i.width // 4] = color or BRIGHTEST
+        image[middle - 4 : middle + 4, i.width // 4 : -i.width // 4] = color or WARM_UP_COLOR
         self._estimator.estimate(image, depth, left, right)
         self._shape_at_rest(left, right)
 

@@ -24,7 +24,7 @@ MAX_NEIGHBOUR_DISTANCE = 0.03
 
 @dataclass(frozen=True)
 class PaperTrackerSettings:
-    """Threshold of the binarisation, and what the baseline adds to the paper's nodes."""
+    """Threshold of the binarisation, and the extrapolation and uncertainty that the paper lacks."""
 
     threshold: int = 128
     """Least brightness of the rope, 1..254."""

@@ -37,7 +37,7 @@ class RopeTracker(Protocol):
         ...
 
     def forget(self) -> None:
-        """Drop what earlier frames have shown."""
+        """Drop all state from earlier frames."""
         ...
 
     def warm_up(self, left: Pose, right: Pose) -> None:

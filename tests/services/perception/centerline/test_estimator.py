@@ -132,7 +132,7 @@ def test_an_image_of_another_size_says_lost() -> None:
     small = Camera(Intrinsics.symmetric(320, 240, math.radians(65.0)), CAMERA.T_world_camera)
     frame = taken(curve(1))
     estimate = CenterlineEstimator(small, ROPE).estimate(frame.color, frame.depth)
-    assert "the calibration says 320 x 240" in estimate.lost
+    assert "the calibration is for 320 x 240" in estimate.lost
 
 
 def test_a_scrap_of_rope_says_lost() -> None:

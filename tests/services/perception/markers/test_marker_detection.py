@@ -7,7 +7,11 @@ import numpy as np
 import pytest
 
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
-from services.perception.markers.marker_detection import PATTERNS, MarkerDetector, mask_markers
+from services.perception.markers.marker_detection import (
+    ARUCO_DICTIONARY,
+    MarkerDetector,
+    mask_markers,
+)
 from services.perception.markers.marker_pose import MarkerPose, MarkerPoseFilter, locate_marker
 
 CAMERA = Camera(
@@ -23,7 +27,9 @@ def picture(position: tuple[float, float, float], yaw: float, identity: int) -> 
     """A tag with its white border on a grey table, with a little sensor noise."""
     cells = 60
     tag = np.full((8 * cells, 8 * cells), 255, np.uint8)
-    tag[cells:-cells, cells:-cells] = cv2.aruco.generateImageMarker(PATTERNS, identity, 6 * cells)
+    tag[cells:-cells, cells:-cells] = cv2.aruco.generateImageMarker(
+        ARUCO_DICTIONARY, identity, 6 * cells
+    )
     half = SIDE / 2.0 * 8.0 / 6.0
     square = half * np.array([[-1.0, 1.0], [1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]])
     c, s = math.cos(yaw), math.sin(yaw)

@@ -30,10 +30,11 @@ def test_refinement_lowers_the_cost_and_the_shortfall(
     assert refined.shortfall < straight.shortfall
 
 
+@pytest.mark.parametrize("share", [1.0, 0.8], ids=["to the goal", "short of the goal"])
 def test_the_gradient_is_the_derivative_of_half_the_cost(
-    optimizer: PathOptimizer, seeds: list[PathCandidate]
+    optimizer: PathOptimizer, seeds: list[PathCandidate], share: float
 ) -> None:
-    candidate = optimizer.refine(seeds[0], 1)
+    (candidate,) = optimizer._rolled_out([share * optimizer.refine(seeds[0], 1).displacements])
     _, gradient = optimizer._normal_equations(candidate)
     moves = np.zeros((2, 6), dtype=bool)
     moves[:, :3] = True

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from lariat.geometry import polylines, poses
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
-from lariat.geometry.clearance import NearPairs, near_pairs, with_midpoints
 from lariat.geometry.grippers import (
     GripperBody,
     axis_clearance,
@@ -14,6 +13,7 @@ from lariat.geometry.grippers import (
     gripper_points,
     swept_gripper_points,
 )
+from lariat.geometry.near_pairs import NearPairs, near_pairs
 from lariat.geometry.normals import outward_normals
 from lariat.geometry.obstacles import (
     TABLE,
@@ -25,6 +25,7 @@ from lariat.geometry.obstacles import (
     segment_distance,
     signed_distance,
 )
+from lariat.geometry.polylines import with_midpoints
 from lariat.geometry.poses import Pose
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""Chains of points: arc length, resampling, distances between chains."""
+"""Chains of points: arc length, resampling, midpoints, distances between chains."""
 
 from __future__ import annotations
 
@@ -22,6 +22,11 @@ def resample(nodes: Float64[np.ndarray, "n 3"], count: int) -> Float64[np.ndarra
     s = arc_lengths(nodes)
     at = np.linspace(0.0, s[-1], count)
     return np.stack([np.interp(at, s, nodes[:, k]) for k in range(3)], axis=1)
+
+
+def with_midpoints(nodes: Float64[np.ndarray, "*b n 3"]) -> Float64[np.ndarray, "*b m 3"]:
+    """Return the nodes of chains, followed by the midpoints of their edges, m = 2 n - 1 [m]."""
+    return np.concatenate([nodes, 0.5 * (nodes[..., 1:, :] + nodes[..., :-1, :])], axis=-2)
 
 
 def mean_node_distance(a: Float64[np.ndarray, "n 3"], b: Float64[np.ndarray, "n 3"]) -> float:

@@ -30,11 +30,13 @@ def _product_table(size: int, terms: str) -> Float64[np.ndarray, "pairs size"]:
     return table.reshape(size * size, size)
 
 
-_CROSS = _product_table(3, "+120 -210 +201 -021 +012 -102")
-_HAMILTON = _product_table(
+_CROSS_TABLE = _product_table(3, "+120 -210 +201 -021 +012 -102")
+"""Structure constants of the cross product."""
+_HAMILTON_TABLE = _product_table(
     4,
     "+000 -110 -220 -330 +011 +101 +231 -321 +022 -132 +202 +312 +033 +123 -213 +303",
 )
+"""Structure constants of the Hamilton product."""
 
 
 def _product(a: np.ndarray, b: np.ndarray, table: np.ndarray) -> np.ndarray:
@@ -52,7 +54,7 @@ def cross(
 ) -> Float64[np.ndarray, "*b 3"]:
     """Return a x b; for few rows several times as fast as `numpy.cross`."""
     if a.size <= 3 * SMALL_BATCH and b.size <= 3 * SMALL_BATCH:
-        return _product(a, b, _CROSS)
+        return _product(a, b, _CROSS_TABLE)
     return a[..., [1, 2, 0]] * b[..., [2, 0, 1]] - a[..., [2, 0, 1]] * b[..., [1, 2, 0]]
 
 
@@ -62,7 +64,7 @@ def multiply(
     """Return the Hamilton product a b: rotation b followed by rotation a."""
     a, b = np.asarray(a), np.asarray(b)
     if a.size <= 4 * SMALL_BATCH and b.size <= 4 * SMALL_BATCH:
-        return _product(a, b, _HAMILTON)
+        return _product(a, b, _HAMILTON_TABLE)
     aw, ax, ay, az = (a[..., k] for k in range(4))
     bw, bx, by, bz = (b[..., k] for k in range(4))
     return np.stack(

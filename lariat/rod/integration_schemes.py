@@ -43,7 +43,7 @@ def _row(
     return row + (list(base) + pad)[:4] + (list(momentum) + pad)[:4]
 
 
-_ROWS = {
+_STAGE_ROWS = {
     # Without velocity, every solve is a proximal step that decreases the energy.
     "still": [_row(1.0, 0.0, 1, 1.0, (1.0,), ())],
     "euler": [_row(1.0, 1.0, 1, 1.0, (1.0,), (1.0, -1.0))],
@@ -61,6 +61,7 @@ _ROWS = {
         ),
     ],
 }
+"""A `TimeRow` for each stage of a step of duration one."""
 
 
 def time_table(
@@ -92,7 +93,7 @@ def _uniform_rows(
 def _rows(
     scheme: str, dt: Float64[np.ndarray, "..."], horizon: int, substeps: int
 ) -> Float64[np.ndarray, "S 12"]:
-    stages = np.array(_ROWS[scheme])
+    stages = np.array(_STAGE_ROWS[scheme])
     rows = np.tile(stages, (horizon * substeps, 1))
     h = np.repeat(np.broadcast_to(dt / substeps, horizon), substeps * len(stages))
     rows[:, TimeRow.DURATION] *= h

@@ -23,6 +23,7 @@ _SCALAR_CODES = {
     "rest_curvature_2": Parameter.REST_CURVATURE_2,
     "rest_twist": Parameter.REST_TWIST,
 }
+"""Codes of scalar parameters, by name."""
 PARAMETERS = tuple(_SCALAR_CODES)
 """Names of scalar parameters, each varied with all others held constant.
 
@@ -37,9 +38,11 @@ _PROFILE_CODES = {
     "density_profile": Parameter.DENSITY_PROFILE,
     "rest_curvature": Parameter.REST_CURVATURE,
 }
+"""Codes of parameters with one value for each knot, by field of `RodProperties`."""
 _KNOT_NAME = re.compile(
     r"(stiffness_profile|density_profile|rest_curvature)\[(\d+)\](?:\[([012])\])?"
 )
+"""Name of a single entry of a field of `RodProperties`."""
 
 
 def parameter_codes(names: tuple[str, ...], properties: RodProperties) -> Int64[np.ndarray, "P 3"]:

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float64
 
 _POSITIVE_FIELDS = ("length", "diameter", "linear_density", "youngs_modulus", "stretch_stiffness")
+"""Fields whose values must be positive."""
 
 
 @dataclass(frozen=True)

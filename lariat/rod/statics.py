@@ -45,7 +45,7 @@ MAX_OVERLAP = 0.25
 """Overlap with an obstacle above which a shape counts as caught inside it, in diameters [-]."""
 REST_TOLERANCE = 1e-6
 """Displacement in the last step, relative to the length, below which the rod is at rest [-]."""
-PERTURBATION = 0.02
+PERTURBATION_SIZE = 0.02
 """Size of the perturbation that leaves a saddle point, relative to the length [-]."""
 
 
@@ -160,5 +160,5 @@ def _perturbed(model: RodModel[Dimensions], state: RodState) -> RodState:
     offset = bump[:, None] * np.array([0.5, 0.7, -0.3]) + ripple[:, None] * np.array(
         [0.4, -0.6, 0.5]
     )
-    moved = state.positions + PERTURBATION * model.properties.length * offset
+    moved = state.positions + PERTURBATION_SIZE * model.properties.length * offset
     return RodState(moved, state.orientations, state.velocities, state.angular_velocities)

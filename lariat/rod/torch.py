@@ -48,6 +48,8 @@ def rollout(
 
 
 class _Rollout(torch.autograd.Function):
+    """Roll-out and its adjoint, in the form that autograd requires."""
+
     @staticmethod
     def forward(
         ctx: Any,

@@ -15,10 +15,14 @@ class LaunchSizes(Protocol):
     """Sizes that every launch has."""
 
     @property
-    def batch(self) -> int: ...
+    def batch(self) -> int:
+        """Number of rods."""
+        ...
 
     @property
-    def obstacles(self) -> int: ...
+    def obstacles(self) -> int:
+        """Number of obstacles."""
+        ...
 
 
 SizesT = TypeVar("SizesT", bound=LaunchSizes)

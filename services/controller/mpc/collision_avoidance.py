@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry.clearance import near_pairs, with_midpoints
+from lariat.geometry.near_pairs import near_pairs
 from lariat.geometry.obstacles import Obstacle
+from lariat.geometry.polylines import with_midpoints
 
 MILLIMETRE = 1e3
 """Millimetres per metre: lengths enter the objective in millimetres."""

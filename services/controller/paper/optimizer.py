@@ -20,7 +20,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from lariat.geometry.clearance import near_pairs
+from lariat.geometry.near_pairs import near_pairs
 from lariat.geometry.obstacles import Obstacle, pack, signed_distance
 from lariat.rod import DifferentiableRod, RolloutSpec
 from lariat.trajectory import MotionLimits

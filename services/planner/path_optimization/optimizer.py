@@ -14,9 +14,10 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import obstacles as geometry
-from lariat.geometry.clearance import NearPairs, near_pairs, with_midpoints
 from lariat.geometry.grippers import swept_gripper_points
+from lariat.geometry.near_pairs import NearPairs, near_pairs
 from lariat.geometry.obstacles import Obstacle
+from lariat.geometry.polylines import with_midpoints
 from lariat.rod import RodState, RolloutSpec, count_turns
 from services.planner.path_optimization.block_path import BlockDisplacements, BlockPath
 from services.planner.path_optimization.grip_residuals import MILLIMETRES, grip_residuals

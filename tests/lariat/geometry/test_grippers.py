@@ -3,13 +3,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from lariat.geometry import poses
 from lariat.geometry.grippers import (
     GRIPPER_COVER_RATIO,
     GripperBody,
     axis_clearance,
     axis_spacing,
     gripper_bodies,
+    gripper_points,
+    swept_gripper_points,
 )
+from lariat.geometry.poses import Pose
+
+ALONG_X = np.array([0.5, 0.5, 0.5, 0.5])
 
 
 @pytest.mark.parametrize("length", [0.0, 0.005, 0.012, 0.048, 0.3])
@@ -33,7 +39,21 @@ def test_planned_distances_satisfy_the_cover(radius: float) -> None:
     assert axis_spacing(radius, keep_out) >= 2.0 * cover + keep_out
 
 
-def test_grippers_point_away_from_the_rope() -> None:
+def test_gripper_bodies_point_away_from_the_rope() -> None:
     left, right = gripper_bodies(0.048, 0.012)
     assert left.end == (0.0, 0.0, -0.048)
     assert right.end == (0.0, 0.0, 0.048)
+
+
+def test_gripper_points_lie_on_the_axes_and_away_from_the_rope() -> None:
+    left, right = Pose(np.array([-0.2, 0, 0.3]), ALONG_X), Pose(np.array([0.2, 0, 0.3]), ALONG_X)
+    points = gripper_points(left, right, 0.06)
+    assert np.allclose(points[[0, 2, 3, 5], 0], [-0.2, -0.26, 0.2, 0.26])
+    turned = poses.multiply(poses.exponential(np.array([0.3, -0.2, 0.5])), ALONG_X)
+    other = Pose(np.array([0.1, 0.1, 0.2]), turned)
+    swept = swept_gripper_points(
+        np.array([[left.position, right.position], [left.position, other.position]]),
+        np.array([[ALONG_X, ALONG_X], [ALONG_X, turned]]),
+        0.06,
+    )
+    assert np.allclose(swept, np.concatenate([points, gripper_points(left, other, 0.06)]))

@@ -24,9 +24,9 @@ PROPERTIES = RodProperties(
     density_profile=(0.8, 1.1),
     rest_curvature=((1.0, 0.5, 0.3), (0.5, -0.5, 0.6)),
 )
-ALL = (*PARAMETERS, "stiffness_profile[1]", "density_profile[0]", "rest_curvature[1][0]")
-LYING = (0.7071067811865476, 0.7071067811865476, 0.0, 0.0)
-BAR = pack([Obstacle("cylinder", (0.0, 0.0, 0.25), LYING, radius=0.03, height=0.2), TABLE])
+ALL_PARAMETERS = (*PARAMETERS, "stiffness_profile[1]", "density_profile[0]", "rest_curvature[1][0]")
+HORIZONTAL = (0.7071067811865476, 0.7071067811865476, 0.0, 0.0)
+BAR = pack([Obstacle("cylinder", (0.0, 0.0, 0.25), HORIZONTAL, radius=0.03, height=0.2), TABLE])
 DT = 0.01
 
 
@@ -140,10 +140,10 @@ def test_adjoint_and_sensitivities_match_differences_in_actions(name: str) -> No
 @pytest.mark.parametrize("name", SCENES)
 def test_adjoint_and_sensitivities_match_differences_in_parameters(name: str) -> None:
     scene = SCENES[name]()
-    found = scene.rod.gradient(scene.spec(), scene.cost_gradient, ALL).parameters
-    forward = scene.rod.linearize(scene.spec(), ALL)
+    found = scene.rod.gradient(scene.spec(), scene.cost_gradient, ALL_PARAMETERS).parameters
+    forward = scene.rod.linearize(scene.spec(), ALL_PARAMETERS)
     swept = np.einsum("hni,hnip->p", scene.cost_gradient, forward.d_positions_d_parameters)
-    for k, parameter in enumerate(ALL):
+    for k, parameter in enumerate(ALL_PARAMETERS):
         absolute = parameter.startswith("rest") or "[" in parameter
         value = 1.0 if absolute else getattr(PROPERTIES, parameter)
 
@@ -202,7 +202,7 @@ def test_sensitivities_to_the_state_match_the_adjoint(name: str) -> None:
         rng.normal(size=(7, n - 1, 3)),
     )
     swept = scene.rod.linearize(
-        scene.spec(), ALL, state_directions=along, with_actions=False
+        scene.spec(), ALL_PARAMETERS, state_directions=along, with_actions=False
     ).d_positions_d_state
     gradient = scene.rod.gradient(scene.spec(), scene.cost_gradient).state
     expected = sum(

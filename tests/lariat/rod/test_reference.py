@@ -1,4 +1,4 @@
-"""The plain NumPy step is consistent in itself, and the kernel computes the same."""
+"""The gradient and Hessian of the plain NumPy step match its energy, and the kernel its steps."""
 
 from __future__ import annotations
 

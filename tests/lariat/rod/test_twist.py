@@ -10,8 +10,8 @@ from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties, RolloutSpec, add_turns, count_turns
 from lariat.rod.initial_shapes import EDGE_AXIS
 
-LEVEL = np.array([0.5, 0.5, 0.5, 0.5])
-GRIPS = tuple(Pose(np.array([x, 0.0, 0.3]), LEVEL) for x in (-0.17, 0.17))
+ALONG_X = np.array([0.5, 0.5, 0.5, 0.5])
+GRIPS = tuple(Pose(np.array([x, 0.0, 0.3]), ALONG_X) for x in (-0.17, 0.17))
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +30,7 @@ def test_turning_an_end_about_the_rope_adds_a_turn_and_bends_it_out_of_its_plane
     state = rod.rest(*GRIPS).state
     assert np.ptp(state.positions[:, 1]) < 1e-6
     action = np.zeros((1, 2, 6))
-    action[0, 1, 3:] = poses.rotate(LEVEL, EDGE_AXIS) * 2.0 * np.pi / 12.0
+    action[0, 1, 3:] = poses.rotate(ALONG_X, EDGE_AXIS) * 2.0 * np.pi / 12.0
     moved = rod.rollout(RolloutSpec(state, action, 0.4, steps=30)).final
     assert count_turns(moved) == 1
     # The rod has settled by then: the same shape as with the turn added at once.

@@ -13,16 +13,15 @@ from lariat.rod.identification import Motion, check_motion
 
 STIFFNESS = 0.02
 """EI per linear density [m^4/s^2]."""
-TRUE = RodProperties(0.7, 0.008, 0.05, 1e7, damping=0.3, internal_damping=0.03).with_stiffness(
-    STIFFNESS * 0.05
-)
-CURVED = replace(TRUE, rest_curvature=((1.5, 0.0, 0.0),))
-DOWN, UP = np.array([0.0, 0.0, -1.0]), np.array([0.0, 0.0, 1.0])
+TRUE_PROPERTIES = RodProperties(
+    0.7, 0.008, 0.05, 1e7, damping=0.3, internal_damping=0.03
+).with_stiffness(STIFFNESS * 0.05)
+CURVED_PROPERTIES = replace(TRUE_PROPERTIES, rest_curvature=((1.5, 0.0, 0.0),))
 NODES = 37
 
 
 def recorded(
-    properties: RodProperties = TRUE,
+    properties: RodProperties = TRUE_PROPERTIES,
     sequences: int = 2,
     frames: int = 120,
     right: str = "clamped",
@@ -36,7 +35,7 @@ def recorded(
     left = Pose(
         np.zeros(3), poses.rotation_between(z, poses.normalized(np.array([0.3, 0.1, -1.0])))
     )
-    grip = Pose(np.array([0.3, 0.0, 0.0]), poses.rotation_between(z, UP))
+    grip = Pose(np.array([0.3, 0.0, 0.0]), poses.rotation_between(z, z))
     start = rod.rest(left, grip).state
     t = 0.01 * np.arange(frames)[:, None, None]
     seen = []

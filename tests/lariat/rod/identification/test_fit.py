@@ -13,7 +13,12 @@ from lariat.rod.identification import (
     predict,
     undetermined,
 )
-from tests.lariat.rod.identification.ropes import CURVED, STIFFNESS, TRUE, recorded
+from tests.lariat.rod.identification.ropes import (
+    CURVED_PROPERTIES,
+    STIFFNESS,
+    TRUE_PROPERTIES,
+    recorded,
+)
 
 NOISE = 3e-4
 
@@ -24,14 +29,14 @@ def named(found: list[Finding], name: str) -> Finding:
 
 @pytest.mark.parametrize(("right", "factor"), [("clamped", 10.0), ("clamped", 0.1), ("free", 1.0)])
 def test_stiffness_is_found_from_any_start(right: str, factor: float) -> None:
-    seen = recorded(CURVED, frames=90, right=right, noise=NOISE)
+    seen = recorded(CURVED_PROPERTIES, frames=90, right=right, noise=NOISE)
     start = generic_rope()
     start = start.with_stiffness(factor * STIFFNESS * start.linear_density)
     fit = identify(seen, start)
     stiffness = named(findings(fit), "stiffness")
     assert abs(stiffness.value - STIFFNESS) < max(3.0 * stiffness.standard_deviation, 1e-3)
     assert stiffness.standard_deviation < 0.5 * STIFFNESS
-    unseen = recorded(CURVED, sequences=1, frames=120, right=right, noise=NOISE, seed=5)
+    unseen = recorded(CURVED_PROPERTIES, sequences=1, frames=120, right=right, noise=NOISE, seed=5)
     assert np.mean(predict(unseen, fit.properties, fit.length_scale).scores) < 3e-3
 
 
@@ -43,7 +48,7 @@ def test_undetermined_properties_are_listed() -> None:
     assert "Mass" in listed
     assert "Twist ratio" in listed
     assert "Mass" not in " ".join(undetermined(fit, density_known=True))
-    assert TRUE.linear_density == pytest.approx(generic_rope().linear_density)
+    assert TRUE_PROPERTIES.linear_density == pytest.approx(generic_rope().linear_density)
 
 
 def test_motion_that_is_too_short_is_refused() -> None:

@@ -11,7 +11,7 @@ from lariat.rod.identification import Motion, predict
 from lariat.rod.identification.fit import generic_rope, linearize
 from lariat.rod.identification.material import Material
 from lariat.rod.identification.rod_twin import RodTwin
-from tests.lariat.rod.identification.ropes import STIFFNESS, TRUE, recorded
+from tests.lariat.rod.identification.ropes import STIFFNESS, TRUE_PROPERTIES, recorded
 
 
 def mirrored(motion: Motion) -> Motion:
@@ -21,15 +21,15 @@ def mirrored(motion: Motion) -> Motion:
 @pytest.mark.parametrize("right", ["clamped", "free"])
 def test_true_material_predicts_the_motion(right: str) -> None:
     motion = recorded(frames=100, right=right)
-    assert np.mean(predict(motion, TRUE, 1.0).scores) < 1e-3
-    soft = TRUE.with_stiffness(TRUE.bending_stiffness / 5.0)
+    assert np.mean(predict(motion, TRUE_PROPERTIES, 1.0).scores) < 1e-3
+    soft = TRUE_PROPERTIES.with_stiffness(TRUE_PROPERTIES.bending_stiffness / 5.0)
     assert np.mean(predict(motion, soft, 1.0).scores) > 3e-3
 
 
 def test_mirrored_motion_has_the_mirrored_prediction() -> None:
     motion = recorded(sequences=1, frames=40, right="free")
-    there = predict(motion, TRUE, 1.0).vertices
-    back = predict(mirrored(motion), TRUE, 1.0).vertices[:, :, ::-1]
+    there = predict(motion, TRUE_PROPERTIES, 1.0).vertices
+    back = predict(mirrored(motion), TRUE_PROPERTIES, 1.0).vertices[:, :, ::-1]
     np.testing.assert_allclose(back, there, atol=1e-9)
     measured = motion.vertices[:, :, ~motion.free]
     np.testing.assert_array_equal(there[:, :, ~motion.free], measured)

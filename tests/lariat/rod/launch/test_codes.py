@@ -1,4 +1,4 @@
-"""Codes that the kernel shares with other modules mean the same in both."""
+"""Codes of the kernel have the order of the names in other modules."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The kernel's library: it computes what Taichi computes, and only from this package's sources."""
+"""The kernel's library computes the same as Taichi, and comes from this package's sources alone."""
 
 from __future__ import annotations
 
@@ -47,13 +47,14 @@ def gradient() -> np.ndarray:
 def sag(
     package: Path, current: Path, home: Path, search_path: str = "", gravity: float = GRAVITY
 ) -> float:
-    """Height of a rod's lowest node, computed by a process of its own.
+    """Return the height of a rod's lowest node, computed by a process of its own [m].
 
     Args:
         package: Folder of the package `lariat` that the process imports.
         current: Folder that the process runs in.
         home: Folder of its cache.
         search_path: PYTHONPATH of the process.
+        gravity: Magnitude of gravity [m/s^2].
     """
     program = SAGGING_ROD.format(
         imports=f"sys.path.insert(0, {str(package.parent)!r})", gravity=gravity
@@ -73,7 +74,7 @@ def sag(
 
 @pytest.fixture
 def home(tmp_path: Path) -> Path:
-    """A home folder whose cache holds the library of this package."""
+    """Home folder whose cache holds the library of this package."""
     assert machine_code.kernel() is not None
     cache = tmp_path / "home" / ".cache" / "lariat"
     cache.mkdir(parents=True)
@@ -84,7 +85,7 @@ def home(tmp_path: Path) -> Path:
 
 
 @has_assembler
-def test_the_library_computes_what_taichi_computes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_library_computes_the_same_as_taichi(monkeypatch: pytest.MonkeyPatch) -> None:
     assert machine_code.kernel() is not None
     with_library = gradient()
     monkeypatch.setattr(machine_code, "kernel", lambda: None)
@@ -103,7 +104,7 @@ def test_two_checkouts_each_run_their_own_physics(tmp_path: Path, home: Path) ->
     assert changed != source
     energy.write_text(changed)
 
-    # Standing in the first checkout, which also leads the search path, with the second's package.
+    # The process runs in the first checkout, first on the search path, with the second's package.
     doubled = sag(second, first.parent, home, search_path=str(first.parent))
     plain = sag(first, second.parent, home, search_path=str(second.parent))
 
@@ -163,7 +164,7 @@ def test_a_foreign_library_is_replaced(
 
 
 @has_assembler
-def test_a_library_compiled_from_other_sources_than_asked_for_is_not_used(
+def test_a_library_compiled_from_changed_sources_is_not_used(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     def compile_other(command: list[str], **options: object) -> None:
@@ -203,7 +204,7 @@ def test_a_failed_compilation_is_not_repeated_at_every_start(
 
 
 @has_assembler
-def test_a_home_that_cannot_be_written_leaves_the_rod_to_taichi(
+def test_without_a_writable_home_the_rod_runs_through_taichi(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(Path, "home", lambda: Path("/proc"))

@@ -15,13 +15,13 @@ from lariat.rod import RodState, RolloutSpec
 from lariat.rod.xpbd import PARAMETERS, XpbdProperties, XpbdRod
 
 PROPERTIES = XpbdProperties(0.45, 0.008, rest_curvature=((1.0, 0.5, 0.3),))
-LYING = (0.7071067811865476, 0.7071067811865476, 0.0, 0.0)
-BAR = pack([Obstacle("cylinder", (0.0, 0.0, 0.25), LYING, radius=0.03, height=0.2), TABLE])
+HORIZONTAL = (0.7071067811865476, 0.7071067811865476, 0.0, 0.0)
+BAR = pack([Obstacle("cylinder", (0.0, 0.0, 0.25), HORIZONTAL, radius=0.03, height=0.2), TABLE])
 BODIES = pack(
     [
         Obstacle("sphere", (-0.1, 0.0, 0.26), radius=0.03),
         Obstacle("box", (0.0, 0.0, 0.26), (0.9238795, 0.0, 0.3826834, 0.0), size=(0.05, 0.1, 0.05)),
-        Obstacle("capsule", (0.1, 0.0, 0.26), LYING, radius=0.03, height=0.1),
+        Obstacle("capsule", (0.1, 0.0, 0.26), HORIZONTAL, radius=0.03, height=0.1),
     ]
 )
 DT = 0.01

@@ -14,9 +14,9 @@ from lariat.rod import Rod, RolloutSpec
 from lariat.rod.xpbd import XpbdProperties, XpbdRod
 
 PROPERTIES = XpbdProperties(0.45, 0.008)
-LEVEL = np.array([0.5, 0.5, 0.5, 0.5])
-LEFT = Pose(np.array([-0.2, 0.0, 0.3]), LEVEL)
-RIGHT = Pose(np.array([0.2, 0.0, 0.3]), LEVEL)
+ALONG_X = np.array([0.5, 0.5, 0.5, 0.5])
+LEFT = Pose(np.array([-0.2, 0.0, 0.3]), ALONG_X)
+RIGHT = Pose(np.array([0.2, 0.0, 0.3]), ALONG_X)
 
 
 def test_converged_sweeps_have_the_equilibrium_of_the_continuous_rod() -> None:
@@ -91,6 +91,6 @@ def test_bad_input_is_rejected_by_name() -> None:
     with pytest.raises(ValueError, match=r"state\.positions must be \(10, 3\)"):
         rod.rollout(RolloutSpec(wrong, still, 0.01))
     with pytest.raises(ValueError, match="the ends are"):
-        rod.rest(LEFT, Pose(np.array([0.9, 0.0, 0.3]), LEVEL))
+        rod.rest(LEFT, Pose(np.array([0.9, 0.0, 0.3]), ALONG_X))
     with pytest.raises(ValueError, match="no parameter 'stiffness'"):
         rod.gradient(RolloutSpec(state, still, 0.01), np.zeros((1, 10, 3)), ("stiffness",))

@@ -49,8 +49,3 @@ def near_pairs(
     if not indices:
         return NearPairs(np.zeros(0, dtype=int), np.zeros(0), np.zeros((0, 3)))
     return NearPairs(np.concatenate(indices), np.concatenate(distances), np.concatenate(outward))
-
-
-def with_midpoints(nodes: Float64[np.ndarray, "*b n 3"]) -> Float64[np.ndarray, "*b m 3"]:
-    """Return the nodes of chains, followed by the midpoints of their edges."""
-    return np.concatenate([nodes, 0.5 * (nodes[..., 1:, :] + nodes[..., :-1, :])], axis=-2)

@@ -8,7 +8,7 @@ from pathlib import Path
 import tyro
 
 from shared.scenario import SIDES, Scenario, load
-from stack import installation, preflight, services
+from stack import dependencies, preflight, services
 
 
 def main(scenario: tyro.conf.Positional[Path], /, json: bool = False) -> int:
@@ -26,7 +26,7 @@ def main(scenario: tyro.conf.Positional[Path], /, json: bool = False) -> int:
         0 for a valid scenario; 2 after one line that names the error.
     """
     cell = load(scenario)
-    installation.check(cell, services.NAMES)
+    dependencies.check(cell, services.NAMES)
     reports = preflight.check(cell)
     starts = arm_starts(cell)
     if json:

@@ -22,7 +22,7 @@ from shared.scenario import SIDES, Scenario
 from shared.service import SECOND
 from stack import preflight
 from stack.scenario_overrides import load_with
-from stack.simulation.closed_loop import Outcome, Watch, as_json, run
+from stack.simulation.closed_loop import RunOutcome, Watch, as_json, run
 from stack.simulation.scoring import Scorer
 from stack.simulation.simulated_time import START, SimulatedStack
 
@@ -129,7 +129,7 @@ def _progress(scenario: Scenario, console: Console) -> Iterator[Watch]:
         yield watch
 
 
-def _table(outcome: Outcome) -> Table:
+def _table(outcome: RunOutcome) -> Table:
     score = outcome.score
     table = Table(title=score.scenario, show_header=False, title_justify="left")
     verdict = f"after {score.reached_s} s" if score.reached else "no"

@@ -15,7 +15,7 @@ from shared import bus as buses
 from shared.bus import BusOptions
 from shared.configuration import ConfigurationError
 from shared.scenario import Side, find, load
-from stack import installation, services
+from stack import dependencies, services
 from stack.launcher import module_entry
 from stack.launcher.console import ConsoleHandler, ProcessConsole
 from stack.launcher.launcher import Launcher
@@ -54,7 +54,7 @@ def main(
     scenario = find(scenario)
     cell = load(scenario)
     parts = [*services.NAMES, *["dashboard"] * dashboard, *["recorder"] * record]
-    installation.check(cell, parts)
+    dependencies.check(cell, parts)
     _check_free("127.0.0.1", port, "is another stack running? choose another --port")
     if dashboard:
         _check_free("127.0.0.1", dashboard_port, "choose another --dashboard-port")

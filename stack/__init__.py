@@ -1,1 +1,1 @@
-"""Services of a cell put together: as processes, on simulated time or from a recording."""
+"""The services of a cell as a whole: live processes, simulated time, replay, and a client."""

@@ -1,7 +1,6 @@
-"""Check of a scenario by the rod, before anything moves.
+"""Check of a scenario with the rod: the rope at rest must not touch an obstacle.
 
-`shared.scenario.load` checks what the numbers alone show. Here the rope hangs at rest between the
-grips of start and goal, and must be clear of the obstacles there.
+It covers the start, the goal and the goals of events; `shared.scenario.load` checks the values.
 """
 
 from __future__ import annotations
@@ -18,16 +17,19 @@ from shared.scenario import Scenario, Shape
 
 @dataclass(frozen=True)
 class ShapeReport:
-    """Clearance of one shape of the scenario, with the rope at rest in it."""
+    """Clearance of the rope at rest in one shape of the scenario."""
 
     clearance: float
-    """Least distance between the rope's surface and an obstacle that is no support [m]."""
+    """Least distance between the rope's surface and an obstacle other than a support [m]."""
     nearest: str
-    """Name of that obstacle; empty in an empty scene."""
+    """Name of that obstacle; empty without obstacles."""
 
 
 def check(scenario: Scenario) -> dict[str, ShapeReport]:
-    """Reports on start, goal and the goals of events, by their keys in the scenario.
+    """Check start, goal and the goals of events.
+
+    Returns:
+        Report on each shape by its key in the scenario.
 
     Raises:
         ConfigurationError: The rope at rest would touch an obstacle, or cannot take a shape.
@@ -55,9 +57,9 @@ def _report(scenario: Scenario, key: str, shape: Shape) -> ShapeReport:
     nearest = min(clearances, key=lambda name: clearances[name])
     clearance = clearances[nearest]
     if clearance < 0.0:
-        what = "the rope at rest between its grips" if hangs else f"nodes = {shape.nodes!r}"
+        subject = "the rope at rest between its grips" if hangs else f"nodes = {shape.nodes!r}"
         raise ConfigurationError(
-            f"{key}: {what} would be {-1e3 * clearance:.1f} mm inside obstacle {nearest!r}; "
+            f"{key}: {subject} would be {-1e3 * clearance:.1f} mm inside obstacle {nearest!r}; "
             "move the shape or the obstacle"
         )
     return ShapeReport(clearance, nearest)

@@ -1,4 +1,4 @@
-"""One run of a scenario on simulated time, from idle to its end, scored."""
+"""Scored run of a scenario in simulated time."""
 
 from __future__ import annotations
 
@@ -18,65 +18,76 @@ from shared.service import SECOND, Service
 from stack import services
 from stack.simulation.recorder_tap import RecorderTap
 from stack.simulation.scoring import Scorer
-from stack.simulation.simulated_time import START, SimulatedStack, Tap, session
+from stack.simulation.simulated_time import START, SimulatedStack, Tap, session_id
 
-READY_LIMIT = 20 * SECOND
-"""A cell that is not ready after so long will not become so [ns]."""
-TICK = SECOND // 10
-"""Time between two looks at how the run goes [ns]."""
+READY_TIMEOUT = 20 * SECOND
+"""Longest simulated time until the cell is ready for a run [ns]."""
+START_TIMEOUT = SECOND
+"""Longest simulated time until the controller starts a requested run [ns]."""
+POLL_PERIOD = SECOND // 10
+"""Simulated time between two checks of the state of the run [ns]."""
 
 
 @dataclass(frozen=True)
 class Score:
-    """What `lariat run --json` answers; None where there is nothing to measure."""
+    """Score of a run, as `lariat run --json` prints it; None for what cannot be measured."""
 
     scenario: str
+    """Name of the scenario."""
     reached: bool
-    """The final error is within tolerance."""
+    """Whether the final error is within tolerance."""
     reached_s: float | None
-    """When the rope last came within tolerance, since the start of the run."""
+    """Time from the start of the run until the rope was within tolerance for good."""
     final_error_mm: float | None
-    """Mean node distance of true rope and goal, averaged over the last 0.2 s."""
+    """Mean node distance between true rope and goal, averaged over the last 0.2 s."""
     max_node_error_mm: float | None
-    """Largest node distance, averaged over the last 0.2 s."""
+    """Largest node distance between true rope and goal, averaged over the last 0.2 s."""
     min_clearance_mm: float | None
-    """Least distance of the surfaces of rope and obstacles over the whole run."""
+    """Least distance between the surfaces of rope and obstacles."""
     contact_time_s: float
+    """Time during which the rope touches obstacles."""
     length_error_mm: float
-    """Largest deviation of the true rope's length over the whole run."""
+    """Largest deviation of the true rope's length from its length at rest."""
     sim_s: float
+    """Simulated duration of the run."""
     wall_s: float
+    """Wall time of the run."""
     real_time_factor: float
+    """Simulated duration divided by wall time."""
     plan_ms: dict[str, float]
     """Wall time of the controller's steps: p50, p99, max."""
     replans: int
+    """Number of new paths that the controller requested."""
     parameters: dict[str, list[float]]
-    """Value and standard deviation by name."""
+    """Value and standard deviation of each estimated parameter by name."""
     prediction_error_mm: float | None
-    """Of what is seen from what was expected of it, mean over the run; it holds the noise."""
+    """Mean node distance between prediction and observation, which includes the sensor noise."""
     horizon_error_mm: float | None
-    """Of the true rope from the ends of all horizons, root mean square while it moved."""
+    """Root mean square node distance between true rope and ends of horizons, while it moved."""
     recording: str | None
+    """File of the recording."""
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """A finished run."""
+class RunOutcome:
+    """Result of a finished run."""
 
     score: Score
+    """Measured quantities."""
     reason: str
-    """Why it ended as it did, in words."""
+    """Why the run ended."""
     stack: SimulatedStack
-    """As it was left."""
+    """Services in their final state."""
     scorer: Scorer
+    """Time series behind the score."""
 
 
 Watch = Callable[[SimulatedStack, Scorer], None]
-"""Looks at a run while it goes on."""
+"""Observer of a run, called once per `POLL_PERIOD`."""
 
 
-def in_simulation(scenario: Scenario) -> Scenario:
-    """The same cell without its real arms: the emulator plays them."""
+def with_emulated_arms(scenario: Scenario) -> Scenario:
+    """Return the scenario with emulated arms in place of real ones."""
     ends = {side: replace(scenario.end(side), address="") for side in SIDES}
     return replace(scenario, ends=replace(scenario.ends, **ends))
 
@@ -88,51 +99,55 @@ def run(
     watch: Watch | None = None,
     taps: tuple[Tap, ...] = (),
     members: tuple[Service, ...] | None = None,
-) -> Outcome:
-    """Steps a cell until its time is over.
+) -> RunOutcome:
+    """Run a scenario until the goal is reached or its time is over, and score the run.
 
     Args:
-        scenario: What to run; a real arm's address is left out.
+        scenario: The scenario; real arms are replaced by emulated ones.
         record: File for the recording, which must not exist.
-        stop_after: End so long after the controller has said that the goal is reached [s]; the
-            scenario's time limit holds besides.
-        watch: Called ten times a simulated second.
-        taps: See every message.
-        members: Services in the place of the scenario's own.
+        stop_after: Time from the controller's report that the goal is reached to the end of the
+            run [s]; by default the run lasts until the scenario's time limit.
+        watch: Observer of the run.
+        taps: Functions that are called with every message.
+        members: Services of the cell; by default those of the scenario.
 
     Raises:
-        ConfigurationError: A service cannot do what the scenario asks for.
+        ConfigurationError: A service does not support the scenario.
         OSError: The recording cannot be written.
     """
-    scenario = in_simulation(scenario)
+    scenario = with_emulated_arms(scenario)
     scorer = Scorer(scenario)
     if members is None:
-        members = tuple(services.build(n, scenario, session(n)) for n in services.NAMES)
+        members = tuple(services.build(n, scenario, session_id(n)) for n in services.NAMES)
     with ExitStack() as cleanup:
         stack = SimulatedStack(members, [scorer, *taps])
         if record:
-            # Before anything is compiled: a folder that cannot be written is said at once.
+            # Before the kernels are compiled: a folder that is not writable is reported at once.
             recorder = RecorderTap(record, scenario, stack)
             cleanup.callback(recorder.close)
             stack.taps.append(recorder)
         stack.warm_up()
-        reason = _get_ready(stack, scenario, watch, scorer)
+        reason = _make_ready(stack, scenario, watch, scorer)
         steps_before = len(stack.step_ms("controller"))
         began = time.perf_counter()
         if not reason:
             reason = _drive(stack, scenario, stop_after, watch, scorer)
         wall = time.perf_counter() - began
     score = _score(scenario, scorer, wall, stack.step_ms("controller")[steps_before:], record)
-    return Outcome(score, reason, stack, scorer)
+    return RunOutcome(score, reason, stack, scorer)
 
 
-def _get_ready(
+def _make_ready(
     stack: SimulatedStack, scenario: Scenario, watch: Watch | None, scorer: Scorer
 ) -> str:
-    """Steps until a run can start; says what is missing when that does not come."""
-    asked, missing = False, "no time"
-    while stack.now < START + READY_LIMIT:
-        stack.advance_to(stack.now + TICK)
+    """Step until a run can start.
+
+    Returns:
+        The missing condition; empty if the cell is ready.
+    """
+    arm_requested, missing = False, "no time"
+    while stack.now < START + READY_TIMEOUT:
+        stack.advance_to(stack.now + POLL_PERIOD)
         if watch:
             watch(stack, scorer)
         missing = _missing(stack)
@@ -140,8 +155,8 @@ def _get_ready(
             return ""
         arms = stack.latest(topics.ARM_STATE)
         automatic = all(scenario.end(side).arm_automatically for side in SIDES)
-        if arms and arms.mode == ArmStates.DISARMED and not automatic and not asked:
-            # Who types `lariat run` stands in for the person who arms a cell.
+        if arms and arms.mode == ArmStates.DISARMED and not automatic and not arm_requested:
+            # In simulation, no person needs to arm the cell.
             stack.send(
                 topics.ARM_COMMAND,
                 ArmCommand(
@@ -152,7 +167,7 @@ def _get_ready(
                     action=ArmCommand.ARM,
                 ),
             )
-            asked = True
+            arm_requested = True
     return f"the cell did not become ready: {missing}"
 
 
@@ -161,17 +176,17 @@ def _missing(stack: SimulatedStack) -> str:
     rope = stack.latest(topics.ROPE_NODES)
     task = stack.latest(topics.TASK_STATE)
     if arms is None:
-        return "no arm/state"
-    # An idle controller holds explicitly: arms that hold without asking for a person are ready.
+        return "there is no message on arm/state"
+    # An idle controller sends holds: arms that hold without need of acknowledgement are ready.
     ready = (ArmStates.ARMED, ArmStates.MOVING, ArmStates.HOLDING)
     if arms.mode not in ready or arms.needs_acknowledgement:
         return f"the arms are {ArmStates.Mode.Name(arms.mode).lower()}: {arms.reason}"
     if rope is None:
-        return "no rope/nodes"
+        return "there is no message on rope/nodes"
     if not rope.positions:
         return f"the rope is not seen: {rope.lost}"
     if task is None:
-        return "no task/state"
+        return "there is no message on task/state"
     if not task.goal.positions:
         return f"there is no goal: {task.refusal or task.reason}"
     return ""
@@ -184,22 +199,26 @@ def _drive(
     watch: Watch | None,
     scorer: Scorer,
 ) -> str:
-    """Starts the task and steps until it is over; says how it ended."""
+    """Start the task and step until the run is over.
+
+    Returns:
+        Why the run ended.
+    """
     stack.send(
         topics.TASK_REQUEST, TaskRequest(id="run-start", stamp=stack.now, action=TaskRequest.START)
     )
-    asked = stack.now
+    requested = stack.now
     reached: int | None = None
     while True:
-        stack.advance_to(stack.now + TICK)
+        stack.advance_to(stack.now + POLL_PERIOD)
         if watch:
             watch(stack, scorer)
         task = stack.latest(topics.TASK_STATE) or TaskState()
         if task.last_request == "run-start" and task.refusal:
             return f"the start was refused: {task.refusal}"
         if not scorer.started:
-            if stack.now > asked + SECOND:
-                return "the controller does not answer task/request"
+            if stack.now > requested + START_TIMEOUT:
+                return "the controller does not answer on task/request"
             continue
         if task.state == FAILED:
             return f"the controller gave up: {task.reason}"
@@ -214,7 +233,7 @@ def _drive(
         ):
             return "reached"
         if stack.now >= scorer.started + round(scenario.run.time_limit * SECOND):
-            return "the time limit of the run"
+            return "the time limit has passed"
 
 
 def _score(
@@ -252,5 +271,5 @@ def _mm(meters: float) -> float | None:
 
 
 def as_json(score: Score) -> dict[str, Any]:
-    """The score as one JSON object."""
+    """Return the score as a JSON object."""
     return asdict(score)

@@ -1,4 +1,4 @@
-"""Emulated CR5 arms in memory, on simulated time: what the gateway gets in place of TCP."""
+"""Emulated CR5 arms in memory, in simulated time, which replace TCP connections."""
 
 from __future__ import annotations
 
@@ -14,55 +14,70 @@ BOOT_TIME = SECOND
 
 
 class MemoryStream:
-    """One connection to an emulated arm."""
+    """Connection to one port of an emulated arm."""
 
     def __init__(self, connection: Connection | None, port: int) -> None:
-        """Args: connection: None when the arm refused it."""
+        """Create a stream.
+
+        Args:
+            connection: Connection of the emulator; None if it refused.
+            port: Port of the arm.
+        """
         self._connection, self._port = connection, port
 
     @property
     def state(self) -> StreamState:
+        """Whether the connection is open."""
         return "closed" if self._connection is None or self._connection.closed else "open"
 
     @property
     def reason(self) -> str:
+        """Reason why the connection is closed."""
         return f"emulator:{self._port}: refused or closed"
 
     def send(self, data: bytes) -> None:
+        """Send bytes to the arm."""
         if self._connection is not None:
             self._connection.feed(data)
 
     def receive(self) -> bytes:
+        """Return the bytes that the arm has sent since the last call."""
         parts = []
         while self._connection is not None and (segment := self._connection.take()) is not None:
             parts.append(segment)
         return b"".join(parts)
 
     def close(self) -> None:
+        """Close the connection."""
         if self._connection is not None:
             self._connection.close()
 
     def abort(self) -> None:
+        """Close the connection at once."""
         self.close()
 
 
 class MemoryLink:
-    """The ports of an emulated arm, which is stepped by the gateway's clock."""
+    """Link to an emulated arm, which advances with the gateway's steps."""
 
     live = False
+    """Whether the arm runs in real time."""
 
     def __init__(self, emulator: Emulator) -> None:
         self.emulator = emulator
+        """The arm."""
 
     def open(self, port: int) -> ByteStream:
+        """Return a new connection to a port of the arm."""
         return MemoryStream(self.emulator.connect(port), port)
 
     def advance(self, now: int) -> None:
+        """Advance the arm to the time of a step [ns]."""
         self.emulator.advance_to(now * 1e-9)
 
 
 def emulated_links(scenario: Scenario, first_step: int) -> dict[Side, MemoryLink]:
-    """Links to one emulated arm for each CR5 of a scenario, standing at the scenario's start.
+    """Return a link to an emulated arm for each CR5 of a scenario, at the scenario's start.
 
     Args:
         scenario: The cell; an address in it is not used.
@@ -80,7 +95,7 @@ def emulated_links(scenario: Scenario, first_step: int) -> dict[Side, MemoryLink
 
 
 def _options(scenario: Scenario, side: Side) -> Options:
-    # Only a cell with such an arm needs Pinocchio.
+    # Imported late: only a cell with such an arm needs Pinocchio.
     from shared.cr5.installation import scenario_joints, tether_of
 
     end = scenario.end(side)

@@ -1,4 +1,4 @@
-"""How well the controller foresees the rope: the end of every horizon against the true rope."""
+"""Prediction error at the end of the controller's horizons, relative to the true rope."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from lariat.geometry import polylines
 from shared.messages import Plan, chain
 from shared.service import SECOND
 
-MOVING = 0.02
-"""Mean speed of the true nodes from which a prediction counts [m/s]: rest is easily foreseen."""
+MIN_NODE_SPEED = 0.02
+"""Mean speed of the true nodes below which a prediction does not count [m/s]."""
 
 
 class HorizonError:
@@ -47,7 +47,7 @@ class HorizonError:
                 continue
             elapsed = (stamp - before[0]) / SECOND
             speed = float(np.mean(np.linalg.norm(nodes - before[1], axis=1))) / elapsed
-            if speed < MOVING:
+            if speed < MIN_NODE_SPEED:
                 continue
             share = (at - before[0]) / (stamp - before[0])
             there = (1.0 - share) * before[1] + share * nodes

@@ -1,4 +1,4 @@
-"""Records a run on simulated time, with what viewers draw."""
+"""Recorder of a run in simulated time."""
 
 from __future__ import annotations
 
@@ -12,10 +12,15 @@ from stack.simulation.simulated_time import Delivery, SimulatedStack
 
 
 class RecorderTap:
-    """Writes every message to one file, and a drawing of each rope that is seen."""
+    """Tap that records every message, and a Foxglove scene for each perceived rope."""
 
     def __init__(self, path: Path, scenario: Scenario, stack: SimulatedStack) -> None:
-        """Opens the file.
+        """Create the file.
+
+        Args:
+            path: The file, which must not exist.
+            scenario: Scenario of the run.
+            stack: Stack whose time is the start of the recording.
 
         Raises:
             OSError: It exists already or cannot be written.
@@ -25,7 +30,7 @@ class RecorderTap:
         self._drawings = 0
 
     def __call__(self, delivery: Delivery) -> None:
-        """Takes one message."""
+        """Record one message."""
         self._writer.write(
             delivery.topic,
             delivery.payload,
@@ -43,5 +48,5 @@ class RecorderTap:
             self._drawings += 1
 
     def close(self) -> None:
-        """Ends the file."""
+        """Close the file."""
         self._writer.close()

@@ -1,4 +1,4 @@
-"""Scores a run by the true rope, which no service but the sim ever sees."""
+"""Score of a run by the true rope, which only the simulation knows."""
 
 from __future__ import annotations
 
@@ -18,62 +18,64 @@ from shared.service import SECOND
 from stack.simulation.horizon_error import HorizonError
 from stack.simulation.simulated_time import Delivery
 
-WINDOW = SECOND // 5
-"""The final error is the mean over this time before the end [ns]."""
-TOUCH = 0.0
-"""Rope and obstacle are in contact at this distance and below [m]."""
+FINAL_ERROR_WINDOW = SECOND // 5
+"""Time before the end of a run over which the final error is averaged [ns]."""
+CONTACT_DISTANCE = 0.0
+"""Distance of the surfaces of rope and obstacle at and below which they touch [m]."""
 
 
 @dataclass
 class Scorer:
-    """Sees every message of a run; the run begins when the task says so.
+    """Tap that measures a run; the run begins when the task's state leaves idle.
 
-    Obstacles that the rope may lean on count neither for clearance nor for contact.
+    Supports count neither for the clearance nor for contact.
     """
 
     scenario: Scenario
+    """Scenario of the run."""
     started: int = 0
-    """Instant at which the run began [ns]; 0 before."""
+    """Time at which the run began [ns]; 0 before."""
     ended: int = 0
     """Stamp of the newest true rope [ns]."""
     min_clearance: float = np.inf
-    """Least distance of surfaces [m]."""
+    """Least distance between the surfaces of rope and obstacles [m]."""
     contact_time: float = 0.0
     """Time in contact [s]."""
     length_error: float = 0.0
-    """Largest deviation of the true rope's length from the one it has at rest [m]."""
+    """Largest deviation of the true rope's length from its length at rest [m]."""
     errors: list[tuple[int, float, float]] = field(default_factory=list)
-    """Stamp [ns], mean and largest node distance to the goal [m] of every true rope."""
+    """Stamp [ns], mean and largest node distance to the goal [m] of each true rope."""
     prediction_errors: list[float] = field(default_factory=list)
-    """Mean node distance of prediction and observation [m]."""
+    """Mean node distance between prediction and observation, by message [m]."""
     horizon_error: HorizonError = field(default_factory=HorizonError)
-    """Of the run's horizons."""
+    """Prediction error of the run's horizons."""
     parameters: dict[str, list[float]] = field(default_factory=dict)
-    """The newest: value and standard deviation by name."""
+    """Newest value and standard deviation of each estimated parameter by name."""
     replans: int = 0
+    """Number of new paths that the controller requested during the run."""
 
     def __post_init__(self) -> None:
         self._marked = MarkedObstacles(self.scenario)
         self._believed = self.scenario.bodies
-        self._surround()
+        self._update_obstacles()
         self._radius = self.scenario.plant_rope.diameter / 2.0
         self._goal: Float64[np.ndarray, "n 3"] | None = None
         self._first_replans = 0
 
     def __call__(self, delivery: Delivery) -> None:
-        """Takes one message."""
+        """Process one message."""
         match delivery.key:
             case topics.TASK_STATE.key:
                 self._take_task(delivery.parse())
                 self._marked.update_task(delivery.parse(), delivery.received)
-                self._surround()
+                self._update_obstacles()
             case topics.SCENE_REQUEST.key:
                 self._marked.take_request(delivery.parse())
             case topics.SCENE_STATE.key:
                 scene = delivery.parse()
                 self._marked.take_scene(scene)
                 self._believed = scene_obstacles(scene)
-                self._surround()
+                self._update_obstacles()
             case topics.ROPE_TRUTH.key:
                 message = delivery.parse()
                 if self.started and message.stamp >= self.started:
@@ -90,8 +92,8 @@ class Scorer:
                 if self.started:
                     self.prediction_errors.append(message.prediction_error)
 
-    def _surround(self) -> None:
-        """Obstacles as they truly are."""
+    def _update_obstacles(self) -> None:
+        """Update the true obstacles."""
         bodies = self._marked.merged(self._believed)
         self._obstacles = tuple(o for o in bodies if not o.support)
 
@@ -108,41 +110,41 @@ class Scorer:
         since = self.ended or self.started
         self.ended = stamp
         if self._goal is not None:
-            there = nodes
+            resampled = nodes
             if len(nodes) != len(self._goal):
-                there = polylines.resample(nodes, len(self._goal))
-            distances = np.linalg.norm(there - self._goal, axis=1)
+                resampled = polylines.resample(nodes, len(self._goal))
+            distances = np.linalg.norm(resampled - self._goal, axis=1)
             self.errors.append((stamp, float(np.mean(distances)), float(np.max(distances))))
         deviation = abs(polylines.length(nodes) - self.scenario.plant_rope.length)
         self.length_error = max(self.length_error, deviation)
         nearest = self._clearance(nodes)
         self.min_clearance = min(self.min_clearance, nearest)
-        if nearest <= TOUCH:
+        if nearest <= CONTACT_DISTANCE:
             self.contact_time += (stamp - since) / SECOND
 
     def _clearance(self, nodes: Float64[np.ndarray, "n 3"]) -> float:
-        """Least distance of surfaces, exact where it matters for the score, else infinite [m]."""
+        """Least distance between surfaces if it can change the score, else infinite [m]."""
         edges = np.linalg.norm(np.diff(nodes, axis=0), axis=1)
         nearest = np.inf
         for obstacle in self._obstacles:
             distance = signed_distance(nodes, obstacle) - self._radius
-            # A distance changes by no more than the way: no point of an edge is nearer than this.
+            # A distance function has slope 1: this is a lower bound for all points of an edge.
             bound = np.min((distance[:-1] + distance[1:] - edges) / 2.0)
-            if bound < max(self.min_clearance, TOUCH) and bound < nearest:
+            if bound < max(self.min_clearance, CONTACT_DISTANCE) and bound < nearest:
                 nearest = min(nearest, chain_clearance(nodes, self._radius, [obstacle]))
         return nearest
 
     @property
     def final(self) -> tuple[float, float]:
-        """Mean and largest node distance to the goal over the end of the run [m]."""
-        last = [e for e in self.errors if e[0] > self.ended - WINDOW]
+        """Mean and largest node distance to the goal, averaged over the end of the run [m]."""
+        last = [e for e in self.errors if e[0] > self.ended - FINAL_ERROR_WINDOW]
         if not last:
             return np.inf, np.inf
         return float(np.mean([e[1] for e in last])), float(np.mean([e[2] for e in last]))
 
     @property
     def reached_after(self) -> float | None:
-        """Time from the start of the run to when the rope last came within tolerance [s]."""
+        """Time from the start of the run until the rope was within tolerance for good [s]."""
         tolerance = self.scenario.run.tolerance
         if self.final[0] > tolerance:
             return None

@@ -1,8 +1,8 @@
-"""Steps services in one process on simulated time: deterministic, as fast as they run.
+"""Runner of services in one process in simulated time, deterministic and without waiting.
 
-Every service is stepped at its own rate on integer nanoseconds, in a fixed order. What it publishes
-becomes visible its declared latency after the step that took the inputs. Messages cross as bytes,
-so that nobody shares an object and a recording holds what the services saw.
+Every service is stepped at its own rate, in integer nanoseconds and in a fixed order. Its outputs
+are delivered after its declared latency. Messages are passed as bytes: no object is shared, and a
+recording holds exactly the services' inputs.
 """
 
 from __future__ import annotations
@@ -21,39 +21,41 @@ from shared.service import SECOND, Inbox, Mailbox, Received, Service
 from shared.topics import Topic
 
 START = SECOND
-"""Simulated time begins here [ns]; a stamp of 0 means that there is none."""
+"""Start of simulated time [ns]; not 0, because a stamp of 0 means that there is none."""
 
 
 @dataclass(frozen=True)
 class Delivery:
-    """One message, as bytes, with what the bus says of it."""
+    """Serialised message with its origin and time of delivery."""
 
     topic: Topic
+    """Topic with a concrete key."""
     payload: bytes
+    """Serialised message."""
     publisher: str
     """Id of the process start that sent it."""
     sequence: int
-    """Its number among the publisher's messages on this topic, from 0."""
+    """Number among the publisher's messages on this topic, from 0."""
     received: int
-    """When it becomes visible [ns]."""
+    """Time of delivery [ns]."""
 
     @property
     def key(self) -> str:
-        """Of its topic."""
+        """Key of its topic."""
         return self.topic.key
 
     def parse(self) -> Any:
-        """The message, as an object of one's own."""
+        """Return the decoded message, a new object in each call."""
         return self.topic.type.FromString(self.payload)
 
 
 Tap = Callable[[Delivery], None]
-"""Sees every message, traces among them, in the order in which they become visible."""
+"""Function that is called with every message, in the order of delivery."""
 
 
 @dataclass
-class _Seat:
-    """One service and when it is stepped."""
+class _ScheduledService:
+    """Service with its schedule and its mailbox."""
 
     service: Service
     start: int
@@ -66,84 +68,89 @@ class _Seat:
 
     @property
     def due(self) -> int:
-        """Instant of the next step [ns], without accumulating a rounding error."""
+        """Time of the next step [ns], without accumulated rounding errors."""
         return self.start + self.steps * SECOND * self.rate.denominator // self.rate.numerator
 
 
 class SimulatedStack:
-    """A cell's services, joined in memory."""
+    """Services of a cell, connected in memory."""
 
     def __init__(
         self, services: Sequence[Service], taps: Sequence[Tap] = (), start: int = START
     ) -> None:
-        """Joins the services.
+        """Connect services.
 
         Args:
-            services: In the order in which those due at the same instant are stepped.
-            taps: See every message.
-            start: First instant [ns].
+            services: Services; those due at the same time are stepped in this order.
+            taps: Functions that are called with every message.
+            start: Time of the first step [ns].
         """
         self.now = start
-        """Instant of the steps taken last [ns]."""
+        """Present time [ns]."""
         self.taps = list(taps)
-        self._seats = [_seat(service, start) for service in services]
+        """Functions that are called with every message."""
+        self._scheduled = [_schedule(service, start) for service in services]
         self._readers: dict[str, list[Mailbox]] = defaultdict(list)
-        for seat in self._seats:
-            for topic in seat.service.reads:
-                self._readers[topic.key].append(seat.mailbox)
+        for entry in self._scheduled:
+            for topic in entry.service.reads:
+                self._readers[topic.key].append(entry.mailbox)
         self._pending: list[tuple[int, int, Delivery]] = []
         self._published = 0
         self._sequences: dict[tuple[str, str], int] = defaultdict(int)
         self._newest: dict[str, Delivery] = {}
 
     def warm_up(self) -> None:
-        """Compiles and allocates what the first steps would otherwise wait for."""
-        for seat in self._seats:
-            seat.service.warm_up()
+        """Compile and allocate what the first steps need."""
+        for entry in self._scheduled:
+            entry.service.warm_up()
 
     def send(self, topic: Topic, message: Message, publisher: str = "lariat") -> None:
-        """Publishes from outside; visible at once."""
+        """Publish a message that is no service's; it is delivered without latency.
+
+        Raises:
+            TypeError: The message is not of the topic's type.
+        """
         self._publish(topic, message, publisher, self.now)
 
     def latest(self, topic: Topic) -> Any | None:
-        """The newest visible message of a topic; None before the first."""
+        """Return the newest delivered message of a topic; None before the first."""
         delivery = self._newest.get(topic.key)
         return delivery.parse() if delivery else None
 
     def step_ms(self, service: str) -> list[float]:
-        """Wall time of every step of one service so far [ms]."""
-        (seat,) = [s for s in self._seats if s.service.name == service]
-        return seat.step_ms
+        """Return the wall times of all steps of one service [ms]."""
+        (entry,) = [s for s in self._scheduled if s.service.name == service]
+        return entry.step_ms
 
     def advance(self) -> int:
-        """Takes all steps of the next instant at which one is due, and returns it [ns]."""
-        self.now = min(seat.due for seat in self._seats)
-        for seat in self._seats:
-            if seat.due == self.now:
+        """Take all steps that are due next, and return their time [ns]."""
+        self.now = min(entry.due for entry in self._scheduled)
+        for entry in self._scheduled:
+            if entry.due == self.now:
                 self._deliver()
-                self._step(seat)
+                self._step(entry)
         return self.now
 
     def advance_to(self, instant: int) -> None:
-        """Takes all steps before an instant [ns], which becomes the present."""
-        while min(seat.due for seat in self._seats) < instant:
+        """Take all steps before an instant [ns], and set the present time to it."""
+        while min(entry.due for entry in self._scheduled) < instant:
             self.advance()
         self.now = max(self.now, instant)
         self._deliver()
 
-    def _step(self, seat: _Seat) -> None:
-        inbox = seat.mailbox.take()
+    def _step(self, entry: _ScheduledService) -> None:
+        inbox = entry.mailbox.take()
         began = time.perf_counter()
-        # A step is an iterator: it is run to its end before anything of it is visible.
-        publications = list(seat.service.step(inbox, self.now))
-        seat.step_ms.append(1e3 * (time.perf_counter() - began))
+        # A step is an iterator: it is exhausted before any of its output is delivered.
+        publications = list(entry.service.step(inbox, self.now))
+        entry.step_ms.append(1e3 * (time.perf_counter() - began))
         for topic, message in publications:
-            self._publish(topic, message, seat.publisher, self.now + seat.latency)
-        trace = _trace(seat, inbox, self.now)
-        self._publish(topics.TRACE.at(seat.service.name), trace, seat.publisher, self.now)
-        seat.steps += 1
+            self._publish(topic, message, entry.publisher, self.now + entry.latency)
+        trace = _trace(entry, inbox, self.now)
+        self._publish(topics.TRACE.at(entry.service.name), trace, entry.publisher, self.now)
+        entry.steps += 1
 
-    def _publish(self, topic: Topic, message: Message, publisher: str, visible: int) -> None:
+    def _publish(self, topic: Topic, message: Message, publisher: str, delivery_time: int) -> None:
         if not isinstance(message, topic.type):
             raise TypeError(
                 f"{publisher} published a {type(message).__name__} on {topic.key}, "
@@ -152,8 +159,8 @@ class SimulatedStack:
         sequence = self._sequences[publisher, topic.key]
         self._sequences[publisher, topic.key] += 1
         payload = message.SerializeToString(deterministic=True)
-        delivery = Delivery(topic, payload, publisher, sequence, visible)
-        heapq.heappush(self._pending, (visible, self._published, delivery))
+        delivery = Delivery(topic, payload, publisher, sequence, delivery_time)
+        heapq.heappush(self._pending, (delivery_time, self._published, delivery))
         self._published += 1
 
     def _deliver(self) -> None:
@@ -171,21 +178,21 @@ class SimulatedStack:
                 tap(delivery)
 
 
-def _seat(service: Service, start: int) -> _Seat:
-    return _Seat(
+def _schedule(service: Service, start: int) -> _ScheduledService:
+    return _ScheduledService(
         service,
         start=start,
         rate=Fraction(service.rate).limit_denominator(1000),
         latency=round(service.latency * SECOND),
         mailbox=Mailbox(service.reads),
-        publisher=session(service.name),
+        publisher=session_id(service.name),
     )
 
 
-def session(service: str) -> str:
-    """Id of a service's only start in simulated time."""
+def session_id(service: str) -> str:
+    """Return the id of a service's only start in simulated time."""
     return f"{service}-0"
 
 
-def _trace(seat: _Seat, inbox: Inbox, now: int) -> Trace:
-    return Trace(service=seat.service.name, step=seat.steps, now=now, inputs=inbox.consumed)
+def _trace(entry: _ScheduledService, inbox: Inbox, now: int) -> Trace:
+    return Trace(service=entry.service.name, step=entry.steps, now=now, inputs=inbox.consumed)

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from cli import __main__ as lariat
-from stack import installation
+from stack import dependencies
 from stack.launcher import process
 from tests.shared.cell import free_port
 
@@ -101,12 +101,12 @@ def test_a_library_that_is_not_installed(
     scenario: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scenario.write_text(SCENARIO + '[plant]\nmodel = "mujoco"\n')
-    real = installation.find_spec
+    real = dependencies.find_spec
 
     def without_mujoco(name: str) -> ModuleSpec | None:
         return None if name == "mujoco" else real(name)
 
-    monkeypatch.setattr(installation, "find_spec", without_mujoco)
+    monkeypatch.setattr(dependencies, "find_spec", without_mujoco)
     line = refused(capfd, "up", str(scenario))
     assert "sim needs mujoco, which is not installed" in line
     assert "pip install -e . -e './stack[sim]'" in line

@@ -6,13 +6,13 @@ from pathlib import Path
 
 from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
-from stack.simulation.closed_loop import Outcome
+from stack.simulation.closed_loop import RunOutcome
 from stack.simulation.simulated_time import Delivery
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
 
-def run(name: str, *settings: str, record: Path | None = None) -> Outcome:
+def run(name: str, *settings: str, record: Path | None = None) -> RunOutcome:
     """One run of a scenario with some of its values replaced."""
     return closed_loop.run(load_with(SCENARIOS / f"{name}.toml", settings), record)
 

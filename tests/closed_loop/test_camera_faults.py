@@ -19,7 +19,7 @@ from shared.service import SECOND, Inbox, Publication
 from stack import services
 from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
-from stack.simulation.simulated_time import Delivery, session
+from stack.simulation.simulated_time import Delivery, session_id
 from tests.closed_loop.loop import SCENARIOS
 
 Fault = Callable[[Publication], Publication | None]
@@ -137,9 +137,9 @@ def test_the_arms_hold_within_half_a_second_and_the_run_goes_on(
     of = load_with(SCENARIOS / "three-cylinders.toml", ("run.time_limit=6.0",))
     begin, end = 2_000_000_000, 3_900_000_000
     members = [
-        FailingLab(services.build(n, of, session(n)), fault, begin, end)
+        FailingLab(services.build(n, of, session_id(n)), fault, begin, end)
         if n == "sim"
-        else services.build(n, of, session(n))
+        else services.build(n, of, session_id(n))
         for n in services.NAMES
     ]
     log: list[Delivery] = []

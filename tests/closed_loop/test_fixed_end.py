@@ -7,18 +7,18 @@ import pytest
 
 from shared import topics
 from shared.messages import arm_pose
-from stack.simulation.closed_loop import Outcome
+from stack.simulation.closed_loop import RunOutcome
 from tests.closed_loop.loop import first_difference, messages, run
 
 NAME = "fixed-end"
 
 
 @pytest.fixture(scope="module")
-def outcome() -> Outcome:
+def outcome() -> RunOutcome:
     return run(NAME, "run.time_limit=6.0")
 
 
-def test_the_arm_brings_the_rope_to_its_goal(outcome: Outcome):
+def test_the_arm_brings_the_rope_to_its_goal(outcome: RunOutcome):
     score = outcome.score
     assert score.reached, outcome.reason
     assert score.final_error_mm is not None
@@ -27,7 +27,7 @@ def test_the_arm_brings_the_rope_to_its_goal(outcome: Outcome):
     assert score.min_clearance_mm is None or score.min_clearance_mm > 5.0
 
 
-def test_the_fixed_end_stays_where_it_was(outcome: Outcome):
+def test_the_fixed_end_stays_where_it_was(outcome: RunOutcome):
     scenario = outcome.scorer.scenario
     arms = outcome.stack.latest(topics.ARM_STATE)
     assert arms is not None

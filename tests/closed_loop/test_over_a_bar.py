@@ -7,16 +7,16 @@ import pytest
 from lariat.geometry.obstacles import chain_clearance
 from shared import topics
 from shared.messages import chain
-from stack.simulation.closed_loop import Outcome
+from stack.simulation.closed_loop import RunOutcome
 from tests.closed_loop.loop import run
 
 
 @pytest.fixture(scope="module")
-def outcome() -> Outcome:
+def outcome() -> RunOutcome:
     return run("over-a-bar", "run.time_limit=4.0")
 
 
-def test_the_rope_comes_to_lie_on_the_bar(outcome: Outcome):
+def test_the_rope_comes_to_lie_on_the_bar(outcome: RunOutcome):
     score = outcome.score
     assert score.reached, outcome.reason
     truth = outcome.stack.latest(topics.ROPE_TRUTH)
@@ -27,7 +27,7 @@ def test_the_rope_comes_to_lie_on_the_bar(outcome: Outcome):
     assert -1e-3 < gap < 1e-3
 
 
-def test_contact_with_the_bar_is_no_harm_and_the_post_is_kept_away_from(outcome: Outcome):
+def test_contact_with_the_bar_is_no_harm_and_the_post_is_kept_away_from(outcome: RunOutcome):
     score = outcome.score
     assert score.contact_time_s == 0.0
     assert score.min_clearance_mm is not None

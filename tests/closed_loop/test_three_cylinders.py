@@ -12,7 +12,7 @@ from cli import replay
 from shared import topics
 from shared.messages import REACHED
 from shared.recording import Recording
-from stack.simulation.closed_loop import Outcome
+from stack.simulation.closed_loop import RunOutcome
 from tests.closed_loop.loop import first_difference, messages, run
 
 NAME = "three-cylinders"
@@ -24,11 +24,11 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def seen(path: Path) -> Outcome:
+def seen(path: Path) -> RunOutcome:
     return run(NAME, "run.time_limit=6.0", record=path)
 
 
-def test_the_rope_reaches_its_goal_through_the_camera(seen: Outcome):
+def test_the_rope_reaches_its_goal_through_the_camera(seen: RunOutcome):
     score = seen.score
     assert score.reached, seen.reason
     assert score.final_error_mm is not None
@@ -60,7 +60,7 @@ def test_the_same_seed_gives_the_same_bytes_and_another_does_not():
     assert "camera/overhead" in first_difference(one, other)
 
 
-def test_the_recorded_services_say_the_same_again(seen: Outcome, path: Path, tmp_path: Path):
+def test_the_recorded_services_say_the_same_again(seen: RunOutcome, path: Path, tmp_path: Path):
     recording = Recording.open(path)
     scenario = recording.scenario(tmp_path)
     names = ("controller", "perception", "planner", "robot_gateway")
@@ -71,7 +71,7 @@ def test_the_recorded_services_say_the_same_again(seen: Outcome, path: Path, tmp
         assert sum(result.compared.values()) > 5
 
 
-def test_the_gripper_never_moves_faster_than_its_limits(seen: Outcome, path: Path):
+def test_the_gripper_never_moves_faster_than_its_limits(seen: RunOutcome, path: Path):
     limits = seen.scorer.scenario.limits
     states = [e.parse() for e in Recording(path).messages(["arm/state"])]
     stamps = np.array([s.stamp for s in states]) / 1e9

@@ -11,16 +11,16 @@ from lariat.rod import Rod
 from shared import topics
 from shared.messages import chain
 from shared.scenario.rod_properties import rod_properties
-from stack.simulation.closed_loop import Outcome
+from stack.simulation.closed_loop import RunOutcome
 from tests.closed_loop.loop import run
 
 
 @pytest.fixture(scope="module")
-def outcome() -> Outcome:
+def outcome() -> RunOutcome:
     return run("two-turns", "run.time_limit=5.0")
 
 
-def test_a_wound_rope_takes_the_shape_of_its_turns(outcome: Outcome):
+def test_a_wound_rope_takes_the_shape_of_its_turns(outcome: RunOutcome):
     score = outcome.score
     assert score.reached, outcome.reason
     assert score.final_error_mm is not None
@@ -31,7 +31,7 @@ def test_a_wound_rope_takes_the_shape_of_its_turns(outcome: Outcome):
     assert task.turns == task.goal.turns == 2
 
 
-def test_without_its_turns_the_goal_would_be_another_shape(outcome: Outcome):
+def test_without_its_turns_the_goal_would_be_another_shape(outcome: RunOutcome):
     scenario = outcome.scorer.scenario
     rod = Rod(rod_properties(scenario.rope), scenario.rope.node_count)
     untwisted = rod.rest(*scenario.grips(replace(scenario.goal, turns=0.0))).state.positions

@@ -34,7 +34,7 @@ from stack.replay.outside_inputs import CAMERA_RECORDING, free_port
 from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
 from stack.simulation.scoring import Scorer
-from stack.simulation.simulated_time import START, Delivery, SimulatedStack, session
+from stack.simulation.simulated_time import START, Delivery, SimulatedStack, session_id
 
 FOLDER = Path(__file__).parent
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
@@ -92,7 +92,7 @@ class SimulatedRecorder:
 
     def __init__(self, scenario: Scenario, folder: Path) -> None:
         self.service: Any = build_recorder(
-            scenario, session("recorder"), RecorderOptions(folder, least_free=0.0)
+            scenario, session_id("recorder"), RecorderOptions(folder, least_free=0.0)
         )
         self.reads, self.writes = self.service.reads, self.service.writes
         self.rate, self.latency = self.service.rate, self.service.latency
@@ -160,9 +160,9 @@ def record_requests(path: Path) -> None:
     with tempfile.TemporaryDirectory() as folder:
         recorder = SimulatedRecorder(scenario, Path(folder))
         dashboard = build_dashboard(
-            scenario, session("dashboard"), DashboardOptions(port=free_port())
+            scenario, session_id("dashboard"), DashboardOptions(port=free_port())
         )
-        loop = [services.build(name, scenario, session(name)) for name in services.NAMES]
+        loop = [services.build(name, scenario, session_id(name)) for name in services.NAMES]
         try:
             closed_loop.run(
                 scenario,
@@ -181,7 +181,7 @@ def record_camera(path: Path) -> None:
     source = "rope.mcap"
     scenario = load_with(SCENARIOS / "rope.toml", [*ROPE, "sensing.outside=true"])
     tap = FileTap(path, scenario, **{CAMERA_RECORDING: source})
-    camera = build_camera(scenario, session("camera"), CameraOptions(path.parent / source))
+    camera = build_camera(scenario, session_id("camera"), CameraOptions(path.parent / source))
     stack = SimulatedStack([camera], [tap])
     stack.warm_up()
     stack.advance_to(START + CAMERA_TIME)

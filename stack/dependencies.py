@@ -1,4 +1,4 @@
-"""Check of the installation: the libraries that the processes of a scenario need."""
+"""Check that the libraries which a scenario's processes import are installed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from shared.scenario import SIDES, Scenario
 
 
 def check(scenario: Scenario, parts: Sequence[str]) -> None:
-    """Check that every library which a scenario's processes import is installed.
+    """Check that every library that the processes of a scenario import is installed.
 
     Args:
         scenario: The scenario.

@@ -1,4 +1,4 @@
-"""Validity of obstacles that come from outside: files, messages, a person's input."""
+"""Checks of obstacles from files, messages and user input."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ MAX_COORDINATE = 20.0
 MAX_SIZE = 20.0
 """Largest radius, height or edge of an obstacle [m]."""
 MIN_VECTOR_LENGTH = 1e-6
-"""Length below which a quaternion or normal counts as zero."""
+"""Length below which a quaternion or a normal is rejected as zero [-]."""
 UNIT_QUATERNION_TOLERANCE = 1e-3
-"""Deviation of a quaternion's length from one that is accepted."""
+"""Largest accepted deviation of a quaternion's norm from one [-]."""
 REQUIRED_SIZES = {
     "cylinder": ("radius", "height"),
     "capsule": ("radius", "height"),
@@ -31,7 +31,7 @@ def check_obstacle(o: Obstacle) -> None:
     """Check that an obstacle has a name, a known shape, and finite numbers of a sensible size.
 
     Raises:
-        ValueError: It has not; the text names the obstacle, the value and what is accepted.
+        ValueError: The obstacle is invalid; the text names it, the value and the accepted range.
     """
     if not o.name:
         raise ValueError("an obstacle needs a name; give one")

@@ -91,8 +91,8 @@ def hang(shape: HangingShape, bending: float, twist_ratio: float = 1.0) -> Hangi
     state = rod.rest(
         left, right, guess=state_along(start, LEVEL_ORIENTATION, LEVEL_ORIENTATION)
     ).state
-    seen = cubic_weights(arcs / edge + 0.5, NODE_COUNT) @ state.positions
-    return HangingRod(rod, state, np.stack([seen[:, 0], -seen[:, 2]], axis=1))
+    on_rod = cubic_weights(arcs / edge + 0.5, NODE_COUNT) @ state.positions
+    return HangingRod(rod, state, np.stack([on_rod[:, 0], -on_rod[:, 2]], axis=1))
 
 
 def shape_error(shape: HangingShape, bending: float) -> float:

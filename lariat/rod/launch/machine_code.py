@@ -95,7 +95,7 @@ def _own_kernel(folder: Path) -> Kernel:
     try:
         return load(path, key)
     except ForeignLibraryError as error:
-        logger.warning("%s; it is compiled anew", error)
+        logger.warning("%s; it is compiled again", error)
         path.unlink(missing_ok=True)
         return load(_library(folder, key), key)
 

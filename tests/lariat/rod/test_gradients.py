@@ -150,7 +150,7 @@ def test_adjoint_and_sensitivities_match_differences_in_parameters(name: str) ->
         def changed(h: float, parameter: str = parameter) -> float:
             return scene.cost(rod=scene.rod.with_properties(with_parameter(parameter, h)))
 
-        # A longer rod slides along what it touches: small steps.
+        # A longer rod slides along its contacts: small steps.
         step = 1e-4 if parameter == "length" else 1e-3
         exact = difference(changed, step) / value
         assert found[parameter] == pytest.approx(exact, rel=1e-6), parameter

@@ -41,9 +41,9 @@ def nearest_strands(nodes: Float64[np.ndarray, "n 3"]) -> float:
     """Return the least distance of points four diameters apart along the rope, in diameters."""
     s = np.linspace(0.0, len(nodes) - 1.0, 6 * len(nodes))
     points = np.stack([np.interp(s, np.arange(len(nodes)), column) for column in nodes.T], axis=1)
-    apart = np.linalg.norm(points[:, None] - points[None], axis=2)
+    distances = np.linalg.norm(points[:, None] - points[None], axis=2)
     arc = np.abs(s[:, None] - s[None]) * PROPERTIES.length / (N - 1)
-    return float(np.min(apart[arc > 4.0 * PROPERTIES.diameter])) / PROPERTIES.diameter
+    return float(np.min(distances[arc > 4.0 * PROPERTIES.diameter])) / PROPERTIES.diameter
 
 
 @cache

@@ -31,7 +31,7 @@ def prepare(
     *,
     with_tape: bool,
 ) -> LaunchBuffers[Sizes]:
-    """Return buffers with all inputs of a launch, but for the seed of the adjoint.
+    """Return buffers with all inputs of a launch except the seed of the adjoint.
 
     Args:
         model: The rod.

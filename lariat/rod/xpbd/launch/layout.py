@@ -110,8 +110,8 @@ STRETCH_TAPE_WIDTH = 8
 BEND_TAPE_WIDTH = 13
 """Two quaternions (8), change of the multiplier (3), two factors of the normalization."""
 CONTACT_WIDTH = 13
-"""Node, row of the obstacle, whether the node enters it on its way, fraction of the way to the
-entry, entry point (3), normal there (3), end of the way (3)."""
+"""Node, row of the obstacle, whether the node enters it during the step, fraction of its ray up
+to the entry, entry point (3), normal there (3), end of the ray (3)."""
 CONTACT_TAPE_WIDTH = 5
 """Position of the node (3), change of the multiplier, whether the multiplier met its bound."""
 PREDICTED_WIDTH = 5

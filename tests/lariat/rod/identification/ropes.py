@@ -38,7 +38,7 @@ def recorded(
     grip = Pose(np.array([0.3, 0.0, 0.0]), poses.rotation_between(z, z))
     start = rod.rest(left, grip).state
     t = 0.01 * np.arange(frames)[:, None, None]
-    seen = []
+    sequences_of_vertices = []
     for _ in range(sequences):
         phase = random.uniform(0.0, 2.0 * np.pi, (3, 2, 6))
         size = np.array([0.35, 0.35, 0.35, 0.6, 0.6, 0.0])
@@ -51,8 +51,10 @@ def recorded(
         middles = 0.5 * (nodes[:, 1:] + nodes[:, :-1])
         inner = nodes[:, 4:-3:4]
         ends = [middles[:, -1:], nodes[:, -1:]] if right == "clamped" else [nodes[:, -1:]]
-        seen.append(np.concatenate([nodes[:, :1], middles[:, :1], inner, *ends], axis=1))
-    vertices = np.array(seen)
+        sequences_of_vertices.append(
+            np.concatenate([nodes[:, :1], middles[:, :1], inner, *ends], axis=1)
+        )
+    vertices = np.array(sequences_of_vertices)
     vertices += noise * random.normal(size=vertices.shape)
     count = vertices.shape[2]
     held = [0, 1, count - 2, count - 1] if right == "clamped" else [0, 1]

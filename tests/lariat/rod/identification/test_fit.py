@@ -29,15 +29,15 @@ def named(found: list[Finding], name: str) -> Finding:
 
 @pytest.mark.parametrize(("right", "factor"), [("clamped", 10.0), ("clamped", 0.1), ("free", 1.0)])
 def test_stiffness_is_found_from_any_start(right: str, factor: float) -> None:
-    seen = recorded(CURVED_PROPERTIES, frames=90, right=right, noise=NOISE)
+    motion = recorded(CURVED_PROPERTIES, frames=90, right=right, noise=NOISE)
     start = generic_rope()
     start = start.with_stiffness(factor * STIFFNESS * start.linear_density)
-    fit = identify(seen, start)
+    fit = identify(motion, start)
     stiffness = named(findings(fit), "stiffness")
     assert abs(stiffness.value - STIFFNESS) < max(3.0 * stiffness.standard_deviation, 1e-3)
     assert stiffness.standard_deviation < 0.5 * STIFFNESS
-    unseen = recorded(CURVED_PROPERTIES, sequences=1, frames=120, right=right, noise=NOISE, seed=5)
-    assert np.mean(predict(unseen, fit.properties, fit.length_scale).scores) < 3e-3
+    other = recorded(CURVED_PROPERTIES, sequences=1, frames=120, right=right, noise=NOISE, seed=5)
+    assert np.mean(predict(other, fit.properties, fit.length_scale).scores) < 3e-3
 
 
 def test_undetermined_properties_are_listed() -> None:

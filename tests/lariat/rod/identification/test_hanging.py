@@ -19,7 +19,7 @@ EI, DENSITY = 8e-4, 0.027
 
 @pytest.fixture(scope="module")
 def shapes() -> list[HangingShape]:
-    """A cable of 1.5 m at rest in a loop between two level clamps 0.12 m apart, seen twice."""
+    """Two measurements of a cable of 1.5 m that hangs in a loop between clamps 0.12 m apart."""
     t = np.linspace(0.0, 1.0, 400)[:, None]
     corners = np.array([[0.0, 0.0], [0.35, 0.0], [0.1, 1.3], [-0.22, 1.3], [-0.47, 0.0]])
     corners = np.concatenate([corners, [[-0.12, 0.0]]])

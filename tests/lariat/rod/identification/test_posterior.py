@@ -55,9 +55,9 @@ def test_standard_deviations_are_those_of_repeated_experiments() -> None:
 def test_clusters_that_disagree_widen_the_covariance() -> None:
     found = posterior.evidence(JACOBIAN @ TRUE_UNKNOWNS, JACOBIAN, NOISE, 1.0)
     alike = [found, found]
-    apart = [
+    opposed = [
         posterior.Evidence(found.information, found.descent * sign, 0.0) for sign in (2.0, -2.0)
     ]
     narrow = posterior.covariance(found, alike, ALL_FREE)
-    wide = posterior.covariance(found, apart, ALL_FREE)
+    wide = posterior.covariance(found, opposed, ALL_FREE)
     assert np.all(np.diag(wide) > 2.0 * np.diag(narrow))

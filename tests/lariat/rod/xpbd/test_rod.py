@@ -87,6 +87,8 @@ def test_bad_input_is_rejected_by_name() -> None:
         replace(PROPERTIES, linear_damping=1.0)
     with pytest.raises(ValueError, match="actions must be finite"):
         rod.rollout(RolloutSpec(state, np.nan * still, 0.01))
+    with pytest.raises(ValueError, match=r"dt must be one duration for all steps, got \[0\.01\]"):
+        rod.rollout(RolloutSpec(state, still, np.array([0.01])))  # type: ignore[arg-type]
     wrong = replace(state, positions=np.zeros((9, 3)))
     with pytest.raises(ValueError, match=r"state\.positions must be \(10, 3\)"):
         rod.rollout(RolloutSpec(wrong, still, 0.01))

@@ -27,3 +27,4 @@ BENCHES: dict[str, Bench] = {
     "replay": Bench("benchmarks.replay", "smallest change of a number that each replay detects"),
     "rod": Bench("benchmarks.rod.bench", "the rod's gradients, speed, robustness and accuracy"),
 }
+"""Benches by name."""

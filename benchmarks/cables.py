@@ -26,8 +26,8 @@ from lariat.rod.identification.hanging import (
 )
 from shared.configuration import ConfigurationError
 
-KEYS = ("hanging", "linear_density", "critical_twist_deg")
-"""Arrays of a file."""
+ARRAY_NAMES = ("hanging", "linear_density", "critical_twist_deg")
+"""Names of the arrays in a file."""
 
 
 def run(files: tyro.conf.Positional[tuple[Path, ...]], /, json: bool = False) -> int:
@@ -74,12 +74,12 @@ def read(path: Path) -> tuple[list[HangingShape], np.ndarray]:
     """
     try:
         with np.load(path, allow_pickle=False) as stored:
-            missing = [key for key in KEYS if key not in stored]
+            missing = [key for key in ARRAY_NAMES if key not in stored]
             if missing:
                 raise ConfigurationError(
                     f"{path} has no {missing[0]!r}; see lariat bench cables -h"
                 )
-            hanging, density, twists = (np.asarray(stored[key], float) for key in KEYS)
+            hanging, density, twists = (np.asarray(stored[key], float) for key in ARRAY_NAMES)
     except (OSError, ValueError) as error:
         raise ConfigurationError(f"{path} cannot be read: {error}") from error
     if hanging.ndim != 3 or hanging.shape[2] != 2 or len(hanging) < 2 or density.size != 1:
@@ -96,7 +96,7 @@ def read(path: Path) -> tuple[list[HangingShape], np.ndarray]:
 
 
 def leave_one_out(shapes: list[HangingShape], twists: np.ndarray) -> dict[str, Any]:
-    """Errors of each shape and each twist as predicted from the others."""
+    """Return the errors of each shape and each twist as predicted from the others."""
     length = float(np.mean([shape.arcs[-1] for shape in shapes]))
     stiffnesses, errors = [], []
     for k, shape in enumerate(shapes):

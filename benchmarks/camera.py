@@ -1,6 +1,6 @@
 """Cost of the simulated camera and accuracy of markers in its images: `lariat bench camera`.
 
-The images show a sagging curve of 40 nodes in the place of a rope, three cylinders, two grippers
+The images show a sagging curve of 40 nodes in place of a rope, three cylinders, two grippers
 and the table. The cost is the processor time of one frame with all noise, without messages. Markers
 are perceived in the simulated images, one at a time on a box.
 """
@@ -30,11 +30,11 @@ RESOLUTIONS = ((640, 480), (1280, 720))
 """Widths and heights of the images [pixels]."""
 FIELD_OF_VIEW = math.radians(65.0)
 """Horizontal field of view [rad]."""
-EYE, TARGET = (0.0, -0.05, 1.0), (0.0, 0.0, 0.1)
+CAMERA_POSITION, CAMERA_TARGET = (0.0, -0.05, 1.0), (0.0, 0.0, 0.1)
 """Position of the camera, and a point on its optical axis [m]."""
 NODE_COUNT, ROPE_RADIUS = 40, 0.004
 """Nodes and radius [m] of the rope."""
-GRIPPER = (0.012, 0.06)
+GRIPPER_SIZE = (0.012, 0.06)
 """Radius and height of a gripper [m]."""
 FRAMES_PER_MARKER = 5
 """Number of images from which a marker is placed, as in perception."""
@@ -69,7 +69,7 @@ def run(
 ) -> int:
     """Time the simulated camera and measure the accuracy of markers in its images.
 
-    There is no plant: a curve of 40 nodes stands in the place of the rope.
+    There is no plant: a curve of 40 nodes stands in place of the rope.
 
     Args:
         frames: Number of timed frames at each resolution.
@@ -98,7 +98,9 @@ def measure(
 ) -> CameraFigures:
     """Return the figures of one resolution."""
     random = np.random.default_rng(seed)
-    view = Camera(Intrinsics.symmetric(*size, FIELD_OF_VIEW), looking_at(EYE, TARGET))
+    view = Camera(
+        Intrinsics.symmetric(*size, FIELD_OF_VIEW), looking_at(CAMERA_POSITION, CAMERA_TARGET)
+    )
     camera = RgbdCamera(view, seed=seed)
     s = np.linspace(-1.0, 1.0, NODE_COUNT)
     rope = np.stack([0.2 * s, 0.0 * s - 0.1, 0.2 + 0.1 * s**2], axis=1)
@@ -106,8 +108,8 @@ def measure(
     bodies = [
         TABLE,
         *(Obstacle("cylinder", (x, 0.0, 0.08), radius=0.03, height=0.16) for x in (-0.12, 0, 0.12)),
-        gripper_body(Pose(rope[0], level), -1.0, *GRIPPER),
-        gripper_body(Pose(rope[-1], level), 1.0, *GRIPPER),
+        gripper_body(Pose(rope[0], level), -1.0, *GRIPPER_SIZE),
+        gripper_body(Pose(rope[-1], level), 1.0, *GRIPPER_SIZE),
     ]
     times = []
     for frame in range(frames + WARM_UP_FRAMES):
@@ -140,7 +142,7 @@ def _marker_errors(
         pose = Pose(place, poses.exponential(np.array([0.0, 0.0, yaw])))
         stand = Obstacle("box", (*place[:2], place[2] / 2.0), size=(0.1, 0.1, place[2] - 1e-3))
         plate = MarkerPlate(pose, side, k % 50)
-        steady, found = MarkerPoseFilter(), None
+        pose_filter, found = MarkerPoseFilter(), None
         for image in range(FRAMES_PER_MARKER):
             shot = camera.take(
                 rope,
@@ -152,7 +154,7 @@ def _marker_errors(
             for sighting in detector.detect(shot.color):
                 seen = locate_marker(sighting, camera.camera, float(place[2]))
                 if sighting.identity == k % 50 and seen is not None:
-                    found = steady.add(seen)
+                    found = pose_filter.add(seen)
         if found is None:
             missed += 1
             continue

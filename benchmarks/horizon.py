@@ -29,6 +29,11 @@ from shared.scenario.rod_properties import rod_properties
 from shared.scenario.shipped import find
 
 BASE_SCENARIO = "three-cylinders"
+"""Scenario of rope, goal and obstacles."""
+MAX_GRIP_DISTANCE = 0.44
+"""Largest distance of the grips that the horizon allows [m]."""
+VELOCITY_GAIN = 0.4
+"""Share of the planned velocity that the grips take up between two calls [-]."""
 CALL_PERIOD = 0.02
 """Simulated time between two calls [s]."""
 WARM_UP_CALLS = 10
@@ -36,6 +41,7 @@ WARM_UP_CALLS = 10
 PAPER_HORIZON_MS = 1700.0
 """Time of one horizon that the paper reports [ms]."""
 Method = Literal["gauss_newton", "actions", "network"]
+"""Control method of a scenario."""
 
 
 def run(
@@ -97,7 +103,7 @@ def _times(base: Scenario, method: Method, count: int, calls: int) -> Float64[np
     optimizer = horizon_optimizer(scenario.control, moves, limits, count)
     horizon = optimizer.step_count
     avoidance = AvoidanceSpecification(
-        scenario.bodies, scenario.control.clearance, scenario.rope.diameter / 2.0, 0.44
+        scenario.bodies, scenario.control.clearance, scenario.rope.diameter / 2.0, MAX_GRIP_DISTANCE
     )
     velocity = np.zeros((2, 2, 3))
     times = []
@@ -120,7 +126,7 @@ def _times(base: Scenario, method: Method, count: int, calls: int) -> Float64[np
         started = time.perf_counter()
         plan = optimizer.plan(rod, problem, avoidance)
         times.append(1e3 * (time.perf_counter() - started))
-        velocity = velocity + 0.4 * (plan.velocities[0] - velocity)
+        velocity = velocity + VELOCITY_GAIN * (plan.velocities[0] - velocity)
         state = _advance(rod, state, velocity)
     if not np.all(np.isfinite(state.positions)):
         print(f"{method} with {count} nodes lost the rope", file=sys.stderr)

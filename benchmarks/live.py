@@ -25,7 +25,7 @@ from shared.messages import ArmStates, Health
 from shared.recording import Recording
 from shared.service import SECOND
 
-RECORDINGS = Path("recordings")
+RECORDING_FOLDER = Path("recordings")
 """Folder of the recordings of `lariat up`."""
 MOTION_WINDOW = SECOND // 8
 """Resolution at which motion of the arms is noted [ns]."""
@@ -44,7 +44,7 @@ class StepTimes:
     p50_ms: float
     """Median over the seconds of their median step time [ms]."""
     p50_moving_ms: float | None
-    """The same over the seconds in which an arm moved [ms]; None if none did."""
+    """Median over the seconds in which an arm moved [ms]; None if none did."""
     p99_ms: float
     """Median over the seconds of their 99th percentile [ms]."""
     max_ms: float
@@ -127,9 +127,9 @@ def _median(values: list[float]) -> float:
 
 
 def _newest() -> Path:
-    files = sorted(RECORDINGS.glob("*.mcap"), key=lambda path: path.stat().st_mtime)
+    files = sorted(RECORDING_FOLDER.glob("*.mcap"), key=lambda path: path.stat().st_mtime)
     if not files:
-        raise ConfigurationError(f"there is no recording in {RECORDINGS}/; name a file")
+        raise ConfigurationError(f"there is no recording in {RECORDING_FOLDER}/; name a file")
     return files[-1]
 
 

@@ -1,8 +1,8 @@
-"""How small a change replay detects, by service: `lariat bench replay`.
+"""Smallest change that replay detects, by service: `lariat bench replay`.
 
 Each service is replayed through its reference recording (tests/replay) with one of its gains or
-constants scaled by 1 + eps, and eps is bisected in decades. What is detected at eps is a difference
-from the recording outside of the tolerances of shared/topics.py.
+constants scaled by 1 + eps, and eps is bisected in decades. A change is detected if a message
+differs from the recording by more than the tolerances of shared/topics.py.
 """
 
 from __future__ import annotations
@@ -24,15 +24,14 @@ from rich.progress import track
 from rich.table import Table
 
 from shared.recording import Recording
-from shared.scenario import Scenario
 from stack.replay.outside_inputs import subject
 from stack.replay.recorded_service import RecordedService
 from stack.replay.trace_replay import ReplayResult, replay_start
 
-REFERENCES = Path(__file__).parents[1] / "tests" / "replay"
-LARGEST_EXPONENT = -1
-SMALLEST_EXPONENT = -12
-"""Decades of eps between which the bisection looks."""
+REFERENCE_FOLDER = Path(__file__).parents[1] / "tests" / "replay"
+"""Folder of the reference recordings."""
+SMALLEST_EXPONENT, LARGEST_EXPONENT = -12, -1
+"""Range of the decimal exponent of eps."""
 
 
 @dataclass(frozen=True)
@@ -40,13 +39,14 @@ class Perturbation:
     """One number of one service."""
 
     service: str
+    """Name of the service."""
     recording: str
     """Name of the reference recording."""
     quantity: str
-    """What is scaled, in words."""
+    """Description of the scaled number."""
     target: str
-    """`scenario:KEY`, `module:NAME`, `settings:MODULE:CLASS.FIELD` (of every live instance), or
-    `frames` (the clock of a camera's source)."""
+    """Place of the number: `scenario:KEY`, `module:NAME`, `settings:MODULE:CLASS.FIELD` (in every
+    live instance), or `frames` (clock of the camera's source)."""
 
 
 PERTURBATIONS = (
@@ -90,14 +90,15 @@ PERTURBATIONS = (
         "dashboard", "requests", "validity of a command", "module:dashboard.outbox:COMMAND_VALIDITY"
     ),
 )
+"""Numbers that are scaled, at least one of every service."""
 
 
 def run(service: tuple[str, ...] = (), json: bool = False) -> int:
     """Measure the smallest relative change of one number that each service's replay detects.
 
     Args:
-        service: Names of services; default: all.
-        json: One JSON object instead of a table.
+        service: Names of services; all by default.
+        json: Print one JSON object instead of a table.
     """
     chosen = [p for p in PERTURBATIONS if not service or p.service in service]
     console = Console(stderr=True)
@@ -124,9 +125,9 @@ def run(service: tuple[str, ...] = (), json: bool = False) -> int:
 
 
 def smallest_detected(perturbation: Perturbation) -> float:
-    """Smallest power of ten that replay detects; infinite where it detects none [-].
+    """Return the smallest power of ten that replay detects; infinite where it detects none [-].
 
-    A detection is taken to be monotonic in eps.
+    Every change larger than a detected one is assumed to be detected too.
     """
     low, high = SMALLEST_EXPONENT, LARGEST_EXPONENT
     if not detects(perturbation, 10.0**high):
@@ -142,11 +143,11 @@ def smallest_detected(perturbation: Perturbation) -> float:
 
 def detects(perturbation: Perturbation, eps: float) -> bool:
     """Whether the replay with one number scaled by 1 + eps differs from the recording."""
-    return not replayed(perturbation, eps).same
+    return not replay_perturbed(perturbation, eps).same
 
 
-def replayed(perturbation: Perturbation, eps: float) -> ReplayResult:
-    """Replay of one service with one of its numbers scaled by 1 + eps."""
+def replay_perturbed(perturbation: Perturbation, eps: float) -> ReplayResult:
+    """Replay one service with one of its numbers scaled by 1 + eps."""
     recording, recorded = _recorded(perturbation.recording, perturbation.service)
     kind, _, name = perturbation.target.partition(":")
     with tempfile.TemporaryDirectory() as folder, _module_scaled(perturbation, 1.0 + eps):
@@ -164,7 +165,7 @@ def replayed(perturbation: Perturbation, eps: float) -> ReplayResult:
 
 @cache
 def _recorded(name: str, service: str) -> tuple[Recording, RecordedService]:
-    recording = Recording.open(REFERENCES / f"{name}.mcap")
+    recording = Recording.open(REFERENCE_FOLDER / f"{name}.mcap")
     return recording, RecordedService(recording, service)
 
 
@@ -185,7 +186,7 @@ def _module_scaled(perturbation: Perturbation, factor: float) -> Iterator[None]:
 
 
 def _scaled(value: Any, path: list[str], factor: float) -> Any:
-    """A scenario, section or tuple with one number scaled."""
+    """Copy of a scenario, section or tuple with one number scaled."""
     if not path:
         return value * factor
     first, *rest = path
@@ -215,7 +216,7 @@ def _settings_scaled(place: str, factor: float) -> Iterator[None]:
 
 
 def _scale_frames(service: Any, factor: float) -> None:
-    """Let the clock of a camera's source run faster."""
+    """Scale the times of the exposures of a camera's source."""
     source = service._source
     newest: Callable[[int], Any] = source.newest
 
@@ -224,6 +225,3 @@ def _scale_frames(service: Any, factor: float) -> None:
         return exposure and replace(exposure, time=round(exposure.time * factor))
 
     source.newest = scaled
-
-
-__all__ = ["PERTURBATIONS", "Perturbation", "Scenario", "detects", "run", "smallest_detected"]

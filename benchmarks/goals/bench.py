@@ -25,6 +25,7 @@ from shared.scenario import Scenario, load
 from shared.scenario.shipped import find
 
 BASE_SCENARIO = "three-cylinders"
+"""Scenario of rope, cylinders and limits."""
 Method = Literal["gauss_newton", "network", "actions"]
 
 

@@ -48,10 +48,15 @@ class Trial:
     """Finished trial."""
 
     variant: str
+    """Setting under comparison, in words."""
     kind: Kind
+    """Kind of scene."""
     number: int
+    """Number of the scene."""
     conditions: Conditions
+    """Plant, sensing and adaptation."""
     score: Score
+    """Errors, clearance and times of the run."""
     reason: str
     """Reason why the run ended."""
     gave_up: bool
@@ -157,7 +162,7 @@ def run_trial(spec: TrialSpec) -> Trial:
 
 
 def summary(trials: Sequence[Trial]) -> dict[str, float]:
-    """Statistics of several trials; a trial whose rope never moved has an infinite error."""
+    """Return statistics of several trials; a trial whose rope never moved has an infinite error."""
     scores = [t.score for t in trials]
     errors = [np.inf if s.final_error_mm is None else s.final_error_mm for s in scores]
     times = [s.reached_s for s in scores if s.reached_s is not None]

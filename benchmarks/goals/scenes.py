@@ -1,4 +1,4 @@
-"""Random scenes: `sample_scene` makes the scenario of a kind, a number and a seed.
+"""Random scenes: `sample_scene` returns the scenario of a kind, a number and a seed.
 
 Every goal is a rest shape of the true rope between grips that keep clear of all obstacles, so that
 the rope can take it. Whether a path leads there is not known beforehand, except for `blocked`,
@@ -185,9 +185,9 @@ class _SceneSampler:
         return replace(self.base, start=start, goal=shape, events=events)
 
 
-IN_FRONT: tuple[Corner, Corner] = ((-0.12, -0.32, 0.16), (0.12, -0.16, 0.38))
+BOX_IN_FRONT: tuple[Corner, Corner] = ((-0.12, -0.32, 0.16), (0.12, -0.16, 0.38))
 """Box in front of the obstacles [m]."""
-BEHIND: tuple[Corner, Corner] = ((-0.08, 0.07, 0.08), (0.08, 0.25, 0.20))
+BOX_BEHIND: tuple[Corner, Corner] = ((-0.08, 0.07, 0.08), (0.08, 0.25, 0.20))
 """Box behind the obstacles [m]."""
 
 
@@ -197,14 +197,14 @@ def _easy(sampler: _SceneSampler) -> Scenario:
 
 
 def _hard(sampler: _SceneSampler) -> Scenario:
-    return sampler.scenario(sampler.base.start, sampler.shape(*BEHIND))
+    return sampler.scenario(sampler.base.start, sampler.shape(*BOX_BEHIND))
 
 
 def _boxes(sampler: _SceneSampler) -> Scenario:
     sampler = sampler.with_obstacles(
         *_sample_boxes(sampler.random, int(sampler.random.integers(4, 8)))
     )
-    start = sampler.shape(*IN_FRONT)
+    start = sampler.shape(*BOX_IN_FRONT)
     goal = sampler.shape((-0.12, 0.05, 0.06), (0.12, 0.30, 0.22))
     return sampler.scenario(sampler.by_grips(start), goal)
 
@@ -231,7 +231,7 @@ def _slot(sampler: _SceneSampler) -> Scenario:
         plate = Obstacle("box", (0.0, 0.1 + depth / 2.0, height), size=(1.0, depth, 0.02))
         sampler = sampler.with_obstacles(plate)
         goal = sampler.shape((-0.05, 0.12, 0.03), (0.05, 0.08 + depth, height - 0.02))
-        return sampler.scenario(sampler.by_grips(sampler.shape(*IN_FRONT)), goal)
+        return sampler.scenario(sampler.by_grips(sampler.shape(*BOX_IN_FRONT)), goal)
     wide = random.random() < 0.5
     width = float(random.uniform(0.60, 0.70) if wide else random.uniform(0.38, 0.46))
     height = float(random.uniform(0.11, 0.17) if wide else random.uniform(0.26, 0.34))
@@ -253,7 +253,7 @@ def _slot(sampler: _SceneSampler) -> Scenario:
             for sign in (-1.0, 1.0)
         ),
     )
-    start = sampler.shape(*IN_FRONT)
+    start = sampler.shape(*BOX_IN_FRONT)
     goal = sampler.shape((-0.10, 0.10, 0.08), (0.10, 0.30, 0.30))
     return sampler.scenario(sampler.by_grips(start), goal)
 
@@ -272,7 +272,7 @@ def _turning(sampler: _SceneSampler) -> tuple[_SceneSampler, HeldShape, HeldShap
     ]
     turning = replace(sampler.base, ends=Ends(End(rotates=True), End(rotates=True)))
     sampler = _SceneSampler(turning, random).with_obstacles(*posts)
-    start = sampler.shape(*IN_FRONT, tilt=0.5)
+    start = sampler.shape(*BOX_IN_FRONT, tilt=0.5)
     return sampler, start, sampler.shape((-0.1, 0.08, 0.12), (0.1, 0.25, 0.28), tilt=0.9)
 
 
@@ -302,7 +302,7 @@ def _disturbed(sampler: _SceneSampler, *, moves: bool) -> Scenario:
     time, x, y, z = random.uniform((0.4, -0.12, 0.02, 0.26), (0.9, 0.12, 0.06, 0.40))
     body = Obstacle("box", (float(x), float(y), float(z)), size=(0.08, 0.05, 0.08), name="guest")
     crowd = sampler.with_obstacles(*sampler.base.obstacles, body)
-    goal = crowd.shape(*BEHIND)
+    goal = crowd.shape(*BOX_BEHIND)
     if not moves:
         event = Event(float(time), add_obstacle=body)
         return sampler.scenario(sampler.base.start, goal, event=event)
@@ -314,7 +314,7 @@ def _disturbed(sampler: _SceneSampler, *, moves: bool) -> Scenario:
 
 def _new_goal(sampler: _SceneSampler) -> Scenario:
     """The goal changes while the rope is on its way."""
-    first = sampler.shape(*BEHIND)
+    first = sampler.shape(*BOX_BEHIND)
     second = sampler.shape((-0.08, -0.20, 0.14), (0.08, 0.25, 0.36))
     event = Event(float(sampler.random.uniform(0.5, 2.0)), goal=sampler.by_nodes(second, "second"))
     return sampler.scenario(sampler.base.start, first, event=event)
@@ -342,6 +342,7 @@ _SAMPLERS: dict[Kind, Callable[[_SceneSampler], Scenario]] = {
     "new-goal": _new_goal,
     "blocked": _blocked,
 }
+"""Samplers by kind of scene."""
 
 
 def _triple(values: np.ndarray) -> tuple[float, float, float]:

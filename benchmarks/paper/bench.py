@@ -13,7 +13,13 @@ from rich.table import Table
 from benchmarks.paper import whole_path
 from benchmarks.paper.figure_9 import draw
 from benchmarks.paper.gradient_times import compare
-from benchmarks.paper.studies import SOFTNESS, StudyResult, StudyRunner, adaptation_studies, studies
+from benchmarks.paper.studies import (
+    COMPLIANCE_RATIO,
+    StudyResult,
+    StudyRunner,
+    adaptation_studies,
+    studies,
+)
 
 
 def run(
@@ -73,7 +79,7 @@ def run(
         ):
             scores.append(score)
             done = total - goals + k + 1
-            bars.update(whole, completed=done, description=f"{whole_path.NAME}: goal {k + 1}")
+            bars.update(whole, completed=done, description=f"{whole_path.STUDY_NAME}: goal {k + 1}")
     times = compare(runner.xpbd, runner.direct) if speed else {}
     split = len(results) - len(list(adaptation_studies()))
     rows = [*(result.row() for result in results), whole_path.row(scores)]
@@ -137,7 +143,7 @@ def _show(rows: list[dict], adapted: list[dict], times: dict[str, float]) -> Non
     console.print(table)
     if adapted:
         console.print(
-            f"Adaptation: plant xpbd, n = 40, {SOFTNESS:g} times as soft as the model; "
+            f"Adaptation: plant xpbd, n = 40, {COMPLIANCE_RATIO:g} times as soft as the model; "
             "true nodes sensed"
         )
     for row in adapted:

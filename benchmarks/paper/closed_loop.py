@@ -22,7 +22,7 @@ from services.controller.mpc.collision_avoidance import AvoidanceSpecification
 from services.controller.mpc.horizon import HorizonOptimizer, HorizonProblem
 from services.controller.paper.adaptation import PaperAdaptation
 
-STEP = 0.01
+PAPER_TIME_STEP = 0.01
 """Time step of the paper [s]."""
 FINAL_STEPS = 20
 """Number of steps over which the final error is averaged."""
@@ -73,7 +73,7 @@ def run_to_goal(
     Args:
         method: Planner.
         model: Rod by which the method plans.
-        plant: Rod in the place of the true rope.
+        plant: Rod that stands for the true rope.
         goal: Goal to reach.
         start: State of the plant at the start.
         avoidance: Obstacles and the clearance to keep.
@@ -93,26 +93,28 @@ def run_to_goal(
         plan = method.plan(model, horizon, avoidance)
         times.append(time.process_time() - started)
         actions, velocity = _executed_actions(method, plan.velocities, velocity)
-        rolled = plant.rollout(RolloutSpec(state, actions, STEP, obstacles=obstacles))
-        method.shift(STEP * len(actions))
+        rolled = plant.rollout(RolloutSpec(state, actions, PAPER_TIME_STEP, obstacles=obstacles))
+        method.shift(PAPER_TIME_STEP * len(actions))
         for nodes in rolled.positions:
             errors.append(float(np.mean(np.linalg.norm(nodes - goal.nodes, axis=1))))
             lengths.append(abs(polylines.length(nodes) - plant.properties.length))
             nearest = chain_clearance(nodes, avoidance.radius, avoidance.obstacles)
             clearance = min(clearance, nearest)
         before, state = state, rolled.final
-        spec = RolloutSpec(believed, actions, STEP, obstacles=obstacles)
+        spec = RolloutSpec(believed, actions, PAPER_TIME_STEP, obstacles=obstacles)
         expected = model.rollout(spec).final
         distances = np.linalg.norm(expected.positions - state.positions, axis=1)
         prediction_errors.append(float(np.mean(distances)))
         if adaptation is not None:
             started = time.process_time()
-            adaptation.adapt(believed, actions, STEP, state.positions, everywhere, obstacles)
+            adaptation.adapt(
+                believed, actions, PAPER_TIME_STEP, state.positions, everywhere, obstacles
+            )
             model = adaptation.rod
             adapting.append(time.process_time() - started)
         believed = state
         if plant is not model:
-            moved = (state.positions - before.positions) / (STEP * len(actions))
+            moved = (state.positions - before.positions) / (PAPER_TIME_STEP * len(actions))
             believed = replace(expected, positions=state.positions, velocities=moved)
         progress(errors[-1])
     return ShapingRun(
@@ -158,7 +160,7 @@ def _executed_actions(
         previous: Velocities at the start [m/s, rad/s].
     """
     executed = planned[: method.executed_step_count]
-    count = round(method.time_step / STEP)
+    count = round(method.time_step / PAPER_TIME_STEP)
     if method.interpolation == "constant":
         return np.repeat(executed, count, axis=0).reshape(-1, 2, 6), executed[-1]
     starts = np.concatenate([previous[None], executed[:-1]])[:, None]

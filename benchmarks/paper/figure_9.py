@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.paper.closed_loop import STEP
+from benchmarks.paper.closed_loop import PAPER_TIME_STEP
 from benchmarks.paper.studies import StudyResult
 
 
@@ -16,7 +16,7 @@ def draw(methods: Sequence[StudyResult], adaptation: Sequence[StudyResult], path
 
     Args:
         methods: Results of the methods.
-        adaptation: Results with a plant that is softer than believed.
+        adaptation: Results with a plant that is softer than the model.
         path: File to write, a PNG.
     """
     import matplotlib as mpl
@@ -28,7 +28,7 @@ def draw(methods: Sequence[StudyResult], adaptation: Sequence[StudyResult], path
     for axes, results in ((first, methods), (second, adaptation)):
         for result in results:
             errors = 1e3 * np.stack([run.errors for run in result.runs])
-            times = STEP * np.arange(1, errors.shape[1] + 1)
+            times = PAPER_TIME_STEP * np.arange(1, errors.shape[1] + 1)
             (line,) = axes.plot(times, errors.mean(axis=0), label=result.study.name, lw=1.3)
             low, high = np.percentile(errors, (10, 90), axis=0)
             axes.fill_between(times, low, high, color=line.get_color(), alpha=0.12, lw=0)

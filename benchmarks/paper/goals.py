@@ -21,9 +21,9 @@ from lariat.rod.xpbd import XpbdRod
 from shared.scenario import load
 from shared.scenario.shipped import find
 
-SCENARIO = "three-cylinders"
+BASE_SCENARIO = "three-cylinders"
 """Scenario of the cylinders."""
-LEVEL = np.array([0.5, 0.5, 0.5, 0.5])
+LEVEL_ORIENTATION = np.array([0.5, 0.5, 0.5, 0.5])
 """Orientation of both grips: the rope along x, from left to right."""
 START_GRIPS = (np.array([-0.22, -0.12, 0.30]), np.array([0.22, -0.12, 0.30]))
 """Positions of the grips at the start [m]."""
@@ -43,14 +43,14 @@ class Goal:
     """Right grip."""
 
 
-def scene() -> tuple[Obstacle, ...]:
+def obstacles() -> tuple[Obstacle, ...]:
     """Return the cylinders and the table."""
-    return load(find(SCENARIO)).bodies
+    return load(find(BASE_SCENARIO)).bodies
 
 
-def start(rod: Rod | XpbdRod) -> RodState:
+def start_state(rod: Rod | XpbdRod) -> RodState:
     """Return the rod at rest at the start."""
-    return rod.rest(*(Pose(p, LEVEL) for p in START_GRIPS)).state
+    return rod.rest(*(Pose(p, LEVEL_ORIENTATION) for p in START_GRIPS)).state
 
 
 def goals(rod: Rod | XpbdRod, reference: XpbdRod, count: int, seed: int) -> Iterator[Goal]:
@@ -63,16 +63,19 @@ def goals(rod: Rod | XpbdRod, reference: XpbdRod, count: int, seed: int) -> Iter
         seed: Seed of the grips.
     """
     random = np.random.default_rng(seed)
-    obstacles = scene()
+    bodies = obstacles()
     found = 0
     while found < count:
         half, yaw, tilt = random.uniform((0.10, -0.5, -0.2), (0.19, 0.5, 0.2))
         centre = random.uniform((-0.05, 0.08, 0.20), (0.05, 0.22, 0.32))
         chord = half * np.array([np.cos(yaw), np.sin(yaw), tilt])
-        left, right = Pose(centre - chord, LEVEL), Pose(centre + chord, LEVEL)
+        left, right = (
+            Pose(centre - chord, LEVEL_ORIENTATION),
+            Pose(centre + chord, LEVEL_ORIENTATION),
+        )
         rest = reference.rest(left, right)
         radius = reference.properties.diameter / 2.0
-        clearance = chain_clearance(rest.state.positions, radius, obstacles)
+        clearance = chain_clearance(rest.state.positions, radius, bodies)
         if not rest.converged or clearance < MIN_CLEARANCE:
             continue
         found += 1

@@ -1,4 +1,4 @@
-"""Times of one horizon's roll-out and gradient: the paper's way beside Lariat's.
+"""Times of one horizon's roll-out and gradient, by the paper's method and by Lariat's.
 
 The rod has 40 nodes; the horizon has 5 steps of 10 ms; the ends are clamped and translate; there is
 no contact. State, actions and gradient of the cost in the positions are the same for all. Times are
@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from benchmarks.paper.closed_loop import horizon_problem
-from benchmarks.paper.goals import LEVEL, Goal, scene, start
+from benchmarks.paper.goals import LEVEL_ORIENTATION, Goal, obstacles, start_state
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodState, RolloutSpec
 from lariat.rod.launch import taichi_runtime
@@ -24,7 +24,7 @@ from services.controller.mpc.gauss_newton import GaussNewton
 from services.controller.mpc.objective import ObjectiveWeights
 from shared.scenario.sections import Control, Limits
 
-HORIZON, DT = 5, 0.01
+STEP_COUNT, TIME_STEP = 5, 0.01
 """Number of steps of a horizon, and time step [s]."""
 ADAM_ITERATIONS = 30
 """Number of gradients of one horizon of the paper, its I."""
@@ -38,30 +38,30 @@ def compare(xpbd: XpbdRod, direct: Rod) -> dict[str, float]:
         direct: Lariat's rod.
     """
     random = np.random.default_rng(0)
-    actions = np.zeros((HORIZON, 2, 6))
-    actions[:, :, :3] = 0.1 * random.normal(size=(HORIZON, 2, 3))
-    slope = random.normal(size=(HORIZON, xpbd.node_count, 3))
-    state, other = start(xpbd), start(direct)
+    actions = np.zeros((STEP_COUNT, 2, 6))
+    actions[:, :, :3] = 0.1 * random.normal(size=(STEP_COUNT, 2, 3))
+    slope = random.normal(size=(STEP_COUNT, xpbd.node_count, 3))
+    state, other = start_state(xpbd), start_state(direct)
     started = time.process_time()
     reverse = reverse_mode_gradient(xpbd, state, actions, slope)
     found = reverse()
     compiled = time.process_time() - started
-    adjoint = xpbd.gradient(RolloutSpec(state, actions, DT), slope)
+    adjoint = xpbd.gradient(RolloutSpec(state, actions, TIME_STEP), slope)
     exact = adjoint.actions[:, :, :3]
     disagreement = float(np.linalg.norm(found - exact) / np.linalg.norm(exact))
 
     def by_adjoint() -> None:
-        xpbd.gradient(RolloutSpec(state, actions, DT), slope)
+        xpbd.gradient(RolloutSpec(state, actions, TIME_STEP), slope)
 
     def by_implicit_function() -> None:
-        direct.gradient(RolloutSpec(other, actions, DT), slope, parameters=())
+        direct.gradient(RolloutSpec(other, actions, TIME_STEP), slope, parameters=())
 
     by_implicit_function()
     times = {
-        "reverse": _best(reverse, 5),
-        "adjoint": _best(by_adjoint, 200),
-        "direct": _best(by_implicit_function, 200),
-        "gauss_newton": _best(_planning(direct, other), 50),
+        "reverse": _least_time(reverse, 5),
+        "adjoint": _least_time(by_adjoint, 200),
+        "direct": _least_time(by_implicit_function, 200),
+        "gauss_newton": _least_time(_planning(direct, other), 50),
     }
     whole = ADAM_ITERATIONS * times["reverse"]
     return {
@@ -99,9 +99,9 @@ def reverse_mode_gradient(
     other = ReverseRod(
         rod.node_count,
         rod.model.iterations,
-        HORIZON,
+        STEP_COUNT,
         rod.edge_length,
-        DT,
+        TIME_STEP,
         p.linear_damping,
         p.angular_damping,
     )
@@ -112,9 +112,9 @@ def reverse_mode_gradient(
         (other.positions, state.positions),
         (other.orientations, state.orientations),
         (other.velocities, state.velocities),
-        (other.turning, state.angular_velocities),
+        (other.angular_velocities, state.angular_velocities),
     ):
-        field.from_numpy(np.repeat(value[None], HORIZON + 1, axis=0))
+        field.from_numpy(np.repeat(value[None], STEP_COUNT + 1, axis=0))
 
     def run() -> Float64[np.ndarray, "H 2 3"]:
         other.run()
@@ -137,14 +137,14 @@ def _planning(rod: Rod, state: RodState) -> Callable[[], object]:
         Limits(),
     )
     nodes = state.positions + np.array([0.0, 0.02, 0.0])
-    goal = Goal(nodes, Pose(nodes[0], LEVEL), Pose(nodes[-1], LEVEL))
+    goal = Goal(nodes, Pose(nodes[0], LEVEL_ORIENTATION), Pose(nodes[-1], LEVEL_ORIENTATION))
     horizon = horizon_problem(method, state, goal, np.zeros((2, 2, 3)))
     length = rod.properties.length
-    avoidance = AvoidanceSpecification(scene(), 0.012, rod.properties.diameter / 2.0, length)
+    avoidance = AvoidanceSpecification(obstacles(), 0.012, rod.properties.diameter / 2.0, length)
     return lambda: method.plan(rod, horizon, avoidance)
 
 
-def _best(call: Callable[[], object], count: int) -> float:
+def _least_time(call: Callable[[], object], count: int) -> float:
     times = []
     for _ in range(count):
         started = time.process_time()

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from benchmarks.paper.closed_loop import ShapingRun, run_to_goal
-from benchmarks.paper.goals import Goal, goals, scene, start
+from benchmarks.paper.goals import Goal, goals, obstacles, start_state
 from lariat.rod import Rod
 from lariat.rod.xpbd import XpbdRod
 from lariat.trajectory import MotionLimits
@@ -22,20 +22,21 @@ from services.controller.paper.optimizer import PaperOptimizer
 from services.controller.paper.policies import ACTIONS_RATE, Actions, Network
 from shared.scenario.sections import Limits, PaperControl
 
-LENGTH, DIAMETER, NODES = 0.45, 0.008, 40
+ROPE_LENGTH, ROPE_DIAMETER, NODE_COUNT = 0.45, 0.008, 40
 """Length and diameter of the rope [m], and its number of nodes."""
-PAPER = PaperControl()
+PAPER_CONTROL = PaperControl()
 """Settings of the paper's method."""
-UNTUNED_RATE = 1e-3
+NETWORK_RATE = 1e-3
 """Learning rate of the network, tried for Adam on the velocities too."""
-SOFTNESS = 3.0
+COMPLIANCE_RATIO = 3.0
 """Compliance of the plant relative to the model's, in the adaptation studies [-]."""
 GAUSS_NEWTON_HORIZON, GAUSS_NEWTON_STEP = 15, 0.02
-"""Number of steps and time step [s]; with longer steps the model swings less than the plant."""
+"""Number of steps, and time step [s]; with longer steps the model swings less than the plant."""
 GAUSS_NEWTON_WEIGHTS = ObjectiveWeights(speed=0.01, acceleration=1e-5)
-CLEARANCE = 0.025
+"""Weights of Gauss-Newton on speed and acceleration."""
+GAUSS_NEWTON_CLEARANCE = 0.025
 """Clearance that Gauss-Newton keeps [m]."""
-OVERSTRETCH = 0.97
+MAX_GRIP_DISTANCE_RATIO = 0.97
 """Largest distance of the grips, relative to the rope's length [-]."""
 
 
@@ -75,7 +76,7 @@ class StudyResult:
     """Runs of a study to all goals."""
 
     study: Study
-    """What was run."""
+    """Method, model and plant."""
     runs: list[ShapingRun] = field(default_factory=list)
     """One run for each goal."""
 
@@ -101,7 +102,7 @@ def studies(seeds: int) -> Iterator[Study]:
     for seed in range(seeds):
         yield Study("network", "xpbd", seed)
     yield Study("actions", "xpbd")
-    yield Study("actions", "xpbd", rate=UNTUNED_RATE)
+    yield Study("actions", "xpbd", rate=NETWORK_RATE)
     yield Study("network", "direct")
     yield Study("actions", "direct")
     yield Study("gauss_newton", "direct")
@@ -109,8 +110,8 @@ def studies(seeds: int) -> Iterator[Study]:
 
 def adaptation_studies() -> Iterator[Study]:
     """Yield the studies of Fig. 9 (right): the plant is softer than the model."""
-    yield Study("network", "xpbd", softer=SOFTNESS)
-    yield Study("network", "xpbd", softer=SOFTNESS, adapts=True)
+    yield Study("network", "xpbd", softer=COMPLIANCE_RATIO)
+    yield Study("network", "xpbd", softer=COMPLIANCE_RATIO, adapts=True)
 
 
 class StudyRunner:
@@ -118,8 +119,8 @@ class StudyRunner:
 
     def __init__(self, seed: int) -> None:
         self.seed = seed
-        self.xpbd = paper_rod(PAPER, LENGTH, DIAMETER, NODES)
-        self.direct = Rod(self.xpbd.properties.material(NODES), NODES)
+        self.xpbd = paper_rod(PAPER_CONTROL, ROPE_LENGTH, ROPE_DIAMETER, NODE_COUNT)
+        self.direct = Rod(self.xpbd.properties.material(NODE_COUNT), NODE_COUNT)
         self._goals: dict[tuple[str, float, int], list[Goal]] = {}
 
     def run(
@@ -140,10 +141,15 @@ class StudyRunner:
             properties = replace(self.xpbd.properties, bending_compliance=soft)
             plant = self.xpbd.with_properties(properties)
         result = StudyResult(study)
-        initial_state = start(plant)
-        avoidance = AvoidanceSpecification(scene(), CLEARANCE, DIAMETER / 2.0, OVERSTRETCH * LENGTH)
+        initial_state = start_state(plant)
+        avoidance = AvoidanceSpecification(
+            obstacles(),
+            GAUSS_NEWTON_CLEARANCE,
+            ROPE_DIAMETER / 2.0,
+            MAX_GRIP_DISTANCE_RATIO * ROPE_LENGTH,
+        )
         for k, goal in enumerate(self._goals_of(study, plant, count)):
-            adaptation = PaperAdaptation(self.xpbd, PAPER) if study.adapts else None
+            adaptation = PaperAdaptation(self.xpbd, PAPER_CONTROL) if study.adapts else None
             result.runs.append(
                 run_to_goal(
                     self._method(study),
@@ -182,7 +188,7 @@ class StudyRunner:
                 Limits(),
             )
         free = int(moves.sum())
-        policy = Actions(PAPER.horizon, free, study.rate)
+        policy = Actions(PAPER_CONTROL.horizon, free, study.rate)
         if study.method == "network":
-            policy = Network(NODES, free, PAPER.learning_rate, study.seed)
-        return PaperOptimizer(policy, PAPER, moves, MotionLimits(*[np.inf] * 6))
+            policy = Network(NODE_COUNT, free, PAPER_CONTROL.learning_rate, study.seed)
+        return PaperOptimizer(policy, PAPER_CONTROL, moves, MotionLimits(*[np.inf] * 6))

@@ -13,18 +13,18 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.paper.closed_loop import STEP
-from benchmarks.paper.goals import SCENARIO, START_GRIPS, Goal
-from benchmarks.paper.studies import NODES
+from benchmarks.paper.closed_loop import PAPER_TIME_STEP
+from benchmarks.paper.goals import BASE_SCENARIO, START_GRIPS, Goal
+from benchmarks.paper.studies import NODE_COUNT
 from lariat.rod import Rod
 from shared.scenario import Rope, Scenario, Shape, load
 from shared.scenario.shipped import find
 from stack.simulation import closed_loop
 from stack.simulation.closed_loop import Score
 
-NAME = "direct, gauss_newton along a planned path, through the gateway"
+STUDY_NAME = "direct, gauss_newton along a planned path, through the gateway"
 """Name of the study in tables."""
-CLEARANCE = 0.02
+PATH_CLEARANCE = 0.02
 """Clearance that paths keep [m]."""
 LINEAR_DENSITY = 0.044
 """Linear density of the rope [kg/m]; with all stiffnesses in proportion it moves like the
@@ -39,7 +39,7 @@ def runs(rod: Rod, goals: Sequence[Goal], steps: int) -> Iterator[Score]:
         goals: Goals as rest shapes of that rod.
         steps: Duration of each run in the paper's steps of 10 ms.
     """
-    base = load(find(SCENARIO))
+    base = load(find(BASE_SCENARIO))
     with tempfile.TemporaryDirectory() as folder:
         for k, goal in enumerate(goals):
             file = f"goal-{k}.csv"
@@ -51,20 +51,20 @@ def runs(rod: Rod, goals: Sequence[Goal], steps: int) -> Iterator[Score]:
                 rope=_rope(rod),
                 plant=replace(base.plant, model="rod"),
                 sensing=replace(base.sensing, source="truth"),
-                control=replace(base.control, clearance=CLEARANCE),
+                control=replace(base.control, clearance=PATH_CLEARANCE),
                 start=Shape(line=(tuple(START_GRIPS[0].tolist()), tuple(START_GRIPS[1].tolist()))),
                 goal=Shape(nodes=file),
-                run=replace(base.run, time_limit=steps * STEP),
+                run=replace(base.run, time_limit=steps * PAPER_TIME_STEP),
             )
             yield closed_loop.run(scenario).score
 
 
 def row(scores: Sequence[Score]) -> dict[str, float | str | int]:
-    """Row of the table; a step of the controller stands in the place of a horizon."""
+    """Row of the table; the times are those of whole controller steps."""
     errors = np.array([np.inf if s.final_error_mm is None else s.final_error_mm for s in scores])
     clearances = [s.min_clearance_mm for s in scores if s.min_clearance_mm is not None]
     return {
-        "study": NAME,
+        "study": STUDY_NAME,
         "goals": len(scores),
         "mean [mm]": round(float(np.mean(errors)), 3),
         "max [mm]": round(float(np.max(errors)), 3),
@@ -82,7 +82,7 @@ def _rope(rod: Rod) -> Rope:
     return Rope(
         length=p.length,
         diameter=p.diameter,
-        node_count=NODES,
+        node_count=NODE_COUNT,
         linear_density=LINEAR_DENSITY,
         youngs_modulus=p.youngs_modulus * ratio,
         poisson_ratio=p.poisson_ratio,

@@ -26,12 +26,17 @@ from services.perception.tracking.paper_baseline import paper_nodes
 from services.sim.camera.rgbd_camera import RgbdCamera
 from services.sim.camera.sensor_noise import SensorNoise
 
-LIVE, LARGE = (640, 480), (1280, 720)
-"""Resolutions: of a cell, and a larger one [pixels]."""
+LIVE_RESOLUTION, LARGE_RESOLUTION = (640, 480), (1280, 720)
+"""Resolution of a cell's images, and a larger one [pixels]."""
 TABLE_ROWS: tuple[tuple[str, Kind, tuple[int, int], float], ...] = (
-    *((r, "easy", LIVE, s) for r in ROPES for s in (0.0, 0.0015, 0.003)),
-    *((r, "easy", LARGE, s) for r in ROPES for s in (0.0015, 0.003)),
-    *((r, k, size, 0.0015) for k in ("hidden", "hard") for size in (LIVE, LARGE) for r in ROPES),
+    *((r, "easy", LIVE_RESOLUTION, s) for r in ROPES for s in (0.0, 0.0015, 0.003)),
+    *((r, "easy", LARGE_RESOLUTION, s) for r in ROPES for s in (0.0015, 0.003)),
+    *(
+        (r, k, size, 0.0015)
+        for k in ("hidden", "hard")
+        for size in (LIVE_RESOLUTION, LARGE_RESOLUTION)
+        for r in ROPES
+    ),
 )
 """Rope, kind of views, resolution [pixels] and depth noise [m] of every row."""
 CERTAIN_SIGMA = 0.001

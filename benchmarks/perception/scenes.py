@@ -1,4 +1,4 @@
-"""Random views of a hanging rope for the bench perception."""
+"""Random views of a hanging rope, for `lariat bench perception`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from services.sim.plants.mujoco_plant import MujocoPlant
 
 Kind = Literal["easy", "hidden", "hard"]
 
-LEVEL = np.array([0.5, 0.5, 0.5, 0.5])
+LEVEL_ORIENTATION = np.array([0.5, 0.5, 0.5, 0.5])
 """Orientation of a grip that holds the rope along x."""
 ROPES = {
     "rope": MujocoRope(0.45, 0.008, 30, 0.044, 1.0e6, damping=2.0),
@@ -32,7 +32,7 @@ FIELD_OF_VIEW = math.radians(65.0)
 """Horizontal field of view [rad]."""
 BALL_POSITION = 0.65
 """Position of the ball that hides a part of the rope, between camera (0) and rope (1) [-]."""
-GRIPPER = (0.012, 0.06)
+GRIPPER_SIZE = (0.012, 0.06)
 """Radius and height of a gripper [m]."""
 MAX_LENGTH_ERROR, MAX_GRIP_ERROR = 0.003, 0.001
 """Errors of length and grip points of a simulated rest shape above which it is discarded [m]."""
@@ -76,13 +76,13 @@ def views_of(
         grip_error = float(np.max(np.linalg.norm(nodes[[0, -1]] - ends, axis=1)))
         length_error = abs(polylines.length(nodes) - truth.length)
         if length_error > MAX_LENGTH_ERROR or grip_error > MAX_GRIP_ERROR:
-            # Jammed into itself, or pulled out of its clamps: not a rest shape of a rope.
+            # MuJoCo's rope has collapsed or left its clamps: not a rest shape of a rope.
             continue
         made += 1
         bodies = [
             Obstacle("half_space", (0.0, 0.0, -0.2)),
-            gripper_body(left, -1.0, *GRIPPER),
-            gripper_body(right, 1.0, *GRIPPER),
+            gripper_body(left, -1.0, *GRIPPER_SIZE),
+            gripper_body(right, 1.0, *GRIPPER_SIZE),
         ]
         middle = nodes.mean(axis=0)
         azimuth, elevation = random.uniform(-math.pi, math.pi), random.uniform(0.6, 1.5)
@@ -108,7 +108,7 @@ def _sample_grips(random: np.random.Generator, length: float, kind: Kind) -> tup
         extra = random.choice([0.0, 0.0, 1.5, -1.5, 3.0]) if hard else 0.0
         tilt = poses.exponential(random.normal(0.0, 0.9 if hard else 0.35, 3))
         about_z = poses.exponential(np.array([0.0, 0.0, yaw + extra]))
-        turns.append(poses.multiply(tilt, poses.multiply(about_z, LEVEL)))
+        turns.append(poses.multiply(tilt, poses.multiply(about_z, LEVEL_ORIENTATION)))
     return Pose(place - half, turns[0]), Pose(place + half, turns[1])
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from benchmarks.physics import problems
 
-COARSE, FINE = 10, 320
+COARSE_COUNT, FINE_COUNT = 10, 320
 """Number of nodes of the plotted rods, and number of points of the closed forms."""
 
 
@@ -27,17 +27,19 @@ def draw(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
     figure, axes = pyplot.subplots(2, 2, figsize=(10, 7))
     hanging, strut, helix, errors = axes.ravel()
     for name, color, shapes in (
-        ("heavy cantilever", "tab:blue", problems.cantilever(COARSE, 4e8, FINE)),
-        ("limp cantilever", "tab:orange", problems.cantilever(COARSE, 1e8, FINE)),
-        ("catenary", "tab:green", (problems.hung(COARSE)[0], problems.hung(FINE)[1])),
+        ("heavy cantilever", "tab:blue", problems.cantilever(COARSE_COUNT, 4e8, FINE_COUNT)),
+        ("limp cantilever", "tab:orange", problems.cantilever(COARSE_COUNT, 1e8, FINE_COUNT)),
+        ("catenary", "tab:green", (problems.hung(COARSE_COUNT)[0], problems.hung(FINE_COUNT)[1])),
     ):
         nodes, exact = shapes
         hanging.plot(*exact.T, color=color, label=name)
         hanging.plot(*nodes.T, "o", color=color, markersize=4)
-    hanging.set_title(f"Under their weight: closed form (line), rod of {COARSE} nodes", fontsize=9)
-    nodes, exact = problems.strut(COARSE)
+    hanging.set_title(
+        f"Under their weight: closed form (line), rod of {COARSE_COUNT} nodes", fontsize=9
+    )
+    nodes, exact = problems.strut(COARSE_COUNT)
     strut.plot(exact[:, 0], -exact[:, 1], color="black", label="Euler's elastica")
-    strut.plot(nodes[:, 0], -nodes[:, 1], "o", markersize=4, label=f"rod, {COARSE} nodes")
+    strut.plot(nodes[:, 0], -nodes[:, 1], "o", markersize=4, label=f"rod, {COARSE_COUNT} nodes")
     strut.set_title("A strut between pins, buckled", fontsize=9)
     for axis in (hanging, strut):
         axis.set_aspect("equal", "datalim")

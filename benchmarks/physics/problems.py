@@ -1,7 +1,8 @@
 """Problems with closed-form solutions, and the rod's errors in them.
 
-Every function makes a rod of `node_count` nodes, brings it to rest and returns one error, in the
-unit that `PROBLEMS` states. The rods are practically inextensible, like those of the closed forms.
+Every problem's function creates a rod of `node_count` nodes, brings it to rest and returns one
+error, in the unit that `PROBLEMS` states. The rods are practically inextensible, like those of the
+closed forms.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from lariat.rod import Rod, RodProperties, RodState
 from lariat.rod.strains import curvatures, moments
 
 ALONG_X = poses.rotation_between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
+"""Orientation of a grip that holds the rod along x."""
 STRETCH_STIFFNESS = 1e6
 """Stretch stiffness that makes a rod practically inextensible [N]."""
 
@@ -266,3 +268,4 @@ PROBLEMS: dict[str, Problem] = {
     "helical buckling": Problem(helical_buckling, "-", (80, 180), (0.03, 0.015)),
     "natural helix": Problem(natural_helix, "1/m", (10, 40), (1e-6, 1e-6)),
 }
+"""Problems by name."""

@@ -1,1 +1,1 @@
-"""The paper's experiments with a real rope and cable, with MuJoCo in the place of the lab."""
+"""The paper's experiments with a real rope and cable, with MuJoCo in place of the lab."""

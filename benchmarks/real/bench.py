@@ -1,4 +1,4 @@
-"""The paper's real experiments, with MuJoCo in the place of the lab: `lariat bench real`.
+"""The paper's real experiments, with MuJoCo in place of the lab: `lariat bench real`.
 
 The plant is MuJoCo's rope or cable, whose stiffness the controller believes wrong by a factor; it
 is perceived through the simulated camera, with 1.5 mm of depth noise; an emulated CR5 moves the

@@ -23,10 +23,11 @@ from shared.service import SECOND
 
 GOAL_COLOR, ROPE_COLOR, PATH_COLOR = "magenta", "tab:blue", "tab:green"
 MODEL_COLOR, OBSTACLE_COLOR = "tab:orange", "0.75"
-MOMENTS = (0.0, 0.25, 0.5, 1.0)
+"""Colours of the plots, as Matplotlib names them."""
+SHOWN_MOMENTS = (0.0, 0.25, 0.5, 1.0)
 """Shown moments, relative to the time to the goal, or to the run's duration if not reached [-]."""
 VIEWS = {"front": (0, 2), "top": (0, 1)}
-"""Coordinates that a view shows."""
+"""Indices of the coordinates that a view shows, by its name."""
 IMAGE_WIDTH = 320
 """Width of a drawn camera image [pixels]."""
 GOAL_BGR, PERCEIVED_BGR = (255, 0, 255), (255, 128, 0)
@@ -51,7 +52,7 @@ def _manipulation(runs: Sequence[ExperimentRun], path: Path) -> Path:
     """After Fig. 5: from the front and from above, at four moments."""
     rows = [(run, view) for run in runs for view in VIEWS]
     figure = Figure(figsize=(11, 9), layout="constrained")
-    axes = figure.subplots(len(rows), len(MOMENTS))
+    axes = figure.subplots(len(rows), len(SHOWN_MOMENTS))
     for row, (run, view) in zip(axes, rows, strict=True):
         for axis, stamp in zip(row, _moments(run), strict=True):
             _draw_obstacles(axis, run, view)
@@ -156,7 +157,7 @@ def _model_shape(run: ExperimentRun) -> Float64[np.ndarray, "n 3"]:
 
 def _moments(run: ExperimentRun) -> list[int]:
     seconds = run.score.reached_s or run.score.sim_s
-    return [run.started + round(m * seconds * SECOND) for m in MOMENTS]
+    return [run.started + round(m * seconds * SECOND) for m in SHOWN_MOMENTS]
 
 
 def _at(

@@ -14,6 +14,7 @@ from rich.table import Table
 
 Part = Literal["gradients", "speed", "start", "hard", "against-paper", "diagram"]
 ALL_PARTS: tuple[Part, ...] = get_args(Part)
+"""All parts, in the order of their tables."""
 CAPTIONS: dict[Part, str] = {
     "gradients": "relative errors of adjoint gradients of 5 steps of 10 ms, in contact with a bar",
     "speed": "least processor time of 5 steps of 10 ms of a moving rod among four obstacles",

@@ -15,9 +15,15 @@ from lariat.rod import PARAMETERS, Rod, RodProperties, RodState, RolloutSpec
 PROPERTIES = RodProperties(
     0.45, 0.008, 0.044, 1e6, internal_damping=0.004, rest_curvature=((1.0, 0.5, 0.3),)
 )
-LYING = (0.7071067811865476, 0.7071067811865476, 0.0, 0.0)
-BAR = pack([Obstacle("cylinder", (0.0, 0.0, 0.25), LYING, radius=0.03, height=0.2), TABLE])
-DT, BLOCKS = 0.01, 5
+"""Properties of the rod."""
+LYING_ORIENTATION = (0.7071067811865476, 0.7071067811865476, 0.0, 0.0)
+"""Orientation of a cylinder that lies along y, wxyz."""
+OBSTACLES = pack(
+    [Obstacle("cylinder", (0.0, 0.0, 0.25), LYING_ORIENTATION, radius=0.03, height=0.2), TABLE]
+)
+"""Bar and table, packed."""
+TIME_STEP, STEP_COUNT = 0.01, 5
+"""Time step [s] and number of steps."""
 STATE_PARTS = {"positions": 1e-6, "velocities": 1e-4, "angular_velocities": 1e-1, "rotations": 1e-4}
 """Parts of the state, and the step of their finite differences."""
 
@@ -31,6 +37,7 @@ class GradientErrors:
     tolerance: float
     """Tolerance of the solver of the gradient [m]; that of the differences is 1e-10 m."""
     actions: float
+    """Error of the gradient in the velocities of the ends; the next four in parts of the state."""
     positions: float
     velocities: float
     angular_velocities: float
@@ -54,18 +61,18 @@ def measure(node_count: int, tolerance: float) -> GradientErrors:
     moves[:, 1] = [-1.2, 0.0, 0.0, 2.0, 0.0, 2.0]
     moves[:, 0] = [0.0, 0.3, 0.0, 0.0, 1.0, 0.0]
     start = fine.straight([-0.225, 0.0, 0.3], [0.225, 0.0, 0.3])
-    state = fine.rollout(RolloutSpec(start, moves, DT, obstacles=BAR)).final
-    actions = 0.5 * rng.normal(size=(BLOCKS, 2, 6))
-    slope = rng.normal(size=(BLOCKS, node_count, 3))
+    state = fine.rollout(RolloutSpec(start, moves, TIME_STEP, obstacles=OBSTACLES)).final
+    actions = 0.5 * rng.normal(size=(STEP_COUNT, 2, 6))
+    slope = rng.normal(size=(STEP_COUNT, node_count, 3))
 
     def cost(
         actions: Float64[np.ndarray, "K 2 6"] = actions, state: RodState = state, rod: Rod = fine
     ) -> float:
-        spec = RolloutSpec(state, actions, DT, obstacles=BAR)
+        spec = RolloutSpec(state, actions, TIME_STEP, obstacles=OBSTACLES)
         return float(np.sum(slope * rod.rollout(spec).positions))
 
     rod = Rod(PROPERTIES, node_count, tolerance=tolerance)
-    found = rod.gradient(RolloutSpec(state, actions, DT, obstacles=BAR), slope)
+    found = rod.gradient(RolloutSpec(state, actions, TIME_STEP, obstacles=OBSTACLES), slope)
     exact = np.zeros_like(actions)
     for index in np.ndindex(*exact.shape):
         bump = np.zeros_like(exact)
@@ -78,7 +85,7 @@ def measure(node_count: int, tolerance: float) -> GradientErrors:
         for _ in range(4):
             along = rng.normal(size=value.shape)
             truth = _slope(
-                lambda h, part=part, along=along: cost(state=_moved(state, part, h * along)), h
+                lambda h, part=part, along=along: cost(state=_displaced(state, part, h * along)), h
             )
             scale = np.linalg.norm(value) * np.linalg.norm(along)
             error = max(error, float(abs(np.sum(value * along) - truth) / scale))
@@ -86,7 +93,7 @@ def measure(node_count: int, tolerance: float) -> GradientErrors:
     truth = np.array(
         [
             _slope(
-                lambda h, name=name: cost(rod=fine.with_properties(changed(name, h))),
+                lambda h, name=name: cost(rod=fine.with_properties(changed_properties(name, h))),
                 1e-5 if name == "length" else 1e-3,
             )
             for name in PARAMETERS
@@ -103,7 +110,7 @@ def measure(node_count: int, tolerance: float) -> GradientErrors:
     )
 
 
-def changed(name: str, by: float) -> RodProperties:
+def changed_properties(name: str, by: float) -> RodProperties:
     """Return the properties with one parameter changed, relative to its scale."""
     p = PROPERTIES
     if name == "bending_stiffness":
@@ -121,7 +128,7 @@ def _scale(name: str) -> float:
     return 1.0 if name.startswith("rest") else getattr(PROPERTIES, name)
 
 
-def _moved(state: RodState, part: str, by: Float64[np.ndarray, "m 3"]) -> RodState:
+def _displaced(state: RodState, part: str, by: Float64[np.ndarray, "m 3"]) -> RodState:
     if part == "rotations":
         turned = poses.multiply(poses.exponential(by), state.orientations)
         return replace(state, orientations=turned)

@@ -12,9 +12,9 @@ from lariat.geometry import polylines, poses
 from lariat.geometry.obstacles import Obstacle, chain_clearance, pack, signed_distance
 from lariat.rod import Rod, RodProperties, RolloutSpec, state_along
 
-LENGTH, DIAMETER = 0.5, 0.008
+ROD_LENGTH, ROD_DIAMETER = 0.5, 0.008
 """Length and diameter of the rods [m]."""
-STEPS, DT = 30, 0.01
+STEP_COUNT, TIME_STEP = 30, 0.01
 """Number of steps, and time step [s]."""
 YANK_SPEED = 5.0
 """Speed of the yanked ends [m/s]."""
@@ -29,9 +29,13 @@ class HardCase:
     """Rod, start, motion of its ends, and obstacles."""
 
     rod: Rod
+    """Rod at the start of the motion."""
     nodes: Float64[np.ndarray, "n 3"]
+    """Node positions at the start [m]."""
     actions: Float64[np.ndarray, "K 2 6"]
+    """Velocities of the ends [m/s, rad/s]."""
     obstacles: tuple[Obstacle, ...]
+    """Obstacles in its way."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +45,7 @@ class HardCaseResult:
     finite: bool
     """Whether all positions are finite."""
     gave_up: bool
-    """Whether the solver reported trouble."""
+    """Whether the solver reported a failure."""
     stretch: float
     """Relative change of length at the end [-]."""
     clearance: float
@@ -59,10 +63,10 @@ def sample_case(seed: int) -> HardCase:
     n = int(np.exp(rng.uniform(np.log(5), np.log(401))))
     modulus = 10.0 ** rng.uniform(4.0, 10.0)
     # A rod that is stiff in bending must be stiff in stretch, or it would shorten when bent.
-    stretch = max(2000.0, modulus * np.pi * DIAMETER**2 / 4.0)
-    rod = Rod(RodProperties(LENGTH, DIAMETER, 0.05, modulus, stretch_stiffness=stretch), n)
+    stretch = max(2000.0, modulus * np.pi * ROD_DIAMETER**2 / 4.0)
+    rod = Rod(RodProperties(ROD_LENGTH, ROD_DIAMETER, 0.05, modulus, stretch_stiffness=stretch), n)
     while True:
-        span = rng.uniform(0.4, 0.9) * LENGTH
+        span = rng.uniform(0.4, 0.9) * ROD_LENGTH
         s = np.linspace(0.0, 1.0, 400)
         sag = sagging_curve(span, s)
         nodes = polylines.resample(sag, n)
@@ -77,9 +81,11 @@ def sample_case(seed: int) -> HardCase:
         if actions is None:
             continue
         # Grips hold edges: those must not be in the obstacle either, or the rod cannot leave it.
-        paths = np.cumsum(DT * actions[:, :, :3], axis=0)[:, :, None] + nodes[[[0, 1], [-1, -2]]]
+        paths = (
+            np.cumsum(TIME_STEP * actions[:, :, :3], axis=0)[:, :, None] + nodes[[[0, 1], [-1, -2]]]
+        )
         held = np.concatenate([paths.reshape(-1, 3), nodes[[0, 1, -1, -2]]])
-        if np.min(signed_distance(held, body)) > 2.0 * DIAMETER:
+        if np.min(signed_distance(held, body)) > 2.0 * ROD_DIAMETER:
             return HardCase(rod, nodes, actions, (body,))
 
 
@@ -95,42 +101,42 @@ def sagging_curve(span: float, s: Float64[np.ndarray, "k"]) -> Float64[np.ndarra
         sag = depth * (16.0 * s**2 * (1.0 - s) ** 2)
         return np.stack([span * (s - 0.5), 0.0 * s, 1.0 - sag], axis=1)
 
-    low, high = 0.0, 2.0 * LENGTH
+    low, high = 0.0, 2.0 * ROD_LENGTH
     for _ in range(50):
         depth = 0.5 * (low + high)
-        low, high = (depth, high) if polylines.length(curve(depth)) < LENGTH else (low, depth)
+        low, high = (depth, high) if polylines.length(curve(depth)) < ROD_LENGTH else (low, depth)
     return curve(low)
 
 
 def yank_actions(rng: np.random.Generator, span: float) -> Float64[np.ndarray, "K 2 6"] | None:
-    """Return actions that move both ends forth and back at full speed, then hold them.
+    """Return actions that move both ends back and forth at full speed, then hold them.
 
     None if the ends would come too close or too far apart.
     """
-    actions = np.zeros((STEPS, 2, 6))
+    actions = np.zeros((STEP_COUNT, 2, 6))
     strokes = int(rng.integers(2, 6))
     for end in range(2):
-        way = YANK_SPEED * poses.normalized(rng.normal(size=3))
+        velocity = YANK_SPEED * poses.normalized(rng.normal(size=3))
         spin = rng.normal(size=3)
-        actions[:strokes, end] = np.concatenate([way, spin])
-        actions[strokes : 2 * strokes, end] = np.concatenate([-way, spin])
-    apart = np.cumsum(DT * (actions[:, 1, :3] - actions[:, 0, :3]), axis=0)
-    far = np.linalg.norm(apart + np.array([span, 0.0, 0.0]), axis=1)
-    return actions if far.min() > 0.05 * LENGTH and far.max() < 0.92 * LENGTH else None
+        actions[:strokes, end] = np.concatenate([velocity, spin])
+        actions[strokes : 2 * strokes, end] = np.concatenate([-velocity, spin])
+    separation = np.cumsum(TIME_STEP * (actions[:, 1, :3] - actions[:, 0, :3]), axis=0)
+    far = np.linalg.norm(separation + np.array([span, 0.0, 0.0]), axis=1)
+    return actions if far.min() > 0.05 * ROD_LENGTH and far.max() < 0.92 * ROD_LENGTH else None
 
 
 def run_case(case: HardCase) -> HardCaseResult:
     """Roll out a case."""
     straight = poses.rotation_between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
     state = state_along(case.nodes, straight, straight)
-    spec = RolloutSpec(state, case.actions, DT, obstacles=pack(case.obstacles))
+    spec = RolloutSpec(state, case.actions, TIME_STEP, obstacles=pack(case.obstacles))
     rollout = case.rod.rollout(spec)
     last = rollout.positions[-1]
     return HardCaseResult(
         bool(np.all(np.isfinite(rollout.positions))),
         rollout.failure is not None,
-        polylines.length(last) / LENGTH - 1.0,
-        chain_clearance(last, DIAMETER / 2.0, case.obstacles),
+        polylines.length(last) / ROD_LENGTH - 1.0,
+        chain_clearance(last, ROD_DIAMETER / 2.0, case.obstacles),
     )
 
 

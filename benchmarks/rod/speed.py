@@ -16,12 +16,14 @@ from lariat.geometry.obstacles import TABLE, Obstacle, pack
 from lariat.rod import PARAMETERS, Rod, RodProperties, RodState, RolloutSpec
 
 PROPERTIES = RodProperties(0.45, 0.008, 0.044, 1e6)
-HORIZON, DT = 5, 0.01
+"""Properties of the rod."""
+STEP_COUNT, TIME_STEP = 5, 0.01
 """Number of steps, and time step [s]."""
 OBSTACLES = pack(
     [Obstacle("cylinder", (x, 0.15, 0.1), radius=0.03, height=0.2) for x in (-0.1, 0.0, 0.1)]
     + [TABLE]
 )
+"""Three cylinders and the table, packed."""
 
 FIRST_GRADIENT = """
 import resource, time
@@ -49,8 +51,8 @@ def by_size(repeats: int = 200) -> list[dict[str, float]]:
 
 def _times(n: int, repeats: int) -> dict[str, float]:
     rod, state, actions = moving_rod(n)
-    spec = RolloutSpec(state, actions, DT, obstacles=OBSTACLES)
-    slope = np.random.default_rng(0).normal(size=(HORIZON, n, 3))
+    spec = RolloutSpec(state, actions, TIME_STEP, obstacles=OBSTACLES)
+    slope = np.random.default_rng(0).normal(size=(STEP_COUNT, n, 3))
 
     def gradient(parameters: tuple[str, ...]) -> Callable[[], object]:
         return lambda: rod.gradient(spec, slope, parameters)
@@ -69,11 +71,15 @@ def _times(n: int, repeats: int) -> dict[str, float]:
 def moving_rod(n: int) -> tuple[Rod, RodState, Float64[np.ndarray, "K 2 6"]]:
     """Return a rod of n nodes, its state in full motion, and the velocities of its grips."""
     rod = Rod(PROPERTIES, n)
-    actions = np.zeros((HORIZON, 2, 6))
+    actions = np.zeros((STEP_COUNT, 2, 6))
     actions[:, 0] = [0.1, 0.1, 0.0, 0.0, 1.0, 0.0]
     actions[:, 1] = [-0.3, 0.1, 0.1, 1.0, 0.0, 1.0]
     start = rod.straight([-0.225, 0.0, 0.3], [0.225, 0.0, 0.3])
-    return rod, rod.rollout(RolloutSpec(start, actions, DT, obstacles=OBSTACLES)).final, actions
+    return (
+        rod,
+        rod.rollout(RolloutSpec(start, actions, TIME_STEP, obstacles=OBSTACLES)).final,
+        actions,
+    )
 
 
 def batched(count: int = 64, n: int = 40, repeats: int = 5) -> float:
@@ -86,15 +92,15 @@ def batched(count: int = 64, n: int = 40, repeats: int = 5) -> float:
     """
     rod, state, actions = moving_rod(n)
     many = np.repeat(actions[None], count, axis=0)
-    spec = RolloutSpec([state] * count, many, DT, obstacles=OBSTACLES)
+    spec = RolloutSpec([state] * count, many, TIME_STEP, obstacles=OBSTACLES)
     took = least_time(lambda: rod.rollout(spec), repeats)
-    return count * n * HORIZON / (1e-3 * took)
+    return count * n * STEP_COUNT / (1e-3 * took)
 
 
 def first_launch() -> dict[str, float]:
     """Return processor and wall time of a fresh process until its first gradient [s].
 
-    The times include its child processes: the first process of all has one write machine code.
+    The times include child processes: the very first process starts one that writes machine code.
     """
     with tempfile.TemporaryDirectory() as cache:
         cold = _fresh_process_times(cache)

@@ -24,20 +24,24 @@ from lariat.rod.integration_schemes import Scheme
 from lariat.rod.xpbd import XpbdProperties, XpbdRod
 from services.sim.plants.mujoco_model import MujocoRope, mjcf
 
-NODES, DT, STEPS = 40, 0.01, 100
+NODE_COUNT, ACTION_DURATION, ACTION_COUNT = 40, 0.01, 100
 """Number of nodes, duration of an action [s], number of actions."""
 PROPERTIES = RodProperties(0.45, 0.008, 0.044, 1e6, damping=1.0)
+"""Properties of the rope."""
 ALONG_X = poses.rotation_between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
-LEFT = Pose(np.array([-0.17, 0.0, 0.4]), ALONG_X)
-RIGHT = Pose(np.array([0.17, 0.0, 0.4]), ALONG_X)
+"""Orientation of a grip that holds the rope along x."""
+LEFT_GRIP = Pose(np.array([-0.17, 0.0, 0.4]), ALONG_X)
+RIGHT_GRIP = Pose(np.array([0.17, 0.0, 0.4]), ALONG_X)
+"""Grips at the start."""
 REFERENCE_SUBSTEPS = 100
 """Sub-steps of a reference: 0.1 ms each."""
 
-Path = Float64[np.ndarray, "H n 3"]
+NodePath = Float64[np.ndarray, "H n 3"]
+"""Node positions after every action [m]."""
 
 
 @dataclass(frozen=True)
-class Point:
+class WorkPrecision:
     """Time and errors of a solver with one setting."""
 
     solver: str
@@ -55,42 +59,47 @@ class Point:
 
 
 def actions() -> Float64[np.ndarray, "H 2 6"]:
-    """Velocities of both grips."""
-    t = (np.arange(STEPS) + 0.5) * DT
+    """Return the velocities of both grips [m/s, rad/s]."""
+    t = (np.arange(ACTION_COUNT) + 0.5) * ACTION_DURATION
     bell = np.where(t < 0.5, np.sin(np.pi * t / 0.5) ** 2, 0.0)
-    moves = np.zeros((STEPS, 2, 6))
+    moves = np.zeros((ACTION_COUNT, 2, 6))
     moves[:, 1] = bell[:, None] * np.array([-0.3, 0.4, 0.2, 6.0, 0.0, 2.0])
     return moves
 
 
-def points() -> Iterator[Point]:
+def points() -> Iterator[WorkPrecision]:
     """Yield points of the rod, the paper's solver, MuJoCo and, if installed, PyElastica."""
-    rod = Rod(PROPERTIES, NODES, tolerance=1e-7)
-    start = rod.rest(LEFT, RIGHT).state
+    rod = Rod(PROPERTIES, NODE_COUNT, tolerance=1e-7)
+    start = rod.rest(LEFT_GRIP, RIGHT_GRIP).state
     moves = actions()
     truth = _rollout(
-        Rod(PROPERTIES, NODES, tolerance=1e-10, scheme="sdirk2"), start, moves, REFERENCE_SUBSTEPS
+        Rod(PROPERTIES, NODE_COUNT, tolerance=1e-10, scheme="sdirk2"),
+        start,
+        moves,
+        REFERENCE_SUBSTEPS,
     )
     end = _rest_after(rod, start, moves)
     schemes: tuple[Scheme, ...] = ("euler", "sdirk2")
     for scheme in schemes:
         for substeps in (1, 2, 5, 10, 20):
-            solver = Rod(PROPERTIES, NODES, scheme=scheme)
+            solver = Rod(PROPERTIES, NODE_COUNT, scheme=scheme)
 
-            def run_rod(solver: Rod = solver, substeps: int = substeps) -> Path:
+            def run_rod(solver: Rod = solver, substeps: int = substeps) -> NodePath:
                 return _rollout(solver, start, moves, substeps)
 
-            settled = Rod(PROPERTIES, NODES).rest(*_final_grips(), guess=start).state.positions
+            settled = Rod(PROPERTIES, NODE_COUNT).rest(*_final_grips(), guess=start).state.positions
             yield _point(f"direct {scheme}", f"{substeps}", run_rod, truth, _mean(settled - end))
     yield from _paper(start, moves, end)
     yield from _mujoco(start, moves, end)
     if importlib.util.find_spec("elastica") is None:
-        yield Point("PyElastica", "not installed", np.nan, np.nan, np.nan, np.nan)
+        yield WorkPrecision("PyElastica", "not installed", np.nan, np.nan, np.nan, np.nan)
     else:
         yield from _elastica(start, moves, end)
 
 
-def _point(solver: str, setting: str, run: Callable[[], Path], truth: Path, rest: float) -> Point:
+def _point(
+    solver: str, setting: str, run: Callable[[], NodePath], truth: NodePath, rest: float
+) -> WorkPrecision:
     found = run()
     times = []
     for _ in range(3):
@@ -98,10 +107,10 @@ def _point(solver: str, setting: str, run: Callable[[], Path], truth: Path, rest
         run()
         times.append(time.process_time() - begin)
     errors = np.linalg.norm(found - truth, axis=2)
-    return Point(
+    return WorkPrecision(
         solver,
         setting,
-        1e6 * min(times) / STEPS,
+        1e6 * min(times) / ACTION_COUNT,
         1e3 * float(errors.mean()),
         1e3 * float(errors.max()),
         1e3 * rest,
@@ -112,39 +121,46 @@ def _mean(offsets: Float64[np.ndarray, "n 3"]) -> float:
     return float(np.linalg.norm(offsets, axis=1).mean())
 
 
-def _rollout(rod: Rod, start: RodState, moves: Float64[np.ndarray, "H 2 6"], substeps: int) -> Path:
-    return rod.rollout(RolloutSpec(start, moves, DT, substeps=substeps)).positions
+def _rollout(
+    rod: Rod, start: RodState, moves: Float64[np.ndarray, "H 2 6"], substeps: int
+) -> NodePath:
+    return rod.rollout(RolloutSpec(start, moves, ACTION_DURATION, substeps=substeps)).positions
 
 
 def _final_grips() -> tuple[Pose, Pose]:
     moves = actions()
     q = ALONG_X
     for omega in moves[:, 1, 3:]:
-        q = poses.multiply(poses.exponential(DT * omega), q)
-    return LEFT, Pose(RIGHT.position + DT * moves[:, 1, :3].sum(0), q)
+        q = poses.multiply(poses.exponential(ACTION_DURATION * omega), q)
+    return LEFT_GRIP, Pose(RIGHT_GRIP.position + ACTION_DURATION * moves[:, 1, :3].sum(0), q)
 
 
-def _rest_after(rod: Rod, start: RodState, moves: Float64[np.ndarray, "H 2 6"]) -> Path:
-    moved = rod.rollout(RolloutSpec(start, moves, DT, substeps=10)).final
-    exact = Rod(PROPERTIES, NODES, tolerance=1e-10)
+def _rest_after(rod: Rod, start: RodState, moves: Float64[np.ndarray, "H 2 6"]) -> NodePath:
+    moved = rod.rollout(RolloutSpec(start, moves, ACTION_DURATION, substeps=10)).final
+    exact = Rod(PROPERTIES, NODE_COUNT, tolerance=1e-10)
     return exact.rest(*_final_grips(), guess=moved).state.positions
 
 
 def _paper(
     start: RodState, moves: Float64[np.ndarray, "H 2 6"], end: Float64[np.ndarray, "n 3"]
-) -> Iterator[Point]:
-    properties = XpbdProperties.of_material(PROPERTIES, NODES)
-    spec = RolloutSpec(start, moves, DT, substeps=20)
-    truth = XpbdRod(properties, NODES, iterations=400).rollout(spec)
+) -> Iterator[WorkPrecision]:
+    properties = XpbdProperties.of_material(PROPERTIES, NODE_COUNT)
+    spec = RolloutSpec(start, moves, ACTION_DURATION, substeps=20)
+    truth = XpbdRod(properties, NODE_COUNT, iterations=400).rollout(spec)
     for substeps, sweeps in ((1, 20), (5, 4), (1, 100), (5, 20), (20, 5)):
-        rod = XpbdRod(properties, NODES, iterations=sweeps)
+        rod = XpbdRod(properties, NODE_COUNT, iterations=sweeps)
 
-        def run(rod: XpbdRod = rod, substeps: int = substeps) -> Path:
-            return rod.rollout(RolloutSpec(start, moves, DT, substeps=substeps)).positions
+        def run(rod: XpbdRod = rod, substeps: int = substeps) -> NodePath:
+            return rod.rollout(
+                RolloutSpec(start, moves, ACTION_DURATION, substeps=substeps)
+            ).positions
 
         still = rod.rollout(
             RolloutSpec(
-                start, np.concatenate([moves, np.zeros((400, 2, 6))]), DT, substeps=substeps
+                start,
+                np.concatenate([moves, np.zeros((400, 2, 6))]),
+                ACTION_DURATION,
+                substeps=substeps,
             )
         )
         rest = _mean(still.positions[-1] - end)
@@ -159,7 +175,7 @@ class _MujocoRun:
         rope = MujocoRope(
             p.length,
             p.diameter,
-            NODES,
+            NODE_COUNT,
             p.linear_density,
             p.youngs_modulus,
             damping=damping,
@@ -178,15 +194,15 @@ class _MujocoRun:
         self.bodies = self.model.jnt_bodyid[slides][::3]
         origins = self.model.body_pos[self.bodies]
         self.state.qpos[self.slides] = (start.positions[2:-2] - origins).ravel()
-        for end, pose in enumerate((LEFT, RIGHT)):
+        for end, pose in enumerate((LEFT_GRIP, RIGHT_GRIP)):
             self.state.mocap_pos[end], self.state.mocap_quat[end] = pose.position, pose.orientation
         mujoco.mj_forward(self.model, self.state)
 
-    def run(self, moves: Float64[np.ndarray, "H 2 6"]) -> Path:
+    def run(self, moves: Float64[np.ndarray, "H 2 6"]) -> NodePath:
         """Return the positions after every action; the clamped nodes follow the grips."""
-        grips = [[pose.position.copy(), pose.orientation] for pose in (LEFT, RIGHT)]
-        count = round(DT / self.step)
-        path = np.empty((len(moves), NODES, 3))
+        grips = [[pose.position.copy(), pose.orientation] for pose in (LEFT_GRIP, RIGHT_GRIP)]
+        count = round(ACTION_DURATION / self.step)
+        path = np.empty((len(moves), NODE_COUNT, 3))
         for k, action in enumerate(moves):
             for _ in range(count):
                 for end, (position, q) in enumerate(grips):
@@ -197,7 +213,7 @@ class _MujocoRun:
                 mujoco.mj_step(self.model, self.state)
             mujoco.mj_kinematics(self.model, self.state)
             path[k, 2:-2] = self.state.xpos[self.bodies]
-            reach = PROPERTIES.length / (NODES - 1) * np.array([0.0, 0.0, 1.0])
+            reach = PROPERTIES.length / (NODE_COUNT - 1) * np.array([0.0, 0.0, 1.0])
             (a, qa), (b, qb) = grips
             path[k, 0], path[k, 1] = a, a + poses.rotate(qa, reach)
             path[k, -1], path[k, -2] = b, b - poses.rotate(qb, reach)
@@ -206,13 +222,13 @@ class _MujocoRun:
 
 def _mujoco(
     start: RodState, moves: Float64[np.ndarray, "H 2 6"], end: Float64[np.ndarray, "n 3"]
-) -> Iterator[Point]:
-    truth = _MujocoRun(start, DT / REFERENCE_SUBSTEPS).run(moves)
+) -> Iterator[WorkPrecision]:
+    truth = _MujocoRun(start, ACTION_DURATION / REFERENCE_SUBSTEPS).run(moves)
     for step in (0.01, 0.005, 0.002, 0.001, 0.0005):
         damped = _MujocoRun(start, step, damping=6.0)
         still = damped.run(np.concatenate([moves, np.zeros((200, 2, 6))]))[-1]
 
-        def run(step: float = step) -> Path:
+        def run(step: float = step) -> NodePath:
             return _MujocoRun(start, step).run(moves)
 
         yield _point("MuJoCo", f"{1e3 * step:g} ms", run, truth, _mean(still - end))
@@ -220,21 +236,27 @@ def _mujoco(
 
 def _elastica(
     start: RodState, moves: Float64[np.ndarray, "H 2 6"], end: Float64[np.ndarray, "n 3"]
-) -> Iterator[Point]:
+) -> Iterator[WorkPrecision]:
     from benchmarks.rod import pyelastica
 
-    grips = [LEFT, RIGHT]
+    grips = [LEFT_GRIP, RIGHT_GRIP]
     # Stability limits the step: twice the longest step of each is unstable.
     for name, stiff, tried in (
         ("PyElastica", True, (1e-5,)),
         ("PyElastica, stretch 40 times softer", False, (5e-5, 1e-4)),
     ):
-        truth = pyelastica.rollout(PROPERTIES, start, grips, moves, DT, 0.5 * tried[0], 1.0, stiff)
+        truth = pyelastica.rollout(
+            PROPERTIES, start, grips, moves, ACTION_DURATION, 0.5 * tried[0], 1.0, stiff
+        )
         longer = np.concatenate([moves, np.zeros((200, 2, 6))])
         for step in tried:
-            still = pyelastica.rollout(PROPERTIES, start, grips, longer, DT, step, 6.0, stiff)[-1]
+            still = pyelastica.rollout(
+                PROPERTIES, start, grips, longer, ACTION_DURATION, step, 6.0, stiff
+            )[-1]
 
-            def run(step: float = step, stiff: bool = stiff) -> Path:
-                return pyelastica.rollout(PROPERTIES, start, grips, moves, DT, step, 1.0, stiff)
+            def run(step: float = step, stiff: bool = stiff) -> NodePath:
+                return pyelastica.rollout(
+                    PROPERTIES, start, grips, moves, ACTION_DURATION, step, 1.0, stiff
+                )
 
             yield _point(name, f"{1e3 * step:g} ms", run, truth, _mean(still - end))

@@ -1,1 +1,1 @@
-"""Taichi kernels of the paper's own way to gradients."""
+"""Taichi kernels of the paper's method to compute gradients."""

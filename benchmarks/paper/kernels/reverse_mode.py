@@ -1,4 +1,4 @@
-"""Algorithm 1 of the paper, differentiated by Taichi's own reverse mode, as the paper does it.
+"""Algorithm 1 of the paper, differentiated by Taichi's own reverse mode, as in the paper.
 
 Reverse mode does not keep values that a kernel overwrites, and its gradient of a whole roll-out in
 one kernel, with several loops inside a step, is silently wrong. Therefore every phase of every
@@ -39,7 +39,7 @@ class ReverseRod:
         """
         self.n, self.m, self.J, self.H = nodes, nodes - 1, iterations, horizon
         self.length, self.dt = length, dt
-        self.keep, self.keep_turn = (1.0 - damping) ** dt, (1.0 - angular_damping) ** dt
+        self.linear_decay, self.angular_decay = (1.0 - damping) ** dt, (1.0 - angular_damping) ** dt
 
         def vectors(kind, *shape):
             return kind.field(shape=shape, needs_grad=True)
@@ -50,7 +50,7 @@ class ReverseRod:
         self.positions = vectors(Vector3, horizon + 1, nodes)
         self.orientations = vectors(Vector4, horizon + 1, nodes - 1)
         self.velocities = vectors(Vector3, horizon + 1, nodes)
-        self.turning = vectors(Vector3, horizon + 1, nodes - 1)
+        self.angular_velocities = vectors(Vector3, horizon + 1, nodes - 1)
         self.actions = vectors(Vector3, horizon, 2)
         self.slope = Vector3.field(shape=(horizon, nodes))
         # Inverse mass, inverse inertia, compliance.
@@ -95,7 +95,7 @@ class ReverseRod:
         for i in range(self.m):
             p = self.orientations[t, i]
             if i > 0 and i < self.m - 1:
-                p += (0.5 * self.dt) * vector_times(self.turning[t, i], p)
+                p += (0.5 * self.dt) * vector_times(self.angular_velocities[t, i], p)
             self.q[t, 0, i] = p / ti.sqrt(p.dot(p))
 
     @ti.kernel
@@ -118,11 +118,11 @@ class ReverseRod:
             edge = end * (self.m - 1)
             self.q[t, 4 * j + color + 1, edge] = self.q[t, 4 * j + color, edge]
         for i in range(self.n):
-            # Nodes of no edge of this colour are copied.
-            loose = i == 0 or i == self.n - 1
-            loose = loose or (i == 1 and color == 1)
-            loose = loose or (i == self.n - 2 and (self.m - 3) % 2 != color)
-            if loose:
+            # Nodes that no edge of this colour corrects are copied.
+            uncorrected = i == 0 or i == self.n - 1
+            uncorrected = uncorrected or (i == 1 and color == 1)
+            uncorrected = uncorrected or (i == self.n - 2 and (self.m - 3) % 2 != color)
+            if uncorrected:
                 self.x[t, 2 * j + color + 1, i] = self.x[t, 2 * j + color, i]
 
     @ti.kernel
@@ -139,9 +139,9 @@ class ReverseRod:
                 self.q[t, 4 * j + 3 + color, i] = p1 / ti.sqrt(p1.dot(p1))
                 self.q[t, 4 * j + 3 + color, i + 1] = p2 / ti.sqrt(p2.dot(p2))
         for i in range(self.m):
-            loose = i == 0 and color == 1
-            loose = loose or (i == self.m - 1 and (self.n - 3) % 2 != color)
-            if loose:
+            uncorrected = i == 0 and color == 1
+            uncorrected = uncorrected or (i == self.m - 1 and (self.n - 3) % 2 != color)
+            if uncorrected:
                 self.q[t, 4 * j + 3 + color, i] = self.q[t, 4 * j + 2 + color, i]
 
     @ti.kernel
@@ -149,12 +149,12 @@ class ReverseRod:
         for i in range(self.n):
             x = self.x[t, 2 * self.J, i]
             self.positions[t + 1, i] = x
-            self.velocities[t + 1, i] = (self.keep / self.dt) * (x - self.positions[t, i])
+            self.velocities[t + 1, i] = (self.linear_decay / self.dt) * (x - self.positions[t, i])
         for i in range(self.m):
             q = self.q[t, 4 * self.J, i]
             self.orientations[t + 1, i] = q
             turn = rotation_imaginary(self.orientations[t, i], q)
-            self.turning[t + 1, i] = (2.0 * self.keep_turn / self.dt) * turn
+            self.angular_velocities[t + 1, i] = (2.0 * self.angular_decay / self.dt) * turn
 
     @ti.kernel
     def sum_cost(self):

@@ -1,4 +1,4 @@
-"""Any process that speaks Zenoh and protobuf can be the camera."""
+"""Any publisher of color, depth and calibration can be the camera."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ def test_a_plain_publisher_of_color_depth_and_calibration_is_a_camera(cell: Cell
     perception = PerceptionService(replace(of, sensing=replace(of.sensing, outside=True)))
     bus = cell("perception")
     mailbox = Mailbox(perception.reads)
-    ears = [bus.subscribe(t) for t in (COLOR, DEPTH, CALIBRATION)]
+    subscribers = [bus.subscribe(t) for t in (COLOR, DEPTH, CALIBRATION)]
 
     config = zenoh.Config()
     config.insert_json5("connect/endpoints", json.dumps([cell.hub]))
     config.insert_json5("scouting/multicast/enabled", "false")
     config.insert_json5("namespace", json.dumps(cell.namespace))
-    heard: set[str] = set()
+    received: set[str] = set()
 
     def sent() -> bool:
         # No attachment, no sequence: nothing that only our own publishers know of.
@@ -51,11 +51,11 @@ def test_a_plain_publisher_of_color_depth_and_calibration_is_a_camera(cell: Cell
                 ].SerializeToString(),
                 encoding=f"application/protobuf;{topic.type.DESCRIPTOR.full_name}",
             )
-        for ear in ears:
-            for key, item in ear.take():
-                heard.add(key)
+        for subscriber in subscribers:
+            for key, item in subscriber.take():
+                received.add(key)
                 mailbox.deliver(key, item)
-        return len(heard) == 3
+        return len(received) == 3
 
     with zenoh.open(config) as session:
         until(sent)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks.perception.scenes import GRIPPER, ROPES, STIFFNESS_ERROR
+from benchmarks.perception.scenes import GRIPPER_SIZE, ROPES, STIFFNESS_ERROR
 from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
@@ -54,8 +54,8 @@ def test_what_the_image_does_not_settle_is_not_said_to_be_sure(
     camera = Camera(Intrinsics.symmetric(*size, math.radians(65.0)), eye)
     bodies = [
         Obstacle("half_space", (0.0, 0.0, -0.2)),
-        gripper_body(left, -1.0, *GRIPPER),
-        gripper_body(right, 1.0, *GRIPPER),
+        gripper_body(left, -1.0, *GRIPPER_SIZE),
+        gripper_body(right, 1.0, *GRIPPER_SIZE),
     ]
     frame = RgbdCamera(camera).take(nodes, radius, bodies)
     believed = RodProperties(

@@ -21,12 +21,13 @@ from shared.messages import ArmStates
 from shared.scenario import load
 from stack.client import RequestFailed
 
-SCENARIO = Path(__file__).parents[2] / "scenarios" / "fixed-end.toml"
+DEFAULT_SCENARIO = Path(__file__).parents[2] / "scenarios" / "fixed-end.toml"
+"""Scenario with one arm, a CR5 at its right end."""
 
 
 def run(
     cases: tuple[str, ...] = (),
-    scenario: Path = SCENARIO,
+    scenario: Path = DEFAULT_SCENARIO,
     firmware: Literal["v3", "v4"] = "v3",
     folder: Path | None = None,
     json: bool = False,
@@ -104,12 +105,13 @@ def _run_trials(
 
 
 def _line(f: FaultResult) -> str:
+    """Return the progress line of a trial."""
     verdict = "ok" if f.ok else f"NOT OK: {f.failure}"
     return f"{f.case}: {f.cause or 'no stop'} ({f.reason}); {_times(f)}; {f.resumed}; {verdict}"
 
 
 def _times(f: FaultResult) -> str:
-    """Times of a trial, which its progress line shows in case the run is cut short."""
+    """Return the times of a trial in words."""
     noticed, braking, rest = (_milliseconds(t) for t in (f.noticed_s, f.braking_s, f.rest_s))
     return (
         f"noticed {noticed}, braking {braking}, rest {rest} ms, drift {1e3 * f.drift_rad:.2f} mrad"

@@ -10,18 +10,20 @@ from benchmarks.faults.cell import FaultCell
 from benchmarks.faults.line_condition import LineCommand, LineCondition
 
 Action = Callable[[FaultCell], None]
+"""Injection or repair of a fault."""
 
 BLIND_TIME = 0.5
-"""Time for which the controller continues without seeing the rope [s]."""
+"""Time for which the controller continues without observing the rope [s]."""
 
 
 @dataclass(frozen=True)
 class FaultCase:
-    """A fault in the middle of a motion."""
+    """Fault in the middle of a motion."""
 
     description: str
     """Fault in words."""
     inject: Action
+    """Injection of the fault."""
     causes: tuple[str, ...]
     """Stop causes of which the gateway must report one; empty, or one that is empty: no stop."""
     repair: Action | None = None

@@ -1,4 +1,4 @@
-"""Live cell for the injection of faults, with an operator who arms, acknowledges and sets goals."""
+"""Live cell for fault injection, with an operator who arms, acknowledges and sets goals."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 
 from benchmarks.faults.joint_log import JointLog
 from benchmarks.faults.processes import (
-    SIDE,
+    OBSERVED_SIDE,
     START_TIMEOUT,
     CellProcesses,
     DeadlineMissed,
@@ -48,7 +48,7 @@ class FaultCell:
             scenario: A scenario with a CR5 at its right end.
             folder: Folder for logs.
             firmware: Firmware of the arms, v3 or v4.
-            routed: Whether the services meet through a router; see `CellProcesses`.
+            routed: Whether the services connect through a router; see `CellProcesses`.
         """
         self.processes = CellProcesses(scenario, folder, firmware, routed)
         self.scenario: Scenario = self.processes.scenario
@@ -163,23 +163,28 @@ class FaultCell:
     # Operator
 
     def arm(self) -> str:
-        """Arm, twice when the gateway asks for consent to the approach; return how it was done."""
-        how = "armed"
+        """Arm, with consent to the approach if the gateway asks for it.
+
+        Returns:
+            Description for the result: armed, with or without an approach.
+        """
+        done = "armed"
         try:
             self.client.command_arms(ArmCommand.ARM)
         except RequestFailed:
-            # The gateway asks for consent to the approach to the start; arming again gives it.
+            # The gateway asks for consent to the approach to the start: arming again.
             self.client.command_arms(ArmCommand.ARM)
-            how = "armed, agreed to the slow way to the start"
+            done = "armed, with an approach to the start"
         self.states.clear()
         self.wait_until(
             lambda: self.arms.mode in (ArmStates.ARMED, ArmStates.HOLDING) and self._ready(),
             ENABLE_TIMEOUT,
             "the arm did not become ready",
         )
-        return how
+        return done
 
     def _ready(self) -> bool:
+        """Return whether no acknowledgement is missing and every arm follows."""
         return not self.arms.needs_acknowledgement and all(
             a.driver != "cr5" or a.mode in ("idle", "running") for a in self.arms.arms
         )
@@ -192,7 +197,7 @@ class FaultCell:
         """
         self.processes.kill_emulator()
         self.processes.start_emulator(silence)
-        # It is at the start, so the next motion is the one to the goal.
+        # The new arm is at the start, so the next motion goes to the goal.
         self._goal = 1
         self.states.clear()
         self.wait_until(
@@ -202,7 +207,7 @@ class FaultCell:
         self.acknowledge()
 
     def acknowledge(self) -> None:
-        """Acknowledge the reason of a hold, and wait until the arms are ready."""
+        """Acknowledge a hold or fault, and wait until the arms are ready."""
         self.client.command_arms(ArmCommand.ACKNOWLEDGE)
         self.states.clear()
         self.wait_until(
@@ -230,7 +235,7 @@ class FaultCell:
         """Wait until the gripper exceeds a speed [m/s]."""
 
         def fast() -> bool:
-            arm = next((a for a in self.arms.arms if a.arm == SIDE), None)
+            arm = next((a for a in self.arms.arms if a.arm == OBSERVED_SIDE), None)
             return arm is not None and sum(v * v for v in arm.linear_velocity) > speed**2
 
         self.wait_until(fast, SPEED_TIMEOUT, f"the arm does not reach {speed} m/s")

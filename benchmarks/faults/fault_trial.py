@@ -1,4 +1,4 @@
-"""Trial of one fault: motion, injection, repair, resumption, and the goal."""
+"""Trial of one fault: motion, injection, repair, resumption, motion to the goal."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ GATEWAY_TIMEOUT = 10.0
 RESTART_TIMEOUT = 60.0
 """Time limit for a process to be restarted [s]."""
 
-RESUMPTIONS = {
+RESUMPTION_WORDS = {
     "by itself": "by itself",
     "after acknowledgement": "acknowledged",
     "after arming": "armed",
@@ -45,7 +45,9 @@ class FaultResult:
     """Outcome of one trial."""
 
     case: str
+    """Name in `CASES`."""
     description: str
+    """Fault in words."""
     cause: str
     """Stop cause that the gateway reported; empty: no stop."""
     reason: str
@@ -61,6 +63,7 @@ class FaultResult:
     resumed: str
     """Way in which the cell resumed: by itself, acknowledged or armed."""
     reached: bool
+    """Whether the goal was reached afterwards."""
     further_holds: int
     """Number of holds on the way to the goal, for other reasons."""
     ok: bool
@@ -154,7 +157,7 @@ def _broken_promises(
     drift: float,
     resumed: str,
 ) -> Iterator[str]:
-    """Compare a trial with what docs/safety.md promises."""
+    """Yield the promises of docs/safety.md that a trial breaks."""
     if cause not in (case.causes or ("",)):
         yield f"cause {cause or 'none'} instead of {' or '.join(case.causes) or 'none'}"
     if case.promised and braking is not None and braking > BRAKING_TIME_LIMIT:
@@ -163,7 +166,9 @@ def _broken_promises(
     in_flight = SERVO_POINT_DURATION * joint_speed if case.point_in_flight else 0.0
     if drift > in_flight + SETTLING_TOLERANCE:
         yield f"a joint moved by {drift:.4f} rad before the operator agreed"
-    if cause in STOP_CAUSES and not resumed.startswith(RESUMPTIONS[STOP_CAUSES[cause].resumes]):
+    if cause in STOP_CAUSES and not resumed.startswith(
+        RESUMPTION_WORDS[STOP_CAUSES[cause].resumes]
+    ):
         yield f"resumed {resumed} instead of {STOP_CAUSES[cause].resumes}"
 
 
@@ -187,7 +192,7 @@ def _reported_cause(
 
 
 def _resume(cell: FaultCell) -> str:
-    """Do what the operator has to do after the repair; return how the cell resumed."""
+    """Arm or acknowledge as needed after the repair; return the way in which the cell resumed."""
     cell.states.clear()
     cell.wait_until(lambda: bool(cell.states), GATEWAY_TIMEOUT, "the gateway publishes nothing")
     if cell.arms.mode == ArmStates.DISARMED:
@@ -201,5 +206,5 @@ def _resume(cell: FaultCell) -> str:
 
 
 def _drift(log: JointLog, effect: float, rest: float | None, consent: float) -> float:
-    """Motion of a joint from its rest until the operator's consent [rad]."""
+    """Return the largest motion of a joint from rest until the operator's consent [rad]."""
     return log.moved(effect + rest + SETTLING_TIME, consent) if rest is not None else 0.0

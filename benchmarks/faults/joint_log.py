@@ -1,4 +1,4 @@
-"""Joint log of an emulated arm: when it braked, came to rest, and how far it moved."""
+"""Joint log of an emulated arm: times of braking and rest, and motion in between."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ REST_SPEED = 0.01
 
 @dataclass(frozen=True)
 class JointLog:
-    """Rows of a log."""
+    """Table of t rows of a log."""
 
     time: Float64[np.ndarray, "t"]
     """Time of each row [s]."""

@@ -1,7 +1,7 @@
 """Processes of a live stack whose arm is behind a TCP proxy.
 
-The scenario's CR5 gets an address, as a real one has. The proxy listens there and connects to the
-emulator, which logs the motion of its joints. The stack does not know about either.
+The scenario's CR5 gets an address, as a real arm has. The proxy listens there and connects to the
+emulator, which logs the motion of its joints. To the stack both look like a real arm.
 """
 
 from __future__ import annotations
@@ -30,9 +30,10 @@ OTHER_ARM_HOST = "127.0.0.43"
 """Address of a second arm, without a proxy."""
 ARM_PORTS = {"v3": (29999, 30003, 30004), "v4": (29999, 30004)}
 """Ports that the proxy forwards, by firmware."""
-SIDE: Side = "right"
+OBSERVED_SIDE: Side = "right"
 """End of the arm that is observed."""
 OTHER_SIDE: Side = "left"
+"""End of a second arm, if any."""
 POWER_ON_TIME = 0.5
 """Time from PowerOn until an emulated arm can be enabled [s]."""
 ARM_NICENESS = -16
@@ -61,19 +62,19 @@ class CellProcesses:
             scenario: A scenario with a CR5 at its right end.
             folder: Folder for logs.
             firmware: Firmware of the arms, v3 or v4.
-            routed: Whether the services meet through a router, as in containers, and nobody
-                restarts them; otherwise `lariat up` runs them.
+            routed: Whether the services connect through a router, as in containers, without a
+                launcher that restarts them; otherwise `lariat up` runs them.
         """
         self.folder = folder
         self.routed = routed
         self.log = folder / "joints.csv"
         """The observed arm's log."""
         self._arm_scenario = folder / "arm.toml"
-        arm = load_with(scenario, [f"ends.{SIDE}.firmware={firmware}"])
-        addresses = [f"ends.{SIDE}.address={PROXY_HOST}"]
+        arm = load_with(scenario, [f"ends.{OBSERVED_SIDE}.firmware={firmware}"])
+        addresses = [f"ends.{OBSERVED_SIDE}.address={PROXY_HOST}"]
         has_other_arm = arm.end(OTHER_SIDE).driver == "cr5"
         if has_other_arm:
-            sides = (SIDE, OTHER_SIDE)
+            sides = (OBSERVED_SIDE, OTHER_SIDE)
             arm = load_with(scenario, [f"ends.{side}.firmware={firmware}" for side in sides])
             addresses.append(f"ends.{OTHER_SIDE}.address={OTHER_ARM_HOST}")
         self._arm_scenario.write_text(arm.text, encoding="utf-8")
@@ -126,7 +127,7 @@ class CellProcesses:
 
     def _spawn_emulator(self, silence: str = "hold") -> subprocess.Popen[bytes]:
         options = ("--log", str(self.log), "--arm.silence", silence)
-        return self._spawn(self._emulator_command(ARM_HOST, SIDE, *options))
+        return self._spawn(self._emulator_command(ARM_HOST, OBSERVED_SIDE, *options))
 
     def _emulator_command(self, host: str, side: str, *more: str) -> list[str]:
         command = [*module_entry.command("services.cr5_emulator", "--host", host)]
@@ -175,7 +176,7 @@ class CellProcesses:
         self._services["router"].wait()
 
     def pid(self, name: str) -> int | None:
-        """Process id of a process that is started here; None for one of the launcher's.
+        """Return the id of a process that is started here; None for one of the launcher's.
 
         Args:
             name: A service, `router`, `lariat` (the launcher) or `emulator`.
@@ -247,7 +248,7 @@ def wait_until(condition: Callable[[], bool], seconds: float, failure: str) -> N
     """Wait for a condition.
 
     Args:
-        condition: Polled until it is true.
+        condition: Condition, polled until it is true.
         seconds: Time limit [s].
         failure: Message of the error.
 

@@ -16,7 +16,7 @@ from typing import get_args
 
 from benchmarks.faults.line_condition import LineCondition
 
-DELAY = 0.2
+LINE_DELAY = 0.2
 """Delay of a delayed line, each way [s]."""
 FRAGMENT_SIZE = 300
 """Largest piece of a fragmented stream [bytes]."""
@@ -72,7 +72,7 @@ class Proxy:
         now = asyncio.get_running_loop().time
         try:
             while data := await reader.read(READ_SIZE):
-                delay = DELAY if self.condition == "delayed" else 0.0
+                delay = LINE_DELAY if self.condition == "delayed" else 0.0
                 queue.put_nowait((now() + delay, data))
         except OSError:
             pass

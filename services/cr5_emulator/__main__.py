@@ -15,7 +15,7 @@ import tyro
 
 from services.cr5_emulator.emulator import Emulator
 from services.cr5_emulator.motion_log import MotionLog
-from services.cr5_emulator.options import FAULTS, Options
+from services.cr5_emulator.options import FAULTS, EmulatorOptions
 from services.cr5_emulator.priority import raised_priority
 from services.cr5_emulator.tcp_server import TcpServer, beat
 from shared.clock import SystemClock
@@ -26,30 +26,30 @@ from shared.scenario import Scenario, Side, load
 class Arguments:
     """Emulates a Dobot CR5 on its ports at a loopback address.
 
-    Each option under --arm decides something that the vendor's documents leave open. A fault begins
+    Each option under --arm settles behaviour that the vendor's documents leave open. A fault begins
     at the start, or later when written NAME@SECONDS.
     """
 
     host: str = "127.0.0.31"
     """Address to listen on; the port numbers are fixed by the protocol."""
     firmware: str = "v3"
-    """v3 or v4."""
+    """Firmware: v3 or v4."""
     calibrated: bool = False
     """Whether the geometry differs from the nominal one by about a millimetre."""
     scenario: Path | None = None
     """Emulate the arm of this scenario: its firmware, geometry and start. An end without a CR5 has
     no arm; the process then waits without opening a port."""
     side: Side = "right"
-    """Which end of the scenario."""
+    """End of the scenario whose arm is emulated."""
     fault: tuple[str, ...] = ()
     """Names of faults, see --list-faults."""
     log: Path | None = None
     """File for the arm's joint log, a CSV row every 8 ms; appended to when it exists."""
     heartbeat: Path | None = None
-    """File to touch every second, for whoever watches this process from outside."""
+    """File to touch every second, for an external monitor."""
     list_faults: bool = False
     """Print the names of all faults and exit."""
-    arm: Options = field(default_factory=Options)
+    arm: EmulatorOptions = field(default_factory=EmulatorOptions)
 
 
 def main() -> None:
@@ -64,9 +64,9 @@ def main() -> None:
             raise ValueError(f"--firmware {arguments.firmware!r}: expected v3 or v4")
         scenario = load(arguments.scenario) if arguments.scenario else None
         if scenario and scenario.end(arguments.side).driver != "cr5":
-            print(f"idle: ends.{arguments.side} of {scenario.name} is no CR5", flush=True)
+            print(f"idle: ends.{arguments.side} of {scenario.name} is not a CR5", flush=True)
             raise SystemExit(asyncio.run(_until_signal(beat(arguments.heartbeat))))
-        options = Options(**_option_values(arguments, scenario))
+        options = EmulatorOptions(**_option_values(arguments, scenario))
         log = MotionLog(arguments.log) if arguments.log else None
     except (ValueError, OSError) as error:
         print(error, file=sys.stderr)
@@ -86,7 +86,7 @@ def main() -> None:
 
 
 def _option_values(arguments: Arguments, scenario: Scenario | None) -> dict[str, Any]:
-    """Fields of the arm's options, those of the scenario's end included."""
+    """Return the fields of the arm's options, those of the scenario's end included."""
     values: dict[str, Any] = {
         **vars(arguments.arm),
         "firmware": arguments.firmware,

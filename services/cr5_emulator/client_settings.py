@@ -1,4 +1,4 @@
-"""Settings that a client makes on the emulated arm and that hardly affect its motion."""
+"""Settings that a client makes on the emulated arm and with little or no effect on its motion."""
 
 from __future__ import annotations
 

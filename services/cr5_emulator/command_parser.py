@@ -1,9 +1,11 @@
 """Parser of commands and formatter of replies.
 
-command := name "(" [argument {"," argument}] ")"; the protocol promises no terminator,
-so the closing parenthesis ends a command; blanks and line ends between commands are skipped. The
-vendor defines no argument with parentheses, but clients send Python tuples: one level of inner
-parentheses is kept together, so that such a command gets one reply.
+command := name "(" [argument {"," argument}] ")"
+
+The protocol has no terminator, so the closing parenthesis ends a command; blanks and line ends
+between commands are skipped. The vendor defines no argument with parentheses, but clients send
+Python tuples: one level of inner parentheses is kept together, so that such a command gets one
+reply.
 """
 
 from __future__ import annotations
@@ -13,8 +15,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-NAME = re.compile(r"\s*([A-Za-z_][A-Za-z0-9_]*)\s*\(")
-NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+NAME_PATTERN = re.compile(r"\s*([A-Za-z_][A-Za-z0-9_]*)\s*\(")
+NUMBER_PATTERN = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 COMMAND_LENGTH_LIMIT = 4096
 """Length of an unfinished command above which it is discarded [characters]."""
 
@@ -33,13 +35,13 @@ class Call:
 
 
 class CommandParser:
-    """Splits a stream of bytes into commands."""
+    """Parser that splits a stream of bytes into commands."""
 
     def __init__(self) -> None:
         self._text = ""
 
     def feed(self, data: bytes) -> list[Call]:
-        """Return the commands that the bytes complete; text that is none has an empty name."""
+        """Return the commands that the bytes complete; malformed text gives one without a name."""
         self._text += data.decode("utf-8", errors="replace")
         calls = []
         while (end := self._end()) is not None:
@@ -50,7 +52,7 @@ class CommandParser:
         return calls
 
     def _end(self) -> int | None:
-        """Index of the parenthesis that closes the first command; quoted ones do not count."""
+        """Return the index of the parenthesis that closes the first command, outside of quotes."""
         inner, k, before = False, 0, ""
         while k < len(self._text):
             letter = self._text[k]
@@ -70,7 +72,7 @@ class CommandParser:
 
 
 def _call(text: str) -> Call:
-    match = NAME.search(text)
+    match = NAME_PATTERN.search(text)
     if match is None:
         return Call(text, "")
     # Other bytes before the name are skipped.
@@ -116,7 +118,7 @@ def _split(text: str) -> list[str]:
 def parse_number(text: str) -> float | None:
     """Parse a finite number; None when the text is none."""
     # float() alone would accept underscores and non-ASCII digits.
-    value = float(text) if NUMBER.fullmatch(text.strip()) else np.inf
+    value = float(text) if NUMBER_PATTERN.fullmatch(text.strip()) else np.inf
     return value if np.isfinite(value) else None
 
 

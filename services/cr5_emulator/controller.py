@@ -9,35 +9,40 @@ from dataclasses import dataclass
 import numpy as np
 
 from services.cr5_emulator.client_settings import ClientSettings
-from services.cr5_emulator.kinematics import CALIBRATED, NOMINAL, Joints, Transform
+from services.cr5_emulator.kinematics import (
+    CALIBRATED_GEOMETRY,
+    NOMINAL_GEOMETRY,
+    Joints,
+    Transform,
+)
 from services.cr5_emulator.motions import Alarm, Braking, JogMotion, Motion, check_range
-from services.cr5_emulator.options import Options
+from services.cr5_emulator.options import EmulatorOptions
 from services.cr5_emulator.servo_follower import ServoFollower
 
-Start = Callable[[Joints], Motion | None]
+StartAction = Callable[[Joints], Motion | None]
 """Action of a queue entry, given the present joint angles; returns a motion if it takes time."""
 
-EMERGENCY_STOP_ALARM = 116
-COLLISION_ALARM = 117
+EMERGENCY_STOP_ALARM, COLLISION_ALARM = 116, 117
+"""Alarm numbers."""
 OVERSPEED_ALARMS = range(48, 54)
-"""One alarm for each joint."""
+"""Alarm numbers, one for each joint."""
 
 
 @dataclass
-class Entry:
+class QueueEntry:
     """One entry of the queue."""
 
     number: int
-    start: Start
+    start: StartAction
 
 
 class Controller:
     """State of the emulated arm, advanced in time."""
 
-    def __init__(self, options: Options) -> None:
+    def __init__(self, options: EmulatorOptions) -> None:
         self.options = options
         self.v4 = options.firmware == "v4"
-        self.geometry = CALIBRATED if options.calibrated else NOMINAL
+        self.geometry = CALIBRATED_GEOMETRY if options.calibrated else NOMINAL_GEOMETRY
         self.target: Joints = np.radians(options.joints)
         """Commanded joint angles, which the drives follow [rad]."""
         self.target_speed = np.zeros(6)
@@ -63,7 +68,7 @@ class Controller:
         """Name of the script that runs or is paused."""
         self._script_remaining = 0.0
         self.queue_running = True
-        self.queue: deque[Entry] = deque()
+        self.queue: deque[QueueEntry] = deque()
         self.current: tuple[int, Motion] | None = None
         self.unqueued: Motion | None = None
         """Motion outside the queue, as a jog; it also runs during a pause."""
@@ -187,10 +192,10 @@ class Controller:
         self.powered = self.enabled = False
         self.dragging = 0
 
-    def set_dragging(self, how: int) -> None:
-        """Begin (1, 2) or end (0) hand guiding."""
+    def set_dragging(self, mode: int) -> None:
+        """Begin hand guiding by the joints (1) or the force sensor (2), or end it (0)."""
         self.stop()
-        self.dragging = how
+        self.dragging = mode
 
     def pause(self) -> None:
         """Pause the queue or the script."""
@@ -236,12 +241,12 @@ class Controller:
         self.target_speed, self.joint_speed = np.zeros(6), np.zeros(6)
         return True
 
-    def enqueue(self, start: Start) -> int | None:
+    def enqueue(self, start: StartAction) -> int | None:
         """Append an entry to the queue; return its number, or None when the queue is full."""
         if len(self.queue) >= self.options.queue_depth:
             return None
         self.number += 1
-        self.queue.append(Entry(self.number, start))
+        self.queue.append(QueueEntry(self.number, start))
         return self.number
 
     def start_unqueued(self, motion: Motion) -> None:

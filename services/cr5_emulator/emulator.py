@@ -1,4 +1,4 @@
-"""Emulated arm without sockets: bytes in, bytes out, time in.
+"""Emulated arm without sockets: bytes and time in, bytes out.
 
 `connect` accepts a connection. Bytes from the client go to `Connection.feed`, bytes for it come
 from `Connection.take`, one segment at a time. `advance_to` steps the arm in periods of 8 ms and
@@ -16,17 +16,19 @@ from services.cr5_emulator.connection import Connection
 from services.cr5_emulator.controller import COLLISION_ALARM, Controller
 from services.cr5_emulator.feedback import FeedbackWriter
 from services.cr5_emulator.http_interface import HttpInterface
-from services.cr5_emulator.options import Options
+from services.cr5_emulator.options import EmulatorOptions
 
 STEP_TIME = 0.008
 """Period of the controller and of port 30004 [s]."""
 COMMAND_PORTS = {"v3": (29999, 30003), "v4": (29999,)}
+"""Ports that take commands, by firmware."""
 FEEDBACK_PERIODS = {
     "v3": {30004: 8, 30005: 200, 30006: 50},
     "v4": {30004: 8, 30005: 200, 30006: 1000},
 }
 """Mean time between packets on each port [ms]."""
 HTTP_PORTS = {"v3": (), "v4": (22000,)}
+"""Ports of the HTTP interface, by firmware."""
 IDLE_TIMEOUT = 10.0
 """Time without a command after which the fault `idle_close` closes a connection [s]."""
 REPLY_DELAY = 1.5
@@ -48,11 +50,11 @@ MOTION_ALARMS = {
 
 
 class Emulator:
-    """A CR5: its controller, its ports and the faults injected into it."""
+    """Emulator of a CR5: its controller, its ports and the faults injected into it."""
 
     def __init__(
         self,
-        options: Options,
+        options: EmulatorOptions,
         start: float = 0.0,
         watch: Callable[[float, Controller], None] | None = None,
     ) -> None:
@@ -172,7 +174,7 @@ class Emulator:
             self._watch(self.now, self.controller)
         self._connections = [c for c in self._connections if not c.closed or c.unread]
 
-    # CommandDispatcher
+    # Commands
 
     def _handle_waiting(self, connection: Connection) -> None:
         while connection.waiting and not any(c is connection for c, _ in self._syncs):

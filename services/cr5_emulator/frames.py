@@ -57,7 +57,7 @@ def interpolate(start: Transform, end: Transform, progress: float) -> Transform:
 def _interpolate_rotation(
     start: np.ndarray, end: np.ndarray, progress: float
 ) -> Float64[np.ndarray, "3 3"]:
-    """Rotation at a fraction of the shortest rotation between two."""
+    """Return the rotation at a fraction of the shortest rotation between two."""
     q = quaternion(_rotation(end @ start.T))
     angle = 2.0 * np.arctan2(np.linalg.norm(q[1:]), q[0]) * progress
     axis = q[1:] / max(float(np.linalg.norm(q[1:])), 1e-12)

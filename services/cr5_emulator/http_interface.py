@@ -16,6 +16,7 @@ from services.cr5_emulator.controller import EMERGENCY_STOP_ALARM, Controller
 from shared.cr5.alarms import ALARM_TEXTS, MODE_TEXTS
 
 LANGUAGES = ("zh_cn", "zh_hant", "en", "ja", "de", "es", "ru", "ko", "vi", "fr")
+"""Languages that may be chosen."""
 SEVERE_LEVEL, ORDINARY_LEVEL = 0, 5
 """Levels of the emergency stop and of other alarms."""
 BODY_SIZE_LIMIT = 65536
@@ -26,11 +27,12 @@ CONTENT_LENGTH = re.compile(
 REQUEST_LINE = re.compile(rb"([A-Z]{1,10}) (/[!-~]*) HTTP/1\.[01]\r?")
 REASON_PHRASES = {200: "OK", 400: "Bad Request", 404: "Not Found", 405: "Method Not Allowed"}
 
-Answer = tuple[int, dict[str, object]]
+HttpAnswer = tuple[int, dict[str, object]]
+"""Status and content."""
 
 
 class HttpRequestReader:
-    """Splits a stream of bytes into requests: method, path, body."""
+    """Reader that splits a stream of bytes into requests: method, path, body."""
 
     def __init__(self) -> None:
         self._bytes = b""
@@ -80,7 +82,7 @@ class HttpInterface:
         )
         return head.encode() + text
 
-    def _answer(self, method: str, path: str, body: bytes) -> Answer:
+    def _answer(self, method: str, path: str, body: bytes) -> HttpAnswer:
         match method, path:
             case "", _:
                 return 400, {}

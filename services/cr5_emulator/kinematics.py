@@ -1,7 +1,7 @@
 """Kinematics of the emulated arm, in standard Denavit-Hartenberg parameters.
 
-Independent of the gateway's model, so that each checks the other. `CALIBRATED` differs from
-`NOMINAL` as one real arm from another: by about a millimetre at the flange.
+Independent of the gateway's model, so that each checks the other. `CALIBRATED_GEOMETRY`
+differs from `NOMINAL_GEOMETRY` as one real arm from another: by about a millimetre at the flange.
 """
 
 from __future__ import annotations
@@ -11,8 +11,19 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
+NEWTON_ITERATIONS = 60
+"""Most Newton steps of the inverse kinematics."""
+NEWTON_DAMPING = 1e-9
+"""Damping of the normal equations of a Newton step."""
+NEWTON_STEP_LIMIT = 0.5
+"""Largest change of a joint in one Newton step [rad]."""
+POSE_TOLERANCE = 1e-9
+"""Error at which the inverse kinematics have converged [m, rad]."""
+
 Joints = Float64[np.ndarray, "6"]
+"""Joint angles [rad]."""
 Transform = Float64[np.ndarray, "4 4"]
+"""Homogeneous transform, translation in metres."""
 
 
 @dataclass(frozen=True)
@@ -54,19 +65,21 @@ class Geometry:
         return np.concatenate([np.cross(axes, frames[6, :3, 3] - origins), axes], axis=1).T
 
     def solve(self, goal: Transform, near: Joints) -> Joints | None:
-        """Solve the inverse kinematics on the branch of `near`; None when there is no solution.
+        """Return the joints for a flange pose on the branch of `near`; None when there are none.
 
         Damped Newton steps of bounded length.
         """
         joints = np.array(near, dtype=float)
-        for _ in range(60):
+        for _ in range(NEWTON_ITERATIONS):
             frames = self.frames(joints)
             error = _pose_error(frames[-1], goal)
-            if np.max(np.abs(error)) < 1e-9:
+            if np.max(np.abs(error)) < POSE_TOLERANCE:
                 return joints
             J = self.jacobian(frames)
-            step = np.linalg.solve(J.T @ J + 1e-9 * np.eye(6), J.T @ error)
-            joints = joints + step * min(1.0, 0.5 / max(float(np.max(np.abs(step))), 1e-12))
+            step = np.linalg.solve(J.T @ J + NEWTON_DAMPING * np.eye(6), J.T @ error)
+            joints = joints + step * min(
+                1.0, NEWTON_STEP_LIMIT / max(float(np.max(np.abs(step))), 1e-12)
+            )
         return None
 
     def all_solutions(self, goal: Transform) -> list[Joints]:
@@ -85,8 +98,8 @@ class Geometry:
         return found
 
 
-NOMINAL = Geometry()
-CALIBRATED = Geometry(
+NOMINAL_GEOMETRY = Geometry()
+CALIBRATED_GEOMETRY = Geometry(
     d=(0.147, 0.0, 0.0, 0.14121, 0.11618, 0.105),
     a=(0.0, -0.42755, -0.35682, 0.0002, 0.00035, 0.0),
     alpha=(90.05, 0.03, -0.04, 90.12, -89.88, 0.0),
@@ -94,6 +107,7 @@ CALIBRATED = Geometry(
 
 
 def _pose_error(at: Transform, goal: Transform) -> Float64[np.ndarray, "6"]:
+    """Return translation and rotation vector from one pose to another [m, rad]."""
     R = goal[:3, :3] @ at[:3, :3].T
     twist = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2.0
     sine, cosine = float(np.linalg.norm(twist)), (float(np.trace(R)) - 1.0) / 2.0
@@ -106,6 +120,7 @@ def _pose_error(at: Transform, goal: Transform) -> Float64[np.ndarray, "6"]:
 
 
 def _closed_form(goal: Transform, geometry: Geometry) -> list[Joints]:
+    """Return up to eight solutions for parallel and intersecting axes."""
     d1, _, _, d4, d5, d6 = geometry.d
     _, a2, a3, _, _, _ = geometry.a
     offset = np.radians(geometry.offset)
@@ -149,6 +164,7 @@ def _closed_form(goal: Transform, geometry: Geometry) -> list[Joints]:
 
 
 def _link(theta: float, d: float, a: float, alpha: float) -> Transform:
+    """Return the transform of one link, from its Denavit-Hartenberg parameters."""
     ct, st, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
     return np.array(
         [

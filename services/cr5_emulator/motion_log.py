@@ -10,19 +10,19 @@ from pathlib import Path
 
 from services.cr5_emulator.controller import Controller
 
-HEADER = ",".join(
+LOG_HEADER = ",".join(
     ["time", "mode", *(f"q{k}" for k in range(1, 7)), *(f"qd{k}" for k in range(1, 7))]
 )
 
 
 class MotionLog:
-    """Appends rows, line-buffered: a row is complete in the file even if the process is killed."""
+    """Line-buffered writer: a row is complete in the file even if the process is killed."""
 
     def __init__(self, file: Path) -> None:
         """Args: file: Appended to when it exists, as after a restart of the emulator."""
         self._file = file.open("a", buffering=1)
         if file.stat().st_size == 0:
-            self._file.write(HEADER + "\n")
+            self._file.write(LOG_HEADER + "\n")
 
     def __call__(self, now: float, controller: Controller) -> None:
         """Append one row. Args: now: Time on the caller's clock [s]."""

@@ -26,11 +26,19 @@ LINEAR_ACCELERATION = 4.0
 SINGULARITY_MARGIN = 0.02
 """Distance to a singularity below which a line stops: a sine, metres at the shoulder."""
 PLANNED_SINGULARITY_MARGIN = 0.05
-"""The same for the points of a line that are checked before it begins."""
+"""Distance to a singularity below which a line is refused before it begins; units as above."""
+PLANNED_POINT_COUNT = 25
+"""Number of points of a line that are checked before it begins."""
+PLANNED_JOINT_STEP = 1.0
+"""Change of a joint between two checked points above which the branch has changed [rad]."""
+PLANNED_SINGULARITY_ALARMS = (16, 26, 27)
+"""Alarms of a planned point near a singularity: shoulder, wrist, elbow."""
+MOVING_SINGULARITY_ALARMS = (32, 35, 36)
+"""Alarms of a motion near a singularity: shoulder, wrist, elbow."""
 
 
 class Alarm(Exception):
-    """The controller raises alarms, by the vendor's numbers."""
+    """Alarms of the controller, by the vendor's numbers."""
 
     def __init__(self, *numbers: int) -> None:
         super().__init__(numbers)
@@ -90,7 +98,9 @@ class Trapezoid:
     """Trapezoidal velocity profile of a progress from 0 to 1."""
 
     rate: float
+    """Greatest rate of the progress [1/s]."""
     acceleration: float
+    """Acceleration of the progress [1/s^2]."""
 
     @property
     def duration(self) -> float:
@@ -107,6 +117,7 @@ class Trapezoid:
         return self._peak / self.acceleration
 
     def __call__(self, t: float) -> float:
+        """Return the progress at a time [s]."""
         ramp, end = self._ramp, self.duration
         t = min(max(t, 0.0), end)
         if t < ramp:
@@ -154,17 +165,17 @@ class LineMotion:
         self._profile = Trapezoid(speed / length, acceleration / length)
         self._time, self.done, self.progress = 0.0, False, 0.0
         joints = start
-        for progress in np.linspace(0.0, 1.0, 26)[1:]:
+        for progress in np.linspace(0.0, 1.0, PLANNED_POINT_COUNT + 1)[1:]:
             solved = geometry.solve(path(float(progress)), joints)
             if solved is None:
                 raise Alarm(17)
-            if np.max(np.abs(solved - joints)) > 1.0:
-                raise Alarm((16, 26, 27)[singularity(geometry, solved) or 0])
+            if np.max(np.abs(solved - joints)) > PLANNED_JOINT_STEP:
+                raise Alarm(PLANNED_SINGULARITY_ALARMS[singularity(geometry, solved) or 0])
             joints = solved
             check_range(joints)
             kind = singularity(geometry, joints, PLANNED_SINGULARITY_MARGIN)
             if kind is not None:
-                raise Alarm((16, 26, 27)[kind])
+                raise Alarm(PLANNED_SINGULARITY_ALARMS[kind])
 
     def advance(self, joints: Joints, h: float) -> Joints:
         self._time += h
@@ -175,7 +186,7 @@ class LineMotion:
             raise Alarm(33)
         kind = singularity(self._geometry, solved)
         if kind is not None:
-            raise Alarm((32, 35, 36)[kind])
+            raise Alarm(MOVING_SINGULARITY_ALARMS[kind])
         for k in np.nonzero(np.abs(solved - joints) > JOINT_SPEED * h * 1.05)[0]:
             raise Alarm(48 + int(k))
         return solved

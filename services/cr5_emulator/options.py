@@ -1,4 +1,4 @@
-"""Options of an emulated arm: its firmware, and everything that the documents leave open."""
+"""EmulatorOptions of an emulated arm: its firmware, and what the vendor's documents leave open."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from services.cr5_emulator.tether import Tether
 Firmware = Literal["v3", "v4"]
 Release = Literal["", "3.5.1", "3.5.2", "3.5.5", "3.5.7", "4.5", "4.6"]
 LATEST_RELEASE: dict[Firmware, Release] = {"v3": "3.5.7", "v4": "4.6"}
+"""Latest release of each firmware."""
 
 FAULTS: dict[str, str] = {
     "no_servo_reply": "ServoJ and ServoP get no reply",
@@ -43,8 +44,8 @@ FAULTS: dict[str, str] = {
 
 
 @dataclass(frozen=True)
-class Options:
-    """Options of one emulated arm."""
+class EmulatorOptions:
+    """EmulatorOptions of one emulated arm."""
 
     firmware: Firmware = "v3"
     release: Release = ""

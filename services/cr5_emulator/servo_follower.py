@@ -8,9 +8,10 @@ import numpy as np
 
 from services.cr5_emulator.kinematics import Joints
 from services.cr5_emulator.motions import JOINT_SPEED, Alarm, ServoMotion
-from services.cr5_emulator.options import Options
+from services.cr5_emulator.options import EmulatorOptions
 
 TRACKING_LIMIT_ALARM = 194
+"""Alarm number."""
 NOMINAL_LOOKAHEAD, NOMINAL_GAIN = 50.0, 500.0
 """Arguments of a servo point for which the lag is that of the options."""
 
@@ -18,7 +19,7 @@ NOMINAL_LOOKAHEAD, NOMINAL_GAIN = 50.0, 500.0
 class ServoFollower:
     """Servo points of one client and the motion between them."""
 
-    def __init__(self, options: Options) -> None:
+    def __init__(self, options: EmulatorOptions) -> None:
         self._options = options
         self._servo = ServoMotion(limits_speed=options.firmware == "v4")
         self._jitter = np.random.default_rng(options.seed)

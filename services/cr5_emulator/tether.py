@@ -14,20 +14,20 @@ from jaxtyping import Float64
 
 from services.cr5_emulator.kinematics import Transform
 
-Vector = tuple[float, float, float]
+Point = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
 class Tether:
     """Unilateral spring."""
 
-    anchor: Vector
+    anchor: Point
     """Fixed end in the base [m]."""
     length: float
     """Rest length [m]."""
     stiffness: float
     """Stiffness [N/m]."""
-    grip: Vector = (0.0, 0.0, 0.0)
+    grip: Point = (0.0, 0.0, 0.0)
     """End at the gripper, in the flange frame [m]."""
 
     @classmethod

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from services.cr5_emulator.connection import Connection
 from services.cr5_emulator.emulator import Emulator
-from services.cr5_emulator.options import Options
+from services.cr5_emulator.options import EmulatorOptions
 from services.robot_gateway.drivers.cr5.link import ByteStream, StreamState
 from shared.scenario import SIDES, Scenario, Side
 from shared.service import SECOND
@@ -94,12 +94,12 @@ def emulated_links(scenario: Scenario, first_step: int) -> dict[Side, MemoryLink
     return links
 
 
-def _options(scenario: Scenario, side: Side) -> Options:
+def _options(scenario: Scenario, side: Side) -> EmulatorOptions:
     # Imported late: only a cell with such an arm needs Pinocchio.
     from shared.cr5.installation import scenario_joints, tether_of
 
     end = scenario.end(side)
-    return Options(
+    return EmulatorOptions(
         firmware=end.firmware,
         calibrated=end.calibrated,
         joints=scenario_joints(scenario, side),

@@ -1,1 +1,1 @@
-"""The commands of the emulated arm, one file for each matter that they are about."""
+"""Commands of the emulated arm, one file for each group."""

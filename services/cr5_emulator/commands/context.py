@@ -9,13 +9,16 @@ import numpy as np
 
 from services.cr5_emulator import frames
 from services.cr5_emulator.commands.signature import Command, Failure, Parameter, option
-from services.cr5_emulator.controller import Controller, Start
+from services.cr5_emulator.controller import Controller, StartAction
 from services.cr5_emulator.kinematics import Joints, Transform
 from services.cr5_emulator.motions import Alarm
 
 Values = list[Any]
-Options = dict[str, Any]
+"""Positional values of a call, parsed."""
+NamedValues = dict[str, Any]
+"""Optional values of a call by key, parsed."""
 Table = dict[str, Command]
+"""Commands by name."""
 
 
 class CommandContext:
@@ -35,7 +38,7 @@ class CommandContext:
         action()
         return ""
 
-    def queued(self, start: Start) -> str:
+    def queued(self, start: StartAction) -> str:
         """Append an entry to the motion queue; return the reply. Raises Failure when it is full."""
         number = self.controller.enqueue(start)
         if number is None:
@@ -57,7 +60,7 @@ class CommandContext:
         return self.numbered(self.controller.number)
 
     def numbered(self, number: int) -> str:
-        """Reply of V4 to a queued command: its number."""
+        """Return the reply to a queued command: on V4 its number."""
         return str(number) if self.v4 and self.options.result_id else ""
 
     # Replies
@@ -79,7 +82,7 @@ class CommandContext:
         most = self.options.frame_count
         return option("user", "integer", 0, most), option("tool", "integer", 0, most)
 
-    def frames(self, options: Options) -> tuple[np.ndarray, np.ndarray]:
+    def frames(self, options: NamedValues) -> tuple[np.ndarray, np.ndarray]:
         """Return user and tool frame; raises Failure(-1) when one is not calibrated."""
         c = self.controller
         user, tool = options.get("user", c.user), options.get("tool", c.tool)
@@ -87,14 +90,18 @@ class CommandContext:
             raise Failure(-1)
         return c.users[user], c.tools[tool]
 
-    def flange(self, vector: Any, options: Options) -> Transform:
+    def flange(self, vector: Any, options: NamedValues) -> Transform:
         """Return the flange pose in the base [m], for a tool pose in the user frame [mm, deg]."""
         user, tool = self.frames(options)
         pose = frames.transform(np.array(vector, dtype=float))
         return frames.to_flange(frames.transform(self.shift) @ pose, user, tool)
 
     def nearest_solution(self, goal: Transform, joints: Joints) -> Joints:
-        """Return the inverse solution nearest to given joint angles; alarm 17 without one."""
+        """Return the inverse solution nearest to given joint angles [rad].
+
+        Raises:
+            Alarm: 17, the pose is out of reach.
+        """
         solutions = self.controller.geometry.all_solutions(goal)
         if not solutions:
             raise Alarm(17)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from services.cr5_emulator import frames
-from services.cr5_emulator.commands.context import CommandContext, Options, Table, Values
+from services.cr5_emulator.commands.context import CommandContext, NamedValues, Table, Values
 from services.cr5_emulator.commands.signature import (
     COMMAND_PORT,
     MOTION_PORT,
     NUMBER,
-    SIX,
+    SIX_NUMBERS,
     Command,
     Failure,
     Parameter,
@@ -25,12 +25,13 @@ JOG_RATIO = 0.25
 """Jog speed of a joint, as a fraction of its maximum."""
 JOG_SPEED, JOG_ANGULAR_SPEED = 0.25, 0.5
 """Jog speed of the flange [m/s, rad/s]."""
-JOINTS = tuple(f"J{k}" for k in range(1, 7))
-DIRECTIONS = ("X", "Y", "Z", "RX", "RY", "RZ")
+JOINT_NAMES = tuple(f"J{k}" for k in range(1, 7))
+AXIS_NAMES = ("X", "Y", "Z", "RX", "RY", "RZ")
+"""Names of joints and axes in MoveJog."""
 
 
-class DirectMotion:
-    """Motions that the client controls while they run."""
+class DirectMotionCommands:
+    """Commands of motions that the client controls while they run."""
 
     def __init__(self, context: CommandContext) -> None:
         self._context = context
@@ -51,7 +52,7 @@ class DirectMotion:
                 self._servo_joints, (joint,) * 6, self._options(timed), ports=ports, moves=True
             ),
             "ServoP": Command(
-                self._servo_pose, SIX, self._options(context.v4), ports=ports, moves=True
+                self._servo_pose, SIX_NUMBERS, self._options(context.v4), ports=ports, moves=True
             ),
             "MoveJog": Command(
                 self._jog,
@@ -60,7 +61,7 @@ class DirectMotion:
                 ports=ports,
                 moves=True,
             ),
-            "EmulatorPlace": Command(self._place, SIX),
+            "EmulatorPlace": Command(self._place, SIX_NUMBERS),
         }
 
     def _options(self, timed: bool) -> tuple[Parameter, ...]:
@@ -76,10 +77,10 @@ class DirectMotion:
 
     # Servo points
 
-    def _servo_joints(self, values: Values, options: Options) -> str:
+    def _servo_joints(self, values: Values, options: NamedValues) -> str:
         return self._servo(np.radians(values[:6]), values[6:], options)
 
-    def _servo_pose(self, values: Values, options: Options) -> str:
+    def _servo_pose(self, values: Values, options: NamedValues) -> str:
         arm = self._arm
         joints = arm.geometry.solve(self._context.flange(values[:6], {}), arm.target)
         if joints is None or np.max(np.abs(joints - arm.target)) > np.pi:
@@ -87,7 +88,7 @@ class DirectMotion:
             raise Failure(-1)
         return self._servo(joints, values[6:], options)
 
-    def _servo(self, target: np.ndarray, rest: Values, options: Options) -> str:
+    def _servo(self, target: np.ndarray, rest: Values, options: NamedValues) -> str:
         arm = self._arm
         names = ("t", "aheadtime" if self._context.v4 else "lookahead_time", "gain")
         given = {**dict(zip(names, rest, strict=False)), **options}
@@ -109,21 +110,21 @@ class DirectMotion:
 
     # Jogging
 
-    def _jog(self, values: Values, options: Options) -> str:
+    def _jog(self, values: Values, options: NamedValues) -> str:
         """Start a jog; without a valid axis, stop it."""
         arm = self._arm
         word = str(values[0]).strip("\"'") if values else ""
         named = {**dict(zip(("coordtype", "user", "tool"), values[1:], strict=False)), **options}
         axis, sign = word[:-1].upper(), {"+": 1.0, "-": -1.0}.get(word[-1:])
-        known = axis in JOINTS or axis in DIRECTIONS
+        known = axis in JOINT_NAMES or axis in AXIS_NAMES
         # V4 is case-sensitive.
-        strict = axis if len(axis) < 2 or axis in JOINTS else axis[0] + axis[1].lower()
+        strict = axis if len(axis) < 2 or axis in JOINT_NAMES else axis[0] + axis[1].lower()
         if sign is None or not known or (self._context.v4 and word[:-1] != strict):
             arm.stop_jog()
             return ""
         self._context.frames({k: v for k, v in named.items() if k != "coordtype"})
         ratio = sign * arm.speed_factor / 100.0
-        if axis in JOINTS:
+        if axis in JOINT_NAMES:
             rate = np.zeros(6)
             rate[int(axis[1]) - 1] = JOG_RATIO * JOINT_SPEED * ratio
             motion = JogMotion(arm.geometry, rate, None)
@@ -134,8 +135,8 @@ class DirectMotion:
             return ""
         return self._context.queued(lambda j: motion)
 
-    def _twist(self, axis: str, ratio: float, named: Options) -> np.ndarray:
-        """Twist of the flange in the base [m/s, rad/s]."""
+    def _twist(self, axis: str, ratio: float, named: NamedValues) -> np.ndarray:
+        """Return the twist of the flange in the base [m/s, rad/s]."""
         kind = named.get("coordtype", self._frame)
         if self._context.v4 and kind == 0:
             raise Failure(-6 if self._context.options.version >= "4.6" else -1)
@@ -155,7 +156,7 @@ class DirectMotion:
 
     # Placing
 
-    def _place(self, values: Values, options: Options) -> str:
+    def _place(self, values: Values, options: NamedValues) -> str:
         """Put the flange at a pose instantly, for the reset of a simulation; no real arm can."""
         del options
         arm = self._arm

@@ -4,47 +4,47 @@ from __future__ import annotations
 
 from services.cr5_emulator.command_parser import Call, format_reply
 from services.cr5_emulator.commands.context import CommandContext
-from services.cr5_emulator.commands.direct_motion import DirectMotion
-from services.cr5_emulator.commands.force_control import ForceControl
-from services.cr5_emulator.commands.io_ports import IoPorts
-from services.cr5_emulator.commands.kinematics_queries import KinematicsQueries
-from services.cr5_emulator.commands.palletizing import Palletizing
+from services.cr5_emulator.commands.direct_motion import DirectMotionCommands
+from services.cr5_emulator.commands.force_control import ForceControlCommands
+from services.cr5_emulator.commands.io_ports import IoCommands
+from services.cr5_emulator.commands.kinematics_queries import KinematicsCommands
+from services.cr5_emulator.commands.palletizing import PalletizingCommands
 from services.cr5_emulator.commands.permissions import (
     DURING_PAUSED_SCRIPT,
     DURING_SCRIPT,
     IN_ALARM,
     WITHOUT_POWER,
 )
-from services.cr5_emulator.commands.power import Power
-from services.cr5_emulator.commands.queued_motion import QueuedMotion
-from services.cr5_emulator.commands.registers import Registers
-from services.cr5_emulator.commands.settings import Settings
+from services.cr5_emulator.commands.power import PowerCommands
+from services.cr5_emulator.commands.queued_motion import QueuedMotionCommands
+from services.cr5_emulator.commands.registers import RegisterCommands
+from services.cr5_emulator.commands.settings import SettingCommands
 from services.cr5_emulator.commands.signature import NO_SUCH_COMMAND, Command, Failure
-from services.cr5_emulator.commands.trajectory_files import TrajectoryFiles
+from services.cr5_emulator.commands.trajectory_files import TrajectoryFileCommands
 from services.cr5_emulator.controller import Controller
 
 
 class CommandDispatcher:
-    """All commands of a controller's firmware."""
+    """Dispatcher of calls to the commands of a controller's firmware."""
 
     def __init__(self, controller: Controller) -> None:
         self.controller = controller
         self.v4 = controller.v4
         self._release = controller.options.version
         context = CommandContext(controller)
-        self.power, self.settings = Power(context), Settings(context)
-        io_ports = IoPorts(context)
+        self.power, self.settings = PowerCommands(context), SettingCommands(context)
+        io_ports = IoCommands(context)
         groups = (
             self.power,
             self.settings,
-            ForceControl(context),
+            ForceControlCommands(context),
             io_ports,
-            Registers(context),
-            KinematicsQueries(context),
-            Palletizing(context),
-            QueuedMotion(context, io_ports),
-            DirectMotion(context),
-            TrajectoryFiles(context),
+            RegisterCommands(context),
+            KinematicsCommands(context),
+            PalletizingCommands(context),
+            QueuedMotionCommands(context, io_ports),
+            DirectMotionCommands(context),
+            TrajectoryFileCommands(context),
         )
         self.table: dict[str, Command] = {
             name.lower(): command

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from services.cr5_emulator.commands.context import CommandContext, Options, Table, Values
+from services.cr5_emulator.commands.context import CommandContext, NamedValues, Table, Values
 from services.cr5_emulator.commands.signature import (
     PERCENT,
     SWITCH,
@@ -21,19 +21,20 @@ from services.cr5_emulator.commands.signature import (
 )
 from services.cr5_emulator.tether import Tether
 
-POSITIVE = 1e-9
+SMALLEST_POSITIVE = 1e-9
 """Lower bound of a range that excludes 0."""
-DIRECTIONS = Parameter("list", 0, 1, count=6)
+AXIS_SWITCHES = Parameter("list", 0, 1, count=6)
+"""Whether force control acts, for each translation and rotation."""
 
 
 def six_parameters(
     linear: tuple[float, float], angular: tuple[float, float]
 ) -> tuple[Parameter, ...]:
-    """Three parameters for translations and three for rotations."""
+    """Return three parameters for translations and three for rotations, from their ranges."""
     return (Parameter("number", *linear),) * 3 + (Parameter("number", *angular),) * 3
 
 
-class ForceControl:
+class ForceControlCommands:
     """Force sensor at the flange, and the state of force control."""
 
     def __init__(self, context: CommandContext) -> None:
@@ -48,28 +49,30 @@ class ForceControl:
             return {"GetSixForceData": Command(lambda a, o: self._context.numbers(self._wrench()))}
         index = self._context.index
         limits = {
-            "FCSetForceLimit": six_parameters((POSITIVE, 500), (POSITIVE, 50)),
-            "FCSetMass": six_parameters((POSITIVE, 10000), (POSITIVE, 10000)),
+            "FCSetForceLimit": six_parameters((SMALLEST_POSITIVE, 500), (SMALLEST_POSITIVE, 50)),
+            "FCSetMass": six_parameters((SMALLEST_POSITIVE, 10000), (SMALLEST_POSITIVE, 10000)),
             "FCSetStiffness": six_parameters((0, 10000), (0, 10000)),
             "FCSetDamping": six_parameters((0, 1000), (0, 1000)),
-            "FCSetForceSpeedLimit": six_parameters((POSITIVE, 300), (POSITIVE, 90)),
+            "FCSetForceSpeedLimit": six_parameters(
+                (SMALLEST_POSITIVE, 300), (SMALLEST_POSITIVE, 90)
+            ),
             "FCSetForce": six_parameters((-200, 200), (-12, 12)),
         }
         commands = {
             "EnableFTSensor": Command(lambda a, o: self._sensor(), (SWITCH,)),
             "SixForceHome": Command(lambda a, o: self._home()),
             "GetForce": Command(lambda a, o: self._read(), (), (index,)),
-            "ForceDriveMode": Command(lambda a, o: self._drive(), (DIRECTIONS,), (index,)),
+            "ForceDriveMode": Command(lambda a, o: self._drive(), (AXIS_SWITCHES,), (index,)),
             "ForceDriveSpeed": Command(lambda a, o: self._keep("ForceDriveSpeed", a), (PERCENT,)),
             "FCForceMode": Command(
                 self._control,
-                (DIRECTIONS, Parameter("list", -200, 200, count=6)),
+                (AXIS_SWITCHES, Parameter("list", -200, 200, count=6)),
                 (option("reference", "integer", 0, 1), *self._context.frame_options),
                 counts=(2,),
             ),
             "FCSetDeviation": Command(
                 lambda a, o: self._keep("FCSetDeviation", a),
-                (Parameter("list", POSITIVE, 1000, count=6),),
+                (Parameter("list", SMALLEST_POSITIVE, 1000, count=6),),
                 (SWITCH,),
             ),
             "FCOff": Command(lambda a, o: self._switch(False)),
@@ -117,7 +120,7 @@ class ForceControl:
         self._arm.set_dragging(2)
         return ""
 
-    def _control(self, values: Values, options: Options) -> str:
+    def _control(self, values: Values, options: NamedValues) -> str:
         if any(abs(f) > 12 for f in values[1][3:]):
             raise Failure(-40002)
         self._context.frames(options)

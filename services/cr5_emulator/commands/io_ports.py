@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from services.cr5_emulator.commands.context import CommandContext, Options, Table, Values
+from services.cr5_emulator.commands.context import CommandContext, NamedValues, Table, Values
 from services.cr5_emulator.commands.signature import SWITCH, Command, Failure, Parameter
 
 OUTPUT_COUNT = 16
 """Outputs of the controller; ports from 100 on are those of an extension, which is absent."""
 HIGHEST_OUTPUT = 24
 """Highest port that a list of outputs may name; other controllers have more outputs."""
-PORT = Parameter("integer", 1, OUTPUT_COUNT, also=(100, 1000))
-INPUT = Parameter("integer", 1, 32, also=(100, 1000))
+OUTPUT_PORT = Parameter("integer", 1, OUTPUT_COUNT, second_range=(100, 1000))
+INPUT_PORT = Parameter("integer", 1, 32, second_range=(100, 1000))
 TOOL_PORT = Parameter("integer", 1, 2)
-PORTS = Parameter("list", 1, HIGHEST_OUTPUT)
+OUTPUT_PORTS = Parameter("list", 1, HIGHEST_OUTPUT)
 PARITY = Parameter("text", words=("N", "O", "E"))
-BAUD = Parameter("integer", 1200, 4000000)
+BAUD_RATE = Parameter("integer", 1200, 4000000)
 ONE_OR_TWO = Parameter("integer", 1, 2)
 
 
-class IoPorts:
+class IoCommands:
     """States of inputs and outputs, and the serial port of the tool."""
 
     def __init__(self, context: CommandContext) -> None:
@@ -34,9 +34,9 @@ class IoPorts:
         pulse = (Parameter("integer", 25, 60000),) if context.v4 else ()
         at_once = "Instant" if context.v4 else "Execute"
         return {
-            "DO": Command(self._pulse, (PORT, SWITCH), pulse),
+            "DO": Command(self._pulse, (OUTPUT_PORT, SWITCH), pulse),
             f"DO{at_once}": Command(
-                lambda a, o: context.run_now(lambda: self.set(*a)), (PORT, SWITCH)
+                lambda a, o: context.run_now(lambda: self.set(*a)), (OUTPUT_PORT, SWITCH)
             ),
             "ToolDO": Command(
                 lambda a, o: context.run_in_order(lambda: self._set_tool(*a)), (TOOL_PORT, SWITCH)
@@ -50,9 +50,9 @@ class IoPorts:
             f"AO{at_once}": Command(
                 lambda a, o: context.run_now(lambda: self._analog(*a)), (TOOL_PORT, level)
             ),
-            "DOGroup": Command(self._group, group=(PORT, SWITCH)),
-            "DI": Command(lambda a, o: self._inputs(a), (INPUT,)),
-            "DIGroup": Command(lambda a, o: self._inputs(a), group=(INPUT,)),
+            "DOGroup": Command(self._group, group=(OUTPUT_PORT, SWITCH)),
+            "DI": Command(lambda a, o: self._inputs(a), (INPUT_PORT,)),
+            "DIGroup": Command(lambda a, o: self._inputs(a), group=(INPUT_PORT,)),
             "ToolDI": Command(lambda a, o: "0", (TOOL_PORT,)),
             "AI": Command(lambda a, o: context.numbers([0.0]), (TOOL_PORT,)),
             "ToolAI": Command(lambda a, o: context.numbers([0.0]), (TOOL_PORT,)),
@@ -62,7 +62,7 @@ class IoPorts:
     def _v3(self) -> Table:
         return {
             "SetTerminal485": Command(
-                self._set_serial, (BAUD, Parameter("integer", 5, 8), PARITY, ONE_OR_TWO)
+                self._set_serial, (BAUD_RATE, Parameter("integer", 5, 8), PARITY, ONE_OR_TWO)
             ),
             "GetTerminal485": Command(lambda a, o: self._serial),
         }
@@ -70,20 +70,20 @@ class IoPorts:
     def _v4(self) -> Table:
         context, arm = self._context, self._arm
         return {
-            "GetDO": Command(lambda a, o: self._states(a), (PORT,)),
-            "GetDOGroup": Command(lambda a, o: self._states(a), group=(PORT,)),
+            "GetDO": Command(lambda a, o: self._states(a), (OUTPUT_PORT,)),
+            "GetDOGroup": Command(lambda a, o: self._states(a), group=(OUTPUT_PORT,)),
             "DOGroupDEC": Command(
-                self._group_decimal, (PORTS, Parameter("integer", 0, 2**24)), since="4.6"
+                self._group_decimal, (OUTPUT_PORTS, Parameter("integer", 0, 2**24)), since="4.6"
             ),
             "GetDOGroupDEC": Command(
-                lambda a, o: self._decimal(arm.outputs, a[0]), (PORTS,), since="4.6"
+                lambda a, o: self._decimal(arm.outputs, a[0]), (OUTPUT_PORTS,), since="4.6"
             ),
             "DIGroupDEC": Command(
-                lambda a, o: self._decimal(arm.inputs, a[0]), (PORTS,), since="4.6"
+                lambda a, o: self._decimal(arm.inputs, a[0]), (OUTPUT_PORTS,), since="4.6"
             ),
             "GetToolDO": Command(lambda a, o: str(arm.tool_outputs[a[0] - 1]), (TOOL_PORT,)),
             "GetAO": Command(lambda a, o: context.numbers([arm.analog[a[0] - 1]]), (TOOL_PORT,)),
-            "SetTool485": Command(lambda a, o: "", (BAUD,), (PARITY, ONE_OR_TWO, ONE_OR_TWO)),
+            "SetTool485": Command(lambda a, o: "", (BAUD_RATE,), (PARITY, ONE_OR_TWO, ONE_OR_TWO)),
             "SetToolPower": Command(lambda a, o: "", (SWITCH,), (ONE_OR_TWO,)),
             "SetToolMode": Command(
                 lambda a, o: "", (ONE_OR_TWO,), (Parameter("integer", 0, 22), ONE_OR_TWO)
@@ -100,7 +100,7 @@ class IoPorts:
         if port > OUTPUT_COUNT:
             raise Failure(-1)
 
-    def _pulse(self, values: Values, options: Options) -> str:
+    def _pulse(self, values: Values, options: NamedValues) -> str:
         """Switch in queue order, and back after a time in milliseconds if one is given."""
         del options
         port, on, *time = values
@@ -119,7 +119,7 @@ class IoPorts:
     def _analog(self, port: int, level: float) -> None:
         self._arm.analog[port - 1] = level
 
-    def _group(self, values: Values, options: Options) -> str:
+    def _group(self, values: Values, options: NamedValues) -> str:
         """Switch several outputs: at once on V3, in queue order on V4."""
         del options
         pairs = list(zip(values[::2], values[1::2], strict=True))
@@ -136,7 +136,7 @@ class IoPorts:
             else self._context.run_now(switch)
         )
 
-    def _group_decimal(self, values: Values, options: Options) -> str:
+    def _group_decimal(self, values: Values, options: NamedValues) -> str:
         """Switch outputs by the bits of a number; the lowest bit is for the port named first."""
         del options
         ports, decimal = values
@@ -162,7 +162,7 @@ class IoPorts:
     def _decimal(self, bits: int, ports: tuple[float, ...]) -> str:
         return str(sum((bits >> (int(p) - 1) & 1) << k for k, p in enumerate(ports)))
 
-    def _set_serial(self, values: Values, options: Options) -> str:
+    def _set_serial(self, values: Values, options: NamedValues) -> str:
         del options
         self._serial = ", ".join(str(v) for v in values)
         return ""

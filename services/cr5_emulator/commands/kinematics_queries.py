@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 
 from services.cr5_emulator import frames
-from services.cr5_emulator.commands.context import CommandContext, Options, Table, Values
+from services.cr5_emulator.commands.context import CommandContext, NamedValues, Table, Values
 from services.cr5_emulator.commands.signature import (
     POSE,
-    SIX,
+    SIX_NUMBERS,
     SWITCH,
     WRONG_COUNT,
     Command,
@@ -22,7 +22,9 @@ from services.cr5_emulator.kinematics import Transform
 from services.cr5_emulator.motions import Alarm, LineMotion, check_range
 
 RATE_OPTIONS = tuple(option(k, "number", 1, 100) for k in ("a", "v"))
+"""Acceleration and speed [%]; without effect on a check."""
 BLENDING_OPTIONS = (option("cp", "number", 0, 100), option("r", "number", 0, 1000))
+"""Blending by ratio [%] or radius [mm]; without effect on a check."""
 JOINT_LIMIT_ALARMS = range(64, 76)
 """Alarms of joint limits."""
 OUT_OF_WORK_AREA = 18
@@ -31,7 +33,7 @@ CHECK_SPEED, CHECK_ACCELERATION = 0.1, 1.0
 """Motion for which a path is checked [m/s, m/s^2]."""
 
 
-class KinematicsQueries:
+class KinematicsCommands:
     """Kinematic queries; none of them moves the arm."""
 
     def __init__(self, context: CommandContext) -> None:
@@ -51,9 +53,9 @@ class KinematicsQueries:
     def _v3(self) -> Table:
         index = self._context.index
         return {
-            "PositiveSolution": Command(self._forward, (*SIX, index, index)),
+            "PositiveSolution": Command(self._forward, (*SIX_NUMBERS, index, index)),
             "InverseSolution": Command(
-                self._inverse, (*SIX, index, index), (SWITCH, POSE), counts=(8, 9, 10)
+                self._inverse, (*SIX_NUMBERS, index, index), (SWITCH, POSE), counts=(8, 9, 10)
             ),
         }
 
@@ -65,12 +67,14 @@ class KinematicsQueries:
         )
         offset = (POSE,)
         return {
-            "PositiveKin": Command(self._forward, SIX, frame, counts=(6,)),
-            "InverseKin": Command(self._inverse, SIX, (*frame, *near), counts=(6,)),
+            "PositiveKin": Command(self._forward, SIX_NUMBERS, frame, counts=(6,)),
+            "InverseKin": Command(self._inverse, SIX_NUMBERS, (*frame, *near), counts=(6,)),
             "RelPointTool": Command(self._shifted("Tool"), offset, points=(1, 1), since="4.6"),
             "RelPointUser": Command(self._shifted("User"), offset, points=(1, 1), since="4.6"),
             "RelJoint": Command(
-                lambda a, o: self._context.numbers(np.add(a[:6], a[6])), (*SIX, POSE), since="4.6"
+                lambda a, o: self._context.numbers(np.add(a[:6], a[6])),
+                (*SIX_NUMBERS, POSE),
+                since="4.6",
             ),
             "CheckOddMovJ": Command(
                 self._check(self._joint_path),
@@ -98,23 +102,23 @@ class KinematicsQueries:
             ),
         }
 
-    def _pose(self, values: Values, options: Options) -> str:
+    def _pose(self, values: Values, options: NamedValues) -> str:
         del values
         if len(options) == 1:
             raise Failure(WRONG_COUNT)
         return self._format_pose(self._arm.flange(self._arm.joints), options)
 
-    def _format_pose(self, flange: Transform, options: Options) -> str:
+    def _format_pose(self, flange: Transform, options: NamedValues) -> str:
         return self._context.numbers(
             frames.vector(frames.in_frames(flange, *self._context.frames(options)))
         )
 
-    def _forward(self, values: Values, options: Options) -> str:
+    def _forward(self, values: Values, options: NamedValues) -> str:
         if len(values) >= 8:
             options = {"user": values[6], "tool": values[7]}
         return self._format_pose(self._arm.flange(np.radians(values[:6])), options)
 
-    def _inverse(self, values: Values, options: Options) -> str:
+    def _inverse(self, values: Values, options: NamedValues) -> str:
         near = self._arm.joints
         if len(values) >= 8:
             if len(values) == 10 and values[8]:
@@ -128,10 +132,10 @@ class KinematicsQueries:
             raise Failure(-1) from alarm
         return self._context.numbers(np.degrees(joints))
 
-    def _shifted(self, where: str) -> Callable[[Values, Options], str]:
+    def _shifted(self, where: str) -> Callable[[Values, NamedValues], str]:
         """Return the command RelPointTool or RelPointUser: a point offset in tool or user frame."""
 
-        def run(values: Values, options: Options) -> str:
+        def run(values: Values, options: NamedValues) -> str:
             kind, vector = options["points"][0]
             if kind == "joint":
                 flange = self._arm.flange(np.radians(vector))
@@ -145,10 +149,12 @@ class KinematicsQueries:
 
     # Checks
 
-    def _check(self, path: Callable[[list[np.ndarray]], None]) -> Callable[[Values, Options], str]:
+    def _check(
+        self, path: Callable[[list[np.ndarray]], None]
+    ) -> Callable[[Values, NamedValues], str]:
         """Return a check: 0 when the path is possible, -1 while the arm moves, else an alarm."""
 
-        def run(values: Values, options: Options) -> str:
+        def run(values: Values, options: NamedValues) -> str:
             del values
             if self._arm.busy:
                 return "-1"

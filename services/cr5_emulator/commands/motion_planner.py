@@ -1,4 +1,4 @@
-"""Plans the motion of a motion command, from the joint angles at which its turn comes."""
+"""Planner of the motion of a command, from the joint angles at which its turn comes."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 
 from services.cr5_emulator import frames
-from services.cr5_emulator.commands.context import CommandContext, Options, Values
-from services.cr5_emulator.commands.io_ports import HIGHEST_OUTPUT, OUTPUT_COUNT, IoPorts
+from services.cr5_emulator.commands.context import CommandContext, NamedValues, Values
+from services.cr5_emulator.commands.io_ports import HIGHEST_OUTPUT, OUTPUT_COUNT, IoCommands
 from services.cr5_emulator.commands.signature import Failure
 from services.cr5_emulator.kinematics import Joints, Transform
 from services.cr5_emulator.motions import (
@@ -35,12 +35,12 @@ PathFrom = Callable[[Transform], tuple[Path | None, float]]
 class MotionPlanner:
     """Plans the motions of one controller."""
 
-    def __init__(self, context: CommandContext, io_ports: IoPorts) -> None:
+    def __init__(self, context: CommandContext, io_ports: IoCommands) -> None:
         self._context = context
         self._arm = context.controller
         self._io_ports = io_ports
 
-    def rates(self, options: Options, linear: bool) -> tuple[float, float]:
+    def rates(self, options: NamedValues, linear: bool) -> tuple[float, float]:
         """Return speed and acceleration as fractions of the maximum."""
         arm = self._arm
         letter = "l" if linear else "j"
@@ -48,7 +48,7 @@ class MotionPlanner:
         acceleration = options.get(f"acc{letter}", options.get("a", arm.ratios[f"acc{letter}"]))
         return speed / 100.0 * arm.speed_factor / 100.0, acceleration / 100.0
 
-    def point(self, values: Values, options: Options, k: int) -> Transform:
+    def point(self, values: Values, options: NamedValues, k: int) -> Transform:
         """Return the flange pose in the base [m] of the k-th point of a command."""
         if "points" not in options:
             return self._context.flange(values[6 * k : 6 * k + 6], options)
@@ -57,7 +57,7 @@ class MotionPlanner:
             return self._arm.flange(np.radians(vector))
         return self._context.flange(vector, options)
 
-    def triggers(self, values: Values, options: Options) -> tuple[Trigger, ...]:
+    def triggers(self, values: Values, options: NamedValues) -> tuple[Trigger, ...]:
         """Return the outputs that switch on the way: groups of mode, distance, output, state."""
         rest = values if "points" in options else values[6:]
         found = []
@@ -81,7 +81,7 @@ class MotionPlanner:
         return tuple(found)
 
     def to_joints(
-        self, goal: Goal, options: Options, triggers: tuple[Trigger, ...] = ()
+        self, goal: Goal, options: NamedValues, triggers: tuple[Trigger, ...] = ()
     ) -> Callable[[Joints], Motion]:
         """Return a queue entry that moves all joints to a goal."""
         speed, acceleration = self.rates(options, linear=False)
@@ -95,7 +95,7 @@ class MotionPlanner:
         return start
 
     def along(
-        self, path_from: PathFrom, options: Options, triggers: tuple[Trigger, ...] = ()
+        self, path_from: PathFrom, options: NamedValues, triggers: tuple[Trigger, ...] = ()
     ) -> Callable[[Joints], Motion]:
         """Return a queue entry that moves the flange along a path."""
         speed, acceleration = self.rates(options, linear=True)
@@ -131,7 +131,7 @@ class MotionPlanner:
 
         return path_from
 
-    def goal(self, values: Values, options: Options) -> Goal:
+    def goal(self, values: Values, options: NamedValues) -> Goal:
         """Return the goal joint angles of a command with one point."""
         if "points" in options and options["points"][0][0] == "joint":
             target = np.radians(options["points"][0][1])

@@ -9,7 +9,7 @@ import numpy as np
 
 from services.cr5_emulator import frames
 from services.cr5_emulator.command_parser import parse_numbers
-from services.cr5_emulator.commands.context import CommandContext, Options, Table, Values
+from services.cr5_emulator.commands.context import CommandContext, NamedValues, Table, Values
 from services.cr5_emulator.commands.signature import (
     WRONG_COUNT,
     WRONG_TYPE,
@@ -23,9 +23,10 @@ TRAY_LIMIT = 20
 """Number of trays that a controller stores."""
 NAME_LENGTH_LIMIT = 32
 """Largest length of a tray's name [characters]."""
-SIZES = Parameter("list", 2, 50.999)
+TRAY_SIZES = Parameter("list", 2, 50.999)
 """Points along each direction."""
-POINT = re.compile(r"pose\s*=\s*(\{[^{}]*\})", re.IGNORECASE)
+POINT_PATTERN = re.compile(r"pose\s*=\s*(\{[^{}]*\})", re.IGNORECASE)
+"""A corner of a tray in the text of a call."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ class Tray:
         return frames.interpolate(near, frames.interpolate(corners[3], corners[2], row), column)
 
 
-class Palletizing:
+class PalletizingCommands:
     """Trays by name."""
 
     def __init__(self, context: CommandContext) -> None:
@@ -71,18 +72,18 @@ class Palletizing:
         since = "4.5" if self._context.v4 else "3.5.7"
         return {
             "CreateTray": Command(
-                self._create, (text, SIZES), group=(point,), max_groups=8, since=since
+                self._create, (text, TRAY_SIZES), group=(point,), max_groups=8, since=since
             ),
             "GetTrayPoint": Command(self._get, (text, Parameter("integer", 1)), since=since),
         }
 
-    def _create(self, values: Values, options: Options) -> str:
+    def _create(self, values: Values, options: NamedValues) -> str:
         """Create a tray; points are given one by one in braces, or all in one pair of braces."""
         del options
         name, sizes, *texts = values
         if len(name) > NAME_LENGTH_LIMIT or name.isdigit() or not name.strip():
             raise Failure(-40001)
-        found = [parse_numbers(text) for text in POINT.findall(",".join(texts))]
+        found = [parse_numbers(text) for text in POINT_PATTERN.findall(",".join(texts))]
         if len(sizes) > 3 or len(found) != 2 ** len(sizes):
             raise Failure(WRONG_COUNT)
         if any(p is None or len(p) != 6 for p in found):
@@ -93,7 +94,7 @@ class Palletizing:
         self._trays[name] = Tray(tuple(int(s) for s in sizes), corners)
         return ""
 
-    def _get(self, values: Values, options: Options) -> str:
+    def _get(self, values: Values, options: NamedValues) -> str:
         del options
         name, index = values
         point = self._trays[name].point(index) if name in self._trays else None

@@ -13,10 +13,12 @@ IN_ALARM = frozenset(
         "getexportstatus",
     }
 )
+"""Commands accepted in an alarm."""
 WITHOUT_POWER = IN_ALARM | {
     "poweron",
     "requestcontrol",
 }
+"""Commands accepted without power."""
 DURING_SCRIPT = IN_ALARM | {
     "speedfactor",
     "doinstant",
@@ -63,6 +65,7 @@ DURING_SCRIPT = IN_ALARM | {
     "getcurrentcommandid",
     "getforce",
 }
+"""Commands accepted while a script runs."""
 DURING_PAUSED_SCRIPT = DURING_SCRIPT | {
     "enablerobot",
     "disablerobot",
@@ -78,3 +81,4 @@ DURING_PAUSED_SCRIPT = DURING_SCRIPT | {
     "forcedrivemode",
     "forcedrivespeed",
 }
+"""Commands accepted while a script is paused."""

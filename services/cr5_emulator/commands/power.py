@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from services.cr5_emulator.commands.context import CommandContext, Options, Table, Values
+from services.cr5_emulator.commands.context import CommandContext, NamedValues, Table, Values
 from services.cr5_emulator.commands.signature import SWITCH, TEXT, Command, Failure, Parameter
 from services.cr5_emulator.controller import COLLISION_ALARM
 from services.cr5_emulator.motions import JointMotion
@@ -17,8 +17,8 @@ SMALL_PAUSE_DEVIATION = np.radians(1.0)
 """Deviation from the joint angles at the pause that counts as small [rad]."""
 
 
-class Power:
-    """Power and operating state of the arm."""
+class PowerCommands:
+    """Commands that change the operating state of the arm."""
 
     def __init__(self, context: CommandContext) -> None:
         self._context = context
@@ -80,7 +80,7 @@ class Power:
             raise Failure(-1)
         return ""
 
-    def _enable(self, values: Values, options: Options) -> str:
+    def _enable(self, values: Values, options: NamedValues) -> str:
         del options
         if not self._arm.enable():
             raise Failure(-1)
@@ -90,20 +90,20 @@ class Power:
             self._arm.load_center = np.array(values[1:4])
         return ""
 
-    def _brake(self, values: Values, options: Options) -> str:
+    def _brake(self, values: Values, options: NamedValues) -> str:
         del options
         if self._arm.enabled or not self._arm.powered:
             raise Failure(-1)
         self._arm.brakes[values[0] - 1] = bool(values[1])
         return ""
 
-    def _drag(self, how: int, force: bool = False) -> str:
-        if how and (not self._arm.enabled or (self._arm.alarms and not force)):
+    def _drag(self, mode: int, force: bool = False) -> str:
+        if mode and (not self._arm.enabled or (self._arm.alarms and not force)):
             raise Failure(-1)
-        self._arm.set_dragging(how)
+        self._arm.set_dragging(mode)
         return ""
 
-    def _emergency(self, values: Values, options: Options) -> str:
+    def _emergency(self, values: Values, options: NamedValues) -> str:
         del options
         if values[0]:
             self._arm.press_emergency_stop()

@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 
 from services.cr5_emulator import frames
-from services.cr5_emulator.commands.context import CommandContext, Options, Table, Values
-from services.cr5_emulator.commands.io_ports import IoPorts
+from services.cr5_emulator.commands.context import CommandContext, NamedValues, Table, Values
+from services.cr5_emulator.commands.io_ports import IoCommands
 from services.cr5_emulator.commands.motion_planner import MotionPlanner, Path
 from services.cr5_emulator.commands.signature import (
     COMMAND_PORT,
     MOTION_PORT,
     NUMBER,
-    SIX,
+    SIX_NUMBERS,
     Command,
     Failure,
     Parameter,
@@ -28,14 +28,16 @@ from services.cr5_emulator.commands.signature import (
 from services.cr5_emulator.kinematics import Transform
 from services.cr5_emulator.motions import Alarm, Delay
 
-TRIGGER = Parameter("list", count=4)
-ROUNDS = Parameter("integer", 1, 999)
+TRIGGER_GROUP = Parameter("list", count=4)
+"""Output that switches on the way: mode, distance, output, state."""
+ROUND_COUNT = Parameter("integer", 1, 999)
+"""Number of rounds of a circle."""
 
 
-class QueuedMotion:
-    """Appends motions to a controller's queue."""
+class QueuedMotionCommands:
+    """Commands that append a motion to the controller's queue."""
 
-    def __init__(self, context: CommandContext, io_ports: IoPorts) -> None:
+    def __init__(self, context: CommandContext, io_ports: IoCommands) -> None:
         self._context = context
         self._arm = context.controller
         self._planner = MotionPlanner(context, io_ports)
@@ -51,7 +53,7 @@ class QueuedMotion:
         index = self._context.index
         relative = {
             f"RelMov{kind}{where}": self._motion(
-                self._relative(kind, where), (*SIX, index), joint if kind == "J" else linear
+                self._relative(kind, where), (*SIX_NUMBERS, index), joint if kind == "J" else linear
             )
             for kind in "JL"
             for where in ("User", "Tool")
@@ -63,18 +65,20 @@ class QueuedMotion:
             since="3.5.5",
         )
         return {
-            "MovJ": self._motion(self._joint_to_pose, SIX, joint),
-            "JointMovJ": self._motion(self._joint_to_joints, SIX, joint),
-            "MovL": self._motion(self._line, SIX, linear),
-            "MovJIO": self._motion(self._joint_to_pose, SIX, joint, group=(TRIGGER,)),
-            "MovLIO": self._motion(self._line, SIX, linear, group=(TRIGGER,)),
-            "Arc": self._motion(self._arc, SIX * 2, linear),
-            "Circle3": self._motion(self._circle, (*SIX * 2, ROUNDS), linear, since="3.5.5"),
+            "MovJ": self._motion(self._joint_to_pose, SIX_NUMBERS, joint),
+            "JointMovJ": self._motion(self._joint_to_joints, SIX_NUMBERS, joint),
+            "MovL": self._motion(self._line, SIX_NUMBERS, linear),
+            "MovJIO": self._motion(self._joint_to_pose, SIX_NUMBERS, joint, group=(TRIGGER_GROUP,)),
+            "MovLIO": self._motion(self._line, SIX_NUMBERS, linear, group=(TRIGGER_GROUP,)),
+            "Arc": self._motion(self._arc, SIX_NUMBERS * 2, linear),
+            "Circle3": self._motion(
+                self._circle, (*SIX_NUMBERS * 2, ROUND_COUNT), linear, since="3.5.5"
+            ),
             # Deprecated by the vendor, but still listed.
-            "Circle": self._motion(self._circle_first, (ROUNDS, *SIX * 2), linear),
-            "RelMovJ": self._motion(self._relative("J", "User"), SIX, joint),
+            "Circle": self._motion(self._circle_first, (ROUND_COUNT, *SIX_NUMBERS * 2), linear),
+            "RelMovJ": self._motion(self._relative("J", "User"), SIX_NUMBERS, joint),
             "RelMovL": self._motion(self._relative("L", "User"), (NUMBER,) * 3, linear),
-            "RelJointMovJ": self._motion(self._relative_joints, SIX, joint),
+            "RelJointMovJ": self._motion(self._relative_joints, SIX_NUMBERS, joint),
             **relative,
             "Sync": Command(lambda a, o: None if self._arm.busy else "", ports=(MOTION_PORT,)),
             "Wait": pause,
@@ -88,7 +92,7 @@ class QueuedMotion:
         splined = (*linear, option("freq", "number", 1e-9, 1), Parameter("text", key="file"))
         relative = {
             f"RelMov{kind}{where}": self._motion(
-                self._relative(kind, where), SIX, joint if kind == "J" else linear
+                self._relative(kind, where), SIX_NUMBERS, joint if kind == "J" else linear
             )
             for kind in "JL"
             for where in ("User", "Tool")
@@ -97,21 +101,23 @@ class QueuedMotion:
         return {
             "MovJ": self._motion(self._joint_to_pose, (), joint, points=(1, 1)),
             "MovL": self._motion(self._line, (), linear, points=(1, 1)),
-            "MovJIO": self._motion(self._joint_to_pose, (), joint, points=(1, 1), group=(TRIGGER,)),
-            "MovLIO": self._motion(self._line, (), linear, points=(1, 1), group=(TRIGGER,)),
+            "MovJIO": self._motion(
+                self._joint_to_pose, (), joint, points=(1, 1), group=(TRIGGER_GROUP,)
+            ),
+            "MovLIO": self._motion(self._line, (), linear, points=(1, 1), group=(TRIGGER_GROUP,)),
             "Arc": self._motion(self._arc, (), circular, points=(2, 2)),
             "ArcIO": self._motion(
-                self._arc, (), circular, points=(2, 2), group=(TRIGGER,), since="4.6"
+                self._arc, (), circular, points=(2, 2), group=(TRIGGER_GROUP,), since="4.6"
             ),
-            "Circle": self._motion(self._circle, (ROUNDS,), circular, points=(2, 2)),
+            "Circle": self._motion(self._circle, (ROUND_COUNT,), circular, points=(2, 2)),
             "MovS": self._motion(self._through, (), splined, points=(0, 50), since="4.6"),
-            "RelJointMovJ": self._motion(self._relative_joints, SIX, joint),
+            "RelJointMovJ": self._motion(self._relative_joints, SIX_NUMBERS, joint),
             **relative,
             "RunTo": self._motion(self._run_to, (), (*joint, kinds), points=(1, 1), since="4.6"),
             "GetCurrentCommandID": Command(lambda a, o: str(self._arm.finished)),
             "StartRTOffset": Command(lambda a, o: self._offset(True), since="4.6"),
             "EndRTOffset": Command(lambda a, o: self._offset(False), since="4.6"),
-            "OffsetPara": Command(self._set_offset, SIX, since="4.6"),
+            "OffsetPara": Command(self._set_offset, SIX_NUMBERS, since="4.6"),
         }
 
     def _motion(
@@ -126,27 +132,27 @@ class QueuedMotion:
 
     # Commands
 
-    def _joint_to_pose(self, values: Values, options: Options) -> str:
+    def _joint_to_pose(self, values: Values, options: NamedValues) -> str:
         triggers = self._planner.triggers(values, options)
         return self._context.queued(
             self._planner.to_joints(self._planner.goal(values, options), options, triggers)
         )
 
-    def _joint_to_joints(self, values: Values, options: Options) -> str:
+    def _joint_to_joints(self, values: Values, options: NamedValues) -> str:
         target = np.radians(values[:6])
         return self._context.queued(self._planner.to_joints(lambda j: target, options))
 
-    def _relative_joints(self, values: Values, options: Options) -> str:
+    def _relative_joints(self, values: Values, options: NamedValues) -> str:
         displacement = np.radians(values[:6])
         return self._context.queued(self._planner.to_joints(lambda j: j + displacement, options))
 
-    def _line(self, values: Values, options: Options) -> str:
+    def _line(self, values: Values, options: NamedValues) -> str:
         goal = self._planner.line_to(self._planner.point(values, options, 0))
         return self._context.queued(
             self._planner.along(goal, options, self._planner.triggers(values, options))
         )
 
-    def _arc(self, values: Values, options: Options) -> str:
+    def _arc(self, values: Values, options: NamedValues) -> str:
         through, end = (
             self._planner.point(values, options, 0),
             self._planner.point(values, options, 1),
@@ -158,7 +164,7 @@ class QueuedMotion:
             )
         )
 
-    def _circle(self, values: Values, options: Options) -> str:
+    def _circle(self, values: Values, options: NamedValues) -> str:
         through, end = (
             self._planner.point(values, options, 0),
             self._planner.point(values, options, 1),
@@ -173,11 +179,11 @@ class QueuedMotion:
 
         return self._context.queued(self._planner.along(path_from, options))
 
-    def _circle_first(self, values: Values, options: Options) -> str:
+    def _circle_first(self, values: Values, options: NamedValues) -> str:
         """Circle whose number of rounds is the first argument."""
         return self._circle([*values[1:], values[0]], options)
 
-    def _through(self, values: Values, options: Options) -> str:
+    def _through(self, values: Values, options: NamedValues) -> str:
         """Move on straight lines through points; files of points are absent."""
         del values
         if "file" in options:
@@ -193,10 +199,10 @@ class QueuedMotion:
             )
         return ""
 
-    def _relative(self, kind: str, where: str) -> Callable[[Values, Options], str]:
+    def _relative(self, kind: str, where: str) -> Callable[[Values, NamedValues], str]:
         """Return the command RelMovJUser, RelMovLUser, RelMovJTool or RelMovLTool."""
 
-        def run(values: Values, options: Options) -> str:
+        def run(values: Values, options: NamedValues) -> str:
             offset = frames.transform(np.array([*values[:6], 0.0, 0.0, 0.0][:6], dtype=float))
             options = dict(options)
             if len(values) == 7:
@@ -219,28 +225,28 @@ class QueuedMotion:
 
         return run
 
-    def _run_to(self, values: Values, options: Options) -> str:
+    def _run_to(self, values: Values, options: NamedValues) -> str:
         """Move at once, outside the queue; the arm must be at rest."""
         if self._arm.busy:
             raise Failure(-1)
-        how = options.get("movetype", 1)
+        move_type = options.get("movetype", 1)
         kind, vector = options["points"][0]
-        if how in (3, 4) and kind == "joint":
+        if move_type in (3, 4) and kind == "joint":
             raise Failure(-30001)
-        if how == 0:
+        if move_type == 0:
             start = self._planner.to_joints(self._planner.goal(values, options), options)
-        elif how == 1:
+        elif move_type == 1:
             start = self._planner.along(
                 self._planner.line_to(self._planner.point(values, options, 0)), options
             )
-        elif how == 2:
+        elif move_type == 2:
             displacement = np.radians(vector)
             start = self._planner.to_joints(lambda j: j + displacement, options)
         else:
             user, tool = self._context.frames(options)
             offset = frames.transform(vector)
             pose = frames.in_frames(self._arm.flange(self._arm.target), user, tool)
-            goal = frames.to_flange(frames.offset_pose(pose, offset, how == 3), user, tool)
+            goal = frames.to_flange(frames.offset_pose(pose, offset, move_type == 3), user, tool)
             start = self._planner.along(self._planner.line_to(goal), options)
         try:
             self._arm.start_unqueued(start(self._arm.target))
@@ -249,11 +255,11 @@ class QueuedMotion:
             raise Failure(-1) from alarm
         return ""
 
-    def _wait(self, values: Values, options: Options) -> str:
+    def _wait(self, values: Values, options: NamedValues) -> str:
         del options
         return self._context.queued(lambda j: Delay(values[0] / 1e3))
 
-    def _set_offset(self, values: Values, options: Options) -> str:
+    def _set_offset(self, values: Values, options: NamedValues) -> str:
         del options
         self._arm.client_settings.frame_offset = np.array(values, dtype=float)
         return ""

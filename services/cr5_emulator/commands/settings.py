@@ -9,7 +9,7 @@ import numpy as np
 
 from services.cr5_emulator import frames
 from services.cr5_emulator.command_parser import parse_number
-from services.cr5_emulator.commands.context import CommandContext, Options, Table, Values
+from services.cr5_emulator.commands.context import CommandContext, NamedValues, Table, Values
 from services.cr5_emulator.commands.signature import (
     NUMBER,
     PERCENT,
@@ -22,11 +22,12 @@ from services.cr5_emulator.commands.signature import (
 )
 from services.cr5_emulator.motions import JOINT_RANGE
 
-LOAD = Parameter("number", 0.0, 5.0)
+LOAD_MASS = Parameter("number", 0.0, 5.0)
+"""Load at the flange [kg]."""
 
 
-class Settings:
-    """Settings that a client makes before it moves the arm."""
+class SettingCommands:
+    """Commands that set what later commands use."""
 
     def __init__(self, context: CommandContext) -> None:
         self._context = context
@@ -70,7 +71,7 @@ class Settings:
         return {
             "SpeedJ": Command(self._ratio("speedj"), (PERCENT,)),
             "SpeedL": Command(self._ratio("speedl"), (PERCENT,)),
-            "PayLoad": Command(self._payload, (LOAD, NUMBER)),
+            "PayLoad": Command(self._payload, (LOAD_MASS, NUMBER)),
             "LoadSwitch": self._ordered("load_switch", SWITCH),
             "SetSafeSkin": Command(self._skin, (SWITCH,)),
             # Deprecated by the vendor, but still listed.
@@ -131,15 +132,15 @@ class Settings:
             lambda a, o: self._context.run_in_order(lambda: self._keep(name, a[0])), (parameter,)
         )
 
-    def _ratio(self, name: str) -> Callable[[Values, Options], str]:
-        def run(values: Values, options: Options) -> str:
+    def _ratio(self, name: str) -> Callable[[Values, NamedValues], str]:
+        def run(values: Values, options: NamedValues) -> str:
             del options
             self._arm.ratios[name] = int(values[0])
             return ""
 
         return run
 
-    def _payload(self, values: Values, options: Options) -> str:
+    def _payload(self, values: Values, options: NamedValues) -> str:
         """Set the load in kilograms; V4 also accepts names of saved loads, of which none exists."""
         del options
         load = values[0]
@@ -148,7 +149,7 @@ class Settings:
             if weight is None:
                 TEXT.read(load, -30001, -40001)
                 raise Failure(-1 if len(values) == 1 else -30001)
-            load = LOAD.read(load, -30001, -40001)
+            load = LOAD_MASS.read(load, -30001, -40001)
 
         def apply() -> None:
             self._arm.load = load
@@ -157,13 +158,13 @@ class Settings:
 
         return self._context.run_in_order(apply)
 
-    def _skin(self, values: Values, options: Options) -> str:
+    def _skin(self, values: Values, options: NamedValues) -> str:
         del options
         if not self._context.options.skin:
             raise Failure(-1)
         return self._context.run_in_order(lambda: self._keep("skin_on", bool(values[-1])))
 
-    def _zone(self, values: Values, options: Options) -> str:
+    def _zone(self, values: Values, options: NamedValues) -> str:
         """Switch a safety wall or zone; none is defined, so switching one on fails."""
         del options
         if values[1]:
@@ -178,18 +179,18 @@ class Settings:
             raise Failure(-1)
         return self._context.run_in_order(lambda: self._set(which, index))
 
-    def _define(self, where: dict[int, np.ndarray]) -> Callable[[Values, Options], str]:
-        def run(values: Values, options: Options) -> str:
+    def _define(self, where: dict[int, np.ndarray]) -> Callable[[Values, NamedValues], str]:
+        def run(values: Values, options: NamedValues) -> str:
             del options
             where[values[0]] = np.array(values[1])
             return ""
 
         return run
 
-    def _calculate(self, where: dict[int, np.ndarray]) -> Callable[[Values, Options], str]:
+    def _calculate(self, where: dict[int, np.ndarray]) -> Callable[[Values, NamedValues], str]:
         """Return a command that offsets a frame in its parent (1) or in itself (0)."""
 
-        def run(values: Values, options: Options) -> str:
+        def run(values: Values, options: NamedValues) -> str:
             del options
             index, along_parent, offset = values
             if index not in where:

@@ -21,15 +21,17 @@ WRONG_TYPE = -30000
 OUT_OF_RANGE = -40000
 OPTION_TYPE = -50000
 OPTION_RANGE = -60000
+"""Error codes; the number of the argument is subtracted from the last four."""
 JOINT_ANGLE_LIMIT = 360.0
 """Largest magnitude of a named joint angle that is accepted [deg]."""
 
 Kind = Literal["number", "integer", "flag", "text", "list", "any"]
 COMMAND_PORT, MOTION_PORT = 29999, 30003
+"""Ports that take commands; V4 has only the first."""
 
 
-class Failure(Exception):  # an answer, not a defect
-    """A command is refused with an error code."""
+class Failure(Exception):
+    """Refusal of a command, with an error code for the reply."""
 
     def __init__(self, code: int) -> None:
         super().__init__(code)
@@ -47,8 +49,8 @@ class Parameter:
     """Key of an optional parameter that may also be given as key=value."""
     count: int = 0
     """Length of a list; 0: any."""
-    also: tuple[float, float] | None = None
-    """Second range of valid values."""
+    second_range: tuple[float, float] | None = None
+    """Another range of valid values."""
     words: tuple[str, ...] = ()
     """Valid texts, in upper case; empty: any."""
 
@@ -84,12 +86,14 @@ class Parameter:
         return bare
 
     def _fits(self, value: float) -> bool:
-        second = self.also is not None and self.also[0] <= value <= self.also[1]
-        return self.low <= value <= self.high or second
+        if self.second_range is not None and self.second_range[0] <= value <= self.second_range[1]:
+            return True
+        return self.low <= value <= self.high
 
 
+# Parameters of many commands.
 NUMBER = Parameter()
-SIX = (NUMBER,) * 6
+SIX_NUMBERS = (NUMBER,) * 6
 SWITCH = Parameter("flag", 0, 1)
 PERCENT = Parameter("integer", 1, 100)
 TEXT = Parameter("text")
@@ -149,7 +153,7 @@ class Command:
         return values, options
 
     def _parameters(self, count: int) -> tuple[Parameter, ...]:
-        """Parameter of each positional argument."""
+        """Return the parameter of each positional argument."""
         if self.group:
             times, rest = divmod(count - len(self.required), len(self.group))
             if rest or not 1 <= times <= self.max_groups:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from services.cr5_emulator import frames
-from services.cr5_emulator.commands.context import CommandContext, Options, Table, Values
+from services.cr5_emulator.commands.context import CommandContext, NamedValues, Table, Values
 from services.cr5_emulator.commands.signature import (
     MOTION_PORT,
     SWITCH,
@@ -27,7 +27,7 @@ REPLAY_SPEED, REPLAY_ACCELERATION = 0.1, 0.2
 """Fractions of the arm's maximum."""
 
 
-class TrajectoryFiles:
+class TrajectoryFileCommands:
     """Trajectory files of the controller."""
 
     def __init__(self, context: CommandContext) -> None:
@@ -67,8 +67,8 @@ class TrajectoryFiles:
         if name not in self._context.options.traces:
             raise Failure(-1)
 
-    def _first(self, kind: str) -> Callable[[Values, Options], str]:
-        def run(values: Values, options: Options) -> str:
+    def _first(self, kind: str) -> Callable[[Values, NamedValues], str]:
+        def run(values: Values, options: NamedValues) -> str:
             del options
             self._check_exists(values[0])
             if kind == "joints":
@@ -77,13 +77,13 @@ class TrajectoryFiles:
 
         return run
 
-    def _start_pose(self, values: Values, options: Options) -> str:
+    def _start_pose(self, values: Values, options: NamedValues) -> str:
         """Return the start: joint angles (1) of a recorded path, or a pose (2)."""
         if values[1:] == [2]:
             return f"2,{{{self._first('pose')(values, options)}}}"
         return f"1,{{{self._first('joints')(values, options)}}}"
 
-    def _handle(self, values: Values, options: Options) -> str:
+    def _handle(self, values: Values, options: NamedValues) -> str:
         """Start the check of a file; without one return the result of the last check."""
         del options
         if not values:
@@ -91,8 +91,8 @@ class TrajectoryFiles:
         self._checked = FILE_VALID if values[0] in self._context.options.traces else FILE_MISSING
         return ""
 
-    def _replay(self) -> Callable[[Values, Options], str]:
-        def run(values: Values, options: Options) -> str:
+    def _replay(self) -> Callable[[Values, NamedValues], str]:
+        def run(values: Values, options: NamedValues) -> str:
             self._check_exists(values[0])
             speed = REPLAY_SPEED * options.get("multi", 1.0)
             numbers = [

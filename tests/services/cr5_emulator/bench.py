@@ -6,7 +6,7 @@ import numpy as np
 
 from services.cr5_emulator.connection import Connection
 from services.cr5_emulator.emulator import Emulator
-from services.cr5_emulator.options import Options
+from services.cr5_emulator.options import EmulatorOptions
 from shared.cr5.packet import PacketReader
 
 
@@ -15,7 +15,7 @@ class Bench:
 
     def __init__(self, firmware: str = "v3", **options: object) -> None:
         self.v4 = firmware == "v4"
-        self.emulator = Emulator(Options(**{"firmware": firmware, **options}))
+        self.emulator = Emulator(EmulatorOptions(**{"firmware": firmware, **options}))
         self.commands = self.connect(29999)
         self.motion = self.commands if self.v4 else self.connect(30003)
         self.feedback = self.connect(30004)

@@ -6,7 +6,7 @@ import pytest
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from services.cr5_emulator import frames
-from services.cr5_emulator.kinematics import CALIBRATED, NOMINAL
+from services.cr5_emulator.kinematics import CALIBRATED_GEOMETRY, NOMINAL_GEOMETRY
 from shared.cr5.kinematics import Kinematics
 
 HERE = Pose(np.zeros(3), poses.IDENTITY)
@@ -43,7 +43,7 @@ POSES = [
 def test_both_models_hold_the_published_poses(
     joints: tuple, vector: tuple, quaternion: tuple
 ) -> None:
-    T = NOMINAL.flange(np.radians(joints))
+    T = NOMINAL_GEOMETRY.flange(np.radians(joints))
     given = frames.transform(np.array(vector, dtype=float))
     np.testing.assert_allclose(1e3 * T[:3, 3], vector[:3], atol=1e-3)
     np.testing.assert_allclose(T[:3, :3], given[:3, :3], atol=2e-6)
@@ -58,7 +58,7 @@ def test_inverse_finds_the_joints_among_all_branches_on_both_geometries() -> Non
     for _ in range(40):
         joints = rng.uniform(-3.0, 3.0, 6)
         joints[2], joints[4] = rng.uniform(0.3, 2.5, 2) * rng.choice([-1.0, 1.0], 2)
-        for geometry in (NOMINAL, CALIBRATED):
+        for geometry in (NOMINAL_GEOMETRY, CALIBRATED_GEOMETRY):
             goal = geometry.flange(joints)
             solutions = geometry.all_solutions(goal)
             assert min(np.max(np.abs(s - joints)) for s in solutions) < 1e-6
@@ -68,7 +68,7 @@ def test_inverse_finds_the_joints_among_all_branches_on_both_geometries() -> Non
 
 def test_calibrated_arm_is_about_a_millimetre_from_the_nominal_one() -> None:
     far = [
-        1e3 * np.linalg.norm((NOMINAL.flange(q) - CALIBRATED.flange(q))[:3, 3])
+        1e3 * np.linalg.norm((NOMINAL_GEOMETRY.flange(q) - CALIBRATED_GEOMETRY.flange(q))[:3, 3])
         for q in (np.radians(joints) for joints, _, _ in POSES)
     ]
     assert min(far) > 0.1

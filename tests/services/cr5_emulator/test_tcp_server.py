@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from services.cr5_emulator.options import Options
+from services.cr5_emulator.options import EmulatorOptions
 from services.robot_gateway.drivers.cr5.client import Cr5Client
 from services.robot_gateway.drivers.cr5.tcp_link import TcpLink
 
@@ -149,7 +149,7 @@ def test_client_gets_over_an_emulator_that_is_killed(process: subprocess.Popen[s
 def test_options_of_the_command_line_reach_the_arm_and_are_explained() -> None:
     command = [sys.executable, "-m", "services.cr5_emulator"]
     told = subprocess.run([*command, "--help"], capture_output=True, text=True, check=True).stdout
-    for field in fields(Options):
+    for field in fields(EmulatorOptions):
         assert f"--arm.{field.name.replace('_', '-')}" in told
     wrong = subprocess.run(
         [*command, "--firmware", "v4", "--arm.release", "3.5.2"],

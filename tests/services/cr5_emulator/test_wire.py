@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from services.cr5_emulator.emulator import Emulator
-from services.cr5_emulator.options import Options
+from services.cr5_emulator.options import EmulatorOptions
 from tests.services.cr5_emulator import wire_v3, wire_v4
 from tests.services.cr5_emulator.bench import Bench
 
@@ -145,7 +145,7 @@ def test_pause_is_not_known_before_3_5_7() -> None:
 
 
 def test_oldest_release_sends_its_packets_where_it_takes_motion() -> None:
-    emulator = Emulator(Options(release="3.5.1"))
+    emulator = Emulator(EmulatorOptions(release="3.5.1"))
     assert emulator.ports == (29999, 30003)
     motion = emulator.connect(30003)
     assert motion is not None

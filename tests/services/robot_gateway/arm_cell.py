@@ -12,7 +12,7 @@ from lariat.geometry.obstacles import TABLE
 from lariat.geometry.poses import Pose
 from lariat.trajectory import SetpointChunk
 from services.cr5_emulator.emulator import Emulator
-from services.cr5_emulator.options import Options
+from services.cr5_emulator.options import EmulatorOptions
 from services.robot_gateway.cell import Cell
 from services.robot_gateway.constraints.motion_constraints import CellBoundaries
 from services.robot_gateway.drivers.cr5.driver import Cr5Driver
@@ -47,7 +47,7 @@ class ArmWorld:
         joints = kinematics.solve_anywhere(begin)
         assert joints is not None
         values = {"firmware": firmware, "joints": tuple(np.degrees(joints)), "power_on_time": 0.5}
-        self.emulator = Emulator(Options(**{**values, **options}), start=START * 1e-9)
+        self.emulator = Emulator(EmulatorOptions(**{**values, **options}), start=START * 1e-9)
         link = MemoryLink(self.emulator)
         driver = Cr5Driver(link, kinematics, joint_speed=1.6, emulated=True)
         self.driver = driver

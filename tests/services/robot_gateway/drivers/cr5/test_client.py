@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from services.cr5_emulator.emulator import Emulator
-from services.cr5_emulator.options import Options
+from services.cr5_emulator.options import EmulatorOptions
 from services.robot_gateway.drivers.cr5.client import Cr5Client
 from services.robot_gateway.drivers.cr5.enable_sequence import EnableSettings
 from stack.simulation.emulated_arms import MemoryLink
@@ -16,7 +16,7 @@ class Line:
     """A client at an emulated arm, and the text of everything that it asked there."""
 
     def __init__(self, settings: EnableSettings | None = None, **options: object) -> None:
-        self.emulator = Emulator(Options(**{"power_on_time": 0.4, **options}))
+        self.emulator = Emulator(EmulatorOptions(**{"power_on_time": 0.4, **options}))
         self.client = Cr5Client(MemoryLink(self.emulator), settings)
         self.now = 0
         self.asked: list[str] = []

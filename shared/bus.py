@@ -19,11 +19,10 @@ from pathlib import Path
 from typing import Any, Literal
 
 import zenoh
-from google.protobuf.message import DecodeError
 from zenoh.handlers import RingChannel
 
 from shared.clock import Clock, SystemClock
-from shared.messages import Message
+from shared.messages import Message, validation
 from shared.service import Received
 from shared.topics import Topic
 from shared.version import MESSAGE_VERSION
@@ -42,6 +41,12 @@ _FROZEN_LEASE_MS = 2000
 """Time without a sign of life after which a peer counts as gone [ms]."""
 _SEND_QUEUE_SIZE = 16
 """Batches that wait for the network thread, per priority: the most that Zenoh allows."""
+MAX_LOSS = 1_000_000
+"""Most messages that one gap in a publisher's numbers counts for: numbers can be made up."""
+MAX_PUBLISHERS = 4096
+"""Most publishers whose numbers and refused messages are remembered."""
+MAX_PUBLISHER_LENGTH = 128
+"""Number of characters after which the id of a publisher is cut."""
 
 
 @dataclass(frozen=True)
@@ -169,8 +174,10 @@ class _LossCounter:
 
     def count(self, key: str, publisher: str, sequence: int) -> None:
         expected = self._next.get((key, publisher), sequence)
-        self.lost += max(0, sequence - expected)
+        self.lost += min(max(0, sequence - expected), MAX_LOSS)
         self._next[key, publisher] = sequence + 1
+        if len(self._next) > MAX_PUBLISHERS:
+            del self._next[next(iter(self._next))]
 
 
 class RawSubscription:
@@ -207,16 +214,13 @@ class Subscription:
         self._clock = clock
         self._losses = _LossCounter()
         self._refused: dict[tuple[str, str], int] = {}
+        self.refused = 0
+        """Number of messages dropped for their type, their version or invalid content."""
 
     @property
     def lost(self) -> int:
         """Number of messages that did not arrive or were overwritten before they were read."""
         return self._losses.lost
-
-    @property
-    def refused(self) -> int:
-        """Number of messages dropped for their type, their version or bytes that do not decode."""
-        return sum(self._refused.values())
 
     def take(self) -> list[tuple[str, Received]]:
         """Return the messages since the last call, each with its key, in order of arrival."""
@@ -241,13 +245,16 @@ class Subscription:
                 f"{MESSAGE_VERSION}; update this process",
             )
         try:
-            return self._topic.type.FromString(raw.payload)
-        except DecodeError as error:
-            return self._refuse(raw, f"its {len(raw.payload)} bytes do not decode: {error}")
+            return validation.decode(self._topic, raw.payload)
+        except ValueError as error:
+            return self._refuse(raw, str(error))
 
     def _refuse(self, raw: RawMessage, reason: str) -> None:
-        count = self._refused.get((raw.key, raw.publisher), 0) + 1
+        count = self._refused.pop((raw.key, raw.publisher), 0) + 1
         self._refused[raw.key, raw.publisher] = count
+        self.refused += 1
+        if len(self._refused) > MAX_PUBLISHERS:
+            del self._refused[next(iter(self._refused))]
         # Logged at counts of 1, 10, 100, …: the log must stay readable.
         if count == 10 ** (len(str(count)) - 1):
             log.warning(
@@ -312,11 +319,16 @@ def _raw_message(sample: zenoh.Sample, received: int) -> RawMessage:
         key=str(sample.key_expr),
         type=str(sample.encoding).removeprefix(_PROTOBUF_ENCODING),
         payload=sample.payload.to_bytes(),
-        publisher=publisher,
-        sequence=int(sequence) if sequence.isdecimal() else 0,
+        publisher=publisher[:MAX_PUBLISHER_LENGTH],
+        sequence=_integer(sequence),
         received=received,
-        version=int(version) if version.isdecimal() else 0,
+        version=_integer(version),
     )
+
+
+def _integer(text: str) -> int:
+    """Integer of at most 18 digits, which fits a message; 0 for any other text."""
+    return int(text) if text.isascii() and text.isdecimal() and len(text) <= 18 else 0
 
 
 def _key_expression(key: str) -> str:

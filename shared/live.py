@@ -223,6 +223,7 @@ class Runner:
         health.process = os.getpid()
         health.version = version()
         health.drops = self._mailbox.drops + sum(s.lost for s in self._subscriptions)
+        health.refused = sum(s.refused for s in self._subscriptions)
         if self._everything:
             health.drops += self._everything.lost
         health.note = getattr(self._service, "note", "")

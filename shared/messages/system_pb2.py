@@ -24,7 +24,7 @@ _sym_db = _symbol_database.Default()
 
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1cshared/messages/system.proto\x12\x06lariat\"\xea\x02\n\x06Health\x12\x0f\n\x07service\x18\x01 \x01(\t\x12\r\n\x05stamp\x18\x02 \x01(\x03\x12\x0c\n\x04\x62oot\x18\x03 \x01(\t\x12\x0f\n\x07process\x18\x04 \x01(\r\x12\x0f\n\x07version\x18\x05 \x01(\t\x12\x11\n\tperiod_ms\x18\x06 \x01(\x01\x12\x13\n\x0bstep_p50_ms\x18\x07 \x01(\x01\x12\x13\n\x0bstep_p99_ms\x18\x08 \x01(\x01\x12\x13\n\x0bstep_max_ms\x18\t \x01(\x01\x12\r\n\x05steps\x18\n \x01(\x04\x12\x10\n\x08overruns\x18\x0b \x01(\x04\x12\r\n\x05\x64rops\x18\x0c \x01(\x04\x12\x34\n\x0cinput_age_ms\x18\r \x03(\x0b\x32\x1e.lariat.Health.InputAgeMsEntry\x12\x0c\n\x04note\x18\x0e \x01(\t\x12\x17\n\x0flongest_step_ms\x18\x0f \x01(\x01\x1a\x31\n\x0fInputAgeMsEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\x01:\x02\x38\x01\"R\n\nTraceInput\x12\r\n\x05topic\x18\x01 \x01(\t\x12\x11\n\tpublisher\x18\x02 \x01(\t\x12\x10\n\x08sequence\x18\x03 \x01(\x04\x12\x10\n\x08received\x18\x04 \x01(\x03\"W\n\x05Trace\x12\x0f\n\x07service\x18\x01 \x01(\t\x12\x0c\n\x04step\x18\x02 \x01(\x04\x12\x0b\n\x03now\x18\x03 \x01(\x03\x12\"\n\x06inputs\x18\x04 \x03(\x0b\x32\x12.lariat.TraceInput\"z\n\x0bRecordState\x12\r\n\x05stamp\x18\x01 \x01(\x03\x12\x11\n\trecording\x18\x02 \x01(\x08\x12\x0c\n\x04\x66ile\x18\x03 \x01(\t\x12\r\n\x05\x62ytes\x18\x04 \x01(\x04\x12\x10\n\x08messages\x18\x05 \x01(\x04\x12\r\n\x05\x64rops\x18\x06 \x01(\x04\x12\x0b\n\x03run\x18\x07 \x01(\t\"S\n\x0cProcessState\x12\x0f\n\x07service\x18\x01 \x01(\t\x12\r\n\x05state\x18\x02 \x01(\t\x12\x10\n\x08restarts\x18\x03 \x01(\r\x12\x11\n\texit_code\x18\x04 \x01(\x05\"D\n\nStackState\x12\r\n\x05stamp\x18\x01 \x01(\x03\x12\'\n\tprocesses\x18\x02 \x03(\x0b\x32\x14.lariat.ProcessStateb\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1cshared/messages/system.proto\x12\x06lariat\"\xfb\x02\n\x06Health\x12\x0f\n\x07service\x18\x01 \x01(\t\x12\r\n\x05stamp\x18\x02 \x01(\x03\x12\x0c\n\x04\x62oot\x18\x03 \x01(\t\x12\x0f\n\x07process\x18\x04 \x01(\r\x12\x0f\n\x07version\x18\x05 \x01(\t\x12\x11\n\tperiod_ms\x18\x06 \x01(\x01\x12\x13\n\x0bstep_p50_ms\x18\x07 \x01(\x01\x12\x13\n\x0bstep_p99_ms\x18\x08 \x01(\x01\x12\x13\n\x0bstep_max_ms\x18\t \x01(\x01\x12\r\n\x05steps\x18\n \x01(\x04\x12\x10\n\x08overruns\x18\x0b \x01(\x04\x12\r\n\x05\x64rops\x18\x0c \x01(\x04\x12\x34\n\x0cinput_age_ms\x18\r \x03(\x0b\x32\x1e.lariat.Health.InputAgeMsEntry\x12\x0c\n\x04note\x18\x0e \x01(\t\x12\x17\n\x0flongest_step_ms\x18\x0f \x01(\x01\x12\x0f\n\x07refused\x18\x10 \x01(\x04\x1a\x31\n\x0fInputAgeMsEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\x01:\x02\x38\x01\"R\n\nTraceInput\x12\r\n\x05topic\x18\x01 \x01(\t\x12\x11\n\tpublisher\x18\x02 \x01(\t\x12\x10\n\x08sequence\x18\x03 \x01(\x04\x12\x10\n\x08received\x18\x04 \x01(\x03\"W\n\x05Trace\x12\x0f\n\x07service\x18\x01 \x01(\t\x12\x0c\n\x04step\x18\x02 \x01(\x04\x12\x0b\n\x03now\x18\x03 \x01(\x03\x12\"\n\x06inputs\x18\x04 \x03(\x0b\x32\x12.lariat.TraceInput\"z\n\x0bRecordState\x12\r\n\x05stamp\x18\x01 \x01(\x03\x12\x11\n\trecording\x18\x02 \x01(\x08\x12\x0c\n\x04\x66ile\x18\x03 \x01(\t\x12\r\n\x05\x62ytes\x18\x04 \x01(\x04\x12\x10\n\x08messages\x18\x05 \x01(\x04\x12\r\n\x05\x64rops\x18\x06 \x01(\x04\x12\x0b\n\x03run\x18\x07 \x01(\t\"S\n\x0cProcessState\x12\x0f\n\x07service\x18\x01 \x01(\t\x12\r\n\x05state\x18\x02 \x01(\t\x12\x10\n\x08restarts\x18\x03 \x01(\r\x12\x11\n\texit_code\x18\x04 \x01(\x05\"D\n\nStackState\x12\r\n\x05stamp\x18\x01 \x01(\x03\x12\'\n\tprocesses\x18\x02 \x03(\x0b\x32\x14.lariat.ProcessStateb\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
@@ -34,17 +34,17 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['_HEALTH_INPUTAGEMSENTRY']._loaded_options = None
   _globals['_HEALTH_INPUTAGEMSENTRY']._serialized_options = b'8\001'
   _globals['_HEALTH']._serialized_start=41
-  _globals['_HEALTH']._serialized_end=403
-  _globals['_HEALTH_INPUTAGEMSENTRY']._serialized_start=354
-  _globals['_HEALTH_INPUTAGEMSENTRY']._serialized_end=403
-  _globals['_TRACEINPUT']._serialized_start=405
-  _globals['_TRACEINPUT']._serialized_end=487
-  _globals['_TRACE']._serialized_start=489
-  _globals['_TRACE']._serialized_end=576
-  _globals['_RECORDSTATE']._serialized_start=578
-  _globals['_RECORDSTATE']._serialized_end=700
-  _globals['_PROCESSSTATE']._serialized_start=702
-  _globals['_PROCESSSTATE']._serialized_end=785
-  _globals['_STACKSTATE']._serialized_start=787
-  _globals['_STACKSTATE']._serialized_end=855
+  _globals['_HEALTH']._serialized_end=420
+  _globals['_HEALTH_INPUTAGEMSENTRY']._serialized_start=371
+  _globals['_HEALTH_INPUTAGEMSENTRY']._serialized_end=420
+  _globals['_TRACEINPUT']._serialized_start=422
+  _globals['_TRACEINPUT']._serialized_end=504
+  _globals['_TRACE']._serialized_start=506
+  _globals['_TRACE']._serialized_end=593
+  _globals['_RECORDSTATE']._serialized_start=595
+  _globals['_RECORDSTATE']._serialized_end=717
+  _globals['_PROCESSSTATE']._serialized_start=719
+  _globals['_PROCESSSTATE']._serialized_end=802
+  _globals['_STACKSTATE']._serialized_start=804
+  _globals['_STACKSTATE']._serialized_end=872
 # @@protoc_insertion_point(module_scope)

@@ -7,7 +7,7 @@ from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 DESCRIPTOR: _descriptor.FileDescriptor
 
 class Health(_message.Message):
-    __slots__ = ("service", "stamp", "boot", "process", "version", "period_ms", "step_p50_ms", "step_p99_ms", "step_max_ms", "steps", "overruns", "drops", "input_age_ms", "note", "longest_step_ms")
+    __slots__ = ("service", "stamp", "boot", "process", "version", "period_ms", "step_p50_ms", "step_p99_ms", "step_max_ms", "steps", "overruns", "drops", "input_age_ms", "note", "longest_step_ms", "refused")
     class InputAgeMsEntry(_message.Message):
         __slots__ = ("key", "value")
         KEY_FIELD_NUMBER: _ClassVar[int]
@@ -30,6 +30,7 @@ class Health(_message.Message):
     INPUT_AGE_MS_FIELD_NUMBER: _ClassVar[int]
     NOTE_FIELD_NUMBER: _ClassVar[int]
     LONGEST_STEP_MS_FIELD_NUMBER: _ClassVar[int]
+    REFUSED_FIELD_NUMBER: _ClassVar[int]
     service: str
     stamp: int
     boot: str
@@ -45,7 +46,8 @@ class Health(_message.Message):
     input_age_ms: _containers.ScalarMap[str, float]
     note: str
     longest_step_ms: float
-    def __init__(self, service: _Optional[str] = ..., stamp: _Optional[int] = ..., boot: _Optional[str] = ..., process: _Optional[int] = ..., version: _Optional[str] = ..., period_ms: _Optional[float] = ..., step_p50_ms: _Optional[float] = ..., step_p99_ms: _Optional[float] = ..., step_max_ms: _Optional[float] = ..., steps: _Optional[int] = ..., overruns: _Optional[int] = ..., drops: _Optional[int] = ..., input_age_ms: _Optional[_Mapping[str, float]] = ..., note: _Optional[str] = ..., longest_step_ms: _Optional[float] = ...) -> None: ...
+    refused: int
+    def __init__(self, service: _Optional[str] = ..., stamp: _Optional[int] = ..., boot: _Optional[str] = ..., process: _Optional[int] = ..., version: _Optional[str] = ..., period_ms: _Optional[float] = ..., step_p50_ms: _Optional[float] = ..., step_p99_ms: _Optional[float] = ..., step_max_ms: _Optional[float] = ..., steps: _Optional[int] = ..., overruns: _Optional[int] = ..., drops: _Optional[int] = ..., input_age_ms: _Optional[_Mapping[str, float]] = ..., note: _Optional[str] = ..., longest_step_ms: _Optional[float] = ..., refused: _Optional[int] = ...) -> None: ...
 
 class TraceInput(_message.Message):
     __slots__ = ("topic", "publisher", "sequence", "received")

@@ -1,0 +1,205 @@
+"""Validity of messages from the bus: whoever may publish, nobody may end a process with a message.
+
+Checks that hold for every message (payload size, known enum values, finite vectors, bounded
+integers, texts and counts) follow from the descriptors; lengths that must fit each other have a
+check for each message type. Numbers of setpoints are left to the gateway, which refuses them by the
+name of a rule.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from google.protobuf.descriptor import FieldDescriptor
+from google.protobuf.message import DecodeError, Message
+
+from shared import messages
+from shared.topics import Topic
+
+MAX_PAYLOAD_SIZE = 4 * 2**20
+"""Largest payload of a message [bytes]."""
+MAX_IMAGE_SIZE = 64 * 2**20
+"""Largest payload of a message of a topic that is `large` [bytes]."""
+MAX_COUNT = 200_000
+"""Largest number of values of a field; a path of 2 m of rope has 54 000."""
+MAX_TEXT_LENGTH = 4096
+"""Largest number of characters of a text."""
+MAX_INTEGER = 2**62
+"""Largest magnitude of an integer; sums and differences of two stamps stay in 64 bits."""
+MAX_NODES = 2000
+"""Largest number of nodes of a rope."""
+MAX_OBSTACLES = 256
+"""Largest number of obstacles of a scene."""
+SHORT_VECTOR = 32
+"""Number of values from which an array is faster than a loop."""
+
+
+def decode(topic: Topic, payload: bytes) -> Any:
+    """Decode a message of a topic and check it.
+
+    Args:
+        topic: Row of the topic table.
+        payload: Bytes of the message.
+
+    Raises:
+        ValueError: The bytes are no valid message of this topic; the text says why.
+    """
+    limit = MAX_IMAGE_SIZE if topic.large else MAX_PAYLOAD_SIZE
+    if len(payload) > limit:
+        raise ValueError(f"{len(payload)} bytes, more than {limit}")
+    try:
+        message = topic.type.FromString(payload)
+    except DecodeError as error:
+        raise ValueError(f"its {len(payload)} bytes do not decode: {error}") from error
+    _check_fields(message, finite=topic.type is not messages.Setpoints)
+    if check := _CHECKS.get(topic.type):
+        check(message)
+    return message
+
+
+def _check_fields(message: Message, finite: bool) -> None:
+    for field, value in message.ListFields():
+        values = value if field.is_repeated else (value,)
+        if len(values) > MAX_COUNT:
+            raise ValueError(f"{field.name} has {len(values)} values, more than {MAX_COUNT}")
+        if field.message_type is not None:
+            if not field.message_type.GetOptions().map_entry:
+                for item in values:
+                    _check_fields(item, finite)
+        elif field.enum_type is not None:
+            for item in values:
+                if item not in field.enum_type.values_by_number:
+                    raise ValueError(f"{field.name} = {item} is not a value of the enum")
+        else:
+            _check_scalars(field, values, finite)
+
+
+def _check_scalars(field: FieldDescriptor, values: Sequence[Any], finite: bool) -> None:
+    match field.cpp_type:
+        case FieldDescriptor.CPPTYPE_DOUBLE | FieldDescriptor.CPPTYPE_FLOAT:
+            # Scalars may be infinite, such as the clearance in an empty scene.
+            if finite and field.is_repeated and not _all_finite(values):
+                raise ValueError(f"{field.name} holds a number that is not finite")
+        case FieldDescriptor.CPPTYPE_INT64 | FieldDescriptor.CPPTYPE_UINT64:
+            if any(abs(value) > MAX_INTEGER for value in values):
+                raise ValueError(f"{field.name} holds an integer beyond ±2^62")
+        case FieldDescriptor.CPPTYPE_STRING if field.type == FieldDescriptor.TYPE_STRING:
+            if any(len(value) > MAX_TEXT_LENGTH for value in values):
+                raise ValueError(f"{field.name} is longer than {MAX_TEXT_LENGTH} characters")
+
+
+def _all_finite(values: Sequence[float]) -> bool:
+    if len(values) < SHORT_VECTOR:
+        return all(map(math.isfinite, values))
+    return bool(np.isfinite(np.array(values)).all())
+
+
+def _check_length(name: str, values: Sequence[Any], *lengths: int) -> None:
+    if len(values) not in lengths:
+        expected = " or ".join(map(str, lengths))
+        raise ValueError(f"{name} has {len(values)} values; it takes {expected}")
+
+
+def _count_points(name: str, values: Sequence[float], width: int = 3) -> int:
+    if len(values) % width:
+        raise ValueError(f"{name} has {len(values)} values, not {width} a point")
+    return len(values) // width
+
+
+def _count_nodes(name: str, values: Sequence[float]) -> int:
+    count = _count_points(name, values)
+    if count == 1 or count > MAX_NODES:
+        raise ValueError(f"{name} has {count} nodes; a rope has 2 to {MAX_NODES}")
+    return count
+
+
+def _check_node_chain(message: messages.NodeChain) -> None:
+    count = _count_nodes("positions", message.positions)
+    _check_length("sigma", message.sigma, 0, count)
+    _check_length("observed", message.observed, 0, count)
+
+
+def _check_arms(names: Sequence[str]) -> None:
+    if len(set(names)) < len(names) or not set(names) <= {"left", "right"}:
+        raise ValueError(f"arms are {list(names)}; each is 'left' or 'right', once")
+
+
+def _check_setpoints(message: messages.Setpoints) -> None:
+    _check_arms([arm.arm for arm in message.arms])
+    for arm in message.arms:
+        count = _count_points("positions", arm.positions)
+        _check_length("orientations", arm.orientations, 4 * count)
+
+
+def _check_arm_states(message: messages.ArmStates) -> None:
+    _check_arms([arm.arm for arm in message.arms])
+    if len(message.arms) != 2:
+        raise ValueError(f"{len(message.arms)} arms; a cell has two ends")
+    for arm in message.arms:
+        for name, length in (
+            ("position", 3),
+            ("orientation", 4),
+            ("linear_velocity", 3),
+            ("angular_velocity", 3),
+        ):
+            _check_length(name, getattr(arm, name), 0, length)
+
+
+def _check_grip(name: str, grip: messages.Grip) -> None:
+    _check_length(f"{name}.position", grip.position, 0, 3)
+    _check_length(f"{name}.orientation", grip.orientation, 0, 4)
+
+
+def _check_goal(goal: messages.Goal) -> None:
+    _count_nodes("goal.positions", goal.positions)
+    _check_grip("goal.left", goal.left)
+    _check_grip("goal.right", goal.right)
+
+
+def _check_task(message: messages.TaskState | messages.TaskRequest | messages.GoalPreview) -> None:
+    _check_goal(message.goal)
+
+
+def _check_goal_draft(message: messages.GoalDraft) -> None:
+    for name in ("left", "right"):
+        _check_grip(name, getattr(message, name))
+        _check_length(f"{name}.position", getattr(message, name).position, 3)
+        _check_length(f"{name}.orientation", getattr(message, name).orientation, 4)
+
+
+def _check_path(message: messages.Path) -> None:
+    count = _count_points("left_positions", message.left_positions)
+    _check_length("right_positions", message.right_positions, 3 * count)
+    _check_length("left_orientations", message.left_orientations, 4 * count)
+    _check_length("right_orientations", message.right_orientations, 4 * count)
+    _check_length("nodes", message.nodes, 3 * message.node_count * count)
+    if count and message.dt <= 0:
+        raise ValueError(f"dt = {message.dt} ns; a path takes a positive one")
+
+
+def _check_plan(message: messages.Plan) -> None:
+    if message.node_count > MAX_NODES or len(message.nodes) % max(3 * message.node_count, 1):
+        raise ValueError(f"{len(message.nodes)} values are no chains of {message.node_count} nodes")
+
+
+def _check_scene(message: messages.Scene) -> None:
+    if len(message.obstacles) > MAX_OBSTACLES:
+        raise ValueError(f"{len(message.obstacles)} obstacles, more than {MAX_OBSTACLES}")
+    messages.scene_obstacles(message)
+
+
+_CHECKS: dict[type[Message], Callable[[Any], None]] = {
+    messages.NodeChain: _check_node_chain,
+    messages.Setpoints: _check_setpoints,
+    messages.ArmStates: _check_arm_states,
+    messages.TaskState: _check_task,
+    messages.TaskRequest: _check_task,
+    messages.GoalPreview: _check_task,
+    messages.GoalDraft: _check_goal_draft,
+    messages.Path: _check_path,
+    messages.Plan: _check_plan,
+    messages.Scene: _check_scene,
+}

@@ -93,11 +93,29 @@ def _print_table(rows: dict[str, dict[str, Any]]) -> None:
     from rich.table import Table
 
     table = Table(box=None, pad_edge=False)
-    columns = ("process", "state", "Hz", "p50 ms", "p99 ms", "max ms", "overruns", "drops", "refused")
+    columns = (
+        "process",
+        "state",
+        "Hz",
+        "p50 ms",
+        "p99 ms",
+        "max ms",
+        "overruns",
+        "drops",
+        "refused",
+    )
     for column in columns:
         table.add_column(column, justify="left" if column in ("process", "state") else "right")
     for name, row in rows.items():
-        keys = ("rate_hz", "step_p50_ms", "step_p99_ms", "step_max_ms", "overruns", "drops", "refused")
+        keys = (
+            "rate_hz",
+            "step_p50_ms",
+            "step_p99_ms",
+            "step_max_ms",
+            "overruns",
+            "drops",
+            "refused",
+        )
         color = "green" if row["ok"] else "red"
         table.add_row(name, f"[{color}]{row['state']}[/]", *(str(row.get(k, "")) for k in keys))
     Console(file=sys.stdout).print(table)

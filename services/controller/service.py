@@ -91,6 +91,7 @@ class ControllerService:
             scenario: Rope, cell, goal and control settings.
             session: Id of this process start, which its setpoints carry.
         """
+        self._node_count = scenario.rope.node_count
         self._scenario, self._session = scenario, session
         rod = Rod(rod_properties(scenario.rope), scenario.rope.node_count)
         start = scenario.grips(scenario.start)
@@ -196,6 +197,8 @@ class ControllerService:
             return
         if not item.message.positions or item.message.stamp < self.estimator.start_time:
             return
+        if len(item.message.positions) != 3 * self._node_count:
+            return  # A chain of another rope.
         rope = rope_observation(item.message)
         estimator = self.estimator
         estimator.observe(rope.stamp, rope.nodes, rope.sigma, rope.observed)
@@ -300,6 +303,8 @@ class ControllerService:
             self.supervisor.follow(None)
             return None
         item = inbox.latest(topics.CONTROLLER_PATH)
+        if item is not None and item.message.node_count not in (0, self._node_count):
+            item = None  # A path of another rope.
         offer = None if item is None else path_offer(item.message)
         reason = self.supervisor.review(offer, now)
         if item is None or reason is not None:

@@ -104,7 +104,7 @@ class PerceptionService:
             self._follow_task(task.message, now)
         if self._scenario.sensing.source == "truth":
             truth = inbox.fresh(topics.ROPE_TRUTH)
-            if truth is not None:
+            if truth is not None and truth.message.positions:
                 perceived = self._truth.perceive(truth.message)
                 self._nodes = chain(perceived.positions)
                 yield Publication(topics.ROPE_NODES, perceived)

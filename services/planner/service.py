@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 
 import numpy as np
+from jaxtyping import Float64
 
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle, pack
@@ -30,6 +32,8 @@ from shared.messages import (
 from shared.scenario import SIDES, Scenario
 from shared.scenario.rod_properties import rod_properties
 from shared.service import SECOND, Inbox, Publication
+
+log = logging.getLogger(__name__)
 
 MAX_START_SPEED = 2e-3
 """Speed of a grip below which it is at rest [m/s]."""
@@ -109,7 +113,11 @@ class PlannerService:
     def _update_properties(self, parameters: Parameters) -> None:
         """Plan with the properties that the controller has identified."""
         if is_learnt(parameters.rod):
-            properties = updated_properties(self._given, parameters.rod)
+            try:
+                properties = updated_properties(self._given, parameters.rod)
+            except ValueError as error:
+                log.warning("identified properties are not used: %s", error)
+                return
             self._rod = self._rod.with_properties(properties)
 
     def _plan(self, task: TaskState, scene: Scene, arms: ArmStates, rope: NodeChain | None) -> Path:
@@ -131,7 +139,7 @@ class PlannerService:
         problem = self._problem(
             state,
             grips,
-            chain(task.goal.positions),
+            self._resampled(chain(task.goal.positions)),
             goal_grips,
             scene_obstacles(scene),
             (task.goal.left_oriented, task.goal.right_oriented),
@@ -156,7 +164,7 @@ class PlannerService:
             state = self._rod.rest(*grips, guess=add_turns(state, turns), obstacles=packed).state
         if rope is None or not rope.positions:
             return state
-        observed = chain(rope.positions)
+        observed = self._resampled(chain(rope.positions))
         if polylines.mean_node_distance(state.positions, observed) < SAME_SHAPE_DISTANCE:
             return state
         guess = add_turns(state_along(observed, grips[0].orientation, grips[1].orientation), turns)
@@ -164,6 +172,11 @@ class PlannerService:
         return min(
             (state, other), key=lambda s: polylines.mean_node_distance(s.positions, observed)
         )
+
+    def _resampled(self, nodes: Float64[np.ndarray, "k 3"]) -> Float64[np.ndarray, "n 3"]:
+        """Chain with as many nodes as the rod, by arc length."""
+        count = self._rod.node_count
+        return nodes if len(nodes) == count else polylines.resample(nodes, count)
 
     def _problem(
         self,

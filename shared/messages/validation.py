@@ -8,7 +8,6 @@ name of a rule.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -16,7 +15,9 @@ import numpy as np
 from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.message import DecodeError, Message
 
+from lariat.geometry.obstacle_checks import check_obstacle
 from shared import messages
+from shared.motion_contract import SETPOINT_PERIOD
 from shared.topics import Topic
 
 MAX_PAYLOAD_SIZE = 4 * 2**20
@@ -33,6 +34,10 @@ MAX_NODES = 2000
 """Largest number of nodes of a rope."""
 MAX_OBSTACLES = 256
 """Largest number of obstacles of a scene."""
+MAX_MAGNITUDE = 1e6
+"""Magnitude above which a component of a vector is no length, speed or angle [SI]."""
+MAX_TURNS = 1000.0
+"""Largest twist of a goal or a rope [turns]."""
 SHORT_VECTOR = 32
 """Number of values from which an array is faster than a loop."""
 
@@ -81,8 +86,8 @@ def _check_scalars(field: FieldDescriptor, values: Sequence[Any], finite: bool) 
     match field.cpp_type:
         case FieldDescriptor.CPPTYPE_DOUBLE | FieldDescriptor.CPPTYPE_FLOAT:
             # Scalars may be infinite, such as the clearance in an empty scene.
-            if finite and field.is_repeated and not _all_finite(values):
-                raise ValueError(f"{field.name} holds a number that is not finite")
+            if finite and field.is_repeated and not _all_bounded(values):
+                raise ValueError(f"{field.name} holds a number beyond ±{MAX_MAGNITUDE:g}, or none")
         case FieldDescriptor.CPPTYPE_INT64 | FieldDescriptor.CPPTYPE_UINT64:
             if any(abs(value) > MAX_INTEGER for value in values):
                 raise ValueError(f"{field.name} holds an integer beyond ±2^62")
@@ -91,10 +96,11 @@ def _check_scalars(field: FieldDescriptor, values: Sequence[Any], finite: bool) 
                 raise ValueError(f"{field.name} is longer than {MAX_TEXT_LENGTH} characters")
 
 
-def _all_finite(values: Sequence[float]) -> bool:
+def _all_bounded(values: Sequence[float]) -> bool:
+    # A comparison with a number that is none is false.
     if len(values) < SHORT_VECTOR:
-        return all(map(math.isfinite, values))
-    return bool(np.isfinite(np.array(values)).all())
+        return all(-MAX_MAGNITUDE < value < MAX_MAGNITUDE for value in values)
+    return bool((np.abs(np.array(values)) < MAX_MAGNITUDE).all())
 
 
 def _check_length(name: str, values: Sequence[Any], *lengths: int) -> None:
@@ -153,21 +159,33 @@ def _check_grip(name: str, grip: messages.Grip) -> None:
     _check_length(f"{name}.orientation", grip.orientation, 0, 4)
 
 
+def _check_turns(turns: float) -> None:
+    if not abs(turns) <= MAX_TURNS:
+        raise ValueError(f"turns = {turns:g}, beyond ±{MAX_TURNS:g}")
+
+
 def _check_goal(goal: messages.Goal) -> None:
     _count_nodes("goal.positions", goal.positions)
+    _check_turns(goal.turns)
     _check_grip("goal.left", goal.left)
     _check_grip("goal.right", goal.right)
 
 
-def _check_task(message: messages.TaskState | messages.TaskRequest | messages.GoalPreview) -> None:
+def _check_task_state(message: messages.TaskState) -> None:
+    _check_goal(message.goal)
+    if message.goal.positions:
+        _check_whole_grips(message.goal)
+    _check_turns(message.turns)
+
+
+def _check_with_goal(message: messages.TaskRequest | messages.GoalPreview) -> None:
     _check_goal(message.goal)
 
 
-def _check_goal_draft(message: messages.GoalDraft) -> None:
-    for name in ("left", "right"):
-        _check_grip(name, getattr(message, name))
-        _check_length(f"{name}.position", getattr(message, name).position, 3)
-        _check_length(f"{name}.orientation", getattr(message, name).orientation, 4)
+def _check_whole_grips(message: messages.Goal | messages.GoalDraft) -> None:
+    for name, grip in (("left", message.left), ("right", message.right)):
+        _check_length(f"{name}.position", grip.position, 3)
+        _check_length(f"{name}.orientation", grip.orientation, 4)
 
 
 def _check_path(message: messages.Path) -> None:
@@ -176,8 +194,8 @@ def _check_path(message: messages.Path) -> None:
     _check_length("left_orientations", message.left_orientations, 4 * count)
     _check_length("right_orientations", message.right_orientations, 4 * count)
     _check_length("nodes", message.nodes, 3 * message.node_count * count)
-    if count and message.dt <= 0:
-        raise ValueError(f"dt = {message.dt} ns; a path takes a positive one")
+    if count and message.dt != SETPOINT_PERIOD:
+        raise ValueError(f"dt = {message.dt} ns; a path takes {SETPOINT_PERIOD} ns")
 
 
 def _check_plan(message: messages.Plan) -> None:
@@ -188,17 +206,18 @@ def _check_plan(message: messages.Plan) -> None:
 def _check_scene(message: messages.Scene) -> None:
     if len(message.obstacles) > MAX_OBSTACLES:
         raise ValueError(f"{len(message.obstacles)} obstacles, more than {MAX_OBSTACLES}")
-    messages.scene_obstacles(message)
+    for obstacle in messages.scene_obstacles(message):
+        check_obstacle(obstacle)
 
 
 _CHECKS: dict[type[Message], Callable[[Any], None]] = {
     messages.NodeChain: _check_node_chain,
     messages.Setpoints: _check_setpoints,
     messages.ArmStates: _check_arm_states,
-    messages.TaskState: _check_task,
-    messages.TaskRequest: _check_task,
-    messages.GoalPreview: _check_task,
-    messages.GoalDraft: _check_goal_draft,
+    messages.TaskState: _check_task_state,
+    messages.TaskRequest: _check_with_goal,
+    messages.GoalPreview: _check_with_goal,
+    messages.GoalDraft: _check_whole_grips,
     messages.Path: _check_path,
     messages.Plan: _check_plan,
     messages.Scene: _check_scene,

@@ -1,0 +1,123 @@
+"""Validation: every recorded message passes, garbage is refused by name, nothing else is raised."""
+
+from __future__ import annotations
+
+import math
+import random
+from pathlib import Path as FilePath
+
+import pytest
+from google.protobuf.message import Message
+
+from shared import topics
+from shared.messages import (
+    ArmCommand,
+    ArmSetpoints,
+    ArmState,
+    ArmStates,
+    Goal,
+    GoalDraft,
+    Grip,
+    NodeChain,
+    Obstacle,
+    Path,
+    Plan,
+    Scene,
+    Setpoints,
+    TaskRequest,
+    TaskState,
+)
+from shared.messages.validation import MAX_PAYLOAD_SIZE, decode
+from shared.recording import Recording
+from shared.topics import Topic
+
+REFERENCES = sorted((FilePath(__file__).parents[2] / "replay").glob("*.mcap"))
+
+
+@pytest.mark.parametrize("recording", REFERENCES, ids=lambda path: path.stem)
+def test_every_message_of_a_run_is_valid(recording: FilePath) -> None:
+    count = 0
+    for entry in Recording.open(recording).messages():
+        decode(entry.topic, entry.payload)
+        count += 1
+    assert count > 40
+
+
+@pytest.mark.parametrize(
+    ("topic", "message", "refusal"),
+    [
+        (topics.ROPE_NODES, NodeChain(positions=[0.0, 1.0]), "not 3 a point"),
+        (topics.ROPE_NODES, NodeChain(positions=[0.0] * 3), "a rope has 2 to"),
+        (topics.ROPE_NODES, NodeChain(positions=[0.0] * 5 + [math.nan]), "or none"),
+        (topics.ROPE_NODES, NodeChain(positions=[0.0] * 6, observed=[True]), "observed has 1"),
+        (topics.ROPE_NODES, NodeChain(stamp=2**63 - 1), "beyond"),
+        (topics.ARM_COMMAND, ArmCommand(id="x" * 5000), "longer than 4096"),
+        (topics.ARM_SETPOINTS, Setpoints(arms=[ArmSetpoints(arm="left")] * 2), "once"),
+        (
+            topics.ARM_SETPOINTS,
+            Setpoints(arms=[ArmSetpoints(arm="left", positions=[0.0] * 3)]),
+            "orientations has 0",
+        ),
+        (topics.ARM_STATE, ArmStates(arms=[ArmState(arm="left")]), "two ends"),
+        (
+            topics.ARM_STATE,
+            ArmStates(arms=[ArmState(arm="left", position=[0.0]), ArmState(arm="right")]),
+            "position has 1",
+        ),
+        (topics.TASK_REQUEST, TaskRequest(goal=Goal(positions=[0.0] * 4)), "not 3 a point"),
+        (topics.TASK_REQUEST, TaskRequest(goal=Goal(turns=math.inf)), "turns"),
+        (topics.TASK_STATE, TaskState(goal=Goal(positions=[0.0] * 6)), "position has 0"),
+        (topics.TASK_GOAL_DRAFT, GoalDraft(left=Grip(position=[0.0] * 3)), "orientation has 0"),
+        (
+            topics.CONTROLLER_PATH,
+            Path(left_positions=[0.0] * 3, right_positions=[0.0] * 6),
+            "right_positions has 6",
+        ),
+        (topics.CONTROLLER_PLAN, Plan(node_count=2, nodes=[0.0] * 7), "no chains"),
+        (topics.SCENE_STATE, Scene(obstacles=[Obstacle(name="o", shape="cone")]), "use one of"),
+        (topics.SCENE_STATE, Scene(obstacles=[Obstacle()] * 300), "300 obstacles"),
+        (
+            topics.SCENE_STATE,
+            Scene(obstacles=[Obstacle(name="o", shape="sphere", position=[9.0] * 3, radius=-1.0)]),
+            "takes 0 < radius",
+        ),
+    ],
+)
+def test_invalid_message_is_refused_with_the_reason(
+    topic: Topic, message: Message, refusal: str
+) -> None:
+    with pytest.raises(ValueError, match=refusal):
+        decode(topic, message.SerializeToString())
+
+
+def test_unknown_value_of_an_enum_is_refused() -> None:
+    command = ArmCommand()
+    command.action = 77  # pyright: ignore[reportAttributeAccessIssue]
+    with pytest.raises(ValueError, match="action = 77 is not a value"):
+        decode(topics.ARM_COMMAND, command.SerializeToString())
+
+
+def test_payload_beyond_the_limit_is_not_decoded() -> None:
+    with pytest.raises(ValueError, match="more than"):
+        decode(topics.ROPE_NODES, b"\0" * (MAX_PAYLOAD_SIZE + 1))
+
+
+def test_no_bytes_raise_anything_but_value_errors() -> None:
+    rng = random.Random(0)
+    samples = [
+        (entry.topic, entry.payload)
+        for entry in Recording.open(REFERENCES[-1]).messages()
+        if not entry.topic.large
+    ]
+    refused = 0
+    for _ in range(4000):
+        topic, payload = rng.choice(samples)
+        mutated = bytearray(payload)
+        for _ in range(rng.randrange(1, 6)):
+            if mutated:
+                mutated[rng.randrange(len(mutated))] = rng.randrange(256)
+        try:
+            decode(topic, bytes(mutated[: rng.randrange(len(mutated) + 1)]))
+        except ValueError:
+            refused += 1
+    assert refused > 1000

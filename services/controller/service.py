@@ -57,6 +57,8 @@ from shared.service import SECOND, Inbox, Publication
 
 log = logging.getLogger(__name__)
 
+MAX_GAP = 10 * SECOND
+"""Time between two arm states above which the estimate begins anew [ns]."""
 CLEARANCE_STRIDE = 5
 """Points of a path per shape whose clearance is checked when the scene changes."""
 
@@ -164,7 +166,8 @@ class ControllerService:
         arms: ArmStates = arrived[-1].message
         self._arms = arms
         motion = grip_motion(arms)
-        if self._reset_count == arms.reset_count and self.estimator.time != 0:
+        known = self._reset_count == arms.reset_count and self.estimator.time != 0
+        if known and abs(arms.stamp - self.estimator.time) < MAX_GAP:
             self.estimator.advance(motion, arms.stamp)
             return
         self.controller.disengage()

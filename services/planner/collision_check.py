@@ -47,9 +47,9 @@ def gripper_overlap(
     positions: Float64[np.ndarray, "t 2 3"],
     orientations: Float64[np.ndarray, "t 2 4"],
 ) -> float:
-    """Return by how much the grippers come closer to each other than allowed and than at first.
+    """Return the largest lack of distance between the grippers, beyond that at the start [m].
 
-    Positive when they overlap [m]; arguments as in `path_clearance`.
+    Positive when they come too close to each other; arguments as in `path_clearance`.
     """
     limits = problem.limits
     bodies, _ = gripper_axis_distance(positions, orientations, limits.gripper_reach)

@@ -10,7 +10,7 @@ from lariat.rod import RolloutSpec
 from services.planner.problem import Problem
 
 ROD_SUBSTEPS = 2
-"""Substeps of the rod between two points of a path, enough for the frequency of its swing."""
+"""Number of substeps of the rod between two points of a path, sufficient for its swing."""
 SWING_POINTS = 40
 """Number of points after the end during which the swing is measured."""
 

@@ -28,7 +28,7 @@ class Problem:
     goal_grips: tuple[Pose, Pose]
     """Grips of the goal shape, an initial guess where only nodes were given."""
     moves: Bool[np.ndarray, "2 6"]
-    """Which components of each grip's velocity are free: translation, then rotation."""
+    """Mask of the free components of each grip's velocity: translation, then rotation."""
     obstacles: tuple[Obstacle, ...]
     """Obstacles that the rope must not touch."""
     supports: tuple[Obstacle, ...]
@@ -44,16 +44,16 @@ class Problem:
     turns: int = 0
     """Whole turns of twist of the goal (`lariat.rod.twist`)."""
     seed: int = 0
-    """Seed of the random paths."""
+    """Seed of the random number generator for random paths."""
 
     @property
     def solid(self) -> tuple[Obstacle, ...]:
-        """Obstacles that the grippers must not touch: those that the rope may lean on as well."""
+        """Obstacles that the grippers must not touch: obstacles of the rope and its supports."""
         return self.obstacles + self.supports
 
     @property
     def packed_supports(self) -> Float64[np.ndarray, "m 12"] | None:
-        """Supports as the rod takes them; None when there are none."""
+        """Supports as rows of `lariat.geometry.obstacles.pack`; None when there are none."""
         return pack(self.supports) if self.supports else None
 
     @property
@@ -75,12 +75,13 @@ class WholePath:
     nodes: Float64[np.ndarray, "t n 3"]
     """Nodes of the rope [m]."""
     reached: bool
-    """Whether it reaches the goal without collision."""
+    """Whether the path reaches the goal without collision."""
     reason: str
-    """Reason why it does not reach the goal; empty when it does."""
+    """Reason why the path does not reach the goal; empty when it does."""
     final_error: float
-    """Mean node distance to the goal at its end, at rest [m]."""
+    """Mean node distance to the goal at the end of the path, at rest [m]."""
     clearance: float
-    """Least clearance of rope and grippers along it [m]."""
+    """Least clearance of rope and grippers along the path [m]."""
     blocked: bool = False
-    """Whether obstacles keep it from the goal: any shape nearer to the goal is nearer to them."""
+    """Whether obstacles prevent it from reaching the goal, so that it ends at the nearest reachable
+    shape."""

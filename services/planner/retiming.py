@@ -20,7 +20,7 @@ PATH_PERIOD = SETPOINT_PERIOD * NANOSECONDS
 
 @dataclass(frozen=True)
 class RetimingSettings:
-    """Paces that are compared, and what a path must keep."""
+    """Paces that are compared, and acceptance of a path."""
 
     paces: tuple[Pace, ...] = (
         Pace(1.6, (0.4, 0.4)),
@@ -29,28 +29,30 @@ class RetimingSettings:
         Pace(1.0, (0.56, 0.4)),
         Pace(2.5, (0.4, 0.4)),
     )
-    """Paces of which the soonest at rest is chosen. Likely winners come first, so that the others
-    need not be simulated to their end."""
+    """Paces, of which the one that comes to rest first is chosen. Likely ones are listed first, so
+    that most others need not be simulated to their end."""
     close_paces: tuple[Pace, ...] = (Pace(2.5, (0.16, 0.1)), Pace(4.0, (0.1, 0.05)))
-    """Paces that are tried when all others pass too close to obstacles: narrow means cut corners
-    less."""
+    """Paces that are tried when all others pass too close to obstacles: narrow running means
+    deviate less from the waypoints."""
     sufficient_clearance: float = 0.7
-    """Clearance at which a path is accepted, relative to the wanted one."""
+    """Clearance above which a path is accepted, relative to the wanted one."""
     negligible_swing: float = 2e-4
-    """Amplitude of a swing that does not matter [m]."""
+    """Amplitude below which a swing is negligible [m]."""
     swing_duration: float = 1.0
-    """Duration that is worth a factor e of residual swing [s]."""
+    """Duration that costs as much as a factor e of residual swing [s]."""
     min_clearance: float = 0.005
     """Clearance below which a path is blocked [m], unless start or goal have less."""
     clearance_tolerance: float = 5e-4
     """Lack of clearance that is accepted [m]."""
 
 
-SETTINGS = RetimingSettings()
-"""Default settings."""
+RETIMING_SETTINGS = RetimingSettings()
+"""Default settings of the retiming."""
 
 
-def required_clearance(optimizer: PathOptimizer, settings: RetimingSettings = SETTINGS) -> float:
+def required_clearance(
+    optimizer: PathOptimizer, settings: RetimingSettings = RETIMING_SETTINGS
+) -> float:
     """Return the clearance below which a path is blocked [m]."""
     return min(settings.min_clearance, optimizer.wanted_clearance)
 
@@ -59,15 +61,15 @@ def retime(
     problem: Problem,
     optimizer: PathOptimizer,
     candidate: PathCandidate,
-    settings: RetimingSettings = SETTINGS,
+    settings: RetimingSettings = RETIMING_SETTINGS,
 ) -> WholePath:
-    """Return a candidate at the best of all paces.
+    """Return the path of a candidate at the best of all paces.
 
     Args:
         problem: Planning problem.
         optimizer: Optimiser of the candidate.
-        candidate: Path without speed.
-        settings: Paces, and what a path must keep.
+        candidate: Path without timing.
+        settings: Paces, and acceptance of a path.
     """
     s = settings
     waypoints = optimizer.grips(candidate)

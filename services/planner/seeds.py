@@ -1,7 +1,7 @@
-"""Seed paths: initial guesses for the optimisation, made from the scene and at random.
+"""Seed paths: initial guesses for the optimisation, derived from the scene or at random.
 
-A seed lifts the grips off in one direction, carries them to the goal at that offset, and sets them
-down. Directions and offsets come from the obstacles in between.
+A seed moves both grips to an offset, carries them at that offset to the goal, and removes it there.
+The offsets lead over or around the obstacles in between.
 """
 
 from __future__ import annotations
@@ -36,24 +36,24 @@ class SeedSettings:
     carried_stretch: float = 0.93
     """Grip distance of a taut seed while it is carried, relative to the rope's length."""
     lift_margin: float = 0.01
-    """Margin of a lift over obstacles, beside the clearance [m]."""
+    """Margin of a lift over obstacles, in addition to the clearance [m]."""
     sidestep_margin: float = 0.02
-    """Margin of a sidestep around obstacles, beside the clearance [m]."""
+    """Margin of a sidestep around obstacles, in addition to the clearance [m]."""
     max_sidestep: float = 0.7
     """Longest sidestep [m]."""
     max_lifts: int = 3
-    """Number of lifts, the highest ones of all obstacles."""
+    """Largest number of lifts; those over the highest obstacles are kept."""
     relevant_distance: float = 0.12
-    """Distance from the straight paths of the nodes, beside the clearance, within which an obstacle
-    is relevant [m]."""
+    """Distance from the straight paths of the nodes, in addition to the clearance, within which an
+    obstacle is relevant [m]."""
 
 
-SETTINGS = SeedSettings()
-"""Default settings."""
+SEED_SETTINGS = SeedSettings()
+"""Default settings of the seed paths."""
 
 
 def seed_paths(
-    problem: Problem, blocks: int, settings: SeedSettings = SETTINGS
+    problem: Problem, blocks: int, settings: SeedSettings = SEED_SETTINGS
 ) -> list[Displacements]:
     """Return seed paths as displacements in blocks, the most direct one first."""
     offsets = [np.zeros(3)]
@@ -73,12 +73,12 @@ def seed_paths(
 
 
 def random_via_paths(
-    problem: Problem, blocks: int, settings: SeedSettings = SETTINGS
+    problem: Problem, blocks: int, settings: SeedSettings = SEED_SETTINGS
 ) -> list[Displacements]:
     """Return random seed paths for a goal that the usual ones do not reach.
 
-    Between the same grips a rope may rest in several shapes; which one it ends in depends on where
-    each end comes from. Both ends therefore make detours of their own, at any distance apart.
+    A rope may rest between the same grips in several shapes; its final shape depends on the paths
+    of its ends. Each path therefore leads through a random pair of grips, at a random distance.
     """
     random = np.random.default_rng([problem.seed, 1])
     begin = np.stack([g.position for g in problem.grips])
@@ -103,7 +103,7 @@ def random_via_paths(
 
 
 def lift_offsets(
-    problem: Problem, settings: SeedSettings = SETTINGS
+    problem: Problem, settings: SeedSettings = SEED_SETTINGS
 ) -> list[Float64[np.ndarray, "3"]]:
     """Return lifts that bring the lowest point of the rope over relevant obstacles [m]."""
     lowest = min(problem.state.positions[:, 2].min(), problem.goal[:, 2].min())
@@ -115,7 +115,7 @@ def lift_offsets(
 
 
 def sidestep_offsets(
-    problem: Problem, settings: SeedSettings = SETTINGS
+    problem: Problem, settings: SeedSettings = SEED_SETTINGS
 ) -> list[Float64[np.ndarray, "3"]]:
     """Return horizontal sidesteps to both sides of all relevant obstacles [m]."""
     nodes = np.concatenate([problem.state.positions, problem.goal])

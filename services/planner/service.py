@@ -1,4 +1,4 @@
-"""Planner service: a whole path whenever goal or scene change, or the controller asks for one."""
+"""Planner service: a whole path for each goal, scene and request of the controller."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class PlannerService:
         self._published = 0
 
     def warm_up(self) -> None:
-        """Compile by planning once, from the scenario's start to a place beside it."""
+        """Compile by planning once, from the scenario's start to a goal 10 mm above it."""
         grips = self._scenario.grips(self._scenario.start)
         state = self._rod.rest(*grips).state
         shift = np.array([0.0, 0.0, 0.01]) * self._moves.any(axis=1).all()
@@ -184,10 +184,10 @@ class PlannerService:
         grips: tuple[Pose, Pose],
         goal: np.ndarray,
         goal_grips: tuple[Pose, Pose],
-        obstacles: tuple,
+        obstacles: tuple[Obstacle, ...],
         oriented: tuple[bool, bool] = (False, False),
         turns: int = 0,
-        count: int = 0,
+        replan_count: int = 0,
     ) -> Problem:
         scenario = self._scenario
         return Problem(
@@ -205,7 +205,7 @@ class PlannerService:
             oriented=oriented,
             turns=turns,
             # A repeated request tries other random paths.
-            seed=scenario.seed + count,
+            seed=scenario.seed + replan_count,
         )
 
 

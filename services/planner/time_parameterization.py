@@ -2,8 +2,8 @@
 
 The waypoints are first passed at constant speed. Two running means over time then round the
 corners: the first bounds the acceleration by the change of velocity over its width, the second
-bounds the jerk by the change of acceleration over its own. The first and the last point stay in
-place because the path waits there.
+bounds the jerk by the change of acceleration over its own. The path waits at its first and its
+last point, so that the means do not move them.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ ROPE_AXIS = np.array([0.0, 0.0, 1.0])
 LIMIT_TOLERANCE = 1.001
 """Factor by which a limit may be exceeded."""
 MAX_STRETCHES = 3
-"""Number of times that a path which exceeds a limit is slowed down."""
+"""Number of times that a path that exceeds a limit is slowed down."""
 STRETCH_MARGIN = 1.02
-"""Factor by which it is slowed down more than necessary."""
+"""Factor on the stretch that such a path requires."""
 STILL_STEP = 1e-12
 """Change of a coordinate from point to point up to which the path is at rest [m] or [rad]."""
 
@@ -36,8 +36,8 @@ class Pace:
     slowdown: float = 1.0
     """Factor by which it is slower than the limits allow; at least 1."""
     mean_widths: tuple[float, float] = (0.24, 0.10)
-    """Widths of the two running means, before they are slowed down as well [s]. A mean as wide as
-    the period of the rope's swing does not excite it."""
+    """Widths of the two running means, before they are stretched by the slowdown [s]. A mean as wide
+    as the period of the rope's swing does not excite it."""
 
 
 def time_parameterize(
@@ -155,7 +155,7 @@ def _required_stretch(
 def _swing_and_twist(
     orientations: Float64[np.ndarray, "w 2 4"],
 ) -> tuple[Float64[np.ndarray, "2 4"], Float64[np.ndarray, "w 2 4"]]:
-    """The orientation halfway, and the swing and twist that lead from it to each other one.
+    """Orientation halfway, and the swing and twist from it to each orientation.
 
     A swing is a rotation vector of the rope's axis [rad], a twist the angle about that axis [rad],
     which may exceed whole turns.

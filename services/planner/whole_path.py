@@ -10,11 +10,10 @@ from jaxtyping import Float64
 
 from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines
-from services.planner import retiming
 from services.planner.grid_search.search import GridPath, block_displacements, search_grid
 from services.planner.path_optimization.optimizer import PathCandidate, PathOptimizer
 from services.planner.problem import Problem, WholePath
-from services.planner.retiming import PATH_PERIOD, required_clearance, retime
+from services.planner.retiming import PATH_PERIOD, RETIMING_SETTINGS, required_clearance, retime
 from services.planner.seeds import random_via_paths, seed_paths
 
 
@@ -25,28 +24,27 @@ class PlannerSettings:
     iterations: int = 12
     """Largest number of Gauss-Newton iterations of a candidate."""
     wider_iterations: int = 5
-    """Largest number of further iterations with more clearance."""
+    """Largest number of further iterations with a larger reserve."""
     reserve_per_shortfall: float = 1.3
-    """Clearance reserve that is added for each metre of clearance that motion costs."""
+    """Reserve that is added per clearance lost in motion [-]."""
     max_refined: int = 3
     """Largest number of candidates that are refined."""
     min_difference: float = 0.04
     """Distance of the grips halfway above which two candidates are different paths [m]."""
     grid_search_shortfall: float = 0.01
-    """Lack of clearance of the best seed from which a path is searched on the grid [m]."""
+    """Shortfall of the best seed above which a path is searched on the grid [m]."""
     grid_clearances: tuple[float, ...] = (1.0, 0.4)
     """Clearances of the grid search, relative to the wanted one, in the order of trial."""
-    other_shape_error: float = 0.7
-    """Error of a random seed, relative to the best path's, below which it is refined."""
+    max_via_error_ratio: float = 0.7
+    """Error of a random path, relative to that of the best path, below which it is refined."""
 
 
-SETTINGS = PlannerSettings()
-"""Default settings."""
-_RETIMING = retiming.SETTINGS
+PLANNER_SETTINGS = PlannerSettings()
+"""Default settings of the planner."""
 
 
-def plan(problem: Problem, settings: PlannerSettings = SETTINGS) -> WholePath:
-    """Return the best path found; its `reason` says why it does not reach the goal.
+def plan(problem: Problem, settings: PlannerSettings = PLANNER_SETTINGS) -> WholePath:
+    """Return the best path found; its `reason` is empty when it reaches the goal.
 
     Args:
         problem: Planning problem.
@@ -66,13 +64,13 @@ def plan(problem: Problem, settings: PlannerSettings = SETTINGS) -> WholePath:
     elif grid_path is not None:
         candidates = candidates[:1]
     best = _best_path(problem, optimizer, candidates, settings)
-    if best.clearance < required_clearance(optimizer) - _RETIMING.clearance_tolerance:
+    if best.clearance < required_clearance(optimizer) - RETIMING_SETTINGS.clearance_tolerance:
         grid_path = grid_path or _search_grid(problem, optimizer, settings)
         return _nearest_reachable(problem, grid_path, best.reason, settings)
     if not best.reached:
         more = sorted(optimizer.evaluate(random_via_paths(problem, blocks)), key=lambda c: c.cost)
         # A rope with wrong properties misses its goal by the same distance on all paths.
-        more = [c for c in more if c.error < settings.other_shape_error * best.final_error]
+        more = [c for c in more if c.error < settings.max_via_error_ratio * best.final_error]
         distinct = _distinct(more, settings)[: settings.max_refined]
         found = [_best_path(problem, optimizer, distinct, settings)] if more else []
         best = max([best, *found], key=lambda path: _rank(path, optimizer))
@@ -85,8 +83,8 @@ def _best_path(
     candidates: Sequence[PathCandidate],
     settings: PlannerSettings,
 ) -> WholePath:
-    """Best of the paths that candidates lead to, or the first one that is good enough."""
-    sufficient = _RETIMING.sufficient_clearance * optimizer.wanted_clearance
+    """Best of the candidates' paths, or the first one with sufficient clearance."""
+    sufficient = RETIMING_SETTINGS.sufficient_clearance * optimizer.wanted_clearance
     paths: list[WholePath] = []
     for candidate in candidates:
         paths.append(_refined_path(problem, optimizer, candidate, settings))
@@ -112,12 +110,12 @@ def _search_grid(
 def _refined_path(
     problem: Problem, optimizer: PathOptimizer, start: PathCandidate, settings: PlannerSettings
 ) -> WholePath:
-    """Timed path that a candidate leads to."""
+    """Timed path of a candidate after its refinement."""
     candidate = optimizer.refine(start, settings.iterations)
     path = retime(problem, optimizer, candidate)
     wanted = optimizer.wanted_clearance - max(candidate.shortfall, 0.0)
-    if path.clearance < wanted - _RETIMING.clearance_tolerance:
-        # Smoothing and swing have reduced the clearance: ask for more of it.
+    if path.clearance < wanted - RETIMING_SETTINGS.clearance_tolerance:
+        # Smoothing and swing reduce the clearance: refine with a larger reserve.
         lack = settings.reserve_per_shortfall * (wanted - path.clearance)
         wider = PathOptimizer(problem, optimizer.settings.clearance_reserve + lack)
         again = wider.refine(wider.reevaluate(candidate), settings.wider_iterations)
@@ -141,7 +139,7 @@ def _nearest_reachable(
     optimizer = PathOptimizer(near)
     displacements = block_displacements(grid_path.grips, optimizer.settings.blocks)
     path = _refined_path(near, optimizer, optimizer.evaluate([displacements])[0], settings)
-    if path.clearance < required_clearance(optimizer) - _RETIMING.clearance_tolerance:
+    if path.clearance < required_clearance(optimizer) - RETIMING_SETTINGS.clearance_tolerance:
         return _stay(problem, reason)
     left = polylines.mean_node_distance(path.nodes[-1], problem.goal)
     reason = (
@@ -165,7 +163,7 @@ def _stay(problem: Problem, reason: str) -> WholePath:
 
 
 def _obstacle_at_goal(problem: Problem) -> str:
-    """Obstacle that the goal lies in."""
+    """Name of the obstacle with which the goal overlaps most."""
     worst = min(
         problem.obstacles,
         key=lambda o: geometry.chain_clearance(problem.goal, problem.radius, [o]),
@@ -175,7 +173,7 @@ def _obstacle_at_goal(problem: Problem) -> str:
 
 def _rank(path: WholePath, optimizer: PathOptimizer) -> tuple[bool, bool, float]:
     """Sort key: reached, then clear, then clearance or nearness to the goal."""
-    clear = path.clearance >= required_clearance(optimizer) - _RETIMING.clearance_tolerance
+    clear = path.clearance >= required_clearance(optimizer) - RETIMING_SETTINGS.clearance_tolerance
     value = path.clearance if path.reached or not clear else -path.final_error
     return path.reached, clear, value
 

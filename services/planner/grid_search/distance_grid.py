@@ -38,7 +38,13 @@ class DistanceGrid:
     def around(
         cls, problem: Problem, shapes: Sequence[CarriedShape], settings: GridSearchSettings
     ) -> DistanceGrid:
-        """Create the grid around start and goal that holds all carried shapes."""
+        """Create the grid around start and goal; its distance field covers all carried shapes.
+
+        Args:
+            problem: Start, goal, obstacles and workspace.
+            shapes: Carried shapes.
+            settings: Spacing and extent.
+        """
         scale = max(problem.rod.properties.length / settings.reference_length, 1.0)
         spacing = settings.spacing * scale
         ends = np.stack([middle_of(problem.grips), middle_of(problem.goal_grips)])

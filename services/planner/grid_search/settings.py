@@ -16,7 +16,7 @@ class GridSearchSettings:
     extent: float = 0.30
     """Distance around start and goal that is searched, for ropes up to `reference_length` [m]."""
     ceiling_margin: float = 0.05
-    """Height above obstacles and grips that is searched, beside the sag of the rope [m]."""
+    """Height above obstacles and grips that is searched, in addition to the sag of the rope [m]."""
     stretches: tuple[float, ...] = (0.93, 0.7, 0.5, 0.35)
     """Grip distances of the carried shapes, relative to the rope's length."""
     min_heading_difference: float = 0.2

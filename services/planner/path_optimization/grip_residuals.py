@@ -40,7 +40,7 @@ def grip_residuals(
         rotation_to_goal: Rotations whose sum must be kept where an orientation is prescribed [rad].
         reserve: Distance of the grippers beyond their limit [m].
     """
-    # A radian counts as much as the rope's length over two pi.
+    # Lever arm that converts a rotation into a displacement: the rope's length over two pi.
     unit = np.where(np.arange(6) < 3, 1.0, problem.rod.properties.length / (2.0 * np.pi))
     unit = unit * MILLIMETRES
     scaled = _scaled_identity(len(displacements), unit)

@@ -1,8 +1,8 @@
-"""Path optimisation: bend a path until the rope reaches the goal and keeps its clearance.
+"""Path optimisation: change a path until the rope reaches the goal and keeps its clearance.
 
-Gauss-Newton with Levenberg damping on the displacements of both grips in each block. The rope
-follows quasi-statically: implicit steps are long enough that it rests along the path, which has no
-speed yet. Residuals are in millimetres.
+Gauss-Newton with Levenberg-Marquardt damping on the displacements of both grips in each block. The
+rope follows quasi-statically: the implicit steps are so long that it is at rest along the path,
+which has no timing yet. Residuals are in millimetres.
 """
 
 from __future__ import annotations
@@ -77,14 +77,14 @@ class PathOptimizer:
         self._supports = problem.packed_supports
         self._rotation = self._path.rotation_to_goal(0)
         if problem.moves[:, 3:].any():
-            # The paths of the ends determine the twist of the rope: add what is missing.
+            # The rotations of the ends determine the twist of the rope: add the missing turns.
             (direct,) = self.evaluate([self._path.translation_to_goal()])
             missing = problem.turns - count_turns(direct.final)
             self._rotation = self._path.rotation_to_goal(missing) if missing else self._rotation
 
     @property
     def wanted_clearance(self) -> float:
-        """Clearance of the whole path: the wanted one, or that of start and goal if less [m]."""
+        """Clearance to keep along the path: that of the problem, or of start or goal if less [m]."""
         return min(self._problem.clearance, float(np.min(self._margins)))
 
     @property
@@ -102,7 +102,7 @@ class PathOptimizer:
         return self._candidate(candidate.displacements, candidate.nodes, candidate.final)
 
     def refine(self, candidate: PathCandidate, iterations: int) -> PathCandidate:
-        """Return the candidate after at most a number of Gauss-Newton iterations."""
+        """Return the candidate after at most `iterations` Gauss-Newton iterations."""
         s = self.settings
         least_damping, most_damping = s.damping_range
         damping = s.initial_damping

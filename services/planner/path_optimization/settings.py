@@ -20,7 +20,7 @@ class PathOptimizationSettings:
     settling_steps: int = 2
     """Number of steps without motion at the end."""
     step_time: float = 0.4
-    """Duration of a step [s], long against the rope's swing, so that the rod follows at rest."""
+    """Duration of a step [s], long against the swing's period, so that the rod follows at rest."""
     smoothness_weight: float = 0.02
     """Weight of the change of displacement from block to block."""
     effort_weight: float = 0.01
@@ -28,8 +28,8 @@ class PathOptimizationSettings:
     clearance_weight: float = 0.5
     """Weight of missing clearance."""
     support_weight: float = 0.2
-    """Weight of missing clearance to supports, except where start and goal lean on them: a rope
-    that is laid down from above is not dragged along its support, where friction would hold it."""
+    """Weight of missing clearance to supports, except where start and goal lean on them: the rope
+    approaches its support from above, instead of being dragged along it against friction."""
     grip_distance_weight: float = 3.0
     """Weight of a distance of the grips, or of the grippers, outside its limits."""
     end_relaxation: float = 5e-4
@@ -37,9 +37,9 @@ class PathOptimizationSettings:
     end_blocks: int = 2
     """Number of blocks at both ends in which the clearance of start or goal is sufficient."""
     clearance_gain: float = 0.008
-    """Clearance to gain with each further block [m]."""
+    """Increase of the required clearance with each further block from the ends [m]."""
     clearance_reserve: float = 0.004
-    """Clearance beyond the wanted one [m], for what motion adds to the quasi-static path."""
+    """Clearance beyond the wanted one [m], for deviations in motion from the quasi-static path."""
     initial_damping: float = 1e-3
     """Levenberg-Marquardt damping of the first iteration."""
     damping_range: tuple[float, float] = (1e-7, 1e6)
@@ -47,10 +47,10 @@ class PathOptimizationSettings:
     damping_increase: float = 10.0
     """Factor on the damping after a step that does not lower the cost."""
     damping_decrease: float = 0.2
-    """Factor on the damping after a step that does."""
+    """Factor on the damping after a step that lowers the cost."""
     max_damping_increases: int = 8
     """Number of steps in a row that may fail before the path counts as optimal."""
     relative_tolerance: float = 1e-3
     """Relative gain of an iteration below which the optimisation has converged."""
     absolute_tolerance: float = 1e-4
-    """Absolute gain that is added to that [mm^2]."""
+    """Absolute gain that is added to the relative one [mm^2]."""

@@ -9,7 +9,7 @@ import numpy as np
 from services.planner.dynamic_check import simulate_path
 from services.planner.path_optimization.optimizer import PathOptimizer
 from services.planner.problem import Problem
-from services.planner.retiming import SETTINGS, retime
+from services.planner.retiming import RETIMING_SETTINGS, retime
 from services.planner.seeds import seed_paths
 from tests.services.planner.test_whole_path import behind_the_wall
 
@@ -22,13 +22,15 @@ def test_no_skipped_pace_is_better_than_the_chosen_one(behind_the_wall: Problem)
     candidate = optimizer.refine(min(seeds, key=lambda c: c.cost), 4)
     together = retime(behind_the_wall, optimizer, candidate)
     costs, alone = [], []
-    for pace in SETTINGS.paces:
-        single = replace(SETTINGS, paces=(pace,), close_paces=())
+    for pace in RETIMING_SETTINGS.paces:
+        single = replace(RETIMING_SETTINGS, paces=(pace,), close_paces=())
         path = retime(behind_the_wall, optimizer, candidate, single)
         swing = simulate_path(behind_the_wall, path.positions, path.orientations, path.dt)[1]
-        costs.append(len(path.positions) * path.dt + np.log1p(swing / SETTINGS.negligible_swing))
+        costs.append(
+            len(path.positions) * path.dt + np.log1p(swing / RETIMING_SETTINGS.negligible_swing)
+        )
         alone.append(path)
-    sufficient = SETTINGS.sufficient_clearance * optimizer.wanted_clearance
+    sufficient = RETIMING_SETTINGS.sufficient_clearance * optimizer.wanted_clearance
     assert min(p.clearance for p in alone) > sufficient
     best = alone[int(np.argmin(costs))]
     assert np.array_equal(together.positions, best.positions)

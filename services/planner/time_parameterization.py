@@ -36,8 +36,8 @@ class Pace:
     slowdown: float = 1.0
     """Factor by which it is slower than the limits allow; at least 1."""
     mean_widths: tuple[float, float] = (0.24, 0.10)
-    """Widths of the two running means, before they are stretched by the slowdown [s]. A mean as wide
-    as the period of the rope's swing does not excite it."""
+    """Widths of the two running means, before they are stretched by the slowdown [s]. A mean as
+    wide as the period of the rope's swing does not excite it."""
 
 
 def time_parameterize(

@@ -84,7 +84,7 @@ class PathOptimizer:
 
     @property
     def wanted_clearance(self) -> float:
-        """Clearance to keep along the path: that of the problem, or of start or goal if less [m]."""
+        """Clearance to keep along the path: the problem's, or that of start or goal if less [m]."""
         return min(self._problem.clearance, float(np.min(self._margins)))
 
     @property

@@ -1,4 +1,4 @@
-"""A cell of simulated lab and perception whose arms are played from a script."""
+"""Simulated cell with the services sim and perception, and scripted arms."""
 
 from __future__ import annotations
 
@@ -42,18 +42,18 @@ Motion = Callable[[float], tuple[np.ndarray, np.ndarray]]
 
 
 def scenario(extra: str = "", source: str = "camera", model: str = "mujoco") -> Scenario:
-    """The cell's scenario, with more at its end."""
+    """Scenario of the cell, with `extra` appended to its text."""
     text = TEXT.replace('source = "camera"', f'source = "{source}"')
     return parse(text.replace('model = "mujoco"', f'model = "{model}"') + extra, Path())
 
 
 def still(time: float) -> tuple[np.ndarray, np.ndarray]:
-    """Grips that stay."""
+    """Displacement [m] and velocity [m/s] of grips at rest."""
     return np.zeros(3), np.zeros(3)
 
 
 class ScriptedArms:
-    """Plays `arm/state`: both grips move alike."""
+    """Publishes `arm/state`: both grips move alike."""
 
     name = "robot_gateway"
     reads = ()
@@ -67,10 +67,10 @@ class ScriptedArms:
         self.reset_count = 0
 
     def warm_up(self) -> None:
-        """Has nothing to warm."""
+        """Do nothing: nothing is compiled."""
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
-        """One state of both arms."""
+        """Publish one state of both arms."""
         shift, speed = self._motion((now - START) / SECOND)
         yield Publication(
             topics.ARM_STATE,
@@ -94,7 +94,7 @@ class ScriptedArms:
 
 
 class Cell:
-    """The stack, and what became visible on it."""
+    """Stack of the cell, and all messages published on it."""
 
     def __init__(self, of: Scenario, motion: Motion = still) -> None:
         self.arms = ScriptedArms(of, motion)
@@ -106,10 +106,10 @@ class Cell:
         self.stack.warm_up()
 
     def run(self, seconds: float) -> None:
-        """Lets time pass."""
+        """Advance the simulated time [s]."""
         self.time = getattr(self, "time", START) + round(seconds * SECOND)
         self.stack.advance_to(self.time)
 
     def chains(self, topic: topics.Topic) -> dict[int, NodeChain]:
-        """Everything heard on a topic of chains, by stamp."""
+        """Node chains published on a topic, by stamp."""
         return {m.stamp: m for m in self.has_subscribers.get(topic.key, [])}

@@ -1,4 +1,4 @@
-"""Pictures like photographs: a lit, glossy cable and its shadow on a table, through a JPEG."""
+"""Synthetic photographs of a glossy cable and its shadow on a table, compressed as JPEG."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from services.perception.centerline.segmentation import Color
 
 WIDTH, HEIGHT = 960, 720
 LIGHT = np.array([-0.5, -0.7])
-"""Direction in the picture from which light falls."""
+"""Direction in the image from which light falls."""
 TABLES: dict[str, Color] = {
     "wood": (176, 128, 80),
     "cloth": (60, 70, 110),
@@ -25,18 +25,18 @@ TABLES: dict[str, Color] = {
 
 
 @dataclass(frozen=True)
-class Look:
-    """Of a cable."""
+class CableAppearance:
+    """Appearance of a cable."""
 
     color: Color
     stripes: Color | None = None
-    """A second colour, wound around it."""
+    """Colour of a stripe wound around it; None for a plain cable."""
     width: float = 12.0
-    """[pixels]."""
+    """Width [pixels]."""
 
 
-def winding(seed: int) -> Float64[np.ndarray, "k 2"]:
-    """A smooth axis through the picture, a point every third of a pixel."""
+def random_axis(seed: int) -> Float64[np.ndarray, "k 2"]:
+    """Smooth random axis through the image, with a point every third of a pixel [pixels]."""
     random = np.random.default_rng(seed)
     s = np.linspace(0.0, 1.0, 2000)
     angle = np.full_like(s, random.uniform(0.0, 6.28))
@@ -50,23 +50,23 @@ def winding(seed: int) -> Float64[np.ndarray, "k 2"]:
     return polylines.resample(flat, int(3.0 * polylines.length(flat)))[:, :2]
 
 
-def photographed(
+def render_photograph(
     axis: Float64[np.ndarray, "k 2"],
-    look: Look | None,
+    appearance: CableAppearance | None,
     table: str,
     seed: int,
     over: UInt8[np.ndarray, "h w 3"] | None = None,
 ) -> UInt8[np.ndarray, "h w 3"]:
-    """A cable, or only the shadow of one, on a table or over another picture."""
+    """Image of a cable, or of its shadow alone, on a table or over another image."""
     random = np.random.default_rng(seed)
     picture = _table(table, random) if over is None else over.astype(np.float32)
-    width = 12.0 if look is None else look.width
+    width = 12.0 if appearance is None else appearance.width
     shadow = np.zeros((HEIGHT, WIDTH), np.float32)
     points = np.rint(8.0 * (axis + 0.4 * width)).astype(np.int32)[:, None]
     cv2.polylines(shadow, [points], False, 1.0, round(width), cv2.LINE_AA, 3)
     picture *= 1.0 - 0.45 * cv2.GaussianBlur(shadow, (0, 0), 0.35 * width)[..., None]
-    if look is not None:
-        _draw(picture, axis, look)
+    if appearance is not None:
+        _draw(picture, axis, appearance)
     rows, columns = np.mgrid[0 : 1 : HEIGHT * 1j, 0 : 1 : WIDTH * 1j]
     corner = (rows - 0.5) ** 2 + (columns - 0.5) ** 2
     if over is None:
@@ -80,22 +80,24 @@ def photographed(
 
 
 def _draw(
-    picture: Float32[np.ndarray, "h w 3"], axis: Float64[np.ndarray, "k 2"], look: Look
+    picture: Float32[np.ndarray, "h w 3"],
+    axis: Float64[np.ndarray, "k 2"],
+    appearance: CableAppearance,
 ) -> None:
     along = np.gradient(axis, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     normals = np.stack([-along[:, 1], along[:, 0]], axis=1)
-    # Across in half pixels from one flank to the other; normals of a cylinder.
-    u = np.linspace(-1.0, 1.0, int(2.0 * look.width))
+    # Samples across the cable in half pixels, shaded with the normals of a cylinder.
+    u = np.linspace(-1.0, 1.0, int(2.0 * appearance.width))
     facing = u * (normals @ LIGHT)[:, None]
     upward = np.sqrt(1.0 - u**2)
     bright = 0.35 + 0.75 * np.clip(0.8 * facing + 0.75 * upward, 0.0, 1.0)
     gloss = 120.0 * np.clip(0.55 * facing + 0.83 * upward, 0.0, 1.0) ** 40
-    color = np.broadcast_to(np.array(look.color, float), (*bright.shape, 3)).copy()
-    if look.stripes is not None:
-        turn = np.arange(len(axis))[:, None] / (9.0 * look.width) + 0.25 * u
-        color[turn % 1.0 < 0.5] = look.stripes
-    at = np.rint(axis[:, None] + 0.5 * look.width * u[:, None] * normals[:, None]).astype(int)
+    color = np.broadcast_to(np.array(appearance.color, float), (*bright.shape, 3)).copy()
+    if appearance.stripes is not None:
+        turn = np.arange(len(axis))[:, None] / (9.0 * appearance.width) + 0.25 * u
+        color[turn % 1.0 < 0.5] = appearance.stripes
+    at = np.rint(axis[:, None] + 0.5 * appearance.width * u[:, None] * normals[:, None]).astype(int)
     picture[at[..., 1], at[..., 0]] = color * bright[..., None] + gloss[..., None]
 
 

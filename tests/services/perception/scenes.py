@@ -1,4 +1,4 @@
-"""Shapes of known truth, and frames of them."""
+"""Rope shapes, and simulated frames of them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ ROPE = RopeModel(length=0.45, radius=0.004, node_count=30)
 
 
 def curve(seed: int, rope: RopeModel = ROPE, bend: float = 1.0) -> Float64[np.ndarray, "n 3"]:
-    """A smooth curve in space with the rope's length: three random harmonics of its direction."""
+    """Nodes of a smooth curve with the rope's length, from three random harmonics of its angles."""
     random = np.random.default_rng(seed)
     s = np.linspace(0.0, 1.0, 2000)
     yaw, pitch = np.zeros_like(s), np.zeros_like(s)
@@ -40,7 +40,7 @@ def curve(seed: int, rope: RopeModel = ROPE, bend: float = 1.0) -> Float64[np.nd
 
 
 def grips(nodes: Float64[np.ndarray, "n 3"]) -> tuple[Pose, Pose]:
-    """The grips that hold a chain's first and last edges."""
+    """Grips that hold the first and last edges of a chain."""
     z = np.array([0.0, 0.0, 1.0])
     first, last = poses.normalized(nodes[1] - nodes[0]), poses.normalized(nodes[-1] - nodes[-2])
     return (
@@ -57,12 +57,12 @@ def taken(
     noise: SensorNoise | None = None,
     frame: int = 0,
 ) -> Frame:
-    """A frame of a chain over the table."""
+    """Frame of a chain over the table."""
     return RgbdCamera(camera, noise, seed=1).take(nodes, rope.radius, (TABLE, *bodies), frame=frame)
 
 
 def screen(nodes: Float64[np.ndarray, "n 3"], first: int, last: int) -> Obstacle:
-    """A sphere halfway to the camera that hides the nodes from `first` to `last`."""
+    """Sphere between chain and camera that hides the nodes from `first` to `last`."""
     eye = CAMERA.T_world_camera.position
     (a, b), _ = CAMERA.project(nodes[[first, last]])
     middle = nodes[(first + last) // 2]

@@ -20,7 +20,7 @@ from tests.services.perception.cell import Cell, scenario
 
 
 def swing(time: float) -> tuple[np.ndarray, np.ndarray]:
-    """0.1 m to and fro, up to 0.3 m/s, from rest."""
+    """Displacement [m] and velocity [m/s] of a swing of 0.1 m, from rest."""
     t = max(0.0, time - 0.2)
     y = 0.05 * (1.0 - math.cos(6.0 * t))
     return np.array([0.0, y, 0.0]), np.array([0.0, 0.3 * math.sin(6.0 * t), 0.0])
@@ -32,7 +32,7 @@ def requested(cell: Cell, **request) -> Scene:
     return cell.has_subscribers[topics.SCENE_STATE.key][-1]
 
 
-def test_a_swung_rope_is_seen_to_a_millimetre_at_the_stamp_of_its_image() -> None:
+def test_nodes_of_a_moving_rope_are_within_a_millimetre_at_the_stamp_of_their_image() -> None:
     cell = Cell(scenario(), swing)
     cell.run(2.0)
     truth, seen = cell.chains(topics.ROPE_TRUTH), cell.chains(topics.ROPE_NODES)
@@ -47,7 +47,7 @@ def test_a_swung_rope_is_seen_to_a_millimetre_at_the_stamp_of_its_image() -> Non
     assert np.max(np.mean(errors, axis=1)) < 1.5e-3
 
 
-def test_the_paper_s_method_sees_the_rope_centimetre_wise() -> None:
+def test_the_paper_baseline_errs_by_millimetres_to_centimetres() -> None:
     cell = Cell(scenario('method = "paper"\n'))
     cell.run(0.6)
     truth, seen = cell.chains(topics.ROPE_TRUTH), cell.chains(topics.ROPE_NODES)
@@ -60,7 +60,7 @@ def test_the_paper_s_method_sees_the_rope_centimetre_wise() -> None:
     assert 2e-3 < np.median(errors) < 0.1
 
 
-def test_truth_as_a_source_is_copied_without_images() -> None:
+def test_truth_is_copied_without_camera_images() -> None:
     cell = Cell(scenario(source="truth"))
     cell.run(0.5)
     truth, seen = cell.chains(topics.ROPE_TRUTH), cell.chains(topics.ROPE_NODES)
@@ -83,7 +83,7 @@ def test_the_same_run_gives_the_same_bytes() -> None:
     assert run() == run()
 
 
-def test_the_scene_is_told_once_a_second_and_on_change() -> None:
+def test_the_scene_is_published_once_a_second_and_on_every_change() -> None:
     cell = Cell(scenario(source="truth"))
     cell.run(2.5)
     scenes = cell.has_subscribers[topics.SCENE_STATE.key]
@@ -138,7 +138,9 @@ def test_the_scene_is_told_once_a_second_and_on_change() -> None:
         (SceneRequest.REMOVE, {"name": "nobody"}, "there are: post, table"),
     ],
 )
-def test_impossible_changes_are_refused_by_name(action: int, obstacle: dict, reason: str) -> None:
+def test_invalid_scene_requests_are_refused_with_their_reason(
+    action: int, obstacle: dict, reason: str
+) -> None:
     cell = Cell(scenario(source="truth"))
     cell.run(0.2)
     scene = requested(cell, id="r", action=action, obstacle=Obstacle(**obstacle))
@@ -165,7 +167,7 @@ def test_an_event_moves_an_obstacle_at_its_time_and_a_reset_undoes_it() -> None:
     assert back.revision == 3
 
 
-def test_a_silent_camera_is_said_to_be_silent() -> None:
+def test_a_silent_camera_is_reported() -> None:
     cell = Cell(scenario("outside = true\n"))
     cell.run(1.0)
     seen: list[NodeChain] = cell.has_subscribers[topics.ROPE_NODES.key]
@@ -173,7 +175,7 @@ def test_a_silent_camera_is_said_to_be_silent() -> None:
     assert len(seen) >= 2
 
 
-def test_a_frozen_camera_is_said_to_be_frozen() -> None:
+def test_a_frozen_camera_is_reported() -> None:
     cell = Cell(scenario())
     cell.run(0.2)
     color, depth = cell.has_subscribers[COLOR.key][-1], cell.has_subscribers[DEPTH.key][-1]
@@ -193,18 +195,18 @@ def test_a_frozen_camera_is_said_to_be_frozen() -> None:
     assert "frozen" in seen[-1].lost
 
 
-def test_a_camera_has_two_seconds_for_its_calibration() -> None:
+def test_a_missing_calibration_is_reported_after_two_seconds() -> None:
     cell = Cell(scenario())
     cell.run(2.3)
     color, depth = (cell.has_subscribers[topic.key] for topic in (COLOR, DEPTH))
     uncalibrated = Cell(scenario("outside = true\n"))
-    told = []
+    published = []
     for messages in zip(color, depth, strict=False):
         for topic, message in zip((COLOR, DEPTH), messages, strict=True):
             uncalibrated.stack.send(topic, message)
         uncalibrated.run(0.033)
-        told.append(topics.ROPE_NODES.key in uncalibrated.has_subscribers)
-    assert not any(told[:58])
+        published.append(topics.ROPE_NODES.key in uncalibrated.has_subscribers)
+    assert not any(published[:58])
     assert (
         "no calibration of camera 'overhead'"
         in uncalibrated.has_subscribers[topics.ROPE_NODES.key][-1].lost

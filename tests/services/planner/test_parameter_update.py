@@ -1,5 +1,3 @@
-"""The planner's rope is the one that the controller has learnt."""
-
 from __future__ import annotations
 
 from dataclasses import replace
@@ -15,7 +13,7 @@ def learnt(value: float) -> Estimate:
     return Estimate(value=value, standard_deviation=0.1)
 
 
-def test_every_learnt_parameter_comes_back() -> None:
+def test_every_learnt_parameter_is_applied() -> None:
     found = updated_properties(
         PROPERTIES,
         RodParameters(

@@ -1,5 +1,3 @@
-"""The chosen pace is the best of all, though most are not simulated to their end."""
-
 from __future__ import annotations
 
 from dataclasses import replace

@@ -45,7 +45,7 @@ def test_the_highest_lift_brings_the_rope_over_the_highest_obstacle(
     assert behind_the_wall.clearance <= clearance < behind_the_wall.clearance + 0.02
 
 
-def test_a_free_scene_needs_neither_lifts_nor_sidesteps(behind_the_wall: Problem) -> None:
+def test_a_free_scene_has_neither_lifts_nor_sidesteps(behind_the_wall: Problem) -> None:
     free = replace(behind_the_wall, obstacles=behind_the_wall.obstacles[:1])
     assert lift_offsets(free) == []
     assert sidestep_offsets(free) == []

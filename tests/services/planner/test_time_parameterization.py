@@ -1,5 +1,3 @@
-"""Timed paths keep the limits and rest at both ends."""
-
 from __future__ import annotations
 
 import numpy as np
@@ -19,11 +17,11 @@ DT = 0.02
 def test_timed_path_keeps_limits_and_rests_at_both_ends(seed: int, count: int, size: float) -> None:
     random = np.random.default_rng(seed)
     limits = Limits()
-    ways = size * random.normal(size=(count, 2, 3))
+    waypoints = size * random.normal(size=(count, 2, 3))
     turns = np.cumsum(0.5 * random.normal(size=(count, 2, 3)), axis=0)
     orientations = poses.exponential(turns)
-    positions, turned = time_parameterize(ways, orientations, limits, DT, Pace())
-    assert np.allclose(positions[[0, -1]], ways[[0, -1]], atol=1e-12)
+    positions, turned = time_parameterize(waypoints, orientations, limits, DT, Pace())
+    assert np.allclose(positions[[0, -1]], waypoints[[0, -1]], atol=1e-12)
     last = poses.multiply(turned[-1], poses.conjugate(orientations[-1]))
     assert np.linalg.norm(poses.logarithm(last), axis=1).max() < 1e-9
     still = np.concatenate([positions[:1]] * 3 + [positions] + [positions[-1:]] * 3)
@@ -33,23 +31,23 @@ def test_timed_path_keeps_limits_and_rests_at_both_ends(seed: int, count: int, s
 
 
 def test_slower_path_takes_longer() -> None:
-    ways = np.array([[[0.0, 0, 0], [0.4, 0, 0]], [[0.0, 0.3, 0], [0.4, 0.3, 0]]])
+    waypoints = np.array([[[0.0, 0, 0], [0.4, 0, 0]], [[0.0, 0.3, 0], [0.4, 0.3, 0]]])
     level = np.tile(poses.IDENTITY, (2, 2, 1))
-    quick, _ = time_parameterize(ways, level, Limits(), DT, Pace())
-    slow, _ = time_parameterize(ways, level, Limits(), DT, Pace(2.0))
+    quick, _ = time_parameterize(waypoints, level, Limits(), DT, Pace())
+    slow, _ = time_parameterize(waypoints, level, Limits(), DT, Pace(2.0))
     assert len(quick) < 100
     assert 1.6 * len(quick) < len(slow) < 2.2 * len(quick)
 
 
-def test_turns_of_twist_are_kept_while_the_end_is_tilted() -> None:
+def test_turns_of_twist_are_kept_while_the_end_tilts() -> None:
     limits = Limits()
     s = np.linspace(0.0, 1.0, 40)[:, None]
     tilt = poses.exponential(s * np.array([0.3, 0.9, 0.2]))
     spin = poses.exponential(4.0 * np.pi * s * np.array([0.0, 0.0, 1.0]))
     right = poses.multiply(tilt, spin)
     left = np.broadcast_to(poses.IDENTITY, right.shape)
-    ways = np.zeros((40, 2, 3)) + 0.1 * s[:, None]
-    _, turned = time_parameterize(ways, np.stack([left, right], axis=1), limits, DT, Pace())
+    waypoints = np.zeros((40, 2, 3)) + 0.1 * s[:, None]
+    _, turned = time_parameterize(waypoints, np.stack([left, right], axis=1), limits, DT, Pace())
     steps = poses.logarithm(poses.multiply(turned[1:, 1], poses.conjugate(turned[:-1, 1])))
     about = np.sum(
         steps * poses.rotate(turned[1:, 1], np.broadcast_to([0.0, 0.0, 1.0], steps.shape)), axis=1

@@ -1,5 +1,3 @@
-"""Whole paths reach their goals over things, keep the limits, and say when there is no way."""
-
 from __future__ import annotations
 
 from dataclasses import replace
@@ -72,7 +70,7 @@ def test_path_keeps_the_limits_of_the_grippers(path: WholePath) -> None:
 
 
 def window(sill: float, height: float, width: float) -> tuple[Obstacle, ...]:
-    """A wall at y = 0 with a window in it, too high and too wide to pass over or round."""
+    """Obstacles of a wall at y = 0 with a window, too high and too wide to pass over or around."""
     side = 0.9 - width / 2.0
     top = 1.3 - sill - height
     middle = sill + height / 2.0
@@ -90,7 +88,7 @@ def window(sill: float, height: float, width: float) -> tuple[Obstacle, ...]:
 
 
 @pytest.mark.parametrize(("sill", "height", "width"), [(0.07, 0.13, 0.64), (0.1, 0.3, 0.40)])
-def test_path_leads_through_a_window_that_no_straight_way_fits(
+def test_path_leads_through_a_window_that_no_straight_path_fits(
     behind_the_wall: Problem, sill: float, height: float, width: float
 ) -> None:
     path = plan(replace(behind_the_wall, obstacles=window(sill, height, width)))
@@ -98,7 +96,7 @@ def test_path_leads_through_a_window_that_no_straight_way_fits(
     assert path.clearance > 0.007
 
 
-def test_goal_behind_a_closed_wall_is_blocked_and_the_nearest_shape_is_gone_to(
+def test_path_to_a_goal_behind_a_closed_wall_ends_at_the_nearest_reachable_shape(
     behind_the_wall: Problem,
 ) -> None:
     closed = Obstacle("box", (0.0, 0.0, 1.0), size=(3.0, 0.02, 2.0), name="wall")
@@ -111,7 +109,9 @@ def test_goal_behind_a_closed_wall_is_blocked_and_the_nearest_shape_is_gone_to(
     assert f"{1e3 * path.final_error:.0f} mm from it" in path.reason
 
 
-def test_goal_in_an_obstacle_is_blocked_and_nothing_moves(behind_the_wall: Problem) -> None:
+def test_path_to_a_goal_in_an_obstacle_is_blocked_and_stays_at_the_start(
+    behind_the_wall: Problem,
+) -> None:
     middle = tuple(behind_the_wall.goal[12].tolist())
     ball = Obstacle("sphere", middle, radius=0.02, name="ball")
     path = plan(replace(behind_the_wall, obstacles=(TABLE, ball)))
@@ -126,10 +126,10 @@ def test_goal_out_of_the_workspace_is_unreachable(behind_the_wall: Problem) -> N
     assert path.reason.startswith("unreachable")
 
 
-def test_ends_that_change_places_go_round_each_other(behind_the_wall: Problem) -> None:
+def test_grips_that_exchange_their_places_keep_their_distance(behind_the_wall: Problem) -> None:
     start = tuple(Pose(np.array([x, 0.0, 0.45]), LEVEL) for x in (-0.15, 0.15))
-    round_ = poses.multiply(poses.exponential(np.array([0.0, 0.0, np.pi - 0.05])), LEVEL)
-    goal = tuple(Pose(np.array([x, 0.1, 0.45]), round_) for x in (0.15, -0.15))
+    turned = poses.multiply(poses.exponential(np.array([0.0, 0.0, np.pi - 0.05])), LEVEL)
+    goal = tuple(Pose(np.array([x, 0.1, 0.45]), turned) for x in (0.15, -0.15))
     rod = behind_the_wall.rod
     problem = replace(
         behind_the_wall,

@@ -38,7 +38,7 @@ def fitted(nodes: np.ndarray, part: slice = slice(None), noise: float = 0.0) -> 
     return fit.solve(start, rows, np.tile(segments, 2), EYE, anchors)
 
 
-def test_exact_rays_and_ranges_give_the_chain_back() -> None:
+def test_exact_rays_and_ranges_reproduce_the_chain() -> None:
     nodes = curve(1)
     fit = fitted(nodes)
     errors = np.linalg.norm(fit.nodes - nodes, axis=1)
@@ -63,7 +63,7 @@ def test_nodes_without_samples_have_no_support_and_a_larger_sigma() -> None:
 
 
 @pytest.mark.parametrize("count", [5, 20])
-def test_wild_ranges_are_outliers_and_do_not_move_the_chain(count: int) -> None:
+def test_outlying_ranges_are_counted_and_do_not_move_the_chain(count: int) -> None:
     nodes = curve(4)
     dense = polylines.resample(nodes, 300)
     segments = np.minimum(np.linspace(0, len(nodes) - 1, 300).astype(int), len(nodes) - 2)

@@ -24,7 +24,7 @@ def errors(estimate: CenterlineEstimate, nodes: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("rope", [ROPE, CABLE], ids=["rope", "cable"])
-def test_nodes_are_found_to_half_a_millimetre(rope: RopeModel) -> None:
+def test_mean_node_error_is_below_half_a_millimetre(rope: RopeModel) -> None:
     estimator = CenterlineEstimator(CAMERA, rope)
     found = []
     for seed in range(8):
@@ -37,7 +37,7 @@ def test_nodes_are_found_to_half_a_millimetre(rope: RopeModel) -> None:
     assert np.max(np.mean(found, axis=1)) < 1.0e-3
 
 
-def test_sigma_tells_the_error() -> None:
+def test_sigma_matches_the_error() -> None:
     estimator = CenterlineEstimator(CAMERA, ROPE)
     ratios = []
     for seed in range(8):
@@ -46,7 +46,7 @@ def test_sigma_tells_the_error() -> None:
         estimate = estimator.estimate(frame.color, frame.depth, *grips(nodes))
         ratios.append(errors(estimate, nodes)[2:-2] / estimate.sigma[2:-2])
     assert np.mean(np.array(ratios) < 2.0) > 0.9
-    # And not by crying wolf.
+    # A sigma that is much too large would pass the line above.
     assert np.median(ratios) > 0.3
 
 
@@ -57,7 +57,7 @@ def test_the_chain_has_the_length_of_the_rope() -> None:
     assert polylines.length(estimate.positions) == pytest.approx(ROPE.length, rel=2e-3)
 
 
-def test_a_hidden_third_is_bridged_and_marked() -> None:
+def test_a_hidden_third_is_interpolated_and_not_observed() -> None:
     estimator = CenterlineEstimator(CAMERA, ROPE)
     for seed in range(4):
         nodes = curve(seed, bend=0.7)
@@ -70,7 +70,7 @@ def test_a_hidden_third_is_bridged_and_marked() -> None:
         assert np.all(estimate.sigma[13:17] > 2.0 * np.median(estimate.sigma[2:8]))
 
 
-def test_an_expected_shape_bridges_what_is_hidden() -> None:
+def test_a_prior_determines_hidden_nodes() -> None:
     estimator = CenterlineEstimator(CAMERA, ROPE)
     nodes = curve(5)
     frame = taken(nodes, (screen(nodes, 9, 20),))
@@ -79,7 +79,7 @@ def test_an_expected_shape_bridges_what_is_hidden() -> None:
     assert np.max(errors(estimate, nodes)) < 3e-3
 
 
-def test_hidden_nodes_never_become_surer_by_expecting_them() -> None:
+def test_sigma_of_hidden_nodes_covers_the_error_of_a_wrong_prior() -> None:
     estimator = CenterlineEstimator(CAMERA, ROPE)
     nodes = curve(5)
     frame = taken(nodes, (screen(nodes, 9, 20),))
@@ -89,14 +89,14 @@ def test_hidden_nodes_never_become_surer_by_expecting_them() -> None:
     assert np.all(errors(estimate, nodes) < 3.0 * estimate.sigma + 1e-3)
 
 
-def test_unknown_ends_are_still_found() -> None:
+def test_a_rope_without_grips_is_estimated() -> None:
     nodes = curve(2)
     frame = taken(nodes)
     estimate = CenterlineEstimator(CAMERA, ROPE).estimate(frame.color, frame.depth)
     assert np.mean(errors(estimate, nodes)) < 4e-3
 
 
-def test_a_dark_image_says_lost() -> None:
+def test_a_dark_image_is_lost() -> None:
     black = np.zeros((480, 640, 3), np.uint8)
     estimate = CenterlineEstimator(CAMERA, ROPE).estimate(
         black, np.full((480, 640), 900, np.uint16)
@@ -105,7 +105,7 @@ def test_a_dark_image_says_lost() -> None:
     assert estimate.positions.shape == (0, 3)
 
 
-def test_a_dim_image_says_what_would_help() -> None:
+def test_a_dim_image_suggests_a_lower_threshold() -> None:
     frame = taken(curve(1), noise=SensorNoise(exposure=0.45))
     estimate = CenterlineEstimator(CAMERA, ROPE).estimate(frame.color, frame.depth)
     assert "lower sensing.threshold" in estimate.lost
@@ -114,7 +114,7 @@ def test_a_dim_image_says_what_would_help() -> None:
     assert np.mean(errors(estimate, curve(1))) < 4e-3
 
 
-def test_a_bright_table_is_said_to_be_no_rope() -> None:
+def test_a_bright_table_suggests_a_rope_colour() -> None:
     for table in ((140, 140, 140), (200, 195, 180)):
         camera = RgbdCamera(CAMERA, seed=1)
         frame = camera.take(curve(1), ROPE.radius, (TABLE,), [table])
@@ -122,20 +122,20 @@ def test_a_bright_table_is_said_to_be_no_rope() -> None:
         assert "give sensing.rope_color" in estimate.lost
 
 
-def test_an_image_without_depth_says_lost() -> None:
+def test_an_image_without_depth_is_lost() -> None:
     frame = taken(curve(1))
     estimate = CenterlineEstimator(CAMERA, ROPE).estimate(frame.color, 0 * frame.depth)
     assert "no depth" in estimate.lost
 
 
-def test_an_image_of_another_size_says_lost() -> None:
+def test_an_image_of_another_size_is_lost() -> None:
     small = Camera(Intrinsics.symmetric(320, 240, math.radians(65.0)), CAMERA.T_world_camera)
     frame = taken(curve(1))
     estimate = CenterlineEstimator(small, ROPE).estimate(frame.color, frame.depth)
     assert "the calibration is for 320 x 240" in estimate.lost
 
 
-def test_a_scrap_of_rope_says_lost() -> None:
+def test_a_short_piece_of_rope_is_lost() -> None:
     nodes = curve(1)
     frame = taken(nodes[:3])
     estimate = CenterlineEstimator(CAMERA, ROPE).estimate(frame.color, frame.depth)
@@ -153,7 +153,7 @@ def test_the_same_frame_gives_the_same_bits() -> None:
 
 
 def alpha() -> np.ndarray:
-    """A loop whose strands cross at a right angle, 15 mm above each other."""
+    """Nodes of a loop whose strands cross at a right angle, 15 mm above each other [m]."""
     t = np.linspace(-2.2, 2.2, 3000)
     path = np.stack([t**3 - 3.0 * t, t**2, 0.08 * t], axis=1)
     path *= ROPE.length / polylines.length(path)
@@ -163,7 +163,7 @@ def alpha() -> np.ndarray:
 
 
 def fold(depth: float) -> np.ndarray:
-    """Down towards the table and back up, seen from above: both strands nearly cover each other."""
+    """Nodes of a rope that goes down and back up [m]; from above, its strands nearly coincide."""
     t = np.linspace(-1.0, 1.0, 3000)
     path = np.stack([0.12 * t, 0.01 * t, depth * (np.abs(t) ** 1.5 - 1.0)], axis=1)
     path *= ROPE.length / polylines.length(path)
@@ -172,7 +172,7 @@ def fold(depth: float) -> np.ndarray:
     return nodes - nodes.mean(axis=0) + np.array([0.0, 0.0, 0.3])
 
 
-def test_a_loop_is_followed_through_its_crossing() -> None:
+def test_a_loop_is_estimated_through_its_crossing() -> None:
     nodes = alpha()
     frame = taken(nodes)
     estimate = CenterlineEstimator(CAMERA, ROPE).estimate(frame.color, frame.depth, *grips(nodes))
@@ -181,7 +181,7 @@ def test_a_loop_is_followed_through_its_crossing() -> None:
 
 
 @pytest.mark.parametrize("nodes", [alpha(), *(fold(d) for d in (0.1, 0.2, 0.4))])
-def test_nothing_is_surely_wrong_whatever_is_expected(nodes: np.ndarray) -> None:
+def test_errors_above_a_centimetre_have_a_large_sigma_with_any_prior(nodes: np.ndarray) -> None:
     estimator = CenterlineEstimator(CAMERA, ROPE)
     frame = taken(nodes)
     straight = np.linspace(nodes[0], nodes[-1], len(nodes))
@@ -191,7 +191,7 @@ def test_nothing_is_surely_wrong_whatever_is_expected(nodes: np.ndarray) -> None
         assert not np.any((error > 0.010) & (error > 3.0 * estimate.sigma))
 
 
-def test_a_second_rope_in_view_is_not_followed() -> None:
+def test_a_second_rope_beside_a_tracked_one_is_ignored() -> None:
     nodes = curve(2, bend=0.6)
     other = nodes + np.array([0.02, 0.12, 0.0])
     first, second = taken(nodes), taken(other)

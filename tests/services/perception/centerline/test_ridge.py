@@ -23,7 +23,7 @@ def region(row: float) -> Region:
 
 
 @pytest.mark.parametrize("row", [40.0, 40.3, 40.5, 40.8])
-def test_the_axis_is_found_to_a_twentieth_of_a_pixel(row: float) -> None:
+def test_the_axis_is_accurate_to_a_twentieth_of_a_pixel(row: float) -> None:
     rope = region(row)
     (strand,) = trace_strands(rope.mask, WIDTH)
     depth = np.full((80, 160), 900, np.uint16)

@@ -23,7 +23,7 @@ BLACK: Color = (25, 25, 28)
 
 
 def taken(rope: Color, table: Color, seed: int, hidden: bool = False) -> Frame:
-    """A frame under uneven light, the table grained, through a JPEG."""
+    """Frame under uneven light, on a table with grain, compressed as JPEG."""
     nodes = curve(seed) - np.array([0.0, 0.0, 5.0 if hidden else 0.0])
     camera = RgbdCamera(CAMERA, seed=1, rope_color=rope)
     frame = camera.take(nodes, ROPE.radius, (TABLE,), [table], frame=seed)
@@ -49,7 +49,7 @@ def compressed(color: UInt8[np.ndarray, "h w 3"]) -> UInt8[np.ndarray, "h w 3"]:
 @pytest.mark.parametrize(
     ("rope", "table"), [(ORANGE, GREY), ((200, 40, 40), WOOD), (BLACK, (215, 215, 210))]
 )
-def test_a_rope_is_told_by_its_colour(rope: Color, table: Color) -> None:
+def test_a_rope_is_segmented_by_its_colour(rope: Color, table: Color) -> None:
     for seed in range(4):
         frame = taken(rope, table, seed)
         nodes = curve(seed)
@@ -61,7 +61,7 @@ def test_a_rope_is_told_by_its_colour(rope: Color, table: Color) -> None:
         assert np.all(found.observed)
 
 
-def test_a_colour_that_is_a_little_off_will_do() -> None:
+def test_an_inexact_colour_is_sufficient() -> None:
     nodes, frame = curve(2), taken(ORANGE, GREY, 2)
     settings = CenterlineSettings(rope_color=(205, 130, 55))
     found = CenterlineEstimator(CAMERA, ROPE, settings).estimate(
@@ -70,7 +70,7 @@ def test_a_colour_that_is_a_little_off_will_do() -> None:
     assert np.mean(np.linalg.norm(found.positions - nodes, axis=1)) < 0.7e-3
 
 
-def test_a_rope_that_is_not_there_is_not_found_in_the_table() -> None:
+def test_no_node_is_observed_on_a_table_without_a_rope() -> None:
     frame = taken(ORANGE, WOOD, 1, hidden=True)
     settings = CenterlineSettings(rope_color=ORANGE)
     found = CenterlineEstimator(CAMERA, ROPE, settings).estimate(
@@ -79,7 +79,7 @@ def test_a_rope_that_is_not_there_is_not_found_in_the_table() -> None:
     assert found.lost or not np.any(found.observed)
 
 
-def test_a_dark_rope_on_a_bright_table_is_followed_in_the_cell() -> None:
+def test_a_dark_rope_on_a_bright_table_is_tracked_by_the_service() -> None:
     of = scenario("rope_color = [25, 25, 28]\n")
     plant = replace(of.plant, color=BLACK, table_color=(200, 195, 180))
     cell = Cell(replace(of, plant=plant))

@@ -48,7 +48,7 @@ def test_a_short_spur_is_removed() -> None:
     assert np.all(np.abs(strand.pixels[:, 1] - 80) <= 2)
 
 
-def test_a_speck_is_no_strand() -> None:
+def test_a_speck_has_no_strand() -> None:
     speck = np.zeros((60, 60), np.uint8)
     speck[30:32, 30:32] = 1
     assert trace_strands(speck, WIDTH) == []

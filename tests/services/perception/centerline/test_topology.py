@@ -1,4 +1,4 @@
-"""Two views of a rope at rest of which the first guess is wrong, however well it fits."""
+"""Views of a rope at rest in which the first hypothesis is wrong although it fits well."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ LOOP = (
     pose([-0.03584, 0.06356, 0.23733], [-0.79895, 0.40509, 0.27874, 0.34624]),
     pose([0.46567, -0.18762, 0.73498], [0.29668, -0.80726, -0.47889, 0.176]),
 )
-"""Both grippers hide where the ends of a loop meet: it may run either way round."""
+"""View in which both grippers hide where the ends of a loop meet: its direction is ambiguous."""
 FOLD = (
     "rope",
     (1280, 720),
@@ -39,11 +39,11 @@ FOLD = (
     pose([0.13702, -0.0604, 0.30637], [-0.25332, -0.63255, 0.61616, 0.39505]),
     pose([0.00599, 0.07674, 0.96535], [0.01805, -0.21834, 0.97239, -0.08039]),
 )
-"""A fold, its way out hidden behind a gripper and its way back beside it."""
+"""View of a fold, of which one strand is hidden behind a gripper and one is beside it."""
 
 
 @pytest.mark.parametrize("view", [LOOP, FOLD], ids=["loop", "fold"])
-def test_what_the_image_does_not_settle_is_not_said_to_be_sure(
+def test_nodes_of_an_ambiguous_view_have_a_large_sigma(
     view: tuple[str, tuple[int, int], Pose, Pose, Pose],
 ) -> None:
     name, size, left, right, eye = view

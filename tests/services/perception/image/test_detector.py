@@ -1,4 +1,4 @@
-"""Pictures of unknown cameras: the rope's colour is found, its centre lines are sub-pixel."""
+"""Detection of ropes in images of an unknown camera."""
 
 from __future__ import annotations
 
@@ -10,13 +10,15 @@ from lariat.geometry import polylines
 from services.perception.centerline.segmentation import Color
 from services.perception.image import detector
 from tests.services.perception.centerline.test_segmentation import GREY, ORANGE, WOOD, taken
-from tests.services.perception.pictures import Look, photographed, winding
+from tests.services.perception.pictures import CableAppearance, random_axis, render_photograph
 from tests.services.perception.scenes import CAMERA, curve
 
 WHITE: Color = (235, 235, 230)
 
 
-def away(lines: list[np.ndarray], nodes: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "k"]:
+def axis_errors(
+    lines: list[np.ndarray], nodes: Float64[np.ndarray, "n 3"]
+) -> Float64[np.ndarray, "k"]:
     """Distance of every found pixel from the true axis [pixels]."""
     truth, _ = CAMERA.project(polylines.resample(nodes, 1500))
     found = np.concatenate(lines)
@@ -26,28 +28,28 @@ def away(lines: list[np.ndarray], nodes: Float64[np.ndarray, "n 3"]) -> Float64[
 @pytest.mark.parametrize(
     ("rope", "table"), [(ORANGE, GREY), (WHITE, (40, 60, 110)), ((30, 60, 150), WOOD)]
 )
-def test_colour_and_centre_line_are_found_in_a_picture(rope: Color, table: Color) -> None:
+def test_colour_and_centreline_of_a_rope_are_detected(rope: Color, table: Color) -> None:
     picture = taken(rope, table, seed=3).color
     read = detector.detect_rope(picture)
-    # A headlight dims the flanks of a rope and never brightens it.
+    # The light at the camera darkens the flanks of a rope.
     assert np.max(np.abs(np.subtract(read.color, rope))) < 60
-    error = away([line.pixels for line in read.lines], curve(3))
+    error = axis_errors([line.pixels for line in read.lines], curve(3))
     assert np.median(error) < 0.3
     assert np.percentile(error, 95) < 1.0
     along = sum(polylines.length(line.pixels) for line in read.lines)
     assert along == pytest.approx(polylines.length(CAMERA.project(curve(3))[0]), rel=0.06)
 
 
-def test_a_given_colour_picks_one_of_two_ropes() -> None:
+def test_a_given_colour_selects_one_of_two_ropes() -> None:
     one, other = taken(ORANGE, GREY, seed=3).color, taken((40, 60, 160), GREY, seed=5).color
     blue = other[..., 2].astype(int) - other[..., 0] > 50
     picture = np.where(blue[..., None], other, one)
     read = detector.detect_rope(picture, (40, 60, 160))
-    error = away([line.pixels for line in read.lines], curve(5))
+    error = axis_errors([line.pixels for line in read.lines], curve(5))
     assert np.percentile(error, 95) < 1.0
 
 
-def test_a_picture_without_a_rope_is_refused() -> None:
+def test_an_image_without_a_rope_is_refused() -> None:
     with pytest.raises(ValueError, match="long, thin"):
         detector.detect_rope(np.full((240, 320, 3), 120, np.uint8))
 
@@ -55,28 +57,30 @@ def test_a_picture_without_a_rope_is_refused() -> None:
 @pytest.mark.parametrize(
     ("rope", "table", "shape"),
     [
-        (Look((225, 225, 220)), "wood", 1),
-        (Look((225, 225, 220)), "grey", 2),
-        (Look((28, 28, 30), width=6.0), "print", 3),
-        (Look((190, 35, 40), (225, 225, 220)), "cloth", 4),
-        (Look((30, 60, 160), width=30.0), "tiles", 5),
+        (CableAppearance((225, 225, 220)), "wood", 1),
+        (CableAppearance((225, 225, 220)), "grey", 2),
+        (CableAppearance((28, 28, 30), width=6.0), "print", 3),
+        (CableAppearance((190, 35, 40), (225, 225, 220)), "cloth", 4),
+        (CableAppearance((30, 60, 160), width=30.0), "tiles", 5),
     ],
 )
-def test_a_glossy_cable_is_followed_over_any_table(rope: Look, table: str, shape: int) -> None:
-    axis = winding(shape)
-    picture = photographed(axis, rope, table, shape)
+def test_the_centreline_of_a_glossy_cable_is_complete_on_every_table(
+    rope: CableAppearance, table: str, shape: int
+) -> None:
+    axis = random_axis(shape)
+    picture = render_photograph(axis, rope, table, shape)
     for read in (detector.detect_rope(picture), detector.detect_rope(picture, rope.color)):
         found = np.concatenate([line.pixels for line in read.lines])
         gap = np.linalg.norm(found[:, None] - axis[None, ::4], axis=2)
-        # Light falls from one side: the dark one of a bright cable may look like the table.
+        # The dark side of a bright cable may have the colour of the table.
         assert np.percentile(np.min(gap, axis=1), 98) < 0.25 * rope.width + 1.0
         assert np.mean(np.min(gap, axis=0) < 0.25 * rope.width + 1.0) > 0.95
 
 
-def test_two_cables_of_two_colours_are_two_ropes() -> None:
-    red, black = winding(6), winding(7)
-    picture = photographed(red, Look((190, 35, 40)), "white", 6)
-    picture = photographed(black, Look((230, 200, 40)), "wood", 7, over=picture)
+def test_two_cables_of_different_colours_are_both_detected() -> None:
+    red, black = random_axis(6), random_axis(7)
+    picture = render_photograph(red, CableAppearance((190, 35, 40)), "white", 6)
+    picture = render_photograph(black, CableAppearance((230, 200, 40)), "wood", 7, over=picture)
     read = detector.detect_rope(picture)
     seen = [line.pixels for rope in (read, *read.others) for line in rope.lines]
     for axis in (red, black):
@@ -84,8 +88,13 @@ def test_two_cables_of_two_colours_are_two_ropes() -> None:
         assert np.mean(np.min(gap, axis=0) < 4.0) > 0.9
 
 
-def test_a_shadow_alone_is_called_one() -> None:
-    axis = winding(8)
-    shadow = photographed(axis, None, "white", 8)
+def test_a_shadow_without_a_rope_has_a_high_shadow_share() -> None:
+    axis = random_axis(8)
+    shadow = render_photograph(axis, None, "white", 8)
     assert detector.detect_rope(shadow).shadow > 0.8
-    assert detector.detect_rope(photographed(axis, Look((28, 28, 30)), "white", 8)).shadow < 0.3
+    assert (
+        detector.detect_rope(
+            render_photograph(axis, CableAppearance((28, 28, 30)), "white", 8)
+        ).shadow
+        < 0.3
+    )

@@ -1,4 +1,4 @@
-"""Depth that is off as a whole is measured on the table and taken off."""
+"""Correction of the depth bias."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def moved(camera: Camera, shift: tuple[float, float, float]) -> Camera:
 @pytest.mark.parametrize(
     ("bias", "camera"), [(0.005, CAMERA), (-0.008, CAMERA), (0.0, moved(CAMERA, (0.0, 0.0, 0.006)))]
 )
-def test_the_rope_is_seen_where_it_is_although_depth_is_off(bias: float, camera: Camera) -> None:
+def test_a_depth_bias_is_corrected_on_the_table(bias: float, camera: Camera) -> None:
     nodes = curve(4)
     frame = taken(nodes, camera=camera, noise=SensorNoise(depth_bias=bias))
     errors = []
@@ -41,25 +41,25 @@ def test_the_rope_is_seen_where_it_is_although_depth_is_off(bias: float, camera:
     assert errors[1] < 1.5e-3
 
 
-def test_right_depth_is_left_as_it_is() -> None:
+def test_exact_depth_is_not_corrected() -> None:
     bias = DepthBias(CAMERA, (TABLE,))
     for frame in range(5):
         assert bias.update(taken(curve(4), frame=frame).depth) == 0.0
 
 
-def test_a_board_on_the_table_is_not_the_table() -> None:
+def test_obstacles_on_the_table_are_excluded_from_the_bias() -> None:
     thin, thick = (
         Obstacle("box", (0.0, 0.0, height / 2.0), size=(2.0, 2.0, height))
         for height in (0.008, 0.02)
     )
     depth = taken(curve(4), (thin,)).depth
     assert DepthBias(CAMERA, (TABLE,)).update(depth) == pytest.approx(-0.008, abs=5e-4)
-    # Known, or thicker than any bias.
+    # The obstacle is known, or thicker than any accepted bias.
     assert DepthBias(CAMERA, (TABLE, thin)).update(depth) == 0.0
     assert DepthBias(CAMERA, (TABLE,)).update(taken(curve(4), (thick,)).depth) == 0.0
 
 
-def test_what_is_no_bias_is_not_taken_off() -> None:
+def test_a_tilted_camera_and_missing_depth_are_not_corrected() -> None:
     tilted = Pose(
         CAMERA.T_world_camera.position,
         poses.multiply(
@@ -68,6 +68,6 @@ def test_what_is_no_bias_is_not_taken_off() -> None:
     )
     depth = taken(curve(4), camera=replace(CAMERA, T_world_camera=tilted)).depth
     assert DepthBias(CAMERA, (TABLE,)).update(depth) == 0.0
-    # Nothing known lies in view, or nothing is measured at all.
+    # No plane is known, or no depth is measured.
     assert DepthBias(CAMERA, ()).update(depth) == 0.0
     assert DepthBias(CAMERA, (TABLE,)).update(np.zeros_like(depth)) == 0.0

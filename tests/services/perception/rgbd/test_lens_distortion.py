@@ -23,20 +23,23 @@ def calibration(lens: tuple[float, ...] = LENS, model: str = "plumb_bob") -> Cam
     )
 
 
-def bent(image: np.ndarray, how: int) -> np.ndarray:
-    """What a lens makes of a pinhole's image: each of its pixels looks along another ray."""
+def distorted(image: np.ndarray, interpolation: int) -> np.ndarray:
+    """Image of a pinhole camera, distorted by the lens."""
     matrix = np.array(calibration().K).reshape(3, 3)
     height, width = image.shape[:2]
     grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), -1).astype(np.float64)
     straight = cv2.undistortPoints(grid.reshape(-1, 1, 2), matrix, np.array(LENS), P=matrix)
     maps = straight.reshape(height, width, 2).astype(np.float32)
-    return cv2.remap(image, maps[..., 0], maps[..., 1], how)
+    return cv2.remap(image, maps[..., 0], maps[..., 1], interpolation)
 
 
-def test_a_rope_behind_a_real_lens_is_seen_where_it_is() -> None:
+def test_undistorted_images_reduce_the_error_of_the_estimate() -> None:
     nodes = curve(3) + np.array([0.12, 0.06, 0.0])
     frame = taken(nodes)
-    color, depth = bent(frame.color, cv2.INTER_LINEAR), bent(frame.depth, cv2.INTER_NEAREST)
+    color, depth = (
+        distorted(frame.color, cv2.INTER_LINEAR),
+        distorted(frame.depth, cv2.INTER_NEAREST),
+    )
     estimator = CenterlineEstimator(CAMERA, ROPE)
     raw = estimator.estimate(color, depth, *grips(nodes))
     straight = estimator.estimate(*Undistortion(calibration())(color, depth), *grips(nodes))
@@ -45,14 +48,14 @@ def test_a_rope_behind_a_real_lens_is_seen_where_it_is() -> None:
     assert errors[1] < 0.3e-3
 
 
-def test_a_pinhole_s_images_are_left_alone() -> None:
+def test_images_without_distortion_are_returned_unchanged() -> None:
     frame = taken(curve(1))
     color, depth = Undistortion(calibration((0.0,) * 5))(frame.color, frame.depth)
     assert color is frame.color
     assert depth is frame.depth
 
 
-def test_an_unknown_lens_is_refused_by_name() -> None:
+def test_unknown_distortion_models_are_refused() -> None:
     with pytest.raises(ValueError, match="kannala_brandt4"):
         Undistortion(calibration(LENS[:4], "kannala_brandt4"))
     with pytest.raises(ValueError, match="coefficients"):

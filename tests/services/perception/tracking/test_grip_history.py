@@ -25,7 +25,7 @@ def test_poses_between_two_states_are_interpolated() -> None:
     np.testing.assert_allclose(right.position, [1.0, 0.0, 0.0])
 
 
-def test_outside_the_history_the_nearest_state_holds() -> None:
+def test_outside_the_history_the_nearest_state_is_returned() -> None:
     history = GripHistory()
     assert history.at(0) == (None, None)
     history.add(100 * MS, at(0.0), at(1.0))
@@ -36,7 +36,7 @@ def test_outside_the_history_the_nearest_state_holds() -> None:
         assert left.position[0] == x
 
 
-def test_a_clock_that_is_set_back_clears_the_history() -> None:
+def test_a_restarted_clock_clears_the_history() -> None:
     history = GripHistory()
     history.add(5 * CLOCK_RESET_STEP, at(0.0), at(1.0))
     history.add(5 * CLOCK_RESET_STEP - MS, at(0.5), at(1.0))

@@ -7,18 +7,18 @@ from services.sim.camera.sensor_noise import NOISELESS
 from tests.services.perception.scenes import CAMERA, ROPE, curve, taken
 
 
-def test_the_paper_s_nodes_lie_a_radius_above_the_axis() -> None:
+def test_nodes_of_the_paper_lie_a_radius_above_the_axis() -> None:
     x = np.linspace(-0.2, 0.2, 30)
     nodes = np.stack([x, 0.0 * x, np.full(30, 0.2)], axis=1)
     frame = taken(nodes, noise=NOISELESS)
     found = paper_nodes(frame.color, frame.depth, CAMERA, nodes[0], 0.4, 30)
     middle = found[5:-5]
-    # The surface that faces the camera, not the centre line.
+    # Nodes lie on the surface that faces the camera, not on the axis.
     gap = np.hypot(middle[:, 1], middle[:, 2] - 0.2)
     assert abs(np.median(gap) - ROPE.radius) < 1e-3
 
 
-def test_the_paper_s_nodes_are_centimetres_off_under_noise() -> None:
+def test_nodes_of_the_paper_err_by_millimetres_to_centimetres_under_noise() -> None:
     errors = []
     for seed in range(3):
         nodes = curve(seed)

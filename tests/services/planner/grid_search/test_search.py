@@ -1,5 +1,3 @@
-"""Way-points keep their corners when they become blocks."""
-
 from __future__ import annotations
 
 import numpy as np
@@ -7,7 +5,7 @@ import numpy as np
 from services.planner.grid_search.search import block_displacements
 
 
-def test_every_way_point_is_passed_and_long_legs_get_more_blocks() -> None:
+def test_every_waypoint_is_passed_and_long_legs_get_more_blocks() -> None:
     corners = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.4], [0.1, 0.0, 0.4], [0.1, 0.5, 0.4]])
     grips = np.stack([corners, corners + np.array([0.3, 0.0, 0.0])], axis=1)
     moved = block_displacements(grips, 12)
@@ -17,6 +15,6 @@ def test_every_way_point_is_passed_and_long_legs_get_more_blocks() -> None:
     assert np.linalg.norm(moved, axis=2).max() <= 0.1 + 1e-12
 
 
-def test_more_corners_than_blocks_still_end_where_they_should() -> None:
+def test_displacements_of_more_waypoints_than_blocks_end_at_the_last_waypoint() -> None:
     grips = np.random.default_rng(0).normal(size=(20, 2, 3))
     assert np.allclose(block_displacements(grips, 6).sum(axis=0), grips[-1] - grips[0])

@@ -1,0 +1,1 @@
+"""Command line `lariat`: a module for each verb."""

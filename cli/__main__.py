@@ -13,12 +13,13 @@ from collections.abc import Callable, Sequence
 from stack.launcher.library_environment import LIBRARY_ENVIRONMENT
 
 SUCCESS, FAILURE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+"""Exit codes."""
 
 VERBS = {
-    "up": ("cli.up:main", "the whole stack, live, with dashboard and recorder"),
-    "run": ("cli.run:main", "the closed loop on simulated time, headless"),
+    "up": ("cli.up:main", "start the live stack with dashboard and recorder"),
+    "run": ("cli.run:main", "run the closed loop in simulated time, headless"),
     "check": ("cli.check:main", "check a scenario before anything moves"),
-    "status": ("cli.status:main", "state of a running stack"),
+    "status": ("cli.status:main", "show the state of a running stack"),
     "goal": ("cli.goal:main", "set the goal of a running stack"),
     "start": ("cli.task:start", "start the run, or resume a paused one"),
     "pause": ("cli.task:pause", "pause the run: the arms hold"),
@@ -29,14 +30,19 @@ VERBS = {
     "ack": ("cli.arm:ack", "acknowledge the reason of a hold"),
     "grip": ("cli.arm:grip", "open or close a gripper"),
     "show": ("cli.show:main", "open a recording in the dashboard, with a time bar"),
-    "replay": ("cli.replay:main", "feed services their recorded inputs and compare the outputs"),
-    "repair": ("cli.repair:main", "restore what is readable of a damaged recording"),
+    "replay": ("cli.replay:main", "rerun services on recorded inputs and compare their outputs"),
+    "repair": ("cli.repair:main", "copy the readable part of a damaged recording"),
     "identify": ("cli.identify:main", "identify a rope's material from its measured motion"),
-    "calibrate": ("cli.calibrate:main", "camera pose from a marker that an arm carries"),
-    "see": ("cli.see:main", "centre lines of the ropes in one picture"),
+    "calibrate": (
+        "cli.calibrate:main",
+        "estimate the camera's pose from a marker that an arm carries",
+    ),
+    "see": ("cli.see:main", "find the centrelines of ropes in an image"),
     "bench": ("", "run a benchmark and print its table"),
 }
+"""Function, as `module:function`, and summary of each verb."""
 CLIENT_VERBS = ("status", "goal", "start", "pause", "stop", "reset", "arm", "disarm", "ack", "grip")
+"""Verbs that talk to a running stack."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -46,7 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: Words after `lariat`; by default those of the command line.
 
     Returns:
-        0 for success, 1 for an honest failure, 2 for bad input, 130 after Ctrl-C.
+        0 for success, 1 for failure, 2 for bad input, 130 after Ctrl-C.
     """
     for name, value in LIBRARY_ENVIRONMENT.items():
         os.environ.setdefault(name, value)
@@ -98,7 +104,7 @@ def _bench(arguments: Sequence[str]) -> int:
     try:
         from benchmarks.benches import BENCHES
     except ModuleNotFoundError:
-        return _refuse("there are no benches here; update the installation")
+        return _refuse("this installation has no benchmarks; use a clone of the repository")
     if not arguments or arguments[0] in ("-h", "--help"):
         benches = "\n".join(f"  {name:12}{bench.summary}" for name, bench in BENCHES.items())
         print(
@@ -108,7 +114,7 @@ def _bench(arguments: Sequence[str]) -> int:
         return SUCCESS if arguments else BAD_INPUT
     name, *rest = arguments
     if name not in BENCHES:
-        return _refuse(f"no bench {name!r}; there are {', '.join(BENCHES)}")
+        return _refuse(f"unknown benchmark {name!r}; choose one of {', '.join(BENCHES)}")
     return _call(f"{BENCHES[name].module}:run", f"lariat bench {name}", rest)
 
 
@@ -126,7 +132,7 @@ def _missing(prog: str, module: str, error: ImportError) -> str:
     library = (error.name or str(error)).partition(".")[0]
     if library in ("lariat", "shared", "services", "dashboard", "stack", "benchmarks", "cli"):
         if not isinstance(error, ModuleNotFoundError):
-            raise error  # The module exists and imports a name that does not: an error of ours.
+            raise error  # The module exists but imports a missing name: a programming error.
         return f"{prog} is not part of this installation ({error.name or error})"
     return f"{prog} needs {library}, which is not installed; `make .venv/installed` installs it"
 
@@ -142,7 +148,7 @@ def _help() -> str:
         "usage: lariat VERB [OPTIONS]\n\nShapes ropes and cables with a robot.\n\n"
         f"{verbs}\n\n"
         "`lariat VERB --help` explains one. --json answers with one JSON object on standard\n"
-        "output. Exit codes: 0 success, 1 an honest failure, 2 bad input.\n\n"
+        "output. Exit codes: 0 success, 1 failure, 2 bad input.\n\n"
         "  lariat up three-cylinders\n"
         "  lariat run three-cylinders --json\n"
         "  lariat start"

@@ -89,7 +89,7 @@ def _command(action: ArmCommand.Action, json: bool, cell: Cell, **fields: Any) -
 
 
 def summary_line(state: ArmStates) -> str:
-    """State of the arms in one line."""
+    """Return the state of the arms in one line."""
     words = ArmStates.Mode.Name(state.mode).lower()
     if state.reason:
         words += f": {state.reason}"
@@ -99,7 +99,7 @@ def summary_line(state: ArmStates) -> str:
 
 
 def device_lines(state: ArmStates) -> Iterator[str]:
-    """State and alarms of each device, a line each."""
+    """Yield a line with state and alarms of each device."""
     for arm in state.arms:
         if not arm.mode and not arm.alarms:
             continue
@@ -112,7 +112,7 @@ def device_lines(state: ArmStates) -> Iterator[str]:
 
 
 def as_json(state: ArmStates) -> dict[str, object]:
-    """State of the arms as `--json` prints it."""
+    """Return the state of the arms as `--json` prints it."""
     return {
         "mode": ArmStates.Mode.Name(state.mode).lower(),
         "cause": state.cause,

@@ -32,8 +32,8 @@ from shared.messages import arm_pose, poses_known, stamp_of
 from shared.recording import Recording
 from shared.scenario import Scenario
 
-COLOR = topics.CAMERA_COLOR.at(topics.CAMERA).key
-CALIBRATION = topics.CAMERA_CALIBRATION.at(topics.CAMERA).key
+COLOR_KEY = topics.CAMERA_COLOR.at(topics.CAMERA).key
+CALIBRATION_KEY = topics.CAMERA_CALIBRATION.at(topics.CAMERA).key
 MIN_VIEW_DISTANCE = 0.01
 """Distance between two places of the marker below which the second adds nothing [m]."""
 MIN_VIEWS = 6
@@ -115,13 +115,13 @@ def read_views(recording: Recording, scenario: Scenario) -> CalibrationData:
     views: list[MarkerView] = []
     console = Console(stderr=True)
     for entry in track(
-        recording.messages((COLOR, CALIBRATION)),
+        recording.messages((COLOR_KEY, CALIBRATION_KEY)),
         "Detecting markers",
         console=console,
         transient=True,
     ):
         message = entry.parse()
-        if entry.key == CALIBRATION:
+        if entry.key == CALIBRATION_KEY:
             intrinsics = _intrinsics(message)
             continue
         at = _grip_at(stamps, grips, speeds, stamp_of(message))
@@ -139,7 +139,7 @@ def read_views(recording: Recording, scenario: Scenario) -> CalibrationData:
         views += [MarkerView(corners, s.corners) for s in seen[:1]]
     if intrinsics is None:
         raise ConfigurationError(
-            f"the recording has no messages on {CALIBRATION}; record the camera's calibration"
+            f"the recording has no messages on {CALIBRATION_KEY}; record the camera's calibration"
         )
     places = np.array([v.corners.mean(axis=0) for v in views]).reshape(-1, 3)
     spread = float(np.max(np.std(places, axis=0))) if len(places) else 0.0

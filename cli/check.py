@@ -1,4 +1,4 @@
-"""`lariat check`: checks a scenario before anything moves."""
+"""`lariat check`: check of a scenario before anything moves."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def main(scenario: tyro.conf.Positional[Path], /, json: bool = False) -> int:
 
 
 def arm_starts(cell: Scenario) -> dict[str, list[float]]:
-    """Joint angles of every CR5 at the scenario's start [deg], to jog a real one to."""
+    """Return the joint angles of each CR5 at the scenario's start [deg], e.g. to jog a real one."""
     sides = [side for side in SIDES if cell.end(side).driver == "cr5"]
     if not sides:
         return {}

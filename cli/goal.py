@@ -15,6 +15,7 @@ from stack.client import connect
 from stack.goal_message import goal_message
 
 Coordinates = tuple[float, float, float, float, float, float]
+"""x, y, z of the left and of the right grip [m]."""
 
 
 def main(

@@ -1,8 +1,8 @@
-"""`lariat repair FILE`: a cut recording made whole.
+"""`lariat repair FILE`: repair of a damaged recording.
 
-A recording whose writer was killed has no index and perhaps half a chunk at its end. Everything
-before that is copied to a new file with an index, which takes the old one's place; the cut one is
-kept beside it.
+A recording whose writer was killed has no index, and its last chunk may be incomplete. All readable
+messages are copied to a new file with an index, which replaces the damaged one; that is kept as
+FILE.cut.
 """
 
 from __future__ import annotations
@@ -20,23 +20,23 @@ from shared.recording import Recording, copy_readable
 
 @dataclass(frozen=True)
 class Repair:
-    """What was done."""
+    """Result of a repair."""
 
     recording: str
-    """The whole file."""
+    """The repaired file."""
     damage: str
-    """What was wrong; empty when it was whole already and was left alone."""
+    """Damage of the file; empty if it was whole and has not been changed."""
     kept: str
-    """Where the cut file went; empty when nothing was done."""
+    """Path to which the damaged file was moved; empty if it was whole."""
     messages: int
-    """In the whole file."""
+    """Number of messages in the repaired file."""
 
 
 def repair(path: Path) -> Repair:
-    """Makes a recording whole in its place.
+    """Repair a recording in place.
 
     Raises:
-        ConfigurationError: There is no such recording, or no place for the repaired one.
+        ConfigurationError: There is no such recording, or the repaired one cannot be written.
     """
     try:
         recording = Recording(path)
@@ -58,7 +58,7 @@ def repair(path: Path) -> Repair:
 
 
 def main(file: tyro.conf.Positional[Path], /, json: bool = False) -> int:
-    """Make a cut recording whole, in its place; the cut one is kept beside it as FILE.cut.
+    """Repair a damaged recording in place; the damaged file is kept as FILE.cut.
 
     Examples:
       lariat repair recordings/run.mcap

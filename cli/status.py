@@ -15,6 +15,8 @@ from stack.client import connect
 
 LISTENING_TIME = 1.5
 """Duration of listening [s]; every state is published at least once a second."""
+POLL_PERIOD = 0.02
+"""Time between two reads of the subscriptions [s]."""
 
 
 def main(json: bool = False, cell: CellOptions = LOCAL) -> int:
@@ -39,7 +41,7 @@ def main(json: bool = False, cell: CellOptions = LOCAL) -> int:
         while time.monotonic() < deadline:
             for subscription in subscriptions:
                 newest.update({key: item.message for key, item in subscription.take()})
-            time.sleep(0.02)
+            time.sleep(POLL_PERIOD)
         alive = client.bus.alive()
     states = {}
     if stack := newest.get(topics.STACK_STATE.key):

@@ -11,6 +11,7 @@ from shared.messages import RunState, TaskRequest, TaskState
 from stack.client import Cell, connect
 
 CellOptions = Annotated[Cell, tyro.conf.arg(name="")]
+"""Options of every verb that talks to a running stack."""
 LOCAL = Cell()
 """Stack on this machine."""
 
@@ -84,7 +85,7 @@ def print_state(state: TaskState, json: bool) -> None:
 
 
 def as_json(state: TaskState) -> dict[str, object]:
-    """State of the task as `--json` prints it."""
+    """Return the state of the task as `--json` prints it."""
     return {
         "state": RunState.Name(state.state).lower(),
         "reason": state.reason,

@@ -1,4 +1,4 @@
-"""`lariat up`: the whole stack, live."""
+"""`lariat up`: the live stack."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ def main(
 
     Args:
         scenario: A scenario's TOML file, or the short name of a shipped one.
-        port: Where the bus's hub listens, on 127.0.0.1.
-        dashboard_port: Where the dashboard's page is, on 127.0.0.1.
+        port: Port of the bus' hub on 127.0.0.1.
+        dashboard_port: Port of the dashboard's page on 127.0.0.1.
         namespace: Name of the cell on the bus.
         dashboard: Whether to serve the dashboard.
         record: Whether to record every run to recordings/.
@@ -70,7 +70,7 @@ def main(
     logging.basicConfig(level=logging.INFO, handlers=[ConsoleHandler(console)], force=True)
     options = BusOptions(namespace, connect=(), listen=(f"tcp/127.0.0.1:{port}",))
 
-    def say_ready(seconds: float) -> None:
+    def print_ready(seconds: float) -> None:
         ready = f"all {len(programs)} processes are ready after {seconds:.1f} s"
         console.print_line("lariat", ready)
         if dashboard:
@@ -79,18 +79,18 @@ def main(
             print("the stack is up  (Ctrl-C stops all)", flush=True)
 
     with buses.open(options, "lariat") as bus:
-        return Launcher(programs, bus, console).run(say_ready)
+        return Launcher(programs, bus, console).run(print_ready)
 
 
 def _preflight(scenario: Path) -> None:
-    """Checks what only the rod can say, in a process of its own.
+    """Check the scenario with the rod, in a process of its own.
 
-    This one needs no compiler afterwards, and the services find the kernels compiled.
+    So the launcher loads no compiler, and the services find the kernels compiled.
     """
     command = [sys.executable, *module_entry.command("cli", "check", str(scenario))]
     code = subprocess.run(command, stdout=subprocess.DEVNULL, check=False).returncode
     if code:
-        # It has said why.
+        # The process has printed the error.
         sys.exit(128 - code if code < 0 else code)
 
 
@@ -101,7 +101,7 @@ def _check_emulator_ports(side: Side) -> None:
 
 def _check_free(host: str, port: int, way_out: str) -> None:
     with socket.socket() as probe:
-        # As servers do: a connection that ended a moment ago is no hindrance.
+        # As servers do: a port whose connection ended a moment ago is free.
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             probe.bind((host, port))

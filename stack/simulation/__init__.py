@@ -1,0 +1,1 @@
+"""Services in simulated time: runner, closed loop, score, emulated arms."""

@@ -1,4 +1,4 @@
-"""Whatever a person gets wrong: one clear line, exit code 2, and nothing started."""
+"""Bad input: one clear line, exit code 2, and no process started."""
 
 from __future__ import annotations
 
@@ -112,10 +112,10 @@ def test_a_library_that_is_not_installed(
     assert "pip install -e . -e './stack[sim]'" in line
 
 
-def test_words_that_are_no_verb(capfd: pytest.CaptureFixture[str]) -> None:
+def test_an_unknown_verb(capfd: pytest.CaptureFixture[str]) -> None:
     assert "unknown verb 'upp'" in refused(capfd, "upp")
     assert "give either a FILE or --line" in refused(capfd, "goal")
-    assert "no bench 'nothing'" in refused(capfd, "bench", "nothing")
+    assert "unknown benchmark 'nothing'" in refused(capfd, "bench", "nothing")
 
 
 def test_a_rope_that_would_hang_into_an_obstacle(scenario: Path) -> None:
@@ -139,7 +139,7 @@ def test_a_rope_that_would_hang_into_an_obstacle(scenario: Path) -> None:
     assert "inside obstacle 'block'" in last
 
 
-def test_nobody_at_the_other_end_is_an_honest_failure(capfd: pytest.CaptureFixture[str]) -> None:
+def test_no_running_stack_is_a_failure(capfd: pytest.CaptureFixture[str]) -> None:
     hub = f"tcp/127.0.0.1:{free_port()}"
     for verb in ("start", "status", "ack"):
         assert lariat.main([verb, "--connect", hub]) == 1
@@ -174,7 +174,7 @@ def test_the_help_of_a_verb_shows_how_it_is_used(
     assert f"Examples:\n  lariat {verb}" in out
 
 
-def test_options_before_a_talking_verb_are_its_own(capfd: pytest.CaptureFixture[str]) -> None:
+def test_options_before_a_client_verb_belong_to_it(capfd: pytest.CaptureFixture[str]) -> None:
     hub = f"tcp/127.0.0.1:{free_port()}"
     assert lariat.main(["--connect", hub, "--namespace", "far", "start", "--json"]) == 1
     assert hub in capfd.readouterr().err

@@ -45,7 +45,7 @@ def small(monkeypatch: pytest.MonkeyPatch):
     return speeds
 
 
-def test_the_same_service_says_the_same(path: Path, scenario):
+def test_the_same_service_has_the_same_outputs(path: Path, scenario):
     result = replay_start(
         RecordedService(Recording.open(path), "controller"),
         small_cell.Straight(scenario, small_cell.SPEED),
@@ -115,7 +115,7 @@ def test_a_recording_that_begins_later_than_the_service_says_so(
     assert {d.kind for d in result.differences} <= {"field", "lacks"}
 
 
-def test_a_message_that_is_not_said_any_more_is_a_difference(path: Path, scenario):
+def test_a_missing_message_is_a_difference(path: Path, scenario):
     class Silent(small_cell.Straight):
         def step(self, inbox, now):
             for publication in super().step(inbox, now):

@@ -33,7 +33,7 @@ def test_the_score_is_that_of_the_known_motion(scenario):
     assert score.sim_s == pytest.approx(scenario.run.time_limit, abs=0.1)
 
 
-def test_a_run_that_does_not_arrive_is_not_reached(scenario):
+def test_a_run_that_ends_away_from_the_goal_is_not_reached(scenario):
     score = closed_loop.run(scenario, members=small_cell.members(scenario, speed=0.01)).score
     assert not score.reached
     assert score.reached_s is None
@@ -74,7 +74,7 @@ def test_the_recording_holds_every_message_of_the_run(scenario, tmp_path: Path):
     assert len(lines["rope"][0].points) == len(lines["goal"][0].points) == 5
 
 
-def test_two_runs_say_the_same_bytes(scenario):
+def test_two_runs_publish_the_same_bytes(scenario):
     logs = []
     for _ in range(2):
         log = []

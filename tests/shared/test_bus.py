@@ -44,7 +44,7 @@ def test_a_message_arrives_with_its_publisher_and_number(cell: Cell) -> None:
     assert subscription.lost == 0
 
 
-def test_a_slow_reader_of_a_state_gets_the_newest_one_and_the_rest_is_counted(
+def test_a_slow_reader_gets_the_newest_state_and_counts_the_others(
     cell: Cell,
 ) -> None:
     subscription = cell("reader").subscribe(topics.ROPE_NODES)
@@ -62,7 +62,7 @@ def test_a_slow_reader_of_a_state_gets_the_newest_one_and_the_rest_is_counted(
     assert subscription.lost == 99 - len(stamps)
 
 
-def test_a_reader_that_stands_still_never_delays_the_writer(cell: Cell) -> None:
+def test_a_reader_that_does_not_read_never_delays_the_writer(cell: Cell) -> None:
     subscription = cell("reader").subscribe(topics.TASK_REQUEST)
     publisher = cell("writer").publisher(topics.TASK_REQUEST)
     until(lambda: publisher.has_subscribers)
@@ -81,7 +81,7 @@ def test_a_reader_that_stands_still_never_delays_the_writer(cell: Cell) -> None:
     assert subscription.lost > 2000
 
 
-def test_a_frozen_process_is_no_brake_and_goes_from_the_living(
+def test_a_frozen_process_delays_no_writer_and_is_no_longer_alive(
     cell: Cell,
 ) -> None:
     """A stopped process reads nothing: its connection fills, and the writer must not care."""
@@ -115,7 +115,7 @@ def test_a_frozen_process_is_no_brake_and_goes_from_the_living(
         process.wait()
 
 
-def test_what_a_topic_does_not_carry_is_dropped_by_name(
+def test_messages_of_a_wrong_type_or_version_are_dropped_and_logged(
     cell: Cell, caplog: pytest.LogCaptureFixture
 ) -> None:
     subscription = cell("reader").subscribe(topics.TASK_REQUEST)
@@ -149,7 +149,7 @@ def test_what_a_topic_does_not_carry_is_dropped_by_name(
     )
 
 
-def test_a_topic_with_a_placeholder_brings_all_its_keys(cell: Cell) -> None:
+def test_a_topic_with_a_placeholder_matches_all_its_keys(cell: Cell) -> None:
     subscription = cell("reader").subscribe(topics.HEALTH)
     writer = cell("writer")
     for name in ("sim", "planner"):
@@ -163,7 +163,7 @@ def test_a_topic_with_a_placeholder_brings_all_its_keys(cell: Cell) -> None:
         writer.publisher(topics.HEALTH)
 
 
-def test_everything_is_seen_undecoded_by_one_cell_only(cell: Cell) -> None:
+def test_a_raw_subscription_gets_all_messages_of_its_own_cell_only(cell: Cell) -> None:
     everything = cell("recorder").subscribe_all()
     other = BusOptions("another-cell", (cell.hub,))
     with buses.open(other, "stranger") as neighbour:
@@ -187,7 +187,7 @@ def test_a_wrong_type_is_not_sent(cell: Cell) -> None:
         publisher.put(Health())
 
 
-def test_why_the_bus_cannot_be_joined_is_said(tmp_path: Path) -> None:
+def test_an_error_names_the_reason_why_the_bus_cannot_be_joined(tmp_path: Path) -> None:
     hub = f"tcp/127.0.0.1:{free_port()}"
     with (
         pytest.raises(BusError, match=f"no stack answers at {hub}; is `lariat up` running"),

@@ -32,7 +32,7 @@ class Machine:
     on: bool = field(default=True)
 
 
-def test_a_table_becomes_what_it_says() -> None:
+def test_a_table_is_read_into_dataclasses() -> None:
     machine = read(
         Machine,
         {
@@ -89,9 +89,7 @@ def test_a_table_becomes_what_it_says() -> None:
         ),
     ],
 )
-def test_a_mistake_is_named_with_its_value_and_the_way_out(
-    change: dict[str, Any], line: str
-) -> None:
+def test_an_error_names_the_value_and_the_way_out(change: dict[str, Any], line: str) -> None:
     table = {"name": "m", "spring": {"stiffness": 1.0}, **change}
     with pytest.raises(ConfigurationError, match=f"^{re.escape(line)}$"):
         read(Machine, table)

@@ -1,4 +1,4 @@
-"""Recordings: readable by others, and up to the last flush whatever happens to the writer."""
+"""Recordings: readable by other software, and after the death of the writer."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def indexed_count(path: Path) -> int:
     return summary.statistics.message_count
 
 
-def test_what_is_written_is_read_with_publisher_and_sequence(tmp_path: Path, scenario):
+def test_messages_are_read_back_with_publisher_and_sequence(tmp_path: Path, scenario):
     writer = Writer(tmp_path / "a.mcap", scenario, SECOND)
     write(writer, 100)
     writer.close()
@@ -79,7 +79,7 @@ def test_what_is_written_is_read_with_publisher_and_sequence(tmp_path: Path, sce
     assert recording.metadata["version"]
 
 
-def test_the_scenario_and_its_files_travel_with_the_recording(tmp_path: Path, scenario):
+def test_a_recording_contains_the_scenario_and_its_files(tmp_path: Path, scenario):
     Writer(tmp_path / "a.mcap", scenario, SECOND).close()
     (tmp_path / "goal.csv").unlink()
     other = tmp_path / "elsewhere"
@@ -163,7 +163,7 @@ def test_repair_keeps_everything_before_the_cut(tmp_path: Path, scenario, fracti
     assert indexed_count(path) == len(before)
 
 
-def test_a_broken_chunk_costs_only_itself(tmp_path: Path, scenario):
+def test_a_damaged_chunk_is_skipped(tmp_path: Path, scenario):
     path = tmp_path / "broken.mcap"
     writer = Writer(path, scenario, SECOND)
     write(writer, 900)

@@ -1,4 +1,4 @@
-"""What an inbox holds of what was delivered."""
+"""Inboxes and mailboxes of services."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def image(topic: topics.Topic, stamp: int) -> Received:
     return received(topic.type(timestamp=timestamp(stamp)), stamp)
 
 
-def test_a_state_is_known_until_a_newer_one_comes_but_fresh_only_once() -> None:
+def test_a_state_stays_the_latest_and_is_fresh_once() -> None:
     mailbox = Mailbox([topics.ROPE_NODES])
     assert mailbox.take().latest(topics.ROPE_NODES) is None
     for stamp in (1, 2, 3):
@@ -37,7 +37,7 @@ def test_a_state_is_known_until_a_newer_one_comes_but_fresh_only_once() -> None:
     assert not list(second.consumed)
 
 
-def test_no_request_is_missed_and_their_order_stays() -> None:
+def test_requests_arrive_completely_and_in_order() -> None:
     mailbox = Mailbox([topics.TASK_REQUEST])
     for k in range(5):
         mailbox.deliver("task/request", received(TaskRequest(id=str(k)), k))
@@ -48,7 +48,7 @@ def test_no_request_is_missed_and_their_order_stays() -> None:
     assert mailbox.drops == 0
 
 
-def test_what_was_taken_does_not_change_with_later_deliveries() -> None:
+def test_an_inbox_does_not_change_with_later_deliveries() -> None:
     mailbox = Mailbox([topics.ROPE_NODES, topics.TASK_REQUEST])
     mailbox.deliver("rope/nodes", received(NodeChain(stamp=1)))
     inbox = mailbox.take()
@@ -59,7 +59,7 @@ def test_what_was_taken_does_not_change_with_later_deliveries() -> None:
 
 
 @given(st.permutations([(t, s) for t in ("color", "depth") for s in range(1, 5)]))
-def test_images_are_joined_by_stamp_in_whatever_order_they_come(
+def test_images_are_joined_by_stamp_in_any_order_of_arrival(
     order: list[tuple[str, int]],
 ) -> None:
     mailbox = Mailbox([COLOR, DEPTH])
@@ -80,7 +80,7 @@ def test_images_are_joined_by_stamp_in_whatever_order_they_come(
     assert last == 4
 
 
-def test_halves_that_never_become_whole_are_dropped_and_counted() -> None:
+def test_incomplete_sets_are_dropped_and_counted() -> None:
     mailbox = Mailbox([COLOR, DEPTH])
     for stamp in range(1, 21):
         mailbox.deliver(COLOR.key, image(COLOR, stamp))
@@ -88,7 +88,7 @@ def test_halves_that_never_become_whole_are_dropped_and_counted() -> None:
     assert mailbox.drops == 12
 
 
-def test_all_keys_of_a_topic_with_a_placeholder_are_held_apart() -> None:
+def test_keys_of_a_topic_with_a_placeholder_are_kept_apart() -> None:
     mailbox = Mailbox([topics.HEALTH])
     for name in ("sim", "planner"):
         mailbox.deliver(f"health/{name}", received(Health(service=name)))

@@ -46,7 +46,7 @@ def test_a_refusal_comes_in_words(cell: Cell, beacon: object) -> None:
         client.request_task(TaskRequest.SET, key="refuse")
 
 
-def test_a_controller_that_is_not_there_is_said(
+def test_a_missing_controller_is_reported(
     cell: Cell, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(client_module, "ANSWER_TIMEOUT", 0.3)

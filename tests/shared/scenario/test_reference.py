@@ -5,7 +5,7 @@ from shared.scenario.reference import reference
 PAGE = Path(__file__).parents[3] / "docs" / "scenario.md"
 
 
-def test_the_page_on_scenario_files_is_what_the_code_says():
+def test_the_page_on_scenario_files_is_up_to_date():
     assert PAGE.read_text() == reference(), (
         "run: .venv/bin/python -m shared.scenario.reference > docs/scenario.md"
     )

@@ -1,4 +1,4 @@
-"""What horizons foresaw is weighed by the true rope, while it moves."""
+"""Horizons are compared with the true rope while it moves."""
 
 from __future__ import annotations
 
@@ -31,5 +31,5 @@ def test_error_is_the_distance_at_the_end_of_the_horizon() -> None:
     assert horizon_error(0.3, 0.003).error == pytest.approx(0.003, rel=1e-6)
 
 
-def test_rope_at_rest_tells_nothing() -> None:
+def test_predictions_for_a_rope_at_rest_do_not_count() -> None:
     assert horizon_error(0.0, 0.003).error is None

@@ -1,4 +1,4 @@
-"""What the launcher does with processes that die, freeze or outlive it."""
+"""Launcher: processes that die, freeze or outlive it."""
 
 from __future__ import annotations
 

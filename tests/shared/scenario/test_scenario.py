@@ -1,4 +1,4 @@
-"""A scenario is read whole or refused in one line, before anything moves."""
+"""Scenarios are read completely or refused in one line."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from lariat.geometry import poses
 from shared.configuration import ConfigurationError
 from shared.scenario import load, parse
 
-FOLDER = Path(__file__).parents[2] / "scenarios"
+FOLDER = Path(__file__).parents[3] / "scenarios"
 SMALLEST = """
 name = "smallest"
 [rope]
@@ -31,13 +31,13 @@ def changed(old: str, new: str, folder: Path = FOLDER) -> object:
 
 
 @pytest.mark.parametrize("path", sorted(FOLDER.glob("*.toml")), ids=lambda p: p.stem)
-def test_every_scenario_of_the_repository_is_in_order(path: Path) -> None:
+def test_every_shipped_scenario_is_valid(path: Path) -> None:
     scenario = load(path)
     assert scenario.name == path.stem
     assert scenario.text == path.read_text()
 
 
-def test_what_a_scenario_need_not_say() -> None:
+def test_defaults_of_the_smallest_scenario() -> None:
     scenario = parse(SMALLEST, FOLDER)
     assert scenario.plant.model == "rod"
     assert scenario.plant_rope == scenario.rope
@@ -135,7 +135,7 @@ def test_nodes_of_another_count_are_resampled_by_arc_length(tmp_path: Path) -> N
         ('name = "smallest"', "name = ", "scenario: not valid TOML"),
     ],
 )
-def test_what_cannot_be_is_refused_by_name(old: str, new: str, line: str) -> None:
+def test_an_error_names_the_key_the_value_and_the_way_out(old: str, new: str, line: str) -> None:
     with pytest.raises(ConfigurationError, match=f"^{re.escape(line)}") as refusal:
         changed(old, new)
     assert "\n" not in str(refusal.value)

@@ -131,7 +131,7 @@ class ControllerService:
         return "" if self._obstruction is None else str(self._obstruction)
 
     def warm_up(self) -> None:
-        """Compile by controlling a rope that is at its goal already."""
+        """Compile all kernels by controlling a rope at its goal."""
         estimator = StateEstimator(self._model, MotionState.at_rest(*self._goals.start), 0)
         controller = receding_horizon_controller(
             self._scenario.control, self._scenario.limits, self._moves, estimator
@@ -217,13 +217,13 @@ class ControllerService:
             if change is not None:
                 moving = self.controller.reference is not None
                 apply_material(estimator, self.adaptation, change, moving=moving)
-        # Noise would add to every distance: the run is judged by the estimate.
+        # The run is judged by the estimate, because noise would add to every distance.
         estimate = estimator.model_nodes_at(rope.stamp) + estimator.offset
         self.progress.observe(rope.stamp, estimate, self.task.goal.nodes, self.scene.obstacles)
         self._detect_snag(rope)
 
     def _detect_snag(self, rope: RopeObservation) -> None:
-        """Give up when the rope hangs on something, before the grips pull on it."""
+        """Give up when the rope hangs on something, before the grips stretch it."""
         if self.task.state is not RunState.RUNNING or self.controller.reference is None:
             self.snag_detector.reset()
             return
@@ -233,7 +233,9 @@ class ControllerService:
             return
         self.snag_detector.reset()
         if self.estimator.switch_equilibrium(rope.nodes, rope.observed):
-            log.info("the rope rests in another shape than the model; the model takes it")
+            log.info(
+                "the rope rests in another equilibrium than the model; the model is restarted there"
+            )
             return
         self.supervisor.snagged(snag)
         log.warning("%s", self.task.reason)

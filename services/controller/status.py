@@ -1,4 +1,4 @@
-"""Publication of task, parameters and result: on change where it matters, else at a steady rate."""
+"""Publication of task, parameters and result: the task on change, and all at a steady rate."""
 
 from __future__ import annotations
 

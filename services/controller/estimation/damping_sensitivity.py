@@ -1,4 +1,4 @@
-"""Sensitivity of a swinging rope to its damping, by a second model that is damped more."""
+"""Sensitivity of a swinging rope to its damping, by a second model with more damping."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LOG_DAMPING_DIFFERENCE = 0.3
 MAX_MODEL_STEP = 0.011
 """Longest step of both models [s]."""
 HISTORY_TIME = 0.5
-"""Largest age of a derivative that can be asked for [s]; after a longer gap both models restart."""
+"""Time for which derivatives are kept [s]; after a longer gap both models restart."""
 
 
 class DampingSensitivity:

@@ -39,6 +39,12 @@ class EstimatorSettings:
     max_equilibrium_mismatch: float = 0.35
     """Share of the model's distance from the observed nodes [-]; an equilibrium that is nearer to
     them than this share is taken for the rope's."""
+    outlier_distance: float = 0.01
+    """Least innovation of a node that reduces its gain as an outlier [m]."""
+    outlier_deviations: float = 3.0
+    """Innovation beyond that distance that reduces the gain, in standard deviations [-]."""
+    max_drift_time: float = 10.0
+    """Longest time between two observations for which the offset drifts [s]."""
     diverged_offset: float = 0.08
     """Mean offset above which the model has another shape than the rope [m]."""
 
@@ -231,19 +237,21 @@ class StateEstimator:
             sigma: Standard deviation of each node's position [m].
             observed: Nodes that were seen, not bridged.
         """
+        settings = self.settings
         error = nodes - self.model_nodes_at(stamp)
         if np.any(observed):
             self.innovation = float(np.mean(np.linalg.norm(error - self.offset, axis=1)[observed]))
         elapsed = 1.0 if self._observed_at is None else (stamp - self._observed_at) * 1e-9
         if elapsed <= 0.0:
             return
-        self._variance += self.settings.offset_drift**2 * min(elapsed, 10.0)
+        self._variance += settings.offset_drift**2 * min(elapsed, settings.max_drift_time)
         gain = self._variance / (self._variance + np.maximum(sigma, 1e-6) ** 2)
         if self._observed_at is not None:
-            gain = np.minimum(gain, 1.0 - np.exp(-elapsed / self.settings.min_offset_time_constant))
+            gain = np.minimum(gain, 1.0 - np.exp(-elapsed / settings.min_offset_time_constant))
         # An outlier counts less.
         miss = np.linalg.norm(error - self.offset, axis=1)
-        typical = 0.01 + 3.0 * np.sqrt(self._variance + sigma**2)
+        deviation = np.sqrt(self._variance + sigma**2)
+        typical = settings.outlier_distance + settings.outlier_deviations * deviation
         gain = gain * np.minimum(1.0, typical / np.maximum(miss, 1e-12))
         wanted = np.where(observed[:, None], error, self._interpolated(error, observed))
         self.offset = self.offset + gain[:, None] * (wanted - self.offset)

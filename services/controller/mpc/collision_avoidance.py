@@ -1,7 +1,7 @@
 """Collision avoidance in the horizon: hinge penalties on missing clearance, cf. eq. (13).
 
-The rope's nodes and edge midpoints keep their clearance from obstacles; three points on the axis of
-each gripper's body keep theirs from everything. Points that are clear enough contribute nothing, so
+The rope's nodes and edge midpoints keep a clearance from obstacles, and three points on the axis of
+each gripper's body from obstacles and supports. Points with enough clearance contribute nothing, so
 a goal near an obstacle stays unbiased.
 """
 

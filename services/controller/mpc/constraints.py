@@ -1,4 +1,4 @@
-"""Constraints of the horizon: the rope is never stretched, whatever the objective gains.
+"""Constraints of the horizon: bounds on grip distance and rope length.
 
 They are linear bounds on the change of the variables, solved together with the objective by an
 active-set method on their multipliers: few bounds are active, mostly none.
@@ -35,7 +35,7 @@ def overstretch(
     """
     chord = nodes[:, -1] - nodes[:, 0]
     distance = np.linalg.norm(chord, axis=1)
-    pull = chord / np.maximum(distance, 1e-9)[:, None]
+    direction = chord / np.maximum(distance, 1e-9)[:, None]
     edges = np.diff(nodes, axis=1)
     lengths = np.linalg.norm(edges, axis=2)
     along = edges / np.maximum(lengths, 1e-9)[..., None]
@@ -44,7 +44,7 @@ def overstretch(
         lengths.sum(axis=1) - avoidance.max_rope_length,
     ]
     rows = [
-        np.einsum("hc,hcv->hv", pull, jacobian[:, -1] - jacobian[:, 0]),
+        np.einsum("hc,hcv->hv", direction, jacobian[:, -1] - jacobian[:, 0]),
         np.einsum("hnc,hncv->hv", along, np.diff(jacobian, axis=1)),
     ]
     return np.concatenate(values), np.concatenate(rows)
@@ -57,10 +57,10 @@ def limit_grip_distance(
     dt: float,
     max_grip_distance: float,
 ) -> Float64[np.ndarray, "h 2 6"]:
-    """Velocities without the part that would bring the ends further apart than is allowed.
+    """Velocities without the part that would move the ends too far apart.
 
-    Step by step, the excess is removed along the line between the ends, half from each end that
-    moves. Ends that are too far apart already come together.
+    Step by step, the excess distance is removed along the line between the ends, half at each end
+    if both move. Ends that are too far apart already are brought together.
 
     Args:
         velocities: Velocities of the grips in each step [m/s, rad/s].

@@ -132,8 +132,8 @@ class GaussNewton:
     ) -> Float64[np.ndarray, "m"]:
         """Node displacement at the horizon's end per unit of a grip's displacement [m].
 
-        A rope that is about to snap through answers to a small rotation of a grip with a large
-        motion: there the rotation is as much effort as the motion.
+        A rope that is about to snap through moves far for a small rotation of a grip; the effort of
+        that rotation is then the effort of the motion.
         """
         moved = jacobian[-1].sum(axis=2) / (self.step_count * self.time_step)
         return np.sqrt(np.mean(np.sum(moved**2, axis=1), axis=0))

@@ -7,11 +7,11 @@
                             + (missing clearance of the grippers' bodies)²          grippers
                             + (rotation from a wanted orientation)²                 orientation
 
-The swing term counts at the end of the horizon (key `calm` of the cost). w is the velocity of the
-grips relative to the reference trajectory, in metres of the rope's own motion where the rope
-answers to a grip with more than the grip's displacement. The paper's eq. (12) takes the distance
-itself and a potential; squares converge quadratically, and a hinge leaves a goal near an obstacle
-unbiased. Lengths enter in millimetres, so that every term is in mm².
+The swing term (key `calm` of the cost) is evaluated at the end of the horizon. w is the velocity of
+the grips relative to the reference trajectory, scaled to the rope's displacement where that exceeds
+the grip's. The paper's eq. (12) uses the distance itself and a potential; squares converge
+quadratically, and a hinge leaves a goal near an obstacle unbiased. Lengths enter in millimetres, so
+that every term is in mm².
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ from services.controller.mpc.collision_avoidance import (
 SWING_TIME = 0.5
 """Distance that is worth a unit of node speed at the horizon's end [s].
 
-A horizon is shorter than a period of the rope's swinging; without this term a rope that answers
-late is driven further and further past its goal.
+A horizon is shorter than a period of the rope's swinging; without this term a rope that follows
+the grips late overshoots its goal by more and more.
 """
 
 
@@ -144,13 +144,13 @@ def orientation_terms(
     unit: Float64[np.ndarray, "m"],
     dt: float,
 ) -> NormalEquations:
-    """Rotation of the grips away from the orientations that the goal asks for.
+    """Rotation of the grips from the orientations of the goal.
 
     Args:
         velocities: Velocities at the ends of the horizon's steps [m/s, rad/s].
         means: Matrix that maps them to the mean velocities in the steps.
         rotation: Rotation from the wanted orientation at the beginning [rad], by component.
-        oriented: Components that the goal asks for.
+        oriented: Components whose orientation is part of the goal.
         unit: Displacement that one unit of each component stands for [m].
         dt: Duration of a step of the horizon [s].
     """

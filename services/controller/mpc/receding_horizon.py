@@ -24,9 +24,11 @@ from services.controller.mpc.velocity_tracking import jerk_towards
 from shared.motion_contract import SETPOINT_PERIOD, STOP_LIMIT_SHARE
 from shared.scenario.sections import Limits
 
-DELAY = 30_000_000
-"""From inputs to the first point that may still be changed [ns]: the step itself, and one point
-because the gateway's curve looks ahead by one."""
+COMMIT_DELAY = 30_000_000
+"""Time from the inputs to the first setpoint that may still change [ns].
+
+It covers the controller's step, and one setpoint because the gateway's curve uses one in advance.
+"""
 
 
 @dataclass(frozen=True)
@@ -42,7 +44,7 @@ class Command:
 
 
 class RecedingHorizonController:
-    """Follows a reference trajectory and brings the rope to the goal at its end."""
+    """Controller that follows a reference trajectory and brings the rope to the goal at its end."""
 
     def __init__(
         self,
@@ -117,9 +119,9 @@ class RecedingHorizonController:
             stop_limits = self.limits.scaled(STOP_LIMIT_SHARE)
             here = MotionState.at_rest(*self.estimator.motion.grips)
             self._stream = SetpointStream(here, now, SETPOINT_PERIOD, stop_limits)
-            self._commit = self._stream.index_at(now + DELAY)
+            self._commit = self._stream.index_at(now + COMMIT_DELAY)
         self.reference = reference
-        self._start_index = max(self._commit, self._stream.index_at(now + DELAY))
+        self._start_index = max(self._commit, self._stream.index_at(now + COMMIT_DELAY))
         self.optimizer.reset()
 
     def tracking_error(self) -> float:
@@ -138,7 +140,7 @@ class RecedingHorizonController:
         if self._stream is None:
             return None
         self.reference = None
-        self._commit = max(self._commit, self._stream.index_at(now + DELAY))
+        self._commit = max(self._commit, self._stream.index_at(now + COMMIT_DELAY))
         return self._stream.extended(self._commit, [])
 
     def step(
@@ -157,11 +159,11 @@ class RecedingHorizonController:
         stream, reference = self._stream, self.reference
         if stream is None or reference is None:
             raise ValueError("step needs a reference trajectory; call follow first")
-        self._commit = max(self._commit, stream.index_at(now + DELAY))
+        self._commit = max(self._commit, stream.index_at(now + COMMIT_DELAY))
         start = stream.time_of(self._commit)
         commanded = stream.motion(self._commit)
-        at = self._reference_index
-        referred = reference.motion(at)
+        index = self._reference_index
+        referred = reference.motion(index)
         state = self.estimator.predict(self._expected(stream, start), start)
         count = self.optimizer.step_count
         stride = self.optimizer.time_step / reference.dt
@@ -175,8 +177,8 @@ class RecedingHorizonController:
         problem = HorizonProblem(
             state,
             self.estimator.offset,
-            reference.twists(at, stride, count),
-            reference.shapes(at, stride, count, goal),
+            reference.twists(index, stride, count),
+            reference.shapes(index, stride, count, goal),
             commanded.twists - referred.twists,
             rotation,
             oriented,
@@ -187,7 +189,7 @@ class RecedingHorizonController:
         return Command(stream.extended(self._commit, motions), plan, start)
 
     def _expected(self, stream: SetpointStream, time: int) -> MotionState:
-        """Motion of the arms at a later time: the measured one, moved as already decided."""
+        """Motion of the arms at a later time [ns]: measured, then moved by decided setpoints."""
         decided = mean_twists(stream.motion_at(self.estimator.time), stream.motion_at(time), 1.0)
         still = np.zeros((2, 2, 3))
         return self.estimator.motion.moved(decided, still, still)
@@ -195,10 +197,10 @@ class RecedingHorizonController:
     def _setpoints(
         self, reference: ReferenceTrajectory, commanded: MotionState, plan: HorizonPlan
     ) -> list[MotionState]:
-        """Reference trajectory plus an offset whose velocity follows the plan."""
+        """Setpoints: the reference trajectory plus an offset whose velocity follows the plan."""
         dt, step = reference.dt, self.optimizer.time_step
-        at = self._reference_index
-        referred = reference.motion(at)
+        index = self._reference_index
+        referred = reference.motion(index)
         offset = mean_twists(referred, commanded, 1.0)
         velocity = commanded.twists - referred.twists
         acceleration = commanded.accelerations - referred.accelerations
@@ -217,7 +219,7 @@ class RecedingHorizonController:
             offset = offset + dt * (velocity + dt * (acceleration / 2.0 + dt * jerk / 6.0))
             velocity = velocity + dt * (acceleration + dt * jerk / 2.0)
             acceleration = acceleration + dt * jerk
-            here = reference.motion(at + k)
+            here = reference.motion(index + k)
             orientations = here.orientations
             if self._rotates:
                 turned = poses.multiply(poses.exponential(offset[:, 1]), orientations)

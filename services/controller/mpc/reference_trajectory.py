@@ -26,7 +26,7 @@ class ReferenceTrajectory:
     reached: bool = True
     """Whether it ends at the goal."""
     reason: str = ""
-    """Reason why it does not, in words."""
+    """Reason why it ends elsewhere, in words."""
     blocked: bool = False
     """Whether obstacles lie between its end and the goal."""
     _steps: Float64[np.ndarray, "t 2 2 3"] = field(init=False, repr=False)
@@ -97,8 +97,8 @@ class ReferenceTrajectory:
     ) -> Float64[np.ndarray, "h n 3"]:
         """Nodes after each step of a horizon [m]: the goal once the trajectory has ended.
 
-        A trajectory that is blocked keeps its last shape: pulled on towards a goal behind an
-        obstacle, the rope would come to rest against it.
+        A blocked trajectory keeps its last shape: towards a goal behind an obstacle, the rope would
+        come to rest against the obstacle.
 
         Args:
             start: Index at which the horizon begins.

@@ -1,8 +1,8 @@
-"""Setpoint stream: every chunk decides the end of one endless stream again.
+"""Setpoint stream: the published setpoints, whose end every chunk replaces.
 
-The gateway reads a chunk's points as control points of a curve. Points that a newer chunk repeats
-unchanged leave the curve as it was, so the first points of every chunk are those of the one before,
-up to the instant from which something new may happen; and every chunk ends at rest.
+The points of a chunk are control points of the gateway's curve. Points that a newer chunk repeats
+leave the curve unchanged. So a chunk begins with published points, up to the last decided one,
+continues with new ones, and ends at rest.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from lariat.trajectory import MotionLimits, MotionState, SetpointChunk, stopping
 from shared.motion_contract import CHUNK_SPAN
 
 OVERLAP_POINTS = 3
-"""Points before the newly decided ones that every chunk repeats."""
+"""Published points that every chunk repeats before the last one that is kept."""
 
 
 class SetpointStream:
@@ -79,15 +79,15 @@ class SetpointStream:
             tail += stopping_states(tail[-1], self.limits, self.dt * 1e-9)
         else:
             tail = self._motions[max(commit + 1 - self._first, 0) :]
-        row = kept + tail
-        least = math.ceil(CHUNK_SPAN / (self.dt * 1e-9)) + 1
+        points = kept + tail
+        min_count = math.ceil(CHUNK_SPAN / (self.dt * 1e-9)) + 1
         # Two equal points at the end: the gateway's curve comes to rest between them.
-        end = MotionState(row[-1].positions, row[-1].orientations, *np.zeros((2, 2, 2, 3)))
-        row += [end] * max(least - len(row), 1)
-        self._first, self._motions = keep_from, row
+        end = MotionState(points[-1].positions, points[-1].orientations, *np.zeros((2, 2, 2, 3)))
+        points += [end] * max(min_count - len(points), 1)
+        self._first, self._motions = keep_from, points
         return SetpointChunk(
             self.time_of(keep_from),
             self.dt * 1e-9,
-            np.stack([motion.positions for motion in row]),
-            np.stack([motion.orientations for motion in row]),
+            np.stack([motion.positions for motion in points]),
+            np.stack([motion.orientations for motion in points]),
         )

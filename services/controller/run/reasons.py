@@ -79,7 +79,7 @@ TEXTS: Mapping[ReasonCode, str] = {
 
 @dataclass(frozen=True)
 class Reason:
-    """Reason with the numbers and names that its text mentions."""
+    """Reason with the values of its text."""
 
     code: ReasonCode
     detail: Mapping[str, object] = field(default_factory=dict)

@@ -1,9 +1,10 @@
-"""Detection of a rope that hangs on something that the model does not know of.
+"""Detection of a rope that hangs on an unknown obstacle.
 
-There are two signs, each of which must last. The rope stays behind: nodes hardly move while the
-model's, which hang free or lean on known supports, follow the grips. The rope is taut: the straight
-lines from both grips to a node are as long as the rope while the model has slack there; a rope that
-hangs free is never both taut and off the line between its grips. A wrong stiffness shows neither.
+There are two signs, each of which must last. The rope stays behind: its nodes hardly move while the
+nodes of the model, which hangs free or leans on known supports, follow the grips. The rope is taut:
+the straight lines from both grips to a node are together as long as the rope, while the model has
+slack there; a free rope is never both taut and off the line between its grips. A wrong stiffness
+causes neither sign.
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ class Snag:
 
 
 class SnagDetector:
-    """Compares the observed rope with the model."""
+    """Detector that compares the observed rope with the model."""
 
     def __init__(self, length: float, settings: SnagSettings | None = None) -> None:
         """Create a detector without observations.
@@ -75,7 +76,7 @@ class SnagDetector:
         model: Float64[np.ndarray, "n 3"],
         observed: Bool[np.ndarray, "n"],
     ) -> Snag | None:
-        """Take in an observation; a snag when its sign has lasted.
+        """Take in an observation; return a snag once its sign has lasted.
 
         Args:
             stamp: Time of the observation [ns].

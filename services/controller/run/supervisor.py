@@ -31,7 +31,7 @@ class SupervisorSettings:
     max_tracking_error: float = 0.04
     """Distance between command and arm at which the command is given up [m].
 
-    A CR5 is 0.1 s behind, and the gateway watches how far it is off its path.
+    A CR5 lags by 0.1 s, and the gateway checks its distance from the path as well.
     """
     max_refused_chunks: int = 8
     """Chunks that the gateway may refuse in a row before another path is requested."""
@@ -76,7 +76,7 @@ class PathOffer:
 
 
 class RunSupervisor:
-    """Moves the task on by what rope and arms do."""
+    """Supervisor that applies events of the rope, the arms and the planner to a task."""
 
     def __init__(
         self,
@@ -88,7 +88,7 @@ class RunSupervisor:
         """Supervise the runs of one task.
 
         Args:
-            task: Task to move on.
+            task: Task whose state changes.
             progress: Measures of the run.
             adaptation: Adaptation of the rope's material.
             settings: Thresholds and budgets.
@@ -136,7 +136,7 @@ class RunSupervisor:
     def unfollowed_reason(
         self, arms: ArmCondition, tracking_error: float, *, following: bool
     ) -> Reason | None:
-        """Reason why the arms do not follow; asks for another path once, then gives up.
+        """Reason why the arms do not follow; requests another path once, then gives up.
 
         Args:
             arms: Condition of the arms.
@@ -153,7 +153,7 @@ class RunSupervisor:
         return reason
 
     def path_not_followed(self, reason: Reason) -> None:
-        """Ask for another path once, which may lead elsewhere; then give up.
+        """Request another path once, then give up.
 
         Args:
             reason: Reason why the arms do not follow the present one.
@@ -167,8 +167,7 @@ class RunSupervisor:
     def released(self) -> None:
         """Leave the reached state when the rope has left the goal while the arms hold.
 
-        An arm may have been moved by hand, or be another one when it comes back: the rope is not
-        led back without a start.
+        An arm may have been moved by hand, or replaced: the rope is not led back without a start.
         """
         error = self._progress.error
         limit = self.settings.leave_error * self._progress.tolerance
@@ -218,7 +217,7 @@ class RunSupervisor:
         return None
 
     def review_start(self, reference: ReferenceTrajectory, motion: MotionState) -> Reason | None:
-        """Reason not to follow a path that begins elsewhere; asks for another one.
+        """Reason not to follow a path that begins elsewhere; requests another one.
 
         Args:
             reference: Path to follow.
@@ -242,7 +241,7 @@ class RunSupervisor:
             self._planned_stiffness = offer.bending_stiffness
 
     def path_obstructed(self, clearance: float) -> None:
-        """Ask for another path when the scene has changed and the rest of a path is not clear.
+        """Request another path when the rest of the present one is not clear in a changed scene.
 
         Args:
             clearance: Least clearance along the rest of the path [m].
@@ -307,7 +306,7 @@ class RunSupervisor:
     # Adaptation of the material.
 
     def _learning(self, now: int) -> bool:
-        """Whether a few more observations of the hanging rope will tell its material."""
+        """Whether the run waits for more observations of the hanging rope to learn its material."""
         waited = now - self._task.run_started
         return (
             self._task.adapts

@@ -16,7 +16,7 @@ SETTING_VALUES = ("false", "true")
 
 
 class RequestRefused(ValueError):
-    """A request is not carried out; the text tells the person why."""
+    """Refusal of a request, with the reason for the person who made it."""
 
 
 @dataclass(frozen=True)

@@ -54,6 +54,11 @@ def test_two_adjacent_nodes_that_stay_behind_are_no_snag() -> None:
     assert not any(observe(SnagDetector(LENGTH), moving(12, slice(5, 7))))
 
 
+def test_nodes_that_follow_with_half_the_motion_are_no_snag() -> None:
+    shapes = [(0.5 * (rope + model), model) for rope, model in moving(12, slice(5, 8))]
+    assert not any(observe(SnagDetector(LENGTH), shapes))
+
+
 def test_bridged_nodes_are_no_snag() -> None:
     hidden = SEEN.copy()
     hidden[6] = False

@@ -1,7 +1,6 @@
 """Debian's chromium, headless, with software rendering.
 
-It runs at the lowest priority: without a graphics card it would take every core from the stack that
-it looks at.
+It runs at the lowest priority: without a graphics card it would take every core from the stack.
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ NO_CHROMIUM = pytest.mark.skipif(EXECUTABLE is None, reason="chromium is not ins
 
 @contextmanager
 def opened(url: str, width: int = 1440, height: int = 810) -> Iterator[Page]:
-    """A page in a browser of its own, closed when the block ends."""
+    """Open a page in a browser of its own, closed when the block ends."""
     with sync_playwright() as playwright, tempfile.TemporaryDirectory() as folder:
         wrapper = Path(folder, "chromium")
         wrapper.write_text(f'#!/bin/sh\nexec nice -n 19 {EXECUTABLE} "$@"\n')
@@ -69,7 +68,7 @@ def opened(url: str, width: int = 1440, height: int = 810) -> Iterator[Page]:
 def on_screen(
     page: Page, scenario: Scenario, point: Float64[np.ndarray, "3"]
 ) -> Float64[np.ndarray, "2"]:
-    """Where a point in space [m] is in the window [pixels], as long as nobody turned the view."""
+    """Return the place of a point [m] in the window [pixels], in the first view."""
     canvas = page.locator("canvas").first.bounding_box()
     assert canvas is not None
     width, height = canvas["width"], canvas["height"]
@@ -83,7 +82,7 @@ def on_screen(
 
 
 def drag(page: Page, start: Float64[np.ndarray, "2"], end: Float64[np.ndarray, "2"]) -> None:
-    """Moves something from one place of the window to another [pixels], as a hand would."""
+    """Drag from one place of the window to another [pixels], in steps like those of a hand."""
     page.mouse.move(*(start - 3.0))
     page.mouse.move(*start)
     page.wait_for_timeout(400)

@@ -1,4 +1,4 @@
-"""Takes docs/dashboard.png, the README's picture: python -m tests.browser.picture"""
+"""Take docs/dashboard.png, the README's picture: `python -m tests.browser.picture`."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ def main(
     scenario: str = "scenarios/three-cylinders.toml",
     seconds: float = 1.5,
 ) -> None:
-    """Starts the stack, presses Start and takes the picture.
+    """Start the stack, press Start and take the picture.
 
     Args:
-        file: Where it goes.
-        scenario: What is run.
-        seconds: After Start.
+        file: File to write, a PNG.
+        scenario: Scenario to run.
+        seconds: Time from Start to the picture [s].
     """
     with running(scenario) as address, opened(address, 1600, 900) as page:
         ready = page.get_by_text(re.compile(r"^Ready: "))

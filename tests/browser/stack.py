@@ -1,4 +1,4 @@
-"""The real stack for a browser to look at."""
+"""Live stack for a browser to connect to."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from contextlib import contextmanager
 
 
 def free_port() -> int:
-    """A port of loopback that nobody listens on."""
+    """Return a free port of the loopback interface."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]
 
 
-READY = "dashboard at http"
-"""What `lariat up` says when all is ready."""
+READY_TEXT = "dashboard at http"
+"""Text that `lariat up` prints when all services are ready."""
 
 
 @contextmanager
-def running(scenario: str, patience: float = 300.0) -> Iterator[str]:
-    """`lariat up` on free ports, ended with Ctrl-C.
+def running(scenario: str, timeout: float = 300.0) -> Iterator[str]:
+    """Run `lariat up` on free ports and end it with Ctrl-C.
 
     Args:
-        patience: How long to wait for it [s]; kernels may have to be compiled.
+        timeout: Longest start-up [s]; kernels may have to be compiled.
 
     Yields:
-        The page's address.
+        Address of the page.
     """
     port, page = free_port(), free_port()
     command = [sys.executable, "-m", "cli", "up", scenario, "--no-record"]
@@ -38,21 +38,21 @@ def running(scenario: str, patience: float = 300.0) -> Iterator[str]:
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, bufsize=1
     )
-    spoken = threading.Event()
+    reported = threading.Event()
     lines: list[str] = []
 
     def read() -> None:
         assert process.stdout is not None
         for line in process.stdout:
             lines.append(line)
-            if READY in line:
-                spoken.set()
-        spoken.set()
+            if READY_TEXT in line:
+                reported.set()
+        reported.set()
 
     reader = threading.Thread(target=read, daemon=True)
     reader.start()
     try:
-        if not spoken.wait(patience) or not any(READY in line for line in lines):
+        if not reported.wait(timeout) or not any(READY_TEXT in line for line in lines):
             raise AssertionError(f"the stack did not come up:\n{''.join(lines[-30:])}")
         yield f"http://127.0.0.1:{page}"
     finally:

@@ -30,21 +30,21 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
         yield page
 
 
-def togo(page: Page) -> float:
-    """What the headline says is left of the way [mm]."""
+def remaining_distance(page: Page) -> float:
+    """Return the remaining distance that the headline shows [mm]."""
     text = page.get_by_text(re.compile(r"^(Ready|Running|Reached|Paused).*: ")).first.inner_text()
     found = re.search(r"([\d.]+) mm", text)
     assert found is not None, text
     return float(found[1])
 
 
-def follow_to_the_goal(page: Page, patience: float = 60.0) -> None:
-    """Watches a run as a person would: where a busy machine made the arms hold, it may go on."""
+def follow_to_the_goal(page: Page, timeout: float = 60.0) -> None:
+    """Wait for the goal; acknowledge where a busy machine has made the arms hold."""
     reached = page.get_by_text(re.compile(r"^Reached: "))
     acknowledge = page.get_by_role("button", name="Acknowledge")
     started = time.monotonic()
     while not reached.is_visible():
-        assert time.monotonic() - started < patience, page.get_by_text(" to go").first.inner_text()
+        assert time.monotonic() - started < timeout, page.get_by_text(" to go").first.inner_text()
         if acknowledge.is_visible():
             acknowledge.click()
         page.wait_for_timeout(300)
@@ -52,7 +52,7 @@ def follow_to_the_goal(page: Page, patience: float = 60.0) -> None:
 
 def test_start_moves_the_rope_to_the_goal(page: Page) -> None:
     expect(page.get_by_text(re.compile(r"^Ready: [\d.]+ mm to go"))).to_be_visible(timeout=30_000)
-    before = togo(page)
+    before = remaining_distance(page)
     assert before > 100.0
     acknowledge = page.get_by_role("button", name="Acknowledge")
     if acknowledge.is_visible():
@@ -61,7 +61,7 @@ def test_start_moves_the_rope_to_the_goal(page: Page) -> None:
     page.get_by_role("button", name="Start").click()
     expect(page.get_by_text(re.compile("^(Running|Reached)"))).to_be_visible()
     follow_to_the_goal(page)
-    assert togo(page) < 0.05 * before
+    assert remaining_distance(page) < 0.05 * before
 
 
 def test_dragged_goal_shows_how_the_rope_would_rest(page: Page) -> None:

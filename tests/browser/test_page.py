@@ -1,4 +1,4 @@
-"""The page in a real browser, with messages from a stage: what it shows, what it asks for."""
+"""Page in a real browser, with messages from a stage: contents and requests."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ SCENARIO = load("scenarios/three-cylinders.toml")
 
 
 class Cell(threading.Thread):
-    """A stage that plays one moment again and again and keeps what the page asks for."""
+    """A stage that plays one moment again and again and keeps the page's requests."""
 
     def __init__(self, stage: Stage) -> None:
         super().__init__(daemon=True)
@@ -83,7 +83,7 @@ class Cell(threading.Thread):
 
 
 def preview(draft: GoalDraft) -> GoalPreview:
-    """What a controller would say, with a parabola for the rod."""
+    """Answer of a controller, with a parabola for the rod."""
     left, right = grip_pose(draft.left).position, grip_pose(draft.right).position
     length = SCENARIO.rope.length
     answer = GoalPreview(draft=draft.id, reachable=bool(np.linalg.norm(right - left) < length))
@@ -113,12 +113,12 @@ def cell() -> Iterator[tuple[Cell, Page]]:
         service.close()
 
 
-def test_page_says_state_distance_and_clearance(cell: tuple[Cell, Page]) -> None:
+def test_page_shows_state_distance_and_clearance(cell: tuple[Cell, Page]) -> None:
     _, page = cell
     expect(page.get_by_text("Running:")).to_contain_text(" mm to go, clearance ")
 
 
-def test_stop_is_asked_for_once_and_its_refusal_is_shown(cell: tuple[Cell, Page]) -> None:
+def test_stop_is_requested_once_and_its_refusal_is_shown(cell: tuple[Cell, Page]) -> None:
     stage, page = cell
     stage.refusal = "the controller says no"
     page.get_by_role("button", name="Stop").click()

@@ -1,6 +1,6 @@
 """Messages of a cell as its services would send them, for pages without a stack.
 
-The rope is a parabola between two grips, no rod: enough to look at, nothing to measure.
+The rope is a parabola between two grips, no rod: good enough to draw, not to measure.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ class Stage:
         )
 
     def play(self, fraction: float) -> None:
-        """Everything that a running cell says at one moment of its run."""
+        """Send every message of a running cell at one moment of its run."""
         scenario, nodes = self.scenario, self.nodes(fraction)
         count = len(nodes)
         sigma = 0.001 + 0.004 * np.sin(np.linspace(0.0, np.pi, count)) ** 8

@@ -40,7 +40,7 @@ def test_taken_port_is_refused_and_not_replaced() -> None:
         build(SCENARIO, "dashboard-cd", DashboardOptions(port=port))
 
 
-def test_service_asks_for_nothing_that_no_person_asked_for() -> None:
+def test_service_publishes_no_request_without_a_person() -> None:
     with served(free_port()) as service:
         stage = Stage(service, SCENARIO)
         assert stage.step() == []

@@ -50,6 +50,6 @@ def test_shape_gets_the_nodes_of_the_rope_and_the_grips_of_a_scenario(tmp_path: 
     ],
 )
 @pytest.mark.filterwarnings("ignore:loadtxt")
-def test_what_is_no_goal_is_refused_by_name(content: bytes, words: str) -> None:
+def test_file_without_a_goal_is_refused_with_its_reason(content: bytes, words: str) -> None:
     with pytest.raises(ValueError, match=words):
         goal_file.parse(content, SCENARIO)

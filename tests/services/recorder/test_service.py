@@ -1,4 +1,4 @@
-"""The recorder: one file a run, everything in it, and a full disk stops nobody."""
+"""Recorder: one file for each run with every message, also when the disk is full."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Heard:
 
 
 class Cell:
-    """A recorder that is told things, on a clock of its own."""
+    """Recorder with messages and a clock of the test's own."""
 
     def __init__(self, folder: Path, **options) -> None:
         scenario = parse(TEXT, folder)
@@ -122,7 +122,7 @@ def test_what_is_written_survives_without_a_clean_end(tmp_path: Path):
     assert recording.damage
 
 
-def test_its_state_says_what_is_recorded_and_what_was_lost(tmp_path: Path):
+def test_state_counts_recorded_and_lost_messages(tmp_path: Path):
     cell = Cell(tmp_path)
     cell.live(1.0)
     cell.hear(topics.ROPE_NODES, NodeChain(stamp=1))
@@ -153,7 +153,7 @@ def test_images_of_a_cell_that_idles_for_long_are_left_out(tmp_path: Path):
     assert images == [b"a", b"c"]
 
 
-def test_a_folder_that_cannot_be_written_is_said_and_tried_again(tmp_path: Path, caplog):
+def test_a_folder_that_cannot_be_written_is_reported_and_tried_again(tmp_path: Path, caplog):
     folder = tmp_path / "recordings"
     folder.write_text("a file where the folder should be")
     cell = Cell(tmp_path)

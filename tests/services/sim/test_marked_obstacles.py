@@ -1,4 +1,4 @@
-"""Marked obstacles stand where they stand; perception finds them through the camera."""
+"""Marked obstacles at their true poses, which perception finds through the camera."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_a_marked_obstacle_is_found_where_it_stands_and_followed_when_it_is_move
         assert np.max(np.linalg.norm(gap, axis=1)) < 3e-3
 
 
-def test_a_person_moves_what_stands_in_the_lab_only_where_perception_allows_it() -> None:
+def test_a_requested_move_happens_only_if_perception_accepts_it() -> None:
     cell = Cell(scenario(MARKED))
     cell.run(0.8)
     for name, place in (("yes", [0.12, -0.2, 0.03]), ("no", [0.0, 0.0, 0.2])):

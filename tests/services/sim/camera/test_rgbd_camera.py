@@ -67,7 +67,7 @@ def test_rays_past_everything_have_no_depth() -> None:
     assert np.all(frame.depth[:100] == 0)
 
 
-def test_depth_noise_has_the_asked_deviation() -> None:
+def test_depth_noise_has_its_standard_deviation() -> None:
     flat = (Obstacle("half_space", (0.0, 0.0, 0.0)),)
     down = Camera(VIEW.intrinsics, looking_at((0.0, 0.0, 0.8), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)))
     camera = RgbdCamera(down, SensorNoise(depth_sigma=0.002, depth_bias=0.005), seed=3)
@@ -105,7 +105,7 @@ def test_a_frame_repeats_with_its_seed() -> None:
     assert take(5, 7)[1] != take(6, 7)[1]
 
 
-def test_a_frame_depends_on_its_scene_and_on_none_before() -> None:
+def test_a_frame_depends_on_its_own_scene_only() -> None:
     # Half out of view at the top, and on a lower table, after the usual scene.
     chain, lower = arch() + np.array([0.0, 0.1, 0.35]), Obstacle("half_space", (0.0, 0.0, -0.1))
     camera = RgbdCamera(VIEW, seed=2)

@@ -51,7 +51,7 @@ def test_silence_brakes_within_150_ms_and_rest_comes_in_time() -> None:
     assert report.safety.needs_acknowledgement
 
 
-def test_silence_is_said_even_if_braking_for_it_has_come_to_rest_before() -> None:
+def test_silence_is_reported_even_if_braking_has_already_ended() -> None:
     world = World()
     # Slow enough to be at rest again before the 100 ms of silence are over.
     world.follow(lambda t: REST + np.array([[0.0, 0.005 * t**2, 0.0]]), 0.3)
@@ -170,7 +170,9 @@ def slow_way(to: np.ndarray) -> np.ndarray:
         ),
     ],
 )
-def test_way_across_a_boundary_is_refused_by_its_rule(rule: str, to: list, obstacles: list) -> None:
+def test_path_across_a_boundary_is_refused_by_its_rule(
+    rule: str, to: list, obstacles: list
+) -> None:
     world = World(obstacles=obstacles, workspace=((-0.8, -0.25, 0.01), (0.8, 0.8, 1.2)))
     world.send_points(slow_way(np.array(to)))
     assert world.step().rule == rule, world.report.refusal
@@ -235,7 +237,7 @@ def test_writer_that_holds_stops_the_arm_and_goes_on_by_itself() -> None:
     assert world.report.safety.mode == "moving"
 
 
-def test_silence_in_the_middle_of_a_turn_on_the_spot_is_said() -> None:
+def test_silence_during_a_rotation_in_place_is_reported() -> None:
     world = World()
     axis = np.array([0.0, 0.0, 1.0])
     # The position is right all the time, and the turn slow enough to be at rest again before the
@@ -249,7 +251,7 @@ def test_silence_in_the_middle_of_a_turn_on_the_spot_is_said() -> None:
     assert (safety.mode, safety.cause, safety.needs_acknowledgement) == ("holding", "silence", True)
 
 
-def test_silence_before_a_way_that_ends_where_it_begins_is_said() -> None:
+def test_silence_before_a_closed_path_is_reported() -> None:
     world = World()
     # To and fro by 10 mm, so slowly at first that nothing has moved when the silence begins.
     there = [smooth_step(0.02 * k, 1.0) - smooth_step(0.02 * k - 1.0, 1.0) for k in range(102)]

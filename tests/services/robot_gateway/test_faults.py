@@ -96,14 +96,14 @@ def test_fault_brakes_within_150_ms_is_named_and_waits_for_a_person(
 
 
 @pytest.mark.parametrize("fault", HARMLESS)
-def test_oddity_of_the_line_stops_nothing(fault: str) -> None:
+def test_harmless_fault_of_the_line_stops_nothing(fault: str) -> None:
     world, since = moving("v3", faults=(fault,))
     world.follow(world.path, 1.0, since)
     assert world.mode == "moving", world.report
     assert world.report.arms[1].alarms == ()
 
 
-def test_arm_that_answers_no_question_any_more_is_lost_within_seconds() -> None:
+def test_arm_that_answers_no_request_is_lost_within_seconds() -> None:
     world, since = moving("v3")
     world.emulator.inject("no_reply")
     world.follow(world.path, 3.5, since)
@@ -157,7 +157,7 @@ def test_writer_that_dies_leaves_the_arm_at_rest_whatever_it_does_in_silence(sil
     assert np.max(speed[t > bound]) < 0.02
 
 
-def test_arm_that_is_not_in_tcp_mode_is_said_to_be_so() -> None:
+def test_arm_not_in_tcp_mode_is_reported() -> None:
     world = ArmWorld("v3", automatic=False, faults=("not_tcp",))
     world.run(0.3)
     world.command("arm")
@@ -166,7 +166,7 @@ def test_arm_that_is_not_in_tcp_mode_is_said_to_be_so() -> None:
     assert "not TCP" in " ".join(world.report.arms[1].alarms)
 
 
-def test_port_that_another_program_holds_is_said_to_be_so() -> None:
+def test_port_held_by_another_program_is_reported() -> None:
     world = ArmWorld("v3", automatic=False, faults=("port_taken",))
     world.run(1.0)
     assert "no other program" in " ".join(world.report.arms[1].alarms)
@@ -174,7 +174,7 @@ def test_port_that_another_program_holds_is_said_to_be_so() -> None:
     assert world.mode == "disarmed"
 
 
-def test_late_answers_never_count_for_another_question() -> None:
+def test_late_reply_never_counts_for_another_request() -> None:
     world = ArmWorld("v3", automatic=False, faults=("late_reply",))
     world.run(0.5)
     world.command("arm")

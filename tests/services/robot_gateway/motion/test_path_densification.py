@@ -31,7 +31,7 @@ def test_stop_is_judged_every_few_millimetres_from_any_speed(speed: float) -> No
     np.testing.assert_allclose(moved[-1], stop.at(stop.duration)[0])
 
 
-def test_dense_way_keeps_its_poses_and_turns_evenly() -> None:
+def test_dense_path_keeps_its_poses_and_rotates_evenly() -> None:
     positions = np.array([[[0.0, 0.0, 0.0]], [[0.1, 0.0, 0.0]], [[0.1, 0.001, 0.0]]])
     quarter = poses.exponential(np.array([0.0, 0.0, 0.5]))
     turns = np.array([[ALONG_X], [poses.multiply(quarter, ALONG_X)]])

@@ -1,4 +1,4 @@
-"""The table of causes is what people read and what the code does."""
+"""Table of stop causes: shown in the documentation and obeyed by the state machine."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_page_explains_every_rule() -> None:
 
 
 @pytest.mark.parametrize("cause", [c for c in STOP_CAUSES if STOP_CAUSES[c].stop == "jerk-limited"])
-def test_what_a_cause_says_of_resuming_holds(cause: str) -> None:
+def test_state_machine_resumes_as_the_cause_states(cause: str) -> None:
     if STOP_CAUSES[cause].resumes == "after arming":
         return
     stopped = MOVING.stopped(cause, "for a test")

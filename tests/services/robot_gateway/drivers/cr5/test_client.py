@@ -91,7 +91,7 @@ def test_firmware_before_3_5_2_is_refused_in_words() -> None:
     assert "before 3.5.2" in line.client.trouble
 
 
-def test_attempts_to_connect_come_ever_more_seldom_until_the_arm_is_heard() -> None:
+def test_pauses_between_attempts_grow_until_the_arm_answers() -> None:
     line = Line(faults=("port_taken",))
     times: list[float] = []
     connect = line.emulator.connect
@@ -117,7 +117,7 @@ def test_attempts_to_connect_come_ever_more_seldom_until_the_arm_is_heard() -> N
     assert not line.client.enabled, "nothing is enabled by itself"
 
 
-def test_feedback_alone_does_not_make_it_knock_more_often() -> None:
+def test_feedback_alone_does_not_shorten_the_pauses() -> None:
     line = Line()
     knocks = 0
     for _ in range(200):
@@ -145,7 +145,7 @@ def test_connection_that_is_lost_ends_what_was_under_way_and_says_why() -> None:
     assert not line.client.enabled
 
 
-def test_answer_to_another_request_does_not_count_for_a_procedure() -> None:
+def test_reply_to_another_request_does_not_advance_a_sequence() -> None:
     line = Line(faults=("no_user_tool",))
     line.run(0.1)
     line.client.request("RobotMode()")

@@ -127,7 +127,7 @@ def test_power_goes_when_the_arm_rests_and_not_already_when_its_command_does(fir
     assert (world.now - rested) * 1e-9 < 0.3
 
 
-def test_way_through_a_singularity_or_past_a_joint_is_refused() -> None:
+def test_path_through_a_singularity_or_past_a_joint_limit_is_refused() -> None:
     world = ArmWorld()
     world.until_ready()
     here = world.cell.follower.state.positions[0]
@@ -209,7 +209,7 @@ def test_arm_recovers_from_its_alarms_when_a_person_acknowledges(firmware: str, 
 
 
 @pytest.mark.parametrize("firmware", ["v3", "v4"])
-def test_a_million_random_bytes_on_every_port_hold_the_arm_and_fell_nobody(firmware: str) -> None:
+def test_a_million_random_bytes_on_every_port_hold_the_arm_and_crash_nothing(firmware: str) -> None:
     world = ArmWorld(firmware)
     world.until_ready()
     since = world.now

@@ -16,7 +16,7 @@ def at(joint: float, x: float = 300.0) -> np.ndarray:
     return record
 
 
-def test_numbers_that_are_none_or_too_large_are_not_credible() -> None:
+def test_nan_and_too_large_values_are_implausible() -> None:
     assert packet.is_plausible(at(10.0))
     for spoiled in (np.nan, np.inf, 1e30, -500.0):
         assert not packet.is_plausible(at(spoiled))
@@ -25,14 +25,14 @@ def test_numbers_that_are_none_or_too_large_are_not_credible() -> None:
     assert not packet.is_plausible(force)
 
 
-def test_single_jump_is_left_out_and_a_lasting_one_is_believed() -> None:
+def test_single_jump_is_rejected_and_a_lasting_one_accepted() -> None:
     outliers = OutlierFilter()
     seen = [at(10.0), at(11.0), at(60.0), at(12.0), at(13.0), at(13.0, 900.0), at(13.0, 901.0)]
     believed = [outliers.accepts(p, k * TICK) for k, p in enumerate(seen)]
     assert believed == [True, True, False, False, True, False, True]
 
 
-def test_arm_at_its_full_speed_is_believed() -> None:
+def test_arm_at_full_speed_is_accepted() -> None:
     outliers = OutlierFilter()
     assert all(
         outliers.accepts(at(180.0 * k * 0.008, 300.0 + 16.0 * k), k * TICK) for k in range(50)

@@ -39,13 +39,13 @@ def until(condition: Callable[[], object]) -> None:
         time.sleep(0.002)
 
 
-def test_address_that_nobody_knows_is_bad_input_before_anything_moves() -> None:
+def test_unknown_host_is_a_configuration_error() -> None:
     for host in ("192.168.5.1:29999", "no such arm"):
         with pytest.raises(ConfigurationError, match="write its IP address"):
             TcpLink(host)
 
 
-def test_process_that_was_stopped_within_a_step_does_not_say_what_it_meant_before(server) -> None:
+def test_commands_of_a_step_that_was_suspended_are_not_sent(server) -> None:
     link, stream, peer = connect(server)
     link.advance(time.monotonic_ns() + 12_345_678_901)
     time.sleep(0.01)
@@ -58,7 +58,7 @@ def test_process_that_was_stopped_within_a_step_does_not_say_what_it_meant_befor
     assert peer.recv(100) == b"in time;again in time;"
 
 
-def test_aborted_link_resets_and_a_closed_one_says_farewell(server) -> None:
+def test_aborted_link_resets_and_a_closed_one_ends_in_order(server) -> None:
     _, stream, peer = connect(server)
     stream.send(b"last words")
     stream.close()
@@ -89,7 +89,7 @@ def test_bytes_go_both_ways_and_nothing_waits(server: socket.socket) -> None:
         stream.close()
 
 
-def test_port_that_nobody_listens_on_is_closed_in_words() -> None:
+def test_port_without_a_listener_is_closed_with_a_reason() -> None:
     with socket.create_server(("127.0.0.1", 0)) as listening:
         port = listening.getsockname()[1]
     stream = TcpLink("127.0.0.1").open(port)

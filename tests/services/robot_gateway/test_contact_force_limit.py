@@ -1,4 +1,4 @@
-"""A rope that is shorter than anybody believes stops the arm by the force in its feedback."""
+"""Contact force limit: a rope shorter than the scenario states stops the arm."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ OUT = (GRIPS[1].position - GRIPS[0].position) / SPAN
 
 
 def tethered(firmware: str, noise: float = 0.0) -> ArmWorld:
-    """An arm whose rope the gateway believes to be 3 m long."""
+    """Return an arm whose rope is 3 m long by the scenario but short in the emulator."""
     anchor = (BASE.inverse() @ GRIPS[0]).position
     tether = (*anchor, LENGTH, STIFFNESS, *TOOL.position)
     world = ArmWorld(firmware, tether=tether, force_noise=noise)
@@ -23,19 +23,19 @@ def tethered(firmware: str, noise: float = 0.0) -> ArmWorld:
 
 
 def away(world: ArmWorld, distance: float) -> None:
-    """Setpoints out along the rope from where the arm is, and rest."""
+    """Follow setpoints outwards along the rope from the present pose, to rest."""
     here = world.cell.follower.state.positions[0].copy()
     since = world.now
     world.follow(lambda t: here + distance * smooth_step(t, 1.0) * OUT, 1.4, since)
 
 
 def stretch(world: ArmWorld) -> float:
-    """Of the tether [m]."""
+    """Return the extension of the tether [m]."""
     return float(np.linalg.norm(world.measured[-1] - GRIPS[0].position)) - LENGTH
 
 
 @pytest.mark.parametrize("firmware", ["v3", "v4"])
-def test_taut_rope_is_felt_named_and_only_relieved(firmware: str) -> None:
+def test_taut_rope_stops_the_arm_and_may_only_be_relieved(firmware: str) -> None:
     world = tethered(firmware, noise=1.0)
     away(world, 0.012)
     assert world.mode in ("moving", "armed"), "a slack rope is not felt"
@@ -61,7 +61,7 @@ def test_taut_rope_is_felt_named_and_only_relieved(firmware: str) -> None:
     assert world.report.arms[1].contact_force < 6.0
 
 
-def test_weight_of_arm_and_tool_is_not_a_pull() -> None:
+def test_weight_of_arm_and_tool_is_no_contact_force() -> None:
     world = tethered("v4")
     bias = np.array([0.0, 0.0, -55.0])
     plain = world.emulator.feedback._force

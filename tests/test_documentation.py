@@ -1,0 +1,36 @@
+"""Documentation: the files that it names exist, and its tables are those of the code."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from shared.topics import TOPICS
+
+ROOT = Path(__file__).parents[1]
+PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("lariat/*.md")])
+FOLDERS = "lariat|shared|services|dashboard|stack|benchmarks|cli|scenarios|tests|docs"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_every_file_that_a_page_names_exists(page: Path):
+    text = page.read_text()
+    links = {
+        target for target in re.findall(r"\]\(([^)#\s]+)", text) if not re.match(r"[a-z]+:", target)
+    }
+    missing = {link for link in links if not (page.parent / link).exists()}
+    named = set(re.findall(rf"`((?:{FOLDERS})/[\w./-]*)`", text))
+    named -= {topic.key for topic in TOPICS}
+    missing |= {name for name in named if not (ROOT / name).exists()}
+    assert not missing
+
+
+def test_the_topic_table_of_the_readme_is_the_one_of_the_code():
+    readme = (ROOT / "README.md").read_text()
+    rows = [line for line in readme.splitlines() if line.startswith("| `") and "/" in line]
+    written = [tuple(cell.strip() for cell in row.strip("|").split("|")) for row in rows]
+    assert [row for row in written if row[1].count(".") == 1] == [
+        (f"`{t.key}`", t.type.DESCRIPTOR.full_name, t.owner) for t in TOPICS
+    ]

@@ -24,6 +24,8 @@ MAX_PAYLOAD_SIZE = 4 * 2**20
 """Largest payload of a message [bytes]."""
 MAX_IMAGE_SIZE = 64 * 2**20
 """Largest payload of a message of a topic that is `large` [bytes]."""
+MAX_STREAMED_SIZE = 256 * 1024
+"""Largest payload of the messages that are published at every step [bytes]."""
 MAX_COUNT = 200_000
 """Largest number of values of a field; a path of 2 m of rope has 54 000."""
 MAX_TEXT_LENGTH = 4096
@@ -59,13 +61,16 @@ def decode(topic: Topic, payload: bytes) -> Any:
         message = topic.type.FromString(payload)
     except DecodeError as error:
         raise ValueError(f"its {len(payload)} bytes do not decode: {error}") from error
-    _check_fields(message, finite=topic.type is not messages.Setpoints)
+    if topic.type not in _COMPLETE_CHECKS:
+        _check_fields(message)
+    elif len(payload) > MAX_STREAMED_SIZE:
+        raise ValueError(f"{len(payload)} bytes, more than {MAX_STREAMED_SIZE}")
     if check := _CHECKS.get(topic.type):
         check(message)
     return message
 
 
-def _check_fields(message: Message, finite: bool) -> None:
+def _check_fields(message: Message) -> None:
     for field, value in message.ListFields():
         values = value if field.is_repeated else (value,)
         if len(values) > MAX_COUNT:
@@ -73,20 +78,20 @@ def _check_fields(message: Message, finite: bool) -> None:
         if field.message_type is not None:
             if not field.message_type.GetOptions().map_entry:
                 for item in values:
-                    _check_fields(item, finite)
+                    _check_fields(item)
         elif field.enum_type is not None:
             for item in values:
                 if item not in field.enum_type.values_by_number:
                     raise ValueError(f"{field.name} = {item} is not a value of the enum")
         else:
-            _check_scalars(field, values, finite)
+            _check_scalars(field, values)
 
 
-def _check_scalars(field: FieldDescriptor, values: Sequence[Any], finite: bool) -> None:
+def _check_scalars(field: FieldDescriptor, values: Sequence[Any]) -> None:
     match field.cpp_type:
         case FieldDescriptor.CPPTYPE_DOUBLE | FieldDescriptor.CPPTYPE_FLOAT:
             # Scalars may be infinite, such as the clearance in an empty scene.
-            if finite and field.is_repeated and not _all_bounded(values):
+            if field.is_repeated and not _all_bounded(values):
                 raise ValueError(f"{field.name} holds a number beyond ±{MAX_MAGNITUDE:g}, or none")
         case FieldDescriptor.CPPTYPE_INT64 | FieldDescriptor.CPPTYPE_UINT64:
             if any(abs(value) > MAX_INTEGER for value in values):
@@ -122,8 +127,21 @@ def _count_nodes(name: str, values: Sequence[float]) -> int:
     return count
 
 
+def _check_bounded(name: str, values: Sequence[float]) -> None:
+    if not _all_bounded(values):
+        raise ValueError(f"{name} holds a number beyond ±{MAX_MAGNITUDE:g}, or none")
+
+
+def _check_integer(name: str, value: int) -> None:
+    if abs(value) > MAX_INTEGER:
+        raise ValueError(f"{name} holds an integer beyond ±2^62")
+
+
 def _check_node_chain(message: messages.NodeChain) -> None:
+    _check_integer("stamp", message.stamp)
     count = _count_nodes("positions", message.positions)
+    _check_bounded("positions", message.positions)
+    _check_bounded("sigma", message.sigma)
     _check_length("sigma", message.sigma, 0, count)
     _check_length("observed", message.observed, 0, count)
 
@@ -134,6 +152,8 @@ def _check_arms(names: Sequence[str]) -> None:
 
 
 def _check_setpoints(message: messages.Setpoints) -> None:
+    for name in ("stamp", "sequence", "t0", "dt", "image_stamp"):
+        _check_integer(name, getattr(message, name))
     _check_arms([arm.arm for arm in message.arms])
     for arm in message.arms:
         count = _count_points("positions", arm.positions)
@@ -141,17 +161,27 @@ def _check_setpoints(message: messages.Setpoints) -> None:
 
 
 def _check_arm_states(message: messages.ArmStates) -> None:
-    _check_arms([arm.arm for arm in message.arms])
-    if len(message.arms) != 2:
-        raise ValueError(f"{len(message.arms)} arms; a cell has two ends")
-    for arm in message.arms:
-        for name, length in (
-            ("position", 3),
-            ("orientation", 4),
-            ("linear_velocity", 3),
-            ("angular_velocity", 3),
-        ):
-            _check_length(name, getattr(arm, name), 0, length)
+    for name in ("stamp", "sequence", "refused_sequence", "reset_count"):
+        _check_integer(name, getattr(message, name))
+    if message.mode not in _ARM_MODES:
+        raise ValueError(f"mode = {message.mode} is not a value of the enum")
+    arms = message.arms
+    _check_arms([arm.arm for arm in arms])
+    if len(arms) != 2:
+        raise ValueError(f"{len(arms)} arms; a cell has two ends")
+    for arm in arms:
+        pose = (arm.position, arm.orientation)
+        twist = (arm.linear_velocity, arm.angular_velocity)
+        lengths = [len(vector) for vector in (*pose, *twist)]
+        if lengths not in _ARM_LENGTHS:
+            raise ValueError(
+                f"position, orientation and velocities of {arm.arm!r} have {lengths} values; they "
+                "take 3, 4, 3 and 3"
+            )
+        # Published at every step: one pass in C; a comparison with a number that is none is false.
+        values = (*arm.position, *arm.orientation, *twist[0], *twist[1], *arm.joints)
+        if not sum(map(abs, values)) <= MAX_MAGNITUDE:
+            raise ValueError(f"a vector of {arm.arm!r} holds a number beyond ±1e6, or none")
 
 
 def _check_grip(name: str, grip: messages.Grip) -> None:
@@ -199,6 +229,9 @@ def _check_path(message: messages.Path) -> None:
 
 
 def _check_plan(message: messages.Plan) -> None:
+    for name in ("stamp", "dt"):
+        _check_integer(name, getattr(message, name))
+    _check_bounded("nodes", message.nodes)
     if message.node_count > MAX_NODES or len(message.nodes) % max(3 * message.node_count, 1):
         raise ValueError(f"{len(message.nodes)} values are no chains of {message.node_count} nodes")
 
@@ -222,3 +255,8 @@ _CHECKS: dict[type[Message], Callable[[Any], None]] = {
     messages.Plan: _check_plan,
     messages.Scene: _check_scene,
 }
+_COMPLETE_CHECKS = {messages.ArmStates, messages.NodeChain, messages.Plan, messages.Setpoints}
+"""Types whose own check leaves nothing to the general one: those of every step."""
+_ARM_MODES = frozenset(messages.ArmStates.Mode.values())
+_ARM_LENGTHS = ([3, 4, 3, 3], [3, 4, 0, 0], [0, 0, 3, 3], [0, 0, 0, 0])
+"""Lengths of an arm's position, orientation and velocities, as far as they are known."""

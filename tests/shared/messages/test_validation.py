@@ -62,7 +62,7 @@ def test_every_message_of_a_run_is_valid(recording: FilePath) -> None:
         (
             topics.ARM_STATE,
             ArmStates(arms=[ArmState(arm="left", position=[0.0]), ArmState(arm="right")]),
-            "position has 1",
+            "of 'left' have",
         ),
         (topics.TASK_REQUEST, TaskRequest(goal=Goal(positions=[0.0] * 4)), "not 3 a point"),
         (topics.TASK_REQUEST, TaskRequest(goal=Goal(turns=math.inf)), "turns"),

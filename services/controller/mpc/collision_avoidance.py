@@ -34,8 +34,9 @@ class AvoidanceSpecification:
     """Radius of the rope [m]."""
     max_grip_distance: float
     """Maximum distance between the grips [m]; a constraint, not a term of the objective."""
-    max_rope_length: float = np.inf
-    """Length to which the rope may be stretched [m]; a constraint as well."""
+    max_stretch: float = np.inf
+    """Stretch of the rope that is allowed, as a share of its length at rest [-]; a constraint as
+    well."""
     gripper_obstacles: tuple[Obstacle, ...] = ()
     """Obstacles that the grippers must not touch."""
     gripper_reach: float = 0.0

@@ -70,7 +70,7 @@ class CollisionScene:
             else wanted,
             rope.diameter / 2.0,
             CONTROL_STRETCH_SHARE * limits.overstretch * rope.length,
-            (1.0 + MAX_STRETCH) * rope.length,
+            MAX_STRETCH,
             self.obstacles,
             limits.gripper_reach,
             min(body, grippers_own - GOAL_CLEARANCE_TOLERANCE),

@@ -23,6 +23,7 @@ def overstretch(
     nodes: Float64[np.ndarray, "h n 3"],
     jacobian: Float64[np.ndarray, "h n 3 v"],
     avoidance: AvoidanceSpecification,
+    rest_length: float,
 ) -> tuple[Float64[np.ndarray, "c"], Float64[np.ndarray, "c v"]]:
     """Excess of grip distance and rope length over what is allowed [m], and its Jacobian.
 
@@ -31,7 +32,8 @@ def overstretch(
     Args:
         nodes: Nodes of the model [m].
         jacobian: Derivative of the nodes with respect to the variables.
-        avoidance: Limits of grip distance and rope length.
+        avoidance: Limits of grip distance and stretch.
+        rest_length: Length of the model at rest [m], which may be learnt.
     """
     chord = nodes[:, -1] - nodes[:, 0]
     distance = np.linalg.norm(chord, axis=1)
@@ -41,7 +43,7 @@ def overstretch(
     along = edges / np.maximum(lengths, 1e-9)[..., None]
     values = [
         distance - avoidance.max_grip_distance,
-        lengths.sum(axis=1) - avoidance.max_rope_length,
+        lengths.sum(axis=1) - (1.0 + avoidance.max_stretch) * rest_length,
     ]
     rows = [
         np.einsum("hc,hcv->hv", direction, jacobian[:, -1] - jacobian[:, 0]),

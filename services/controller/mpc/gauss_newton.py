@@ -101,7 +101,7 @@ class GaussNewton:
             units = np.maximum(units, self._node_response(jacobian))
             jacobian = jacobian.reshape(*jacobian.shape[:3], count * free)
             model = linear.rollout.positions
-            values, rows = overstretch(model, jacobian, avoidance)
+            values, rows = overstretch(model, jacobian, avoidance, rod.properties.length)
             nodes = model + problem.offset
             rope = rope_terms(nodes, model, jacobian, problem.reference, avoidance, dt)
             effort = effort_terms(

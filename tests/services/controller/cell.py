@@ -45,6 +45,8 @@ class Cell:
     """Age of an observation when it arrives [s]."""
     adapts: bool = False
     """Whether the material is learnt."""
+    max_stretch: float = np.inf
+    """Stretch that the controller allows, as a share of the model's length [-]."""
     obstacles: tuple[Obstacle, ...] = (TABLE,)
     """Obstacles to avoid."""
     start: tuple[Pose, Pose] = field(
@@ -76,7 +78,9 @@ class Cell:
 
     def run(self, seconds: float, goal: Float64[np.ndarray, "n 3"]) -> None:
         """Control the rope for some seconds."""
-        avoidance = AvoidanceSpecification(self.obstacles, 0.012, 0.004, 0.97 * PROPERTIES.length)
+        avoidance = AvoidanceSpecification(
+            self.obstacles, 0.012, 0.004, 0.97 * PROPERTIES.length, self.max_stretch
+        )
         for _ in range(round(seconds / (STEP * 1e-9))):
             self.estimator.advance(self.arm, self.now)
             self._observe()

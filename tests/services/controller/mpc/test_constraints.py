@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -40,3 +42,16 @@ def test_grip_distance_stays_within_its_bound_for_a_goal_longer_than_the_rope() 
     # The horizon keeps the bound exactly; the limit on jerk lets the grips exceed it a little.
     assert max(apart) < 0.98 * PROPERTIES.length
     assert apart[-1] == pytest.approx(0.97 * PROPERTIES.length, abs=1e-4)
+
+
+def test_rope_that_is_learnt_to_be_longer_than_given_is_not_stretched() -> None:
+    cell = Cell()
+    longer = replace(PROPERTIES, length=1.01 * PROPERTIES.length)
+    cell.estimator.rest_with_material(cell.model.with_properties(longer))
+    cell.plant = cell.plant.with_properties(longer)
+    cell.rope = cell.plant.rest(*cell.start).state
+    cell.max_stretch = 0.002
+    cell.follow()
+    cell.run(0.6, cell.rope.positions)
+    moved = np.linalg.norm(np.array(cell.grip_positions) - cell.grip_positions[0], axis=2)
+    assert moved.max() < 1e-3

@@ -11,7 +11,7 @@ from services.controller.mpc.objective import NormalEquations, rope_terms
 HORIZON, COUNT, VARIABLES = 3, 9, 4
 POST = Obstacle("sphere", (0.02, 0.03, 0.0), radius=0.02, name="post")
 CRATE = Obstacle("sphere", (-0.25, 0.02, 0.01), radius=0.015, name="crate")
-AROUND = AvoidanceSpecification((POST,), 0.012, 0.004, 0.44, 0.45, (POST, CRATE), 0.05, 0.05)
+AROUND = AvoidanceSpecification((POST,), 0.012, 0.004, 0.44, 0.002, (POST, CRATE), 0.05, 0.05)
 
 
 def test_gradient_equals_finite_differences_of_the_cost() -> None:

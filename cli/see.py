@@ -15,7 +15,9 @@ from jaxtyping import Float64, UInt8, UInt16
 from lariat.geometry import poses
 from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.poses import Pose
+from shared.bounded_file import read_file
 from shared.configuration import ConfigurationError
+from shared.image_header import check_image
 
 if TYPE_CHECKING:
     from services.perception.centerline.estimate import CenterlineEstimate
@@ -31,6 +33,10 @@ SHADOW_NOTE_SHARE = 0.5
 """Share of a rope that could be a shadow, above which a note warns."""
 PIECES_NOTE_COUNT = 12
 """Number of pieces of a rope above which a note warns."""
+MAX_PICTURE_PIXEL_COUNT = 2**27
+"""Largest number of pixels of a picture; it takes 0.4 GB."""
+MAX_PICTURE_FILE_SIZE = 2**28
+"""Largest picture file [bytes]."""
 WHITE_PERCENTILE = 99.5
 """Percentile of an image of more than eight bits that becomes white [%]."""
 SUBPIXEL_BITS = 4
@@ -158,7 +164,7 @@ def _node_answer(found: CenterlineEstimate) -> dict[str, object]:
 
 def _read_image(path: Path) -> UInt8[np.ndarray, "h w 3"]:
     # Rotated by its EXIF tag, and with its full bit depth.
-    image = cv2.imread(str(path), cv2.IMREAD_COLOR | cv2.IMREAD_ANYDEPTH)
+    image = _decode(path, cv2.IMREAD_COLOR | cv2.IMREAD_ANYDEPTH)
     if image is None:
         raise ConfigurationError(f"{path}: not a readable image; give a PNG or a JPEG")
     if image.dtype != np.uint8:
@@ -168,8 +174,18 @@ def _read_image(path: Path) -> UInt8[np.ndarray, "h w 3"]:
     return np.ascontiguousarray(image[..., ::-1])
 
 
+def _decode(path: Path, flags: int) -> np.ndarray | None:
+    """Pixels of an image file; None if it is damaged."""
+    try:
+        content = read_file(path, MAX_PICTURE_FILE_SIZE)
+        check_image(content, MAX_PICTURE_PIXEL_COUNT)
+    except (OSError, ValueError) as error:
+        raise ConfigurationError(f"{path}: {error}; give a PNG or a JPEG") from error
+    return cv2.imdecode(np.frombuffer(content, np.uint8), flags)
+
+
 def _read_depth(path: Path) -> UInt16[np.ndarray, "h w"]:
-    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+    image = _decode(path, cv2.IMREAD_UNCHANGED)
     if image is None or image.dtype != np.uint16 or image.ndim != 2:
         raise ConfigurationError(f"{path}: not a depth image; give a 16-bit PNG in millimetres")
     return np.asarray(image, np.uint16)

@@ -14,6 +14,7 @@ from jaxtyping import Float64, UInt8
 from dashboard.scene.certainty import certainty_colors
 from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.poses import Pose
+from shared.image_header import check_image
 from shared.messages import NodeChain, chain
 
 UPDATE_PERIOD = 0.125
@@ -84,8 +85,12 @@ class CameraImage:
 
 
 def decode(data: bytes) -> UInt8[np.ndarray, "h w 3"] | None:
-    """Decode a compressed image to RGB; None if it is damaged."""
-    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR) if data else None
+    """Decode a compressed image to RGB; None if it is damaged or too large."""
+    try:
+        check_image(data)
+    except ValueError:
+        return None
+    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
     return None if image is None else cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
 
 

@@ -12,11 +12,15 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.message import DecodeError, Message
 
 from lariat.geometry.obstacle_checks import check_obstacle
 from shared import messages
+from shared.image_header import MAX_PIXEL_COUNT, check_image
 from shared.motion_contract import SETPOINT_PERIOD
 from shared.topics import Topic
 
@@ -38,6 +42,8 @@ MAX_OBSTACLES = 256
 """Largest number of obstacles of a scene."""
 MAX_MAGNITUDE = 1e6
 """Magnitude above which a component of a vector is no length, speed or angle [SI]."""
+MAX_DISTORTION_COUNT = 14
+"""Largest number of distortion coefficients of a camera."""
 MAX_TURNS = 1000.0
 """Largest twist of a goal or a rope [turns]."""
 SHORT_VECTOR = 32
@@ -243,6 +249,28 @@ def _check_scene(message: messages.Scene) -> None:
         check_obstacle(obstacle)
 
 
+def _check_color(message: CompressedImage) -> None:
+    check_image(message.data)
+
+
+def _check_pixel_count(width: int, height: int) -> None:
+    if not 0 < width * height <= MAX_PIXEL_COUNT:
+        raise ValueError(f"{width} x {height} pixels; an image has 1 to {MAX_PIXEL_COUNT}")
+
+
+def _check_depth(message: RawImage) -> None:
+    _check_pixel_count(message.width, message.height)
+
+
+def _check_calibration(message: CameraCalibration) -> None:
+    _check_pixel_count(message.width, message.height)
+    _check_length("K", message.K, 9)
+    if not (message.K[0] > 0.0 and message.K[4] > 0.0):
+        raise ValueError(f"focal lengths are {message.K[0]:g} and {message.K[4]:g} pixels")
+    if len(message.D) > MAX_DISTORTION_COUNT:
+        raise ValueError(f"D has {len(message.D)} values, more than {MAX_DISTORTION_COUNT}")
+
+
 _CHECKS: dict[type[Message], Callable[[Any], None]] = {
     messages.NodeChain: _check_node_chain,
     messages.Setpoints: _check_setpoints,
@@ -254,6 +282,9 @@ _CHECKS: dict[type[Message], Callable[[Any], None]] = {
     messages.Path: _check_path,
     messages.Plan: _check_plan,
     messages.Scene: _check_scene,
+    CompressedImage: _check_color,
+    RawImage: _check_depth,
+    CameraCalibration: _check_calibration,
 }
 _COMPLETE_CHECKS = {messages.ArmStates, messages.NodeChain, messages.Plan, messages.Setpoints}
 """Types whose own check leaves nothing to the general one: those of every step."""

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from lz4.frame import LZ4FrameDecompressor
 from mcap import records as mcap_records
 from mcap.exceptions import McapError
 from mcap.stream_reader import StreamReader, breakup_chunk
-from zstandard import ZstdError
+from zstandard import ZstdDecompressor, ZstdError
 
 from shared import topics
 from shared.aliases import current_topic_key
+from shared.bounded_file import path_inside
 from shared.messages import Parameters
 from shared.messages.parameters import fill_typed_fields
 from shared.recording.layout import METADATA_NAME, SCENARIO_ATTACHMENT
@@ -22,8 +24,11 @@ from shared.scenario import Scenario, parse
 from shared.topics import Topic
 from shared.version import MESSAGE_VERSION, RECORDING_VERSION
 
-MAX_RECORD_SIZE = 1 << 30
-"""Size of a record above which it counts as damage [bytes]."""
+MAX_RECORD_SIZE = 2**27
+"""Size of a record, compressed or not, above which it counts as damage [bytes]; a chunk holds at
+most one image beyond `CHUNK_SIZE`."""
+MAX_FILES_SIZE = 2**26
+"""Largest size of the scenario and its CSV files in a recording together [bytes]."""
 READABLE_VERSIONS = {"recording_version": RECORDING_VERSION, "message_version": MESSAGE_VERSION}
 """Newest versions that can be read, by their key in the metadata; an older file may lack a key."""
 DAMAGE_ERRORS = (
@@ -103,6 +108,11 @@ class Recording:
                 recording._check_version()
             elif isinstance(record, mcap_records.Attachment):
                 recording.files[record.name] = record.data
+                if sum(map(len, recording.files.values())) > MAX_FILES_SIZE:
+                    raise ValueError(
+                        f"{path} holds files of more than {MAX_FILES_SIZE / 2**20:g} MiB; a "
+                        "scenario needs less"
+                    )
             elif isinstance(record, mcap_records.Message | mcap_records.DataEnd):
                 break
         return recording
@@ -161,10 +171,12 @@ class Recording:
         if SCENARIO_ATTACHMENT not in self.files:
             raise ValueError(f"{self.path} holds no scenario; it was not recorded by Lariat")
         for name, content in self.files.items():
-            if Path(name).is_absolute() or ".." in Path(name).parts:
-                raise ValueError(f"{self.path} has a file {name!r} that lies outside of its folder")
-            (folder / name).parent.mkdir(parents=True, exist_ok=True)
-            (folder / name).write_bytes(content)
+            try:
+                path = path_inside(folder, name)
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_bytes(content)
+            except (OSError, ValueError) as error:
+                raise ValueError(f"{self.path} has an unusable file {name!r}: {error}") from error
         text = self.files[SCENARIO_ATTACHMENT].decode()
         return parse(text, folder, source=f"the scenario in {self.path}")
 
@@ -176,12 +188,16 @@ class Recording:
         Raises:
             ValueError: The file cannot be read or is not MCAP.
         """
+        if self.path.exists() and not self.path.is_file():
+            raise ValueError(f"cannot read recording {self.path}: not a regular file")
         try:
             stream = self.path.open("rb")
         except OSError as error:
             raise ValueError(f"cannot read recording {self.path}: {error}") from error
         with stream:
-            reader = StreamReader(stream, emit_chunks=True, record_size_limit=MAX_RECORD_SIZE)
+            # No record is longer than its file, whatever it claims.
+            limit = min(MAX_RECORD_SIZE, self.path.stat().st_size)
+            reader = StreamReader(stream, emit_chunks=True, record_size_limit=limit)
             position = 0
             source = iter(reader.records)
             while True:
@@ -196,7 +212,7 @@ class Recording:
                     return
                 if isinstance(record, mcap_records.Chunk):
                     try:
-                        inner = breakup_chunk(record, validate_crc=True)
+                        inner = breakup_chunk(_uncompressed(record), validate_crc=True)
                     except DAMAGE_ERRORS as error:
                         self.damage = f"a chunk before byte {stream.tell()} is damaged: {error}"
                         inner = []
@@ -204,3 +220,24 @@ class Recording:
                 else:
                     yield record
                 position = stream.tell()
+
+
+def _uncompressed(chunk: mcap_records.Chunk) -> mcap_records.Chunk:
+    """Return a chunk with its content uncompressed, in memory of a bounded size.
+
+    Raises:
+        ValueError: The content is larger than a record may be, or its compression is not known.
+    """
+    match chunk.compression:
+        case "":
+            return chunk
+        case "zstd":
+            with ZstdDecompressor().stream_reader(chunk.data) as reader:
+                content = reader.read(MAX_RECORD_SIZE + 1)
+        case "lz4":
+            content = LZ4FrameDecompressor().decompress(chunk.data, MAX_RECORD_SIZE + 1)
+        case other:
+            raise ValueError(f"compression {other!r} is not known")
+    if len(content) > MAX_RECORD_SIZE:
+        raise ValueError(f"its content is larger than {MAX_RECORD_SIZE / 2**20:g} MiB")
+    return replace(chunk, compression="", data=content)

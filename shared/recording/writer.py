@@ -11,8 +11,10 @@ from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 
+from shared.bounded_file import read_file
 from shared.recording.layout import CHUNK_SIZE, METADATA_NAME, SCENARIO_ATTACHMENT
 from shared.scenario import Scenario
+from shared.scenario.scenario import MAX_NODES_FILE_SIZE
 from shared.topics import Topic
 from shared.version import MESSAGE_VERSION, RECORDING_VERSION, commit, version
 
@@ -151,5 +153,5 @@ def _files(scenario: Scenario) -> dict[str, bytes]:
     names = dict.fromkeys(shape.nodes for shape in shapes if shape.nodes)
     return {
         SCENARIO_ATTACHMENT: scenario.text.encode(),
-        **{name: (scenario.folder / name).read_bytes() for name in names},
+        **{name: read_file(scenario.folder / name, MAX_NODES_FILE_SIZE) for name in names},
     }

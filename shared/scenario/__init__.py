@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from shared.aliases import with_current_keys
+from shared.bounded_file import read_file
 from shared.configuration import ConfigurationError, read
 from shared.scenario.checks import check
 from shared.scenario.scenario import Scenario
@@ -33,6 +34,9 @@ __all__ = [
     "parse",
 ]
 
+MAX_SCENARIO_SIZE = 2**20
+"""Largest scenario file [bytes]."""
+
 
 def load(path: Path | str) -> Scenario:
     """Read and check a scenario file.
@@ -45,8 +49,8 @@ def load(path: Path | str) -> Scenario:
     """
     path = find(path)
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+        text = read_file(path, MAX_SCENARIO_SIZE).decode()
+    except (OSError, ValueError) as error:
         raise ConfigurationError(f"cannot read scenario {path}: {error}") from error
     return parse(text, folder=path.parent, source=str(path))
 
@@ -63,14 +67,16 @@ def parse(text: str, folder: Path, source: str = "scenario") -> Scenario:
         ConfigurationError: The text is not TOML or a value in it is wrong.
     """
     try:
-        table = tomllib.loads(text)
+        table = with_current_keys(tomllib.loads(text))
     except tomllib.TOMLDecodeError as error:
         raise ConfigurationError(f"{source}: not valid TOML: {error}") from error
+    except RecursionError as error:
+        raise ConfigurationError(f"{source}: not valid TOML: nested too deeply") from error
     for key in ("folder", "text"):
         if key in table:
             raise ConfigurationError(f"unknown key {key!r} in [top level]; remove it")
     _check_version(table, source)
-    scenario = read(Scenario, with_current_keys(table))
+    scenario = read(Scenario, table)
     scenario = replace(scenario, folder=folder, text=text)
     check(scenario)
     return scenario

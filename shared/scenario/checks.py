@@ -7,6 +7,7 @@ import numpy as np
 from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines
 from shared.configuration import ConfigurationError
+from shared.messages.validation import MAX_OBSTACLES
 from shared.scenario.scenario import Scenario
 from shared.scenario.sections import SIDES, Shape, Side
 
@@ -25,6 +26,10 @@ def check(scenario: Scenario) -> None:
         ConfigurationError: Two parts contradict each other; the text names the first such pair.
     """
     names = [o.name for o in scenario.bodies]
+    if len(names) > MAX_OBSTACLES:
+        raise ConfigurationError(
+            f"{len(names)} obstacles with the table, more than {MAX_OBSTACLES}; join some to boxes"
+        )
     for name in names:
         if names.count(name) > 1:
             raise ConfigurationError(f"two obstacles have the name {name!r}; give each its own")

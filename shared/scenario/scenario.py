@@ -13,6 +13,7 @@ from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines, poses
 from lariat.geometry.cameras import looking_at
 from lariat.geometry.poses import Pose
+from shared.bounded_file import path_inside, read_file
 from shared.configuration import Bounds, ConfigurationError
 from shared.scenario.sections import (
     Control,
@@ -31,6 +32,10 @@ from shared.scenario.sections import (
 )
 from shared.version import SCENARIO_VERSION
 
+MAX_NODES_FILE_SIZE = 4 * 2**20
+"""Largest CSV file of nodes [bytes]."""
+MAX_COORDINATE = 1e3
+"""Largest coordinate of a node in a file [m]."""
 LEVEL_GRIP = np.array([0.5, 0.5, 0.5, 0.5])
 """Orientation of a grip that points along the world's x: grip x, y, z are world y, z, x."""
 
@@ -110,7 +115,7 @@ class Scenario:
         """
         if not shape.nodes:
             return None
-        return polylines.resample(_chain(self.folder / shape.nodes), self.rope.node_count)
+        return polylines.resample(_chain(self.folder, shape.nodes), self.rope.node_count)
 
     def grips(self, shape: Shape) -> tuple[Pose, Pose]:
         """Return the left and the right grip pose of a shape, z along the rope from left to right.
@@ -140,17 +145,21 @@ def _orientation(given: Quaternion | None, direction: np.ndarray) -> Float64[np.
     return poses.multiply(poses.rotation_between(np.array([1.0, 0.0, 0.0]), direction), LEVEL_GRIP)
 
 
-def _chain(path: Path) -> Float64[np.ndarray, "n 3"]:
+def _chain(folder: Path, name: str) -> Float64[np.ndarray, "n 3"]:
+    path = folder / name
     try:
-        nodes = np.loadtxt(path, delimiter=",", comments="#", ndmin=2)
+        text = read_file(path_inside(folder, name), MAX_NODES_FILE_SIZE).decode()
+        nodes = np.loadtxt(text.splitlines(), delimiter=",", comments="#", ndmin=2)
     except (OSError, ValueError) as error:
         raise ConfigurationError(f"cannot read nodes {path}: {error}") from error
     if nodes.ndim != 2 or nodes.shape[1] != 3 or len(nodes) < 3:
         raise ConfigurationError(
             f"{path} has shape {nodes.shape}; give at least 3 rows of x, y, z [m]"
         )
-    if not np.all(np.isfinite(nodes)):
-        raise ConfigurationError(f"{path} has a number that is not finite")
+    if not np.max(np.abs(nodes)) <= MAX_COORDINATE:
+        raise ConfigurationError(
+            f"{path} has a number that is not finite, or beyond ±{MAX_COORDINATE:g} m"
+        )
     if polylines.length(nodes) <= 0.0:
         raise ConfigurationError(f"all nodes of {path} are the same point")
     return nodes

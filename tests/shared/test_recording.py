@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import os
 import signal
+import struct
 import subprocess
 import sys
+import tracemalloc
 from pathlib import Path
 
+import lz4.frame
 import pytest
+import zstandard
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from google.protobuf.descriptor_pool import DescriptorPool
@@ -19,11 +23,12 @@ from mcap.reader import make_reader
 from cli.repair import repair
 from shared import topics
 from shared.messages import NodeChain, timestamp
-from shared.recording import Recording, Writer
+from shared.recording import Recording, Writer, reader
 from shared.scenario import parse
 from shared.service import SECOND
 from shared.version import MESSAGE_VERSION, RECORDING_VERSION
 
+MCAP_MAGIC = b"\x89MCAP0\r\n"
 OLD_RECORDING = Path(__file__).parents[1] / "replay" / "three-cylinders.mcap"
 TEXT = """
 name = "recorded"
@@ -100,8 +105,8 @@ def test_a_reader_that_knows_nothing_of_lariat_decodes_every_message(tmp_path: P
     assert indexed_count(tmp_path / "a.mcap") == 4
     decoded = {}
     with (tmp_path / "a.mcap").open("rb") as stream:
-        reader = make_reader(stream, validate_crcs=True)
-        for schema, channel, message in reader.iter_messages():
+        answer = make_reader(stream, validate_crcs=True)
+        for schema, channel, message in answer.iter_messages():
             assert schema is not None
             assert (schema.encoding, channel.message_encoding) == ("protobuf", "protobuf")
             # Only what the file itself says of its messages: an empty pool of descriptors.
@@ -206,3 +211,53 @@ def test_a_recording_without_versions_is_read():
     old = Recording.open(OLD_RECORDING)
     assert "recording_version" not in old.metadata
     assert sum(1 for _ in old.messages()) > 1000
+
+
+def chunk_record(compression: str, content: bytes, claimed: int) -> bytes:
+    """Record of a chunk, written by hand."""
+    name = compression.encode()
+    body = struct.pack("<QQQI", 0, 0, claimed, 0) + struct.pack("<I", len(name)) + name
+    body += struct.pack("<Q", len(content)) + content
+    return b"\x06" + struct.pack("<Q", len(body)) + body
+
+
+@pytest.mark.parametrize("compress", [zstandard.compress, lz4.frame.compress])
+def test_a_chunk_that_unpacks_to_more_than_a_record_is_skipped(
+    tmp_path: Path, scenario, monkeypatch: pytest.MonkeyPatch, compress
+):
+    monkeypatch.setattr(reader, "MAX_RECORD_SIZE", 1 << 20)
+    path = tmp_path / "bomb.mcap"
+    writer = Writer(path, scenario, SECOND)
+    write(writer, 10)
+    writer.close()
+    kind = "zstd" if compress is zstandard.compress else "lz4"
+    bomb = chunk_record(kind, compress(bytes(64 << 20)), 100)
+    content = path.read_bytes()
+    path.write_bytes(content[:8] + bomb + content[8:])
+    tracemalloc.start()
+    assert len(list(Recording(path).messages())) == 10
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 8 << 20
+
+
+def test_a_record_is_no_longer_than_its_file(tmp_path: Path):
+    path = tmp_path / "claims.mcap"
+    path.write_bytes(MCAP_MAGIC + b"\x06" + struct.pack("<Q", 1 << 26) + bytes(100))
+    tracemalloc.start()
+    with pytest.raises(ValueError, match="not an MCAP file"):
+        Recording.open(path)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 1 << 20
+
+
+def test_files_of_a_recording_stay_in_their_folder(tmp_path: Path):
+    recording = Recording(tmp_path / "a.mcap", files={"scenario.toml": b"", "../out.csv": b""})
+    with pytest.raises(ValueError, match=r"unusable file '\.\./out\.csv'"):
+        recording.scenario(tmp_path / "x")
+
+
+def test_a_device_is_no_recording():
+    with pytest.raises(ValueError, match="not a regular file"):
+        Recording.open("/dev/zero")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
@@ -11,6 +12,7 @@ from jaxtyping import UInt8, UInt16
 from lariat.geometry.cameras import Intrinsics
 from services.perception.rgbd.decoding import decode_frame
 from services.perception.rgbd.lens_distortion import Undistortion
+from shared.image_header import check_image
 
 Images = tuple[UInt8[np.ndarray, "h w 3"], UInt16[np.ndarray, "h w"]]
 """Red, green, blue, and depth [mm], 0 where nothing was measured."""
@@ -41,17 +43,22 @@ class CameraView:
         """Return undistorted RGB and depth [mm], or the reason why there are none."""
         if calibration is None:
             return f"no calibration of camera {self._name!r}"
+        # Before anything is decoded: an image may claim any number of pixels.
+        try:
+            sizes = check_image(color.data), (depth.width, depth.height)
+        except ValueError as error:
+            return f"colour image of camera {self._name!r}: {error}"
+        wanted = calibration.width, calibration.height
+        if sizes != (wanted, wanted):
+            found = " and ".join(f"{width} x {height}" for width, height in sizes)
+            return f"images are {found}, but the calibration is for {wanted[0]} x {wanted[1]}"
         images = decode_frame(color, depth)
         if isinstance(images, str):
             return images
         try:
             undistortion = self._calibrated(calibration)
-        except (IndexError, ValueError) as error:
+        except (IndexError, ValueError, cv2.error) as error:
             return f"calibration of camera {self._name!r}: {error}"
-        wanted = calibration.height, calibration.width
-        if images[0].shape[:2] != wanted or images[1].shape != wanted:
-            sizes = " and ".join(f"{i.shape[1]} x {i.shape[0]}" for i in images)
-            return f"images are {sizes}, but the calibration is for {wanted[1]} x {wanted[0]}"
         return undistortion(*images)
 
     def _calibrated(self, message: CameraCalibration) -> Undistortion:

@@ -7,6 +7,9 @@ import random
 from pathlib import Path as FilePath
 
 import pytest
+from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from google.protobuf.message import Message
 
 from shared import topics
@@ -30,6 +33,7 @@ from shared.messages import (
 from shared.messages.validation import MAX_PAYLOAD_SIZE, decode
 from shared.recording import Recording
 from shared.topics import Topic
+from tests.shared.test_image_header import png_header
 
 REFERENCES = sorted((FilePath(__file__).parents[2] / "replay").glob("*.mcap"))
 
@@ -81,6 +85,11 @@ def test_every_message_of_a_run_is_valid(recording: FilePath) -> None:
             Scene(obstacles=[Obstacle(name="o", shape="sphere", position=[9.0] * 3, radius=-1.0)]),
             "takes 0 < radius",
         ),
+        (topics.CAMERA_COLOR, CompressedImage(data=png_header(30000, 30000)), "30000 x 30000"),
+        (topics.CAMERA_COLOR, CompressedImage(data=b"GIF"), "neither a PNG nor a JPEG"),
+        (topics.CAMERA_DEPTH, RawImage(width=2**31, height=2**31), "pixels; an image has"),
+        (topics.CAMERA_CALIBRATION, CameraCalibration(width=4, height=4, K=[1.0]), "K has 1"),
+        (topics.CAMERA_CALIBRATION, CameraCalibration(width=4, height=4, K=[0.0] * 9), "focal"),
     ],
 )
 def test_invalid_message_is_refused_with_the_reason(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 
@@ -149,3 +150,32 @@ def test_a_newer_version_is_refused_before_its_unknown_keys():
 def test_a_version_that_is_no_number_is_refused(tmp_path: Path):
     with pytest.raises(ConfigurationError, match=r"version = '1' must be a int"):
         parse("version = '1'\n" + SMALLEST, tmp_path)
+
+
+@pytest.mark.parametrize("name", ["/dev/zero", "../goal.csv", "pipe", "large.csv"])
+def test_nodes_come_from_a_small_regular_file_beside_the_scenario(tmp_path: Path, name: str):
+    os.mkfifo(tmp_path / "pipe")
+    with (tmp_path / "large.csv").open("wb") as stream:
+        stream.truncate(1 << 40)
+    with pytest.raises(ConfigurationError, match=r"cannot read nodes .*(outside|regular|larger)"):
+        changed("line = [[-0.1, 0.1, 0.3], [0.25, 0.1, 0.3]]", f"nodes = '{name}'", tmp_path)
+
+
+def test_a_scenario_is_a_small_regular_file(tmp_path: Path):
+    with (tmp_path / "large.toml").open("wb") as stream:
+        stream.truncate(1 << 40)
+    with pytest.raises(ConfigurationError, match="larger than 1 MiB"):
+        load(tmp_path / "large.toml")
+    with pytest.raises(ConfigurationError, match="cannot read scenario /dev/zero"):
+        load("/dev/zero")
+
+
+def test_a_text_that_nests_without_end_is_not_valid():
+    with pytest.raises(ConfigurationError, match="not valid TOML"):
+        parse("a" + ".b" * 5000 + " = 1", Path())
+
+
+def test_too_many_obstacles_are_refused(tmp_path: Path):
+    obstacle = "[[obstacles]]\nshape = 'sphere'\nposition = [0.0, 0.9, 0.9]\nradius = 0.01\n"
+    with pytest.raises(ConfigurationError, match="301 obstacles with the table, more than 256"):
+        parse(SMALLEST + 300 * obstacle, tmp_path)

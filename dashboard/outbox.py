@@ -25,8 +25,6 @@ from shared.topics import Topic
 
 ANSWER_TIMEOUT = 3 * SECOND
 """Time after which an unanswered request is reported [ns]."""
-COMMAND_VALIDITY = SECOND
-"""Time after which an arm command expires and must not be executed [ns]."""
 
 RECEIVERS = {
     topics.TASK_REQUEST.key: "controller",
@@ -84,10 +82,11 @@ class Outbox:
         return self._add(topics.SCENE_REQUEST, message, label)
 
     def command_arms(
-        self, action: ArmCommand.Action, boot: str, label: str, **fields: object
+        self, action: ArmCommand.Action, arms: ArmStates, label: str, **fields: object
     ) -> str:
-        """Queue a command to the gateway whose boot id is `boot` and return its id."""
-        return self._add(topics.ARM_COMMAND, ArmCommand(action=action, boot=boot, **fields), label)
+        """Queue a command to the gateway, whose newest state is `arms`, and return its id."""
+        message = ArmCommand(action=action, boot=arms.boot, answers=arms.stamp, **fields)
+        return self._add(topics.ARM_COMMAND, message, label)
 
     def draft_goal(self, left: Pose, right: Pose) -> str:
         """Queue a request for the rod's rest shape between two grips and return its id."""
@@ -104,8 +103,6 @@ class Outbox:
         """Remove and yield all queued requests, stamped with `now` [ns]."""
         for topic, message, label in self._unsent:
             message.stamp = now
-            if isinstance(message, ArmCommand):
-                message.expires = now + COMMAND_VALIDITY
             if label:
                 number = int(message.id.rpartition("-")[2])
                 receiver = RECEIVERS[topic.key]

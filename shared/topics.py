@@ -19,6 +19,7 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from shared.messages import (
     ArmCommand,
     ArmStates,
+    Consent,
     GoalDraft,
     GoalPreview,
     Health,
@@ -165,6 +166,7 @@ ARM_STATE = Topic(
     "arm/state", ArmStates, "robot_gateway", "every", urgent=True, tolerance={"arms": 1e-7}
 )
 ARM_COMMAND = Topic("arm/command", ArmCommand, "dashboard, lariat", "every", urgent=True)
+ARM_CONSENT = Topic("arm/consent", Consent, "dashboard, lariat", "every", urgent=True)
 RUN_RESULT = Topic(
     "run/result",
     RunResult,

@@ -7,7 +7,7 @@ from functools import cache
 from importlib import metadata
 from pathlib import Path
 
-MESSAGE_VERSION = 1
+MESSAGE_VERSION = 2
 """Version of topics and messages; a reader refuses messages of a newer version."""
 RECORDING_VERSION = 1
 """Version of recordings: metadata, attachments and channels; 0 stands for files without one."""

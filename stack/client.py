@@ -19,7 +19,6 @@ from shared import topics
 from shared.bus import DEFAULT_HUB, Bus, BusOptions, Publisher, Subscription
 from shared.clock import SystemClock
 from shared.messages import ArmCommand, ArmStates, TaskRequest, TaskState
-from shared.service import SECOND
 
 JOIN_TIMEOUT = 1.5
 """Longest wait for the bus' hub [s]."""
@@ -27,8 +26,6 @@ ANSWER_TIMEOUT = 3.0
 """Longest wait for an answer [s]."""
 POLL_PERIOD = 0.005
 """Time between two looks for an answer [s]."""
-COMMAND_LIFETIME = 2 * SECOND
-"""Age at which a command to an arm expires [ns]."""
 
 
 @dataclass(frozen=True)
@@ -114,8 +111,8 @@ class Client:
             id=self.next_id(),
             stamp=self._clock.now(),
             boot=before.boot,
-            # The gateway's clock counts; it may differ from this machine's.
-            expires=before.stamp + COMMAND_LIFETIME,
+            # Commands expire by the gateway's clock, which may differ from this machine's.
+            answers=before.stamp,
             action=action,
             **fields,
         )

@@ -45,7 +45,7 @@ class ArmControls:
         self._outbox = outbox
         self._notify = notify
         self._live = live
-        self._boot = ""
+        self._newest: ArmStates | None = None
         self._status = gui.add_html("")
         self._shown: StatusLine | None = None
         self._acknowledge = gui.add_button(
@@ -95,12 +95,12 @@ class ArmControls:
         self._command(ArmCommand.GRIPPER, f"{label} gripper {side}", arm=side, close=close)
 
     def _command(self, action: ArmCommand.Action, label: str, **fields: object) -> None:
-        if not self._boot:
+        if self._newest is None:
             self._notify(
                 Notification(f"{label}: not sent", "No message from the robot gateway yet.")
             )
             return
-        self._outbox.command_arms(action, self._boot, label, **fields)
+        self._outbox.command_arms(action, self._newest, label, **fields)
 
     def update(self, arms: ArmStates | None, age: float) -> None:
         """Show the state of the gateway and the buttons that apply to it.
@@ -123,7 +123,7 @@ class ArmControls:
             )
         if not self._live:
             return
-        self._boot = arms.boot
+        self._newest = arms
         for arm in arms.arms:
             group = self._grippers.get(arm.arm)
             if group is not None and group.visible != (arm.driver != "fixed"):

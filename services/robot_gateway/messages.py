@@ -15,9 +15,11 @@ from shared.scenario import SIDES, Side
 
 ACTION_NAMES: dict[int, Action] = {
     ArmCommand.ARM: "arm",
+    ArmCommand.APPROACH: "approach",
     ArmCommand.DISARM: "disarm",
     ArmCommand.HOLD: "hold",
     ArmCommand.ACKNOWLEDGE: "acknowledge",
+    ArmCommand.RESUME: "resume",
     ArmCommand.GRIPPER: "gripper",
 }
 """Actions by their codes in a message."""
@@ -58,7 +60,7 @@ def command_of(message: ArmCommand) -> OperatorCommand:
     return OperatorCommand(
         id=message.id,
         boot=message.boot,
-        expires=message.expires,
+        answers=message.answers,
         action=ACTION_NAMES[message.action],
         arm=message.arm,
         close=message.close,
@@ -91,6 +93,7 @@ def arm_states(status: CellStatus, drivers: Sequence[Driver], now: int) -> ArmSt
         braking=status.braking,
         reset_count=status.reset_count,
         cause=safety.cause,
+        may_move=safety.may_move,
     )
 
 

@@ -13,7 +13,14 @@ from jaxtyping import Float64
 
 from lariat.geometry import obstacles as geometry
 from lariat.geometry.poses import Pose
-from shared.messages.arm_pb2 import ArmCommand, ArmSetpoints, ArmState, ArmStates, Setpoints
+from shared.messages.arm_pb2 import (
+    ArmCommand,
+    ArmSetpoints,
+    ArmState,
+    ArmStates,
+    Consent,
+    Setpoints,
+)
 from shared.messages.control_pb2 import (
     Estimate,
     Parameter,
@@ -59,6 +66,7 @@ __all__ = [
     "ArmSetpoints",
     "ArmState",
     "ArmStates",
+    "Consent",
     "Estimate",
     "Goal",
     "GoalDraft",

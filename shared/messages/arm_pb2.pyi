@@ -40,7 +40,7 @@ class Setpoints(_message.Message):
     def __init__(self, stamp: _Optional[int] = ..., session: _Optional[str] = ..., sequence: _Optional[int] = ..., t0: _Optional[int] = ..., dt: _Optional[int] = ..., arms: _Optional[_Iterable[_Union[ArmSetpoints, _Mapping]]] = ..., image_stamp: _Optional[int] = ..., hold: _Optional[bool] = ..., reason: _Optional[str] = ...) -> None: ...
 
 class ArmState(_message.Message):
-    __slots__ = ("arm", "driver", "position", "orientation", "linear_velocity", "angular_velocity", "joints", "gripper_closed", "alarms", "tracking_error", "link_age", "mode", "link_rate", "link_gap", "pull")
+    __slots__ = ("arm", "driver", "position", "orientation", "linear_velocity", "angular_velocity", "joints", "gripper_closed", "alarms", "tracking_error", "link_age", "mode", "link_rate", "link_gap", "pull", "powered")
     ARM_FIELD_NUMBER: _ClassVar[int]
     DRIVER_FIELD_NUMBER: _ClassVar[int]
     POSITION_FIELD_NUMBER: _ClassVar[int]
@@ -56,6 +56,7 @@ class ArmState(_message.Message):
     LINK_RATE_FIELD_NUMBER: _ClassVar[int]
     LINK_GAP_FIELD_NUMBER: _ClassVar[int]
     PULL_FIELD_NUMBER: _ClassVar[int]
+    POWERED_FIELD_NUMBER: _ClassVar[int]
     arm: str
     driver: str
     position: _containers.RepeatedScalarFieldContainer[float]
@@ -71,10 +72,11 @@ class ArmState(_message.Message):
     link_rate: float
     link_gap: float
     pull: float
-    def __init__(self, arm: _Optional[str] = ..., driver: _Optional[str] = ..., position: _Optional[_Iterable[float]] = ..., orientation: _Optional[_Iterable[float]] = ..., linear_velocity: _Optional[_Iterable[float]] = ..., angular_velocity: _Optional[_Iterable[float]] = ..., joints: _Optional[_Iterable[float]] = ..., gripper_closed: _Optional[bool] = ..., alarms: _Optional[_Iterable[str]] = ..., tracking_error: _Optional[float] = ..., link_age: _Optional[float] = ..., mode: _Optional[str] = ..., link_rate: _Optional[float] = ..., link_gap: _Optional[float] = ..., pull: _Optional[float] = ...) -> None: ...
+    powered: bool
+    def __init__(self, arm: _Optional[str] = ..., driver: _Optional[str] = ..., position: _Optional[_Iterable[float]] = ..., orientation: _Optional[_Iterable[float]] = ..., linear_velocity: _Optional[_Iterable[float]] = ..., angular_velocity: _Optional[_Iterable[float]] = ..., joints: _Optional[_Iterable[float]] = ..., gripper_closed: _Optional[bool] = ..., alarms: _Optional[_Iterable[str]] = ..., tracking_error: _Optional[float] = ..., link_age: _Optional[float] = ..., mode: _Optional[str] = ..., link_rate: _Optional[float] = ..., link_gap: _Optional[float] = ..., pull: _Optional[float] = ..., powered: _Optional[bool] = ...) -> None: ...
 
 class ArmStates(_message.Message):
-    __slots__ = ("stamp", "boot", "mode", "reason", "rule", "needs_acknowledgement", "session", "sequence", "refused_sequence", "last_command", "refusal", "arms", "braking", "reset_count", "cause")
+    __slots__ = ("stamp", "boot", "mode", "reason", "rule", "needs_acknowledgement", "session", "sequence", "refused_sequence", "last_command", "refusal", "arms", "braking", "reset_count", "cause", "may_move", "needs_resume", "next_session", "approach_distance", "approach_angle", "needs_approach")
     class Mode(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
         __slots__ = ()
         DISARMED: _ClassVar[ArmStates.Mode]
@@ -102,6 +104,12 @@ class ArmStates(_message.Message):
     BRAKING_FIELD_NUMBER: _ClassVar[int]
     RESET_COUNT_FIELD_NUMBER: _ClassVar[int]
     CAUSE_FIELD_NUMBER: _ClassVar[int]
+    MAY_MOVE_FIELD_NUMBER: _ClassVar[int]
+    NEEDS_RESUME_FIELD_NUMBER: _ClassVar[int]
+    NEXT_SESSION_FIELD_NUMBER: _ClassVar[int]
+    APPROACH_DISTANCE_FIELD_NUMBER: _ClassVar[int]
+    APPROACH_ANGLE_FIELD_NUMBER: _ClassVar[int]
+    NEEDS_APPROACH_FIELD_NUMBER: _ClassVar[int]
     stamp: int
     boot: str
     mode: ArmStates.Mode
@@ -117,34 +125,66 @@ class ArmStates(_message.Message):
     braking: bool
     reset_count: int
     cause: str
-    def __init__(self, stamp: _Optional[int] = ..., boot: _Optional[str] = ..., mode: _Optional[_Union[ArmStates.Mode, str]] = ..., reason: _Optional[str] = ..., rule: _Optional[str] = ..., needs_acknowledgement: _Optional[bool] = ..., session: _Optional[str] = ..., sequence: _Optional[int] = ..., refused_sequence: _Optional[int] = ..., last_command: _Optional[str] = ..., refusal: _Optional[str] = ..., arms: _Optional[_Iterable[_Union[ArmState, _Mapping]]] = ..., braking: _Optional[bool] = ..., reset_count: _Optional[int] = ..., cause: _Optional[str] = ...) -> None: ...
+    may_move: bool
+    needs_resume: bool
+    next_session: str
+    approach_distance: float
+    approach_angle: float
+    needs_approach: bool
+    def __init__(self, stamp: _Optional[int] = ..., boot: _Optional[str] = ..., mode: _Optional[_Union[ArmStates.Mode, str]] = ..., reason: _Optional[str] = ..., rule: _Optional[str] = ..., needs_acknowledgement: _Optional[bool] = ..., session: _Optional[str] = ..., sequence: _Optional[int] = ..., refused_sequence: _Optional[int] = ..., last_command: _Optional[str] = ..., refusal: _Optional[str] = ..., arms: _Optional[_Iterable[_Union[ArmState, _Mapping]]] = ..., braking: _Optional[bool] = ..., reset_count: _Optional[int] = ..., cause: _Optional[str] = ..., may_move: _Optional[bool] = ..., needs_resume: _Optional[bool] = ..., next_session: _Optional[str] = ..., approach_distance: _Optional[float] = ..., approach_angle: _Optional[float] = ..., needs_approach: _Optional[bool] = ...) -> None: ...
 
 class ArmCommand(_message.Message):
-    __slots__ = ("id", "stamp", "boot", "expires", "action", "arm", "close")
+    __slots__ = ("id", "stamp", "boot", "action", "arm", "close", "answers", "approach_distance", "approach_angle", "session")
     class Action(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
         __slots__ = ()
+        UNSPECIFIED: _ClassVar[ArmCommand.Action]
         ARM: _ClassVar[ArmCommand.Action]
+        APPROACH: _ClassVar[ArmCommand.Action]
         DISARM: _ClassVar[ArmCommand.Action]
         HOLD: _ClassVar[ArmCommand.Action]
         ACKNOWLEDGE: _ClassVar[ArmCommand.Action]
+        RESUME: _ClassVar[ArmCommand.Action]
         GRIPPER: _ClassVar[ArmCommand.Action]
+    UNSPECIFIED: ArmCommand.Action
     ARM: ArmCommand.Action
+    APPROACH: ArmCommand.Action
     DISARM: ArmCommand.Action
     HOLD: ArmCommand.Action
     ACKNOWLEDGE: ArmCommand.Action
+    RESUME: ArmCommand.Action
     GRIPPER: ArmCommand.Action
     ID_FIELD_NUMBER: _ClassVar[int]
     STAMP_FIELD_NUMBER: _ClassVar[int]
     BOOT_FIELD_NUMBER: _ClassVar[int]
-    EXPIRES_FIELD_NUMBER: _ClassVar[int]
     ACTION_FIELD_NUMBER: _ClassVar[int]
     ARM_FIELD_NUMBER: _ClassVar[int]
     CLOSE_FIELD_NUMBER: _ClassVar[int]
+    ANSWERS_FIELD_NUMBER: _ClassVar[int]
+    APPROACH_DISTANCE_FIELD_NUMBER: _ClassVar[int]
+    APPROACH_ANGLE_FIELD_NUMBER: _ClassVar[int]
+    SESSION_FIELD_NUMBER: _ClassVar[int]
     id: str
     stamp: int
     boot: str
-    expires: int
     action: ArmCommand.Action
     arm: str
     close: bool
-    def __init__(self, id: _Optional[str] = ..., stamp: _Optional[int] = ..., boot: _Optional[str] = ..., expires: _Optional[int] = ..., action: _Optional[_Union[ArmCommand.Action, str]] = ..., arm: _Optional[str] = ..., close: _Optional[bool] = ...) -> None: ...
+    answers: int
+    approach_distance: float
+    approach_angle: float
+    session: str
+    def __init__(self, id: _Optional[str] = ..., stamp: _Optional[int] = ..., boot: _Optional[str] = ..., action: _Optional[_Union[ArmCommand.Action, str]] = ..., arm: _Optional[str] = ..., close: _Optional[bool] = ..., answers: _Optional[int] = ..., approach_distance: _Optional[float] = ..., approach_angle: _Optional[float] = ..., session: _Optional[str] = ...) -> None: ...
+
+class Consent(_message.Message):
+    __slots__ = ("command", "boot", "sequence", "stamp", "answers")
+    COMMAND_FIELD_NUMBER: _ClassVar[int]
+    BOOT_FIELD_NUMBER: _ClassVar[int]
+    SEQUENCE_FIELD_NUMBER: _ClassVar[int]
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    ANSWERS_FIELD_NUMBER: _ClassVar[int]
+    command: str
+    boot: str
+    sequence: int
+    stamp: int
+    answers: int
+    def __init__(self, command: _Optional[str] = ..., boot: _Optional[str] = ..., sequence: _Optional[int] = ..., stamp: _Optional[int] = ..., answers: _Optional[int] = ...) -> None: ...

@@ -190,6 +190,14 @@ def _check_arm_states(message: messages.ArmStates) -> None:
             raise ValueError(f"a vector of {arm.arm!r} holds a number beyond ±1e6, or none")
 
 
+def _check_arm_command(message: messages.ArmCommand) -> None:
+    if message.action == messages.ArmCommand.UNSPECIFIED:
+        raise ValueError("the command names no action")
+    for name in ("approach_distance", "approach_angle"):
+        if not 0.0 <= getattr(message, name) <= MAX_MAGNITUDE:
+            raise ValueError(f"{name} = {getattr(message, name)} is no distance or angle")
+
+
 def _check_grip(name: str, grip: messages.Grip) -> None:
     _check_length(f"{name}.position", grip.position, 0, 3)
     _check_length(f"{name}.orientation", grip.orientation, 0, 4)
@@ -275,6 +283,7 @@ _CHECKS: dict[type[Message], Callable[[Any], None]] = {
     messages.NodeChain: _check_node_chain,
     messages.Setpoints: _check_setpoints,
     messages.ArmStates: _check_arm_states,
+    messages.ArmCommand: _check_arm_command,
     messages.TaskState: _check_task_state,
     messages.TaskRequest: _check_with_goal,
     messages.GoalPreview: _check_with_goal,

@@ -17,8 +17,7 @@ from zstandard import ZstdDecompressor, ZstdError
 from shared import topics
 from shared.aliases import current_topic_key
 from shared.bounded_file import path_inside
-from shared.messages import Parameters
-from shared.messages.parameters import fill_typed_fields
+from shared.messages.upgrade import upgrade
 from shared.recording.layout import METADATA_NAME, SCENARIO_ATTACHMENT
 from shared.scenario import Scenario, parse
 from shared.topics import Topic
@@ -59,6 +58,8 @@ class Entry:
     """Number among the publisher's messages on this topic, from 0."""
     log_time: int
     """Time of receipt [ns]."""
+    version: int = MESSAGE_VERSION
+    """Version of the message set that it was written with; 0 if the file has none."""
 
     @property
     def topic(self) -> Topic:
@@ -76,8 +77,7 @@ class Entry:
             KeyError: This version of Lariat has no such topic.
         """
         message = self.topic.type.FromString(self.payload)
-        if isinstance(message, Parameters):
-            fill_typed_fields(message)
+        upgrade(message, self.version)
         return message
 
 
@@ -136,6 +136,7 @@ class Recording:
             ValueError: The file cannot be read or is not MCAP.
         """
         wanted = None if keys is None else set(keys)
+        version = 0
         schemas: dict[int, mcap_records.Schema] = {}
         channels: dict[int, mcap_records.Channel] = {}
         for record in self.records():
@@ -143,6 +144,8 @@ class Recording:
                 schemas[record.id] = record
             elif isinstance(record, mcap_records.Channel):
                 channels[record.id] = record
+            elif isinstance(record, mcap_records.Metadata) and record.name == METADATA_NAME:
+                version = int(record.metadata.get("message_version", "0"))
             elif isinstance(record, mcap_records.Message):
                 channel = channels.get(record.channel_id)
                 # The channel may have been in a damaged chunk.
@@ -157,6 +160,7 @@ class Recording:
                         channel.metadata.get("publisher", ""),
                         record.sequence,
                         record.log_time,
+                        version,
                     )
 
     def scenario(self, folder: Path) -> Scenario:

@@ -163,7 +163,7 @@ def _make_ready(
                     id="run-arm",
                     stamp=stack.now,
                     boot=arms.boot,
-                    expires=stack.now + SECOND,
+                    answers=arms.stamp,
                     action=ArmCommand.ARM,
                 ),
             )

@@ -135,7 +135,7 @@ def test_hold_is_meant_for_this_start_of_the_gateway_only(cell: tuple[Cell, Page
     page.get_by_role("button", name="Hold").click()
     command = stage.asked(topics.ARM_COMMAND)
     assert (command.action, command.boot) == (ArmCommand.HOLD, "boot-1")
-    assert command.expires > command.stamp
+    assert command.answers > 0
 
 
 def test_each_gripper_opens_and_closes_by_its_own_buttons(cell: tuple[Cell, Page]) -> None:

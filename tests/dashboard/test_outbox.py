@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from dashboard.outbox import COMMAND_VALIDITY, Notification, Outbox
+from dashboard.outbox import Notification, Outbox
 from lariat.geometry.poses import IDENTITY, Pose
 from shared import topics
 from shared.messages import ArmCommand, ArmStates, Obstacle, Scene, SceneRequest, TaskRequest
@@ -20,7 +20,7 @@ def test_each_request_is_sent_once_with_a_stamp_and_an_id_of_its_own() -> None:
     outbox = Outbox("dashboard-ab")
     outbox.request_task(TaskRequest.START, "Start")
     outbox.request_scene(SceneRequest.REMOVE, Obstacle(name="low"), "Remove low")
-    outbox.command_arms(ArmCommand.HOLD, "boot-7", "Hold")
+    outbox.command_arms(ArmCommand.HOLD, ArmStates(boot="boot-7", stamp=NOW - 8), "Hold")
     sent = list(outbox.take(NOW))
     assert [p.topic for p in sent] == [
         topics.TASK_REQUEST,
@@ -30,7 +30,7 @@ def test_each_request_is_sent_once_with_a_stamp_and_an_id_of_its_own() -> None:
     assert {p.message.stamp for p in sent} == {NOW}
     assert len({p.message.id for p in sent}) == 3
     command = sent[2].message
-    assert (command.boot, command.expires) == ("boot-7", NOW + COMMAND_VALIDITY)
+    assert (command.boot, command.answers) == ("boot-7", NOW - 8)
     assert list(outbox.take(NOW)) == []
 
 

@@ -136,9 +136,9 @@ class Person:
                 post = Obstacle(name="post", shape="sphere", position=[0.3, 0.3, 0.3], radius=0.02)
                 self._outbox.request_scene(SceneRequest.ADD, post, "an obstacle")
             case 6:
-                self._outbox.command_arms(ArmCommand.HOLD, arms.boot, "hold")
+                self._outbox.command_arms(ArmCommand.HOLD, arms, "hold")
             case 8:
-                self._outbox.command_arms(ArmCommand.ACKNOWLEDGE, arms.boot, "acknowledge")
+                self._outbox.command_arms(ArmCommand.ACKNOWLEDGE, arms, "acknowledge")
             case 9:
                 self._outbox.request_task(TaskRequest.START, "start")
 

@@ -2,8 +2,8 @@
 
 It depends on neither geometry nor devices. The rows of `stop_causes.py` state for each cause the
 condition for moving again. At boot a cell is disarmed. Only a person's command leaves a state that
-requires one. A command that permits motion is valid only with the boot id of this start and before
-it expires; a stop is always valid.
+requires one. A command that permits motion is valid only with the boot id of this start and as an
+answer to a recent state, by the gateway's own clock; a stop is always valid.
 """
 
 from __future__ import annotations
@@ -15,10 +15,12 @@ from lariat.trajectory import NANOSECONDS
 from services.robot_gateway.safety.stop_causes import STOP_CAUSES
 
 Mode = Literal["disarmed", "armed", "moving", "holding", "fault"]
-Action = Literal["arm", "disarm", "hold", "acknowledge", "gripper"]
+Action = Literal["arm", "approach", "disarm", "hold", "acknowledge", "resume", "gripper"]
 
 STOP_ACTIONS: tuple[Action, ...] = ("disarm", "hold")
-"""Actions that are obeyed with any boot id and expiry."""
+"""Actions that are obeyed whatever boot id they carry and whatever state they answer."""
+COMMAND_VALIDITY = 1.0
+"""Age of the state that a command answers, above which it is void [s]."""
 DEVICE_CAUSES = ("alarm", "lost_link")
 """Causes from which a device must also recover."""
 
@@ -30,8 +32,8 @@ class OperatorCommand:
     id: str
     boot: str
     """Id of the gateway's start that the person saw."""
-    expires: int
-    """Time after which the command is void [ns]."""
+    answers: int
+    """Stamp of the newest state that the person's side had, by the gateway's clock [ns]."""
     action: Action
     arm: str = ""
     """Arm whose gripper opens or closes."""
@@ -75,14 +77,14 @@ class SafetyState:
         )
 
     def check(self, command: OperatorCommand, now: int) -> None:
-        """Check that a command is a stop, or meant for this start of the gateway and not expired.
+        """Check that a command is a stop, or meant for this start of the gateway and recent.
 
         Args:
             command: Command of a person.
             now: Present time [ns].
 
         Raises:
-            CommandRejected: It is not, or it has.
+            CommandRejected: It is neither.
         """
         if command.action in STOP_ACTIONS:
             return
@@ -90,9 +92,12 @@ class SafetyState:
             raise CommandRejected(
                 f"meant for boot {command.boot!r}, but this is {self.boot!r}; check the state again"
             )
-        if now > command.expires:
-            late = (now - command.expires) * NANOSECONDS
-            raise CommandRejected(f"expired {late:.3f} s ago; nothing was done")
+        age = (now - command.answers) * NANOSECONDS
+        if not 0.0 <= age <= COMMAND_VALIDITY:
+            raise CommandRejected(
+                f"answers a state that is {age:.3f} s old, and may be {COMMAND_VALIDITY:g} s; "
+                "nothing was done"
+            )
 
     def armed(self, refusal: str = "") -> SafetyState:
         """Return the state after a person arms.

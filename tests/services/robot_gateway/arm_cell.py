@@ -123,7 +123,7 @@ class ArmWorld:
         values = {
             "id": f"command-{self._command}",
             "boot": BOOT,
-            "expires": self.now + 1_000_000_000,
+            "answers": self.now,
             "action": action,
         }
         self.cell.take_command(OperatorCommand(**{**values, **changes}), self.now)

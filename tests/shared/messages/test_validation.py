@@ -42,7 +42,7 @@ REFERENCES = sorted((FilePath(__file__).parents[2] / "replay").glob("*.mcap"))
 def test_every_message_of_a_run_is_valid(recording: FilePath) -> None:
     count = 0
     for entry in Recording.open(recording).messages():
-        decode(entry.topic, entry.payload)
+        decode(entry.topic, entry.parse().SerializeToString())
         count += 1
     assert count > 40
 
@@ -56,6 +56,12 @@ def test_every_message_of_a_run_is_valid(recording: FilePath) -> None:
         (topics.ROPE_NODES, NodeChain(positions=[0.0] * 6, observed=[True]), "observed has 1"),
         (topics.ROPE_NODES, NodeChain(stamp=2**63 - 1), "beyond"),
         (topics.ARM_COMMAND, ArmCommand(id="x" * 5000), "longer than 4096"),
+        (topics.ARM_COMMAND, ArmCommand(), "names no action"),
+        (
+            topics.ARM_COMMAND,
+            ArmCommand(action=ArmCommand.APPROACH, approach_distance=math.nan),
+            "no distance",
+        ),
         (topics.ARM_SETPOINTS, Setpoints(arms=[ArmSetpoints(arm="left")] * 2), "once"),
         (
             topics.ARM_SETPOINTS,

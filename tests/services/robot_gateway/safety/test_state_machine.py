@@ -9,6 +9,7 @@ from services.robot_gateway.safety.state_machine import (
     SafetyState,
 )
 from services.robot_gateway.safety.stop_causes import STOP_CAUSES
+from shared.service import SECOND
 
 DISARMED = SafetyState("boot-1")
 ARMED = DISARMED.armed()
@@ -90,19 +91,24 @@ def test_arming_forgets_the_writer() -> None:
 
 
 @pytest.mark.parametrize(
-    ("boot", "expires", "words"),
-    [("boot-1", 100, ""), ("boot-1", 99, "expired"), ("boot-0", 200, "check the state")],
-    ids=["boundary", "late", "of another start"],
+    ("boot", "answers", "words"),
+    [
+        ("boot-1", SECOND, ""),
+        ("boot-1", SECOND - 1, "1.000 s old"),
+        ("boot-1", 2 * SECOND + 1, "old"),
+        ("boot-0", 2 * SECOND, "check the state"),
+    ],
+    ids=["boundary", "late", "of a state to come", "of another start"],
 )
-def test_command_counts_for_this_start_and_until_it_expires(
-    boot: str, expires: int, words: str
+def test_command_counts_for_this_start_and_as_answer_to_a_recent_state(
+    boot: str, answers: int, words: str
 ) -> None:
-    command = OperatorCommand("id", boot, expires, "acknowledge")
+    command = OperatorCommand("id", boot, answers, "acknowledge")
     if not words:
-        DISARMED.check(command, 100)
+        DISARMED.check(command, 2 * SECOND)
         return
     with pytest.raises(CommandRejected, match=words):
-        DISARMED.check(command, 100)
+        DISARMED.check(command, 2 * SECOND)
 
 
 @pytest.mark.parametrize("action", ["hold", "disarm"])

@@ -51,6 +51,7 @@ from services.controller.status import StatusPublisher
 from shared import topics
 from shared.messages import ArmStates, TaskRequest, poses_known, scene_obstacles
 from shared.motion_contract import SETPOINT_PERIOD
+from shared.reset_counter import ResetCounter
 from shared.scenario import SIDES, Scenario
 from shared.scenario.rod_properties import rod_properties
 from shared.service import SECOND, Inbox, Publication
@@ -120,7 +121,9 @@ class ControllerService:
         self._arms: ArmStates | None = None
         self._obstruction: Reason | None = None
         """Reason why no run can begin, whatever is requested."""
-        self._reset_count: int | None = None
+        self._resets = ResetCounter()
+        self._estimate_begun = False
+        """Whether the state estimate began where the arms were; False where it must begin anew."""
         self._last_seen: int | None = None
         self._image_stamp = 0
         self._sequence = 0
@@ -165,16 +168,18 @@ class ControllerService:
             return
         arms: ArmStates = arrived[-1].message
         self._arms = arms
+        self.task.take_reset_count(arms.reset_count)
         motion = grip_motion(arms)
-        known = self._reset_count == arms.reset_count and self.estimator.time != 0
-        if known and abs(arms.stamp - self.estimator.time) < MAX_GAP:
+        if self._resets.advanced(arms.reset_count):
+            self._estimate_begun = False
+        if self._estimate_begun and abs(arms.stamp - self.estimator.time) < MAX_GAP:
             self.estimator.advance(motion, arms.stamp)
             return
         self.controller.disengage()
         self._last_seen = None
-        if self._restart_estimate(motion, arms.stamp, turns=round(self._scenario.start.turns)):
-            self._reset_count = arms.reset_count
-        else:
+        turns = round(self._scenario.start.turns)
+        self._estimate_begun = self._restart_estimate(motion, arms.stamp, turns=turns)
+        if not self._estimate_begun:
             self._arms = None
 
     def _restart_estimate(

@@ -24,6 +24,7 @@ from services.perception.tracking.paper_baseline import PaperTracker, PaperTrack
 from services.perception.tracking.rope_tracker import RopeTracker
 from shared import topics
 from shared.messages import NodeChain, TaskState, arm_pose, chain, poses_known, stamp_of
+from shared.reset_counter import ResetCounter
 from shared.scenario import Scenario
 from shared.scenario.rod_properties import rod_properties
 from shared.service import SECOND, Inbox, Publication
@@ -80,7 +81,7 @@ class PerceptionService:
             self._rope.node_count, scenario.sensing.node_noise, scenario.seed
         )
         self._nodes: np.ndarray | None = None
-        self._reset_count = 0
+        self._resets = ResetCounter()
         self._published = -SECOND
         self._published_revision = 0
         self._doubtful_frames = 0
@@ -220,8 +221,7 @@ class PerceptionService:
         self.note = reason
 
     def _follow_task(self, task: TaskState, now: int) -> None:
-        if task.reset_count != self._reset_count:
-            self._reset_count = task.reset_count
+        if self._resets.advanced(task.reset_count):
             self._scene.reset()
             if self._tracker is not None:
                 self._tracker.forget()

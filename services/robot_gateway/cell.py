@@ -36,6 +36,7 @@ from services.robot_gateway.safety.state_machine import (
 from services.robot_gateway.safety.stop_causes import STOP_CAUSES
 from services.robot_gateway.safety.watchdog import Watchdog
 from services.robot_gateway.status import CellStatus
+from shared.reset_counter import ResetCounter
 from shared.scenario import SIDES
 
 
@@ -99,7 +100,11 @@ class Cell:
         self._rule: Rule | None = None
         self._refusal = self._command = self._rejection = ""
         self._sequence = self._refused_sequence = 0
-        self._reset_requested = self._reset_done = 0
+        self._resets = ResetCounter()
+        self._reset_pending = False
+        """Whether a reset waits for everything to rest."""
+        self._reset_done = 0
+        """Count of the reset that was carried out last; 0 while it is not known."""
 
     # Inputs
 
@@ -169,7 +174,7 @@ class Cell:
             offset = self._admit(session, sequence, now, chunk.start)
             if not self.safety.may_move or self._waiting_since is not None:
                 return
-            if self._reset_requested != self._reset_done or self._approach.running:
+            if self._reset_pending or self._approach.running:
                 return
             spline = self.follower.check(chunk, now, offset)
         except ChunkRefused as refused:
@@ -184,10 +189,16 @@ class Cell:
         self.safety = self.safety.moving(True)
 
     def take_reset(self, count: int) -> None:
-        """Go back to the scenario's start once everything rests; simulation only."""
-        if count != self._reset_requested:
-            self._reset_requested = count
+        """Go back to the scenario's start once everything rests; simulation only.
+
+        Args:
+            count: The controller's count of resets.
+        """
+        if self._resets.advanced(count):
+            self._reset_pending = True
             self.follower.halt()
+        if not self._reset_pending:
+            self._reset_done = self._resets.known
 
     # Tick
 
@@ -261,9 +272,9 @@ class Cell:
         self.follower.halt()
 
     def _reset_if_requested(self, now: int) -> None:
-        if self._reset_requested == self._reset_done:
+        if not self._reset_pending:
             return
-        self._reset_done = self._reset_requested
+        self._reset_pending, self._reset_done = False, self._resets.known
         self.arms.place_at_start(range(len(self.arms.drivers)))
         self.follower.place(self.arms.grips)
         if self.safety.mode != "disarmed":

@@ -16,6 +16,7 @@ from lariat.geometry.markers import marker_pose
 from lariat.geometry.obstacles import Obstacle
 from services.sim.camera.marker_plates import MarkerPlate
 from shared.messages import Scene, SceneRequest, TaskState
+from shared.reset_counter import ResetCounter
 from shared.scenario import Scenario
 
 
@@ -38,14 +39,14 @@ class MarkedObstacles:
         self._present = dict(self._start)
         self._pending: dict[str, SceneRequest] = {}
         self._event_count = 0
-        self._run_started = self._reset_count = 0
+        self._resets = ResetCounter()
+        self._run_started = 0
         self.revision = 0
         """Number of changes."""
 
     def update_task(self, task: TaskState, now: int) -> None:
         """Carry out the events that are due at `now` [ns], and a reset."""
-        if task.reset_count != self._reset_count:
-            self._reset_count = task.reset_count
+        if self._resets.advanced(task.reset_count):
             self._present = dict(self._start)
             self.revision += 1
         if task.run_started != self._run_started:

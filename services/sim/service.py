@@ -18,6 +18,7 @@ from services.sim.plants.end_motion import EndMotion
 from services.sim.world import World
 from shared import topics
 from shared.messages import ArmStates, NodeChain, poses_known, scene_obstacles
+from shared.reset_counter import ResetCounter
 from shared.scenario import Scenario
 from shared.service import SECOND, Inbox, Publication
 
@@ -65,7 +66,7 @@ class SimService:
         self._frame = 0
         self._calibration_time = -CALIBRATION_PERIOD
         self._scene_revision: tuple[int, int] | None = None
-        self._reset_count: int | None = None
+        self._resets = ResetCounter()
 
     def warm_up(self) -> None:
         """Compile the camera's kernels by an image that is not published."""
@@ -102,9 +103,8 @@ class SimService:
 
     def _follow(self, states: ArmStates) -> None:
         left, right = (_motion(states, arm) for arm in ("left", "right"))
-        if self._reset_count is not None and states.reset_count != self._reset_count:
+        if self._resets.advanced(states.reset_count):
             self._world.reset()
-        self._reset_count = states.reset_count
         self._world.advance(left, right, states.stamp)
 
     def _observe(self, instant: int) -> Iterator[Publication]:

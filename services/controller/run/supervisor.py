@@ -125,7 +125,7 @@ class RunSupervisor:
             return task.reason
         if not arms.available:
             return Reason(ReasonCode.ARMS_UNAVAILABLE, {"state": arms.reason})
-        if task.reset_count != arms.reset_count:
+        if task.resettable and task.reset_count != arms.reset_count:
             return Reason(ReasonCode.WAITING_FOR_RESET)
         if last_seen is None or now - last_seen > max_blind_time:
             if following:

@@ -56,7 +56,7 @@ class Task:
     replan_count: int = 0
     """Number of requests for a path."""
     reset_count: int = 0
-    """Number of resets."""
+    """Number of resets, those of controllers before this one included; 0 while it is not known."""
     run: str = ""
     """Name of the present or last run."""
     run_count: int = 0
@@ -153,6 +153,20 @@ class Task:
     def stop(self) -> None:
         """End the run."""
         self.apply(RunEvent.STOP, ReasonCode.STOP_REQUESTED)
+
+    def take_reset_count(self, count: int) -> None:
+        """Go on from the count of resets that the gateway states.
+
+        A controller that replaces another one learns it there: a count that begins again would be
+        another reset.
+
+        Args:
+            count: Reset that the gateway carried out last; 0 where it knows none.
+        """
+        known = max(self.reset_count, count, 1)
+        if known != self.reset_count:
+            self.reset_count = known
+            self.revision += 1
 
     def reset(self) -> None:
         """Ask sim and gateway to return to the scenario's start.

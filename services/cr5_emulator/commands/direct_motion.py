@@ -159,13 +159,13 @@ class DirectMotionCommands:
     def _place(self, values: Values, options: NamedValues) -> str:
         """Put the flange at a pose instantly, for the reset of a simulation; no real arm can."""
         del options
-        arm = self._arm
         goal = frames.transform(np.array(values, dtype=float))
-        solutions = arm.geometry.all_solutions(goal)
-        if not solutions:
-            raise Failure(-1)
-        # The present branch, or else the nearest one.
-        near = min(solutions, key=lambda s: float(np.sum((s - arm.target) ** 2)))
-        if not arm.place(goal, near):
+        # The branch of the start: another one may lead the elbow through the table.
+        start = np.radians(self._context.options.joints)
+        try:
+            near = self._context.nearest_solution(goal, start)
+        except Alarm:
+            raise Failure(-1) from None
+        if not self._arm.place(goal, near):
             raise Failure(-1)
         return ""

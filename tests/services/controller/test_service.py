@@ -21,7 +21,7 @@ def arms(now: int, distance: float) -> ArmStates:
         ArmState(arm=side, driver="ideal", position=[x, 0.0, 0.3], orientation=LEVEL)
         for side, x in sides
     ]
-    return ArmStates(stamp=now, mode=ArmStates.ARMED, arms=places)
+    return ArmStates(stamp=now, mode=ArmStates.ARMED, arms=places, reset_count=1)
 
 
 def inbox(now: int, distance: float, newest: dict[str, Received], *requests: TaskRequest) -> Inbox:
@@ -106,3 +106,22 @@ def test_duration_of_a_run_ends_with_the_run() -> None:
     publications = published(service, 9 * SECOND, 0.4)
     (result,) = (p.message for p in publications if p.topic is topics.RUN_RESULT)
     assert result.duration == 2.0
+
+
+def test_controller_that_replaces_another_one_takes_over_the_count_of_resets() -> None:
+    service = build(SCENARIO, "session")
+    state = arms(SECOND, 0.4)
+    state.reset_count = 6
+    arrived = {topics.ARM_STATE.key: [Received(state, "gateway", 0, SECOND)]}
+    (task,) = [
+        p.message for p in service.step(Inbox({}, arrived), SECOND) if p.topic is topics.TASK_STATE
+    ]
+    assert isinstance(task, TaskState)
+    assert task.reset_count == 6
+
+
+def test_controller_that_knows_no_arms_states_no_count_of_resets() -> None:
+    service = build(SCENARIO, "session")
+    (task,) = [p.message for p in service.step(Inbox({}, {}), SECOND)]
+    assert isinstance(task, TaskState)
+    assert task.reset_count == 0

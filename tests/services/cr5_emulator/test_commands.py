@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 
+from services.cr5_emulator import frames
 from tests.services.cr5_emulator.bench import Bench, read
 
 POSE = "473.000000,-141.000000,469.000000,180.000000,0.000000,-90.000000"
@@ -239,3 +240,15 @@ def test_a_million_random_bytes_on_every_port_change_nothing(firmware: str) -> N
     # Rubbish without an end may swallow the first command behind it.
     bench.ask(")")
     assert bench.ask("RobotMode()").endswith("0,{4},RobotMode();")
+
+
+def test_placing_at_the_start_restores_the_joints_of_the_start() -> None:
+    start = (139.9, 136.3, -121.8, -14.5, -49.9, -180.0)
+    bench = Bench("v4", joints=start)
+    arm = bench.emulator.controller
+    pose = arm.geometry.flange(np.radians(start))
+    vector = ",".join(f"{v:.6f}" for v in frames.vector(pose))
+    # Where the first arm of scenarios/two-arms.toml stands after a run.
+    arm.target = arm.joints = np.radians([180.1, 42.6, 118.4, -161.0, -90.1, -180.0])
+    assert bench.ask(f"EmulatorPlace({vector})").startswith("0,")
+    np.testing.assert_allclose(np.degrees(arm.joints), start, atol=1e-3)

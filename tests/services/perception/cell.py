@@ -64,7 +64,7 @@ class ScriptedArms:
     def __init__(self, scenario: Scenario, motion: Motion = still) -> None:
         self._start = scenario.grips(scenario.start)
         self._motion = motion
-        self.reset_count = 0
+        self.reset_count = 1
 
     def warm_up(self) -> None:
         """Do nothing: nothing is compiled."""

@@ -154,13 +154,19 @@ def test_an_event_moves_an_obstacle_at_its_time_and_a_reset_undoes_it() -> None:
     cell = Cell(scenario(event, source="truth"))
     cell.run(0.2)
     started = cell.time
-    cell.stack.send(topics.TASK_STATE, TaskState(stamp=started, run_started=started))
+    cell.stack.send(topics.TASK_STATE, TaskState(stamp=started, run_started=started, reset_count=4))
     cell.run(0.45)
     assert cell.has_subscribers[topics.SCENE_STATE.key][-1].revision == 1
     cell.run(0.1)
     moved = cell.has_subscribers[topics.SCENE_STATE.key][-1]
     assert tuple(moved.obstacles[1].position) == (0.1, 0.3, 0.08)
-    cell.stack.send(topics.TASK_STATE, TaskState(stamp=cell.time, reset_count=1))
+    # A controller that replaces another one knows no count at first.
+    for count in (0, 4):
+        cell.stack.send(topics.TASK_STATE, TaskState(stamp=cell.time, reset_count=count))
+        cell.run(0.1)
+    still = cell.has_subscribers[topics.SCENE_STATE.key][-1]
+    assert tuple(still.obstacles[1].position) == (0.1, 0.3, 0.08)
+    cell.stack.send(topics.TASK_STATE, TaskState(stamp=cell.time, reset_count=5))
     cell.run(0.1)
     back = cell.has_subscribers[topics.SCENE_STATE.key][-1]
     assert tuple(back.obstacles[1].position) == (0.0, 0.2, 0.08)

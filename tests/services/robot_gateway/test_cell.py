@@ -215,13 +215,26 @@ def test_reset_waits_for_rest_and_returns_to_the_start() -> None:
     world = World()
     world.follow(sideways, 1.0)
     world.cell.take_reset(1)
+    world.cell.take_reset(2)
     report = world.step()
-    assert report.reset_count == 0
-    report = world.run(0.5)
     assert report.reset_count == 1
+    report = world.run(0.5)
+    assert report.reset_count == 2
     np.testing.assert_array_equal(world.cell.follower.state.positions, REST)
     world.follow(sideways, 0.2)
     assert world.report.safety.mode == "moving"
+
+
+def test_gateway_takes_over_the_count_of_resets_without_a_reset() -> None:
+    world = World()
+    world.follow(sideways, 1.0)
+    world.cell.take_reset(7)
+    report = world.step()
+    assert report.reset_count == 7
+    assert report.safety.mode == "moving"
+    world.cell.take_reset(0)
+    world.cell.take_reset(7)
+    assert world.step().safety.mode == "moving"
 
 
 def test_writer_that_holds_stops_the_arm_and_goes_on_by_itself() -> None:

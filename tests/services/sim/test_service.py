@@ -77,11 +77,23 @@ def test_a_reset_brings_the_rope_back(model: str) -> None:
         np.max(np.abs(chain(cell.has_subscribers[topics.ROPE_TRUTH.key][-1].positions) - first))
         > 0.05
     )
-    cell.arms.reset_count = 1
+    cell.arms.reset_count = 2
     cell.arms._motion = lambda _: (np.zeros(3), np.zeros(3))
     cell.run(0.3)
     last = chain(cell.has_subscribers[topics.ROPE_TRUTH.key][-1].positions)
     assert np.max(np.abs(last - first)) < 2e-3
+
+
+def test_a_gateway_that_starts_anew_leaves_the_rope_where_it_is() -> None:
+    def truth(*counts: int) -> np.ndarray:
+        cell = Cell(scenario(source="truth"), glide)
+        for count in counts:
+            cell.arms.reset_count = count
+            cell.run(0.3)
+        return chain(cell.has_subscribers[topics.ROPE_TRUTH.key][-1].positions)
+
+    np.testing.assert_array_equal(truth(3, 0, 3), truth(3, 3, 3))
+    assert np.max(np.abs(truth(3, 3, 4) - truth(3, 3, 3))) > 0.01
 
 
 @pytest.mark.parametrize("model", ["mujoco", "rod"])

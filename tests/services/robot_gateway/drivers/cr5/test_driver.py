@@ -142,8 +142,9 @@ def test_reset_puts_the_emulated_arm_back() -> None:
     world.until_ready()
     world.follow(circle(world.cell.follower.state.positions[0], 0.05, 0.1), 1.5)
     world.cell.take_reset(1)
+    world.cell.take_reset(2)
     world.run(0.8)
-    assert world.report.reset_count == 1
+    assert world.report.reset_count == 2
     np.testing.assert_allclose(world.measured[-1], GRIPS[1].position, atol=1e-6)
     assert world.mode == "armed"
 

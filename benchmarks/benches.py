@@ -25,6 +25,7 @@ BENCHES: dict[str, Bench] = {
     "physics": Bench("benchmarks.physics.bench", "the rod against closed-form solutions"),
     "real": Bench("benchmarks.real.bench", "the paper's real experiments, with MuJoCo as the lab"),
     "replay": Bench("benchmarks.replay", "smallest change of a number that each replay detects"),
+    "resets": Bench("benchmarks.resets", "every shipped scenario run, reset and run again"),
     "rod": Bench("benchmarks.rod.bench", "the rod's gradients, speed, robustness and accuracy"),
 }
 """Benches by name."""

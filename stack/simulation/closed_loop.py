@@ -127,7 +127,7 @@ def run(
             cleanup.callback(recorder.close)
             stack.taps.append(recorder)
         stack.warm_up()
-        reason = _make_ready(stack, scenario, watch, scorer)
+        reason = make_ready(stack, scenario, lambda: watch and watch(stack, scorer))
         steps_before = len(stack.step_ms("controller"))
         began = time.perf_counter()
         if not reason:
@@ -137,10 +137,15 @@ def run(
     return RunOutcome(score, reason, stack, scorer)
 
 
-def _make_ready(
-    stack: SimulatedStack, scenario: Scenario, watch: Watch | None, scorer: Scorer
+def make_ready(
+    stack: SimulatedStack, scenario: Scenario, watch: Callable[[], object] = lambda: None
 ) -> str:
-    """Step until a run can start.
+    """Step until a run can start; arm the cell where the scenario leaves that to a person.
+
+    Args:
+        stack: Services that are warmed up.
+        scenario: Their scenario.
+        watch: Function to call once per `POLL_PERIOD`.
 
     Returns:
         The missing condition; empty if the cell is ready.
@@ -148,8 +153,7 @@ def _make_ready(
     arm_requested, missing = False, "no time"
     while stack.now < START + READY_TIMEOUT:
         stack.advance_to(stack.now + POLL_PERIOD)
-        if watch:
-            watch(stack, scorer)
+        watch()
         missing = _missing(stack)
         if not missing:
             return ""

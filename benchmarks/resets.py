@@ -1,4 +1,4 @@
-"""Every scenario run, reset and run again in one stack, in simulated time: `lariat bench resets`."""
+"""Scenarios run, reset and run again in one stack, in simulated time: `lariat bench resets`."""
 
 from __future__ import annotations
 

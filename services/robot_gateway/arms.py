@@ -157,6 +157,16 @@ class Arms:
         ]
 
     @property
+    def at_start(self) -> bool:
+        """Whether all driven ends report the scenario's start as their pose."""
+        return not any(
+            driver.moves and (feedback.pose is None or is_away(feedback.pose, start))
+            for driver, feedback, start in zip(
+                self.drivers, self.feedback, self.starts, strict=True
+            )
+        )
+
+    @property
     def arming_refusal(self) -> str:
         """Reason why the arms cannot be armed, in words; empty where there is none."""
         for name, feedback in zip(SIDES, self.feedback, strict=False):

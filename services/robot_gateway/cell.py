@@ -102,7 +102,9 @@ class Cell:
         self._sequence = self._refused_sequence = 0
         self._resets = ResetCounter()
         self._reset_pending = False
-        """Whether a reset waits for everything to rest."""
+        """Whether a reset is requested and not finished."""
+        self._placing = False
+        """Whether the arms are being put at the start for it."""
         self._reset_done = 0
         """Count of the reset that was carried out last; 0 while it is not known."""
 
@@ -220,6 +222,7 @@ class Cell:
             self.safety = self.safety.moving(False)
             self._reset_if_requested(now)
         self.arms.exchange(now, self.follower, self._enabled_ends())
+        self._finish_reset()
         self._check_feedback(now)
         return self._status()
 
@@ -272,13 +275,19 @@ class Cell:
         self.follower.halt()
 
     def _reset_if_requested(self, now: int) -> None:
-        if not self._reset_pending:
+        if not self._reset_pending or self._placing:
             return
-        self._reset_pending, self._reset_done = False, self._resets.known
+        self._placing = True
         self.arms.place_at_start(range(len(self.arms.drivers)))
         self.follower.place(self.arms.grips)
         if self.safety.mode != "disarmed":
             self._waiting_since = now
+
+    def _finish_reset(self) -> None:
+        """State a reset once the arms report the start: the rope is put back with that message."""
+        if self._placing and self.arms.at_start:
+            self._reset_pending = self._placing = False
+            self._reset_done = self._resets.known
 
     def _status(self) -> CellStatus:
         return CellStatus(

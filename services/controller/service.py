@@ -10,10 +10,12 @@ import logging
 from collections.abc import Iterator
 
 import numpy as np
+from jaxtyping import Float64
 
 from lariat.rod import Rod
 from lariat.trajectory import MotionState, SetpointChunk
 from services.controller.estimation.adaptation import apply_material
+from services.controller.estimation.prediction_monitor import PredictionMonitor
 from services.controller.estimation.state_estimator import StateEstimator
 from services.controller.messages import (
     RopeObservation,
@@ -37,7 +39,9 @@ from services.controller.model_factory import (
     receding_horizon_controller,
 )
 from services.controller.mpc.collision_scene import CollisionScene
+from services.controller.mpc.receding_horizon import Command
 from services.controller.mpc.reference_trajectory import ReferenceTrajectory
+from services.controller.run.clearance_guard import ClearanceGuard
 from services.controller.run.goal_events import GoalEvents
 from services.controller.run.goals import GoalFactory
 from services.controller.run.progress import ProgressMonitor
@@ -111,6 +115,8 @@ class ControllerService:
         self.controller = receding_horizon_controller(
             scenario.control, scenario.limits, self._moves, self.estimator
         )
+        self.predictions = PredictionMonitor()
+        self.guard = ClearanceGuard(scenario.rope.diameter / 2.0)
         self.snag_detector = SnagDetector(scenario.rope.length)
         self.progress = ProgressMonitor(scenario.run.tolerance, scenario.rope.diameter / 2.0)
         self.supervisor = RunSupervisor(self.task, self.progress, self.adaptation)
@@ -125,6 +131,10 @@ class ControllerService:
         self._estimate_begun = False
         """Whether the state estimate began where the arms were; False where it must begin anew."""
         self._last_seen: int | None = None
+        self._observed: Float64[np.ndarray, "n 3"] = self.estimator.nodes
+        """Nodes of the rope as observed last; estimated ones where it was not seen [m]."""
+        self._start_clearance = np.inf
+        """Clearance of the rope at the start of the present path [m]."""
         self._image_stamp = 0
         self._sequence = 0
 
@@ -212,6 +222,9 @@ class ControllerService:
         estimator.observe(rope.stamp, rope.nodes, rope.sigma, rope.observed)
         if estimator.diverged and self.controller.resting:
             self._restart_estimate(estimator.motion, estimator.time, rope.nodes, estimator.turns)
+        estimate = estimator.model_nodes_at(rope.stamp) + estimator.offset
+        self._observed = np.where(rope.observed[:, None], rope.nodes, estimate)
+        self.predictions.observe(rope.stamp, rope.nodes, rope.sigma, rope.observed)
         if np.any(rope.observed):
             # Bridged nodes alone are no observation of the rope.
             self._last_seen, self._image_stamp = now, rope.stamp
@@ -283,12 +296,38 @@ class ControllerService:
         goal = self.task.goal
         self.controller.oriented = goal.left_oriented, goal.right_oriented
         avoidance = self.scene.avoidance(self.task, self.progress.error)
+        reference = self.controller.reference
+        assert reference is not None
         command = self.controller.step(now, goal.nodes, avoidance)
-        yield self._setpoints(now, command.chunk)
         time_step = round(self.controller.optimizer.time_step * SECOND)
         yield Publication(topics.CONTROLLER_PLAN, plan_message(command, time_step))
-        if self.controller.reference is not None:
-            self.supervisor.judge(now, self.controller.reference, at_end=self.controller.at_end)
+        if self._must_stop(command):
+            chunk = self.controller.brake(now)
+            assert chunk is not None
+            yield self._setpoints(now, chunk)
+            return
+        yield self._setpoints(now, command.chunk)
+        self.predictions.take_plan(command.plan_start, time_step, command.plan.nodes)
+        self.supervisor.judge(now, reference, at_end=self.controller.at_end)
+
+    def _must_stop(self, command: Command) -> bool:
+        """Whether to stop instead, for another path: before a contact, or for another rope."""
+        if self.task.state is not RunState.RUNNING:
+            return False
+        if not self.controller.at_end and self.supervisor.outdated():
+            return True
+        threat = self.guard.check(
+            self._observed,
+            self.estimator.nodes,
+            command.plan.nodes,
+            self.predictions.deviation,
+            self.scene.avoided,
+            min(self._start_clearance, self.scene.goal_clearance(self.task)),
+        )
+        if threat is None:
+            return False
+        log.info("%s", self.supervisor.threatened(threat))
+        return True
 
     def _hold_reason(self, now: int, arms: ArmStates) -> Reason | None:
         """Reason to publish nothing but a hold; None when the arms can be controlled."""
@@ -298,7 +337,12 @@ class ControllerService:
         if reason is not None:
             return reason
         tracking_error = self.controller.tracking_error()
-        return self.supervisor.unfollowed_reason(condition, tracking_error, following=following)
+        return self.supervisor.unfollowed_reason(
+            condition,
+            tracking_error,
+            following=following,
+            deviation=self.predictions.max_deviation,
+        )
 
     def _waiting_reason(self, inbox: Inbox, now: int) -> Reason | None:
         """Reason why there is nothing to follow, after taking a new path; None when there is."""
@@ -311,6 +355,7 @@ class ControllerService:
             standing = ReferenceTrajectory.standing(here, nodes, SETPOINT_PERIOD * 1e-9)
             self.controller.follow(standing, now)
             self.supervisor.follow(None)
+            self._begin_path()
             return None
         item = inbox.latest(topics.CONTROLLER_PATH)
         if item is not None and item.message.node_count not in (0, self._node_count):
@@ -325,7 +370,13 @@ class ControllerService:
             return reason
         self.controller.follow(reference, now)
         self.supervisor.follow(offer)
+        self._begin_path()
         return None
+
+    def _begin_path(self) -> None:
+        """Forget the predictions before a path, and measure the clearance at its start."""
+        self.predictions.begin_path()
+        self._start_clearance = self.progress.clearance_of(self.estimator.nodes, self.scene.avoided)
 
     def _setpoints(self, now: int, chunk: SetpointChunk) -> Publication:
         self._sequence += 1

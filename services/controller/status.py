@@ -100,6 +100,8 @@ class StatusPublisher:
             error=progress.error,
             clearance=progress.clearance,
             turns=self._estimator.turns,
+            clearance_margin=task.clearance_margin,
+            pace=task.pace,
         )
 
     def _result(self, now: int) -> RunResult:

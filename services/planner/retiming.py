@@ -72,12 +72,12 @@ def retime(
         settings: Paces, and acceptance of a path.
     """
     s = settings
-    waypoints = optimizer.grips(candidate)
+    waypoints, limits = optimizer.grips(candidate), problem.limits.scaled(problem.pace)
     best, least = None, (True, np.inf)
     for k, pace in enumerate((*s.paces, *s.close_paces)):
         if k >= len(s.paces) and not least[0]:
             break
-        positions, orientations = time_parameterize(*waypoints, problem.limits, PATH_PERIOD, pace)
+        positions, orientations = time_parameterize(*waypoints, limits, PATH_PERIOD, pace)
         cost = len(positions) * PATH_PERIOD
         if (False, cost) >= least:
             continue

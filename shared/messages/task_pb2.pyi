@@ -45,7 +45,7 @@ class Goal(_message.Message):
     def __init__(self, positions: _Optional[_Iterable[float]] = ..., left: _Optional[_Union[Grip, _Mapping]] = ..., right: _Optional[_Union[Grip, _Mapping]] = ..., left_oriented: _Optional[bool] = ..., right_oriented: _Optional[bool] = ..., turns: _Optional[float] = ...) -> None: ...
 
 class TaskState(_message.Message):
-    __slots__ = ("stamp", "revision", "state", "reason", "goal", "goal_revision", "reset_count", "replan_count", "run", "run_started", "settings", "last_request", "refusal", "error", "clearance", "turns", "reason_code")
+    __slots__ = ("stamp", "revision", "state", "reason", "goal", "goal_revision", "reset_count", "replan_count", "run", "run_started", "settings", "last_request", "refusal", "error", "clearance", "turns", "reason_code", "clearance_margin", "pace")
     class Reason(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
         __slots__ = ()
         UNSPECIFIED: _ClassVar[TaskState.Reason]
@@ -63,6 +63,7 @@ class TaskState(_message.Message):
         PATH_ENDS_SHORT: _ClassVar[TaskState.Reason]
         NO_PATH: _ClassVar[TaskState.Reason]
         PATH_NOT_FOLLOWED: _ClassVar[TaskState.Reason]
+        CONTACT_EXPECTED: _ClassVar[TaskState.Reason]
     UNSPECIFIED: TaskState.Reason
     WAITING_FOR_START: TaskState.Reason
     STARTED: TaskState.Reason
@@ -78,6 +79,7 @@ class TaskState(_message.Message):
     PATH_ENDS_SHORT: TaskState.Reason
     NO_PATH: TaskState.Reason
     PATH_NOT_FOLLOWED: TaskState.Reason
+    CONTACT_EXPECTED: TaskState.Reason
     class SettingsEntry(_message.Message):
         __slots__ = ("key", "value")
         KEY_FIELD_NUMBER: _ClassVar[int]
@@ -102,6 +104,8 @@ class TaskState(_message.Message):
     CLEARANCE_FIELD_NUMBER: _ClassVar[int]
     TURNS_FIELD_NUMBER: _ClassVar[int]
     REASON_CODE_FIELD_NUMBER: _ClassVar[int]
+    CLEARANCE_MARGIN_FIELD_NUMBER: _ClassVar[int]
+    PACE_FIELD_NUMBER: _ClassVar[int]
     stamp: int
     revision: int
     state: RunState
@@ -119,7 +123,9 @@ class TaskState(_message.Message):
     clearance: float
     turns: float
     reason_code: TaskState.Reason
-    def __init__(self, stamp: _Optional[int] = ..., revision: _Optional[int] = ..., state: _Optional[_Union[RunState, str]] = ..., reason: _Optional[str] = ..., goal: _Optional[_Union[Goal, _Mapping]] = ..., goal_revision: _Optional[int] = ..., reset_count: _Optional[int] = ..., replan_count: _Optional[int] = ..., run: _Optional[str] = ..., run_started: _Optional[int] = ..., settings: _Optional[_Mapping[str, str]] = ..., last_request: _Optional[str] = ..., refusal: _Optional[str] = ..., error: _Optional[float] = ..., clearance: _Optional[float] = ..., turns: _Optional[float] = ..., reason_code: _Optional[_Union[TaskState.Reason, str]] = ...) -> None: ...
+    clearance_margin: float
+    pace: float
+    def __init__(self, stamp: _Optional[int] = ..., revision: _Optional[int] = ..., state: _Optional[_Union[RunState, str]] = ..., reason: _Optional[str] = ..., goal: _Optional[_Union[Goal, _Mapping]] = ..., goal_revision: _Optional[int] = ..., reset_count: _Optional[int] = ..., replan_count: _Optional[int] = ..., run: _Optional[str] = ..., run_started: _Optional[int] = ..., settings: _Optional[_Mapping[str, str]] = ..., last_request: _Optional[str] = ..., refusal: _Optional[str] = ..., error: _Optional[float] = ..., clearance: _Optional[float] = ..., turns: _Optional[float] = ..., reason_code: _Optional[_Union[TaskState.Reason, str]] = ..., clearance_margin: _Optional[float] = ..., pace: _Optional[float] = ...) -> None: ...
 
 class TaskRequest(_message.Message):
     __slots__ = ("id", "stamp", "action", "goal", "key", "value")

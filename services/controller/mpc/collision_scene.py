@@ -59,15 +59,13 @@ class CollisionScene:
             error: Present mean node distance to the goal [m].
         """
         rope, limits = self._scenario.rope, self._scenario.limits
-        own, grippers_own = self._clearances_of_goal(task)
+        _, grippers_own = self._clearances_of_goal(task)
         wanted = self._scenario.control.clearance
         body = axis_clearance(limits.gripper_radius, limits.keep_out)
         return AvoidanceSpecification(
             self.avoided,
             # The whole clearance on the way, at the end no more than the goal itself has.
-            min(wanted, own - GOAL_CLEARANCE_TOLERANCE)
-            if error < GOAL_CLEARANCE_RADIUS
-            else wanted,
+            min(wanted, self.goal_clearance(task)) if error < GOAL_CLEARANCE_RADIUS else wanted,
             rope.diameter / 2.0,
             CONTROL_STRETCH_SHARE * limits.overstretch * rope.length,
             MAX_STRETCH,
@@ -75,6 +73,14 @@ class CollisionScene:
             limits.gripper_reach,
             min(body, grippers_own - GOAL_CLEARANCE_TOLERANCE),
         )
+
+    def goal_clearance(self, task: Task) -> float:
+        """Clearance of the goal itself, less what may be missed [m].
+
+        Args:
+            task: Task whose goal is approached.
+        """
+        return self._clearances_of_goal(task)[0] - GOAL_CLEARANCE_TOLERANCE
 
     def _clearances_of_goal(self, task: Task) -> tuple[float, float]:
         """Clearances of the goal itself: of the rope, and of the grippers' axes [m]."""

@@ -3,7 +3,8 @@
 The command is the reference trajectory plus an offset. The reference uses a share of the grippers'
 limits and the offset the rest, so their sum keeps the limits; the offset follows the velocities of
 the horizon optimizer, jerk-limited. New setpoints take effect at a point of the setpoint stream a
-little ahead of now: the model is first rolled out to there, along the motion already decided.
+little ahead of now, and at the arms by their lag later: the model is first rolled out to there,
+along the motion already decided.
 """
 
 from __future__ import annotations
@@ -14,7 +15,15 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from lariat.geometry import poses
-from lariat.trajectory import MotionLimits, MotionState, SetpointChunk, mean_twists
+from lariat.rod import RodState
+from lariat.trajectory import (
+    NANOSECONDS,
+    MotionLimits,
+    MotionState,
+    SetpointChunk,
+    mean_twists,
+)
+from services.controller.estimation.arm_lag import ArmLag
 from services.controller.estimation.state_estimator import StateEstimator
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
 from services.controller.mpc.horizon import HorizonOptimizer, HorizonPlan, HorizonProblem
@@ -40,7 +49,7 @@ class Command:
     plan: HorizonPlan
     """Solution of the horizon."""
     plan_start: int
-    """Time at which the predicted horizon begins [ns]."""
+    """Time at which the predicted horizon begins, when its setpoints reach the arms [ns]."""
 
 
 class RecedingHorizonController:
@@ -70,6 +79,7 @@ class RecedingHorizonController:
         self.oriented = (False, False)
         """Whether the orientation of each grip is part of the goal."""
         self._stream: SetpointStream | None = None
+        self._arm_lag = ArmLag()
         self._start_index = 0
         """Index in the stream of the reference's first point."""
         self._commit = 0
@@ -119,6 +129,7 @@ class RecedingHorizonController:
             stop_limits = self.limits.scaled(STOP_LIMIT_SHARE)
             here = MotionState.at_rest(*self.estimator.motion.grips)
             self._stream = SetpointStream(here, now, SETPOINT_PERIOD, stop_limits)
+            self._arm_lag.restart()
             self._commit = self._stream.index_at(now + COMMIT_DELAY)
         self.reference = reference
         self._start_index = max(self._commit, self._stream.index_at(now + COMMIT_DELAY))
@@ -132,16 +143,18 @@ class RecedingHorizonController:
         return float(np.max(np.linalg.norm(self.estimator.motion.positions - commanded, axis=1)))
 
     def brake(self, now: int) -> SetpointChunk | None:
-        """Continue the last chunk to its resting end; None when no stream is running.
+        """Stop as soon as the limits allow, then rest; None when no stream is running.
 
         Args:
             now: Present time [ns].
         """
         if self._stream is None:
             return None
-        self.reference = None
+        following, self.reference = self.reference is not None, None
         self._commit = max(self._commit, self._stream.index_at(now + COMMIT_DELAY))
-        return self._stream.extended(self._commit, [])
+        if following:
+            return self._stream.extended(self._commit, [])
+        return self._stream.continued(self._commit)
 
     def step(
         self, now: int, goal: Float64[np.ndarray, "n 3"], avoidance: AvoidanceSpecification
@@ -164,7 +177,7 @@ class RecedingHorizonController:
         commanded = stream.motion(self._commit)
         index = self._reference_index
         referred = reference.motion(index)
-        state = self.estimator.predict(self._expected(stream, start), start)
+        state, effective = self._predicted_state(stream, commanded, start)
         count = self.optimizer.step_count
         stride = self.optimizer.time_step / reference.dt
         if self._stepped is not None:
@@ -186,13 +199,26 @@ class RecedingHorizonController:
         )
         plan = self.optimizer.plan(self.estimator.rod, problem, avoidance)
         motions = self._setpoints(reference, commanded, plan)
-        return Command(stream.extended(self._commit, motions), plan, start)
+        return Command(stream.extended(self._commit, motions), plan, effective)
 
-    def _expected(self, stream: SetpointStream, time: int) -> MotionState:
-        """Motion of the arms at a later time [ns]: measured, then moved by decided setpoints."""
-        decided = mean_twists(stream.motion_at(self.estimator.time), stream.motion_at(time), 1.0)
+    def _predicted_state(
+        self, stream: SetpointStream, commanded: MotionState, start: int
+    ) -> tuple[RodState, int]:
+        """State of the model when new setpoints take effect at the arms, and that time [ns].
+
+        Args:
+            stream: Setpoint stream.
+            commanded: Last decided motion.
+            start: Time of that motion [ns].
+        """
+        now = self.estimator.time
+        self._arm_lag.observe(now, stream.motion_at(now), self.estimator.motion)
+        # Measured, then moved by the setpoints that are decided and not executed yet.
+        decided = mean_twists(self._arm_lag.executed(now), commanded, 1.0)
         still = np.zeros((2, 2, 3))
-        return self.estimator.motion.moved(decided, still, still)
+        effective = start + round(self._arm_lag.lag / NANOSECONDS)
+        expected = self.estimator.motion.moved(decided, still, still)
+        return self.estimator.predict(expected, effective), effective
 
     def _setpoints(
         self, reference: ReferenceTrajectory, commanded: MotionState, plan: HorizonPlan

@@ -70,16 +70,29 @@ class SetpointStream:
 
         Args:
             commit: Index of the last point that is kept.
-            motions: New motions; without them the published ones go on to their end.
+            motions: New motions; without them it stops from that point.
         """
+        kept = self._kept(commit)
+        last = motions[-1] if motions else kept[-1]
+        stop = stopping_states(last, self.limits, self.dt * 1e-9)
+        return self._chunk(commit, [*kept, *motions, *stop])
+
+    def continued(self, commit: int) -> SetpointChunk:
+        """Chunk that goes on to the published end.
+
+        Args:
+            commit: Index of the last point that is kept.
+        """
+        rest = self._motions[max(commit + 1 - self._first, 0) :]
+        return self._chunk(commit, [*self._kept(commit), *rest])
+
+    def _kept(self, commit: int) -> list[MotionState]:
+        """Published states that a chunk repeats, up to the last one that is kept."""
+        return [self.motion(k) for k in range(commit - OVERLAP_POINTS, commit + 1)]
+
+    def _chunk(self, commit: int, points: list[MotionState]) -> SetpointChunk:
+        """Chunk of all points, which become the published ones."""
         keep_from = commit - OVERLAP_POINTS
-        kept = [self.motion(k) for k in range(keep_from, commit + 1)]
-        if motions:
-            tail = list(motions)
-            tail += stopping_states(tail[-1], self.limits, self.dt * 1e-9)
-        else:
-            tail = self._motions[max(commit + 1 - self._first, 0) :]
-        points = kept + tail
         min_count = math.ceil(CHUNK_SPAN / (self.dt * 1e-9)) + 1
         # Two equal points at the end: the gateway's curve comes to rest between them.
         end = MotionState(points[-1].positions, points[-1].orientations, *np.zeros((2, 2, 2, 3)))

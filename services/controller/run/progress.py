@@ -92,13 +92,18 @@ class ProgressMonitor:
         if stamp - self._clearance_stamp >= self.settings.clearance_period:
             self._clearance_stamp = stamp
             avoided = [o for o in obstacles if not o.support]
-            self.clearance = self._exact_clearance(nodes, avoided)
+            self.clearance = self.clearance_of(nodes, avoided)
             self.min_clearance = min(self.min_clearance, self.clearance)
 
-    def _exact_clearance(
+    def clearance_of(
         self, nodes: Float64[np.ndarray, "n 3"], obstacles: Sequence[Obstacle]
     ) -> float:
-        """Distance between the surfaces of the rope's segments and obstacles [m]."""
+        """Distance between the surfaces of the rope's segments and obstacles [m].
+
+        Args:
+            nodes: Nodes of the rope [m].
+            obstacles: Obstacles that count.
+        """
         rough = [float(np.min(signed_distance(nodes, o))) for o in obstacles]
         # A segment is nearer than its nodes by half an edge at most.
         reach = min(rough, default=0.0) + float(np.linalg.norm(nodes[1] - nodes[0]))

@@ -25,12 +25,14 @@ class ReasonCode(Enum):
     PATH_ENDS_SHORT = auto()
     NO_PATH = auto()
     PATH_NOT_FOLLOWED = auto()
+    CONTACT_EXPECTED = auto()
     # Reasons to hold the arms or to brake while the task goes on.
     ARMS_UNAVAILABLE = auto()
     WAITING_FOR_RESET = auto()
     ROPE_NOT_SEEN = auto()
     SETPOINTS_REFUSED = auto()
     ARM_OFF_COURSE = auto()
+    APPROACHING_OBSTACLE = auto()
     COMING_TO_REST = auto()
     WAITING_FOR_PATH = auto()
     PATH_OUTDATED = auto()
@@ -61,12 +63,23 @@ TEXTS: Mapping[ReasonCode, str] = {
     ),
     ReasonCode.PATH_ENDS_SHORT: "{answer}",
     ReasonCode.NO_PATH: "{answer}",
-    ReasonCode.PATH_NOT_FOLLOWED: "{cause}; another path did not help",
+    ReasonCode.PATH_NOT_FOLLOWED: (
+        "{cause}; {paths} new paths, the last with {margin_mm:.0f} mm more clearance, did not help"
+    ),
+    ReasonCode.CONTACT_EXPECTED: (
+        "stopped {clearance_mm:.1f} mm before obstacle {obstacle!r}: the rope is expected within "
+        "{predicted_mm:.1f} mm of it, known to {deviation_mm:.1f} mm; {paths} new paths did not "
+        "help. It needs {needed_mm:.0f} mm more room there, or a rope that is known better"
+    ),
     ReasonCode.ARMS_UNAVAILABLE: "the arms do not follow: {state}",
     ReasonCode.WAITING_FOR_RESET: "waiting for the arms to reset",
     ReasonCode.ROPE_NOT_SEEN: "the rope has not been seen for {seconds:g} s",
     ReasonCode.SETPOINTS_REFUSED: "the gateway refuses the path ({refusal})",
     ReasonCode.ARM_OFF_COURSE: "an arm is {error_mm:.0f} mm from where it should be",
+    ReasonCode.APPROACHING_OBSTACLE: (
+        "stopping before obstacle {obstacle!r}: expected within {predicted_mm:.1f} mm, known to "
+        "{deviation_mm:.1f} mm"
+    ),
     ReasonCode.COMING_TO_REST: "coming to rest before another path",
     ReasonCode.WAITING_FOR_PATH: "waiting for a path",
     ReasonCode.PATH_OUTDATED: "the rope has turned out to be another one; waiting for a path",

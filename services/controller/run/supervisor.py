@@ -11,6 +11,7 @@ from lariat.trajectory import MotionState
 from services.controller.estimation.adaptation import Adaptation
 from services.controller.mpc.reference_trajectory import ReferenceTrajectory
 from services.controller.run.arm_condition import ArmCondition
+from services.controller.run.clearance_guard import Threat
 from services.controller.run.progress import ProgressMonitor
 from services.controller.run.reasons import Reason, ReasonCode
 from services.controller.run.snag_detector import Snag
@@ -53,8 +54,22 @@ class SupervisorSettings:
     """New paths that are requested after stalling, in one run."""
     max_material_replans: int = 2
     """New paths that are requested because the material has changed, in one run."""
-    max_unfollowed_replans: int = 1
+    max_unfollowed_replans: int = 3
     """New paths that are requested because the arms did not follow one, in one run."""
+    max_contact_replans: int = 4
+    """New paths that are requested because the rope came too near to an obstacle, in one run."""
+    margin_step: float = 0.003
+    """Clearance that is added after each path that was not followed to its end [m]."""
+    max_margin: float = 0.02
+    """Largest clearance that is added [m]."""
+    margin_deviations: float = 2.0
+    """Deviations of the prediction that the added clearance covers [-]."""
+    usual_deviation: float = 0.002
+    """Deviation of the prediction that a path's own reserve covers [m]."""
+    slowdown: float = 0.6
+    """Factor on the pace after each path that was not followed to its end [-]."""
+    min_pace: float = 0.2
+    """Least pace [-]."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +120,9 @@ class RunSupervisor:
 
     def begin_run(self) -> None:
         """Restore the budgets of a run."""
-        self._stall_replans = self._material_replans = self._unfollowed_replans = 0
+        self._stall_replans = self._material_replans = 0
+        self._unfollowed_replans = self._contact_replans = 0
+        self._task.clearance_margin, self._task.pace = 0.0, 1.0
 
     # Conditions to hold the arms.
 
@@ -134,35 +151,78 @@ class RunSupervisor:
         return None
 
     def unfollowed_reason(
-        self, arms: ArmCondition, tracking_error: float, *, following: bool
+        self,
+        arms: ArmCondition,
+        tracking_error: float,
+        *,
+        following: bool,
+        deviation: float = 0.0,
     ) -> Reason | None:
-        """Reason why the arms do not follow; requests another path once, then gives up.
+        """Reason why the arms do not follow; requests a few other paths, then gives up.
 
         Args:
             arms: Condition of the arms.
             tracking_error: Distance between command and arms [m].
             following: Whether a path is being followed.
+            deviation: Error of the predictions on that path [m].
         """
         reason = None
         if following and arms.refused_chunks > self.settings.max_refused_chunks:
             reason = Reason(ReasonCode.SETPOINTS_REFUSED, {"refusal": arms.refusal})
         elif tracking_error > self.settings.max_tracking_error:
             reason = Reason(ReasonCode.ARM_OFF_COURSE, {"error_mm": 1e3 * tracking_error})
-        if reason is not None:
-            self.path_not_followed(reason)
+        if reason is None:
+            return None
+        if self._unfollowed_replans >= self.settings.max_unfollowed_replans:
+            self._task.apply(
+                RunEvent.GIVE_UP,
+                ReasonCode.PATH_NOT_FOLLOWED,
+                cause=reason,
+                paths=self._unfollowed_replans,
+                margin_mm=1e3 * self._task.clearance_margin,
+            )
+            return reason
+        self._unfollowed_replans += 1
+        self._request_cautious_path(deviation)
         return reason
 
-    def path_not_followed(self, reason: Reason) -> None:
-        """Request another path once, then give up.
+    def threatened(self, threat: Threat) -> Reason:
+        """Reason to stop before a contact; requests a few more careful paths, then gives up.
 
         Args:
-            reason: Reason why the arms do not follow the present one.
+            threat: Contact that is to be expected.
         """
-        if self._unfollowed_replans >= self.settings.max_unfollowed_replans:
-            self._task.apply(RunEvent.GIVE_UP, ReasonCode.PATH_NOT_FOLLOWED, cause=reason)
-            return
-        self._unfollowed_replans += 1
-        self._task.request_path()
+        detail = {
+            "obstacle": threat.obstacle,
+            "clearance_mm": 1e3 * threat.clearance,
+            "predicted_mm": 1e3 * threat.predicted,
+            "deviation_mm": 1e3 * threat.uncertainty,
+        }
+        if self._contact_replans >= self.settings.max_contact_replans:
+            self._task.apply(
+                RunEvent.GIVE_UP,
+                ReasonCode.CONTACT_EXPECTED,
+                **detail,
+                paths=self._contact_replans,
+                needed_mm=1e3 * threat.lack,
+            )
+            return self._task.reason
+        self._contact_replans += 1
+        self._request_cautious_path(threat.uncertainty)
+        return Reason(ReasonCode.APPROACHING_OBSTACLE, detail)
+
+    def _request_cautious_path(self, deviation: float) -> None:
+        """Request a path with more clearance and less speed.
+
+        Args:
+            deviation: Error of the predictions so far [m].
+        """
+        task, settings = self._task, self.settings
+        unsure = settings.margin_deviations * max(deviation - settings.usual_deviation, 0.0)
+        margin = max(task.clearance_margin + settings.margin_step, unsure)
+        task.clearance_margin = min(margin, settings.max_margin)
+        task.pace = max(settings.slowdown * task.pace, settings.min_pace)
+        task.request_path()
 
     def released(self) -> None:
         """Leave the reached state when the rope has left the goal while the arms hold.
@@ -239,6 +299,22 @@ class RunSupervisor:
         if offer is not None:
             self._end_since = 0
             self._planned_stiffness = offer.bending_stiffness
+
+    def outdated(self) -> bool:
+        """Request another path when the material has turned out to be another one on the way.
+
+        Returns:
+            Whether another path has been requested.
+        """
+        if (
+            self._task.state is not RunState.RUNNING
+            or self._material_replans >= self.settings.max_material_replans
+            or not self._material_changed_since(self._planned_stiffness)
+        ):
+            return False
+        self._material_replans += 1
+        self._task.request_path()
+        return True
 
     def path_obstructed(self, clearance: float) -> None:
         """Request another path when the rest of the present one is not clear in a changed scene.

@@ -55,6 +55,10 @@ class Task:
     """Number of goals."""
     replan_count: int = 0
     """Number of requests for a path."""
+    clearance_margin: float = 0.0
+    """Clearance that the next path keeps beyond the scenario's [m]."""
+    pace: float = 1.0
+    """Share of the usual limits that the next path uses [-]."""
     reset_count: int = 0
     """Number of resets, those of controllers before this one included; 0 while it is not known."""
     run: str = ""

@@ -28,7 +28,7 @@ def test_every_chunk_repeats_the_points_before_its_new_ones() -> None:
         )
     commit = stream.index_at(30_000_000)
     first = stream.extended(commit, motions[1:])
-    second = stream.extended(commit + 1, [])
+    second = stream.continued(commit + 1)
     assert second.start - first.start == dt
     repeated = len(first.positions) - 1
     np.testing.assert_array_equal(first.positions[1:], second.positions[:repeated])
@@ -37,3 +37,26 @@ def test_every_chunk_repeats_the_points_before_its_new_ones() -> None:
     halfway = stream.motion_at(stream.time_of(commit + 2) + dt // 2).positions
     ends = [stream.motion(commit + k).positions for k in (2, 3)]
     assert np.all((halfway - ends[0]) * (halfway - ends[1]) < 0.0)
+
+
+def test_chunk_without_new_motions_stops_sooner_than_the_published_one() -> None:
+    dt, limits = 20_000_000, Limits()
+    stream = SetpointStream(REST, 0, dt, limits)
+    commit = stream.index_at(30_000_000)
+    velocity = np.zeros((2, 2, 3))
+    velocity[:, 0, 0] = 0.2
+    moving = [
+        MotionState(
+            REST.positions + velocity[:, 0] * 0.02 * k,
+            REST.orientations,
+            velocity,
+            REST.accelerations,
+        )
+        for k in range(1, 14)
+    ]
+    published = stream.extended(commit, moving).positions[-1, 0, 0]
+    stopped = stream.extended(commit + 1, []).positions[-1, 0, 0]
+    begun = moving[0].positions[0, 0]
+    # From 0.2 m/s with 2 m/s^2, limited in jerk: 10 mm and a little more.
+    assert 0.010 < stopped - begun < 0.016
+    assert published - stopped > 0.04

@@ -11,6 +11,7 @@ from lariat.geometry.poses import Pose
 from lariat.trajectory import MotionState
 from services.controller.mpc.reference_trajectory import ReferenceTrajectory
 from services.controller.run.arm_condition import ArmCondition
+from services.controller.run.clearance_guard import Threat
 from services.controller.run.progress import ProgressMonitor
 from services.controller.run.reasons import ReasonCode
 from services.controller.run.snag_detector import Snag
@@ -100,18 +101,58 @@ def test_rope_that_is_lost_under_way_needs_another_path(run: Run) -> None:
     assert run.task.replan_count == before + 1
 
 
-def test_path_that_is_refused_twice_ends_the_run_with_the_reason(run: Run) -> None:
+def test_refused_paths_are_planned_again_with_more_clearance_and_less_speed(run: Run) -> None:
     asked = run.task.replan_count
+    margins, paces = [], []
+    for k in range(1, 4):
+        run.supervisor.unfollowed_reason(REFUSING, 0.0, following=True)
+        assert (run.task.state, run.task.replan_count) == (RunState.RUNNING, asked + k)
+        margins.append(run.task.clearance_margin)
+        paces.append(run.task.pace)
+    assert margins == pytest.approx([0.003, 0.006, 0.009])
+    assert paces == pytest.approx([0.6, 0.36, 0.216])
     run.supervisor.unfollowed_reason(REFUSING, 0.0, following=True)
-    assert (run.task.state, run.task.replan_count) == (RunState.RUNNING, asked + 1)
-    run.supervisor.unfollowed_reason(REFUSING, 0.0, following=True)
-    assert (run.task.state, run.task.replan_count) == (RunState.FAILED, asked + 1)
+    assert (run.task.state, run.task.replan_count) == (RunState.FAILED, asked + 3)
     assert run.task.reason.code is ReasonCode.PATH_NOT_FOLLOWED
     assert "joint_limits" in str(run.task.reason)
     run.supervisor.begin_run()
+    assert (run.task.clearance_margin, run.task.pace) == (0.0, 1.0)
     run.task.start(2)
     run.supervisor.unfollowed_reason(REFUSING, 0.0, following=True)
     assert run.task.state is RunState.RUNNING
+
+
+def test_clearance_grows_with_the_measured_error_of_the_predictions(run: Run) -> None:
+    run.supervisor.unfollowed_reason(REFUSING, 0.0, following=True, deviation=0.007)
+    assert run.task.clearance_margin == pytest.approx(2.0 * (0.007 - 0.002))
+    run.supervisor.unfollowed_reason(REFUSING, 0.0, following=True, deviation=0.1)
+    assert run.task.clearance_margin == 0.02
+
+
+def test_expected_contacts_are_planned_again_then_end_the_run_with_what_it_needs(run: Run) -> None:
+    threat = Threat("post", 0.021, -0.003, 0.004, 0.010)
+    asked = run.task.replan_count
+    for k in range(1, 5):
+        reason = run.supervisor.threatened(threat)
+        assert reason.code is ReasonCode.APPROACHING_OBSTACLE
+        assert (run.task.state, run.task.replan_count) == (RunState.RUNNING, asked + k)
+    run.supervisor.threatened(threat)
+    assert (run.task.state, run.task.reason.code) == (RunState.FAILED, ReasonCode.CONTACT_EXPECTED)
+    text = str(run.task.reason)
+    assert "stopped 21.0 mm before obstacle 'post'" in text
+    assert "needs 10 mm more room" in text
+
+
+def test_rope_that_turns_out_to_be_another_one_on_the_way_needs_another_path(run: Run) -> None:
+    run.supervisor.follow(run.offer())
+    assert not run.supervisor.outdated()
+    run.task.set("adapt", "true")
+    run.material.bending_stiffness = 1.2
+    assert not run.supervisor.outdated()
+    run.material.bending_stiffness = 1.3
+    asked = run.task.replan_count
+    assert [run.supervisor.outdated() for _ in range(3)] == [True, True, False]
+    assert run.task.replan_count == asked + 2
 
 
 def test_few_refusals_and_small_tracking_errors_are_no_reason(run: Run) -> None:

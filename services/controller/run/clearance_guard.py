@@ -1,0 +1,124 @@
+"""Guard of the clearance: stops the arms before the rope touches an obstacle.
+
+The horizon keeps the rope clear by a penalty and as far as its model is right. The guard asks of
+every horizon whether the rope, predicted with its measured error, and the rope that is observed
+stay clear. It reports an approach only: a rope that leaves an obstacle is let go.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.geometry.obstacles import Obstacle, segment_distance, signed_distance
+
+
+@dataclass(frozen=True)
+class GuardSettings:
+    """Clearances at which the arms are stopped."""
+
+    min_clearance: float = 0.003
+    """Clearance that the rope keeps, uncertainty deducted [m]."""
+    deviations: float = 2.0
+    """Measured deviations of the prediction that are deducted at the end of the horizon [-]."""
+    max_uncertainty: float = 0.02
+    """Largest uncertainty that is deducted [m]: the rope has to move to be observed."""
+    min_approach: float = 0.002
+    """Decrease of the clearance within a horizon that counts as an approach [m]."""
+
+
+@dataclass(frozen=True)
+class Threat:
+    """Contact that is to be expected."""
+
+    obstacle: str
+    """Name of the obstacle."""
+    clearance: float
+    """Present clearance from it [m]."""
+    predicted: float
+    """Least predicted clearance from it [m]."""
+    uncertainty: float
+    """Uncertainty of the prediction [m]."""
+    lack: float
+    """Clearance that is missing, uncertainty deducted [m]."""
+
+
+class ClearanceGuard:
+    """Checks every horizon, and every observation, for contact."""
+
+    def __init__(self, radius: float, settings: GuardSettings | None = None) -> None:
+        """Create a guard.
+
+        Args:
+            radius: Radius of the rope [m].
+            settings: Clearances.
+        """
+        self.settings = settings or GuardSettings()
+        self._radius = radius
+
+    def check(
+        self,
+        observed: Float64[np.ndarray, "n 3"],
+        estimate: Float64[np.ndarray, "n 3"],
+        predicted: Float64[np.ndarray, "h n 3"],
+        deviation: float,
+        obstacles: Sequence[Obstacle],
+        accepted: float = np.inf,
+    ) -> Threat | None:
+        """Return the worst contact to be expected; None when the rope stays clear.
+
+        Args:
+            observed: Nodes of the rope as observed last [m].
+            estimate: Nodes of the rope as estimated now [m].
+            predicted: Nodes of the rope after each step of the horizon [m].
+            deviation: Root mean square node error at the end of a horizon [m].
+            obstacles: Obstacles that the rope must not touch.
+            accepted: Clearance that start or goal have themselves [m].
+        """
+        settings = self.settings
+        uncertainty = min(settings.deviations * deviation, settings.max_uncertainty)
+        chains = np.concatenate([observed[None], estimate[None], predicted])
+        shares = np.concatenate([[0.0, 0.0], np.arange(1, len(predicted) + 1) / len(predicted)])
+        limits = min(settings.min_clearance, accepted) + uncertainty * shares
+        limits[0] = min(settings.min_clearance, accepted - settings.min_approach)
+        half = 0.5 * float(np.max(np.linalg.norm(np.diff(chains, axis=1), axis=2)))
+        worst: Threat | None = None
+        for obstacle in obstacles:
+            rough = signed_distance(chains, obstacle) - self._radius
+            if np.all(rough > (limits + half)[:, None]):
+                continue
+            clearances = self._clearances(chains, rough, obstacle)
+            now, ahead = clearances[1], clearances[2:]
+            approaches = np.any((ahead < limits[2:]) & (ahead < now - settings.min_approach))
+            touches = clearances[0] < limits[0] and ahead[-1] <= now
+            if not approaches and not touches:
+                continue
+            found = Threat(
+                obstacle.name,
+                float(min(clearances[0], now)),
+                float(np.min(ahead)),
+                uncertainty,
+                float(np.max(limits - clearances)),
+            )
+            if worst is None or found.predicted < worst.predicted:
+                worst = found
+        return worst
+
+    def _clearances(
+        self,
+        chains: Float64[np.ndarray, "k n 3"],
+        rough: Float64[np.ndarray, "k n"],
+        obstacle: Obstacle,
+    ) -> Float64[np.ndarray, "k"]:
+        """Clearance between the segments of each chain and an obstacle [m]."""
+        lengths = np.linalg.norm(np.diff(chains, axis=1), axis=2)
+        bound = 0.5 * (rough[:, :-1] + rough[:, 1:] - lengths)
+        least = np.min(rough, axis=1)
+        at, index = np.nonzero(bound < least[:, None])
+        if len(at):
+            exact = segment_distance(chains[at, index], chains[at, index + 1], obstacle)
+            np.minimum.at(least, at, exact - self._radius)
+        return least

@@ -25,7 +25,7 @@ from services.robot_gateway.motion.approach import (
 )
 from services.robot_gateway.motion.follower import SetpointFollower
 from services.robot_gateway.motion.setpoint_sources import SetpointSources
-from services.robot_gateway.motion.validation import ChunkRefused
+from services.robot_gateway.motion.validation import ChunkRefused, check_length
 from services.robot_gateway.safety.force_limit import ForceLimit
 from services.robot_gateway.safety.state_machine import (
     DEVICE_CAUSES,
@@ -178,6 +178,7 @@ class Cell:
                 return
             if self._reset_pending or self._approach.running:
                 return
+            check_length(chunk, self.follower.tolerances)
             spline = self.follower.check(chunk, now, offset)
         except ChunkRefused as refused:
             self._refuse(refused, sequence)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from lariat.geometry.grippers import gripper_bodies
@@ -21,7 +21,7 @@ from shared import topics
 from shared.clock import SystemClock
 from shared.messages import Scene, Setpoints, scene_obstacles
 from shared.scenario import SIDES, Scenario, Side
-from shared.service import Inbox, Publication
+from shared.service import Inbox, Publication, Received
 
 log = logging.getLogger(__name__)
 
@@ -72,7 +72,7 @@ class RobotGatewayService:
         # Commands first: setpoints of the same tick do not move what a person stops.
         for command in inbox.every(topics.ARM_COMMAND):
             self.cell.take_command(command_of(command.message), now)
-        for setpoints in inbox.every(topics.ARM_SETPOINTS):
+        for setpoints in _newest_of_sessions(inbox.every(topics.ARM_SETPOINTS)):
             self._take_setpoints(setpoints.message, setpoints.received)
         task = inbox.fresh(topics.TASK_STATE)
         if task is not None and self.simulated:
@@ -99,6 +99,15 @@ class RobotGatewayService:
             return
         chunk = chunk_of(message, [SIDES[k] for k in self.cell.follower.driven])
         self.cell.take_chunk(chunk, message.session, message.sequence, received)
+
+
+def _newest_of_sessions(arrived: Sequence[Received]) -> list[Received]:
+    """Return the holds, and each session's newest chunk, in order of arrival.
+
+    A newer chunk replaces the older one, and checking both may take longer than a tick.
+    """
+    newest = {item.message.session: item for item in arrived if not item.message.hold}
+    return [item for item in arrived if item.message.hold or newest[item.message.session] is item]
 
 
 def build(

@@ -22,8 +22,11 @@ class ChunkTolerances:
     """Most time between the first pose and the present, either way [s]."""
     dt: tuple[float, float] = (0.002, 0.2)
     """Least and most time between two poses [s]."""
-    poses: int = 2000
-    """Most poses."""
+    poses: int = 64
+    """Most poses of a writer's chunk; a controller's has up to 30."""
+    longest_span: float = 2.0
+    """Most time from the first pose of a writer's chunk to its last [s]. Poses and span bound the
+    time that its check takes of a tick."""
     coordinate: float = 1e3
     """Largest coordinate of a position [m]."""
     quaternion_norm: float = 1e-3
@@ -49,6 +52,25 @@ class ChunkRefused(ValueError):
         self.rule: Rule = rule
 
 
+def check_length(chunk: SetpointChunk, tolerances: ChunkTolerances) -> None:
+    """Check that a writer's chunk is short enough to be checked within a tick.
+
+    Args:
+        chunk: Setpoints.
+        tolerances: Tolerances for chunks.
+
+    Raises:
+        ChunkRefused: By rule `finite`.
+    """
+    count = len(chunk.positions)
+    if count > tolerances.poses or chunk.span > tolerances.longest_span:
+        raise ChunkRefused(
+            "finite",
+            f"{count} poses over {chunk.span:.2f} s; a chunk has up to {tolerances.poses} poses "
+            f"and {tolerances.longest_span:g} s",
+        )
+
+
 def check_finite(chunk: SetpointChunk, ends: int, tolerances: ChunkTolerances) -> None:
     """Check that numbers are finite, shapes fit, and quaternions are rotations.
 
@@ -62,7 +84,7 @@ def check_finite(chunk: SetpointChunk, ends: int, tolerances: ChunkTolerances) -
     """
     k = len(chunk.positions)
     shapes = (chunk.positions.shape, chunk.orientations.shape)
-    if shapes != ((k, ends, 3), (k, ends, 4)) or not 2 <= k <= tolerances.poses:
+    if shapes != ((k, ends, 3), (k, ends, 4)) or k < 2:
         raise ChunkRefused("finite", f"poses of shapes {shapes} do not fit {ends} driven ends")
     if not (np.all(np.isfinite(chunk.positions)) and np.all(np.isfinite(chunk.orientations))):
         raise ChunkRefused("finite", "a pose holds a number that is not finite")

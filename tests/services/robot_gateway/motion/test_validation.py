@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,11 @@ from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from lariat.trajectory import MotionState, SetpointChunk, Spline
 from services.robot_gateway.motion import validation
-from services.robot_gateway.motion.validation import ChunkRefused, ChunkTolerances
+from services.robot_gateway.motion.validation import (
+    ChunkRefused,
+    ChunkTolerances,
+    check_length,
+)
 from tests.services.robot_gateway.cells import LIMITS
 
 NOW = 1_000_000_000
@@ -81,12 +87,17 @@ def test_position_that_is_no_place_is_not_finite(bad: float) -> None:
     assert finite(chunk(x)) == "finite"
 
 
+def test_chunk_of_too_many_poses_or_too_long_a_span_is_refused() -> None:
+    check_length(chunk(np.zeros(TOLERANCES.poses)), TOLERANCES)
+    for count, dt in ((TOLERANCES.poses + 1, 0.02), (12, 0.2)):
+        with pytest.raises(ChunkRefused, match="finite: .* a chunk has up to 64 poses"):
+            check_length(replace(chunk(np.zeros(count)), dt=dt), TOLERANCES)
+
+
 def test_shape_that_does_not_fit_the_ends_is_not_finite() -> None:
     assert finite(chunk(), ends=2) == "finite"
     assert finite(chunk(np.zeros(1))) == "finite"
     assert finite(chunk(np.zeros(2))) == ""
-    assert finite(chunk(np.zeros(TOLERANCES.poses))) == ""
-    assert finite(chunk(np.zeros(TOLERANCES.poses + 1))) == "finite"
 
 
 @pytest.mark.parametrize(("norm", "rule"), [(1.0009, ""), (0.9991, ""), (1.0011, "finite")])

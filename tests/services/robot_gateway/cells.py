@@ -15,6 +15,7 @@ from services.robot_gateway.constraints.motion_constraints import CellBoundaries
 from services.robot_gateway.drivers.fixed import FixedDriver
 from services.robot_gateway.drivers.ideal import IdealDriver
 from services.robot_gateway.motion.follower import SetpointFollower
+from services.robot_gateway.motion.validation import ChunkTolerances
 from services.robot_gateway.safety.state_machine import OperatorCommand
 from services.robot_gateway.status import CellStatus
 from shared.scenario.sections import Limits
@@ -24,6 +25,8 @@ START = 1_000_000_000
 ALONG_X = np.array([0.5, 0.5, 0.5, 0.5])
 BOOT = "gateway-0"
 LIMITS = Limits()
+TOLERANCES = ChunkTolerances(poses=200, longest_span=10.0)
+"""Tolerances of the cells, to which tests send whole ways in one chunk."""
 
 
 class World:
@@ -49,7 +52,7 @@ class World:
         driven = [k for k, d in enumerate(drivers) if d.moves]
         bodies = gripper_bodies(0.048, 0.012)
         boundaries = CellBoundaries(length, workspace, bodies, spacing=spacing)
-        follower = SetpointFollower(LIMITS, boundaries, starts, driven)
+        follower = SetpointFollower(LIMITS, boundaries, starts, driven, tolerances=TOLERANCES)
         self.cell = Cell(follower, drivers, starts, BOOT, automatic)
         self.cell.take_scene(obstacles)
         self.now = START

@@ -5,7 +5,8 @@ Every message carries its protobuf type in the encoding; its sequence number, it
 version of the message set in the attachment. Messages of a newer version are refused.
 
 Unread messages wait in bounded ring buffers, and a publisher never waits for a reader. A message
-that a slow reader loses is missing from the sequence numbers, and counted.
+that a slow reader loses is missing from the sequence numbers, and counted. A message larger than
+its topic allows is dropped where it arrives.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from zenoh.handlers import RingChannel
 from shared.clock import Clock, SystemClock
 from shared.messages import Message, validation
 from shared.service import Received
-from shared.topics import Topic
+from shared.topics import MAX_IMAGE_SIZE, TOPICS, Topic
 from shared.version import MESSAGE_VERSION
 
 log = logging.getLogger(__name__)
@@ -35,6 +36,10 @@ _CAPACITY = {"latest": 1, "joined": 4, "every": 512}
 """Number of unread messages that a subscription keeps, by the topic's buffering."""
 _WILDCARD_CAPACITY = 128
 """Number of unread messages that a subscription to several keys keeps."""
+_HEADER_SIZE = 4096
+"""Room for attachment and headers around the largest message of a topic [bytes]."""
+MAX_KEYS = 64
+"""Most keys of a topic with a placeholder that one subscription takes, e.g. of services."""
 _PROTOBUF_ENCODING = "application/protobuf;"
 """Encoding of a message, before the full name of its type."""
 _FROZEN_LEASE_MS = 2000
@@ -180,11 +185,28 @@ class _LossCounter:
             del self._next[next(iter(self._next))]
 
 
+class _Ring:
+    """Subscriber whose newest unread messages are kept."""
+
+    def __init__(self, session: zenoh.Session, key: str, capacity: int) -> None:
+        self._subscriber = session.declare_subscriber(key, RingChannel(capacity))
+        self._capacity = capacity
+
+    def take(self) -> Iterator[zenoh.Sample]:
+        """Yield the unread messages in order of arrival, at most as many as the ring holds."""
+        # Messages may arrive faster than they are read.
+        for _ in range(self._capacity):
+            sample = self._subscriber.try_recv()
+            if sample is None:
+                return
+            yield sample
+
+
 class RawSubscription:
     """Subscription to all topics of the cell, without decoding."""
 
     def __init__(self, session: zenoh.Session, clock: Clock, capacity: int) -> None:
-        self._subscriber = session.declare_subscriber("**", RingChannel(capacity))
+        self._ring = _Ring(session, "**", capacity)
         self._clock = clock
         self._losses = _LossCounter()
 
@@ -196,7 +218,7 @@ class RawSubscription:
     def take(self) -> list[RawMessage]:
         """Return the messages since the last call, in order of arrival."""
         items = []
-        while (sample := self._subscriber.try_recv()) is not None:
+        for sample in self._ring.take():
             raw = _raw_message(sample, self._clock.now())
             self._losses.count(raw.key, raw.publisher, raw.sequence)
             items.append(raw)
@@ -209,10 +231,11 @@ class Subscription:
     def __init__(self, session: zenoh.Session, topic: Topic, clock: Clock) -> None:
         key = _key_expression(topic.key)
         capacity = _WILDCARD_CAPACITY if "*" in key else _CAPACITY[topic.buffering]
-        self._subscriber = session.declare_subscriber(key, RingChannel(capacity))
+        self._ring = _Ring(session, key, capacity)
         self._topic = topic
         self._clock = clock
         self._losses = _LossCounter()
+        self._keys: set[str] = set()
         self._refused: dict[tuple[str, str], int] = {}
         self.refused = 0
         """Number of messages dropped for their type, their version or invalid content."""
@@ -225,14 +248,22 @@ class Subscription:
     def take(self) -> list[tuple[str, Received]]:
         """Return the messages since the last call, each with its key, in order of arrival."""
         items = []
-        while (sample := self._subscriber.try_recv()) is not None:
+        for sample in self._ring.take():
             raw = _raw_message(sample, self._clock.now())
             self._losses.count(raw.key, raw.publisher, raw.sequence)
-            message = self._decoded(raw)
+            message = self._decoded(raw) if self._is_known(raw) else None
             if message is not None:
                 received = Received(message, raw.publisher, raw.sequence, raw.received)
                 items.append((raw.key, received))
         return items
+
+    def _is_known(self, raw: RawMessage) -> bool:
+        """Whether the key is one of the first `MAX_KEYS`, whose newest messages are kept."""
+        if raw.key in self._keys or len(self._keys) < MAX_KEYS:
+            self._keys.add(raw.key)
+            return True
+        self._refuse(raw, f"it is more than {MAX_KEYS} keys of {self._topic.key}")
+        return False
 
     def _decoded(self, raw: RawMessage) -> Any:
         expected = self._topic.type.DESCRIPTOR.full_name
@@ -346,6 +377,8 @@ def _config(options: BusOptions, timeout: float | None) -> zenoh.Config:
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": True,
         "transport/link/tx/lease": _FROZEN_LEASE_MS,
+        "transport/link/rx/max_message_size": MAX_IMAGE_SIZE + _HEADER_SIZE,
+        "low_pass_filter": _size_filters(options.namespace),
     }
     if timeout is not None:
         settings["connect/timeout_ms"] = int(1e3 * timeout)
@@ -362,6 +395,20 @@ def _config(options: BusOptions, timeout: float | None) -> zenoh.Config:
         except zenoh.ZError as error:
             raise BusError(f"Zenoh refuses {key} = {json.dumps(value)}: {error}") from None
     return config
+
+
+def _size_filters(namespace: str) -> list[dict[str, Any]]:
+    """Filters that drop what is larger than a message of its topic before it waits unread."""
+    return [
+        {
+            "id": topic.key,
+            "messages": ["put"],
+            "flows": ["ingress"],
+            "key_exprs": [f"{namespace}/{_key_expression(topic.key)}"],
+            "size_limit": topic.max_size + _HEADER_SIZE,
+        }
+        for topic in TOPICS
+    ]
 
 
 def _read_settings(path: Path) -> dict[str, Any]:

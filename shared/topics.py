@@ -39,6 +39,14 @@ from shared.messages import (
     Trace,
 )
 
+MAX_IMAGE_SIZE = 2**25 + 2**16
+"""Largest message of a topic that carries images [bytes]: a depth image of the largest size in
+floats, with its header."""
+MAX_STATE_SIZE = 4 * 2**20
+"""Largest message of a state [bytes]; the path of 2 m of rope has 0.5 MB."""
+MAX_EVENT_SIZE = 256 * 1024
+"""Largest message of a topic of which every message counts [bytes]: many of them wait unread."""
+
 Buffering = Literal["latest", "every", "joined"]
 """Rule by which an inbox keeps the messages of a topic between two steps."""
 
@@ -70,6 +78,13 @@ class Topic:
     """Largest median, over the messages of a recording, of a field's largest difference."""
     pixel_tolerance: float = 0.0
     """Largest fraction of the pixels of an image that may differ in a replay [-]."""
+
+    @property
+    def max_size(self) -> int:
+        """Largest message that a process takes from the bus [bytes]."""
+        if self.large:
+            return MAX_IMAGE_SIZE
+        return MAX_EVENT_SIZE if self.buffering == "every" else MAX_STATE_SIZE
 
     def at(self, name: str) -> Topic:
         """Return the topic with its placeholder filled.

@@ -24,10 +24,6 @@ from shared.image_header import MAX_PIXEL_COUNT, check_image
 from shared.motion_contract import SETPOINT_PERIOD
 from shared.topics import Topic
 
-MAX_PAYLOAD_SIZE = 4 * 2**20
-"""Largest payload of a message [bytes]."""
-MAX_IMAGE_SIZE = 64 * 2**20
-"""Largest payload of a message of a topic that is `large` [bytes]."""
 MAX_STREAMED_SIZE = 256 * 1024
 """Largest payload of the messages that are published at every step [bytes]."""
 MAX_COUNT = 200_000
@@ -60,9 +56,8 @@ def decode(topic: Topic, payload: bytes) -> Any:
     Raises:
         ValueError: The bytes are no valid message of this topic; the text says why.
     """
-    limit = MAX_IMAGE_SIZE if topic.large else MAX_PAYLOAD_SIZE
-    if len(payload) > limit:
-        raise ValueError(f"{len(payload)} bytes, more than {limit}")
+    if len(payload) > topic.max_size:
+        raise ValueError(f"{len(payload)} bytes, more than {topic.max_size}")
     try:
         message = topic.type.FromString(payload)
     except DecodeError as error:

@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import zenoh
@@ -16,6 +17,7 @@ from shared import bus as buses
 from shared import topics
 from shared.bus import BusError, BusOptions
 from shared.messages import Health, NodeChain, TaskRequest
+from shared.version import MESSAGE_VERSION
 from tests.shared.cell import Cell, free_port, until
 
 
@@ -143,10 +145,8 @@ def test_messages_of_a_wrong_type_or_version_are_dropped_and_logged(
     assert [item.message.id for _, item in received] == ["good"]
     assert subscription.refused == 4
     assert "dropped task/request from stranger: its 3 bytes do not decode" in caplog.text
-    assert (
-        "it has message version 99, this process reads versions up to 1; update this process"
-        in caplog.text
-    )
+    refusal = f"message version 99, this process reads versions up to {MESSAGE_VERSION}; update"
+    assert refusal in caplog.text
 
 
 def test_a_topic_with_a_placeholder_matches_all_its_keys(cell: Cell) -> None:
@@ -208,3 +208,48 @@ def test_an_error_names_the_reason_why_the_bus_cannot_be_joined(tmp_path: Path) 
         buses.open(BusOptions(connect=(), settings=settings), "wrong"),
     ):
         pass
+
+
+def test_a_message_larger_than_its_topic_allows_never_arrives(cell: Cell) -> None:
+    subscription = cell("reader").subscribe(topics.TASK_REQUEST)
+    publisher = cell("writer").publisher(topics.TASK_REQUEST)
+    until(lambda: publisher.has_subscribers)
+    publisher.put(TaskRequest(value="x" * (2 * topics.TASK_REQUEST.max_size)))
+    publisher.put(TaskRequest(id="small"))
+    received = []
+    until(lambda: received.extend(subscription.take()) or received)
+    assert [item.message.id for _, item in received] == ["small"]
+    assert subscription.refused == 0
+
+
+def test_taking_ends_although_messages_arrive_faster_than_they_are_read(
+    cell: Cell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    subscription = cell("reader").subscribe(topics.TASK_REQUEST)
+    publisher = cell("writer").publisher(topics.TASK_REQUEST)
+    until(lambda: publisher.has_subscribers)
+    publisher.put(TaskRequest())
+    samples = []
+    until(lambda: samples.extend(subscription._ring.take()) or samples)
+    endless = SimpleNamespace(try_recv=lambda: samples[0])
+    monkeypatch.setattr(subscription._ring, "_subscriber", endless)
+    assert len(subscription.take()) == 512
+
+
+def test_made_up_keys_of_a_topic_fill_no_memory(cell: Cell) -> None:
+    subscription = cell("reader").subscribe(topics.HEALTH)
+    stranger = cell("stranger")
+    keys: set[str] = set()
+    for k in range(0, 2 * buses.MAX_KEYS, 16):
+        publishers = [stranger.publisher(topics.HEALTH.at(f"x{k + j}")) for j in range(16)]
+        until(lambda p=publishers: all(each.has_subscribers for each in p))
+        for publisher in publishers:
+            publisher.put(Health())
+
+        def arrived(count: int = k + 16) -> bool:
+            keys.update(key for key, _ in subscription.take())
+            return len(keys) + subscription.refused == count
+
+        until(arrived)
+    assert len(keys) == buses.MAX_KEYS
+    assert subscription.refused == buses.MAX_KEYS

@@ -30,7 +30,7 @@ from shared.messages import (
     TaskRequest,
     TaskState,
 )
-from shared.messages.validation import MAX_PAYLOAD_SIZE, decode
+from shared.messages.validation import decode
 from shared.recording import Recording
 from shared.topics import Topic
 from tests.shared.test_image_header import png_header
@@ -114,7 +114,7 @@ def test_unknown_value_of_an_enum_is_refused() -> None:
 
 def test_payload_beyond_the_limit_is_not_decoded() -> None:
     with pytest.raises(ValueError, match="more than"):
-        decode(topics.ROPE_NODES, b"\0" * (MAX_PAYLOAD_SIZE + 1))
+        decode(topics.ROPE_NODES, b"\0" * (topics.ROPE_NODES.max_size + 1))
 
 
 def test_no_bytes_raise_anything_but_value_errors() -> None:

@@ -311,22 +311,32 @@ class ControllerService:
         self.supervisor.judge(now, reference, at_end=self.controller.at_end)
 
     def _must_stop(self, command: Command) -> bool:
-        """Whether to stop instead, for another path: before a contact, or for another rope."""
+        """Whether to stop instead, for another path.
+
+        The rope has turned out to be another one, moves otherwise than predicted, or is about to
+        touch an obstacle.
+        """
         if self.task.state is not RunState.RUNNING:
             return False
-        if not self.controller.at_end and self.supervisor.outdated():
+        deviation = self.predictions.deviation
+        if not self.controller.at_end and (
+            self.supervisor.outdated() or self.supervisor.unforeseen(deviation)
+        ):
             return True
         threat = self.guard.check(
             self._observed,
             self.estimator.nodes,
             command.plan.nodes,
-            self.predictions.deviation,
+            deviation,
             self.scene.avoided,
             min(self._start_clearance, self.scene.goal_clearance(self.task)),
         )
         if threat is None:
             return False
-        log.info("%s", self.supervisor.threatened(threat))
+        obstacle = [o for o in self.scene.avoided if o.name == threat.obstacle]
+        ahead = self.controller.remaining_nodes[::CLEARANCE_STRIDE]
+        clearance = self.progress.clearance_along(ahead, obstacle)
+        log.info("%s", self.supervisor.threatened(threat, clearance))
         return True
 
     def _hold_reason(self, now: int, arms: ArmStates) -> Reason | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -9,6 +10,10 @@ import numpy as np
 
 from lariat.rod import RodProperties
 from shared.messages import Estimate, RodParameters
+
+MAX_LOG_STIFFNESS_DEVIATION = 0.7
+"""Largest standard deviation of the stiffness's logarithm that paths allow for [-]; a rope that is
+known less is learnt first."""
 
 
 def is_learnt(parameters: RodParameters) -> bool:
@@ -42,6 +47,26 @@ def updated_properties(given: RodProperties, learnt: RodParameters) -> RodProper
         stiffness_profile=tuple(profile) or given.stiffness_profile,
         rest_curvature=tuple((a, b, c) for a, b, c in curvature) or given.rest_curvature,
     ).with_stiffness(stiffness, ratio * stiffness)
+
+
+def unsure_properties(rope: RodProperties, learnt: RodParameters) -> list[RodProperties]:
+    """Properties with stiffness or length off by its standard deviation each.
+
+    Args:
+        rope: Rope with the learnt parameters.
+        learnt: Parameters of the controller; those without a standard deviation are given.
+    """
+    found = []
+    stiffness, length = learnt.bending_stiffness, learnt.length
+    if stiffness.standard_deviation > 0.0:
+        share = stiffness.standard_deviation / stiffness.value
+        factor = math.exp(min(share, MAX_LOG_STIFFNESS_DEVIATION))
+        found.append(
+            rope.with_stiffness(factor * rope.bending_stiffness, factor * rope.twisting_stiffness)
+        )
+    if length.standard_deviation > 0.0:
+        found.append(replace(rope, length=rope.length + length.standard_deviation))
+    return found
 
 
 def _value(estimate: Estimate, given: float) -> float:

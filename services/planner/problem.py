@@ -43,6 +43,8 @@ class Problem:
     """Whether the orientation of each goal grip is prescribed."""
     turns: int = 0
     """Whole turns of twist of the goal (`lariat.rod.twist`)."""
+    variants: tuple[Rod, ...] = ()
+    """Rods with one identified property off by its standard deviation each."""
     pace: float = 1.0
     """Share of the usual limits on motion that the path uses [-]."""
     seed: int = 0

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float64
@@ -13,7 +15,11 @@ from lariat.geometry.obstacles import Obstacle, pack
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodState, add_turns, state_along
 from services.planner import whole_path
-from services.planner.parameter_update import is_learnt, updated_properties
+from services.planner.parameter_update import (
+    is_learnt,
+    unsure_properties,
+    updated_properties,
+)
 from services.planner.problem import Problem, WholePath
 from shared import topics
 from shared.messages import (
@@ -44,6 +50,14 @@ SAME_SHAPE_DISTANCE = 0.02
 shape [m]."""
 
 
+COVERED_MISMATCH = 0.002
+"""Root mean square distance of rod and rope at rest that a path's own reserve covers [m]."""
+MISMATCH_DEVIATIONS = 2.0
+"""Distances beyond that one that are added to the clearance [-]."""
+MAX_MISMATCH_MARGIN = 0.015
+"""Largest clearance that is added for the distance of rod and rope [m]."""
+
+
 class PlannerService:
     """Publishes a whole path for each goal, scene and request."""
 
@@ -65,6 +79,8 @@ class PlannerService:
         self._scenario = scenario
         self._given = rod_properties(scenario.rope)
         self._rod = Rod(self._given, scenario.rope.node_count)
+        self._variants: tuple[Rod, ...] = ()
+        """Rods with one identified property off by its standard deviation each."""
         self._moves = np.zeros((2, 6), dtype=bool)
         for row, side in zip(self._moves, SIDES, strict=True):
             row[:3] = scenario.end(side).driver != "fixed"
@@ -115,10 +131,12 @@ class PlannerService:
         if is_learnt(parameters.rod):
             try:
                 properties = updated_properties(self._given, parameters.rod)
+                unsure = unsure_properties(properties, parameters.rod)
             except ValueError as error:
                 log.warning("identified properties are not used: %s", error)
                 return
             self._rod = self._rod.with_properties(properties)
+            self._variants = tuple(self._rod.with_properties(p) for p in unsure)
 
     def _plan(self, task: TaskState, scene: Scene, arms: ArmStates, rope: NodeChain | None) -> Path:
         """Message of a path from the current state to the goal."""
@@ -145,6 +163,10 @@ class PlannerService:
             (task.goal.left_oriented, task.goal.right_oriented),
             round(task.goal.turns),
             task.replan_count,
+        )
+        margin = max(task.clearance_margin, self._mismatch_margin(state, rope))
+        problem = replace(
+            problem, clearance=problem.clearance + margin, pace=task.pace if task.pace else 1.0
         )
         _write_path(message, whole_path.plan(problem))
         return message
@@ -173,6 +195,16 @@ class PlannerService:
             (state, other), key=lambda s: polylines.mean_node_distance(s.positions, observed)
         )
 
+    def _mismatch_margin(self, state: RodState, rope: NodeChain | None) -> float:
+        """Clearance that is added where the rod at rest is not where the rope is seen [m]."""
+        if rope is None or not rope.positions:
+            return 0.0
+        missed = self._resampled(chain(rope.positions)) - state.positions
+        noise = 3.0 * float(np.mean(np.square(rope.sigma))) if rope.sigma else 0.0
+        square = float(np.mean(np.sum(missed**2, axis=1))) - noise
+        mismatch = math.sqrt(max(square, 0.0)) - COVERED_MISMATCH
+        return min(MISMATCH_DEVIATIONS * max(mismatch, 0.0), MAX_MISMATCH_MARGIN)
+
     def _resampled(self, nodes: Float64[np.ndarray, "k 3"]) -> Float64[np.ndarray, "n 3"]:
         """Chain with as many nodes as the rod, by arc length."""
         count = self._rod.node_count
@@ -197,6 +229,7 @@ class PlannerService:
             goal=goal,
             goal_grips=goal_grips,
             moves=self._moves,
+            variants=self._variants,
             obstacles=tuple(o for o in obstacles if not o.support),
             supports=tuple(o for o in obstacles if o.support),
             limits=scenario.limits,

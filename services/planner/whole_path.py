@@ -66,7 +66,8 @@ def plan(problem: Problem, settings: PlannerSettings = PLANNER_SETTINGS) -> Whol
     best = _best_path(problem, optimizer, candidates, settings)
     if best.clearance < required_clearance(optimizer) - RETIMING_SETTINGS.clearance_tolerance:
         grid_path = grid_path or _search_grid(problem, optimizer, settings)
-        return _nearest_reachable(problem, grid_path, best.reason, settings)
+        near = _nearest_reachable(problem, grid_path, settings)
+        return near or _clear_part(problem, optimizer, candidates[0], best.reason, settings)
     if not best.reached:
         more = sorted(optimizer.evaluate(random_via_paths(problem, blocks)), key=lambda c: c.cost)
         # A rope with wrong properties misses its goal by the same distance on all paths.
@@ -112,24 +113,27 @@ def _refined_path(
 ) -> WholePath:
     """Timed path of a candidate after its refinement."""
     candidate = optimizer.refine(start, settings.iterations)
+    if problem.variants:
+        unsure = optimizer.allow_for_uncertainty(candidate)
+        candidate = optimizer.refine(unsure, settings.wider_iterations)
     path = retime(problem, optimizer, candidate)
     wanted = optimizer.wanted_clearance - max(candidate.shortfall, 0.0)
     if path.clearance < wanted - RETIMING_SETTINGS.clearance_tolerance:
         # Smoothing and swing reduce the clearance: refine with a larger reserve.
         lack = settings.reserve_per_shortfall * (wanted - path.clearance)
         wider = PathOptimizer(problem, optimizer.settings.clearance_reserve + lack)
-        again = wider.refine(wider.reevaluate(candidate), settings.wider_iterations)
+        again = wider.refine(wider.allow_for_uncertainty(candidate), settings.wider_iterations)
         found = retime(problem, wider, again)
         path = max(path, found, key=lambda p: _rank(p, optimizer))
     return path
 
 
 def _nearest_reachable(
-    problem: Problem, grid_path: GridPath | None, reason: str, settings: PlannerSettings
-) -> WholePath:
-    """Path to the shape nearest to the goal that can be reached without collision."""
+    problem: Problem, grid_path: GridPath | None, settings: PlannerSettings
+) -> WholePath | None:
+    """Path to the shape nearest to the goal that the grid search found without collision."""
     if grid_path is None or grid_path.reaches_goal or len(grid_path.grips) < 2:
-        return _stay(problem, reason)
+        return None
     near = replace(
         problem,
         goal=grid_path.end_nodes,
@@ -140,12 +144,51 @@ def _nearest_reachable(
     displacements = block_displacements(grid_path.grips, optimizer.settings.blocks)
     path = _refined_path(near, optimizer, optimizer.evaluate([displacements])[0], settings)
     if path.clearance < required_clearance(optimizer) - RETIMING_SETTINGS.clearance_tolerance:
-        return _stay(problem, reason)
-    left = polylines.mean_node_distance(path.nodes[-1], problem.goal)
-    reason = (
+        return None
+    return _ending_short(
+        problem,
+        path,
         "blocked: no path to the goal was found; the nearest shape that can be reached is "
-        f"{1e3 * left:.0f} mm from it on average"
+        "{left_mm:.0f} mm from it on average",
     )
+
+
+def _clear_part(
+    problem: Problem,
+    optimizer: PathOptimizer,
+    start: PathCandidate,
+    reason: str,
+    settings: PlannerSettings,
+) -> WholePath:
+    """Part of a path up to where it comes too near to an obstacle; what is seen there may help."""
+    candidate = optimizer.refine(start, settings.iterations)
+    least = required_clearance(optimizer)
+    stride = optimizer.settings.steps_per_block
+    at_blocks = candidate.nodes[stride - 1 :: stride][: len(candidate.displacements)]
+    clear = [
+        geometry.chain_clearance(nodes, problem.radius, problem.obstacles) >= least
+        for nodes in at_blocks
+    ]
+    count = clear.index(False) if False in clear else len(clear)
+    while count > 1:
+        # One block earlier, because the rope also comes too near between two blocks.
+        count = min(count - 1, len(clear) - 1)
+        displacements = candidate.displacements.copy()
+        displacements[count:] = 0.0
+        near = replace(problem, goal=at_blocks[count - 1], oriented=(False, False))
+        shorter = PathOptimizer(near)
+        path = retime(near, shorter, shorter.follow(displacements))
+        if path.clearance >= least:
+            return _ending_short(
+                problem, path, f"{reason}; a part of it ends {{left_mm:.0f}} mm from the goal"
+            )
+    return _stay(problem, reason)
+
+
+def _ending_short(problem: Problem, path: WholePath, reason: str) -> WholePath:
+    """Path that is blocked, with the distance that is left in its reason."""
+    left = polylines.mean_node_distance(path.nodes[-1], problem.goal)
+    reason = reason.format(left_mm=1e3 * left)
     return replace(path, reached=False, reason=reason, final_error=left, blocked=True)
 
 

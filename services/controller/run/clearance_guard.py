@@ -42,8 +42,10 @@ class Threat:
     """Least predicted clearance from it [m]."""
     uncertainty: float
     """Uncertainty of the prediction [m]."""
+    limit: float
+    """Clearance that is wanted at the end of the horizon [m]."""
     lack: float
-    """Clearance that is missing, uncertainty deducted [m]."""
+    """Largest clearance that is missing [m]."""
 
 
 class ClearanceGuard:
@@ -101,6 +103,7 @@ class ClearanceGuard:
                 float(min(clearances[0], now)),
                 float(np.min(ahead)),
                 uncertainty,
+                float(limits[-1]),
                 float(np.max(limits - clearances)),
             )
             if worst is None or found.predicted < worst.predicted:

@@ -66,6 +66,10 @@ class SupervisorSettings:
     """Deviations of the prediction that the added clearance covers [-]."""
     usual_deviation: float = 0.002
     """Deviation of the prediction that a path's own reserve covers [m]."""
+    max_deviation: float = 0.015
+    """Error of the predictions above which a path is planned again [m]."""
+    max_unforeseen_replans: int = 2
+    """New paths that are requested because predictions were wrong, in one run."""
     slowdown: float = 0.6
     """Factor on the pace after each path that was not followed to its end [-]."""
     min_pace: float = 0.2
@@ -121,7 +125,7 @@ class RunSupervisor:
     def begin_run(self) -> None:
         """Restore the budgets of a run."""
         self._stall_replans = self._material_replans = 0
-        self._unfollowed_replans = self._contact_replans = 0
+        self._unfollowed_replans = self._contact_replans = self._unforeseen_replans = 0
         self._task.clearance_margin, self._task.pace = 0.0, 1.0
 
     # Conditions to hold the arms.
@@ -186,11 +190,12 @@ class RunSupervisor:
         self._request_cautious_path(deviation)
         return reason
 
-    def threatened(self, threat: Threat) -> Reason:
+    def threatened(self, threat: Threat, path_clearance: float) -> Reason:
         """Reason to stop before a contact; requests a few more careful paths, then gives up.
 
         Args:
             threat: Contact that is to be expected.
+            path_clearance: Clearance from its obstacle along the rest of the path [m].
         """
         detail = {
             "obstacle": threat.obstacle,
@@ -204,12 +209,29 @@ class RunSupervisor:
                 ReasonCode.CONTACT_EXPECTED,
                 **detail,
                 paths=self._contact_replans,
-                needed_mm=1e3 * threat.lack,
+                needed_mm=math.ceil(1e3 * max(threat.lack, threat.limit - path_clearance)),
             )
             return self._task.reason
         self._contact_replans += 1
         self._request_cautious_path(threat.uncertainty)
         return Reason(ReasonCode.APPROACHING_OBSTACLE, detail)
+
+    def unforeseen(self, deviation: float) -> bool:
+        """Request a more careful path when the rope does not move as predicted.
+
+        Args:
+            deviation: Error of the predictions [m].
+
+        Returns:
+            Whether another path has been requested.
+        """
+        settings = self.settings
+        exhausted = self._unforeseen_replans >= settings.max_unforeseen_replans
+        if deviation <= settings.max_deviation or exhausted:
+            return False
+        self._unforeseen_replans += 1
+        self._request_cautious_path(deviation)
+        return True
 
     def _request_cautious_path(self, deviation: float) -> None:
         """Request a path with more clearance and less speed.
@@ -307,8 +329,7 @@ class RunSupervisor:
             Whether another path has been requested.
         """
         if (
-            self._task.state is not RunState.RUNNING
-            or self._material_replans >= self.settings.max_material_replans
+            self._material_replans >= self.settings.max_material_replans
             or not self._material_changed_since(self._planned_stiffness)
         ):
             return False

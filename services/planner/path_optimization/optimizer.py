@@ -72,8 +72,9 @@ class PathOptimizer:
         self._problem = problem
         self.reserve = s.clearance_reserve if reserve is None else reserve
         self._path = BlockPath(problem, s)
-        self._margins = self._clearance_margins(problem.obstacles)
-        self._support_margins = self._clearance_margins(problem.supports)
+        self._uncertainty = np.zeros((s.blocks * s.steps_per_block, 2 * problem.rod.node_count - 1))
+        """Clearance that is added for nodes and edge midpoints at each step [m]."""
+        self._set_margins()
         self._supports = problem.packed_supports
         self._rotation = self._path.rotation_to_goal(0)
         if problem.moves[:, 3:].any():
@@ -92,6 +93,32 @@ class PathOptimizer:
         """Clearance of the goal itself [m]."""
         problem = self._problem
         return geometry.chain_clearance(problem.goal, problem.radius, problem.obstacles)
+
+    def allow_for_uncertainty(self, candidate: PathCandidate) -> PathCandidate:
+        """Add clearance where the rope is unsure along a path; return it with its new cost.
+
+        The problem's variants are rolled out along the path: their distances from the rope give the
+        standard deviation of each node.
+        """
+        problem, s = self._problem, self.settings
+        variance = np.zeros(candidate.nodes.shape[:2])
+        for rod in problem.variants:
+            start = rod.rest(*problem.grips, guess=problem.state, obstacles=self._supports).state
+            (rollout,) = rod.rollout(self._rollout_spec([candidate.displacements], start))
+            variance += np.sum((rollout.positions - candidate.nodes) ** 2, axis=2)
+        deviation = np.sqrt(variance)[: len(self._uncertainty)]
+        between = 0.5 * (deviation[:, 1:] + deviation[:, :-1])
+        self._uncertainty = np.minimum(
+            s.uncertainty_deviations * np.concatenate([deviation, between], axis=1),
+            s.max_uncertainty,
+        )
+        self._set_margins()
+        return self.reevaluate(candidate)
+
+    def follow(self, displacements: BlockDisplacements) -> PathCandidate:
+        """Return the candidate of given displacements."""
+        (candidate,) = self._rolled_out([displacements])
+        return candidate
 
     def evaluate(self, translations: Sequence[Float64[np.ndarray, "k 2 3"]]) -> list[PathCandidate]:
         """Return candidates of translations [m], rotated evenly to the goal, from one launch."""
@@ -132,19 +159,21 @@ class PathOptimizer:
         return self._path.grips(candidate.displacements)
 
     def _rolled_out(self, paths: Sequence[BlockDisplacements]) -> list[PathCandidate]:
-        rollouts = self._problem.rod.rollout(
-            RolloutSpec(
-                [self._problem.state] * len(paths),
-                np.stack([self._path.actions(path) for path in paths]),
-                self.settings.step_time,
-                block_of_step=self._path.block_of_step,
-                obstacles=self._supports,
-            )
-        )
+        rollouts = self._problem.rod.rollout(self._rollout_spec(paths, self._problem.state))
         return [
             self._candidate(path, r.positions, r.final)
             for path, r in zip(paths, rollouts, strict=True)
         ]
+
+    def _rollout_spec(self, paths: Sequence[BlockDisplacements], start: RodState) -> RolloutSpec:
+        """Roll-out of a rod along several paths."""
+        return RolloutSpec(
+            [start] * len(paths),
+            np.stack([self._path.actions(path) for path in paths]),
+            self.settings.step_time,
+            block_of_step=self._path.block_of_step,
+            obstacles=self._supports,
+        )
 
     def _candidate(
         self,
@@ -167,7 +196,10 @@ class PathOptimizer:
         )
         for residual, _ in self._grip_residuals(displacements):
             cost += float(residual @ residual)
-        lack = max(float(np.max(rope_lack, initial=0.0)), float(np.max(gripper_lack, initial=0.0)))
+        added = self._uncertainty.ravel()[rope.points]
+        lack = max(
+            float(np.max(rope_lack - added, initial=0.0)), float(np.max(gripper_lack, initial=0.0))
+        )
         return PathCandidate(
             displacements,
             cost,
@@ -190,11 +222,11 @@ class PathOptimizer:
         self,
         nodes: Float64[np.ndarray, "h n 3"],
         obstacles: Sequence[Obstacle],
-        margins: Float64[np.ndarray, "s"],
+        margins: Float64[np.ndarray, "s m"],
     ) -> tuple[NearPairs, Float64[np.ndarray, "a"]]:
-        """Points of the rope nearer to obstacles than the margin of their step, and by how much."""
+        """Points of the rope nearer to obstacles than their margin, and by how much."""
         points = with_midpoints(nodes[: len(margins)]).reshape(-1, 3)
-        reach = np.repeat(margins + self._problem.radius, 2 * self._problem.rod.node_count - 1)
+        reach = margins.ravel() + self._problem.radius
         found = near_pairs(points, obstacles, reach)
         return found, reach[found.points] - found.distances
 
@@ -244,7 +276,7 @@ class PathOptimizer:
             here = 0.5 * (sensitivity[step, first] + sensitivity[step, second])
             along = np.einsum("ac,ackem->akem", hit.normals, here)
             rows.append(-MILLIMETRES * weight * along[..., moves].reshape(len(step), -1))
-            lack = margins[step] + problem.radius - hit.distances
+            lack = margins.ravel()[hit.points] + problem.radius - hit.distances
             residuals.append(MILLIMETRES * weight * lack)
         hit = candidate.gripper_near
         if len(hit.points):
@@ -264,13 +296,19 @@ class PathOptimizer:
         jacobian, residual = np.concatenate(rows), np.concatenate(residuals)
         return jacobian.T @ jacobian, jacobian.T @ residual
 
-    def _clearance_margins(self, obstacles: Sequence[Obstacle]) -> Float64[np.ndarray, "s"]:
-        """Clearance to keep at each step; start and goal may be nearer to obstacles [m]."""
+    def _set_margins(self) -> None:
+        """Compute the clearances to keep from obstacles and supports."""
+        self._margins = self._clearance_margins(self._problem.obstacles)
+        self._support_margins = self._clearance_margins(self._problem.supports)
+
+    def _clearance_margins(self, obstacles: Sequence[Obstacle]) -> Float64[np.ndarray, "s m"]:
+        """Clearance of each point at each step; start and goal may be nearer to obstacles [m]."""
         problem, s = self._problem, self.settings
         steps = np.arange(s.blocks * s.steps_per_block)
-        wanted = np.full(len(steps), problem.clearance + self.reserve)
+        wanted = problem.clearance + self.reserve + self._uncertainty
         for nodes, away in ((problem.state.positions, steps), (problem.goal, steps[::-1])):
             own = geometry.chain_clearance(nodes, problem.radius, obstacles)
             beyond = np.maximum(away / s.steps_per_block - s.end_blocks, 0.0)
-            wanted = np.minimum(wanted, own - s.end_relaxation + s.clearance_gain * beyond)
+            permitted = own - s.end_relaxation + s.clearance_gain * beyond
+            wanted = np.minimum(wanted, permitted[:, None])
         return wanted

@@ -40,6 +40,10 @@ class PathOptimizationSettings:
     """Increase of the required clearance with each further block from the ends [m]."""
     clearance_reserve: float = 0.004
     """Clearance beyond the wanted one [m], for deviations in motion from the quasi-static path."""
+    uncertainty_deviations: float = 2.0
+    """Standard deviations of a node's position that are added to its clearance [-]."""
+    max_uncertainty: float = 0.02
+    """Largest clearance that is added for them [m]."""
     initial_damping: float = 1e-3
     """Levenberg-Marquardt damping of the first iteration."""
     damping_range: tuple[float, float] = (1e-7, 1e6)

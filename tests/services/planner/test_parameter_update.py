@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from services.planner.parameter_update import is_learnt, updated_properties
+from services.planner.parameter_update import is_learnt, unsure_properties, updated_properties
 from shared.messages import Estimate, RodParameters
 from tests.services.controller.cell import PROPERTIES
 
@@ -43,3 +43,18 @@ def test_parameters_without_a_standard_deviation_stay_as_given() -> None:
 def test_given_parameters_are_not_learnt() -> None:
     assert not is_learnt(RodParameters(damping=Estimate(value=1.0)))
     assert is_learnt(RodParameters(damping=learnt(1.0)))
+
+
+def test_unsure_properties_are_off_by_one_standard_deviation_each() -> None:
+    stiffness = PROPERTIES.bending_stiffness
+    message = RodParameters(
+        bending_stiffness=Estimate(value=stiffness, standard_deviation=0.1 * stiffness),
+        length=Estimate(value=0.45, standard_deviation=0.002),
+    )
+    stiffer, longer = unsure_properties(PROPERTIES, message)
+    assert np.isclose(stiffer.bending_stiffness, np.exp(0.1) * stiffness)
+    assert stiffer.length == PROPERTIES.length
+    assert np.isclose(longer.length, PROPERTIES.length + 0.002)
+    assert longer.bending_stiffness == stiffness
+    given = RodParameters(bending_stiffness=Estimate(value=stiffness))
+    assert unsure_properties(PROPERTIES, given) == []

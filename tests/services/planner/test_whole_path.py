@@ -10,6 +10,7 @@ from lariat.geometry.grippers import gripper_axis_distance
 from lariat.geometry.obstacles import TABLE, Obstacle, chain_clearance
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties
+from services.planner.dynamic_check import simulate_path
 from services.planner.problem import Problem, WholePath
 from services.planner.whole_path import plan
 from shared.scenario.sections import Limits
@@ -143,3 +144,53 @@ def test_grips_that_exchange_their_places_keep_their_distance(behind_the_wall: P
     assert path.reached, path.reason
     bodies, _ = gripper_axis_distance(path.positions, path.orientations, Limits().gripper_reach)
     assert bodies.min() > 2.0 * Limits().gripper_radius + Limits().keep_out
+
+
+def test_slow_path_uses_a_share_of_the_limits(behind_the_wall: Problem) -> None:
+    slow = plan(replace(behind_the_wall, pace=0.4))
+    assert slow.reached, slow.reason
+    speeds = np.linalg.norm(np.diff(slow.positions, axis=0), axis=2) / slow.dt
+    assert speeds.max() <= 0.4 * 0.71 * Limits().speed
+
+
+def test_path_for_an_unsure_rope_keeps_a_longer_one_clear_too(
+    behind_the_wall: Problem, path: WholePath
+) -> None:
+    problem = behind_the_wall
+    variant = problem.rod.with_properties(replace(problem.rod.properties, length=0.46))
+    unsure = plan(replace(problem, variants=(variant,)))
+    assert unsure.reached, unsure.reason
+
+    def clearance(found: WholePath) -> float:
+        state = variant.rest(*problem.grips, guess=problem.state).state
+        nodes, _ = simulate_path(
+            replace(problem, rod=variant, state=state),
+            found.positions,
+            found.orientations,
+            found.dt,
+        )
+        # On the way: the longer rope comes to rest elsewhere.
+        return min(
+            chain_clearance(n, problem.radius, WALL) for n in nodes[: 4 * len(nodes) // 5 : 4]
+        )
+
+    assert clearance(path) < 0.006
+    assert clearance(unsure) > 0.0075
+    assert unsure.clearance > path.clearance + 0.003
+
+
+def test_blocked_path_of_one_end_goes_as_far_as_it_is_clear(behind_the_wall: Problem) -> None:
+    moves = behind_the_wall.moves.copy()
+    moves[0] = False
+    wall = Obstacle("box", (0.12, 0.0, 0.4), size=(0.4, 0.02, 0.8), name="wall")
+    problem = replace(behind_the_wall, moves=moves, obstacles=(TABLE, wall))
+    path = plan(problem)
+    assert not path.reached
+    assert path.blocked
+    assert path.clearance >= 0.005
+    assert min(chain_clearance(n, problem.radius, problem.obstacles) for n in path.nodes) > 0.0049
+    before = np.mean(np.linalg.norm(path.nodes[0] - problem.goal, axis=1))
+    assert path.final_error < before - 0.01
+    assert f"ends {1e3 * path.final_error:.0f} mm from the goal" in path.reason
+    last = np.diff(path.positions[-3:], axis=0)
+    assert np.abs(last).max() < 2e-4

@@ -130,17 +130,25 @@ def test_clearance_grows_with_the_measured_error_of_the_predictions(run: Run) ->
 
 
 def test_expected_contacts_are_planned_again_then_end_the_run_with_what_it_needs(run: Run) -> None:
-    threat = Threat("post", 0.021, -0.003, 0.004, 0.010)
+    threat = Threat("post", 0.021, -0.003, 0.004, 0.007, 0.010)
     asked = run.task.replan_count
     for k in range(1, 5):
-        reason = run.supervisor.threatened(threat)
+        reason = run.supervisor.threatened(threat, -0.0048)
         assert reason.code is ReasonCode.APPROACHING_OBSTACLE
         assert (run.task.state, run.task.replan_count) == (RunState.RUNNING, asked + k)
-    run.supervisor.threatened(threat)
+    run.supervisor.threatened(threat, -0.0048)
     assert (run.task.state, run.task.reason.code) == (RunState.FAILED, ReasonCode.CONTACT_EXPECTED)
     text = str(run.task.reason)
     assert "stopped 21.0 mm before obstacle 'post'" in text
-    assert "needs 10 mm more room" in text
+    assert "needs 12 mm more room" in text
+
+
+def test_wrong_predictions_need_a_more_careful_path_twice(run: Run) -> None:
+    assert not run.supervisor.unforeseen(0.014)
+    assert [run.supervisor.unforeseen(0.016) for _ in range(3)] == [True, True, False]
+    assert run.task.state is RunState.RUNNING
+    assert run.task.pace == pytest.approx(0.36)
+    assert run.task.clearance_margin == 0.02
 
 
 def test_rope_that_turns_out_to_be_another_one_on_the_way_needs_another_path(run: Run) -> None:

@@ -11,8 +11,8 @@ system = $(PYTHON) -c $(1) 2>/dev/null || { [ "$$(id -u)" = 0 ] && command -v ap
 
 .PHONY: up test check format bench clean
 
-up: .venv/installed  ## the whole stack, live; dashboard at http://127.0.0.1:8080
-	$(BIN)/lariat up $(SCENARIO)
+up: .venv/installed  ## the whole stack, live; opens the dashboard, or prints its address last
+	$(BIN)/lariat up $(SCENARIO) --browser
 
 test: .venv/installed-dev  ## every test
 	$(BIN)/pytest

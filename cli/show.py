@@ -7,8 +7,12 @@ import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Annotated
 
-from dashboard import server
+import tyro
+
+from dashboard.door.site import Site
+from dashboard.options import DashboardOptions
 from dashboard.outbox import Outbox
 from dashboard.page import Page
 from dashboard.recordings.player import Player
@@ -22,9 +26,15 @@ PICTURE_PERIOD = SECOND // 10
 """Time between two camera pictures kept in memory [ns]; the page shows no more."""
 STEP_PERIOD = 1.0 / 30.0
 """Time between two steps of the player [s]."""
+DEFAULT_PAGE = DashboardOptions()
+"""Page for this machine only."""
 
 
-def main(file: Path, /, port: int = 8080, host: str = "127.0.0.1") -> int:
+def main(
+    file: Path,
+    /,
+    page: Annotated[DashboardOptions, tyro.conf.arg(name="")] = DEFAULT_PAGE,
+) -> int:
     """Show a recording in the browser, with a time bar.
 
     Examples:
@@ -32,8 +42,7 @@ def main(file: Path, /, port: int = 8080, host: str = "127.0.0.1") -> int:
 
     Args:
         file: The MCAP file of a run, whole or cut.
-        port: Port of the page.
-        host: Address at which the page is served.
+        page: Address of the page, and who may see it.
     """
     recording, timeline = open_timeline(file)
     with tempfile.TemporaryDirectory() as folder:
@@ -41,13 +50,13 @@ def main(file: Path, /, port: int = 8080, host: str = "127.0.0.1") -> int:
             scenario = recording.scenario(Path(folder))
         except ValueError as error:
             raise ConfigurationError(str(error)) from error
-        web = server.start(host, port, f"Lariat · {file.name}")
-        page = Page(web, scenario, Outbox("show"), live=False)
-        player = Player(web, page, timeline)
+        site = Site(page, f"Lariat · {file.name}")
+        shown = Page(site.viser, scenario, Outbox("show"), live=False)
+        player = Player(site.viser, shown, timeline)
         note = f" ({recording.damage})" if recording.damage else ""
         print(
             f"{file}{note}: {(timeline.end - timeline.start) / SECOND:.1f} s at "
-            f"http://{host}:{port}; Ctrl-C ends",
+            f"{site.address} (Ctrl-C ends)",
             file=sys.stderr,
         )
         try:
@@ -55,7 +64,8 @@ def main(file: Path, /, port: int = 8080, host: str = "127.0.0.1") -> int:
         except KeyboardInterrupt:
             return 0
         finally:
-            page.close()
+            shown.close()
+            site.close()
     return 0
 
 

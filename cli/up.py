@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import logging
+import os
 import socket
 import subprocess
 import sys
+import tempfile
+import webbrowser
 from pathlib import Path
 from typing import Annotated
 
 import tyro
 
+from dashboard.door.secret_files import load_token
 from shared import bus as buses
 from shared.bus import BusOptions
 from shared.configuration import ConfigurationError
@@ -35,6 +39,9 @@ def main(
     dashboard_port: int = 8080,
     namespace: str = "cell",
     dashboard: bool = True,
+    dashboard_address: tuple[str, ...] = (),
+    dashboard_password_file: Path | None = None,
+    browser: bool = False,
     record: bool = True,
 ) -> int:
     """Start the whole stack of a scenario and keep it running until Ctrl-C.
@@ -49,6 +56,9 @@ def main(
         dashboard_port: Port of the dashboard's page on 127.0.0.1.
         namespace: Name of the cell on the bus.
         dashboard: Whether to serve the dashboard.
+        dashboard_address: Further addresses of the page, e.g. of a TLS proxy, https://lab.example.
+        dashboard_password_file: File with the password for addresses that other machines reach.
+        browser: Whether to open the page in a browser.
         record: Whether to record every run to recordings/.
     """
     scenario = find(scenario)
@@ -65,7 +75,6 @@ def main(
     common = ("--scenario", str(scenario.resolve()), "--namespace", namespace)
     common += ("--connect", f"tcp/127.0.0.1:{port}")
     programs = [emulator_program(side, scenario) for side in emulated]
-    programs += [service_program(name, common, emulated, dashboard_port) for name in parts]
     console = ProcessConsole()
     logging.basicConfig(level=logging.INFO, handlers=[ConsoleHandler(console)], force=True)
     options = BusOptions(namespace, connect=(), listen=(f"tcp/127.0.0.1:{port}",))
@@ -74,12 +83,36 @@ def main(
         ready = f"all {len(programs)} processes are ready after {seconds:.1f} s"
         console.print_line("lariat", ready)
         if dashboard:
-            print(f"dashboard at http://127.0.0.1:{dashboard_port}  (Ctrl-C stops all)", flush=True)
+            print("Ctrl-C stops all", flush=True)
+            print(f"dashboard at {address}", flush=True)
         else:
             print("the stack is up  (Ctrl-C stops all)", flush=True)
+        if dashboard and browser:
+            _open_browser(address, Path(folder))
 
-    with buses.open(options, "lariat") as bus:
-        return Launcher(programs, bus, console).run(print_ready)
+    with tempfile.TemporaryDirectory(prefix="lariat-") as folder:
+        # Command lines are public, so a file hands over the token; a restart takes it again.
+        token = Path(folder, "token")
+        address = f"http://127.0.0.1:{dashboard_port}/?token={load_token(token)}"
+        page = ["--port", str(dashboard_port), "--token-file", str(token)]
+        if dashboard_address:
+            page += ["--address", *dashboard_address]
+        if dashboard_password_file:
+            page += ["--password-file", str(dashboard_password_file.resolve())]
+        programs += [service_program(name, common, emulated, page) for name in parts]
+        with buses.open(options, "lariat") as bus:
+            return Launcher(programs, bus, console).run(print_ready)
+
+
+def _open_browser(address: str, folder: Path) -> None:
+    """Open a page in the default browser, where there is a screen."""
+    if sys.platform == "linux" and not {"DISPLAY", "WAYLAND_DISPLAY"} & os.environ.keys():
+        return
+    # Command lines are public, the browser's too: it gets a private file that leads on.
+    page = folder / "page.html"
+    page.touch(0o600)
+    page.write_text(f'<meta http-equiv="refresh" content="0;url={address}">')
+    webbrowser.open(page.as_uri())
 
 
 def _preflight(scenario: Path) -> None:

@@ -5,8 +5,11 @@ Callbacks of the web server only call `put`; every action runs in the thread tha
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import logging
+from collections.abc import Callable
 from queue import Empty, SimpleQueue
+
+log = logging.getLogger(__name__)
 
 Action = Callable[[], None]
 
@@ -21,10 +24,18 @@ class ActionQueue:
         """Append an action."""
         self._queue.put(action)
 
-    def take(self) -> Iterator[Action]:
-        """Remove and yield all queued actions, oldest first."""
-        while True:
+    def run(self) -> None:
+        """Remove and run the actions that are queued now, oldest first.
+
+        One that fails is logged and dropped: its arguments come from a browser, and no browser may
+        end the process.
+        """
+        for _ in range(self._queue.qsize()):
             try:
-                yield self._queue.get_nowait()
+                action = self._queue.get_nowait()
             except Empty:
                 return
+            try:
+                action()
+            except Exception:
+                log.exception("an action of the page failed")

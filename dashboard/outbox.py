@@ -12,6 +12,7 @@ from shared import topics
 from shared.messages import (
     ArmCommand,
     ArmStates,
+    Consent,
     GoalDraft,
     Obstacle,
     Scene,
@@ -69,6 +70,7 @@ class Outbox:
     def __init__(self, session: str) -> None:
         self._session = session
         self._count = 0
+        self._consents = 0
         self._unsent: list[tuple[Topic, Message, str]] = []
         self._pending: list[PendingRequest] = []
 
@@ -87,6 +89,19 @@ class Outbox:
         """Queue a command to the gateway, whose newest state is `arms`, and return its id."""
         message = ArmCommand(action=action, boot=arms.boot, answers=arms.stamp, **fields)
         return self._add(topics.ARM_COMMAND, message, label)
+
+    def consent(self, command: str, arms: ArmStates) -> None:
+        """Queue a sign of life for an approach.
+
+        Args:
+            command: Id of the APPROACH.
+            arms: Newest state of the gateway.
+        """
+        self._consents += 1
+        message = Consent(
+            command=command, boot=arms.boot, sequence=self._consents, answers=arms.stamp
+        )
+        self._unsent.append((topics.ARM_CONSENT, message, ""))
 
     def draft_goal(self, left: Pose, right: Pose) -> str:
         """Queue a request for the rod's rest shape between two grips and return its id."""

@@ -10,6 +10,7 @@ from dashboard.action_queue import ActionQueue
 from dashboard.controls import status_text
 from dashboard.controls.arm_controls import ArmControls
 from dashboard.controls.run_controls import RunControls
+from dashboard.door.site import notify
 from dashboard.editors.goal_editor import GoalEditor
 from dashboard.editors.obstacle_editor import ObstacleEditor
 from dashboard.outbox import Notification, Outbox
@@ -20,7 +21,6 @@ from dashboard.panels.parameter_panel import ParameterPanel
 from dashboard.panels.run_plots import RunPlots
 from dashboard.scene.legend import legend_html
 from dashboard.scene.scene_view import INITIALLY_HIDDEN, LAYERS, SceneView
-from dashboard.server import notify, stop
 from dashboard.subscriptions import latest_with_age
 from shared import topics
 from shared.messages import (
@@ -113,8 +113,7 @@ class Page:
 
     def run_actions(self) -> None:
         """Run the actions that people asked for since the last step."""
-        for action in self._actions.take():
-            action()
+        self._actions.run()
 
     def update(self, inbox: Inbox, now: int) -> None:
         """Take new messages and draw them.
@@ -208,6 +207,5 @@ class Page:
             self._parameters.add(message)
 
     def close(self) -> None:
-        """Stop the page's threads and its web server."""
+        """Stop the page's threads."""
         self._camera.close()
-        stop(self._server)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from dashboard import server
+from dashboard.controls.stop_bar import StopBar
+from dashboard.door.site import Site
 from dashboard.options import DashboardOptions
 from dashboard.outbox import Outbox
 from dashboard.page import Page
-from dashboard.subscriptions import READS
+from dashboard.subscriptions import READS, latest_with_age
 from shared import topics
 from shared.scenario import Scenario
 from shared.service import Inbox, Publication
@@ -24,27 +25,43 @@ class DashboardService:
         topics.TASK_GOAL_DRAFT,
         topics.SCENE_REQUEST,
         topics.ARM_COMMAND,
+        topics.ARM_CONSENT,
     )
     rate = 30.0
     latency = 0.0
 
+    address: str
+    """Address that a person opens; on this machine it holds the token of this start."""
+
     def __init__(self, scenario: Scenario, session: str, options: DashboardOptions) -> None:
         self.outbox = Outbox(session)
-        web_server = server.start(options.host, options.port, "Lariat")
-        self._page = Page(web_server, scenario, self.outbox)
+        self._stop_bar = StopBar(self.outbox)
+        self._site = Site(options, "Lariat", self._stop_bar)
+        self.address = self._site.address
+        self._page = Page(self._site.viser, scenario, self.outbox)
+        # Whoever names the file of the token says where the page is.
+        self.greeting = "" if options.token_file else f"dashboard at {self.address}"
 
     def warm_up(self) -> None:
         """Do nothing: no code is compiled here."""
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Run people's actions, draw new messages and publish requests."""
+        self._stop_bar.run_actions(now)
         self._page.run_actions()
+        arms, age = latest_with_age(inbox, topics.ARM_STATE, now)
+        status = self._stop_bar.update(
+            [r.message for r in inbox.every(topics.ARM_STATE)], arms, age
+        )
+        if status is not None:
+            self._site.show_status(status)
         self._page.update(inbox, now)
         yield from self.outbox.take(now)
 
     def close(self) -> None:
         """Stop the web server."""
         self._page.close()
+        self._site.close()
 
 
 def build(
@@ -53,6 +70,6 @@ def build(
     """Build the dashboard of a scenario.
 
     Raises:
-        ConfigurationError: The port is taken.
+        ConfigurationError: The port is taken, or the options admit nobody or too many.
     """
     return DashboardService(scenario, session, options or DashboardOptions())

@@ -6,6 +6,8 @@ steps that it missed are skipped and the overrun is counted: a backlog would del
 In addition to the members of `shared.service.Service`, a service may have
 * `tap(raw: shared.bus.RawMessage)`: called before each step with every message of the bus,
 * `close()`: called before the process exits,
+* `greeting: str`: line to print on standard error once it is ready, for what must not be in the
+  log: that is published and recorded,
 * `note: str`: current activity or problem, shown in its health,
 * `longest_step: float`: longest duration of a step [s], if longer than its period. No health is
   published during a step; the launcher waits this much longer before it reports a frozen service.
@@ -137,6 +139,8 @@ def run(
     gc.disable()
     try:
         log.info("ready")
+        if greeting := getattr(service, "greeting", ""):
+            print(greeting, file=sys.stderr, flush=True)
         runner.report()
         _keep_pace(runner, round(SECOND / service.rate))
     except Stopped:

@@ -44,5 +44,5 @@ def _libraries(scenario: Scenario, part: str) -> tuple[str, ...]:
         case "recorder":
             return ("mcap",)
         case "dashboard":
-            return ("viser", "cv2")
+            return ("viser", "aiohttp", "cv2")
     return ()

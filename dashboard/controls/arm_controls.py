@@ -18,6 +18,33 @@ from shared.service import SECOND
 
 OPEN_LABEL, CLOSE_LABEL = "Open", "Close"
 """Labels of a gripper's buttons."""
+BUTTONS = {
+    "Acknowledge": (
+        ArmCommand.ACKNOWLEDGE,
+        viser.Icon.CHECK,
+        palette.WARNING,
+        "Confirm that you have looked at the cell; moves nothing",
+    ),
+    "Resume arms": (
+        ArmCommand.RESUME,
+        viser.Icon.PLAYER_TRACK_NEXT,
+        palette.WARNING,
+        "Allow acknowledged arms to move again: a run goes on at once",
+    ),
+    "Arm": (
+        ArmCommand.ARM,
+        viser.Icon.POWER,
+        palette.BRAND,
+        "Power the arms and allow them to move",
+    ),
+    "Disarm": (
+        ArmCommand.DISARM,
+        viser.Icon.POWER,
+        palette.NEUTRAL,
+        "Stop the arms and take their power",
+    ),
+}
+"""Action, icon, colour and hint of each button, by label."""
 ARM_STATUS_PERIOD = SECOND // 2
 """Time between two updates of the arms' status lines [ns]."""
 
@@ -48,24 +75,14 @@ class ArmControls:
         self._newest: ArmStates | None = None
         self._status = gui.add_html("")
         self._shown: StatusLine | None = None
-        self._acknowledge = gui.add_button(
-            "Acknowledge",
-            icon=viser.Icon.CHECK,
-            color=palette.WARNING,
-            visible=False,
-            hint="Confirm that you have looked at the cell: it may move again",
-        )
-        self._arm = gui.add_button("Arm", icon=viser.Icon.POWER, color=palette.BRAND, visible=False)
-        self._hold = gui.add_button(
-            "Hold",
-            icon=viser.Icon.HAND_STOP,
-            color=palette.BAD,
-            visible=False,
-            hint="Brake now. This is software: the emergency stop is the hard-wired one",
-        )
-        self._disarm = gui.add_button(
-            "Disarm", icon=viser.Icon.POWER, color=palette.NEUTRAL, visible=False
-        )
+        # Every button keeps its place: one that appeared where another was would be pressed by
+        # mistake. Holding is the stop bar's.
+        self._buttons = {
+            label: gui.add_button(
+                label, icon=icon, color=color, visible=live, disabled=True, hint=hint
+            )
+            for label, (_, icon, color, hint) in BUTTONS.items()
+        }
         self._arm_status = gui.add_html("")
         self._arm_status_stamp = 0
         self._grippers = {}
@@ -82,13 +99,15 @@ class ArmControls:
                 )
             )
             self._grippers[side] = group
-        for button, action, label in (
-            (self._acknowledge, ArmCommand.ACKNOWLEDGE, "Acknowledge"),
-            (self._arm, ArmCommand.ARM, "Arm"),
-            (self._hold, ArmCommand.HOLD, "Hold"),
-            (self._disarm, ArmCommand.DISARM, "Disarm"),
-        ):
-            button.on_click(lambda _, a=action, s=label: actions.put(lambda: self._command(a, s)))
+        for label, button in self._buttons.items():
+            button.on_click(lambda _, s=label: actions.put(lambda: self._press(s)))
+
+    def _press(self, label: str) -> None:
+        action = BUTTONS[label][0]
+        if action == ArmCommand.ACKNOWLEDGE and self._newest is not None:
+            self._command(action, label, session=self._newest.next_session)
+        else:
+            self._command(action, label)
 
     def _move_gripper(self, side: Side, label: str) -> None:
         close = label == CLOSE_LABEL
@@ -128,12 +147,19 @@ class ArmControls:
             group = self._grippers.get(arm.arm)
             if group is not None and group.visible != (arm.driver != "fixed"):
                 group.visible = arm.driver != "fixed"
-        disarmed = arms.mode == ArmStates.DISARMED
-        for button, visible in (
-            (self._acknowledge, arms.needs_acknowledgement),
-            (self._arm, disarmed),
-            (self._disarm, not disarmed),
-            (self._hold, not disarmed),
-        ):
-            if button.visible != visible:
-                button.visible = visible
+        for label, button in self._buttons.items():
+            disabled = not _applies(BUTTONS[label][0], arms)
+            if button.disabled != disabled:
+                button.disabled = disabled
+
+
+def _applies(action: ArmCommand.Action, arms: ArmStates) -> bool:
+    """Return whether the gateway would obey an action in this state."""
+    match action:
+        case ArmCommand.ACKNOWLEDGE:
+            return arms.needs_acknowledgement
+        case ArmCommand.RESUME:
+            return arms.needs_resume
+        case ArmCommand.ARM:
+            return arms.mode == ArmStates.DISARMED and not arms.needs_approach
+    return True

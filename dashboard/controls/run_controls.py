@@ -56,7 +56,7 @@ class RunControls:
             "Run",
             labels,
             visible=live,
-            hint="Pause holds and can be resumed; Stop ends the run; Reset returns to the start",
+            hint="Pause holds and can be continued; Stop ends the run; Reset returns to the start",
         )
         group.on_click(
             lambda event: actions.put(
@@ -74,7 +74,7 @@ class RunControls:
         if headline != self._shown:
             self._shown = headline
             self._headline.content = status_text.as_html(headline, size="1.15em")
-        label = "Resume" if task is not None and task.state == PAUSED else "Start"
+        label = "Continue" if task is not None and task.state == PAUSED else "Start"
         if self._start.label != label:
             self._start.label = label
         disabled = task is None or task.state == RUNNING

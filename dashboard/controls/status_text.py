@@ -99,6 +99,10 @@ def _arms_obstruction(arms: ArmStates | None) -> str:
         return "The robot gateway is silent."
     if arms.needs_acknowledgement:
         return "The arms hold until a person acknowledges."
+    if arms.needs_resume:
+        return "The arms stand until a person resumes them."
+    if arms.needs_approach:
+        return "The arms are away from the start: approach first."
     if arms.mode == ArmStates.DISARMED:
         return "The arms are disarmed."
     if arms.mode == ArmStates.FAULT:
@@ -118,6 +122,10 @@ def gateway_status(arms: ArmStates | None, age: float) -> StatusLine:
     if age > STALE_AGE:
         return StatusLine(f"The robot gateway is silent for {age:.0f} s", palette.BAD)
     text, color = GATEWAY_MODES.get(arms.mode, (f"Unknown mode {arms.mode}", palette.BAD))
+    if arms.needs_resume:
+        text, color = "Acknowledged, standing still", palette.WARNING
+    if arms.mode == ArmStates.DISARMED and any(a.powered for a in arms.arms):
+        text, color = "Disarmed, still powered", palette.WARNING
     if arms.needs_acknowledgement:
         color = palette.BAD if arms.mode == ArmStates.FAULT else palette.WARNING
     details = [arms.reason] if arms.reason else []

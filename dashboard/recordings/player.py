@@ -71,8 +71,7 @@ class Player:
 
     def step(self, seconds: float) -> None:
         """Advance by a time of the viewer [s] and update the page."""
-        for action in self._actions.take():
-            action()
+        self._actions.run()
         self._page.run_actions()
         self._viewer_time += seconds
         if self._target is not None:

@@ -41,7 +41,7 @@ def _is_emulated(end: End) -> bool:
 
 
 def service_program(
-    name: str, common: Sequence[str], emulated: Sequence[Side], dashboard_port: int
+    name: str, common: Sequence[str], emulated: Sequence[Side], page: Sequence[str]
 ) -> Program:
     """Program of a service or of the dashboard.
 
@@ -49,11 +49,11 @@ def service_program(
         name: The service.
         common: Options of every process: scenario and bus.
         emulated: Ends whose arm is emulated.
-        dashboard_port: Port of the dashboard's page.
+        page: Options of the dashboard's page.
     """
     more: tuple[str, ...] = ()
     if name == "dashboard":
-        more = ("--port", str(dashboard_port))
+        more = tuple(page)
     if name == "robot_gateway":
         more = tuple(a for s in emulated for a in (f"--{s}-emulator", EMULATOR_HOSTS[s]))
     return Program(

@@ -54,7 +54,7 @@ def running(scenario: str, timeout: float = 300.0) -> Iterator[str]:
     try:
         if not reported.wait(timeout) or not any(READY_TEXT in line for line in lines):
             raise AssertionError(f"the stack did not come up:\n{''.join(lines[-30:])}")
-        yield f"http://127.0.0.1:{page}"
+        yield next(line for line in lines if READY_TEXT in line).split()[-1]
     finally:
         process.send_signal(signal.SIGINT)
         try:

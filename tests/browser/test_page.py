@@ -105,7 +105,7 @@ def cell() -> Iterator[tuple[Cell, Page]]:
     cell = Cell(Stage(service, SCENARIO))
     cell.start()
     try:
-        with opened(f"http://127.0.0.1:{port}") as page:
+        with opened(service.address) as page:
             page.get_by_role("button", name="Edit goal").wait_for()
             yield cell, page
     finally:

@@ -24,8 +24,10 @@ def test_recording_plays_and_can_be_scrubbed(tmp_path: Path) -> None:
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     try:
         assert process.stderr is not None
-        assert f"http://127.0.0.1:{port}" in process.stderr.readline()
-        with opened(f"http://127.0.0.1:{port}", 1000, 600) as page:
+        words = process.stderr.readline().split()
+        address = next(word for word in words if word.startswith(f"http://127.0.0.1:{port}"))
+        with opened(address, 1000, 600) as page:
+            expect(page.locator("#stop-bar")).to_have_count(0)
             # By now it has come to its end and waits there.
             expect(page.get_by_role("button", name="Play")).to_be_visible()
             expect(page.get_by_text(re.compile(r"^Running: "))).to_be_visible()

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from dashboard import server
+from dashboard.door.private_viser import PrivateViser
 from dashboard.outbox import Outbox
 from dashboard.page import Page
 from dashboard.recordings.player import Player
@@ -15,7 +15,6 @@ from shared import topics
 from shared.messages import RUNNING, TaskState
 from shared.scenario import load
 from shared.service import SECOND
-from tests.dashboard.test_service import free_port
 
 SCENARIO = load("scenarios/three-cylinders.toml")
 
@@ -28,12 +27,13 @@ def player() -> Iterator[Player]:
         task = TaskState(stamp=k * SECOND, state=RUNNING, error=0.1)
         payload = task.SerializeToString()
         messages.append(RecordedMessage(topics.TASK_STATE.key, payload, "c", k, k * SECOND))
-    web_server = server.start("127.0.0.1", free_port(), "test")
-    page = Page(web_server, SCENARIO, Outbox("show"), live=False)
+    private = PrivateViser("test")
+    page = Page(private.server, SCENARIO, Outbox("show"), live=False)
     try:
-        yield Player(web_server, page, Timeline(messages, READS))
+        yield Player(private.server, page, Timeline(messages, READS))
     finally:
         page.close()
+        private.close()
 
 
 def test_playing_takes_the_recordings_time_by_the_chosen_speed() -> None:

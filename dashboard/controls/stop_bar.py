@@ -1,0 +1,189 @@
+"""Stop bar: holds the arms and keeps an approach going, independent of the rest of the page."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import Future
+from typing import NamedTuple
+
+import msgspec
+
+from dashboard import palette
+from dashboard.action_queue import ActionQueue
+from dashboard.controls import status_text
+from dashboard.door.cell_socket import HOLD_TIMEOUT, Approach, HoldAnswer
+from dashboard.outbox import Outbox
+from dashboard.subscriptions import STALE_AGE
+from shared.messages import ArmCommand, ArmStates
+from shared.service import SECOND
+
+STATUS_PERIOD = SECOND // 5
+"""Time between two statuses [ns]."""
+MAX_SIGN_GAP = 150_000_000
+"""Longest time between two signs of life of one press [ns]; after it the press has ended."""
+STOPPED_MODES = (ArmStates.DISARMED, ArmStates.HOLDING, ArmStates.FAULT)
+"""Modes in which the arms stand or brake; they stay so unless the gateway says `may_move`."""
+
+
+class _Hold(NamedTuple):
+    """Hold that waits for the gateway's confirmation."""
+
+    command: str
+    """Id of the command."""
+    sent: int
+    """Time of the request [ns]."""
+    answer: Future[HoldAnswer]
+    """Answer to the person."""
+
+
+class _Press(NamedTuple):
+    """Press of the approach's button."""
+
+    number: int
+    """Number that the browser has chosen."""
+    command: str
+    """Id of its APPROACH."""
+    sign_time: int
+    """Time of its last sign of life [ns]."""
+
+
+class StopBar:
+    """State of the stop bar of all pages.
+
+    `hold`, `approach` and `release` may be called in any thread, the rest in the one that steps.
+    """
+
+    def __init__(self, outbox: Outbox) -> None:
+        """Create the bar.
+
+        Args:
+            outbox: Destination of commands.
+        """
+        self._outbox = outbox
+        self._actions = ActionQueue()
+        self._now = 0
+        self._newest: ArmStates | None = None
+        self._holds: list[_Hold] = []
+        self._press: _Press | None = None
+        self._ended = 0
+        self._status_time = -STATUS_PERIOD
+
+    def hold(self) -> Future[HoldAnswer]:
+        """Stop the arms; the future is completed when the gateway has confirmed it."""
+        answer: Future[HoldAnswer] = Future()
+        self._actions.put(lambda: self._hold(answer))
+        return answer
+
+    def approach(self, sign: Approach) -> None:
+        """Take a sign of life: the first of a press requests the approach, the others consent."""
+        self._actions.put(lambda: self._take_sign(sign))
+
+    def release(self, press: int) -> None:
+        """End a press; its later signs of life count for nothing."""
+        self._actions.put(lambda: self._end(press))
+
+    def run_actions(self, now: int) -> None:
+        """Run what people asked for since the last step.
+
+        Args:
+            now: Present time [ns].
+        """
+        self._now = now
+        self._actions.run()
+
+    def update(self, arms: Sequence[ArmStates], newest: ArmStates | None, age: float) -> str | None:
+        """Answer the holds that the gateway has confirmed, and return the status when it is due.
+
+        Args:
+            arms: States of the gateway since the last step.
+            newest: Newest of them ever.
+            age: Its age [s].
+
+        Returns:
+            JSON object, or None while the last one still holds.
+        """
+        self._newest = newest
+        self._answer_holds(arms)
+        if self._press and self._now - self._press.sign_time > MAX_SIGN_GAP:
+            self._end(self._press.number)
+        if self._now - self._status_time < STATUS_PERIOD:
+            return None
+        self._status_time = self._now
+        line = status_text.gateway_status(newest, age)
+        status = {
+            "text": line.text,
+            "detail": line.detail,
+            "color": palette.css(line.color),
+            "stopped": newest is not None and age <= STALE_AGE and _is_stopped(newest),
+            "approach": _offer(newest),
+            "ended": self._ended,
+        }
+        return msgspec.json.encode(status).decode()
+
+    def _hold(self, answer: Future[HoldAnswer]) -> None:
+        # The gateway obeys a hold whatever it answers, so it is sent before its first state too.
+        command = self._outbox.command_arms(ArmCommand.HOLD, self._newest or ArmStates(), "Hold")
+        self._holds.append(_Hold(command, self._now, answer))
+        if self._press:
+            self._end(self._press.number)
+
+    def _answer_holds(self, arms: Sequence[ArmStates]) -> None:
+        for hold in list(self._holds):
+            answer = next((a for s in arms if (a := _confirmation(hold, s))), None)
+            if answer is None and self._now - hold.sent <= HOLD_TIMEOUT * SECOND:
+                continue
+            self._holds.remove(hold)
+            # Its reader may have given up in the meantime.
+            if answer and hold.answer.set_running_or_notify_cancel():
+                hold.answer.set_result(answer)
+
+    def _take_sign(self, sign: Approach) -> None:
+        if self._newest is None or sign.press == self._ended:
+            return
+        if self._press is None:
+            command = self._outbox.command_arms(
+                ArmCommand.APPROACH,
+                self._newest,
+                "Approach",
+                approach_distance=sign.distance,
+                approach_angle=sign.angle,
+            )
+            self._press = _Press(sign.press, command, self._now)
+        elif sign.press == self._press.number:
+            if self._now - self._press.sign_time > MAX_SIGN_GAP:
+                self._end(sign.press)
+                return
+            self._press = self._press._replace(sign_time=self._now)
+            self._outbox.consent(self._press.command, self._newest)
+
+    def _end(self, press: int) -> None:
+        if self._press is not None and self._press.number == press:
+            self._press, self._ended = None, press
+
+
+def _confirmation(hold: _Hold, state: ArmStates) -> HoldAnswer | None:
+    """Answer that a state of the gateway gives to a hold; None if it gives none."""
+    line = status_text.gateway_status(state, 0.0)
+    if state.last_command == hold.command:
+        return HoldAnswer(not state.refusal, state.refusal or line.text)
+    return HoldAnswer(True, line.text) if _is_stopped(state) else None
+
+
+def _is_stopped(state: ArmStates) -> bool:
+    """Return whether the arms stand or brake, and stay so until a person acts."""
+    return not state.may_move and (state.mode in STOPPED_MODES or state.needs_resume)
+
+
+def _offer(arms: ArmStates | None) -> dict[str, float | str] | None:
+    """Approach that the gateway offers, for the button that names it."""
+    if arms is None or not arms.needs_approach:
+        return None
+    distance = status_text.format_millimeters(arms.approach_distance)
+    angle = math.degrees(arms.approach_angle)
+    turn = f", {angle:.0f}°" if angle >= 1.0 else ""
+    return {
+        "label": f"Approach by {distance}{turn}",
+        "distance": arms.approach_distance,
+        "angle": arms.approach_angle,
+    }

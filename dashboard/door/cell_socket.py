@@ -1,0 +1,128 @@
+"""What the stop bar says to the cell and hears from it, beside viser and independent of it."""
+
+from __future__ import annotations
+
+import asyncio
+from concurrent.futures import Future
+from typing import Protocol
+
+import msgspec
+from aiohttp import WSMsgType, web
+
+HOLD_TIMEOUT = 1.0
+"""Time after which a hold that the gateway has not confirmed is reported as such [s]."""
+MAX_MESSAGE = 512
+"""Largest message of a stop bar [bytes]."""
+PING_PERIOD = 5.0
+"""Time between two pings [s]."""
+MAX_BARS = 64
+"""Largest number of stop bars that are connected at a time [-]."""
+
+
+class Approach(msgspec.Struct, tag_field="type", tag="approach", frozen=True):
+    """Sign of life of a person who holds the approach's button."""
+
+    press: int
+    """Number of the press, which the browser chooses at random."""
+    distance: float
+    """Distance that the button names [m]."""
+    angle: float
+    """Angle that the button names [rad]."""
+
+
+class Release(msgspec.Struct, tag_field="type", tag="release", frozen=True):
+    """End of a press."""
+
+    press: int
+    """Number of the press."""
+
+
+class HoldAnswer(msgspec.Struct, frozen=True):
+    """Answer to a hold."""
+
+    confirmed: bool
+    """Whether the gateway has said that it stops or stands."""
+    text: str
+    """State of the arms, or why nothing is confirmed."""
+
+
+class Cell(Protocol):
+    """Cell whose arms the stop bar holds; its methods are called in the door's thread."""
+
+    def hold(self) -> Future[HoldAnswer]:
+        """Stop the arms; the future is completed when the gateway has confirmed it."""
+        ...
+
+    def approach(self, sign: Approach) -> None:
+        """Take a sign of life of a person who holds the approach's button."""
+        ...
+
+    def release(self, press: int) -> None:
+        """End a press."""
+        ...
+
+
+class CellSocket:
+    """Connections of all stop bars."""
+
+    def __init__(self, cell: Cell) -> None:
+        self._cell = cell
+        self._status = ""
+        self._news: set[asyncio.Event] = set()
+        self._decoder = msgspec.json.Decoder(Approach | Release)
+
+    def show(self, status: str) -> None:
+        """Send a status, a JSON object, to every stop bar; called in the door's thread."""
+        self._status = status
+        for event in self._news:
+            event.set()
+
+    async def hold(self, request: web.Request) -> web.Response:
+        """Answer a request to hold, after the gateway's confirmation or `HOLD_TIMEOUT`."""
+        future = asyncio.wrap_future(self._cell.hold())
+        try:
+            answer = await asyncio.wait_for(future, HOLD_TIMEOUT)
+        except TimeoutError:
+            answer = HoldAnswer(False, "the robot gateway has not confirmed it")
+        return web.Response(body=msgspec.json.encode(answer), content_type="application/json")
+
+    async def serve(self, request: web.Request) -> web.StreamResponse:
+        """Send the status and take the signs of life of an approach, until the browser leaves."""
+        if len(self._news) >= MAX_BARS:
+            raise web.HTTPServiceUnavailable(text=f"{MAX_BARS} pages are open, no more can be")
+        socket = web.WebSocketResponse(
+            max_msg_size=MAX_MESSAGE, heartbeat=PING_PERIOD, compress=False
+        )
+        await socket.prepare(request)
+        news = asyncio.Event()
+        self._news.add(news)
+        sender = asyncio.create_task(self._send(socket, news))
+        press: int | None = None
+        try:
+            async for message in socket:
+                if message.type is not WSMsgType.TEXT:
+                    break
+                try:
+                    sign = self._decoder.decode(message.data)
+                except (msgspec.DecodeError, UnicodeError):
+                    break
+                press = sign.press
+                if isinstance(sign, Approach):
+                    self._cell.approach(sign)
+                else:
+                    self._cell.release(press)
+        finally:
+            if press is not None:
+                self._cell.release(press)
+            self._news.discard(news)
+            sender.cancel()
+            await asyncio.gather(sender, return_exceptions=True)
+        await socket.close()
+        return socket
+
+    async def _send(self, socket: web.WebSocketResponse, news: asyncio.Event) -> None:
+        while True:
+            if self._status:
+                await socket.send_str(self._status)
+            await news.wait()
+            news.clear()

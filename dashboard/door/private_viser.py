@@ -1,0 +1,73 @@
+"""viser on a socket that only this user reaches.
+
+viser listens on a TCP port, which every user of the machine may open. Here it listens on a Unix
+socket in a folder of mode 0700; the door is in front of it.
+"""
+
+from __future__ import annotations
+
+import io
+import tempfile
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout
+from pathlib import Path
+from typing import Any
+
+import viser
+import websockets.asyncio.server as websocket_server
+
+from dashboard import palette
+
+_patch = threading.Lock()
+
+
+class PrivateViser:
+    """A viser server, and the Unix socket on which it listens."""
+
+    def __init__(self, title: str) -> None:
+        """Start the server.
+
+        Args:
+            title: Title of the browser's window.
+
+        Raises:
+            RuntimeError: This version of viser listens elsewhere.
+        """
+        self._folder = tempfile.TemporaryDirectory(prefix="lariat-page-")
+        self.path = Path(self._folder.name, "viser")
+        """The socket."""
+        # viser prints a banner even when not verbose; standard output is reserved for answers.
+        with redirect_stdout(io.StringIO()), _unix_sockets(self.path):
+            self.server = viser.ViserServer(host="127.0.0.1", port=0, label=title, verbose=False)
+        if not self.path.is_socket():
+            self.close()
+            raise RuntimeError(f"viser {viser.__version__} does not listen on {self.path}")
+        self.server.gui.configure_theme(
+            dark_mode=True, show_logo=False, show_share_button=False, brand_color=palette.BRAND
+        )
+
+    def close(self) -> None:
+        """Stop the server and its threads."""
+        with redirect_stdout(io.StringIO()):
+            self.server.stop()
+        self._folder.cleanup()
+
+
+@contextmanager
+def _unix_sockets(path: Path) -> Iterator[None]:
+    """Let the WebSocket server that is started meanwhile listen on a Unix socket.
+
+    viser has no option for it. It looks the function up in this module when it starts.
+    """
+    original = websocket_server.serve
+
+    def serve(handler: Any, host: str, port: int, **options: Any) -> Any:
+        return original(handler, unix=True, path=str(path), **options)
+
+    with _patch:
+        websocket_server.serve = serve
+        try:
+            yield
+        finally:
+            websocket_server.serve = original

@@ -1,0 +1,183 @@
+// Stop bar of the page. It runs before and without viser: it has its own requests and its own
+// WebSocket, and sees every key first.
+"use strict";
+(() => {
+  const STATUS_TIMEOUT = 1500; // ms without a status after which the connection counts as lost
+  const HOLD_TIMEOUT = 1500; // ms that one request to hold may take
+  const HOLD_ATTEMPTS = 5;
+  const RECONNECT_DELAY = 500; // ms
+  const MAX_QUEUED = 256; // bytes of signs of life that may wait for the network
+  const SIGN_PERIOD = 20; // ms between two signs of life of an approach
+  const EMERGENCY = "Use the hard-wired emergency stop.";
+
+  const elements = {};
+  let socket = null;
+  let status = null;
+  let statusTime = -Infinity;
+  let holdText = ""; // outcome of the last hold until the arms are known to stand
+  let holding = false;
+  let offer = null;
+  let press = null; // of the approach's button: {number, offer, timer}
+
+  function show() {
+    if (!elements.bar) return;
+    const connected = performance.now() - statusTime < STATUS_TIMEOUT;
+    let text = "No connection to the dashboard";
+    let detail = "A hold may not arrive. " + EMERGENCY;
+    let color = "#f05454";
+    if (connected) ({ text, detail, color } = status);
+    if (holdText && !(connected && status.stopped)) {
+      text = holdText;
+    }
+    elements.bar.classList.toggle("alarm", !connected || (holdText !== "" && !status.stopped));
+    elements.bar.dataset.state = !connected ? "lost" : status.stopped ? "stopped" : "live";
+    elements.dot.style.background = color;
+    elements.headline.textContent = text;
+    elements.detail.textContent = detail;
+    elements.hold.classList.toggle("sent", holding);
+    // A pressed button keeps its name and place until it is released.
+    offer = press ? press.offer : connected ? status.approach : null;
+    elements.approach.hidden = !offer;
+    if (offer) elements.approach.textContent = offer.label + " (keep pressed)";
+    elements.approach.classList.toggle("pressed", press !== null);
+  }
+
+  async function requestHold() {
+    const answer = await fetch("hold", {
+      method: "POST",
+      keepalive: true,
+      signal: AbortSignal.timeout(HOLD_TIMEOUT),
+    });
+    if (!answer.ok) throw new Error(`status ${answer.status}`);
+    return answer.json();
+  }
+
+  async function hold() {
+    release();
+    if (holding) {
+      requestHold().catch(() => {});
+      return;
+    }
+    holding = true;
+    holdText = "Hold sent …";
+    show();
+    for (let attempt = 0; attempt < HOLD_ATTEMPTS; ++attempt) {
+      try {
+        const answer = await requestHold();
+        if (answer.confirmed) {
+          holdText = "";
+          break;
+        }
+        holdText = `HOLD NOT CONFIRMED: ${answer.text}. ${EMERGENCY}`;
+      } catch {
+        holdText = `HOLD NOT CONFIRMED: no answer from the dashboard. ${EMERGENCY}`;
+        await new Promise((resolve) => setTimeout(resolve, RECONNECT_DELAY));
+      }
+      show();
+    }
+    holding = false;
+    show();
+  }
+
+  function sign() {
+    // Signs that wait for the network would arrive when nobody presses any more.
+    if (!socket || socket.readyState !== WebSocket.OPEN || socket.bufferedAmount > MAX_QUEUED) {
+      release();
+      return;
+    }
+    const { number, offer } = press;
+    const { distance, angle } = offer;
+    socket.send(JSON.stringify({ type: "approach", press: number, distance, angle }));
+  }
+
+  function begin(event) {
+    event.preventDefault();
+    if (press || !offer || event.button !== 0) return;
+    const number = 1 + Math.floor(Math.random() * 2 ** 31);
+    press = { number, offer, timer: setInterval(sign, SIGN_PERIOD) };
+    sign();
+    show();
+  }
+
+  function release() {
+    if (!press) return;
+    clearInterval(press.timer);
+    if (socket && socket.readyState === WebSocket.OPEN) {
+      socket.send(JSON.stringify({ type: "release", press: press.number }));
+    }
+    press = null;
+    show();
+  }
+
+  function connect() {
+    const url = new URL("cell", location.href);
+    url.protocol = url.protocol.replace("http", "ws");
+    socket = new WebSocket(url);
+    socket.onmessage = (message) => {
+      status = JSON.parse(message.data);
+      statusTime = performance.now();
+      if (status.stopped && !holding) holdText = "";
+      if (press && press.number === status.ended) release();
+      show();
+    };
+    socket.onclose = () => {
+      release();
+      setTimeout(connect, RECONNECT_DELAY);
+    };
+  }
+
+  function element(tag, name, parent) {
+    const made = document.createElement(tag);
+    made.className = name;
+    parent.append(made);
+    return made;
+  }
+
+  function build() {
+    const bar = document.createElement("section");
+    bar.id = "stop-bar";
+    bar.setAttribute("aria-label", "Stop");
+    const line = element("div", "status", bar);
+    line.setAttribute("role", "status");
+    elements.dot = element("span", "dot", line);
+    const text = element("div", "text", line);
+    elements.headline = element("div", "headline", text);
+    elements.detail = element("div", "detail", text);
+    elements.approach = element("button", "approach", bar);
+    elements.approach.addEventListener("pointerdown", begin);
+    for (const end of ["pointerup", "pointercancel", "pointerleave", "lostpointercapture"]) {
+      elements.approach.addEventListener(end, release);
+    }
+    elements.approach.addEventListener("contextmenu", (event) => event.preventDefault());
+    elements.hold = element("button", "hold", bar);
+    elements.hold.textContent = "HOLD";
+    elements.hold.title = "Brake now. This is software: the emergency stop is the hard-wired one";
+    element("small", "", elements.hold).textContent = "or Space, Esc";
+    elements.hold.addEventListener("pointerdown", (event) => {
+      event.preventDefault();
+      hold();
+    });
+    // Of a keyboard or an assistive tool; a click of a pointer has held already.
+    elements.hold.addEventListener("click", (event) => event.detail === 0 && hold());
+    document.body.append(bar);
+    elements.bar = bar;
+    show();
+  }
+
+  function key(event) {
+    if (event.key !== " " && event.code !== "Space" && event.key !== "Escape") return;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+    if (event.type === "keydown" && !event.repeat) hold();
+  }
+
+  for (const type of ["keydown", "keypress", "keyup"]) {
+    window.addEventListener(type, key, { capture: true });
+  }
+  window.addEventListener("blur", release);
+  window.addEventListener("pagehide", release);
+  document.addEventListener("visibilitychange", release);
+  document.addEventListener("DOMContentLoaded", build);
+  setInterval(show, STATUS_TIMEOUT / 3);
+  connect();
+})();

@@ -80,24 +80,23 @@ def check_durations(durations: Float64[np.ndarray, "H"], blocks: int) -> None:
         raise ValueError(f"durations must be positive and finite, got {durations} s")
 
 
-def check_state(state: RodState, node_count: int) -> None:
-    """Check that a state fits a rod of `node_count` nodes.
+def check_state(state: RodState, node_count: int, frame_count: int) -> None:
+    """Check that a state fits a rod with numbers of nodes and of frames.
 
     Raises:
         ValueError: A field has the wrong shape, is not finite, or is no unit quaternion.
     """
-    n = node_count
     for name, rows, width in (
-        ("positions", n, 3),
-        ("orientations", n - 1, 4),
-        ("velocities", n, 3),
-        ("angular_velocities", n - 1, 3),
+        ("positions", node_count, 3),
+        ("orientations", frame_count, 4),
+        ("velocities", node_count, 3),
+        ("angular_velocities", frame_count, 3),
     ):
         value = getattr(state, name)
         if np.shape(value) != (rows, width):
             raise ValueError(
-                f"state.{name} must be ({rows}, {width}), got {np.shape(value)}; this rod has {n} "
-                "nodes"
+                f"state.{name} must be ({rows}, {width}), got {np.shape(value)}; this rod has "
+                f"{node_count} nodes and {frame_count} frames"
             )
         if not np.isfinite(value).all():
             raise ValueError(f"state.{name} must be finite")

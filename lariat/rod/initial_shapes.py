@@ -38,9 +38,9 @@ def straight(
     n = model.node_count
     return RodState(
         start + model.edge_length * np.arange(n)[:, None] * along,
-        np.tile(poses.rotation_between(EDGE_AXIS, along), (n - 1, 1)),
+        np.tile(poses.rotation_between(EDGE_AXIS, along), (model.frame_count, 1)),
         np.zeros((n, 3)),
-        np.zeros((n - 1, 3)),
+        np.zeros((model.frame_count, 3)),
     )
 
 
@@ -52,9 +52,11 @@ def straight_from_grip(model: RodModel[Dimensions], left: Pose, right: Pose) -> 
     nodes = held.position + s * poses.rotate(held.orientation, z)
     if model.right != "free":
         nodes = nodes[::-1]
-    n = model.node_count
     return RodState(
-        nodes.copy(), np.tile(held.orientation, (n - 1, 1)), np.zeros((n, 3)), np.zeros((n - 1, 3))
+        nodes.copy(),
+        np.tile(held.orientation, (model.frame_count, 1)),
+        np.zeros_like(nodes),
+        np.zeros((model.frame_count, 3)),
     )
 
 
@@ -92,13 +94,14 @@ def between_grips(
         tangent = _bisect(lambda k: polylines.length(curve(k, 0.0)) - length, 0.0, tangent)
     bulge = _bisect(lambda k: polylines.length(curve(tangent, k)) - length, 0.0, MAX_BULGE * length)
     nodes = polylines.resample(curve(tangent, bulge), n)
-    return state_along(nodes, left.orientation, right.orientation)
+    return state_along(nodes, left.orientation, right.orientation, model.clamps)
 
 
 def state_along(
     nodes: Float64[np.ndarray, "n 3"],
     first: Float64[np.ndarray, "4"],
     last: Float64[np.ndarray, "4"],
+    clamps: tuple[int, int] = (1, 1),
 ) -> RodState:
     """Return the state at rest along given nodes, with twist spread evenly between two end frames.
 
@@ -107,8 +110,11 @@ def state_along(
 
     Args:
         nodes: Node positions [m].
-        first: Orientation of the left grip; only its rotation about the first edge counts.
-        last: Orientation of the right grip; only its rotation about the last edge counts.
+        first: Orientation of the left grip; without a clamp, only its rotation about the first edge
+            counts.
+        last: Orientation of the right grip; without a clamp, only its rotation about the last edge
+            counts.
+        clamps: Number of clamps at the left and at the right end, as `RodModel.clamps`.
     """
     tangents = poses.normalized(np.diff(nodes, axis=0))
     z = EDGE_AXIS
@@ -119,12 +125,13 @@ def state_along(
         frames.append(q)
     end = poses.multiply(poses.rotation_between(poses.rotate(last, z), tangents[-1]), last)
     twist = poses.logarithm(poses.multiply(poses.conjugate(q), end))[2]
-    angles = twist * np.linspace(0.0, 1.0, len(frames))
-    spins = poses.exponential(angles[:, None] * z)
-    n = len(nodes)
-    return RodState(
-        nodes, poses.multiply(np.array(frames), spins), np.zeros((n, 3)), np.zeros((n - 1, 3))
-    )
+    # A clamp lies half an edge beyond the middle of the outermost edge.
+    places = np.arange(len(frames)) + 0.5 * clamps[0]
+    angles = twist * places / (places[-1] + 0.5 * clamps[1])
+    spun = poses.multiply(np.array(frames), poses.exponential(angles[:, None] * z))
+    grips = [np.asarray(first, float)] * clamps[0], [np.asarray(last, float)] * clamps[1]
+    orientations = np.array([*grips[0], *spun, *grips[1]])
+    return RodState(nodes, orientations, np.zeros_like(nodes), np.zeros((len(orientations), 3)))
 
 
 def gravity_direction(model: RodModel[Dimensions]) -> Float64[np.ndarray, "3"]:
@@ -141,23 +148,14 @@ def check_reach(model: RodModel[Dimensions], left: Pose, right: Pose) -> None:
     """
     if "free" in (model.left, model.right):
         return
-    z = EDGE_AXIS
-    edge = model.edge_length
-    a, b = left.position, right.position
-    free = model.properties.length
-    if model.left == "clamped":
-        a = a + edge * poses.rotate(left.orientation, z)
-        free -= edge
-    if model.right == "clamped":
-        b = b - edge * poses.rotate(right.orientation, z)
-        free -= edge
-    distance = float(np.linalg.norm(b - a))
+    length = model.properties.length
+    distance = float(np.linalg.norm(right.position - left.position))
     if not np.isfinite(distance):
         raise ValueError(f"grips must be finite, got {left} and {right}")
-    if distance > free:
+    if distance > length:
         raise ValueError(
-            f"the ends are {distance:.4f} m apart but the rod between them is {free:.4f} m long; "
-            "bring the grips together or turn them towards each other"
+            f"the ends are {distance:.4f} m apart but the rod between them is {length:.4f} m long; "
+            "bring the grips together"
         )
 
 

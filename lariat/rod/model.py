@@ -6,11 +6,14 @@ import math
 from dataclasses import dataclass
 from typing import Generic, Literal, Protocol, TypeVar, get_args
 
+import numpy as np
+from jaxtyping import Float64
+
 from lariat.rod.integration_schemes import HISTORY_LENGTHS, Scheme
 from lariat.rod.properties import RodProperties
 
 End = Literal["free", "pinned", "clamped"]
-"""Hold of an end: none, of its outermost node, or of its outermost edge."""
+"""Hold of an end: none, of its position, or of its position and direction."""
 ENDS: tuple[End, ...] = get_args(End)
 """All holds of an end; the place of a hold is its `EndHold`."""
 MIN_NODE_COUNT = 5
@@ -68,6 +71,32 @@ class RodModel(Generic[PropertiesT_co]):
     def edge_length(self) -> float:
         """Rest length of an edge [m]."""
         return self.properties.length / (self.node_count - 1)
+
+    @property
+    def clamps(self) -> tuple[int, int]:
+        """Number of clamps at the left and at the right end, 0 or 1."""
+        return int(self.left == "clamped"), int(self.right == "clamped")
+
+    @property
+    def frame_count(self) -> int:
+        """Number of frames m: one for each edge, and one for the grip of each clamp."""
+        return self.node_count - 1 + sum(self.clamps)
+
+    @property
+    def bend_lengths(self) -> Float64[np.ndarray, "m-1"]:
+        """Length over which the bend between two frames acts, half an edge at a clamp [m]."""
+        lengths = np.full(self.frame_count - 1, self.edge_length)
+        left, right = self.clamps
+        lengths[:left] *= 0.5
+        lengths[len(lengths) - right :] *= 0.5
+        return lengths
+
+    @property
+    def bend_places(self) -> Float64[np.ndarray, "m-1"]:
+        """Arc length of the middle of each bend over the rod's length, from the left [-]."""
+        edges = self.node_count - 1
+        nodes = np.arange(self.frame_count - 1) + 1.0 - self.clamps[0]
+        return np.clip(nodes, 0.25, edges - 0.25) / edges
 
 
 @dataclass(frozen=True)

@@ -118,9 +118,9 @@ class RodProperties:
             return changed
         return replace(changed, poisson_ratio=bending / twisting - 1.0)
 
-    def profile_at(self, count: int) -> Float64[np.ndarray, "m"]:
-        """Return the stiffness factors at `count` inner nodes [-]."""
-        return _at_inner_nodes(np.asarray(self.stiffness_profile, float)[:, None], count)[:, 0]
+    def profile_at(self, places: Float64[np.ndarray, "k"]) -> Float64[np.ndarray, "k"]:
+        """Return the stiffness factors at arc lengths over the rod's length [-]."""
+        return interpolate_knots(np.asarray(self.stiffness_profile, float)[:, None], places)[:, 0]
 
     def density_at(self, node_count: int) -> Float64[np.ndarray, "n"]:
         """Return the density factors at all nodes [-]."""
@@ -129,13 +129,14 @@ class RodProperties:
             np.linspace(0.0, 1.0, node_count), np.linspace(0.0, 1.0, len(values)), values
         )
 
-    def rest_curvature_at(self, count: int) -> Float64[np.ndarray, "m 3"]:
-        """Return the rest curvature at `count` inner nodes [1/m]."""
-        return _at_inner_nodes(np.asarray(self.rest_curvature, float), count)
+    def rest_curvature_at(self, places: Float64[np.ndarray, "k"]) -> Float64[np.ndarray, "k 3"]:
+        """Return the rest curvature at arc lengths over the rod's length [1/m]."""
+        return interpolate_knots(np.asarray(self.rest_curvature, float), places)
 
 
-def _at_inner_nodes(values: Float64[np.ndarray, "k c"], count: int) -> Float64[np.ndarray, "m c"]:
-    """Interpolate values that are evenly spaced over the rod's length at its inner nodes."""
+def interpolate_knots(
+    values: Float64[np.ndarray, "q c"], places: Float64[np.ndarray, "k"]
+) -> Float64[np.ndarray, "k c"]:
+    """Interpolate values that are evenly spaced over a rod at arc lengths over its length."""
     knots = np.linspace(0.0, 1.0, len(values)) if len(values) > 1 else np.array([0.5])
-    nodes = np.arange(1, count + 1) / (count + 1)
-    return np.stack([np.interp(nodes, knots, column) for column in values.T], axis=1)
+    return np.stack([np.interp(places, knots, column) for column in values.T], axis=1)

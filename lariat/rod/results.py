@@ -19,8 +19,8 @@ class Rollout:
 
     positions: Float64[np.ndarray, "H n 3"]
     """Node positions after every step [m]."""
-    orientations: Float64[np.ndarray, "H n-1 4"]
-    """Edge orientations after every step, wxyz."""
+    orientations: Float64[np.ndarray, "H m 4"]
+    """Orientations of the frames after every step, wxyz; see `RodState`."""
     final: RodState
     """State after the last step."""
     iterations: Int64[np.ndarray, "H"]
@@ -74,13 +74,13 @@ class StateGradient:
     """Gradient of a cost with respect to a `RodState`, per unit of the cost."""
 
     positions: Float64[np.ndarray, "n 3"]
-    """Gradient in node positions [1/m]; zero at nodes that a clamp holds."""
-    rotations: Float64[np.ndarray, "n-1 3"]
-    """Gradient in rotations of the edges about the world axes [1/rad]."""
+    """Gradient in node positions [1/m]."""
+    rotations: Float64[np.ndarray, "m 3"]
+    """Gradient in rotations of the frames about the world axes [1/rad]."""
     velocities: Float64[np.ndarray, "n 3"]
     """Gradient in node velocities [s/m]."""
-    angular_velocities: Float64[np.ndarray, "n-1 3"]
-    """Gradient in edge angular velocities [s/rad]."""
+    angular_velocities: Float64[np.ndarray, "m 3"]
+    """Gradient in angular velocities of the frames [s/rad]."""
 
 
 @dataclass(frozen=True)

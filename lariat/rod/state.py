@@ -10,17 +10,21 @@ from jaxtyping import Float64
 
 @dataclass(frozen=True)
 class RodState:
-    """Positions of n nodes and orientations of the n - 1 edges between them, with velocities."""
+    """Positions of n nodes and orientations of m frames along the rod, with velocities.
+
+    The frames are those of the n - 1 edges, in order from left to right; a clamp adds the frame of
+    its grip before the first or after the last one (`RodModel.frame_count`).
+    """
 
     positions: Float64[np.ndarray, "n 3"]
     """Node positions, world frame [m]."""
-    orientations: Float64[np.ndarray, "n-1 4"]
-    """Edge orientations, unit quaternions wxyz, edge to world. The third axis of an edge's frame
-    lies along the edge, from left to right."""
+    orientations: Float64[np.ndarray, "m 4"]
+    """Orientations of the frames, unit quaternions wxyz, frame to world. The third axis lies along
+    the rod, from left to right."""
     velocities: Float64[np.ndarray, "n 3"]
     """Node velocities, world frame [m/s]."""
-    angular_velocities: Float64[np.ndarray, "n-1 3"]
-    """Edge angular velocities, world frame [rad/s]."""
+    angular_velocities: Float64[np.ndarray, "m 3"]
+    """Angular velocities of the frames, world frame [rad/s]."""
 
     def at_rest(self) -> RodState:
         """Return the same shape without motion."""
@@ -37,25 +41,27 @@ class StateDirections:
     """D directions in the space of `RodState`, each of any scale."""
 
     positions: Float64[np.ndarray, "D n 3"]
-    """Displacements of the nodes [m per unit]; without effect at nodes that a clamp holds."""
-    rotations: Float64[np.ndarray, "D n-1 3"]
-    """Rotations of the edges about the world axes [rad per unit]."""
+    """Displacements of the nodes [m per unit]."""
+    rotations: Float64[np.ndarray, "D m 3"]
+    """Rotations of the frames about the world axes [rad per unit]."""
     velocities: Float64[np.ndarray, "D n 3"]
     """Changes of node velocities [m/s per unit]."""
-    angular_velocities: Float64[np.ndarray, "D n-1 3"]
-    """Changes of edge angular velocities [rad/s per unit]."""
+    angular_velocities: Float64[np.ndarray, "D m 3"]
+    """Changes of the frames' angular velocities [rad/s per unit]."""
 
-    def check(self, node_count: int) -> None:
-        """Check shapes and values against a rod.
+    def check(self, node_count: int, frame_count: int) -> None:
+        """Check shapes and values against the numbers of nodes and of frames of a rod.
 
         Raises:
             ValueError: A field does not fit the rod or is not finite.
         """
         for name in ("positions", "rotations", "velocities", "angular_velocities"):
             value = np.asarray(getattr(self, name))
-            rows = node_count - (name in ("rotations", "angular_velocities"))
+            turning = name in ("rotations", "angular_velocities")
+            rows = frame_count if turning else node_count
             if value.shape != (len(self.positions), rows, 3) or not np.all(np.isfinite(value)):
                 raise ValueError(
                     f"state_directions.{name} must be finite and ({len(self.positions)}, {rows}, "
-                    f"3), got shape {value.shape}; this rod has {node_count} nodes"
+                    f"3), got shape {value.shape}; this rod has {node_count} nodes and "
+                    f"{frame_count} frames"
                 )

@@ -20,23 +20,26 @@ def forces(rod: Rod, state: RodState) -> Float64[np.ndarray, "n-1 3"]:
         rod: Rod with its material.
         state: State of that rod.
     """
-    d3 = poses.rotate(state.orientations, np.array([0.0, 0.0, 1.0]))
-    edges = np.diff(state.positions, axis=0)
-    return rod.properties.stretch_stiffness * (edges / rod.edge_length - d3)
+    left, right = rod.model.clamps
+    edges = state.orientations[left : len(state.orientations) - right]
+    d3 = poses.rotate(edges, np.array([0.0, 0.0, 1.0]))
+    stretched = np.diff(state.positions, axis=0) / rod.edge_length
+    return rod.properties.stretch_stiffness * (stretched - d3)
 
 
-def curvatures(rod: Rod, state: RodState) -> Float64[np.ndarray, "n-2 3"]:
-    """Return curvature about d1 and d2, and twist, at the inner nodes, in material frames [1/m].
+def curvatures(rod: Rod, state: RodState) -> Float64[np.ndarray, "m-1 3"]:
+    """Return curvature about d1 and d2, and twist, in material frames [1/m].
 
-    They are the rotation vector between neighbouring edges, per edge length.
+    They are the rotation vectors between neighbouring frames per `RodModel.bend_lengths`, at the
+    inner nodes and at clamps.
     """
     relative = poses.multiply(poses.conjugate(state.orientations[:-1]), state.orientations[1:])
-    return poses.logarithm(relative) / rod.edge_length
+    return poses.logarithm(relative) / rod.model.bend_lengths[:, None]
 
 
-def moments(rod: Rod, state: RodState) -> Float64[np.ndarray, "n-2 3"]:
-    """Return bending moments about d1 and d2, and twisting moment, at the inner nodes [N m]."""
-    p, count = rod.properties, rod.node_count - 2
+def moments(rod: Rod, state: RodState) -> Float64[np.ndarray, "m-1 3"]:
+    """Return bending moments about d1 and d2, and twisting moment, where `curvatures` are [N m]."""
+    p, places = rod.properties, rod.model.bend_places
     stiffness = np.array([p.bending_stiffness, p.bending_stiffness, p.twisting_stiffness])
-    strain = curvatures(rod, state) - p.rest_curvature_at(count)
-    return p.profile_at(count)[:, None] * stiffness * strain
+    strain = curvatures(rod, state) - p.rest_curvature_at(places)
+    return p.profile_at(places)[:, None] * stiffness * strain

@@ -12,9 +12,7 @@ import taichi as ti
 from lariat.rod.kernels.addressing import (
     hessian_at,
     orientation_at,
-    parameter_code_at,
     parameter_derivatives_at,
-    scalar,
     time_at,
 )
 from lariat.rod.kernels.memory import add, load3, load4, load33
@@ -22,8 +20,8 @@ from lariat.rod.kernels.parameter_derivatives import parameter_derivatives
 from lariat.rod.kernels.rotations import left_jacobian, rotation_matrix
 from lariat.rod.kernels.step_terms import internal_rate, step_times, target_share
 from lariat.rod.kernels.types import Doubles, Integers
-from lariat.rod.launch.codes import EndHold, Parameter, Task
-from lariat.rod.launch.layout import HISTORY_SLOTS, STEP_BLOCKS, Header, Scalar, Section, TimeRow
+from lariat.rod.launch.codes import EndHold, Task
+from lariat.rod.launch.layout import HISTORY_SLOTS, STEP_BLOCKS, Header, Section, TimeRow
 
 
 @ti.real_func
@@ -115,22 +113,14 @@ def grip_adjoint(
                 pull = load3(w, new + outer)
                 if kind == EndHold.CLAMPED:
                     edge = end * (n - 2)
-                    inner = load3(w, new + 6 * (1 + end * (n - 3)))
-                    pull += inner
+                    pull += load3(w, new + 6 * (1 + end * (n - 3)))
                     r = rotation_matrix(
                         load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, edge))
                     )
-                    reach = scalar(ni, w, rod, Scalar.EDGE_LENGTH) * (1.0 - 2.0 * end)
-                    local = reach * (r.transpose() @ inner)
-                    moment = load3(w, new + 6 * edge + 3) + ti.Vector([-local[1], local[0], 0.0])
+                    moment = load3(w, new + 6 * edge + 3)
                     jacobian = left_jacobian(h * load3(w, action + 3))
                     add(w, out + 3, h * (jacobian.transpose() @ (r @ moment)))
                     add(w, old + 6 * edge + 3, moment)
-                    longer = (1.0 - 2.0 * end) / (n - 1) * (r.transpose() @ inner)
-                    for p in range(ni[Header.PARAMETERS]):
-                        if ni[parameter_code_at(ni, p)] == Parameter.LENGTH:
-                            to = rod + ni[Section.PARAMETERS_OUT] + p
-                            w[to] = w[to] + longer[2]
                 add(w, out, h * pull)
                 add(w, old + outer, pull)
     else:

@@ -76,7 +76,13 @@ def edge_energy(
             store33(w, m, (mass * weight + shift * stretch / length) * eye)
             store33(w, m + 9, zero)
             store33(w, m + 18, zero)
-        for i in range(n - 1):
+            if i < ni[Header.FIRST_EDGE] or (i >= ni[Header.END_EDGE] and i < n - 1):
+                # The grip edge of a clamp: only a bend adds to its blocks.
+                store(w, g + 6 * i + 3, ti.Vector([0.0, 0.0, 0.0]))
+                store33(w, m + 27, zero)
+                store33(w, m + 36, zero)
+                store33(w, m + 45, zero)
+        for i in range(ni[Header.FIRST_EDGE], ni[Header.END_EDGE]):
             q = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, i))
             r = rotation_matrix(q)
             edge = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i + 1)) - load3(

@@ -1,9 +1,9 @@
 """Driven ends: their place after a solve, and their effect on the free unknowns.
 
 A grip that moves with velocity v and angular velocity omega for a time h goes from (p, R) to
-(p + h v, exp(h omega) R). A clamp places the outermost node at p, the next one at p + l R z (left)
-or p - l R z (right), and the edge between them at R. The driven blocks d of the unknowns take no
-part in the linear solve for the free blocks f:
+(p + h v, exp(h omega) R). A pinned end has its outermost node at p. A clamp has both nodes of its
+grip edge at p, and the frame of that edge is R. The driven blocks d of the unknowns take no part in
+the linear solve for the free blocks f:
 
     H_ff s_f = -g_f - H_fd s_d.
 """
@@ -33,23 +33,23 @@ def move_grips(
         for end in range(2):
             kind = ni[Header.LEFT_END + end]
             if kind != EndHold.FREE:
-                outer, inner, q = grip_target(ni, w, rod, step, end)
+                position, q = grip_target(ni, w, rod, step, end)
                 node = end * (n - 1)
                 if exactly:
-                    store(w, position_at(ni, rod, step + HISTORY_SLOTS, node), outer)
+                    store(w, position_at(ni, rod, step + HISTORY_SLOTS, node), position)
                 else:
                     x = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, node))
-                    store(w, d + 6 * node, outer - x)
+                    store(w, d + 6 * node, position - x)
                 if kind == EndHold.CLAMPED:
                     node = 1 + end * (n - 3)
                     edge = end * (n - 2)
                     if exactly:
-                        store(w, position_at(ni, rod, step + HISTORY_SLOTS, node), inner)
+                        store(w, position_at(ni, rod, step + HISTORY_SLOTS, node), position)
                         store(w, orientation_at(ni, rod, step + HISTORY_SLOTS, edge), q)
                     else:
                         x = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, node))
                         before = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, edge))
-                        store(w, d + 6 * node, inner - x)
+                        store(w, d + 6 * node, position - x)
                         store(w, d + 6 * edge + 3, logarithm(relative_rotation(before, q)))
     else:
         result = predict(ni, w, task, rod, step, arg, real)

@@ -5,17 +5,15 @@ Both follow the scheme: velocity is (x - base) / h, with the base a sum of earli
 
 import taichi as ti
 
-from lariat.rod.kernels.addressing import orientation_at, position_at, scalar, time_at
+from lariat.rod.kernels.addressing import orientation_at, position_at, time_at
 from lariat.rod.kernels.memory import load3, load4, store
 from lariat.rod.kernels.rotations import (
     exponential,
     logarithm,
     quaternion_product,
     relative_rotation,
-    rotation_matrix,
 )
-from lariat.rod.launch.codes import EndHold
-from lariat.rod.launch.layout import HISTORY_SLOTS, Header, Scalar, Section, TimeRow
+from lariat.rod.launch.layout import HISTORY_SLOTS, Header, Section, TimeRow
 
 
 @ti.func
@@ -36,13 +34,6 @@ def start_history(ni: ti.template(), w: ti.template(), rod):
         before = quaternion_product(exponential(-h * omega), q)
         for slot in range(last):
             store(w, orientation_at(ni, rod, slot, i), before)
-    for end in range(2):
-        if ni[Header.LEFT_END + end] == EndHold.CLAMPED:
-            r = rotation_matrix(load4(w, orientation_at(ni, rod, last, end * (n - 2))))
-            reach = scalar(ni, w, rod, Scalar.EDGE_LENGTH) * (1.0 - 2.0 * end)
-            outer = load3(w, position_at(ni, rod, last, end * (n - 1)))
-            inner = outer + reach * (r @ ti.Vector([0.0, 0.0, 1.0]))
-            store(w, position_at(ni, rod, last, 1 + end * (n - 3)), inner)
     for i in range(n):
         x = load3(w, position_at(ni, rod, last, i))
         v = load3(w, position_at(ni, rod, last - 1, i))

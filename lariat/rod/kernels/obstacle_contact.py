@@ -41,7 +41,6 @@ def obstacle_contacts(
     result = 0.0
     if task == Task.OBSTACLE_CONTACT:
         exact = arg == 1
-        n = ni[Header.NODES]
         samples = ni[Header.CONTACT_SAMPLES]
         length = scalar(ni, w, rod, Scalar.EDGE_LENGTH)
         reach = scalar(ni, w, rod, Scalar.CONTACT_REACH)
@@ -49,7 +48,7 @@ def obstacle_contacts(
         total = 0.0
         for k in range(ni[Header.OBSTACLES]):
             row = ni[Header.OBSTACLE_ROWS] + OBSTACLE_WIDTH * k
-            for i in range(n - 1):
+            for i in range(ni[Header.FIRST_EDGE], ni[Header.END_EDGE]):
                 start = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i))
                 stop = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i + 1))
                 # Reach of the whole edge, which may be stretched while the iteration runs.

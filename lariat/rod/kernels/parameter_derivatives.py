@@ -17,7 +17,13 @@ from lariat.rod.kernels.addressing import (
 from lariat.rod.kernels.memory import load3, load4
 from lariat.rod.kernels.rotations import rotation_matrix
 from lariat.rod.kernels.step_derivatives import inertia_derivatives
-from lariat.rod.kernels.step_terms import bend_rotation, inertia_terms, step_times
+from lariat.rod.kernels.step_terms import (
+    bend_place,
+    bend_rotation,
+    bend_share,
+    inertia_terms,
+    step_times,
+)
 from lariat.rod.kernels.types import Doubles, Integers
 from lariat.rod.launch.codes import Parameter, Task
 from lariat.rod.launch.layout import (
@@ -48,6 +54,9 @@ def parameter_derivatives(
     if task == Task.PARAMETER_DERIVATIVES:
         n = ni[Header.NODES]
         count = ni[Header.PARAMETERS]
+        first_edge = ni[Header.FIRST_EDGE]
+        end_edge = ni[Header.END_EDGE]
+        edges = end_edge - first_edge
         stretch = scalar(ni, w, rod, Scalar.STRETCH_STIFFNESS)
         length = scalar(ni, w, rod, Scalar.EDGE_LENGTH)
         h, weight, carry = step_times(ni, w, rod, step)
@@ -67,7 +76,7 @@ def parameter_derivatives(
             knot = ni[parameter_code_at(ni, p) + 1]
             knots = ni[parameter_code_at(ni, p) + 2]
             if code == Parameter.STRETCH_STIFFNESS or code == Parameter.LENGTH:
-                for i in range(n - 1):
+                for i in range(first_edge, end_edge):
                     q = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, i))
                     r = rotation_matrix(q)
                     edge = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i + 1)) - load3(
@@ -80,7 +89,7 @@ def parameter_derivatives(
                         local = r.transpose() @ strain
                         moment = ti.Vector([length * local[1], -length * local[0], 0.0])
                     else:
-                        force = -(stretch / (length * length * (n - 1))) * edge
+                        force = -(stretch / (length * length * edges)) * edge
                     add_parameter_derivative(ni, w, rod, p, 2 * i, -force)
                     add_parameter_derivative(ni, w, rod, p, 2 * i + 2, force)
                     add_parameter_derivative(ni, w, rod, p, 2 * i + 1, moment)
@@ -90,9 +99,9 @@ def parameter_derivatives(
                 or code == Parameter.LENGTH
             )
             # Mass, weight and contact are proportional to the length.
-            per_length = 1.0 / (length * (n - 1))
+            per_length = 1.0 / (length * edges)
             if inertial or code == Parameter.DENSITY_PROFILE:
-                for i in range(n):
+                for i in range(first_edge, end_edge + 1):
                     mass = w[rod + ni[Section.MASSES] + i]
                     x = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i))
                     displacement = x - load3(w, rod + ni[Section.TARGET_POSITIONS] + 3 * i)
@@ -112,14 +121,14 @@ def parameter_derivatives(
                     else:
                         share = 1.0
                         if knots > 1:
-                            coordinate = ti.cast(i * (knots - 1), ti.f64) / (n - 1)
+                            coordinate = ti.cast((i - first_edge) * (knots - 1), ti.f64) / edges
                             share = ti.max(0.0, 1.0 - ti.abs(coordinate - knot))
-                        if i == 0 or i == n - 1:
+                        if i == first_edge or i == end_edge:
                             share *= 0.5
                         force *= share * density * length / mass
                     add_parameter_derivative(ni, w, rod, p, 2 * i, force)
             if inertial:
-                for i in range(n - 1):
+                for i in range(first_edge, end_edge):
                     _re, im, inertia, momentum_map = inertia_terms(
                         ni,
                         w,
@@ -152,7 +161,7 @@ def parameter_derivatives(
                     # Share of the knot in this bend.
                     share = 1.0
                     if knots > 1:
-                        coordinate = ti.cast((j + 1) * (knots - 1), ti.f64) / (n - 1)
+                        coordinate = bend_place(ni, j) * (knots - 1) / edges
                         share = ti.max(0.0, 1.0 - ti.abs(coordinate - knot))
                     effective = rod + ni[Section.EFFECTIVE_BENDS] + EFFECTIVE_BEND_WIDTH * j
                     moment = load3(w, effective + EffectiveBend.STIFFNESS) * (
@@ -169,7 +178,7 @@ def parameter_derivatives(
                         moment *= (
                             share
                             * scalar(ni, w, rod, Scalar.BENDING_STIFFNESS)
-                            / (length * stiffness[0])
+                            / (length * bend_share(ni, j) * stiffness[0])
                         )
                     elif code == Parameter.INTERNAL_DAMPING:
                         carries = w[time_at(ni, rod, step) + TimeRow.KEEPS_VELOCITY]
@@ -184,7 +193,7 @@ def parameter_derivatives(
                         for a in ti.static(range(3)):
                             moment[a] = 0.0
                             if code == Parameter.REST_CURVATURE + a:
-                                moment[a] = -share * stiffness[a] * length
+                                moment[a] = -share * stiffness[a] * length * bend_share(ni, j)
                     add_parameter_derivative(
                         ni, w, rod, p, 2 * j + 1, -(jacobian.transpose() @ moment)
                     )

@@ -37,7 +37,8 @@ def self_contacts(
     """
     result = 0.0
     if task == Task.SELF_CONTACT:
-        n = ni[Header.NODES]
+        first = ni[Header.FIRST_EDGE]
+        end = ni[Header.END_EDGE]
         samples = ni[Header.SELF_CONTACT_SAMPLES]
         capacity = ni[Header.MAX_SELF_CONTACTS]
         length = scalar(ni, w, rod, Scalar.EDGE_LENGTH)
@@ -46,7 +47,7 @@ def self_contacts(
         reach = 2.0 * scalar(ni, w, rod, Scalar.CONTACT_REACH) - margin
         weight = 0.5 * length / samples
         longest = 0.0
-        for i in range(n - 1):
+        for i in range(first, end):
             edge = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i + 1)) - load3(
                 w, position_at(ni, rod, step + HISTORY_SLOTS, i)
             )
@@ -57,8 +58,8 @@ def self_contacts(
         count = 0
         unplaced = 0
         total = 0.0
-        for k in range(samples * (n - 1)):
-            i = k // samples
+        for k in range(samples * (end - first)):
+            i = first + k // samples
             s = (k % samples + 0.5) / samples
             start = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i))
             point = start + s * (
@@ -69,10 +70,11 @@ def self_contacts(
             place = 0.0
             # Edges before this one and its neighbours, then those after.
             for side in range(2):
-                j = side * (i + gap)
-                stop = n - 1
-                if side == 0:
-                    stop = i - gap + 1
+                j = first
+                stop = i - gap + 1
+                if side == 1:
+                    j = i + gap
+                    stop = end
                 # One round more than there are edges ends the last run of near ones.
                 while j <= stop:
                     leave = 1

@@ -9,9 +9,7 @@ import taichi as ti
 from lariat.rod.kernels.addressing import (
     hessian_at,
     orientation_at,
-    parameter_code_at,
     parameter_derivatives_at,
-    scalar,
     sensitivity_columns_at,
     time_at,
 )
@@ -20,8 +18,8 @@ from lariat.rod.kernels.memory import add36, load3, load4, load33, load36, store
 from lariat.rod.kernels.rotations import left_jacobian, rotation_matrix
 from lariat.rod.kernels.step_terms import internal_rate, step_times, target_share
 from lariat.rod.kernels.types import Doubles, Integers
-from lariat.rod.launch.codes import EndHold, Parameter, Task
-from lariat.rod.launch.layout import HISTORY_SLOTS, STEP_BLOCKS, Header, Scalar, Section, TimeRow
+from lariat.rod.launch.codes import EndHold, Task
+from lariat.rod.launch.layout import HISTORY_SLOTS, STEP_BLOCKS, Header, Section, TimeRow
 
 
 @ti.real_func
@@ -71,20 +69,7 @@ def grip_sensitivities(
                             for b in ti.static(range(3)):
                                 rotation_columns[a, 3 + b] += rotation_per_velocity[a, b]
                         store36(w, new + rotation, rotation_columns)
-                        reach = scalar(ni, w, rod, Scalar.EDGE_LENGTH) * (1.0 - 2.0 * end)
-                        for a in ti.static(range(3)):
-                            for b in ti.static(range(6)):
-                                moved[a, b] += reach * (
-                                    r[a, 0] * rotation_columns[1, b]
-                                    - r[a, 1] * rotation_columns[0, b]
-                                )
                         store36(w, new + inner, moved)
-                        for p in range(ni[Header.PARAMETERS]):
-                            code = ni[parameter_code_at(ni, p)]
-                            if code == Parameter.LENGTH and group == actions + p // 6:
-                                for a in ti.static(range(3)):
-                                    to = new + inner + 6 * a + p % 6
-                                    w[to] = w[to] + (1.0 - 2.0 * end) / (n - 1) * r[a, 2]
     else:
         result = adjoint(ni, w, task, rod, step, arg, real)
     return result

@@ -15,7 +15,6 @@ from lariat.rod.kernels.rotations import (
     logarithm,
     quaternion_product,
     relative_rotation,
-    rotation_matrix,
 )
 from lariat.rod.launch.layout import HISTORY_SLOTS, STEP_BLOCKS, Header, Scalar, Section, TimeRow
 
@@ -46,7 +45,7 @@ def internal_rate(ni: ti.template(), w: ti.template(), rod, step):
 
 @ti.func
 def grip_target(ni: ti.template(), w: ti.template(), rod, step, end):
-    """Pose of a driven end after a solve: outermost node, next node, orientation of the edge."""
+    """Pose of a driven end after a solve: position, and orientation of the outermost edge."""
     n = ni[Header.NODES]
     start = time_at(ni, rod, step)
     slot = step + HISTORY_SLOTS - ti.cast(w[start + TimeRow.GRIP_SOLVES_BACK], ti.i32)
@@ -55,13 +54,23 @@ def grip_target(ni: ti.template(), w: ti.template(), rod, step, end):
     action = rod + ni[Section.ACTIONS] + 12 * block + 6 * end
     node = end * (n - 1)
     edge = end * (n - 2)
-    outer = load3(w, position_at(ni, rod, slot, node)) + h * load3(w, action)
+    position = load3(w, position_at(ni, rod, slot, node)) + h * load3(w, action)
     q1 = load4(w, orientation_at(ni, rod, slot, edge))
     q = quaternion_product(exponential(h * load3(w, action + 3)), q1)
-    q = q / ti.sqrt(q.dot(q))
-    reach = scalar(ni, w, rod, Scalar.EDGE_LENGTH) * (1.0 - 2.0 * end)
-    inner = outer + reach * (rotation_matrix(q) @ ti.Vector([0.0, 0.0, 1.0]))
-    return outer, inner, q
+    return position, q / ti.sqrt(q.dot(q))
+
+
+@ti.func
+def bend_share(ni: ti.template(), j):
+    """Length over which bend j acts, in edges: half an edge at a clamp."""
+    return ti.select(j < ni[Header.FIRST_EDGE] or j + 1 >= ni[Header.END_EDGE], 0.5, 1.0)
+
+
+@ti.func
+def bend_place(ni: ti.template(), j):
+    """Arc length of the middle of bend j, from the left end, in edges."""
+    edges = ni[Header.END_EDGE] - ni[Header.FIRST_EDGE]
+    return ti.min(ti.max(j + 1.0 - ni[Header.FIRST_EDGE], 0.25), edges - 0.25)
 
 
 @ti.func

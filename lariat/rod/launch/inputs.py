@@ -25,7 +25,7 @@ from lariat.rod.so3 import left_jacobian
 from lariat.rod.state import RodState, StateDirections
 
 HELD_BLOCKS = {"free": 0, "pinned": 1, "clamped": 3}
-"""Blocks of three unknowns that each kind of end prescribes."""
+"""Blocks of three unknowns that each kind of end prescribes; three are those of a grip edge."""
 MAX_ITERATIONS = 1000
 """Newton iterations after which a solve counts as failed."""
 MAX_EDGE_SAMPLES = 64
@@ -80,16 +80,15 @@ def prepare(
     Raises:
         ValueError: The specification does not fit the rod or is out of its range.
     """
-    n = model.node_count
     states, actions = spec.states, spec.batched_actions
     block_of_step = check_rollout(spec, actions)
     horizon, blocks = len(block_of_step), actions.shape[1]
     for state in states:
-        check_state(state, n)
+        check_state(state, model.node_count, model.frame_count)
         check_span(state, model.properties.length)
     directions = request.directions or ()
     for direction in directions:
-        direction.check(n)
+        direction.check(model.node_count, model.frame_count)
     if directions:
         counts = {len(d.positions) for d in directions}
         if len(counts) > 1 or len(directions) != len(states):
@@ -104,7 +103,7 @@ def prepare(
         times, history = time_table("still", durations, horizon, spec.substeps), 1
     sizes = Sizes(
         len(states),
-        n,
+        model.frame_count + 1,
         len(times),
         horizon,
         blocks,
@@ -114,7 +113,10 @@ def prepare(
         2 * blocks if request.with_actions else 0,
         request.kinds,
         history,
-        min(MAX_SELF_CONTACTS, SELF_CONTACTS_PER_NODE * n) if model.self_contact else 0,
+        min(MAX_SELF_CONTACTS, SELF_CONTACTS_PER_NODE * model.node_count)
+        if model.self_contact
+        else 0,
+        model.clamps,
     )
     codes = parameter_codes(request.parameters, model.properties)
     buffers = allocate(pool, sizes, block_of_step, codes)
@@ -140,9 +142,12 @@ def prepare(
 
 def _write_integers(integers: Int32[np.ndarray, "k"], model: ImplicitRodModel) -> None:
     """Write how the ends are held and how finely contact is sampled."""
-    n, edge, diameter = model.node_count, model.edge_length, model.properties.diameter
+    edge, diameter = model.edge_length, model.properties.diameter
+    left, right = model.clamps
+    integers[Header.FIRST_EDGE] = left
+    integers[Header.END_EDGE] = model.frame_count - right
     integers[Header.FIRST_FREE] = HELD_BLOCKS[model.left]
-    integers[Header.END_FREE] = 2 * n - 1 - HELD_BLOCKS[model.right]
+    integers[Header.END_FREE] = 2 * model.frame_count + 1 - HELD_BLOCKS[model.right]
     integers[Header.LEFT_END], integers[Header.RIGHT_END] = (
         ENDS.index(model.left),
         ENDS.index(model.right),
@@ -160,13 +165,13 @@ def _write_integers(integers: Int32[np.ndarray, "k"], model: ImplicitRodModel) -
 
 def _write_states(buffers: LaunchBuffers[Sizes], states: Sequence[RodState]) -> None:
     """Write the states where the kernel's `start_history` reads them."""
-    n = buffers.sizes.nodes
+    n, clamps = buffers.sizes.nodes, buffers.sizes.clamps
     positions = buffers.section(Section.POSITIONS)
     orientations = buffers.section(Section.ORIENTATIONS)
     new, old = HISTORY_SLOTS, HISTORY_SLOTS - 1
     for b, state in enumerate(states):
         x = positions[b, 3 * n * (old - 1) : 3 * n * new].reshape(2, n, 3)
-        x[0], x[1] = state.velocities, state.positions
+        x[0], x[1] = with_grips(state.velocities, clamps), with_grips(state.positions, clamps)
         q = orientations[b, 4 * (n - 1) * (old - 1) : 4 * (n - 1) * new].reshape(2, n - 1, 4)
         q[0, :, :3], q[1] = state.angular_velocities, state.orientations
 
@@ -177,16 +182,19 @@ def _write_adjoint_seed(
     """Write the gradient of the cost in the positions, and clear the sums of the adjoint."""
     cost = np.asarray(cost, float)
     sizes = buffers.sizes
-    if cost.shape != (sizes.batch, sizes.horizon, sizes.nodes, 3):
+    nodes = sizes.nodes - sum(sizes.clamps)
+    if cost.shape != (sizes.batch, sizes.horizon, nodes, 3):
         raise ValueError(
-            f"d_cost_d_positions must be ({sizes.horizon} steps, {sizes.nodes} nodes, 3), got "
+            f"d_cost_d_positions must be ({sizes.horizon} steps, {nodes} nodes, 3), got "
             f"shape {cost.shape[1:]}"
         )
     if not np.isfinite(cost).all():
         raise ValueError("d_cost_d_positions must be finite")
     for name in (Section.ADJOINT, Section.ACTIONS_OUT, Section.PARAMETERS_OUT):
         buffers.section(name)[:] = 0.0
-    buffers.section(Section.COST_GRADIENT)[:] = cost.reshape(sizes.batch, -1)
+    seed = np.zeros((sizes.batch, sizes.horizon, sizes.nodes, 3))
+    seed[:, :, sizes.rod_nodes] = cost
+    buffers.section(Section.COST_GRADIENT)[:] = seed.reshape(sizes.batch, -1)
 
 
 def _write_directions(
@@ -197,7 +205,8 @@ def _write_directions(
     groups = -(-sizes.state_directions // 6)
     tail = np.zeros((6 * groups, HISTORY_SLOTS, 2 * n, 3))
     new, old = tail[: sizes.state_directions, -1], tail[: sizes.state_directions, 0]
-    new[:, ::2], old[:, ::2] = along.positions, along.positions - h * along.velocities
+    new[:, ::2] = with_grips(along.positions, sizes.clamps)
+    old[:, ::2] = with_grips(along.positions - h * along.velocities, sizes.clamps)
     # One step before the start an edge was at exp(-h omega) q.
     rotated_by = left_jacobian(h * state.angular_velocities, along.angular_velocities)
     back = poses.conjugate(state.orientations)
@@ -208,6 +217,19 @@ def _write_directions(
     rows = rows.transpose(0, 2, 3, 4, 1).reshape(groups, HISTORY_SLOTS, -1)
     columns = buffers.section(Section.SENSITIVITIES)[b].reshape(sizes.columns, -1, rows.shape[2])
     columns[-groups:, :HISTORY_SLOTS] = rows
+
+
+def with_grips(
+    values: Float64[np.ndarray, "*b n 3"], clamps: tuple[int, int]
+) -> Float64[np.ndarray, "*b k 3"]:
+    """Repeat the values of the end nodes for the outer nodes of the clamps' grip edges."""
+    left, right = clamps
+    last = values.shape[-2]
+    chain = np.empty((*values.shape[:-2], last + left + right, 3))
+    chain[..., left : left + last, :] = values
+    chain[..., :left, :] = values[..., :1, :]
+    chain[..., left + last :, :] = values[..., -1:, :]
+    return chain
 
 
 def pack_constants(model: ImplicitRodModel) -> Float64[np.ndarray, "k"]:
@@ -229,11 +251,14 @@ def pack_constants(model: ImplicitRodModel) -> Float64[np.ndarray, "k"]:
     # Solid cylinder: rho I is the linear density times r^2 / 4, and twice that about its axis.
     scalars[Scalar.BENDING_INERTIA] = p.linear_density * length * p.diameter**2 / 16.0
     scalars[Scalar.TWISTING_INERTIA] = 2.0 * scalars[Scalar.BENDING_INERTIA]
-    masses = p.linear_density * length * p.density_at(n)
-    masses[[0, -1]] *= 0.5
-    bends = np.empty((n - 2, 6))
-    bends[:, :2] = p.bending_stiffness / length
-    bends[:, 2] = p.twisting_stiffness / length
-    bends[:, :3] *= p.profile_at(n - 2)[:, None]
-    bends[:, 3:] = p.rest_curvature_at(n - 2) * length
+    left, _right = model.clamps
+    masses = np.zeros(model.frame_count + 1)
+    rod_masses = masses[left : left + n]
+    rod_masses[:] = p.linear_density * length * p.density_at(n)
+    rod_masses[[0, -1]] *= 0.5
+    lengths, places = model.bend_lengths[:, None], model.bend_places
+    bends = np.empty((len(places), 6))
+    bends[:, :3] = [p.bending_stiffness, p.bending_stiffness, p.twisting_stiffness]
+    bends[:, :3] *= p.profile_at(places)[:, None] / lengths
+    bends[:, 3:] = p.rest_curvature_at(places) * lengths
     return np.concatenate([scalars, masses, bends.ravel()])

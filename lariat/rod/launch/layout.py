@@ -11,6 +11,10 @@ The unknowns of a rod come in blocks of three: block 2 i is the position of node
 the rotation of edge i, a tangent vector in the edge's own frame. The Hessian couples a block with
 the next two, so that a row of blocks is three 3x3 matrices: H(j, j), H(j+1, j) and H(j+2, j).
 
+A clamp adds a grip edge to its end of the chain: an edge without length and energy, whose frame is
+that of the grip and both of whose nodes lie at the grip. The bend between it and the first edge of
+the rod acts over half an edge, so that the rod is clamped at the grip whatever the number of nodes.
+
 A history has `HISTORY_SLOTS` slots for the solves before a roll-out, the last of which is its
 start; solve t fills slot t + HISTORY_SLOTS.
 """
@@ -28,6 +32,7 @@ class Header(IntEnum):
 
     BATCH = 0
     NODES = auto()
+    """Nodes of the chain, with one more for each clamp than the rod has."""
     STEPS = auto()
     """Implicit solves."""
     HORIZON = auto()
@@ -35,6 +40,10 @@ class Header(IntEnum):
     SUBSTEPS = auto()
     HISTORY = auto()
     """Number of earlier solves that enter one, at most HISTORY_SLOTS."""
+    FIRST_EDGE = auto()
+    """First edge of the rod: 1 after the grip edge of a clamp, else 0."""
+    END_EDGE = auto()
+    """Edge after the last one of the rod."""
     FIRST_FREE = auto()
     """First block of unknowns that no grip drives."""
     END_FREE = auto()

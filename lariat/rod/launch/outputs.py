@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from jaxtyping import Float64
 
 from lariat.geometry import poses
 from lariat.rod.launch.buffers import LaunchBuffers
@@ -24,7 +25,7 @@ def read_rollout(buffers: LaunchBuffers[Sizes], b: int, length: float) -> Rollou
     n, sizes = buffers.sizes.nodes, buffers.sizes
     solves = sizes.steps // sizes.horizon
     positions = buffers.section(Section.POSITIONS)[b].reshape(-1, n, 3)
-    positions = positions[HISTORY_SLOTS - 1 + solves :: solves]
+    positions = positions[HISTORY_SLOTS - 1 + solves :: solves, sizes.rod_nodes]
     orientations = buffers.section(Section.ORIENTATIONS)[b].reshape(-1, n - 1, 4)
     orientations = orientations[HISTORY_SLOTS - 1 + solves :: solves]
     report = buffers.section(Section.REPORTS)[b].reshape(sizes.horizon, solves, -1)
@@ -35,7 +36,7 @@ def read_rollout(buffers: LaunchBuffers[Sizes], b: int, length: float) -> Rollou
         RodState(
             positions[-1],
             orientations[-1],
-            buffers.section(Section.TARGET_POSITIONS)[b].reshape(n, 3).copy(),
+            buffers.section(Section.TARGET_POSITIONS)[b].reshape(n, 3)[sizes.rod_nodes].copy(),
             buffers.section(Section.TENSIONS)[b].reshape(n - 1, 3).copy(),
         ),
         report[:, :, ReportRow.ITERATIONS].sum(axis=1).astype(np.int64),
@@ -50,6 +51,8 @@ def read_linearization(buffers: LaunchBuffers[Sizes], b: int, length: float) -> 
     driven, blocks = 6 * sizes.action_groups, sizes.action_groups // 2
     directions = driven + 6 * -(-sizes.parameters // 6)
     out = buffers.section(Section.SENSITIVITIES_OUT)[b].reshape(sizes.horizon, n, 3, -1)
+    out = out[:, sizes.rod_nodes]
+    n -= sum(sizes.clamps)
     return Linearization(
         read_rollout(buffers, b, length),
         out[..., :driven].reshape(sizes.horizon, n, 3, blocks, 2, 6).copy(),
@@ -94,9 +97,21 @@ def _state_gradient(buffers: LaunchBuffers[Sizes], b: int, state: RodState) -> S
     both = both.reshape(2, n, 2, 3)
     # One step before the start an edge was at exp(-h omega) q, which rotates with q, against omega.
     rotations, back = poses.rotate(state.orientations, both[:, :-1, 1])
+    moved, before = (_fold_grips(part, buffers.sizes.clamps) for part in both[:, :, 0])
     return StateGradient(
-        both[0, :, 0].copy(),
+        moved,
         rotations,
-        -h * both[1, :, 0],
+        -h * before,
         -h * left_jacobian(-h * state.angular_velocities, back),
     )
+
+
+def _fold_grips(
+    values: Float64[np.ndarray, "k 3"], clamps: tuple[int, int]
+) -> Float64[np.ndarray, "n 3"]:
+    """Add what the outer nodes of the clamps' grip edges have to the end nodes of the rod."""
+    left, right = clamps
+    nodes = values[left : len(values) - right].copy()
+    nodes[0] += left * values[0]
+    nodes[-1] += right * values[-1]
+    return nodes

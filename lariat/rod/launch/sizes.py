@@ -25,6 +25,7 @@ class Sizes:
 
     batch: int
     nodes: int
+    """Nodes of the chain, with one more for each clamp than the rod has."""
     steps: int
     """Implicit solves: horizon times substeps times stages of the scheme."""
     horizon: int
@@ -39,6 +40,13 @@ class Sizes:
     """Number of earlier solves that enter one."""
     self_contacts: int
     """Capacity for contacts of the rod with itself."""
+    clamps: tuple[int, int]
+    """Number of clamps at the left and at the right end."""
+
+    @property
+    def rod_nodes(self) -> slice:
+        """Nodes of the chain that are those of the rod; grip edges add the others."""
+        return slice(self.clamps[0], self.nodes - self.clamps[1])
 
     @property
     def columns(self) -> int:

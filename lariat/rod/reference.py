@@ -12,8 +12,9 @@ of the energy
 
 with velocities v, angular velocities w in the frames of the edges, k = (EI, EI, GJ) / l, damping c
 in wt = (1 + c h) / h^2 and carry = 1 / (1 + c h), and internal damping tau. Contact is left out.
-Unknowns are x, and rotations phi of the edges in their own frames, q exp(phi): blocks of three, in
-the order node 0, edge 0, node 1, edge 1, ...
+The bend between the frame of a clamp and the first edge acts over half an edge. Unknowns are x, and
+rotations phi of the edges in their own frames, q exp(phi): blocks of three, in the order node 0,
+edge 0, node 1, edge 1, ...
 
 `lariat.rod.kernels` computes the same with a banded Hessian, with contact, and with derivatives.
 """
@@ -33,6 +34,9 @@ IDENTITY = np.eye(3)
 """Identity matrix."""
 Term = tuple[float, Float64[np.ndarray, "k"], Float64[np.ndarray, "k k"]]
 """Energy [J], gradient and Hessian for k unknowns."""
+
+GripFrames = tuple[Float64[np.ndarray, "l 4"], Float64[np.ndarray, "r 4"]]
+"""Frames of the clamps at the left and at the right end; none at other ends."""
 
 MAX_ITERATIONS = 100
 """Largest number of Newton iterations of a step."""
@@ -54,12 +58,13 @@ def implicit_step(
     Raises:
         RuntimeError: The iterations do not converge.
     """
-    x, q = state.positions.copy(), state.orientations.copy()
+    x, q = state.positions.copy(), _edges(model, state.orientations)
+    grips = _grip_frames(model, state, action, dt)
     edges = np.diff(x, axis=0) / model.edge_length
     tensions = model.properties.stretch_stiffness * (edges - poses.rotate(q, Z))
     for _ in range(MAX_ITERATIONS):
-        _, g, H = energy(model, state, dt, x, q, tensions)
-        s, driven = _grip_step(model, state, action, dt, x, q)
+        _, g, H = energy(model, state, dt, x, q, grips, tensions)
+        s, driven = _grip_step(model, state, action, dt, x)
         free = ~driven
         H_ff, H_fd = H[np.ix_(free, free)], H[np.ix_(free, driven)]
         # Away from a minimum the Hessian may have negative eigenvalues, along which Newton climbs.
@@ -74,8 +79,9 @@ def implicit_step(
         tensions = model.properties.stretch_stiffness * (edges - d3)
         x, q = x + dx, poses.normalized(poses.multiply(q, poses.exponential(phi)))
         if np.max(np.abs(s)) < STEP_TOLERANCE:
-            turned = poses.multiply(q, poses.conjugate(state.orientations))
-            return RodState(x, q, (x - state.positions) / dt, poses.logarithm(turned) / dt)
+            frames = np.vstack([grips[0], q, grips[1]])
+            turned = poses.multiply(frames, poses.conjugate(state.orientations))
+            return RodState(x, frames, (x - state.positions) / dt, poses.logarithm(turned) / dt)
     raise RuntimeError(f"no convergence in {MAX_ITERATIONS} iterations")
 
 
@@ -85,6 +91,7 @@ def energy(
     dt: float,
     x: Float64[np.ndarray, "n 3"],
     q: Float64[np.ndarray, "n-1 4"],
+    grips: GripFrames,
     tensions: Float64[np.ndarray, "n-1 3"],
 ) -> Term:
     """Return the energy of a step [J], its gradient and its Hessian.
@@ -94,7 +101,8 @@ def energy(
         before: State before the step.
         dt: Duration h [s].
         x: Positions of the iterate [m].
-        q: Orientations of the iterate.
+        q: Orientations of the edges of the iterate.
+        grips: Frames of the clamps after the step.
         tensions: Forces of the edges in the geometric part of the Hessian [N], world frame; with
             K (e / l - d3) it is the Hessian of the energy.
     """
@@ -117,23 +125,32 @@ def energy(
         value = masses[i] * (0.5 * weight * away @ away - gravity @ x[i])
         add(2 * i, (value, masses[i] * (weight * away - gravity), masses[i] * weight * IDENTITY))
 
-    spin = poses.rotate(poses.conjugate(before.orientations), before.angular_velocities)
-    targets = poses.multiply(before.orientations, poses.exponential(carry * dt * spin))
+    edges = _edges(model, before.orientations)
+    spin = poses.rotate(poses.conjugate(edges), _edges(model, before.angular_velocities))
+    targets = poses.multiply(edges, poses.exponential(carry * dt * spin))
     inertia = p.linear_density * length * p.diameter**2 / 16.0 * np.array([1.0, 1.0, 2.0])
     for i in range(n - 1):
         add(2 * i + 1, rotational_inertia(weight * inertia, targets[i], q[i]))
         stretched = (x[i + 1] - x[i]) / length
         add(2 * i, stretch(p.stretch_stiffness, length, stretched, q[i], tensions[i]))
 
-    stiffness = np.array([p.bending_stiffness, p.bending_stiffness, p.twisting_stiffness]) / length
-    factors, rest = p.profile_at(n - 2), p.rest_curvature_at(n - 2) * length
-    for i in range(n - 2):
-        add(2 * i + 1, bend(factors[i] * stiffness, rest[i], q[i], q[i + 1]))
+    stiffness = np.array([p.bending_stiffness, p.bending_stiffness, p.twisting_stiffness])
+    stiffnesses = np.outer(p.profile_at(model.bend_places) / model.bend_lengths, stiffness)
+    rest = p.rest_curvature_at(model.bend_places) * model.bend_lengths[:, None]
+    frames, left = np.vstack([grips[0], q, grips[1]]), len(grips[0])
+    for i, (q0, q1) in enumerate(zip(frames[:-1], frames[1:], strict=True)):
         u1 = poses.logarithm(
             poses.multiply(poses.conjugate(before.orientations[i]), before.orientations[i + 1])
         )
-        damped = p.internal_damping / dt * factors[i] * stiffness
-        add(2 * i + 1, bend(damped, u1, q[i], q[i + 1]))
+        for k, u in (
+            (stiffnesses[i], rest[i]),
+            (p.internal_damping / dt * stiffnesses[i], u1),
+        ):
+            value, gradient, hessian = bend(k, u, q0, q1)
+            # Of the bend at a clamp, the rotation of the edge alone is unknown.
+            known = slice(6, 9) if i < left else slice(0, 3) if i - left == n - 2 else slice(0, 9)
+            block = 2 * (i - left) + (3 if i < left else 1)
+            add(block, (value, gradient[known], hessian[known, known]))
     return total, g, H
 
 
@@ -223,26 +240,33 @@ def _grip_step(
     action: Float64[np.ndarray, "2 6"],
     dt: float,
     x: Float64[np.ndarray, "n 3"],
-    q: Float64[np.ndarray, "n-1 4"],
 ) -> tuple[Float64[np.ndarray, "u"], Bool[np.ndarray, "u"]]:
     """Return the change of the unknowns that the grips drive, and a mask of these unknowns."""
     n = model.node_count
     s, driven = np.zeros((2 * n - 1, 3)), np.zeros((2 * n - 1, 3), dtype=bool)
-    for end, hold, node, inner in ((0, model.left, 0, 1), (1, model.right, n - 1, n - 2)):
-        if hold == "free":
-            continue
-        goal = before.positions[node] + dt * action[end, :3]
-        s[2 * node], driven[2 * node] = goal - x[node], True
-        if hold == "clamped":
-            edge = min(node, inner)
-            turned = poses.multiply(
-                poses.exponential(dt * action[end, 3:]), before.orientations[edge]
-            )
-            along = (inner - node) * model.edge_length * poses.rotate(turned, Z)
-            s[2 * inner], driven[2 * inner] = goal + along - x[inner], True
-            remaining = poses.multiply(poses.conjugate(q[edge]), turned)
-            s[2 * edge + 1], driven[2 * edge + 1] = poses.logarithm(remaining), True
+    for end, hold, node in ((0, model.left, 0), (1, model.right, n - 1)):
+        if hold != "free":
+            goal = before.positions[node] + dt * action[end, :3]
+            s[2 * node], driven[2 * node] = goal - x[node], True
     return s.ravel(), driven.ravel()
+
+
+def _grip_frames(
+    model: ImplicitRodModel, before: RodState, action: Float64[np.ndarray, "2 6"], dt: float
+) -> GripFrames:
+    """Return the frames of the clamps after a step."""
+    left, right = model.clamps
+    turns = poses.exponential(dt * action[:, 3:])
+    ends = poses.multiply(turns, before.orientations[[0, -1]])
+    return ends[:left], ends[2 - right :]
+
+
+def _edges(
+    model: ImplicitRodModel, frames: Float64[np.ndarray, "m c"]
+) -> Float64[np.ndarray, "n-1 c"]:
+    """Return the rows of the edges, without those of the clamps."""
+    left, right = model.clamps
+    return frames[left : len(frames) - right].copy()
 
 
 def _log_coefficients(t: float) -> tuple[float, float]:

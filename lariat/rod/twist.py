@@ -16,8 +16,15 @@ from lariat.rod.state import RodState
 
 
 def count_turns(state: RodState) -> int:
-    """Return the number of whole turns of twist in a rod [-]."""
-    least = state_along(state.positions, state.orientations[0], state.orientations[-1])
+    """Return the number of whole turns of twist in a rod [-].
+
+    Raises:
+        ValueError: Only one of the ends is clamped.
+    """
+    x, q = state.positions, state.orientations
+    if len(q) - len(x) + 1 == 1:
+        raise ValueError("turns are counted between two ends of the same kind, not one clamp")
+    least = state_along(x, q[0], q[-1], (1, 1) if len(q) > len(x) else (0, 0))
     difference = _twist(state.orientations) - _twist(least.orientations)
     return round(difference / (2.0 * np.pi))
 
@@ -31,7 +38,13 @@ def add_turns(state: RodState, count: float) -> RodState:
         state: State to start from.
         count: Turns to add, of either sign [-].
     """
-    angles = 2.0 * np.pi * count * np.linspace(0.0, 1.0, len(state.orientations))
+    edges = len(state.positions) - 1
+    clamps = len(state.orientations) - edges
+    # Evenly over the arc length: a clamp lies half an edge beyond the middle of the outermost edge.
+    steps = np.ones(len(state.orientations) - 1)
+    if clamps == 2:
+        steps[[0, -1]] = 0.5
+    angles = 2.0 * np.pi * count * np.concatenate([[0.0], np.cumsum(steps) / np.sum(steps)])
     spun = poses.multiply(state.orientations, poses.exponential(angles[:, None] * EDGE_AXIS))
     return RodState(state.positions, spun, state.velocities, state.angular_velocities)
 

@@ -236,7 +236,7 @@ def linearize(
 def _material(twin: RodTwin, start: RodProperties) -> Material:
     knots = int(np.clip(len(twin.arcs) - 1, 2, MAX_PROFILE_KNOTS))
     clamped = "clamped" in twin.kinds
-    mean = replace(start, length=twin.rod_length(1.0))
+    mean = replace(start, length=twin.length)
     return Material(mean, knots, knots if clamped else 0)
 
 

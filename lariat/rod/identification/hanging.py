@@ -74,24 +74,18 @@ def hang(shape: HangingShape, bending: float, twist_ratio: float = 1.0) -> Hangi
         twist_ratio: Ratio GJ / EI [-].
     """
     arcs = shape.arcs
-    # A clamp acts at the middle of the edge that it holds.
-    edge = arcs[-1] / (NODE_COUNT - 2)
-    properties = RodProperties(arcs[-1] + edge, 0.006, shape.linear_density, 1e7)
+    edge = arcs[-1] / (NODE_COUNT - 1)
+    properties = RodProperties(arcs[-1], 0.006, shape.linear_density, 1e7)
     properties = properties.with_stiffness(bending, twist_ratio * bending)
     rod = Rod(properties, NODE_COUNT, tolerance=1e-9)
     points = np.stack([shape.points[:, 0], np.zeros(len(arcs)), -shape.points[:, 1]], axis=1)
-    half = np.array([0.5 * edge, 0.0, 0.0])
-    left, right = (
-        Pose(points[0] - half, LEVEL_ORIENTATION),
-        Pose(points[-1] + half, LEVEL_ORIENTATION),
-    )
-    arcs_at_nodes = np.clip((np.arange(NODE_COUNT) - 0.5) * edge, 0.0, arcs[-1])
+    left, right = (Pose(point, LEVEL_ORIENTATION) for point in points[[0, -1]])
+    arcs_at_nodes = edge * np.arange(NODE_COUNT)
     start = np.stack([np.interp(arcs_at_nodes, arcs, points[:, c]) for c in range(3)], axis=1)
-    start[0], start[-1] = left.position, right.position
     state = rod.rest(
         left, right, guess=state_along(start, LEVEL_ORIENTATION, LEVEL_ORIENTATION)
     ).state
-    on_rod = cubic_weights(arcs / edge + 0.5, NODE_COUNT) @ state.positions
+    on_rod = cubic_weights(arcs / edge, NODE_COUNT) @ state.positions
     return HangingRod(rod, state, np.stack([on_rod[:, 0], -on_rod[:, 2]], axis=1))
 
 

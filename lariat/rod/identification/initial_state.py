@@ -117,13 +117,15 @@ def batch_frames(
     nodes: Float64[np.ndarray, "B n 3"],
     first: Float64[np.ndarray, "B 4"],
     last: Float64[np.ndarray, "B 4"] | None,
-) -> Float64[np.ndarray, "B n-1 4"]:
+    clamps: tuple[bool, bool],
+) -> Float64[np.ndarray, "B m 4"]:
     """Return orientations along chains, with twist spread evenly between two end frames.
 
     Args:
         nodes: Nodes of the chains [m].
         first: Orientations of the first grips.
         last: Orientations of the last grips; None for chains without twist.
+        clamps: Whether the first and the last end are clamped, which adds the frames of the grips.
     """
     z = np.array([0.0, 0.0, 1.0])
     tangents = poses.normalized(np.diff(nodes, axis=1))
@@ -136,8 +138,13 @@ def batch_frames(
     if last is not None:
         end = poses.multiply(poses.rotation_between(poses.rotate(last, z), tangents[:, -1]), last)
         twist = poses.logarithm(poses.multiply(poses.conjugate(q), end))[:, 2]
-        angles = twist[:, None] * np.linspace(0.0, 1.0, tangents.shape[1])
+        places = np.arange(tangents.shape[1]) + 0.5 * clamps[0]
+        angles = twist[:, None] * places / (places[-1] + 0.5 * clamps[1])
         frames = poses.multiply(frames, poses.exponential(angles[..., None] * z))
+    if clamps[0]:
+        frames = np.concatenate([first[:, None], frames], axis=1)
+    if clamps[1] and last is not None:
+        frames = np.concatenate([frames, last[:, None]], axis=1)
     return poses.normalized(frames)
 
 

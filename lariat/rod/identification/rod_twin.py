@@ -1,7 +1,7 @@
 """Rod twin of a measured rope: grips, initial states and predicted vertices.
 
-A clamp of the rod acts at the middle of its end edge, which lies on the innermost held vertex and
-along the two innermost ones; a pin lies on its vertex. The roll of a clamp about the rope is not
+A clamp or a pin lies on the innermost held vertex; a clamp points along the two innermost ones. The
+roll of a clamp about the rope is not
 measured: its frame is transported in parallel along its axis from an upright first frame.
 """
 
@@ -72,12 +72,9 @@ class RodTwin:
         self.kinds = _kind(motion.left), _kind(motion.right)
         """Hold of the left and of the right end."""
         self.substeps = int(np.ceil(motion.dt / MAX_TIME_STEP))
-        # Edges at each end that lie beyond the span between the grips.
-        self._outside = 0.5 * np.array([kind == "clamped" for kind in self.kinds])
-        edges = self.node_count - 1.0 - self._outside.sum()
-        self._at_nodes = (np.arange(self.node_count) - self._outside[0]) / edges
+        self._at_nodes = np.linspace(0.0, 1.0, self.node_count)
         self._weights = cubic_weights(
-            self.arcs / self.arcs[-1] * edges + self._outside[0], self.node_count
+            self.arcs / self.arcs[-1] * (self.node_count - 1.0), self.node_count
         )
         self._frames = self._grip_frames()
         self._starts: dict[float, dict[tuple[int, int], RodState]] = {}
@@ -87,14 +84,9 @@ class RodTwin:
         """Length between the innermost held vertices, estimated from the vertices [m]."""
         return float(self.arcs[-1])
 
-    def rod_length(self, scale: float) -> float:
-        """Return the length of a rod whose span between the grips is `scale` times `length` [m]."""
-        edges = self.node_count - 1.0
-        return scale * self.length * edges / (edges - self._outside.sum())
-
     def of_length(self, properties: RodProperties, scale: float) -> RodProperties:
         """Return a material with the length of this rope at a length scale [-]."""
-        return replace(properties, length=self.rod_length(scale))
+        return replace(properties, length=scale * self.length)
 
     def windows(self, length: int, first: int = 1) -> list[Window]:
         """Return consecutive windows of `length` frames of all sequences, from frame `first` on.
@@ -129,7 +121,7 @@ class RodTwin:
         self, properties: RodProperties, windows: Sequence[Window]
     ) -> tuple[list[RodState], Float64[np.ndarray, "B H 2 6"]]:
         """Return initial state and grip velocities of each window; windows have equal length."""
-        scale = properties.length / self.rod_length(1.0)
+        scale = properties.length / self.length
         known = self._starts.setdefault(scale, {})
         missing = [w for w in windows if (w.sequence, w.frame) not in known]
         if missing:
@@ -137,7 +129,7 @@ class RodTwin:
                 self._starts = {scale: known}
             for w, state in zip(missing, self._states(scale, missing), strict=True):
                 known[w.sequence, w.frame] = state
-        actions = self._actions(scale)
+        actions = self._actions()
         return (
             [known[w.sequence, w.frame] for w in windows],
             np.stack([actions[w.sequence, w.frame : w.frame + w.length] for w in windows]),
@@ -185,9 +177,6 @@ class RodTwin:
         whole[:, :, self.motion.free] = free
         return whole[:, :, ::-1] if self.mirrored else whole
 
-    def _edge(self, scale: float) -> float:
-        return self.rod_length(scale) / (self.node_count - 1)
-
     def _grip_frames(self) -> tuple[Float64[np.ndarray, "S T 4"] | None, ...]:
         """Return the orientation of each clamp at every frame; None for other ends."""
         chain = poses.normalized(np.diff(self._vertices[:, 0], axis=1))
@@ -207,20 +196,13 @@ class RodTwin:
         )
         return left, parallel_transport(first, tangents)
 
-    def _grip_positions(self, scale: float, end: int) -> Float64[np.ndarray, "S T 3"]:
-        """Return the positions of an outermost node of the rod at every frame [m]."""
-        outer = self._vertices[:, :, -end]
-        if self.kinds[end] != "clamped":
-            return outer
-        return outer + (2 * end - 1) * 0.5 * self._edge(scale) * self.motion.tangents(end)
-
-    def _actions(self, scale: float) -> Float64[np.ndarray, "S T-1 2 6"]:
+    def _actions(self) -> Float64[np.ndarray, "S T-1 2 6"]:
         v, dt = self._vertices, self.motion.dt
         actions = np.zeros((v.shape[0], v.shape[1] - 1, 2, 6))
         for end, kind in enumerate(self.kinds):
             if kind == "free":
                 continue
-            actions[:, :, end, :3] = np.diff(self._grip_positions(scale, end), axis=1) / dt
+            actions[:, :, end, :3] = np.diff(v[:, :, -end], axis=1) / dt
             frames = self._frames[end]
             if frames is not None:
                 turns = poses.multiply(frames[:, 1:], poses.conjugate(frames[:, :-1]))
@@ -236,10 +218,13 @@ class RodTwin:
         first = frames[0]
         if first is None:
             first = _upright(poses.normalized(current[:, 1] - current[:, 0]))
-        orientations = batch_frames(current, first, frames[1])
+        clamps = self.kinds[0] == "clamped", self.kinds[1] == "clamped"
+        orientations = batch_frames(current, first, frames[1], clamps)
         earlier = poses.normalized(np.diff(current - dt * velocities, axis=1))
         turns = poses.rotation_between(earlier, poses.normalized(np.diff(current, axis=1)))
         spins = poses.logarithm(turns) / dt
+        grips = [self._actions()[index][:, None, end, 3:] for end in (0, 1)]
+        spins = np.concatenate([*grips[: clamps[0]], spins, *grips[2 - clamps[1] :]], axis=1)
         return [
             RodState(current[b], orientations[b], velocities[b], spins[b])
             for b in range(len(windows))
@@ -247,8 +232,8 @@ class RodTwin:
 
     def _movable(self) -> Bool[np.ndarray, "n"]:
         movable = np.ones(self.node_count, dtype=bool)
-        for kind, ends in zip(self.kinds, ((0, 1), (-1, -2)), strict=True):
-            movable[list(ends)] = kind == "free", kind != "clamped"
+        for kind, end in zip(self.kinds, (0, -1), strict=True):
+            movable[end] = kind == "free"
         return movable
 
     def _chains(
@@ -267,13 +252,11 @@ class RodTwin:
             tangents[1],
             scale * self.length * self._at_nodes,
         )
-        for end, (kind, tangent) in enumerate(zip(self.kinds, tangents, strict=True)):
+        for end, kind in enumerate(self.kinds):
             if kind != "free":
-                nodes[:, -end] = self._grip_positions(scale, end)[index]
-            if tangent is not None:
-                inward = (1 - 2 * end) * self._edge(scale)
-                nodes[:, 1 - 3 * end] = nodes[:, -end] + inward * tangent
-        return project_lengths(nodes, self._edge(scale), self._movable())
+                nodes[:, -end] = self._vertices[:, :, -end][index]
+        edge = scale * self.length / (self.node_count - 1)
+        return project_lengths(nodes, edge, self._movable())
 
 
 def _upright(tangents: Float64[np.ndarray, "B 3"]) -> Float64[np.ndarray, "B 4"]:

@@ -14,6 +14,7 @@ from lariat.rod.checks import check_durations, check_rollout, check_span, check_
 from lariat.rod.integration_schemes import HISTORY_LENGTHS, time_table
 from lariat.rod.launch.buffers import BufferPool, LaunchBuffers
 from lariat.rod.launch.codes import Derivatives
+from lariat.rod.launch.grip_edges import with_grips
 from lariat.rod.launch.kernel_launch import allocate
 from lariat.rod.launch.layout import HISTORY_SLOTS, OBSTACLE_WIDTH, Header, Scalar, Section, TimeRow
 from lariat.rod.launch.sizes import Sizes
@@ -217,19 +218,6 @@ def _write_directions(
     rows = rows.transpose(0, 2, 3, 4, 1).reshape(groups, HISTORY_SLOTS, -1)
     columns = buffers.section(Section.SENSITIVITIES)[b].reshape(sizes.columns, -1, rows.shape[2])
     columns[-groups:, :HISTORY_SLOTS] = rows
-
-
-def with_grips(
-    values: Float64[np.ndarray, "*b n 3"], clamps: tuple[int, int]
-) -> Float64[np.ndarray, "*b k 3"]:
-    """Repeat the values of the end nodes for the outer nodes of the clamps' grip edges."""
-    left, right = clamps
-    last = values.shape[-2]
-    chain = np.empty((*values.shape[:-2], last + left + right, 3))
-    chain[..., left : left + last, :] = values
-    chain[..., :left, :] = values[..., :1, :]
-    chain[..., left + last :, :] = values[..., -1:, :]
-    return chain
 
 
 def pack_constants(model: ImplicitRodModel) -> Float64[np.ndarray, "k"]:

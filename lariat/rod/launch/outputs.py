@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Float64
 
 from lariat.geometry import poses
 from lariat.rod.launch.buffers import LaunchBuffers
+from lariat.rod.launch.grip_edges import fold_grips
 from lariat.rod.launch.layout import HISTORY_SLOTS, ReportRow, Section, TimeRow
 from lariat.rod.launch.sizes import Sizes
 from lariat.rod.results import Gradient, Linearization, Rollout, StateGradient
@@ -97,21 +97,10 @@ def _state_gradient(buffers: LaunchBuffers[Sizes], b: int, state: RodState) -> S
     both = both.reshape(2, n, 2, 3)
     # One step before the start an edge was at exp(-h omega) q, which rotates with q, against omega.
     rotations, back = poses.rotate(state.orientations, both[:, :-1, 1])
-    moved, before = (_fold_grips(part, buffers.sizes.clamps) for part in both[:, :, 0])
+    moved, before = (fold_grips(part, buffers.sizes.clamps) for part in both[:, :, 0])
     return StateGradient(
         moved,
         rotations,
         -h * before,
         -h * left_jacobian(-h * state.angular_velocities, back),
     )
-
-
-def _fold_grips(
-    values: Float64[np.ndarray, "k 3"], clamps: tuple[int, int]
-) -> Float64[np.ndarray, "n 3"]:
-    """Add what the outer nodes of the clamps' grip edges have to the end nodes of the rod."""
-    left, right = clamps
-    nodes = values[left : len(values) - right].copy()
-    nodes[0] += left * values[0]
-    nodes[-1] += right * values[-1]
-    return nodes

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.rod.properties import RodProperties
+from lariat.rod.properties import RodProperties, interpolate_knots
 
 INEXTENSIBLE_STIFFNESS = 1e7
 """Stretch stiffness of the continuous counterpart of the paper's inextensible rope [N]."""
@@ -120,12 +120,16 @@ class XpbdProperties:
         )
         return bare.with_stiffness(stiffness, stiffness)
 
-    def rest_darboux(self, node_count: int) -> Float64[np.ndarray, "n-2 3"]:
-        """Return the rest Darboux vectors Omega^0 of eq. (7) at all inner nodes [-]."""
-        edge = self.length / (node_count - 1)
-        rows = np.asarray(self.rest_curvature, float)
-        knots = np.linspace(0.0, 1.0, len(rows)) if len(rows) > 1 else np.array([0.5])
-        places = np.arange(1, node_count - 1) / (node_count - 1)
-        turn = edge * np.stack([np.interp(places, knots, column) for column in rows.T], axis=1)
+    def rest_darboux(
+        self, places: Float64[np.ndarray, "k"], lengths: Float64[np.ndarray, "k"]
+    ) -> Float64[np.ndarray, "k 3"]:
+        """Return the rest Darboux vectors Omega^0 of eq. (7) [-].
+
+        Args:
+            places: `RodModel.bend_places` [-].
+            lengths: `RodModel.bend_lengths` [m].
+        """
+        rest = interpolate_knots(np.asarray(self.rest_curvature, float), places)
+        turn = lengths[:, None] * rest
         angle = np.linalg.norm(turn, axis=1, keepdims=True)
         return 0.5 * np.sinc(angle / (2.0 * np.pi)) * turn

@@ -4,9 +4,9 @@ Source: S. Ying and K. Yamazaki, "Obstacle avoidance shape control of deformable
 with online parameters adaptation based on differentiable simulation", ROBOMECH Journal (2024),
 Algorithm 1 with eqs. (2) to (11).
 
-Ends, actions and states are those of `Rod`. A grip clamps the first edge: its quaternion and both
-its nodes are the paper's manipulated particles. The paper's n positions between n + 1 orientations
-are the nodes and edges from there to the other clamp, whose outer quaternions are the held ones.
+Ends, actions and states are those of `Rod`: the paper's n positions lie between n + 1 orientations,
+the outermost of which are those of the grips. A constraint (7) at a clamp acts over half an edge,
+with half the compliance.
 """
 
 from __future__ import annotations
@@ -173,8 +173,7 @@ class XpbdRod:
         seed = np.asarray(seed, float)
         write_adjoint_seed(buffers, seed if spec.is_batch else seed[None])
         launch(buffers, forward=not callable(d_cost_d_positions), backward=True)
-        clamped = self.left == "clamped", self.right == "clamped"
-        found = [read_gradient(buffers, b, clamped, parameters) for b in range(len(spec.states))]
+        found = [read_gradient(buffers, b, parameters) for b in range(len(spec.states))]
         return found if spec.is_batch else found[0]
 
     def rest(

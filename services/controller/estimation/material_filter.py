@@ -243,7 +243,7 @@ class MaterialFilter:
             return None
         self._updated = stamp
         used = self._mean.observed.copy()
-        used[[0, 1, -2, -1]] = False
+        used[[0, -1]] = False
         if used.sum() < 5:
             return None
         self._keep_evidence(estimator.motion, 1e-9 * elapsed)

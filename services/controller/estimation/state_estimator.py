@@ -175,7 +175,7 @@ class StateEstimator:
             *self.motion.grips, guess=self.state.at_rest(), obstacles=self.supports
         ).state
         self.offset = self.offset + before - self.state.positions
-        self.offset[[0, 1, -2, -1]] = 0.0
+        self.offset[[0, -1]] = 0.0
         self._history = deque([(self.time, self.state.positions)])
 
     def switch_equilibrium(
@@ -256,8 +256,8 @@ class StateEstimator:
         wanted = np.where(observed[:, None], error, self._interpolated(error, observed))
         self.offset = self.offset + gain[:, None] * (wanted - self.offset)
         self._variance = np.where(observed, (1.0 - gain) * self._variance, self._variance)
-        # The clamped nodes are where the grips are.
-        self.offset[[0, 1, -2, -1]] = 0.0
+        # The end nodes are where the grips are.
+        self.offset[[0, -1]] = 0.0
         self._observed_at = stamp
 
     @property
@@ -286,9 +286,9 @@ class StateEstimator:
     ) -> Float64[np.ndarray, "n 3"]:
         """Offsets of all nodes, interpolated between observed nodes and zero at the grips [m]."""
         known = observed.copy()
-        known[[0, 1, -2, -1]] = True
+        known[[0, -1]] = True
         values = np.where(observed[:, None], error, 0.0)
-        values[[0, 1, -2, -1]] = 0.0
+        values[[0, -1]] = 0.0
         (at,) = np.nonzero(known)
         index = np.arange(len(known))
         return np.stack([np.interp(index, at, values[at, k]) for k in range(3)], axis=1)

@@ -96,13 +96,13 @@ class RodPlant:
 
     def _untwisted(self, nodes: Float64[np.ndarray, "m 3"], left: Pose) -> RodState:
         """State along given nodes, its frames parallel-transported from the left grip."""
-        n = self._rod.node_count
-        positions = polylines.resample(np.asarray(nodes, float), n)
-        along = poses.normalized(np.diff(positions, axis=0))
-        frames = np.empty((n - 1, 4))
-        frame = left.orientation
-        for k, direction in enumerate(along):
-            here = poses.rotate(frame, np.array([0.0, 0.0, 1.0]))
-            frame = poses.multiply(poses.rotation_between(here, direction), frame)
-            frames[k] = frame
-        return RodState(positions, frames, np.zeros((n, 3)), np.zeros((n - 1, 3)))
+        positions = polylines.resample(np.asarray(nodes, float), self._rod.node_count)
+        frames = [left.orientation]
+        for direction in poses.normalized(np.diff(positions, axis=0)):
+            here = poses.rotate(frames[-1], np.array([0.0, 0.0, 1.0]))
+            frames.append(poses.multiply(poses.rotation_between(here, direction), frames[-1]))
+        # The right grip, which has no twist against the last edge either.
+        frames.append(frames[-1])
+        return RodState(
+            positions, np.array(frames), np.zeros_like(positions), np.zeros((len(frames), 3))
+        )

@@ -38,17 +38,18 @@ def make_rod(
 def random_state(rod: Rod) -> RodState:
     """Return a curved and twisted shape in motion, whose edges differ from their orientations."""
     rng = np.random.default_rng(1)
-    n = rod.node_count
+    n, frames = rod.node_count, rod.model.frame_count
     state = rod.straight((0.0, 0.0, 0.3), (1.0, 0.2, 0.4))
-    turns = poses.exponential(0.15 * rng.standard_normal((n - 1, 3)).cumsum(axis=0))
+    turns = poses.exponential(0.15 * rng.standard_normal((frames, 3)).cumsum(axis=0))
     orientations = poses.multiply(turns, state.orientations)
-    edges = rod.edge_length * poses.rotate(orientations, Z)
+    left, right = rod.model.clamps
+    edges = rod.edge_length * poses.rotate(orientations[left : frames - right], Z)
     edges[1:-1] *= 1.0 + 1e-3 * rng.standard_normal((n - 3, 1))
     return RodState(
         np.vstack([np.zeros(3), edges.cumsum(axis=0)]),
         orientations,
         0.2 * rng.standard_normal((n, 3)),
-        rng.standard_normal((n - 1, 3)),
+        rng.standard_normal((frames, 3)),
     )
 
 
@@ -97,16 +98,17 @@ def test_the_gradient_and_hessian_are_those_of_the_energy() -> None:
     n = rod.node_count
     rng = np.random.default_rng(3)
     x = before.positions + 0.003 * rng.standard_normal((n, 3))
-    q = poses.multiply(
-        before.orientations, poses.exponential(0.1 * rng.standard_normal((n - 1, 3)))
+    frames = poses.multiply(
+        before.orientations, poses.exponential(0.1 * rng.standard_normal((n + 1, 3)))
     )
+    q, grips = frames[1:-1], (frames[:1], frames[-1:])
 
     def at(s: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
         moved = x + s.reshape(-1, 3)[::2]
         turned = poses.multiply(q, poses.exponential(s.reshape(-1, 3)[1::2]))
         strain = np.diff(moved, axis=0) / rod.edge_length - poses.rotate(turned, Z)
         tensions = rod.properties.stretch_stiffness * strain
-        return energy(rod.model, before, DT, moved, turned, tensions)
+        return energy(rod.model, before, DT, moved, turned, grips, tensions)
 
     _, gradient, hessian = at(np.zeros(6 * n - 3))
     for _ in range(5):

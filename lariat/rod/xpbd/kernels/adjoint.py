@@ -17,7 +17,7 @@ from lariat.rod.xpbd.kernels.constraints import (
     correct_stretch_adjoint,
     step_constants,
 )
-from lariat.rod.xpbd.kernels.quaternions import director, rotation_imaginary, vector_times
+from lariat.rod.xpbd.kernels.quaternions import rotation_imaginary, vector_times
 from lariat.rod.xpbd.kernels.step import action
 from lariat.rod.xpbd.launch.layout import (
     PREDICTED_WIDTH,
@@ -148,14 +148,11 @@ def predict_adjoint(ni: ti.template(), w: ti.template(), rod, step):
             if held == EndHold.CLAMPED:
                 grip = place(ni, rod, Section.D_GRIPS, 3 * end)
                 edge = end * (n - 2)
-                inner = load3(w, place(ni, rod, Section.D_NODES, 3 * (1 + end * (n - 3))))
                 q_at = place(ni, rod, Section.ORIENTATIONS, 4 * ((step + 1) * (n - 1) + edge))
                 q = load4(w, q_at)
-                length = scalar(ni, w, rod, Scalar.EDGE_LENGTH) * (1.0 - 2.0 * end)
-                d_x += inner
+                d_x += load3(w, place(ni, rod, Section.D_NODES, 3 * (1 + end * (n - 3))))
                 d_q = load4(w, place(ni, rod, Section.D_EDGES, 4 * edge))
                 turn = load3(w, grip) + 0.5 * rotation_imaginary(q, d_q)
-                turn += (length * director(q)).cross(inner)
                 y = h * action(ni, w, rod, step, end, 1)
                 add(w, actions + 3, h * (left_jacobian(y).transpose() @ turn))
                 store(w, grip, rotation_matrix(exponential(y)).transpose() @ turn)

@@ -60,6 +60,13 @@ def edge_weight(ni: ti.template(), c, i):
 
 
 @ti.func
+def bend_compliance(ni: ti.template(), c, i):
+    """Compliance of bend i over the step squared: half of it at a clamp, for half an edge."""
+    half = i < ni[Header.FIRST_EDGE] or i + 1 >= ni[Header.END_EDGE]
+    return ti.select(half, 0.5, 1.0) * c.bending
+
+
+@ti.func
 def correct_stretch(ni: ti.template(), w: ti.template(), c, rod, slot, sweep, i):
     """Constraint (4): an edge lies along its own third axis, at its own length; no compliance."""
     n = ni[Header.NODES]
@@ -119,8 +126,9 @@ def correct_bend(ni: ti.template(), w: ti.template(), c, rod, step, slot, sweep,
     q1, q2, multiplier = load4(w, q_at), load4(w, q_at + 4), load3(w, l_at)
     turn, rest = relative_imaginary(q1, q2), load3(w, place(ni, rod, Section.REST_DARBOUX, 3 * i))
     sign = ti.select(turn.dot(rest) < 0.0, -1.0, 1.0)
-    inverse = 1.0 / (w1 + w2 + c.bending)
-    dl = -inverse * (turn - sign * rest + c.bending * multiplier)
+    compliance = bend_compliance(ni, c, i)
+    inverse = 1.0 / (w1 + w2 + compliance)
+    dl = -inverse * (turn - sign * rest + compliance * multiplier)
     store(w, l_at, multiplier + dl)
     p1, p2 = q1 - w1 * times_vector(q2, dl), q2 + w2 * times_vector(q1, dl)
     shrink1, shrink2 = 1.0 / ti.sqrt(p1.dot(p1)), 1.0 / ti.sqrt(p2.dot(p2))
@@ -148,7 +156,8 @@ def correct_bend_adjoint(ni: ti.template(), w: ti.template(), c, rod, step, swee
     unit1, unit2 = shrink1 * (q1 + w1 * pull1), shrink2 * (q2 + w2 * pull2)
     p1 = shrink1 * (after1 - unit1.dot(after1) * unit1)
     p2 = shrink2 * (after2 - unit2.dot(after2) * unit2)
-    inverse = 1.0 / (w1 + w2 + c.bending)
+    compliance = bend_compliance(ni, c, i)
+    inverse = 1.0 / (w1 + w2 + compliance)
     l_at = place(ni, rod, Section.MULTIPLIERS, 3 * (step * (n - 2) + i))
     d_l_at = place(ni, rod, Section.D_MULTIPLIERS, 3 * i)
     multiplier = load3(w, l_at) - dl
@@ -156,12 +165,13 @@ def correct_bend_adjoint(ni: ti.template(), w: ti.template(), c, rod, step, swee
     d_multiplier = load3(w, d_l_at)
     d_dl = d_multiplier + w2 * relative_imaginary(q1, p2) - w1 * relative_imaginary(q2, p1)
     d_value = -inverse * d_dl
-    store(w, d_l_at, d_multiplier + c.bending * d_value)
+    store(w, d_l_at, d_multiplier + compliance * d_value)
     store(w, q_at, p1 - w2 * times_vector(p2, dl) - times_vector(q2, d_value))
     store(w, q_at + 4, p2 + w1 * times_vector(p1, dl) + times_vector(q1, d_value))
     d_denominator = -inverse * dl.dot(d_dl)
     d_inertia = (w1 + w2) * d_denominator + w1 * pull1.dot(p1) + w2 * pull2.dot(p2)
-    return d_inertia / c.inertia, d_denominator + d_value.dot(multiplier)
+    d_compliance = d_denominator + d_value.dot(multiplier)
+    return d_inertia / c.inertia, d_compliance * compliance / c.bending
 
 
 @ti.func

@@ -13,7 +13,7 @@ from lariat.rod.xpbd.kernels.constraints import (
     correct_stretch,
     step_constants,
 )
-from lariat.rod.xpbd.kernels.quaternions import director, rotation_imaginary, vector_times
+from lariat.rod.xpbd.kernels.quaternions import rotation_imaginary, vector_times
 from lariat.rod.xpbd.launch.layout import PREDICTED_WIDTH, STEP_BLOCKS, Header, Scalar, Section
 
 
@@ -25,27 +25,13 @@ def action(ni: ti.template(), w: ti.template(), rod, step, end, kind):
 
 
 @ti.func
-def place_clamp(ni: ti.template(), w: ti.template(), rod, slot, end):
-    """Place the inner node of a clamped edge."""
-    n = ni[Header.NODES]
-    length = scalar(ni, w, rod, Scalar.EDGE_LENGTH) * (1.0 - 2.0 * end)
-    outer = load3(w, place(ni, rod, Section.POSITIONS, 3 * (slot * n + end * (n - 1))))
-    q = load4(w, place(ni, rod, Section.ORIENTATIONS, 4 * (slot * (n - 1) + end * (n - 2))))
-    inner = place(ni, rod, Section.POSITIONS, 3 * (slot * n + 1 + end * (n - 3)))
-    store(w, inner, outer + length * director(q))
-
-
-@ti.func
 def start(ni: ti.template(), w: ti.template(), rod):
-    """Normalize the quaternions of the initial state, and place the nodes of clamped edges."""
+    """Normalize the quaternions of the initial state."""
     n = ni[Header.NODES]
     for i in range(n - 1):
         k = place(ni, rod, Section.ORIENTATIONS, 4 * i)
         q = load4(w, k)
         store(w, k, q / ti.sqrt(q.dot(q)))
-    for end in range(2):
-        if ni[Header.LEFT_END + end] == EndHold.CLAMPED:
-            place_clamp(ni, w, rod, 0, end)
 
 
 @ti.func
@@ -77,12 +63,14 @@ def predict(ni: ti.template(), w: ti.template(), rod, step, slot):
             x = load3(w, place(ni, rod, Section.POSITIONS, 3 * (step * n + i)))
             x += h * action(ni, w, rod, step, end, 0)
             store(w, place(ni, rod, Section.POSITIONS, 3 * (slot * n + i)), x)
+            if held == EndHold.CLAMPED:
+                inner = 3 * (slot * n + 1 + end * (n - 3))
+                store(w, place(ni, rod, Section.POSITIONS, inner), x)
         if held == EndHold.CLAMPED:
             i = end * (n - 2)
             q = load4(w, place(ni, rod, Section.ORIENTATIONS, 4 * (step * (n - 1) + i)))
             q = quaternion_product(exponential(h * action(ni, w, rod, step, end, 1)), q)
             store(w, place(ni, rod, Section.ORIENTATIONS, 4 * (slot * (n - 1) + i)), q)
-            place_clamp(ni, w, rod, slot, end)
 
 
 @ti.func

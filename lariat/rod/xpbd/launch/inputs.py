@@ -9,6 +9,7 @@ from jaxtyping import Float64
 
 from lariat.rod.checks import check_rollout, check_state
 from lariat.rod.launch.buffers import BufferPool, LaunchBuffers
+from lariat.rod.launch.grip_edges import with_grips
 from lariat.rod.launch.layout import OBSTACLE_WIDTH
 from lariat.rod.model import ENDS
 from lariat.rod.obstacle_table import kernel_rows
@@ -20,7 +21,7 @@ from lariat.rod.xpbd.launch.sizes import Sizes
 from lariat.rod.xpbd.model import XpbdRodModel
 
 HELD_NODES = {"free": 0, "pinned": 1, "clamped": 2}
-"""Nodes that each kind of end prescribes."""
+"""Nodes that each kind of end prescribes; two are those of a grip edge."""
 
 
 def prepare(
@@ -43,7 +44,7 @@ def prepare(
     Raises:
         ValueError: The specification does not fit the rod or is out of its range.
     """
-    n = model.node_count
+    n = model.frame_count + 1
     states, actions, substeps = spec.states, spec.batched_actions, spec.substeps
     block_of_step = check_rollout(spec, actions)
     empty = np.zeros((0, OBSTACLE_WIDTH))
@@ -57,6 +58,7 @@ def prepare(
         len(rows),
         model.iterations,
         with_tape,
+        model.clamps,
     )
     buffers = allocate(pool, sizes, block_of_step)
     integers = buffers.integers
@@ -72,11 +74,11 @@ def prepare(
     buffers.section(Section.SCALARS)[:, Scalar.STEP_DURATION] = spec.dt / substeps
     buffers.section(Section.ACTIONS)[:] = actions.reshape(len(states), -1)
     for b, state in enumerate(states):
-        check_state(state, n)
+        check_state(state, model.node_count, model.frame_count)
         for section, value in (
-            (Section.POSITIONS, state.positions),
+            (Section.POSITIONS, with_grips(state.positions, model.clamps)),
             (Section.ORIENTATIONS, state.orientations),
-            (Section.VELOCITIES, state.velocities),
+            (Section.VELOCITIES, with_grips(state.velocities, model.clamps)),
             (Section.ANGULAR_VELOCITIES, state.angular_velocities),
         ):
             buffers.section(section)[b, : value.size] = value.ravel()
@@ -94,12 +96,15 @@ def write_adjoint_seed(buffers: LaunchBuffers[Sizes], seed: Float64[np.ndarray, 
     """
     sizes = buffers.sizes
     horizon = sizes.steps // sizes.substeps
-    if seed.shape != (sizes.batch, horizon, sizes.nodes, 3):
+    nodes = sizes.nodes - sum(sizes.clamps)
+    if seed.shape != (sizes.batch, horizon, nodes, 3):
         raise ValueError(
-            f"d_cost_d_positions must be ({horizon} steps, {sizes.nodes} nodes, 3), got shape "
+            f"d_cost_d_positions must be ({horizon} steps, {nodes} nodes, 3), got shape "
             f"{seed.shape[1:]}"
         )
-    buffers.section(Section.COST_GRADIENT)[:] = seed.reshape(sizes.batch, -1)
+    chain = np.zeros((sizes.batch, horizon, sizes.nodes, 3))
+    chain[:, :, sizes.rod_nodes] = seed
+    buffers.section(Section.COST_GRADIENT)[:] = chain.reshape(sizes.batch, -1)
 
 
 def pack_constants(model: XpbdRodModel) -> Float64[np.ndarray, "k"]:
@@ -115,4 +120,4 @@ def pack_constants(model: XpbdRodModel) -> Float64[np.ndarray, "k"]:
     scalars[Scalar.ANGULAR_DAMPING] = p.angular_damping
     scalars[Scalar.BENDING_COMPLIANCE] = p.bending_compliance
     scalars[Scalar.CONTACT_COMPLIANCE] = p.contact_compliance
-    return np.concatenate([scalars, p.rest_darboux(model.node_count).ravel()])
+    return np.concatenate([scalars, p.rest_darboux(model.bend_places, model.bend_lengths).ravel()])

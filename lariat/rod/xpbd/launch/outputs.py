@@ -7,6 +7,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import poses
 from lariat.rod.launch.buffers import LaunchBuffers
+from lariat.rod.launch.grip_edges import fold_grips
 from lariat.rod.results import Gradient, Rollout, StateGradient
 from lariat.rod.state import RodState
 from lariat.rod.xpbd.launch.layout import Section
@@ -18,7 +19,8 @@ def read_positions(buffers: LaunchBuffers[Sizes]) -> Float64[np.ndarray, "B H n 
     """Return the positions of all nodes after every step [m]."""
     every = buffers.sizes.substeps
     slots = buffers.section(Section.POSITIONS)
-    return slots.reshape(len(slots), -1, buffers.sizes.nodes, 3)[:, every::every].copy()
+    chains = slots.reshape(len(slots), -1, buffers.sizes.nodes, 3)
+    return chains[:, every::every, buffers.sizes.rod_nodes].copy()
 
 
 def read_rollout(buffers: LaunchBuffers[Sizes], b: int) -> Rollout:
@@ -37,7 +39,7 @@ def read_rollout(buffers: LaunchBuffers[Sizes], b: int) -> Rollout:
         RodState(
             nodes[-1],
             edges[-1],
-            velocities.reshape(n, 3).copy(),
+            velocities.reshape(n, 3)[buffers.sizes.rod_nodes].copy(),
             angular_velocities.reshape(n - 1, 3).copy(),
         ),
         np.full(len(nodes), buffers.sizes.iterations * every),
@@ -46,28 +48,27 @@ def read_rollout(buffers: LaunchBuffers[Sizes], b: int) -> Rollout:
 
 
 def read_gradient(
-    buffers: LaunchBuffers[Sizes], b: int, clamped: tuple[bool, bool], parameters: tuple[str, ...]
+    buffers: LaunchBuffers[Sizes], b: int, parameters: tuple[str, ...]
 ) -> Gradient:
     """Return the roll-out of rod b of the batch with the adjoint's gradient.
 
     Args:
         buffers: Buffers after the launch.
         b: Index in the batch.
-        clamped: Whether the left and the right end are clamped.
         parameters: Names of the parameters, as requested.
     """
-    n = buffers.sizes.nodes
+    n, clamps = buffers.sizes.nodes, buffers.sizes.clamps
     d_q = buffers.section(Section.D_ORIENTATIONS)[b].reshape(n - 1, 4)
     q = buffers.section(Section.ORIENTATIONS)[b, : 4 * (n - 1)].reshape(n - 1, 4)
     rotations = 0.5 * poses.multiply(d_q, poses.conjugate(q))[:, 1:]
     grips = buffers.section(Section.D_GRIPS)[b].reshape(2, 3)
-    for grip, edge, held in zip(grips, (0, -1), clamped, strict=True):
+    for grip, edge, held in zip(grips, (0, -1), clamps, strict=True):
         if held:
             rotations[edge] = grip
     state = StateGradient(
-        buffers.section(Section.D_POSITIONS)[b].reshape(n, 3).copy(),
+        fold_grips(buffers.section(Section.D_POSITIONS)[b].reshape(n, 3), clamps),
         rotations,
-        buffers.section(Section.D_VELOCITIES)[b].reshape(n, 3).copy(),
+        fold_grips(buffers.section(Section.D_VELOCITIES)[b].reshape(n, 3), clamps),
         buffers.section(Section.D_ANGULAR_VELOCITIES)[b].reshape(n - 1, 3).copy(),
     )
     values = buffers.section(Section.D_PARAMETERS)[b]

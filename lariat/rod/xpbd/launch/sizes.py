@@ -24,6 +24,7 @@ class Sizes:
 
     batch: int
     nodes: int
+    """Nodes of the chain, with one more for each clamp than the rod has."""
     steps: int
     """Horizon times substeps."""
     substeps: int
@@ -33,6 +34,13 @@ class Sizes:
     """J, sweeps over the constraints in each step."""
     taped: bool
     """Whether the launch writes the tape of the adjoint."""
+    clamps: tuple[int, int]
+    """Number of clamps at the left and at the right end."""
+
+    @property
+    def rod_nodes(self) -> slice:
+        """Nodes of the chain that are those of the rod; grip edges add the others."""
+        return slice(self.clamps[0], self.nodes - self.clamps[1])
 
     @property
     def contact_limit(self) -> int:

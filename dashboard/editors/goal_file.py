@@ -43,14 +43,14 @@ def parse(content: bytes, scenario: Scenario) -> Goal:
             f"the shape is {length:.4f} m long, the rope {rope_length} m; scale the shape"
         )
     nodes = polylines.resample(nodes, scenario.rope.node_count)
+    first, last = polylines.end_tangents(nodes)
     return Goal(
         positions=nodes.ravel(),
-        left=grip(Pose(nodes[0], _grip_orientation(nodes[1] - nodes[0]))),
-        right=grip(Pose(nodes[-1], _grip_orientation(nodes[-1] - nodes[-2]))),
+        left=grip(Pose(nodes[0], _grip_orientation(first))),
+        right=grip(Pose(nodes[-1], _grip_orientation(last))),
     )
 
 
-def _grip_orientation(direction: np.ndarray) -> np.ndarray:
+def _grip_orientation(unit: np.ndarray) -> np.ndarray:
     """Orientation of a grip whose z axis lies along the rope, as scenarios define it."""
-    unit = poses.normalized(direction)
     return poses.multiply(poses.rotation_between(np.array([1.0, 0.0, 0.0]), unit), LEVEL_GRIP)

@@ -35,3 +35,18 @@ def mean_node_distance(a: Float64[np.ndarray, "n 3"], b: Float64[np.ndarray, "n 
     Error measure of Ying & Yamazaki (2024), Table 3.
     """
     return float(np.mean(np.linalg.norm(a - b, axis=1)))
+
+
+def end_tangents(
+    nodes: Float64[np.ndarray, "n 3"],
+) -> tuple[Float64[np.ndarray, "3"], Float64[np.ndarray, "3"]]:
+    """Return unit tangents at the first and the last node of an evenly spaced curve.
+
+    They are those of the parabolas through the three nodes nearest to each end.
+
+    Args:
+        nodes: At least three points along the curve [m].
+    """
+    first = -3.0 * nodes[0] + 4.0 * nodes[1] - nodes[2]
+    last = 3.0 * nodes[-1] - 4.0 * nodes[-2] + nodes[-3]
+    return first / np.linalg.norm(first), last / np.linalg.norm(last)

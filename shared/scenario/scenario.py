@@ -132,7 +132,7 @@ class Scenario:
             first = last = poses.normalized(right - left)
         else:
             left, right = nodes[0], nodes[-1]
-            first, last = poses.normalized(nodes[1] - left), poses.normalized(right - nodes[-2])
+            first, last = polylines.end_tangents(nodes)
         return (
             Pose(left, _orientation(shape.left_orientation, first)),
             Pose(right, _orientation(shape.right_orientation, last)),

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.geometry.grippers import swept_gripper_points
 from lariat.geometry.near_pairs import near_pairs
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.polylines import with_midpoints
@@ -45,6 +46,20 @@ class AvoidanceSpecification:
     """Distance to keep between a gripper's axis and its obstacles [m]."""
 
 
+@dataclass(frozen=True)
+class GripPrediction:
+    """Grips over the steps of a horizon, left then right."""
+
+    positions: Float64[np.ndarray, "h 2 3"]
+    """Positions [m]."""
+    orientations: Float64[np.ndarray, "h 2 4"]
+    """Orientations, wxyz."""
+    position_jacobian: Float64[np.ndarray, "h 2 3 v"]
+    """Derivative of the positions with respect to the variables."""
+    rotation_jacobian: Float64[np.ndarray, "h 2 3 v"]
+    """Derivative of rotations about the world axes with respect to the variables."""
+
+
 def rope_clearance_residuals(
     nodes: Float64[np.ndarray, "h n 3"],
     jacobian: Float64[np.ndarray, "h n 3 v"],
@@ -71,48 +86,24 @@ def rope_clearance_residuals(
 
 
 def gripper_clearance_residuals(
-    nodes: Float64[np.ndarray, "h n 3"],
-    jacobian: Float64[np.ndarray, "h n 3 v"],
-    avoidance: AvoidanceSpecification,
+    grips: GripPrediction, avoidance: AvoidanceSpecification
 ) -> tuple[Float64[np.ndarray, "c"], Float64[np.ndarray, "c v"]]:
     """Missing clearance of the grippers' bodies, and its Jacobian.
 
     Args:
-        nodes: Nodes of the model, whose first and last edges lie in the grips [m].
-        jacobian: Derivative of the nodes with respect to the variables.
+        grips: Predicted grips.
         avoidance: Obstacles and clearances.
     """
-    edges = avoidance.gripper_reach / float(np.linalg.norm(nodes[0, 1] - nodes[0, 0]))
-    bodies = _extrapolated(nodes, edges).reshape(-1, 3)
-    reach = np.full(len(bodies), avoidance.gripper_clearance)
-    hits = near_pairs(bodies, avoidance.gripper_obstacles, reach)
-    motion = _extrapolated(jacobian, edges).reshape(-1, *jacobian.shape[2:])
-    along = np.einsum("ac,acv->av", hits.normals, motion[hits.points])
-    weight = MILLIMETRE * CLEARANCE_WEIGHT
-    return weight * (reach[hits.points] - hits.distances), -weight * along
-
-
-def gripper_axis_points(
-    nodes: Float64[np.ndarray, "n 3"], reach: float
-) -> Float64[np.ndarray, "6 3"]:
-    """Points on the axes of the grippers that hold a rope, three for each [m].
-
-    Args:
-        nodes: Nodes of the rope [m].
-        reach: Distance from a grip to the centre of its capsule's far cap [m].
-    """
-    return _extrapolated(nodes[None], reach / float(np.linalg.norm(nodes[1] - nodes[0])))[0]
-
-
-def _extrapolated(
-    values: Float64[np.ndarray, "h n 3 *v"], edges: float
-) -> Float64[np.ndarray, "h 6 3 *v"]:
-    """Values on the lines of the first and last edge, up to a number of edge lengths outwards."""
-    return np.stack(
-        [
-            (1.0 + share * edges) * values[:, grip] - share * edges * values[:, inner]
-            for grip, inner in ((0, 1), (-1, -2))
-            for share in (0.0, 0.5, 1.0)
-        ],
-        axis=1,
+    bodies = swept_gripper_points(grips.positions, grips.orientations, avoidance.gripper_reach)
+    hits = near_pairs(
+        bodies, avoidance.gripper_obstacles, np.full(len(bodies), avoidance.gripper_clearance)
     )
+    # Points lie three to a gripper, two grippers to a step.
+    step, end = np.divmod(hits.points // 3, 2)
+    lever = bodies[hits.points] - grips.positions[step, end]
+    along = np.einsum("ac,acv->av", hits.normals, grips.position_jacobian[step, end])
+    along += np.einsum(
+        "ac,acv->av", np.cross(lever, hits.normals), grips.rotation_jacobian[step, end]
+    )
+    weight = MILLIMETRE * CLEARANCE_WEIGHT
+    return weight * (avoidance.gripper_clearance - hits.distances), -weight * along

@@ -6,9 +6,9 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import obstacles as geometry
-from lariat.geometry.grippers import axis_clearance
+from lariat.geometry.grippers import axis_clearance, gripper_points
 from lariat.geometry.obstacles import Obstacle, signed_distance
-from services.controller.mpc.collision_avoidance import AvoidanceSpecification, gripper_axis_points
+from services.controller.mpc.collision_avoidance import AvoidanceSpecification
 from services.controller.run.task import Task
 from shared.motion_contract import CONTROL_STRETCH_SHARE
 from shared.scenario import Scenario
@@ -88,7 +88,9 @@ class CollisionScene:
         if self._goal_clearances[0] != key:
             scenario, nodes = self._scenario, task.goal.nodes
             own = geometry.chain_clearance(nodes, scenario.rope.diameter / 2.0, self.avoided)
-            bodies = gripper_axis_points(nodes, scenario.limits.gripper_reach)
+            bodies = gripper_points(
+                task.goal.left, task.goal.right, scenario.limits.gripper_reach
+            )
             distances = [float(np.min(signed_distance(bodies, o))) for o in self.obstacles]
             self._goal_clearances = key, own, min(distances, default=np.inf)
         return self._goal_clearances[1:]

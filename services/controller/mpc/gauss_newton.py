@@ -15,7 +15,7 @@ from jaxtyping import Bool, Float64
 
 from lariat.rod import Rod, RolloutSpec
 from lariat.trajectory import MotionLimits, clipped
-from services.controller.mpc.collision_avoidance import AvoidanceSpecification
+from services.controller.mpc.collision_avoidance import AvoidanceSpecification, GripPrediction
 from services.controller.mpc.constraints import constrained_step, overstretch
 from services.controller.mpc.horizon import HorizonPlan, HorizonProblem
 from services.controller.mpc.objective import (
@@ -103,7 +103,13 @@ class GaussNewton:
             model = linear.rollout.positions
             values, rows = overstretch(model, jacobian, avoidance, rod.properties.length)
             nodes = model + problem.offset
-            rope = rope_terms(nodes, model, jacobian, problem.reference, avoidance, dt)
+            grips = GripPrediction(
+                model[:, [0, -1]],
+                linear.rollout.orientations[:, [0, -1]],
+                jacobian[:, [0, -1]],
+                self._rotation_jacobian(means),
+            )
+            rope = rope_terms(nodes, grips, jacobian, problem.reference, avoidance, dt)
             effort = effort_terms(
                 velocities[:, self.moves], initial_velocity[self.moves], units, self.weights, dt
             )
@@ -126,6 +132,18 @@ class GaussNewton:
             velocities, cost = changed, {**rope.cost, **effort.cost, **orientation.cost}
         self._velocities = velocities
         return HorizonPlan(velocities.reshape(count, 2, 2, 3), nodes, cost, self.iterations)
+
+    def _rotation_jacobian(
+        self, means: Float64[np.ndarray, "h h"]
+    ) -> Float64[np.ndarray, "h 2 3 v"]:
+        """Derivative of the grips' rotations, small within a horizon, in its velocities."""
+        count = self.step_count
+        travel = self.time_step * np.cumsum(means, axis=0)
+        turns = np.zeros((count, 2, 3, count, 2, 6))
+        for end in range(2):
+            for axis in range(3):
+                turns[:, end, axis, :, end, 3 + axis] = travel
+        return turns[..., self.moves].reshape(count, 2, 3, -1)
 
     def _node_response(
         self, jacobian: Float64[np.ndarray, "h n 3 h m"]

@@ -24,6 +24,7 @@ from jaxtyping import Bool, Float64
 from services.controller.mpc.collision_avoidance import (
     MILLIMETRE,
     AvoidanceSpecification,
+    GripPrediction,
     gripper_clearance_residuals,
     rope_clearance_residuals,
 )
@@ -65,17 +66,17 @@ class NormalEquations:
 
 def rope_terms(
     nodes: Float64[np.ndarray, "h n 3"],
-    model: Float64[np.ndarray, "h n 3"],
+    grips: GripPrediction,
     jacobian: Float64[np.ndarray, "h n 3 v"],
     reference: Float64[np.ndarray, "h n 3"],
     avoidance: AvoidanceSpecification,
     dt: float,
 ) -> NormalEquations:
-    """Tracking, swing and collision avoidance: the terms that depend on the rope's nodes.
+    """Tracking, swing and collision avoidance: the terms that depend on the rope and its grips.
 
     Args:
         nodes: Predicted nodes [m].
-        model: Nodes of the rod itself, which end in the grips [m].
+        grips: Predicted grips.
         jacobian: Derivative of the nodes with respect to the variables.
         reference: Reference nodes [m].
         avoidance: Obstacles and clearances.
@@ -93,7 +94,7 @@ def rope_terms(
         residuals.append(swing * np.diff((nodes - reference)[-2:], axis=0).ravel())
     for name, (residual, row) in (
         ("obstacles", rope_clearance_residuals(nodes, jacobian, avoidance)),
-        ("grippers", gripper_clearance_residuals(model, jacobian, avoidance)),
+        ("grippers", gripper_clearance_residuals(grips, avoidance)),
     ):
         terms.append(name)
         residuals.append(residual)

@@ -62,7 +62,7 @@ def test_frames_spread_the_twist_between_two_given_ones_evenly() -> None:
     last = poses.multiply(
         poses.rotation_between(z, tangents[:, -1]), poses.exponential(0.7 * z)[None]
     )
-    frames = batch_frames(SLACK_CHAIN, first, last)
+    frames = batch_frames(SLACK_CHAIN, first, last, (False, False))
     np.testing.assert_allclose(poses.rotate(frames, np.tile(z, (1, 11, 1))), tangents, atol=1e-12)
     np.testing.assert_allclose(np.abs(np.sum(frames[:, -1] * last)), 1.0, atol=1e-12)
     steps = poses.logarithm(poses.multiply(poses.conjugate(frames[:, :-1]), frames[:, 1:]))

@@ -38,7 +38,7 @@ def test_mirrored_motion_has_the_mirrored_prediction() -> None:
 def test_jacobian_matches_finite_differences(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("lariat.rod.identification.rod_twin.SOLVER_TOLERANCE", 1e-10)
     twin = RodTwin(recorded(sequences=1, frames=40))
-    mean = replace(generic_rope(), length=twin.rod_length(1.0)).with_stiffness(
+    mean = replace(generic_rope(), length=twin.length).with_stiffness(
         STIFFNESS * generic_rope().linear_density
     )
     material = Material(mean, profile_knots=3, curvature_knots=2)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle
-from services.controller.mpc.collision_avoidance import AvoidanceSpecification
+from services.controller.mpc.collision_avoidance import AvoidanceSpecification, GripPrediction
 from services.controller.mpc.objective import NormalEquations, rope_terms
 
 HORIZON, COUNT, VARIABLES = 3, 9, 4
@@ -19,13 +20,16 @@ def test_gradient_equals_finite_differences_of_the_cost() -> None:
     line = np.stack([np.linspace(-0.2, 0.2, COUNT), *np.zeros((2, COUNT))], axis=1)
     nodes = line + 0.005 * random.normal(size=(HORIZON, 1, 3))
     jacobian = random.normal(size=(HORIZON, COUNT, 3, VARIABLES))
-    # A clamped edge keeps its length.
-    jacobian[:, 1, 0], jacobian[:, -2, 0] = jacobian[:, 0, 0], jacobian[:, -1, 0]
+    turns = random.normal(size=(HORIZON, 2, 3, VARIABLES))
+    along_x = np.tile([0.70710678, 0.0, 0.70710678, 0.0], (HORIZON, 2, 1))
     goal = nodes + 0.01 * random.normal(size=nodes.shape)
 
     def at(change: np.ndarray) -> NormalEquations:
         moved = nodes + jacobian @ change
-        return rope_terms(moved, moved, jacobian, goal, AROUND, 0.05)
+        ends = [0, -1]
+        orientations = poses.multiply(poses.exponential(turns @ change), along_x)
+        grips = GripPrediction(moved[:, ends], orientations, jacobian[:, ends], turns)
+        return rope_terms(moved, grips, jacobian, goal, AROUND, 0.05)
 
     here = at(np.zeros(VARIABLES))
     assert set(here.cost) == {"tracking", "calm", "obstacles", "grippers"}

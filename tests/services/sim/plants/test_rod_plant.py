@@ -13,12 +13,12 @@ LEFT = Pose(np.array([-0.18, 0.0, 0.3]), ALONG_X)
 
 
 def closest_approach(self_contact: bool) -> float:
-    """Least distance of two strands while an end of a slack rope turns six times [diameters]."""
+    """Least distance of two strands while an end of a slack rope turns eight times [diameters]."""
     plant = RodPlant(RodProperties(0.45, 0.008, 0.044, 1e6, damping=5.0), 40, (), self_contact)
     right = Pose(np.array([0.07, 0.0, 0.3]), ALONG_X)
     plant.reset(LEFT, right)
     closest = np.inf
-    for angle in np.linspace(0.0, 12.0 * np.pi, 241)[1:]:
+    for angle in np.linspace(0.0, 16.0 * np.pi, 321)[1:]:
         turn = poses.exponential(np.array([angle, 0.0, 0.0]))
         turned = Pose(right.position, poses.multiply(turn, ALONG_X))
         plant.step(EndMotion(LEFT), EndMotion(turned, angular=np.array([5.0 * np.pi, 0, 0])), 0.01)

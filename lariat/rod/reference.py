@@ -21,6 +21,8 @@ edge 0, node 1, edge 1, ...
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from jaxtyping import Bool, Float64
 
@@ -138,7 +140,7 @@ def energy(
     stiffnesses = np.outer(p.profile_at(model.bend_places) / model.bend_lengths, stiffness)
     rest = p.rest_curvature_at(model.bend_places) * model.bend_lengths[:, None]
     frames, left = np.vstack([grips[0], q, grips[1]]), len(grips[0])
-    for i, (q0, q1) in enumerate(zip(frames[:-1], frames[1:], strict=True)):
+    for i, (q0, q1) in enumerate(pairwise(frames)):
         u1 = poses.logarithm(
             poses.multiply(poses.conjugate(before.orientations[i]), before.orientations[i + 1])
         )

@@ -123,7 +123,7 @@ def parameter_derivatives(
                         if knots > 1:
                             coordinate = ti.cast((i - first_edge) * (knots - 1), ti.f64) / edges
                             share = ti.max(0.0, 1.0 - ti.abs(coordinate - knot))
-                        if i == first_edge or i == end_edge:
+                        if (i - first_edge) % edges == 0:
                             share *= 0.5
                         force *= share * density * length / mass
                     add_parameter_derivative(ni, w, rod, p, 2 * i, force)

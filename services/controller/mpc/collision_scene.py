@@ -88,9 +88,7 @@ class CollisionScene:
         if self._goal_clearances[0] != key:
             scenario, nodes = self._scenario, task.goal.nodes
             own = geometry.chain_clearance(nodes, scenario.rope.diameter / 2.0, self.avoided)
-            bodies = gripper_points(
-                task.goal.left, task.goal.right, scenario.limits.gripper_reach
-            )
+            bodies = gripper_points(task.goal.left, task.goal.right, scenario.limits.gripper_reach)
             distances = [float(np.min(signed_distance(bodies, o))) for o in self.obstacles]
             self._goal_clearances = key, own, min(distances, default=np.inf)
         return self._goal_clearances[1:]

@@ -47,9 +47,7 @@ def read_rollout(buffers: LaunchBuffers[Sizes], b: int) -> Rollout:
     )
 
 
-def read_gradient(
-    buffers: LaunchBuffers[Sizes], b: int, parameters: tuple[str, ...]
-) -> Gradient:
+def read_gradient(buffers: LaunchBuffers[Sizes], b: int, parameters: tuple[str, ...]) -> Gradient:
     """Return the roll-out of rod b of the batch with the adjoint's gradient.
 
     Args:

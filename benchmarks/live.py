@@ -127,7 +127,8 @@ def _median(values: list[float]) -> float:
 
 
 def _newest() -> Path:
-    files = sorted(RECORDING_FOLDER.glob("*.mcap"), key=lambda path: path.stat().st_mtime)
+    files = [p for p in RECORDING_FOLDER.glob("*.mcap") if not p.name.endswith("_idle.mcap")]
+    files.sort(key=lambda path: path.stat().st_mtime)
     if not files:
         raise ConfigurationError(f"there is no recording in {RECORDING_FOLDER}/; name a file")
     return files[-1]

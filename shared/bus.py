@@ -12,7 +12,6 @@ its topic allows is dropped where it arrives.
 from __future__ import annotations
 
 import json
-import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -23,12 +22,11 @@ import zenoh
 from zenoh.handlers import RingChannel
 
 from shared.clock import Clock, SystemClock
-from shared.messages import Message, validation
+from shared.message_check import MAX_PUBLISHERS, MessageCheck, RawMessage
+from shared.messages import Message
 from shared.service import Received
-from shared.topics import MAX_IMAGE_SIZE, TOPICS, Topic
+from shared.topics import MAX_IMAGE_SIZE, TOPICS, Topic, find
 from shared.version import MESSAGE_VERSION
-
-log = logging.getLogger(__name__)
 
 DEFAULT_HUB = "tcp/127.0.0.1:7447"
 """Endpoint of the launcher's hub by default."""
@@ -48,8 +46,6 @@ _SEND_QUEUE_SIZE = 16
 """Batches that wait for the network thread, per priority: the most that Zenoh allows."""
 MAX_LOSS = 1_000_000
 """Most messages that one gap in a publisher's numbers counts for: numbers can be made up."""
-MAX_PUBLISHERS = 4096
-"""Most publishers whose numbers and refused messages are remembered."""
 MAX_PUBLISHER_LENGTH = 128
 """Number of characters after which the id of a publisher is cut."""
 
@@ -77,26 +73,6 @@ class BusError(ValueError):
 
 class Unreachable(BusError):
     """No process answers at the endpoints of the bus."""
-
-
-@dataclass(frozen=True)
-class RawMessage:
-    """Message as it crossed the bus, not decoded."""
-
-    key: str
-    """Concrete key of its topic."""
-    type: str
-    """Full name of its protobuf type, e.g. lariat.NodeChain."""
-    payload: bytes
-    """Serialised message."""
-    publisher: str
-    """Id of the process start that sent it."""
-    sequence: int
-    """Number among the publisher's messages on this topic, from 0."""
-    received: int
-    """Time of receipt on this process' clock [ns]."""
-    version: int = 0
-    """Version of the publisher's message set; 0 if not given."""
 
 
 @contextmanager
@@ -202,56 +178,71 @@ class _Ring:
             yield sample
 
 
-class RawSubscription:
-    """Subscription to all topics of the cell, without decoding."""
+class _Door:
+    """Common part of subscriptions: their messages, and the counts of those that are missing."""
 
-    def __init__(self, session: zenoh.Session, clock: Clock, capacity: int) -> None:
-        self._ring = _Ring(session, "**", capacity)
+    def __init__(self, session: zenoh.Session, key: str, capacity: int, clock: Clock) -> None:
+        self._ring = _Ring(session, key, capacity)
         self._clock = clock
         self._losses = _LossCounter()
+        self._check = MessageCheck()
 
     @property
     def lost(self) -> int:
         """Number of messages that did not arrive or were overwritten before they were read."""
         return self._losses.lost
 
-    def take(self) -> list[RawMessage]:
-        """Return the messages since the last call, in order of arrival."""
-        items = []
+    @property
+    def refused(self) -> int:
+        """Number of messages dropped for their type, their version or invalid content."""
+        return self._check.refused
+
+    def _arrived(self) -> Iterator[RawMessage]:
         for sample in self._ring.take():
             raw = _raw_message(sample, self._clock.now())
             self._losses.count(raw.key, raw.publisher, raw.sequence)
-            items.append(raw)
-        return items
+            yield raw
 
 
-class Subscription:
+class RawSubscription(_Door):
+    """Subscription to all topics of the cell; messages are checked, and returned as bytes."""
+
+    def __init__(self, session: zenoh.Session, clock: Clock, capacity: int) -> None:
+        super().__init__(session, "**", capacity, clock)
+        self._topics: dict[str, Topic] = {}
+
+    def take(self) -> list[RawMessage]:
+        """Return the messages since the last call, in order of arrival."""
+        return [raw for raw in self._arrived() if self._is_valid(raw)]
+
+    def _is_valid(self, raw: RawMessage) -> bool:
+        topic = self._topics.get(raw.key)
+        if topic is None:
+            try:
+                topic = find(raw.key)
+            except KeyError:
+                self._check.refuse(raw, "no topic has this key")
+                return False
+            if len(self._topics) < MAX_KEYS * len(TOPICS):
+                self._topics[raw.key] = topic
+        return self._check.decode(topic, raw) is not None
+
+
+class Subscription(_Door):
     """Subscription to one topic, or to all keys of a topic with a placeholder; decodes messages."""
 
     def __init__(self, session: zenoh.Session, topic: Topic, clock: Clock) -> None:
         key = _key_expression(topic.key)
         capacity = _WILDCARD_CAPACITY if "*" in key else _CAPACITY[topic.buffering]
-        self._ring = _Ring(session, key, capacity)
+        super().__init__(session, key, capacity, clock)
         self._topic = topic
-        self._clock = clock
-        self._losses = _LossCounter()
         self._keys: set[str] = set()
-        self._refused: dict[tuple[str, str], int] = {}
-        self.refused = 0
-        """Number of messages dropped for their type, their version or invalid content."""
-
-    @property
-    def lost(self) -> int:
-        """Number of messages that did not arrive or were overwritten before they were read."""
-        return self._losses.lost
 
     def take(self) -> list[tuple[str, Received]]:
         """Return the messages since the last call, each with its key, in order of arrival."""
         items = []
-        for sample in self._ring.take():
-            raw = _raw_message(sample, self._clock.now())
-            self._losses.count(raw.key, raw.publisher, raw.sequence)
-            message = self._decoded(raw) if self._is_known(raw) else None
+        for raw in self._arrived():
+            message = self._check.decode(self._topic, raw) if self._is_known(raw) else None
             if message is not None:
                 received = Received(message, raw.publisher, raw.sequence, raw.received)
                 items.append((raw.key, received))
@@ -262,39 +253,8 @@ class Subscription:
         if raw.key in self._keys or len(self._keys) < MAX_KEYS:
             self._keys.add(raw.key)
             return True
-        self._refuse(raw, f"it is more than {MAX_KEYS} keys of {self._topic.key}")
+        self._check.refuse(raw, f"it is more than {MAX_KEYS} keys of {self._topic.key}")
         return False
-
-    def _decoded(self, raw: RawMessage) -> Any:
-        expected = self._topic.type.DESCRIPTOR.full_name
-        if raw.type != expected:
-            return self._refuse(raw, f"its type is {raw.type or 'not given'}, not {expected}")
-        if raw.version > MESSAGE_VERSION:
-            return self._refuse(
-                raw,
-                f"it has message version {raw.version}, this process reads versions up to "
-                f"{MESSAGE_VERSION}; update this process",
-            )
-        try:
-            return validation.decode(self._topic, raw.payload)
-        except ValueError as error:
-            return self._refuse(raw, str(error))
-
-    def _refuse(self, raw: RawMessage, reason: str) -> None:
-        count = self._refused.pop((raw.key, raw.publisher), 0) + 1
-        self._refused[raw.key, raw.publisher] = count
-        self.refused += 1
-        if len(self._refused) > MAX_PUBLISHERS:
-            del self._refused[next(iter(self._refused))]
-        # Logged at counts of 1, 10, 100, …: the log must stay readable.
-        if count == 10 ** (len(str(count)) - 1):
-            log.warning(
-                "dropped %s from %s: %s (%d so far)",
-                raw.key,
-                raw.publisher or "an unnamed publisher",
-                reason,
-                count,
-            )
 
 
 class Bus:

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import struct
 
-MAX_PIXEL_COUNT = 2**23
-"""Largest number of pixels of an image on the bus, just above 3840 x 2160."""
+MAX_PIXEL_COUNT = 2**24
+"""Largest number of pixels of an image on the bus; decoding takes up to 0.8 s."""
 MAX_SCAN_COUNT = 64
 """Largest number of scans of a JPEG; a progressive one has about ten."""
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"

@@ -230,6 +230,7 @@ class Runner:
         health.refused = sum(s.refused for s in self._subscriptions)
         if self._everything:
             health.drops += self._everything.lost
+            health.refused += self._everything.refused
         health.note = getattr(self._service, "note", "")
         health.longest_step_ms = 1e3 * getattr(self._service, "longest_step", 0.0)
         self._health.put(health)

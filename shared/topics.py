@@ -40,8 +40,8 @@ from shared.messages import (
 )
 
 MAX_IMAGE_SIZE = 2**25 + 2**16
-"""Largest message of a topic that carries images [bytes]: a depth image of the largest size in
-floats, with its header."""
+"""Largest message of a topic that carries images [bytes]: a depth image of the most pixels in
+millimetres, with its header."""
 MAX_STATE_SIZE = 4 * 2**20
 """Largest message of a state [bytes]; the path of 2 m of rope has 0.5 MB."""
 MAX_EVENT_SIZE = 256 * 1024

@@ -1,31 +1,48 @@
-"""Files of the recorder: one for each run, which begins while the cell is still idle.
+"""Files of the recorder: every message of a run with the seconds before it, few of an idle cell.
 
-A file is opened when the recorder starts and whenever a run has ended, so that it also holds the
-time before its run. A file that cannot be written never stops the cell: `failure` gives the reason,
-and the recorder tries again later.
+Messages wait in the pre-roll. While a run goes on or an arm moves, they pass from there to a file,
+some megabytes at a time; otherwise they leave it by age, and few of them reach the idle cell's
+file. The first file holds everything since the recorder's start, so that a run that begins soon can
+be replayed from the start of every process.
+
+A file that cannot be written never stops the cell: `failure` gives the reason, and the recorder
+tries again later.
 """
 
 from __future__ import annotations
 
 import re
 import shutil
+from collections.abc import Iterable
 from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Literal
 
 from services.recorder.options import RecorderOptions
+from services.recorder.pre_roll import PreRoll, QueuedMessage
+from services.recorder.retention import IDLE_ENDING, delete_oldest
+from services.recorder.thinning import Thinning
 from shared.messages import FAILED, IDLE, REACHED, TaskState
 from shared.recording import Writer
+from shared.recording.writer import FLUSH_PERIOD
 from shared.scenario import Scenario
 from shared.service import SECOND
-from shared.topics import Topic
 
 AFTER_RUN_TIME = 2 * SECOND
-"""Time for which recording goes on after a run has reached its goal or failed [ns]."""
-IDLE_IMAGE_TIME = 30 * SECOND
-"""Time after which an idle cell is recorded without images, until a run starts [ns]."""
+"""Time for which recording goes on after a run or the motion of an arm has ended [ns]."""
+IDLE_FLUSH_PERIOD = 10 * SECOND
+"""Longest time of an idle cell that a loss of power takes, beside the pre-roll [ns]."""
 RETRY_PERIOD = 10 * SECOND
 """Time between two attempts to open a file [ns]."""
+MAX_PRE_ROLL_SIZE = 2**28
+"""Largest size of the messages that wait [bytes]."""
+MAX_STEP_SIZE = 2**22
+"""Size of the messages that one step writes to a file [bytes]; a run's first steps write its
+pre-roll."""
+
+Kind = Literal["run", "idle"]
+"""Content of a file: every message, or the thinned ones of an idle cell."""
 
 
 class RunFiles:
@@ -34,11 +51,20 @@ class RunFiles:
     def __init__(self, scenario: Scenario, options: RecorderOptions) -> None:
         self._scenario = scenario
         self._options = options
+        self._settings = scenario.recording
+        self._pre_roll = PreRoll()
+        self._thinning = Thinning()
         self._writer: Writer | None = None
-        self._is_first_file = True
-        self._retry_time = 0
+        self._kind: Kind = "run"
+        self._former = ""
+        """Name of the file that the open one continues."""
+        self._start: int | None = None
+        """Time of the first message or step [ns]."""
         self._open_time = 0
+        self._retry_time = 0
         self._run_end = 0
+        self._moved = -AFTER_RUN_TIME
+        """Time at which an arm was last seen moving [ns]."""
         self.run = ""
         """Name of the run in the file; empty while the cell is idle."""
         self.failure = ""
@@ -49,41 +75,37 @@ class RunFiles:
         """Writer of the open file; None if there is none."""
         return self._writer
 
-    def write(
-        self, topic: Topic, payload: bytes, publisher: str, sequence: int, received: int
-    ) -> None:
-        """Write a message to the open file, if there is one.
-
-        Args:
-            topic: Topic of the message.
-            payload: Encoded message.
-            publisher: Session id of the publisher.
-            sequence: Number of the message, counted by its publisher.
-            received: Time of receipt [ns].
-        """
-        self._open_if_due(received)
-        if self._writer is None or (topic.large and self._is_long_idle(received)):
-            return
-        try:
-            self._writer.write(topic, payload, publisher, sequence, received)
-        except OSError as error:
-            self._give_up(f"cannot write {self._writer.path}: {error}", received)
+    def put(self, message: QueuedMessage) -> None:
+        """Take a message, which is written by a later `tick`."""
+        self._pre_roll.put(message)
 
     def take_task(self, task: TaskState, now: int) -> None:
-        """Open and close files by the state of the run; call it before writing the message."""
+        """Begin and end runs by the state of the task; call it before putting the message."""
         over = task.state in (IDLE, REACHED, FAILED)
         if self.run and (task.state == IDLE or (task.run and task.run != self.run)):
-            self._next_file(now)
+            self._end_run(now)
         if self.run:
             self._run_end = (self._run_end or now) if over else 0
         elif not over:
             self.run, self._run_end = task.run or "unnamed", 0
 
+    def take_motion(self, now: int) -> None:
+        """Note that an arm moves, which is recorded like a run."""
+        self._moved = now
+
     def tick(self, now: int) -> None:
-        """Open a file if there is none, check the free space, flush the open file."""
+        """Write messages, begin and end files, check the free space, flush the open file."""
+        if self._start is None:
+            self._start = now
         if self.run and self._run_end and now - self._run_end >= AFTER_RUN_TIME:
-            self._next_file(now)
-        self._open_if_due(now)
+            self._end_run(now)
+        kind = self._wanted(now)
+        if kind != self._kind or self._is_full(now):
+            self._close(now)
+            self._kind = kind
+        if self._writer is None and now >= self._retry_time:
+            self._open(now)
+        self._write_due(now)
         if self._writer is None:
             return
         try:
@@ -93,23 +115,70 @@ class RunFiles:
             self._give_up(f"cannot write {self._writer.path}: {error}", now)
 
     def close(self) -> None:
-        """Close the open file; remove it if it holds only an idle cell after a run."""
+        """Write what waits, and close the open file."""
+        if self._kind == "idle":
+            self._write_thinned(self._pre_roll.take_oldest(float("inf")), self._open_time)
+        self._close(self._open_time)
+
+    def _wanted(self, now: int) -> Kind:
+        """Kind of the file that the present messages belong to."""
+        assert self._start is not None
+        starting = now - self._start < self._settings.start_up * SECOND
+        moving = now - self._moved < AFTER_RUN_TIME
+        return "run" if self.run or moving or (starting and not self._former) else "idle"
+
+    def _is_full(self, now: int) -> bool:
+        if self._writer is None:
+            return False
+        age = now - self._open_time
+        return (
+            age >= self._settings.longest_file * SECOND
+            or self._writer.bytes >= self._settings.largest_file * 1e9
+        )
+
+    def _write_due(self, now: int) -> None:
+        """Write what a step writes."""
+        if self._kind == "run":
+            # Without a file the messages of the last seconds wait for one.
+            if self._writer is not None:
+                self._write(self._pre_roll.take_oldest(MAX_STEP_SIZE), now)
+            for _ in self._pre_roll.take_older(0, MAX_PRE_ROLL_SIZE):
+                pass
+            return
+        since = now - round(self._settings.pre_roll * SECOND)
+        self._write_thinned(self._pre_roll.take_older(since, MAX_PRE_ROLL_SIZE), now)
+
+    def _write_thinned(self, messages: Iterable[QueuedMessage], now: int) -> None:
+        self._write((message for message in messages if self._thinning.keeps(message)), now)
+
+    def _write(self, messages: Iterable[QueuedMessage], now: int) -> None:
+        for message in messages:
+            if self._writer is None:
+                continue
+            try:
+                self._writer.write(*message)
+            except OSError as error:
+                self._give_up(f"cannot write {self._writer.path}: {error}", now)
+
+    def _end_run(self, now: int) -> None:
+        self.run, self._run_end = "", 0
+        self._close(now)
+
+    def _close(self, now: int) -> None:
+        """Close the open file; what waits belongs to it if it is the file of a run."""
+        if self._writer is not None and self._kind == "run":
+            self._write(self._pre_roll.take_oldest(float("inf")), now)
         if self._writer is None:
             return
         writer, self._writer = self._writer, None
         try:
             writer.close()
-            if not self.run and not self._is_first_file:
+            if self._kind == "idle" and not writer.messages:
                 writer.path.unlink()
+            else:
+                self._former = writer.path.name
         except OSError as error:
             self.failure = f"cannot close {writer.path}: {error}"
-
-    def _is_long_idle(self, now: int) -> bool:
-        return not self.run and now - self._open_time > IDLE_IMAGE_TIME
-
-    def _open_if_due(self, now: int) -> None:
-        if self._writer is None and now >= self._retry_time:
-            self._open(now)
 
     def _check_free_space(self) -> None:
         free = shutil.disk_usage(self._options.folder).free / 1e9
@@ -120,20 +189,24 @@ class RunFiles:
 
     def _open(self, now: int) -> None:
         path = self._path(now)
+        idle = self._kind == "idle"
         try:
             # Before the file is created: otherwise every attempt would leave a file on a full disk.
             path.parent.mkdir(parents=True, exist_ok=True)
+            delete_oldest(path.parent, 1e9 * self._settings.keep)
             self._check_free_space()
-            self._writer = Writer(path, self._scenario, now, {"time": "live"})
+            self._writer = Writer(
+                path,
+                self._scenario,
+                min(now, self._pre_roll.start or now),
+                {"time": "live", "kind": self._kind, "continues": self._former},
+                flush_period=IDLE_FLUSH_PERIOD if idle else FLUSH_PERIOD,
+                synced=True,
+            )
         except OSError as error:
             self._give_up(f"cannot record to {path.parent}: {error}", now)
             return
         self._open_time, self.failure = now, ""
-
-    def _next_file(self, now: int) -> None:
-        self.close()
-        self.run, self._run_end, self._is_first_file = "", 0, False
-        self._open(now)
 
     def _give_up(self, reason: str, now: int) -> None:
         self.failure, self._retry_time = reason, now + RETRY_PERIOD
@@ -147,8 +220,9 @@ class RunFiles:
         at = datetime.fromtimestamp(now / SECOND, UTC)
         name = re.sub(r"[^A-Za-z0-9_.-]+", "-", self._scenario.name)
         stem = f"{at:%Y-%m-%d_%H-%M-%S}_{name}"
-        path, count = self._options.folder / f"{stem}.mcap", 1
+        ending = IDLE_ENDING if self._kind == "idle" else ".mcap"
+        path, count = self._options.folder / f"{stem}{ending}", 1
         while path.exists():
             count += 1
-            path = self._options.folder / f"{stem}_{count}.mcap"
+            path = self._options.folder / f"{stem}_{count}{ending}"
         return path

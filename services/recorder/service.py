@@ -8,14 +8,20 @@ from typing import Protocol
 
 from services.recorder.foxglove_scene import FoxgloveScene
 from services.recorder.options import RecorderOptions
+from services.recorder.pre_roll import QueuedMessage
 from services.recorder.run_files import RunFiles
 from shared import topics
-from shared.messages import RecordState, TaskState
+from shared.messages import ArmStates, RecordState, TaskState
 from shared.scenario import Scenario
 from shared.service import SECOND, Inbox, Publication
 from shared.topics import Topic
 
 log = logging.getLogger(__name__)
+
+MAX_STREAMS = 4096
+"""Most pairs of topic and publisher whose numbers are remembered, and most keys."""
+MAX_LOSS = 1_000_000
+"""Most messages that one gap in a publisher's numbers counts for: numbers can be made up."""
 
 
 class EncodedMessage(Protocol):
@@ -60,15 +66,25 @@ class RecorderService:
         topic = self._topic(message.key)
         if topic is None:
             return
-        expected = self._next_sequence.get((message.key, message.publisher), message.sequence)
-        self._drops += max(0, message.sequence - expected)
-        self._next_sequence[message.key, message.publisher] = message.sequence + 1
+        self._count_drops(message)
         if message.key == topics.TASK_STATE.key:
             self._files.take_task(TaskState.FromString(message.payload), message.received)
-        self._files.write(
-            topic, message.payload, message.publisher, message.sequence, message.received
+        elif message.key == topics.ARM_STATE.key and _is_moving(message.payload):
+            self._files.take_motion(message.received)
+        self._files.put(
+            QueuedMessage(
+                topic, message.payload, message.publisher, message.sequence, message.received
+            )
         )
         self._scene.take(message.key, message.payload)
+
+    def _count_drops(self, message: EncodedMessage) -> None:
+        stream = message.key, message.publisher
+        expected = self._next_sequence.pop(stream, message.sequence)
+        self._drops += min(max(0, message.sequence - expected), MAX_LOSS)
+        self._next_sequence[stream] = message.sequence + 1
+        if len(self._next_sequence) > MAX_STREAMS:
+            del self._next_sequence[next(iter(self._next_sequence))]
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Open, flush and close files; publish the drawing and the recorder's state."""
@@ -110,7 +126,13 @@ class RecorderService:
                 # Key of another program, or of another version of Lariat.
                 log.warning("not recorded: %s", error)
                 self._topics[key] = None
-        return self._topics[key]
+            if len(self._topics) > MAX_STREAMS:
+                del self._topics[next(iter(self._topics))]
+        return self._topics.get(key)
+
+
+def _is_moving(payload: bytes) -> bool:
+    return ArmStates.FromString(payload).mode == ArmStates.MOVING
 
 
 def build(

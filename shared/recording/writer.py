@@ -12,6 +12,7 @@ from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 
 from shared.bounded_file import read_file
+from shared.recording.disk_sync import DiskSync, sync_folder
 from shared.recording.layout import CHUNK_SIZE, METADATA_NAME, SCENARIO_ATTACHMENT
 from shared.scenario import Scenario
 from shared.scenario.scenario import MAX_NODES_FILE_SIZE
@@ -20,6 +21,10 @@ from shared.version import MESSAGE_VERSION, RECORDING_VERSION, commit, version
 
 FLUSH_PERIOD = 1_000_000_000
 """Longest log time that is lost when the writer is killed [ns]."""
+MAX_CHANNELS = 4096
+"""Most channels of a file; MCAP numbers 65536, and ids of publishers can be made up."""
+OTHER_PUBLISHERS = "others"
+"""Publisher of the messages of all publishers beyond `MAX_CHANNELS`."""
 
 
 class Writer:
@@ -31,6 +36,8 @@ class Writer:
         scenario: Scenario,
         started: int,
         metadata: Mapping[str, str] | None = None,
+        flush_period: int = FLUSH_PERIOD,
+        synced: bool = False,
     ) -> None:
         """Create the file, which must not exist yet.
 
@@ -39,6 +46,9 @@ class Writer:
             scenario: Scenario of the run; its text and CSV files become attachments.
             started: Log time of the start, from which flushes are counted [ns].
             metadata: Further metadata beside the scenario's name and the versions.
+            flush_period: Longest log time that is lost when the writer is killed [ns].
+            synced: Whether each flush also begins to store the file on the disk, so that a loss of
+                power loses no more than that and the time that the disk takes.
 
         Raises:
             OSError: The file cannot be written.
@@ -55,6 +65,8 @@ class Writer:
         self._channels: dict[tuple[str, str], int] = {}
         self._schemas: dict[str, int] = {}
         self._flushed = self._latest = started
+        self._flush_period = flush_period
+        self._sync = DiskSync(self._stream.fileno()) if synced else None
         self._writer.start(profile="", library=f"lariat {version()}")
         about = {
             "scenario": scenario.name,
@@ -68,6 +80,8 @@ class Writer:
             kind = "application/toml" if name == SCENARIO_ATTACHMENT else "text/csv"
             self._writer.add_attachment(0, started, name, kind, content)
         self._stream.flush()
+        if synced:
+            sync_folder(path.parent)
 
     @property
     def bytes(self) -> int:
@@ -92,33 +106,45 @@ class Writer:
         # Times of receipt may be slightly out of order; log times must not be.
         self._latest = max(self._latest, log_time)
         self._writer.add_message(
-            self._channel(topic, publisher), self._latest, payload, self._latest, sequence
+            self._channel(topic, publisher), self._latest, payload, self._latest, sequence % 2**32
         )
         self.messages += 1
         self.flush(self._latest)
 
     def flush(self, now: int) -> None:
-        """Pass everything to the operating system, once per `FLUSH_PERIOD`.
+        """Pass everything to the operating system, once per flush period.
 
         Args:
             now: Present log time [ns].
+
+        Raises:
+            OSError: The disk is full or gone.
         """
-        if now - self._flushed >= FLUSH_PERIOD:
+        if now - self._flushed >= self._flush_period:
             self._flushed = now
             self._writer.flush()
+            if self._sync:
+                self._sync.request()
 
     def close(self) -> None:
         """Write the index and close the file."""
         try:
             self._writer.finish()
+            self._stream.flush()
         finally:
-            self._stream.close()
+            try:
+                if self._sync:
+                    self._sync.close()
+            finally:
+                self._stream.close()
 
     def _channel(self, topic: Topic, publisher: str) -> int:
         key = (topic.key, publisher)
+        if key not in self._channels and len(self._channels) >= MAX_CHANNELS:
+            key = (topic.key, OTHER_PUBLISHERS)
         if key not in self._channels:
             self._channels[key] = self._writer.register_channel(
-                topic.key, "protobuf", self._schema(topic.type.DESCRIPTOR), {"publisher": publisher}
+                topic.key, "protobuf", self._schema(topic.type.DESCRIPTOR), {"publisher": key[1]}
             )
         return self._channels[key]
 

@@ -24,6 +24,7 @@ from shared.scenario.sections import (
     Obstacle,
     Plant,
     Quaternion,
+    Recording,
     Rope,
     Run,
     Sensing,
@@ -64,6 +65,7 @@ class Scenario:
     control: Control = Control()
     limits: Limits = Limits()
     run: Run = Run()
+    recording: Recording = Recording()
     events: tuple[Event, ...] = ()
     folder: Path = field(default=Path(), compare=False)
     """Folder of the file and its CSV files."""

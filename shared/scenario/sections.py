@@ -422,6 +422,24 @@ class Run:
 
 
 @dataclass(frozen=True)
+class Recording:
+    """Files of the recorder: one for each run, and thin ones of the idle cell between runs."""
+
+    pre_roll: Annotated[float, Bounds(0.0, 30.0, "s")] = 3.0
+    """Time before a run that its file holds."""
+    start_up: Annotated[float, Bounds(0.0, 3600.0, "s")] = 30.0
+    """Time after the recorder's start that is recorded whole; a run that begins within it can be
+    replayed from the start of every process."""
+    longest_file: Annotated[float, Bounds(1.0, 86400.0, "s")] = 3600.0
+    """Time after which the next file begins."""
+    largest_file: Annotated[float, Bounds(0.001, 1000.0, "GB")] = 1.0
+    """Size after which the next file begins."""
+    keep: Annotated[float, Bounds(0.01, 1e6, "GB")] = 20.0
+    """Size of all recordings in the folder, beyond which the oldest are deleted, those of the idle
+    cell first."""
+
+
+@dataclass(frozen=True)
 class Event:
     """Change of the scene or the goal at a given time of a run."""
 

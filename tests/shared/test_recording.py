@@ -146,6 +146,8 @@ time.sleep(60)
     assert sequences == list(range(len(sequences)))
     assert len(sequences) >= 300 - 30
     assert "whole records" in recording.damage
+    assert repair(path).messages == len(sequences)
+    assert Recording.open(path).damage == ""
 
 
 @pytest.mark.parametrize("fraction", [0.3, 0.6, 0.9])

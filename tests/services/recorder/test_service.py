@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import os
+import random
 import shutil
-from dataclasses import dataclass
+import time
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+from foxglove_schemas_protobuf.Log_pb2 import Log
 
 from services.recorder.options import RecorderOptions
 from services.recorder.service import RecorderService, build
@@ -17,6 +21,7 @@ from shared.messages import (
     IDLE,
     REACHED,
     RUNNING,
+    ArmCommand,
     ArmState,
     ArmStates,
     NodeChain,
@@ -55,12 +60,19 @@ class Heard:
     received: int
 
 
+def runs_of(folder: Path) -> list[Path]:
+    """Files that hold every message, in order of time."""
+    files = (p for p in folder.glob("*.mcap") if not p.name.endswith("_idle.mcap"))
+    return sorted(files, key=lambda path: (path.name[:19], len(path.name), path.name))
+
+
 class Cell:
     """Recorder with messages and a clock of the test's own."""
 
-    def __init__(self, folder: Path, **options) -> None:
+    def __init__(self, folder: Path, **recording: float) -> None:
         scenario = parse(TEXT, folder)
-        self.recorder: RecorderService = build(scenario, "r", RecorderOptions(folder, **options))
+        scenario = replace(scenario, recording=replace(scenario.recording, **recording))
+        self.recorder: RecorderService = build(scenario, "r", RecorderOptions(folder))
         self.now = NOW
         self.sequences: dict[str, int] = {}
         self.said: list = []
@@ -91,13 +103,12 @@ def test_every_run_has_a_file_from_idle_to_its_end(tmp_path: Path):
     cell.live(1.0, RUNNING, "run-3")
     cell.live(1.0, IDLE, "run-3")
     cell.recorder.close()
-    files = sorted(tmp_path.glob("*.mcap"))
+    files = runs_of(tmp_path)
     runs = []
     for file in files:
         states = [e.parse() for e in Recording(file).messages(["task/state"])]
         runs.append(list(dict.fromkeys((s.state, s.run) for s in states if s.state == RUNNING)))
         assert Recording.open(file).metadata["scenario"] == "three posts"
-    # The idle rest after the last run is not kept.
     assert runs == [[(RUNNING, f"run-{k}")] for k in (1, 2, 3)]
     first = [e.parse() for e in Recording(files[0]).messages(["task/state"])]
     assert first[0].state == IDLE
@@ -110,7 +121,8 @@ def test_a_failed_run_ends_its_file_too(tmp_path: Path):
     cell.live(1.0, RUNNING, "run-1")
     cell.live(3.0, FAILED, "run-1")
     assert [s.run for s in cell.states()][-1] == ""
-    assert len(list(tmp_path.glob("*.mcap"))) == 2
+    assert len(runs_of(tmp_path)) == 1
+    assert len(list(tmp_path.glob("*_idle.mcap"))) == 1
 
 
 def test_what_is_written_survives_without_a_clean_end(tmp_path: Path):
@@ -138,19 +150,127 @@ def test_state_counts_recorded_and_lost_messages(tmp_path: Path):
     assert Path(state.file).exists()
 
 
-def test_images_of_a_cell_that_idles_for_long_are_left_out(tmp_path: Path):
+def stamps(path: Path, key: str) -> list[float]:
+    """Times of a topic's messages since the start of the test [s]."""
+    return [(e.log_time - NOW) / SECOND for e in Recording(path).messages([key])]
+
+
+def test_a_run_has_a_pre_roll_and_an_idle_cell_is_recorded_lightly(tmp_path: Path):
     cell = Cell(tmp_path)
     color = topics.CAMERA_COLOR.at("overhead")
-    cell.live(1.0)
-    cell.hear(color, CompressedImage(data=b"a"))
-    cell.live(31.0)
-    cell.hear(color, CompressedImage(data=b"b"))
+    for second in range(60):
+        cell.hear(color, CompressedImage(data=bytes([second])))
+        cell.live(1.0)
+    cell.hear(topics.ARM_COMMAND, ArmCommand(id="kept"))
     cell.live(1.0, RUNNING, "run-1")
-    cell.hear(color, CompressedImage(data=b"c"))
     cell.recorder.close()
-    (file,) = tmp_path.glob("*.mcap")
-    images = [e.parse().data for e in Recording(file).messages([color.key])]
-    assert images == [b"a", b"c"]
+    start, run = runs_of(tmp_path)
+    (idle,) = tmp_path.glob("*_idle.mcap")
+    # The start is recorded whole.
+    assert len(stamps(start, color.key)) == pytest.approx(30, abs=1)
+    # Then states once a second, and no images.
+    assert len(stamps(idle, "task/state")) == pytest.approx(27, abs=1)
+    assert stamps(idle, color.key) == []
+    # The run's file begins three seconds before it, with every message.
+    assert stamps(run, color.key) == pytest.approx([57, 58, 59], abs=0.1)
+    assert stamps(run, "task/state")[0] == pytest.approx(57.0, abs=0.1)
+    assert len(stamps(run, "task/state")) == pytest.approx(120, abs=3)
+    assert [e.parse().id for e in Recording(run).messages(["arm/command"])] == ["kept"]
+    about = Recording.open(run).metadata
+    assert (about["kind"], about["continues"]) == ("run", idle.name)
+
+
+def test_requests_of_persons_to_an_idle_cell_are_all_recorded(tmp_path: Path):
+    cell = Cell(tmp_path, start_up=0.0)
+    cell.live(1.0)
+    for k in range(20):
+        cell.hear(topics.ARM_COMMAND, ArmCommand(id=str(k)))
+    cell.live(5.0)
+    cell.recorder.close()
+    (idle,) = tmp_path.glob("*.mcap")
+    assert len(stamps(idle, "arm/command")) == 20
+
+
+def test_a_moving_arm_is_recorded_like_a_run(tmp_path: Path):
+    cell = Cell(tmp_path, start_up=0.0)
+    cell.live(5.0)
+    for _ in range(30):
+        cell.hear(topics.ARM_STATE, ArmStates(mode=ArmStates.MOVING))
+        cell.live(0.1)
+    cell.live(4.0)
+    cell.recorder.close()
+    (file,) = runs_of(tmp_path)
+    times = stamps(file, "task/state")
+    assert (times[0], times[-1]) == pytest.approx((2.0, 10.0), abs=0.2)
+    assert len(times) == pytest.approx(240, abs=5)
+
+
+def test_a_file_is_followed_by_the_next_after_a_time_and_after_a_size(tmp_path: Path):
+    cell = Cell(tmp_path, longest_file=10.0)
+    cell.live(25.0, RUNNING, "run-1")
+    cell.recorder.close()
+    files = runs_of(tmp_path)
+    assert [stamps(f, "task/state")[0] for f in files] == pytest.approx([0, 10, 20], abs=0.2)
+    assert sum(len(stamps(f, "task/state")) for f in files) == 25 * 30
+    assert Recording.open(files[2]).metadata["continues"] == files[1].name
+    small = Cell(tmp_path / "small", largest_file=0.001)
+    noise = random.Random(0)
+    for _ in range(20):
+        small.hear(topics.LOG.at("sim"), Log(message=noise.randbytes(50_000).hex()))
+        small.live(0.5, RUNNING, "run-1")
+    small.recorder.close()
+    assert all(f.stat().st_size < 1.3e6 for f in runs_of(tmp_path / "small"))
+
+
+def test_the_oldest_recordings_are_deleted_those_of_idle_cells_first(tmp_path: Path):
+    names = [f"2026-01-0{k}_00-00-00_a{'_idle' * (k > 3)}.mcap" for k in range(1, 6)]
+    for name in (*names, "mine.mcap", "2026-notes.txt"):
+        (tmp_path / name).write_bytes(bytes(4_000_000))
+    cell = Cell(tmp_path, keep=0.01)
+    cell.live(1.0)
+    cell.recorder.close()
+    assert {p.name for p in tmp_path.iterdir()} >= {names[1], names[2], "mine.mcap"}
+    assert not {p.name for p in tmp_path.iterdir()} & {names[0], names[3], names[4]}
+
+
+def test_a_long_pre_roll_is_written_over_several_steps(tmp_path: Path):
+    cell = Cell(tmp_path, start_up=0.0)
+    cell.live(1.0)
+    for _ in range(40):
+        cell.hear(topics.LOG.at("sim"), Log(message="x" * 200_000))
+    cell.live(1 / 30, RUNNING, "run-1")
+    assert cell.recorder._files.writer is not None
+    assert cell.recorder._files.writer.messages < 60
+    cell.live(1.0, RUNNING, "run-1")
+    cell.recorder.close()
+    (file,) = runs_of(tmp_path)
+    assert len(stamps(file, "log/sim")) == 40
+
+
+def test_made_up_publishers_and_numbers_are_recorded(tmp_path: Path):
+    cell = Cell(tmp_path)
+    for k in range(5000):
+        task = TaskState(state=IDLE).SerializeToString()
+        heard = Heard("task/state", task, f"p-{k}", 10**17 + k, cell.now)
+        cell.recorder.tap(heard)
+    cell.live(0.5)
+    cell.recorder.close()
+    (file,) = runs_of(tmp_path)
+    assert len(stamps(file, "task/state")) == 5015
+
+
+def test_a_run_is_on_the_disk_every_second(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    synced: list[int] = []
+    sizes = lambda descriptor: synced.append(os.fstat(descriptor).st_size)  # noqa: E731
+    monkeypatch.setattr(os, "fdatasync", sizes)
+    cell = Cell(tmp_path)
+    for _ in range(5):
+        cell.live(1.0, RUNNING, "run-1")
+        time.sleep(0.02)  # The thread that syncs.
+    assert len(synced) >= 4
+    assert synced == sorted(set(synced))
+    cell.recorder.close()
+    assert synced[-1] == next(tmp_path.glob("*.mcap")).stat().st_size
 
 
 def test_a_folder_that_cannot_be_written_is_reported_and_tried_again(tmp_path: Path, caplog):

@@ -1,0 +1,65 @@
+"""Queue of messages between the bus and the files: pre-roll of an idle cell, backlog of a run."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from shared.topics import Topic
+
+
+class QueuedMessage(NamedTuple):
+    """Message that is not in a file yet."""
+
+    topic: Topic
+    """Topic with a concrete key."""
+    payload: bytes
+    """Serialised message."""
+    publisher: str
+    """Id of the process start that sent it."""
+    sequence: int
+    """Number among the publisher's messages on this topic, from 0."""
+    received: int
+    """Time of receipt [ns]."""
+
+
+class PreRoll:
+    """The newest messages, in order of arrival."""
+
+    def __init__(self) -> None:
+        self._messages: deque[QueuedMessage] = deque()
+        self.size = 0
+        """Size of the payloads [bytes]."""
+
+    def put(self, message: QueuedMessage) -> None:
+        """Append a message."""
+        self._messages.append(message)
+        self.size += len(message.payload)
+
+    @property
+    def start(self) -> int | None:
+        """Time of the oldest message [ns]; None without messages."""
+        return self._messages[0].received if self._messages else None
+
+    def take_older(self, time: int, max_size: int) -> Iterator[QueuedMessage]:
+        """Remove and yield the messages before a time, and the oldest beyond a size.
+
+        Args:
+            time: Time of receipt from which messages stay [ns].
+            max_size: Largest size of the payloads that stay [bytes].
+        """
+        while self._messages and (self._messages[0].received < time or self.size > max_size):
+            yield self._take()
+
+    def take_oldest(self, max_size: float) -> Iterator[QueuedMessage]:
+        """Remove and yield the oldest messages, until their payloads exceed a size [bytes]."""
+        while self._messages and max_size > 0:
+            message = self._take()
+            max_size -= len(message.payload)
+            yield message
+
+    def _take(self) -> QueuedMessage:
+        message = self._messages.popleft()
+        self.size -= len(message.payload)
+        return message

@@ -1,0 +1,41 @@
+"""Thinning of an idle cell's messages: what persons ask for is kept, states once a second."""
+
+from __future__ import annotations
+
+from services.recorder.pre_roll import QueuedMessage
+from shared import topics
+from shared.service import SECOND
+
+IDLE_PERIOD = SECOND
+"""Time between two recorded messages of a topic and publisher while the cell is idle [ns]."""
+MAX_STREAMS = 1024
+"""Most pairs of topic and publisher whose times are remembered."""
+_EVENTS = frozenset(
+    topic.key
+    for topic in topics.TOPICS
+    if topic.buffering == "every" and topic not in (topics.ARM_STATE, topics.ARM_SETPOINTS)
+)
+"""Keys of the topics of requests, commands and logs."""
+
+
+class Thinning:
+    """Choice of the messages of an idle cell that are recorded."""
+
+    def __init__(self) -> None:
+        self._recorded: dict[tuple[str, str], int] = {}
+
+    def keeps(self, message: QueuedMessage) -> bool:
+        """Return whether a message is recorded; call it once for each, in order of arrival."""
+        topic = message.topic
+        # A trace is of no use without the inputs that it names.
+        if topic.large or topics.TRACE.matches(topic.key):
+            return False
+        if topic.key in _EVENTS or topics.LOG.matches(topic.key):
+            return True
+        stream = topic.key, message.publisher
+        last = self._recorded.pop(stream, None)
+        keep = last is None or message.received - last >= IDLE_PERIOD
+        self._recorded[stream] = message.received if keep or last is None else last
+        if len(self._recorded) > MAX_STREAMS:
+            del self._recorded[next(iter(self._recorded))]
+        return keep

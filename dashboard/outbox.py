@@ -87,7 +87,8 @@ class Outbox:
         self, action: ArmCommand.Action, arms: ArmStates, label: str, **fields: object
     ) -> str:
         """Queue a command to the gateway, whose newest state is `arms`, and return its id."""
-        message = ArmCommand(action=action, boot=arms.boot, answers=arms.stamp, **fields)
+        shown = {"boot": arms.boot, "answers": arms.stamp, "session": arms.next_session}
+        message = ArmCommand(action=action, **{**shown, **fields})
         return self._add(topics.ARM_COMMAND, message, label)
 
     def consent(self, command: str, arms: ArmStates) -> None:

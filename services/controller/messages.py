@@ -86,9 +86,8 @@ def arm_condition(arms: ArmStates, session: str) -> ArmCondition:
         session: Session of this controller; refusals of other sessions do not count.
     """
     armed = arms.mode != ArmStates.DISARMED
-    available = armed and arms.mode != ArmStates.FAULT and not arms.needs_acknowledgement
     refused = arms.refused_sequence - arms.sequence if arms.session == session else 0
-    return ArmCondition(armed, available, arms.reason, arms.reset_count, refused, arms.refusal)
+    return ArmCondition(armed, arms.may_move, arms.reason, arms.reset_count, refused, arms.refusal)
 
 
 def goal_message(goal: Goal) -> messages.Goal:

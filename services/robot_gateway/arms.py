@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
 
 from lariat.geometry.poses import Pose
-from lariat.trajectory import NANOSECONDS
 from services.robot_gateway.drivers.driver import ArmFeedback, Driver
-from services.robot_gateway.motion.approach import is_away
+from services.robot_gateway.motion.approach import is_away, pose_difference
+from services.robot_gateway.motion.command_history import CommandHistory
 from services.robot_gateway.motion.follower import SetpointFollower
-from services.robot_gateway.safety.state_machine import CommandRejected, OperatorCommand
+from services.robot_gateway.safety.operator_commands import CommandRejected, OperatorCommand
 from shared.scenario import SIDES
 
-COMMAND_HISTORY = 0.5
-"""Time for which commands are kept, because an arm follows its command with a delay [s]."""
+UNHEARD_AGE = 0.1
+"""Age of its feedback above which nothing is known of the power of an arm [s]."""
 STANDSTILL_SPEED = (0.01, 0.05)
 """Linear and angular speed of a gripper below which its arm stands still [m/s, rad/s]."""
 
@@ -36,11 +35,11 @@ class Arms:
         self.grips = list(starts)
         """Grip poses of all ends, as measured when the command was last set to them."""
         self.feedback: tuple[ArmFeedback, ...] = ()
-        self._history: deque[tuple[int, np.ndarray]] = deque()
-        self._tracking_errors: list[float] | None = None
+        self._history = CommandHistory()
+        self._tracking_errors: list[tuple[float, float]] | None = None
         """Cached until the next exchange."""
-        self.powered = False
-        """Whether the arms have been enabled or recovered since they were last disabled."""
+        self._to_disable = [True] * len(self.drivers)
+        """Whether the power of each end must be taken while the cell is disarmed."""
 
     def exchange(self, now: int, follower: SetpointFollower, enabled: Sequence[bool]) -> None:
         """Send commands to the arms and take their feedback.
@@ -56,10 +55,11 @@ class Arms:
             pose, twist = next(driven) if driver.moves else (None, np.zeros((2, 3)))
             rows.append(driver.step(now, pose if sent else None, twist))
         self.feedback = tuple(rows)
-        self._history.append((now, follower.state.positions))
-        while (now - self._history[0][0]) * NANOSECONDS > COMMAND_HISTORY:
-            self._history.popleft()
+        self._history.add(now, follower.state)
         self._tracking_errors = None
+        for k, feedback in enumerate(rows):
+            # Nobody knows who has enabled an arm meanwhile.
+            self._to_disable[k] |= feedback.powered and feedback.age > UNHEARD_AGE
 
     def put_command_to_measured(self, follower: SetpointFollower) -> None:
         """Set the command to the measured poses, at rest."""
@@ -77,22 +77,30 @@ class Arms:
 
     def enable(self) -> None:
         """Begin to make the arms ready to follow; takes several ticks."""
-        self.powered = True
+        self._to_disable = [False] * len(self.drivers)
         for driver in self.drivers:
             driver.enable()
 
     def recover(self) -> None:
         """Begin to clear the faults of the arms; takes several ticks."""
-        self.powered = True
+        self._to_disable = [False] * len(self.drivers)
         for driver in self.drivers:
             driver.recover()
 
+    def request_disabling(self) -> None:
+        """Let `disable` take the power of every arm, whoever gave it."""
+        self._to_disable = [True] * len(self.drivers)
+
     def disable(self) -> None:
-        """Disable the arms, which must be at rest, unless they are disabled already."""
-        if self.powered:
-            self.powered = False
-            for driver in self.drivers:
-                driver.disable()
+        """Take the power of the arms for which it was requested; called until it is off.
+
+        Power that somebody else gives a disarmed arm later, for example at its pendant, is only
+        reported.
+        """
+        for k, feedback in enumerate(self.feedback):
+            self._to_disable[k] &= feedback.powered
+            if self._to_disable[k]:
+                self.drivers[k].disable()
 
     def close(self) -> None:
         """End the connections to the arms."""
@@ -167,6 +175,34 @@ class Arms:
         )
 
     @property
+    def distance_from_start(self) -> tuple[float, float]:
+        """Largest distance and angle of a driven end from the scenario's start [m, rad]."""
+        rows = [
+            self.distance_from_start_of(k) for k, driver in enumerate(self.drivers) if driver.moves
+        ]
+        return (max(d for d, _ in rows), max(a for _, a in rows)) if rows else (0.0, 0.0)
+
+    def distance_from_start_of(self, end: int) -> tuple[float, float]:
+        """Return distance and angle of one end from the scenario's start [m, rad]."""
+        pose = self.feedback[end].pose if self.feedback else None
+        return pose_difference(pose or self.grips[end], self.starts[end])
+
+    @property
+    def powered(self) -> bool:
+        """Whether any arm may have power."""
+        return any(feedback.powered for feedback in self.feedback)
+
+    @property
+    def power_words(self) -> str:
+        """Which arms still have power, in words; empty where all are off."""
+        words = [
+            f"{name}, not heard" if feedback.age > UNHEARD_AGE else name
+            for name, feedback in zip(SIDES, self.feedback, strict=False)
+            if feedback.powered
+        ]
+        return f"still powered: {', '.join(words)}" if words else ""
+
+    @property
     def arming_refusal(self) -> str:
         """Reason why the arms cannot be armed, in words; empty where there is none."""
         for name, feedback in zip(SIDES, self.feedback, strict=False):
@@ -192,32 +228,29 @@ class Arms:
         Args:
             factor: Distance that counts as near, in tracking limits of the driver [-].
         """
-        limits = [factor * driver.tracking_limit for driver in self.drivers]
         if not self.feedback:
-            return [True] * len(limits)
-        return [e <= limit for e, limit in zip(self.tracking_errors(), limits, strict=True)]
+            return [True] * len(self.drivers)
+        return [
+            distance <= factor * driver.tracking_limit
+            and angle <= factor * driver.tracking_angle_limit
+            for driver, (distance, angle) in zip(self.drivers, self.tracking_errors(), strict=True)
+        ]
 
-    def tracking_errors(self) -> list[float]:
-        """Return the distance of every arm from the nearest position commanded lately [m].
+    def tracking_errors(self) -> list[tuple[float, float]]:
+        """Return distance and angle of every arm from its path [m, rad].
 
-        An arm follows its command with a delay; what counts is its distance from the path.
+        An arm follows its command with a delay; what counts is the nearest pose commanded lately.
         """
         if self._tracking_errors is None:
             self._tracking_errors = self._compute_tracking_errors()
         return self._tracking_errors
 
-    def _compute_tracking_errors(self) -> list[float]:
+    def _compute_tracking_errors(self) -> list[tuple[float, float]]:
         rows = []
         driven = -1
         for driver, feedback in zip(self.drivers, self.feedback, strict=True):
             driven += driver.moves
-            if not driver.moves or np.isinf(driver.tracking_limit):
-                rows.append(0.0)
-                continue
-            history = [positions[driven] for _, positions in self._history]
-            if feedback.pose is None or not history:
-                rows.append(0.0)
-            else:
-                gaps = np.linalg.norm(np.array(history) - feedback.pose.position, axis=1)
-                rows.append(float(np.min(gaps)))
+            device = driver.moves and np.isfinite(driver.tracking_limit)
+            known = device and feedback.pose is not None
+            rows.append(self._history.error(driven, feedback.pose) if known else (0.0, 0.0))
         return rows

@@ -6,6 +6,7 @@ checks their feedback. All arms stop together, because some rules couple the end
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -14,30 +15,30 @@ import numpy as np
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.trajectory import NANOSECONDS, SetpointChunk
+from services.robot_gateway.approach_control import ApproachControl
 from services.robot_gateway.arms import Arms
 from services.robot_gateway.constraints.rule import Rule
 from services.robot_gateway.drivers.driver import Driver
-from services.robot_gateway.motion.approach import (
-    APPROACH_PACES,
-    PACE_RULES,
-    Approach,
-    approach_chunk,
-)
 from services.robot_gateway.motion.follower import SetpointFollower
 from services.robot_gateway.motion.setpoint_sources import SetpointSources
 from services.robot_gateway.motion.validation import ChunkRefused, check_length
+from services.robot_gateway.safety.consent import SignOfLife
+from services.robot_gateway.safety.feedback_checks import FeedbackChecks
 from services.robot_gateway.safety.force_limit import ForceLimit
-from services.robot_gateway.safety.state_machine import (
-    DEVICE_CAUSES,
+from services.robot_gateway.safety.operator_commands import (
+    STOP_ACTIONS,
     CommandRejected,
     OperatorCommand,
-    SafetyState,
+    check_command,
 )
+from services.robot_gateway.safety.state_machine import DEVICE_CAUSES, SafetyState
 from services.robot_gateway.safety.stop_causes import STOP_CAUSES
 from services.robot_gateway.safety.watchdog import Watchdog
 from services.robot_gateway.status import CellStatus
 from shared.reset_counter import ResetCounter
 from shared.scenario import SIDES
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,8 @@ class CellSettings:
     """Time after the command's rest within which an arm must have come to rest too [s]."""
     ready_timeout: float = 30.0
     """Time in which an arm must become ready [s]."""
+    gateway_silence: float = 1.0
+    """Silence of another gateway after which it counts as gone [s]."""
     lag_factor: float = 2.0
     """Distance of the command from its chunk above which the cell stops, in step tolerances [-]."""
 
@@ -85,16 +88,21 @@ class Cell:
         self.safety = SafetyState(boot)
         self.watchdog = Watchdog()
         self._sources = SetpointSources()
-        self._approach = Approach()
-        self._force_limit = force_limit or ForceLimit(np.inf)
+        self._approach = ApproachControl(self.arms, follower, boot)
+        limit = force_limit or ForceLimit(np.inf)
+        self._feedback_checks = FeedbackChecks(self.arms, follower, limit)
+        self._other_gateway: tuple[str, int] | None = None
+        """Boot id of another gateway that speaks for this cell, and the time of its last word."""
+        self._shown: tuple[object, ...] = ()
+        """What a person must have seen of the state before a command counts."""
+        self._changed = 0
+        """Time of the first state that shows it [ns]."""
         self._setpoints_late = False
         """Whether the setpoints are so old that the command brakes."""
         self._waiting_since: int | None = None
         """Time since which the cell waits for arms to become ready [ns]."""
         self._stalled = False
         """Whether the gateway was suspended, so that the rest of the motion is not sent."""
-        self._planned_approach = False
-        """Whether the last tick planned the approach, which takes long, while everything rested."""
         self._moved_at = 0
         """Time at which the command last moved [ns]."""
         self._rule: Rule | None = None
@@ -116,31 +124,48 @@ class Cell:
 
     def take_command(self, command: OperatorCommand, now: int) -> None:
         """Carry out or reject a person's command that arrived at `now` [ns]."""
+        if command.id == self._command and command.action not in STOP_ACTIONS:
+            return  # The bus may deliver a command twice.
         self._command, self._rejection = command.id, ""
         try:
-            self.safety.check(command, now)
+            check_command(command, self.safety.boot, now, self._changed)
             match command.action:
-                case "arm":
-                    self._arm(now)
                 case "disarm":
                     self.disarm()
                 case "hold":
-                    self.safety = self.safety.stopped("person", "held by a person")
-                    self.follower.halt()
-                case "acknowledge":
-                    self.safety = self.safety.acknowledged()
-                    self._force_limit.acknowledge(self.arms.contact_forces)
-                    self._wait_for_arms(now)
-                    self.arms.recover()
+                    self._stop("person", "held by a person")
                 case "gripper":
                     self._move_gripper(command)
+                case "arm":
+                    self._arm(command, now)
+                case "approach":
+                    self._begin_approach(command, now)
+                case "acknowledge":
+                    self._acknowledge(command, now)
+                case "resume":
+                    self._resume(now)
         except CommandRejected as rejection:
             self._rejection = str(rejection)
+        self._note_change(now)
+
+    def take_sign_of_life(self, sign: SignOfLife, now: int) -> None:
+        """Take a sign of life of the person who lets the arms approach, which came at `now`."""
+        self._approach.consent.take(sign, now)
+
+    def take_other_gateway(self, boot: str, now: int) -> None:
+        """Stop because another gateway published a state of this cell at `now` [ns]."""
+        if self._other_gateway_words(now) == "":
+            log.warning("another gateway, %s, speaks for this cell; end one of the two", boot)
+        self._other_gateway = (boot, now)
+        self._stop(
+            "second_gateway", f"gateway {boot!r} speaks for this cell too; end one of the two"
+        )
 
     def disarm(self) -> None:
-        """Brake and, once at rest, disable the arms."""
+        """Brake and, once at rest, disable the arms, whoever enabled them."""
         self.safety = self.safety.disarmed()
         self.follower.halt()
+        self.arms.request_disabling()
 
     def take_hold(self, session: str, sequence: int, now: int, reason: str) -> None:
         """Take a writer's message that it holds on purpose.
@@ -154,7 +179,7 @@ class Cell:
         try:
             self._admit(session, sequence, now, now)
         except ChunkRefused as refused:
-            self._refuse(refused, sequence)
+            self._refuse(refused, None)
             return
         self.watchdog.feed(now)
         self._sequence = sequence
@@ -181,7 +206,8 @@ class Cell:
             check_length(chunk, self.follower.tolerances)
             spline = self.follower.check(chunk, now, offset)
         except ChunkRefused as refused:
-            self._refuse(refused, sequence)
+            # Who is not followed does not report refusals to the writer who is.
+            self._refuse(refused, None if refused.rule == "ordered" else sequence)
             if refused.rule not in ("ordered", "fresh"):
                 # The writer is alive: the chunk before may run to its resting end.
                 self.watchdog.feed(now)
@@ -210,7 +236,7 @@ class Cell:
         self.stop_if_stalled(now)
         elapsed = self.watchdog.elapsed(now)
         self.watchdog.tick(now)
-        self._planned_approach = False
+        self._check_consent(now)
         h = min(elapsed, self.settings.longest_step * self.watchdog.settings.period)
         self._check_following(now, h)
         if h > 0.0:
@@ -225,14 +251,15 @@ class Cell:
         self.arms.exchange(now, self.follower, self._enabled_ends())
         self._finish_reset()
         self._check_feedback(now)
-        return self._status()
+        self._note_change(now)
+        return self._status(now)
 
     def stop_if_stalled(self, now: int) -> None:
         """Stop if the gateway was suspended; called before the messages that waited are handled."""
         moved = self.safety.mode == "moving" or not self.follower.resting
         if not self.watchdog.stalled(now) or not moved:
             return
-        if self._stalled or self._planned_approach:
+        if self._stalled or self._approach.planned:
             return
         elapsed = self.watchdog.elapsed(now)
         self._stop("stalled", f"the gateway was suspended for {elapsed:.3f} s")
@@ -250,7 +277,7 @@ class Cell:
             self._approach.running = False
             return
         if self._approach.running:
-            # No writer refreshes the approach; a person's hold ends it.
+            # No writer refreshes the approach, but the person's consent.
             self.watchdog.feed(now)
         if self.follower.finished(now):
             self.follower.halt()
@@ -270,10 +297,29 @@ class Cell:
             lag = f"{1e3 * distance:.0f} mm and {angle:.2f} rad"
             self._stop("left_behind", f"{lag} behind its setpoints")
 
-    def _stop(self, cause: str, detail: str) -> None:
+    def _check_consent(self, now: int) -> None:
+        """Stop the approach when its person lets go."""
+        approach = self._approach
+        if approach.planned:
+            approach.planned = False
+            approach.consent.bridge(now)
+        if not self.safety.may_move:
+            approach.end()
+        if approach.active and approach.consent.ended(now):
+            approach.end()
+            self._stop("consent", "the approach was let go; another one goes on")
+
+    def _stop(self, cause: str, detail: str, rule: Rule | None = None) -> None:
         self.safety = self.safety.stopped(cause, detail)
-        self._rule = STOP_CAUSES[cause].rule or self._rule
+        self._rule = rule or STOP_CAUSES[cause].rule or self._rule
         self.follower.halt()
+
+    def _note_change(self, now: int) -> None:
+        """Note the time from which on a person sees what they must know before a command."""
+        safety = self.safety
+        shown = () if safety.may_move else (safety.mode, safety.cause, safety.next_session)
+        if shown != self._shown:
+            self._shown, self._changed = shown, now
 
     def _reset_if_requested(self, now: int) -> None:
         if not self._reset_pending or self._placing:
@@ -290,7 +336,9 @@ class Cell:
             self._reset_pending = self._placing = False
             self._reset_done = self._resets.known
 
-    def _status(self) -> CellStatus:
+    def _status(self, now: int) -> CellStatus:
+        distance, angle = self.arms.distance_from_start
+        away = self.safety.mode == "disarmed" and bool(self.arms.ends_away_from_start)
         return CellStatus(
             safety=self.safety,
             braking=(self._setpoints_late or not self.follower.following)
@@ -304,6 +352,11 @@ class Cell:
             arms=self.arms.feedback,
             tracking=tuple(self.arms.tracking_errors()),
             reset_count=self._reset_done,
+            remarks=self._remarks(now),
+            next_session=self._next_session(now),
+            needs_approach=away or self.safety.needs_approach,
+            approach_distance=distance,
+            approach_angle=angle,
         )
 
     # Writers
@@ -322,22 +375,83 @@ class Cell:
             raise answer
         return answer
 
-    def _refuse(self, refused: ChunkRefused, sequence: int) -> None:
+    def _refuse(self, refused: ChunkRefused, sequence: int | None) -> None:
         self._rule, self._refusal = refused.rule, str(refused)
-        self._refused_sequence = sequence
+        self._refused_sequence = self._refused_sequence if sequence is None else sequence
+
+    def _next_session(self, now: int) -> str:
+        """Return the session of the writer that arming or an acknowledgement would accept."""
+        if self.safety.mode != "disarmed":
+            return self.safety.next_session
+        writers = self._sources.writers(now)
+        return writers[0] if len(writers) == 1 else ""
+
+    def _rivals(self, now: int) -> str:
+        """Return which writers speak at the same time, in words; empty where at most one does."""
+        writers = self._sources.writers(now)
+        return f"writers {' and '.join(writers)} speak at once; end one" if len(writers) > 1 else ""
+
+    def _other_gateway_words(self, now: int) -> str:
+        """Return which other gateway speaks for this cell, in words; empty where none does."""
+        boot, heard = self._other_gateway or ("", 0)
+        silent = (now - heard) * NANOSECONDS > self.settings.gateway_silence
+        return "" if not boot or silent else f"gateway {boot} speaks for this cell too; end it"
+
+    def _remarks(self, now: int) -> str:
+        """Return what a person should know beside the state, in words."""
+        power = self.arms.power_words if self.safety.mode == "disarmed" else ""
+        words = (power, self._rivals(now), self._other_gateway_words(now))
+        return "; ".join(word for word in words if word)
 
     # Commands of a person
 
-    def _arm(self, now: int) -> None:
-        away = self.arms.ends_away_from_start
-        refusal = self.arms.arming_refusal or self._approach.refusal(
-            [SIDES[k] for k in away],
-            [self.arms.grips[k] for k in away],
-            [self.arms.starts[k] for k in away],
-            now,
-        )
-        self.safety = self.safety.armed(refusal)
+    def _arm(self, command: OperatorCommand, now: int) -> None:
+        if self.safety.mode == "disarmed":
+            self._check_permission(command, now)
+            _reject_for(self.arms.arming_refusal or self._approach.arming_refusal)
+        self.safety = self.safety.armed(command.session)
         self._enable(now)
+
+    def _begin_approach(self, command: OperatorCommand, now: int) -> None:
+        if self.safety.mode == "disarmed" or self.safety.needs_approach:
+            self._check_permission(command, now)
+            _reject_for(self.arms.arming_refusal)
+        safety = self.safety.approaching(command.session)
+        if not self.follower.resting:
+            raise CommandRejected("the arms have not come to rest yet; try again")
+        self._approach.request(command, now)
+        self.safety = safety
+        self._enable(now)
+
+    def _acknowledge(self, command: OperatorCommand, now: int) -> None:
+        safety = self.safety.acknowledged()
+        self._check_permission(command, now)
+        self.safety = safety
+        self._feedback_checks.acknowledge()
+        self._wait_for_arms(now)
+        self.arms.recover()
+
+    def _resume(self, now: int) -> None:
+        safety = self.safety.resumed()
+        _reject_for(self._other_gateway_words(now))
+        if self._waiting_since is not None:
+            raise CommandRejected(f"the arms are not ready yet ({self.arms.unready}); try again")
+        self.safety = safety
+
+    def _check_permission(self, command: OperatorCommand, now: int) -> None:
+        """Check that a person permits motion to one gateway and the writer that they name.
+
+        Raises:
+            CommandRejected: Another gateway speaks, or another writer than the one that is named.
+        """
+        _reject_for(self._other_gateway_words(now))
+        session = self._next_session(now)
+        if self.safety.mode == "disarmed":
+            _reject_for(self._rivals(now))
+        if command.session != session:
+            raise CommandRejected(
+                f"names the writer {command.session!r}, but it is {session!r}; look again"
+            )
 
     def _arm_at_boot(self, now: int) -> None:
         """Arm a simulated cell without a person; its arms are put where the scenario begins."""
@@ -358,27 +472,16 @@ class Cell:
             raise CommandRejected("a gripper opens and closes only while the arms rest; hold first")
         self.arms.move_gripper(command)
 
-    def _begin_approach(self, now: int) -> None:
-        """Follow the fastest approach that keeps every rule; disarm where none does."""
-        self._approach.wanted, self._planned_approach = False, True
-        driven = self.follower.driven
-        grips = [self.arms.grips[k] for k in driven]
-        starts = [self.arms.starts[k] for k in driven]
-        for pace in APPROACH_PACES:
-            try:
-                chunk = approach_chunk(grips, starts, now, pace)
-                self.follower.follow(self.follower.check(chunk, now), now)
-            except ChunkRefused as refused:
-                if refused.rule in PACE_RULES and pace != APPROACH_PACES[-1]:
-                    continue
-                self._refuse(refused, 0)
-                self.safety = self.safety.disarmed(
-                    f"the approach to the start is refused: {refused}"
-                )
-                return
-            self._approach.running = True
-            self.safety = self.safety.moving(True)
+    def _start_approach(self, now: int) -> None:
+        try:
+            self._approach.start(now)
+        except ChunkRefused as refused:
+            self._refuse(refused, None)
+            self.disarm()
+            detail = f"the approach to the start is refused: {refused}"
+            self.safety = replace(self.safety, detail=detail)
             return
+        self.safety = replace(self.safety.moving(True), detail="approaching the start")
 
     # Feedback of the arms
 
@@ -395,11 +498,12 @@ class Cell:
         elif self._waiting_since is not None:
             self._finish_waiting(now, self._waiting_since)
         elif self.safety.mode != "fault":
-            self._check_tracking()
-            self._check_forces()
+            finding = self._feedback_checks.find()
+            if finding is not None:
+                self._stop(*finding)
 
     def _finish_disarming(self, now: int) -> None:
-        """Disable arms at rest, and arm a simulated cell at boot."""
+        """Disable arms at rest, and arm a simulated cell at boot once they are off."""
         # The arms must rest, not only their command.
         settled = (now - self._moved_at) * NANOSECONDS >= self.settings.settle_time
         may_still_move = self.arms.powered and not settled
@@ -410,7 +514,7 @@ class Cell:
         self.arms.put_command_to_measured(self.follower)
         self._stalled = False
         at_boot = self.arm_automatically and self.safety.cause == "boot"
-        if at_boot and not self.arms.arming_refusal:
+        if at_boot and not self.arms.powered and not self.arms.arming_refusal:
             self._arm_at_boot(now)
 
     def _finish_waiting(self, now: int, since: int) -> None:
@@ -420,7 +524,7 @@ class Cell:
             self.arms.put_command_to_measured(self.follower)
             self._waiting_since, self._stalled = None, False
             if self._approach.wanted:
-                self._begin_approach(now)
+                self._start_approach(now)
         elif (now - since) * NANOSECONDS > timeout:
             self._waiting_since, self._stalled = None, False
             self._stop("alarm", f"not ready after {timeout:.0f} s: {self.arms.unready}")
@@ -440,15 +544,12 @@ class Cell:
         near = self.arms.within_tracking_limit(2.0)
         return [a and b for a, b in zip(self.arms.fault_free, near, strict=True)]
 
-    def _check_tracking(self) -> None:
-        errors, near = self.arms.tracking_errors(), self.arms.within_tracking_limit(1.0)
-        for name, error, close in zip(SIDES, errors, near, strict=False):
-            if not close:
-                self._stop("tracking", f"{name}: {1e3 * error:.0f} mm off its command")
 
-    def _check_forces(self) -> None:
-        forces = self.arms.contact_forces
-        end = self._force_limit.exceeded(forces)
-        if end is not None:
-            felt = f"{SIDES[end]} feels {forces[end]:.0f} N more than at rest"
-            self._stop("pulled", f"{felt}; limits.pull is {self._force_limit.limit:.0f} N")
+def _reject_for(reason: str) -> None:
+    """Reject a command for a reason, if there is one.
+
+    Raises:
+        CommandRejected: There is one.
+    """
+    if reason:
+        raise CommandRejected(reason)

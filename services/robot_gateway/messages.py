@@ -8,9 +8,10 @@ import numpy as np
 
 from lariat.trajectory import NANOSECONDS, SetpointChunk
 from services.robot_gateway.drivers.driver import ArmFeedback, Driver
-from services.robot_gateway.safety.state_machine import Action, OperatorCommand
+from services.robot_gateway.safety.consent import SignOfLife
+from services.robot_gateway.safety.operator_commands import Action, OperatorCommand
 from services.robot_gateway.status import CellStatus
-from shared.messages import ArmCommand, ArmState, ArmStates, Setpoints
+from shared.messages import ArmCommand, ArmState, ArmStates, Consent, Setpoints
 from shared.scenario import SIDES, Side
 
 ACTION_NAMES: dict[int, Action] = {
@@ -64,7 +65,15 @@ def command_of(message: ArmCommand) -> OperatorCommand:
         action=ACTION_NAMES[message.action],
         arm=message.arm,
         close=message.close,
+        distance=message.approach_distance,
+        angle=message.approach_angle,
+        session=message.session,
     )
+
+
+def sign_of_life_of(message: Consent) -> SignOfLife:
+    """Return the sign of life of a message."""
+    return SignOfLife(message.command, message.boot, message.sequence, message.answers)
 
 
 def arm_states(status: CellStatus, drivers: Sequence[Driver], now: int) -> ArmStates:
@@ -81,7 +90,7 @@ def arm_states(status: CellStatus, drivers: Sequence[Driver], now: int) -> ArmSt
         stamp=now,
         boot=safety.boot,
         mode=MODE_CODES[safety.mode],
-        reason=safety.detail,
+        reason="; ".join(words for words in (safety.detail, status.remarks) if words),
         rule=status.rule or "",
         needs_acknowledgement=safety.needs_acknowledgement,
         session=safety.session,
@@ -94,11 +103,16 @@ def arm_states(status: CellStatus, drivers: Sequence[Driver], now: int) -> ArmSt
         reset_count=status.reset_count,
         cause=safety.cause,
         may_move=safety.may_move,
+        needs_resume=safety.needs_resume,
+        next_session=status.next_session,
+        needs_approach=status.needs_approach,
+        approach_distance=status.approach_distance,
+        approach_angle=status.approach_angle,
     )
 
 
 def _arm_state(
-    side: Side, driver: Driver, feedback: ArmFeedback, tracking_error: float
+    side: Side, driver: Driver, feedback: ArmFeedback, tracking: tuple[float, float]
 ) -> ArmState:
     state = ArmState(
         arm=side,
@@ -108,12 +122,14 @@ def _arm_state(
         joints=feedback.joints,
         gripper_closed=feedback.gripper_closed,
         alarms=feedback.alarms,
-        tracking_error=tracking_error,
+        tracking_error=tracking[0],
+        tracking_angle=tracking[1],
         link_age=feedback.age,
         mode=feedback.mode,
         link_rate=feedback.link_rate,
         link_gap=feedback.link_gap,
         pull=feedback.contact_force,
+        powered=feedback.powered,
     )
     if feedback.pose is not None:
         state.position.extend(feedback.pose.position)

@@ -11,7 +11,7 @@ from services.robot_gateway.cell import Cell
 from services.robot_gateway.constraints.motion_constraints import CellBoundaries
 from services.robot_gateway.drivers.cr5.link import Link
 from services.robot_gateway.drivers.factory import drivers_of
-from services.robot_gateway.messages import arm_states, chunk_of, command_of
+from services.robot_gateway.messages import arm_states, chunk_of, command_of, sign_of_life_of
 from services.robot_gateway.motion.follower import SetpointFollower
 from services.robot_gateway.safety.force_limit import ForceLimit
 from services.robot_gateway.safety.scene_guard import SceneGuard
@@ -40,7 +40,14 @@ class RobotGatewayService:
     """Steps a cell with the messages of the bus."""
 
     name = "robot_gateway"
-    reads = (topics.ARM_SETPOINTS, topics.ARM_COMMAND, topics.TASK_STATE, topics.SCENE_STATE)
+    reads = (
+        topics.ARM_SETPOINTS,
+        topics.ARM_COMMAND,
+        topics.ARM_CONSENT,
+        topics.ARM_STATE,
+        topics.TASK_STATE,
+        topics.SCENE_STATE,
+    )
     writes = (topics.ARM_STATE,)
     rate = 125.0
     latency = 0.002
@@ -69,9 +76,14 @@ class RobotGatewayService:
         if scene is not None and scene.message.revision != self._scene_revision:
             self._scene_revision = scene.message.revision
             self._take_scene(scene.message)
+        for state in inbox.every(topics.ARM_STATE):
+            if state.message.boot != self.cell.safety.boot:
+                self.cell.take_other_gateway(state.message.boot, state.received)
         # Commands first: setpoints of the same tick do not move what a person stops.
         for command in inbox.every(topics.ARM_COMMAND):
             self.cell.take_command(command_of(command.message), now)
+        for consent in inbox.every(topics.ARM_CONSENT):
+            self.cell.take_sign_of_life(sign_of_life_of(consent.message), now)
         for setpoints in _newest_of_sessions(inbox.every(topics.ARM_SETPOINTS)):
             self._take_setpoints(setpoints.message, setpoints.received)
         task = inbox.fresh(topics.TASK_STATE)

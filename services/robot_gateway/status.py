@@ -30,7 +30,17 @@ class CellStatus:
     """Reason why that command was not carried out; empty if it was."""
     arms: tuple[ArmFeedback, ...]
     """Feedback of each end, left first."""
-    tracking: tuple[float, ...]
-    """Distance between command and feedback of each end [m]."""
+    tracking: tuple[tuple[float, float], ...]
+    """Distance and angle of each end from its path [m, rad]."""
     reset_count: int
     """Count of the reset that was carried out last."""
+    remarks: str
+    """What a person should know beside the state, in words."""
+    next_session: str
+    """Writer that arming or an acknowledgement would accept; empty: the next one."""
+    needs_approach: bool
+    """Whether the arms are away from the start and only an approach goes there."""
+    approach_distance: float
+    """Largest distance of an arm from the start [m]."""
+    approach_angle: float
+    """Largest angle of an arm from the start [rad]."""

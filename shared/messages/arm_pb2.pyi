@@ -40,7 +40,7 @@ class Setpoints(_message.Message):
     def __init__(self, stamp: _Optional[int] = ..., session: _Optional[str] = ..., sequence: _Optional[int] = ..., t0: _Optional[int] = ..., dt: _Optional[int] = ..., arms: _Optional[_Iterable[_Union[ArmSetpoints, _Mapping]]] = ..., image_stamp: _Optional[int] = ..., hold: _Optional[bool] = ..., reason: _Optional[str] = ...) -> None: ...
 
 class ArmState(_message.Message):
-    __slots__ = ("arm", "driver", "position", "orientation", "linear_velocity", "angular_velocity", "joints", "gripper_closed", "alarms", "tracking_error", "link_age", "mode", "link_rate", "link_gap", "pull", "powered")
+    __slots__ = ("arm", "driver", "position", "orientation", "linear_velocity", "angular_velocity", "joints", "gripper_closed", "alarms", "tracking_error", "link_age", "mode", "link_rate", "link_gap", "pull", "powered", "tracking_angle")
     ARM_FIELD_NUMBER: _ClassVar[int]
     DRIVER_FIELD_NUMBER: _ClassVar[int]
     POSITION_FIELD_NUMBER: _ClassVar[int]
@@ -57,6 +57,7 @@ class ArmState(_message.Message):
     LINK_GAP_FIELD_NUMBER: _ClassVar[int]
     PULL_FIELD_NUMBER: _ClassVar[int]
     POWERED_FIELD_NUMBER: _ClassVar[int]
+    TRACKING_ANGLE_FIELD_NUMBER: _ClassVar[int]
     arm: str
     driver: str
     position: _containers.RepeatedScalarFieldContainer[float]
@@ -73,7 +74,8 @@ class ArmState(_message.Message):
     link_gap: float
     pull: float
     powered: bool
-    def __init__(self, arm: _Optional[str] = ..., driver: _Optional[str] = ..., position: _Optional[_Iterable[float]] = ..., orientation: _Optional[_Iterable[float]] = ..., linear_velocity: _Optional[_Iterable[float]] = ..., angular_velocity: _Optional[_Iterable[float]] = ..., joints: _Optional[_Iterable[float]] = ..., gripper_closed: _Optional[bool] = ..., alarms: _Optional[_Iterable[str]] = ..., tracking_error: _Optional[float] = ..., link_age: _Optional[float] = ..., mode: _Optional[str] = ..., link_rate: _Optional[float] = ..., link_gap: _Optional[float] = ..., pull: _Optional[float] = ..., powered: _Optional[bool] = ...) -> None: ...
+    tracking_angle: float
+    def __init__(self, arm: _Optional[str] = ..., driver: _Optional[str] = ..., position: _Optional[_Iterable[float]] = ..., orientation: _Optional[_Iterable[float]] = ..., linear_velocity: _Optional[_Iterable[float]] = ..., angular_velocity: _Optional[_Iterable[float]] = ..., joints: _Optional[_Iterable[float]] = ..., gripper_closed: _Optional[bool] = ..., alarms: _Optional[_Iterable[str]] = ..., tracking_error: _Optional[float] = ..., link_age: _Optional[float] = ..., mode: _Optional[str] = ..., link_rate: _Optional[float] = ..., link_gap: _Optional[float] = ..., pull: _Optional[float] = ..., powered: _Optional[bool] = ..., tracking_angle: _Optional[float] = ...) -> None: ...
 
 class ArmStates(_message.Message):
     __slots__ = ("stamp", "boot", "mode", "reason", "rule", "needs_acknowledgement", "session", "sequence", "refused_sequence", "last_command", "refusal", "arms", "braking", "reset_count", "cause", "may_move", "needs_resume", "next_session", "approach_distance", "approach_angle", "needs_approach")

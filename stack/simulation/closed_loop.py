@@ -150,7 +150,7 @@ def make_ready(
     Returns:
         The missing condition; empty if the cell is ready.
     """
-    arm_requested, missing = False, "no time"
+    missing = "no time"
     while stack.now < START + READY_TIMEOUT:
         stack.advance_to(stack.now + POLL_PERIOD)
         watch()
@@ -159,19 +159,19 @@ def make_ready(
             return ""
         arms = stack.latest(topics.ARM_STATE)
         automatic = all(scenario.end(side).arm_automatically for side in SIDES)
-        if arms and arms.mode == ArmStates.DISARMED and not automatic and not arm_requested:
+        if arms and arms.mode == ArmStates.DISARMED and not automatic:
             # In simulation, no person needs to arm the cell.
             stack.send(
                 topics.ARM_COMMAND,
                 ArmCommand(
-                    id="run-arm",
+                    id=f"run-arm-{stack.now}",
                     stamp=stack.now,
                     boot=arms.boot,
                     answers=arms.stamp,
                     action=ArmCommand.ARM,
+                    session=arms.next_session,
                 ),
             )
-            arm_requested = True
     return f"the cell did not become ready: {missing}"
 
 
@@ -182,8 +182,7 @@ def _missing(stack: SimulatedStack) -> str:
     if arms is None:
         return "there is no message on arm/state"
     # An idle controller sends holds: arms that hold without need of acknowledgement are ready.
-    ready = (ArmStates.ARMED, ArmStates.MOVING, ArmStates.HOLDING)
-    if arms.mode not in ready or arms.needs_acknowledgement:
+    if not arms.may_move:
         return f"the arms are {ArmStates.Mode.Name(arms.mode).lower()}: {arms.reason}"
     if rope is None:
         return "there is no message on rope/nodes"

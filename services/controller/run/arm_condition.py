@@ -12,7 +12,7 @@ class ArmCondition:
     armed: bool
     """Whether they are armed."""
     available: bool
-    """Whether they are armed, without a fault, and need no acknowledgement."""
+    """Whether they would follow setpoints: armed, and no stop waits for a person."""
     reason: str
     """Reason of their mode, in words."""
     reset_count: int

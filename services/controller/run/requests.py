@@ -131,4 +131,4 @@ def _check_arms(arms: ArmCondition | None, obstruction: Reason | None) -> None:
     if not arms.armed:
         raise RequestRefused(f"the arms are disarmed ({arms.reason}); arm them first")
     if not arms.available:
-        raise RequestRefused(f"the arms hold ({arms.reason}); acknowledge first")
+        raise RequestRefused(f"the arms hold ({arms.reason}); acknowledge and resume first")

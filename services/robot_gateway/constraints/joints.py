@@ -103,6 +103,20 @@ class JointConstraints:
         # The slacks of the present pose are evaluated only where they can matter.
         return self._first_broken(joints[1:], joints[:1], collision, margin)
 
+    def limit_slack(self, measured: Joints) -> Slacks:
+        """Return the slack of the joint limits for the commanded and the measured joints [rad]."""
+        rows = np.array([self.joints, measured])
+        return {"joint_limits": np.min(self.kinematics.joint_limits - np.abs(rows), axis=1)}
+
+    def link_slacks(self, measured: Joints, collision: CollisionConstraint) -> Slacks:
+        """Return the slacks of the links for the commanded and the measured joints [m].
+
+        They become the path of `spheres`.
+        """
+        self.path = np.array([self.joints, measured])
+        rows = [self.kinematics.link_spheres(row) for row in self.path]
+        return collision.slacks(np.array([centres for centres, _ in rows]), rows[0][1])
+
     def spheres(self) -> Spheres:
         """Return the spheres that cover the arm along the path that was checked last."""
         links = [self.kinematics.link_spheres(row) for row in self.path]

@@ -40,6 +40,8 @@ class ArmFeedback:
     """Longest time between two packets within the last second [s]."""
     contact_force: float = 0.0
     """Change of the force at the gripper since it was armed at rest [N]; 0 without a sensor."""
+    powered: bool = False
+    """Whether its drives may be on: the device does not report that they are off."""
 
 
 class Driver(Protocol):
@@ -55,13 +57,18 @@ class Driver(Protocol):
     """Whether the arm runs on its own clock, not on that of `step`."""
     tracking_limit: float
     """Distance between command and feedback above which the arm is at fault [m]."""
+    tracking_angle_limit: float
+    """Angle between command and feedback above which the arm is at fault [rad]."""
 
     def enable(self) -> None:
         """Begin to make the arm ready, after a person has armed it; takes several ticks."""
         ...
 
     def disable(self) -> None:
-        """Disable an arm at rest."""
+        """Begin to stop the arm and to take its power, whoever gave it; takes several ticks.
+
+        Called again and again until the feedback reports that the drives are off.
+        """
         ...
 
     def recover(self) -> None:

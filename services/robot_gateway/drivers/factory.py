@@ -52,7 +52,7 @@ def _driver(
 def _cr5(scenario: Scenario, side: Side, start: Pose, link: Link | None, emulator: str) -> Driver:
     # Only a cell with such an arm needs Pinocchio.
     from services.robot_gateway.drivers.cr5.driver import Cr5Driver
-    from services.robot_gateway.drivers.cr5.enable_sequence import EnableSettings
+    from services.robot_gateway.drivers.cr5.power_sequences import EnableSettings
     from services.robot_gateway.drivers.cr5.tcp_link import TcpLink
     from shared.cr5.installation import kinematics_of, start_joints
 

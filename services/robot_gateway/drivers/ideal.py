@@ -18,6 +18,7 @@ class IdealDriver:
     live = False
     joint_constraints: JointConstraints | None = None
     tracking_limit = np.inf
+    tracking_angle_limit = np.inf
 
     def __init__(self, start: Pose) -> None:
         self._pose = start

@@ -1,4 +1,4 @@
-"""Approach: slow motion of the arms to the scenario's start, with a person's consent."""
+"""Approach: slow motion of the arms to the scenario's start, while a person consents to it."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ import numpy as np
 
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
-from lariat.trajectory import NANOSECONDS, SetpointChunk
+from lariat.trajectory import SetpointChunk, Spline
 from services.robot_gateway.constraints.rule import Rule
+from services.robot_gateway.motion.follower import SetpointFollower
+from services.robot_gateway.motion.validation import ChunkRefused
 
 APPROACH_PACES = (1.0, 0.5, 0.25, 0.1)
 """Fractions of the approach speeds that are tried in turn where a cell's limits are lower [-]."""
@@ -32,8 +34,10 @@ class ApproachSettings:
     """Distance from the start up to which an arm counts as there [m]."""
     start_angle: float = 0.1
     """Angle from the start up to which an arm counts as there [rad]."""
-    agreement_time: float = 30.0
-    """Time within which arming again counts as consent [s]."""
+    distance_tolerance: float = 0.005
+    """Most difference between the distance that a person named and the present one [m]."""
+    angle_tolerance: float = 0.02
+    """Most difference between the angle that a person named and the present one [rad]."""
     least_duration: float = 1.0
     """Least duration of an approach [s]."""
     dt: float = 0.02
@@ -46,43 +50,6 @@ SETTINGS = ApproachSettings()
 """Settings that every cell uses."""
 
 
-class Approach:
-    """Consent to an approach: arming an arm that is away from the start takes a second command."""
-
-    def __init__(self) -> None:
-        self.wanted = False
-        """Whether an approach begins as soon as the arms are ready."""
-        self.running = False
-        """Whether an approach is under way."""
-        self._agreement_ends = 0
-
-    def refusal(
-        self, away: Sequence[str], grips: Sequence[Pose], starts: Sequence[Pose], now: int
-    ) -> str:
-        """Return why the arms are not armed yet, in words; empty where nothing prevents it.
-
-        Args:
-            away: Names of the arms that are not at the start.
-            grips: Their grip poses.
-            starts: Their grip poses at the start.
-            now: Present time [ns].
-        """
-        agreed = now <= self._agreement_ends
-        self._agreement_ends = 0
-        self.wanted = bool(away)
-        if not away or agreed:
-            return ""
-        self._agreement_ends = now + round(SETTINGS.agreement_time / NANOSECONDS)
-        words = []
-        for name, grip, start in zip(away, grips, starts, strict=True):
-            distance, angle = pose_difference(grip, start)
-            words.append(f"{name} is {1e3 * distance:.0f} mm and {angle:.2f} rad from the start")
-        return (
-            f"{', '.join(words)}; arm again within {SETTINGS.agreement_time:.0f} s to let it go "
-            f"there straight at most at {1e3 * SETTINGS.speed:.0f} mm/s, or jog it there first"
-        )
-
-
 def pose_difference(a: Pose, b: Pose) -> tuple[float, float]:
     """Return distance and angle between two poses [m, rad]."""
     turn = poses.logarithm(poses.multiply(b.orientation, poses.conjugate(a.orientation)))
@@ -93,6 +60,36 @@ def is_away(grip: Pose, start: Pose) -> bool:
     """Return whether an arm is not at its start."""
     distance, angle = pose_difference(grip, start)
     return distance > SETTINGS.start_distance or angle > SETTINGS.start_angle
+
+
+def is_as_named(named: tuple[float, float], present: tuple[float, float]) -> bool:
+    """Return whether distance and angle that a person named are the present ones [m, rad]."""
+    distance, angle = np.abs(np.subtract(named, present))
+    return bool(distance <= SETTINGS.distance_tolerance and angle <= SETTINGS.angle_tolerance)
+
+
+def plan_approach(
+    follower: SetpointFollower, grips: Sequence[Pose], goals: Sequence[Pose], now: int
+) -> Spline:
+    """Return the fastest approach of the driven ends that keeps every rule.
+
+    Args:
+        follower: Commanded motion, at rest at the grips.
+        grips: Present poses.
+        goals: Poses at the end.
+        now: Time of the first setpoint [ns].
+
+    Raises:
+        ChunkRefused: No pace keeps every rule.
+    """
+    *faster, slowest = APPROACH_PACES
+    for pace in faster:
+        try:
+            return follower.check(approach_chunk(grips, goals, now, pace), now)
+        except ChunkRefused as refused:
+            if refused.rule not in PACE_RULES:
+                raise
+    return follower.check(approach_chunk(grips, goals, now, slowest), now)
 
 
 def approach_chunk(

@@ -17,11 +17,17 @@ from services.robot_gateway.constraints.joints import (
 )
 from services.robot_gateway.constraints.motion_constraints import CellBoundaries, MotionConstraints
 from services.robot_gateway.constraints.rule import Rule
-from services.robot_gateway.constraints.slacks import first_broken
+from services.robot_gateway.constraints.slacks import Slacks, first_broken
 from services.robot_gateway.constraints.spacing import body_spacing_slack
 from services.robot_gateway.constraints.sphere_distance import Spheres
 from services.robot_gateway.motion.path_densification import densified, stop_times
 from shared.motion_contract import CHUNK_BOUNDARY_MARGIN
+
+MEASURED_TOLERANCE = 0.002
+"""Distance by which an arm may break a rule that its command keeps [m]: a real arm's geometry
+differs from the nominal one by about as much."""
+MEASURED_JOINT_TOLERANCE = 0.017
+"""Angle by which a measured joint may exceed the limit of its command [rad]."""
 
 Positions = Float64[np.ndarray, "m driven 3"]
 Orientations = Float64[np.ndarray, "m driven 4"]
@@ -100,6 +106,39 @@ class PathCheck:
             found = self._broken_by_arms(present, positions, turned, solved)
         return found[0] if found else None
 
+    def broken_by_arms(
+        self, command: MotionState, grips: Sequence[Pose], joints: Sequence[tuple[float, ...]]
+    ) -> tuple[Rule, float] | None:
+        """Return the rule that the arms break by more than their commands, and by how much.
+
+        Args:
+            command: Present command.
+            grips: Measured poses of the driven grips.
+            joints: Measured joints of the driven ends [rad], empty where there are none.
+        """
+        measured = [
+            (constraints, row)
+            for k, constraints in self.joint_constraints
+            if len(row := np.array(joints[k])) and constraints.joints is not None
+        ]
+        for constraints, row in measured:
+            found = _worse(constraints.limit_slack(row), MEASURED_JOINT_TOLERANCE)
+            if found:
+                return found
+        positions = np.array([command.positions, [g.position for g in grips]])
+        orientations = np.array([command.orientations, [g.orientation for g in grips]])
+        path = self._all_ends(positions, orientations)
+        found = _worse(self.constraints.slacks(*path), MEASURED_TOLERANCE)
+        for constraints, row in measured:
+            found = found or _worse(
+                constraints.link_slacks(row, self.constraints.collision), MEASURED_TOLERANCE
+            )
+        if found or len(self._positions) != 2 or len(measured) < len(self.joint_constraints):
+            return found
+        left, right = self._bodies(*path)
+        keep_out = self.constraints.collision.keep_out
+        return _worse({"spacing": body_spacing_slack(left, right, keep_out)}, MEASURED_TOLERANCE)
+
     def _broken_by_grippers(
         self,
         present: MotionState,
@@ -168,3 +207,18 @@ class PathCheck:
         all_positions[:, self.driven] = positions
         all_orientations[:, self.driven] = orientations
         return all_positions, all_orientations
+
+
+def _worse(slacks: Slacks, tolerance: float) -> tuple[Rule, float] | None:
+    """Return the rule that the second pose breaks by more than the first one, and by how much.
+
+    Args:
+        slacks: Slacks of command and measurement.
+        tolerance: Amount that does not count [m, rad].
+    """
+    shifted: Slacks = {
+        rule: np.array([min(float(command), 0.0), measured + tolerance])
+        for rule, (command, measured) in slacks.items()
+    }
+    found = first_broken(shifted)
+    return (found[0], found[1] + tolerance) if found else None

@@ -1,4 +1,9 @@
-"""Sources of setpoints: one writer session at a time, in sequence, on the writer's own clock."""
+"""Sources of setpoints: one writer session at a time, in sequence, on the writer's own clock.
+
+Session and sequence number stand on a public bus. So a stranger that speaks beside the followed
+writer is refused, and a far jump of the sequence counts only when the writer has been silent:
+nobody can run the sequence ahead of the writer.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +13,14 @@ from services.robot_gateway.safety.state_machine import SafetyState
 
 SAME_CLOCK_TOLERANCE = 0.25
 """Age of a first message, either way, up to which its clock counts as the gateway's [s]."""
+MAX_SEQUENCE_STEP = 500
+"""Largest step of the sequence number while the writer speaks: 10 s of its messages."""
+SEQUENCE_SILENCE = 0.1
+"""Silence of a writer after which its sequence may begin anywhere [s]."""
+WRITER_SILENCE = 0.5
+"""Silence of the followed writer after which another one may replace it [s]."""
+MAX_WRITERS = 64
+"""Most writers whose last message is remembered."""
 
 
 class SetpointSources:
@@ -16,7 +29,11 @@ class SetpointSources:
     def __init__(self) -> None:
         self._session = ""
         self._sequence = -1
+        self._accepted = 0
+        """Time of the last message that was admitted [ns]."""
         self._offset = 0
+        self._heard: dict[str, int] = {}
+        """Time of the last message of each writer [ns]."""
 
     def admit(
         self, safety: SafetyState, session: str, sequence: int, now: int, start: int
@@ -36,17 +53,45 @@ class SetpointSources:
         """
         if not session:
             return safety, ChunkRefused("ordered", "the writer gives no session")
+        self._note(session, now)
+        followed = safety.session
+        if followed not in ("", session) and self._speaks(followed, now, WRITER_SILENCE):
+            words = f"writer {session!r} speaks beside {followed!r}, which is followed; end one"
+            return safety, ChunkRefused("ordered", words)
         safety = safety.with_writer(session)
         if safety.session not in ("", session):
-            followed = f"writer {session!r} is not the one that is followed"
-            return safety, ChunkRefused("ordered", followed)
+            words = f"writer {session!r} is not the one that is followed"
+            return safety, ChunkRefused("ordered", words)
         if self._session != session:
             # The first message determines the offset of another machine's clock.
             difference = now - start
             far = abs(difference) * NANOSECONDS > SAME_CLOCK_TOLERANCE
             self._offset = difference if far else 0
-        elif sequence <= self._sequence:
-            refused = ChunkRefused("ordered", f"sequence {sequence} after {self._sequence}")
+        elif refused := self._out_of_sequence(sequence, now):
             return safety, refused
-        self._session, self._sequence = session, sequence
+        self._session, self._sequence, self._accepted = session, sequence, now
         return safety, self._offset
+
+    def writers(self, now: int) -> list[str]:
+        """Return the sessions of the writers that speak, sorted. Args: now: Present time [ns]."""
+        return sorted(s for s in self._heard if self._speaks(s, now, WRITER_SILENCE))
+
+    def _out_of_sequence(self, sequence: int, now: int) -> ChunkRefused | None:
+        step = sequence - self._sequence
+        if 0 < step <= MAX_SEQUENCE_STEP:
+            return None
+        silent = (now - self._accepted) * NANOSECONDS > SEQUENCE_SILENCE
+        if abs(step) > MAX_SEQUENCE_STEP and silent:
+            return None
+        return ChunkRefused("ordered", f"sequence {sequence} after {self._sequence}")
+
+    def _speaks(self, session: str, now: int, silence: float) -> bool:
+        heard = self._heard.get(session)
+        return heard is not None and (now - heard) * NANOSECONDS <= silence
+
+    def _note(self, session: str, now: int) -> None:
+        self._heard.pop(session, None)
+        self._heard[session] = now
+        if len(self._heard) > MAX_WRITERS:
+            # Whoever makes up sessions does not make the gateway forget its writer.
+            del self._heard[next(s for s in self._heard if s != self._session)]

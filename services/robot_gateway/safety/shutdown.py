@@ -9,13 +9,11 @@ from services.robot_gateway.cell import Cell
 from shared.clock import Clock
 
 BRAKING_TIMEOUT = 0.7
-"""Longest time to brake and to disable [s]; the launcher waits one second for a service to end."""
-FLUSH_TIME = 0.05
-"""Time for the last commands to leave [s]."""
+"""Longest time to brake and to disable [s]; the launcher kills a service that takes longer."""
 
 
 def bring_to_rest(cell: Cell, clock: Clock) -> None:
-    """Disarm a cell and step it until nothing moves."""
+    """Disarm a cell and step it until its arms report that their drives are off."""
     period = cell.watchdog.settings.period
     cell.disarm()
     begun = clock.now()
@@ -23,8 +21,4 @@ def bring_to_rest(cell: Cell, clock: Clock) -> None:
         cell.step(clock.now())
         if cell.follower.resting and not cell.arms.powered:
             break
-        time.sleep(period)
-    ended = clock.now() + round(FLUSH_TIME / NANOSECONDS)
-    while clock.now() < ended:
-        cell.step(clock.now())
         time.sleep(period)

@@ -2,8 +2,8 @@
 
 It depends on neither geometry nor devices. The rows of `stop_causes.py` state for each cause the
 condition for moving again. At boot a cell is disarmed. Only a person's command leaves a state that
-requires one. A command that permits motion is valid only with the boot id of this start and as an
-answer to a recent state, by the gateway's own clock; a stop is always valid.
+requires one: an acknowledgement confirms a stop and moves nothing, after it the cell stands until
+the person resumes. `operator_commands.py` checks commands before they come here.
 """
 
 from __future__ import annotations
@@ -11,38 +11,21 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from lariat.trajectory import NANOSECONDS
-from services.robot_gateway.safety.stop_causes import STOP_CAUSES
+from services.robot_gateway.safety.operator_commands import CommandRejected
+from services.robot_gateway.safety.stop_causes import STOP_CAUSES, Resumption
 
 Mode = Literal["disarmed", "armed", "moving", "holding", "fault"]
-Action = Literal["arm", "approach", "disarm", "hold", "acknowledge", "resume", "gripper"]
 
-STOP_ACTIONS: tuple[Action, ...] = ("disarm", "hold")
-"""Actions that are obeyed whatever boot id they carry and whatever state they answer."""
-COMMAND_VALIDITY = 1.0
-"""Age of the state that a command answers, above which it is void [s]."""
 DEVICE_CAUSES = ("alarm", "lost_link")
 """Causes from which a device must also recover."""
-
-
-@dataclass(frozen=True)
-class OperatorCommand:
-    """Command of a person."""
-
-    id: str
-    boot: str
-    """Id of the gateway's start that the person saw."""
-    answers: int
-    """Stamp of the newest state that the person's side had, by the gateway's clock [ns]."""
-    action: Action
-    arm: str = ""
-    """Arm whose gripper opens or closes."""
-    close: bool = False
-    """Whether the gripper closes."""
-
-
-class CommandRejected(ValueError):
-    """A command that is not carried out, with the reason for the person."""
+PERSISTENCE: dict[Resumption, int] = {
+    "by itself": 0,
+    "after resuming": 1,
+    "after an approach": 1,
+    "after acknowledgement": 2,
+    "after arming": 3,
+}
+"""Rank of the conditions for moving again: a stop never weakens the one that holds."""
 
 
 @dataclass(frozen=True)
@@ -62,81 +45,102 @@ class SafetyState:
     """Session of a new writer that a person has not yet acknowledged."""
 
     @property
+    def resumes(self) -> Resumption:
+        """Condition for moving again."""
+        return STOP_CAUSES[self.cause].resumes if self.cause else "by itself"
+
+    @property
     def needs_acknowledgement(self) -> bool:
-        """Whether a person must acknowledge before anything moves."""
-        return (
-            self.mode in ("holding", "fault")
-            and STOP_CAUSES[self.cause].resumes == "after acknowledgement"
-        )
+        """Whether a person must acknowledge, and resume, before anything moves."""
+        return self._held and self.resumes == "after acknowledgement"
+
+    @property
+    def needs_resume(self) -> bool:
+        """Whether a stop is acknowledged and a person must resume before anything moves."""
+        return self._held and self.resumes == "after resuming"
+
+    @property
+    def needs_approach(self) -> bool:
+        """Whether an approach has stopped on its way and only another one may go on."""
+        return self._held and self.resumes == "after an approach"
 
     @property
     def may_move(self) -> bool:
         """Whether a valid chunk would be followed."""
-        return self.mode in ("armed", "moving") or (
-            self.mode == "holding" and not self.needs_acknowledgement
-        )
+        return self.mode in ("armed", "moving") or (self._held and self.resumes == "by itself")
 
-    def check(self, command: OperatorCommand, now: int) -> None:
-        """Check that a command is a stop, or meant for this start of the gateway and recent.
+    @property
+    def next_session(self) -> str:
+        """Session of the writer that an acknowledgement accepts; empty: the next one."""
+        return self.waiting_session or self.session
 
-        Args:
-            command: Command of a person.
-            now: Present time [ns].
+    @property
+    def _held(self) -> bool:
+        return self.mode in ("holding", "fault")
 
-        Raises:
-            CommandRejected: It is neither.
-        """
-        if command.action in STOP_ACTIONS:
-            return
-        if command.boot != self.boot:
-            raise CommandRejected(
-                f"meant for boot {command.boot!r}, but this is {self.boot!r}; check the state again"
-            )
-        age = (now - command.answers) * NANOSECONDS
-        if not 0.0 <= age <= COMMAND_VALIDITY:
-            raise CommandRejected(
-                f"answers a state that is {age:.3f} s old, and may be {COMMAND_VALIDITY:g} s; "
-                "nothing was done"
-            )
+    # Commands of a person
 
-    def armed(self, refusal: str = "") -> SafetyState:
+    def armed(self, session: str = "") -> SafetyState:
         """Return the state after a person arms.
 
         Args:
-            refusal: Reason why the cell cannot be armed, in words; empty where there is none.
+            session: Writer that the person accepts; empty: the next one.
 
         Raises:
-            CommandRejected: The cell is armed already, or cannot be armed.
+            CommandRejected: The cell is not disarmed.
         """
         if self.may_move:
             raise CommandRejected(f"armed already ({self.mode}: {self.detail})")
         if self.mode != "disarmed":
             raise CommandRejected(f"cannot arm while {self.mode}; disarm or acknowledge first")
-        if refusal:
-            raise CommandRejected(refusal)
-        return replace(self, mode="armed", cause="", detail="armed", session="", waiting_session="")
+        return self._free("armed", session)
+
+    def approaching(self, session: str = "") -> SafetyState:
+        """Return the state after a person has consented to an approach.
+
+        Args:
+            session: Writer that the person accepts; empty: the next one.
+
+        Raises:
+            CommandRejected: The cell is neither disarmed nor stopped in an approach.
+        """
+        if self.mode != "disarmed" and not self.needs_approach:
+            raise CommandRejected(f"an approach begins while disarmed, not while {self.mode}")
+        return self._free("approaching the start", session)
 
     def disarmed(self, detail: str = "disarmed by a person") -> SafetyState:
         """Return the state after a person disarms, from any state."""
-        return replace(self, mode="disarmed", cause="disarm", detail=detail, session="")
+        return SafetyState(self.boot, "disarmed", "disarm", detail)
 
     def acknowledged(self) -> SafetyState:
-        """Return the state after a person acknowledges.
+        """Return the state after a person acknowledges: the cell stands until it is resumed.
 
         Raises:
             CommandRejected: There is nothing to acknowledge.
         """
         if not self.needs_acknowledgement:
-            raise CommandRejected(f"nothing to acknowledge while {self.mode}")
-        # A person who acknowledges accepts the writer that is there, or the next one.
+            raise CommandRejected(f"nothing to acknowledge while {self.mode}: {self.detail}")
         return replace(
             self,
-            mode="armed",
-            cause="",
-            detail="acknowledged",
-            session=self.waiting_session or self.session,
+            mode="holding",
+            cause="acknowledged",
+            detail=f"acknowledged ({self.detail}); stands until it is resumed",
+            session=self.next_session,
             waiting_session="",
         )
+
+    def resumed(self) -> SafetyState:
+        """Return the state after a person resumes.
+
+        Raises:
+            CommandRejected: Nothing has been acknowledged.
+        """
+        if not self.needs_resume:
+            way_out = "; acknowledge first" if self.needs_acknowledgement else ""
+            raise CommandRejected(f"nothing to resume while {self.mode}{way_out}")
+        return self._free("resumed", self.session)
+
+    # Events
 
     def stopped(self, cause: str, detail: str) -> SafetyState:
         """Return the state after something stopped the cell.
@@ -148,10 +152,11 @@ class SafetyState:
             cause: Row of `STOP_CAUSES`.
             detail: The cause in words, with numbers.
         """
-        if self.mode == "disarmed":
+        if self.mode in ("disarmed", "fault"):
             return self
         mode: Mode = "fault" if cause in DEVICE_CAUSES else "holding"
-        if self.mode == "fault" or (self.needs_acknowledgement and mode != "fault"):
+        present = PERSISTENCE[self.resumes]
+        if mode != "fault" and present and PERSISTENCE[STOP_CAUSES[cause].resumes] <= present:
             return self
         return replace(self, mode=mode, cause=cause, detail=detail)
 
@@ -171,3 +176,6 @@ class SafetyState:
         if not moves and self.mode == "moving":
             return replace(self, mode="armed", cause="", detail="at rest")
         return self
+
+    def _free(self, detail: str, session: str) -> SafetyState:
+        return SafetyState(self.boot, "armed", "", detail, session)

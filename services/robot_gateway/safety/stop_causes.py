@@ -11,7 +11,10 @@ from typing import Literal
 from services.robot_gateway.constraints.rule import Rule
 
 StopKind = Literal["none", "jerk-limited", "by the arm", "undocumented"]
-Resumption = Literal["by itself", "after acknowledgement", "after arming"]
+Resumption = Literal[
+    "by itself", "after resuming", "after an approach", "after acknowledgement", "after arming"
+]
+"""Condition for moving again; after an acknowledgement a person must also resume."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +42,20 @@ STOP_CAUSES: dict[str, StopCause] = {
     "disarm": StopCause(
         "a person disarms", "at the next tick, 8 ms", "jerk-limited", "after arming", "no writer"
     ),
+    "acknowledged": StopCause(
+        "a person has acknowledged a stop",
+        "at once",
+        "none",
+        "after resuming",
+        "the arms stand and are made ready; the writer that the person named",
+    ),
+    "consent": StopCause(
+        "the sign of life of the person who lets the arms approach the start has ended",
+        "80 ms after the last one",
+        "jerk-limited",
+        "after an approach",
+        "an approach over the distance that is left",
+    ),
     "person": StopCause(
         "a person holds", "at the next tick", "jerk-limited", "after acknowledgement", "a new chunk"
     ),
@@ -58,12 +75,20 @@ STOP_CAUSES: dict[str, StopCause] = {
         "fresh",
     ),
     "new_writer": StopCause(
-        "setpoints of another writer session (the controller was restarted)",
-        "at its first chunk",
+        "setpoints of another writer session when the followed one is silent (the controller was "
+        "restarted)",
+        "at its first chunk, 0.5 s after the last one of the former writer",
         "jerk-limited",
         "after acknowledgement",
         "the new writer's chunk; the old one's are refused",
         "ordered",
+    ),
+    "second_gateway": StopCause(
+        "another gateway publishes the state of this cell's arms",
+        "at its first message",
+        "jerk-limited",
+        "after acknowledgement",
+        "only when the other one has been silent for a second",
     ),
     "refused": StopCause(
         "a chunk breaks a rule",
@@ -102,6 +127,13 @@ STOP_CAUSES: dict[str, StopCause] = {
         "after acknowledgement",
         "a new chunk from where the arm is",
         "step",
+    ),
+    "measured": StopCause(
+        "measured poses or joints of the arms break a rule that their commands keep",
+        "from their feedback, 8 ms",
+        "jerk-limited",
+        "after acknowledgement",
+        "a new chunk from where the arms are; nothing may get worse",
     ),
     "pulled": StopCause(
         "the contact force of an arm exceeds its limit: the rope is taut or caught",

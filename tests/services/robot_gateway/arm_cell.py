@@ -18,8 +18,9 @@ from services.robot_gateway.constraints.motion_constraints import CellBoundaries
 from services.robot_gateway.drivers.cr5.driver import Cr5Driver
 from services.robot_gateway.drivers.fixed import FixedDriver
 from services.robot_gateway.motion.follower import SetpointFollower
+from services.robot_gateway.safety.consent import SignOfLife
 from services.robot_gateway.safety.force_limit import ForceLimit
-from services.robot_gateway.safety.state_machine import OperatorCommand
+from services.robot_gateway.safety.operator_commands import OperatorCommand
 from services.robot_gateway.status import CellStatus
 from shared.cr5.kinematics import Kinematics
 from stack.simulation.emulated_arms import MemoryLink
@@ -62,7 +63,9 @@ class ArmWorld:
         self.commanded: list[np.ndarray] = []
         self.measured: list[np.ndarray] = []
         self.joint_speeds: list[tuple[float, float]] = []
-        self._sequence = self._command = 0
+        self._sequence = self._command = self._signs = 0
+        self.held_command = ""
+        """Command whose button a person holds."""
 
     @property
     def seconds(self) -> float:
@@ -74,6 +77,10 @@ class ArmWorld:
 
     def step(self) -> CellStatus:
         self.now += TICK
+        if self.held_command:
+            self._signs += 1
+            sign = SignOfLife(self.held_command, BOOT, self._signs, self.now - TICK)
+            self.cell.take_sign_of_life(sign, self.now)
         self.report = self.cell.step(self.now)
         pose = self.report.arms[1].pose
         self.commanded.append(self.cell.follower.state.positions[0])
@@ -95,6 +102,20 @@ class ArmWorld:
                 self.run(0.05)
                 return
         raise AssertionError(f"not ready: {self.report}")
+
+    def go_on(self) -> None:
+        """Acknowledge a stop, and resume once the arm is ready."""
+        assert self.command("acknowledge") == ""
+        for _ in range(500):
+            if self.command("resume") == "":
+                break
+            self.step()
+        self.until_ready()
+
+    def approach(self) -> str:
+        """Command the approach over the distance that is shown, and hold the button."""
+        self.held_command = f"command-{self._command + 1}"
+        return self.command("approach")
 
     def follow(
         self,
@@ -125,6 +146,9 @@ class ArmWorld:
             "boot": BOOT,
             "answers": self.now,
             "action": action,
+            "session": self.report.next_session,
+            "distance": self.report.approach_distance,
+            "angle": self.report.approach_angle,
         }
         self.cell.take_command(OperatorCommand(**{**values, **changes}), self.now)
         return self.step().rejection

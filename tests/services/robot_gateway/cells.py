@@ -16,7 +16,7 @@ from services.robot_gateway.drivers.fixed import FixedDriver
 from services.robot_gateway.drivers.ideal import IdealDriver
 from services.robot_gateway.motion.follower import SetpointFollower
 from services.robot_gateway.motion.validation import ChunkTolerances
-from services.robot_gateway.safety.state_machine import OperatorCommand
+from services.robot_gateway.safety.operator_commands import OperatorCommand
 from services.robot_gateway.status import CellStatus
 from shared.scenario.sections import Limits
 
@@ -118,6 +118,11 @@ class World:
         self._sequence += 1
         self.cell.take_chunk(SetpointChunk(**{**values, **changes}), session, number, self.now)
 
+    def go_on(self) -> None:
+        """Acknowledge a stop, and resume."""
+        assert self.command("acknowledge") == ""
+        assert self.command("resume") == ""
+
     def command(self, action: str, **changes: object) -> str:
         """A person's command; the answer, empty when it was carried out."""
         self._command += 1
@@ -126,6 +131,9 @@ class World:
             "boot": BOOT,
             "answers": self.now,
             "action": action,
+            "session": self.report.next_session,
+            "distance": self.report.approach_distance,
+            "angle": self.report.approach_angle,
         }
         self.cell.take_command(OperatorCommand(**{**values, **changes}), self.now)
         return self.step().rejection

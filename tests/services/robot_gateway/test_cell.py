@@ -81,14 +81,16 @@ def test_command_begins_to_brake_before_an_arm_that_lags_must() -> None:
 def test_new_writer_holds_until_a_person_acknowledges() -> None:
     world = World()
     since = world.now
-    world.follow(sideways, 0.5, since, session="first")
+    world.follow(sideways, 2.1, since, session="first")
+    world.run(0.6)
+    assert world.report.safety.mode == "armed"
     world.send(sideways, since, session="second")
-    report = world.run(0.6)
+    report = world.step()
     assert (report.safety.mode, report.safety.cause) == ("holding", "new_writer")
     at = world.cell.follower.state.positions
     world.follow(lambda t: at, 0.2, session="second")
     np.testing.assert_array_equal(world.cell.follower.state.positions, at)
-    assert world.command("acknowledge") == ""
+    world.go_on()
     world.follow(
         lambda t: at + np.array([[0.0, 0.1 * smooth_step(t, 1.0), 0.0]]), 1.2, session="second"
     )
@@ -240,8 +242,8 @@ def test_gateway_takes_over_the_count_of_resets_without_a_reset() -> None:
 def test_writer_that_holds_stops_the_arm_and_goes_on_by_itself() -> None:
     world = World()
     world.follow(sideways, 0.8)
-    world.cell.take_hold("writer", 10_000, world.now, "paused by a person")
-    world._sequence = 10_001
+    world.cell.take_hold("writer", world._sequence, world.now, "paused by a person")
+    world._sequence += 1
     report = world.run(0.5)
     assert (report.safety.mode, report.safety.detail) == ("holding", "paused by a person")
     assert world.cell.follower.resting

@@ -46,14 +46,14 @@ def test_taut_rope_stops_the_arm_and_may_only_be_relieved(firmware: str) -> None
     assert "right feels" in world.report.safety.detail
     assert 20.0 / STIFFNESS < stretch(world) < 0.03
     # A person acknowledges; it may not get worse, but better.
-    assert world.command("acknowledge") == ""
+    world.go_on()
     world.run(0.3)
     before = stretch(world)
     away(world, 0.05)
     world.run(0.3)
     assert world.report.safety.cause == "pulled"
     assert stretch(world) < before + 0.012
-    assert world.command("acknowledge") == ""
+    world.go_on()
     world.run(0.3)
     away(world, -0.05)
     assert world.mode in ("moving", "armed"), world.report

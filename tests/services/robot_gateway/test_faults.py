@@ -86,8 +86,7 @@ def test_fault_brakes_within_150_ms_is_named_and_waits_for_a_person(
     under_way = 0.02 if fault == "frozen" else 1e-3
     np.testing.assert_allclose(world.emulator.controller.joints, rest, atol=under_way)
     # And then work goes on, from where the arm is.
-    assert world.command("acknowledge") == ""
-    world.until_ready()
+    world.go_on()
     here = world.cell.follower.state.positions[0]
     np.testing.assert_allclose(here, world.measured[-1], atol=1e-4)
     world.follow(circle(here, 0.05, 0.1), 0.9)
@@ -137,8 +136,7 @@ def test_arm_that_is_pushed_away_while_it_holds_does_not_jump_back(firmware: str
     world.run(0.5)
     np.testing.assert_allclose(controller.joints, pushed, atol=1e-3)
     assert world.report.tracking[1] > 0.08
-    assert world.command("acknowledge") == ""
-    world.until_ready()
+    world.go_on()
     np.testing.assert_allclose(controller.joints, pushed, atol=1e-3)
     world.follow(circle(world.cell.follower.state.positions[0], 0.05, 0.1), 0.5)
     assert world.mode == "moving", world.report

@@ -127,8 +127,9 @@ def test_no_stream_makes_the_command_break_a_limit(
             seconds = 0.13 if kind == "long_silence" else 0.02
             rows += ticks(world, seconds, rng if uneven else None)
         if world.report.safety.needs_acknowledgement and rng.random() < 0.7:
-            world.command("acknowledge")
-            rows.append((H, world.cell.follower.state))
+            for action in ("acknowledge", "resume"):
+                world.command(action)
+                rows.append((H, world.cell.follower.state))
     check_end(world)
     rows += [(H, s) for _, s in world.states[-round(1.5 / H) :]]
     check_derivatives(rows)

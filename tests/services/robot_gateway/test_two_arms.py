@@ -9,7 +9,7 @@ import pytest
 
 from lariat.trajectory import SetpointChunk
 from services.robot_gateway.constraints.sphere_distance import Spheres, sphere_distances
-from services.robot_gateway.safety.state_machine import OperatorCommand
+from services.robot_gateway.safety.operator_commands import OperatorCommand
 from services.robot_gateway.service import build
 from services.robot_gateway.status import CellStatus
 from shared.scenario import SIDES, load
@@ -105,9 +105,11 @@ def test_fault_of_one_arm_stops_both_and_a_person_lets_both_go_on(fault: str, ca
     under_way = (0.02 if fault == "frozen" else 2e-3, 2e-3)
     for emulator, before, most in zip(world.emulators, joints, under_way, strict=True):
         np.testing.assert_allclose(emulator.controller.joints, before, atol=most)
-    acknowledge = OperatorCommand("1", "boot", world.now + START, "acknowledge")
-    world.cell.take_command(acknowledge, world.now)
-    world.run(1.5)
+    for action, seconds in (("acknowledge", 1.5), ("resume", 0.1)):
+        command = OperatorCommand(action, "boot", world.now, action, session="writer")
+        world.cell.take_command(command, world.now)
+        world.run(seconds)
+        assert world.report.rejection == ""
     world.follow(SIDEWAYS, 1.0, 1.4)
     assert world.report.safety.mode == "moving", world.report
     assert np.all(np.max(world.speeds[-60:], axis=0) > 0.05)

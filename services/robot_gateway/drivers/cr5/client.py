@@ -25,13 +25,16 @@ from services.robot_gateway.drivers.cr5.connection import (
     ArmConnection,
     Phase,
 )
-from services.robot_gateway.drivers.cr5.enable_sequence import (
-    IN_ALARM,
-    EnableSettings,
-    enable_steps,
-)
 from services.robot_gateway.drivers.cr5.link import Link
 from services.robot_gateway.drivers.cr5.outliers import OutlierFilter
+from services.robot_gateway.drivers.cr5.power_sequences import (
+    IN_ALARM,
+    STARTING,
+    UNPOWERED_MODES,
+    EnableSettings,
+    disable_steps,
+    enable_steps,
+)
 from services.robot_gateway.drivers.cr5.replies import Reply, ReplyReader, integers
 from shared.cr5.alarms import FOLLOWING_MODES, MODE_TEXTS, alarm_text
 from shared.cr5.packet import PacketReader, is_plausible
@@ -44,6 +47,10 @@ KEEPALIVE_PERIOD = 1.0
 QUEUE_BLOCKED_TIME = 0.1
 """Time for which the queue must stand still to count as blocked [s]: the state of the flag between
 two motions is not documented."""
+REST_SPEED = 1.0
+"""Speed of every joint below which the arm is at rest [deg/s]."""
+DISABLE_RETRY_PAUSE = 1.0
+"""Time between two attempts to disable an arm that keeps its power [s]."""
 FEEDBACK_TIMEOUT = 0.1
 """Age of the feedback above which the link counts as lost [s]."""
 V4_COLLISION = 11
@@ -91,6 +98,8 @@ class Cr5Client:
         self._last_sent = 0
         self._last_point = -1
         self._alarms_read = False
+        self._disabled_at = 0
+        """Time of the last attempt to disable the arm [ns]; 0 before the first."""
         self._queue_ran = 0
         """Last time at which the queue ran since the arm was enabled [ns]; 0: never."""
 
@@ -142,6 +151,11 @@ class Cr5Client:
         return self.phase != "online" or self.age > FEEDBACK_TIMEOUT
 
     @property
+    def powered(self) -> bool:
+        """Whether the drives may be on: recent feedback does not say that they are off."""
+        return self.lost or self.feedback is None or not self._drives_off()
+
+    @property
     def silence(self) -> str:
         """Description of missing feedback, in words."""
         age = f"for {self.age:.2f} s" if self.age < np.inf else "yet"
@@ -156,13 +170,19 @@ class Cr5Client:
             self._sequence.failure = self.trouble or "there is no connection"
             return
         self._sequence.failure = ""
+        self._disabled_at = 0
         self._sequence.begin(self._enable_steps())
 
     def disable(self) -> None:
-        """Disable the drives."""
+        """Begin to stop the arm and disable its drives, unless that has just been begun."""
         self.enabled = False
-        self._sequence.stop()
-        self.request("DisableRobot()")
+        paused = self._disabled_at and self._now - self._disabled_at < DISABLE_RETRY_PAUSE * SECOND
+        if self.phase != "online" or paused:
+            return
+        self._disabled_at, self._alarms_read = self._now, False
+        self._sequence.begin(
+            disable_steps(self.firmware, self._at_rest, self._drives_off, lambda: self.mode_words)
+        )
 
     def request(self, text: str) -> None:
         """Queue a command; its reply matters only when it is an error."""
@@ -225,6 +245,7 @@ class Cr5Client:
         self._outstanding = None
         self._queue.clear()
         self._last_sent = self._now
+        self._disabled_at = 0
 
     def _give_up(self, why: str) -> None:
         self._connection.give_up(why, self._now)
@@ -232,6 +253,19 @@ class Cr5Client:
         self._sequence.stop(why)
 
     # Reading
+
+    def _drives_off(self) -> bool:
+        packet = self.feedback
+        if packet is None:
+            return False
+        # The flag alone is not trusted: not every firmware is documented to set it.
+        return self.mode in UNPOWERED_MODES or (
+            self.mode in (STARTING, IN_ALARM) and not packet["enable_status"]
+        )
+
+    def _at_rest(self) -> bool:
+        packet = self.feedback
+        return packet is not None and bool(np.all(np.abs(packet["qd_actual"]) < REST_SPEED))
 
     def _read(self) -> None:
         self._read_feedback(self._connection.streams[FEEDBACK_PORT].receive())

@@ -15,9 +15,9 @@ from lariat.geometry.poses import Pose
 from services.robot_gateway.constraints.joints import JointConstraints
 from services.robot_gateway.drivers.cr5.client import Cr5Client
 from services.robot_gateway.drivers.cr5.contact_force import ContactForce
-from services.robot_gateway.drivers.cr5.enable_sequence import EnableSettings
 from services.robot_gateway.drivers.cr5.link import Link
 from services.robot_gateway.drivers.cr5.link_quality import LinkQuality
+from services.robot_gateway.drivers.cr5.power_sequences import EnableSettings
 from services.robot_gateway.drivers.driver import ArmFeedback
 from shared.cr5 import pose_vectors
 from shared.cr5.alarms import FOLLOWING_MODES
@@ -42,6 +42,7 @@ class Cr5Driver:
     name = "cr5"
     moves = True
     tracking_limit = 0.02
+    tracking_angle_limit = 0.15
 
     def __init__(
         self,
@@ -173,6 +174,7 @@ class Cr5Driver:
                 alarms=self._alarm_texts(),
                 gripper_closed=self._closed,
                 age=np.inf,
+                powered=True,
             )
         flange = pose_vectors.pose_from_vector(packet["tool_vector_actual"])
         pose = self._kinematics.grip_of_flange(flange)
@@ -189,6 +191,7 @@ class Cr5Driver:
             link_rate=self._quality.rate(now),
             link_gap=self._quality.gap(now),
             contact_force=self._contact_force.magnitude,
+            powered=client.powered,
         )
 
     def _check_placed(self, measured: Pose | None) -> None:

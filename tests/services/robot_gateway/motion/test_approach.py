@@ -8,8 +8,8 @@ from lariat.geometry.poses import Pose
 from lariat.trajectory import Spline
 from services.robot_gateway.motion.approach import (
     SETTINGS,
-    Approach,
     approach_chunk,
+    is_as_named,
     is_away,
     pose_difference,
 )
@@ -51,26 +51,11 @@ def test_approach_ends_at_rest_at_the_goal_and_is_slow(
     assert len(chunk.positions) <= SETTINGS.max_intervals + 3
 
 
-def test_arms_at_the_start_need_no_agreement() -> None:
-    approach = Approach()
-    assert approach.refusal([], [], [], NOW) == ""
-    assert not approach.wanted
-
-
-def test_arming_again_in_time_agrees_to_the_approach() -> None:
-    approach = Approach()
-    away = (["right"], [displaced(0.25)], [START])
-    assert "right is 250 mm and 0.00 rad from the start" in approach.refusal(*away, NOW)
-    agreed = NOW + round(SETTINGS.agreement_time * 1e9)
-    assert approach.refusal(*away, agreed) == ""
-    assert approach.wanted
-
-
-def test_arming_again_too_late_asks_again() -> None:
-    approach = Approach()
-    away = (["right"], [displaced(0.25)], [START])
-    approach.refusal(*away, NOW)
-    late = NOW + round(SETTINGS.agreement_time * 1e9) + 1
-    assert approach.refusal(*away, late) != ""
-    assert approach.refusal(*away, late + 1) == ""
-    assert approach.refusal(*away, late + 2) != "", "one agreement is good for one approach"
+@pytest.mark.parametrize(
+    ("named", "same"),
+    [((0.334, 1.57), True), ((0.338, 1.56), True), ((0.33, 1.5), False), ((0.0, 0.0), False)],
+)
+def test_approach_is_as_a_person_named_it_within_a_tolerance(
+    named: tuple[float, float], same: bool
+) -> None:
+    assert is_as_named(named, (0.334, 1.57)) is same

@@ -1,6 +1,10 @@
 from __future__ import annotations
 
-from services.robot_gateway.motion.setpoint_sources import SetpointSources
+from services.robot_gateway.motion.setpoint_sources import (
+    MAX_SEQUENCE_STEP,
+    WRITER_SILENCE,
+    SetpointSources,
+)
 from services.robot_gateway.motion.validation import ChunkRefused
 from services.robot_gateway.safety.state_machine import SafetyState
 
@@ -14,9 +18,9 @@ class Writers:
     def __init__(self) -> None:
         self.sources, self.safety = SetpointSources(), ARMED
 
-    def take(self, session: str, sequence: int, start: int = NOW) -> int | str:
+    def take(self, session: str, sequence: int, start: int = NOW, now: int = NOW) -> int | str:
         """Clock offset of an admitted message, or the rule by which it is refused."""
-        self.safety, answer = self.sources.admit(self.safety, session, sequence, NOW, start)
+        self.safety, answer = self.sources.admit(self.safety, session, sequence, now, start)
         return answer.rule if isinstance(answer, ChunkRefused) else answer
 
 
@@ -40,15 +44,50 @@ def test_message_without_a_session_is_refused() -> None:
     assert writers.safety == ARMED
 
 
-def test_second_writer_holds_the_cell_and_is_refused_until_acknowledged() -> None:
+def test_writer_beside_the_followed_one_is_refused_and_stops_nothing() -> None:
     writers = Writers()
     writers.take("a", 3)
     assert writers.take("b", 1) == "ordered"
-    assert writers.safety.cause == "new_writer"
+    assert writers.safety.may_move
     assert writers.take("a", 4) == 0
-    writers.safety = writers.safety.acknowledged()
-    assert writers.take("b", 2) == 0
-    assert writers.take("a", 5) == "ordered"
+    assert writers.sources.writers(NOW) == ["a", "b"]
+
+
+def test_writer_after_the_followed_one_holds_the_cell_until_a_person_goes_on() -> None:
+    writers = Writers()
+    writers.take("a", 3)
+    later = NOW + round(WRITER_SILENCE * 1e9) + 1
+    assert writers.take("b", 1, now=later) == "ordered"
+    assert writers.safety.cause == "new_writer"
+    assert writers.sources.writers(later) == ["b"]
+    writers.safety = writers.safety.acknowledged().resumed()
+    assert writers.take("b", 2, start=later, now=later) == 0
+    assert writers.take("a", 5, now=later) == "ordered"
+
+
+def test_sequence_is_not_run_ahead_of_a_writer_that_speaks() -> None:
+    writers = Writers()
+    writers.take("a", 3)
+    assert writers.take("a", 3 + MAX_SEQUENCE_STEP + 1) == "ordered"
+    assert writers.take("a", 2**62) == "ordered"
+    assert writers.take("a", 4) == 0
+
+
+def test_sequence_run_ahead_before_its_writer_speaks_shuts_it_out_for_a_moment_only() -> None:
+    writers = Writers()
+    assert writers.take("a", 2**62) == 0
+    assert writers.take("a", 3, now=NOW + 20_000_000) == "ordered"
+    assert writers.take("a", 8, now=NOW + 120_000_000) == 0
+    assert writers.take("a", 9, now=NOW + 140_000_000) == 0
+
+
+def test_sequences_of_many_made_up_writers_do_not_replace_the_followed_one() -> None:
+    writers = Writers()
+    writers.take("a", 3)
+    for k in range(200):
+        assert writers.take(f"stranger-{k}", 1) == "ordered"
+    assert writers.safety.session == "a"
+    assert writers.safety.may_move
 
 
 def test_clock_far_off_is_offset_by_the_first_message_of_a_session() -> None:

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from services.robot_gateway.constraints.rule import Rule
-from services.robot_gateway.safety.state_machine import CommandRejected, SafetyState
+from services.robot_gateway.safety.operator_commands import CommandRejected
+from services.robot_gateway.safety.state_machine import SafetyState
 from services.robot_gateway.safety.stop_causes import STOP_CAUSES, markdown
 
 PAGE = Path(__file__).parents[4] / "docs" / "safety.md"
@@ -33,12 +34,13 @@ def test_state_machine_resumes_as_the_cause_states(cause: str) -> None:
     if STOP_CAUSES[cause].resumes == "after arming":
         return
     stopped = MOVING.stopped(cause, "for a test")
-    waits = STOP_CAUSES[cause].resumes == "after acknowledgement"
-    assert stopped.needs_acknowledgement is waits
-    assert stopped.may_move is not waits
-    assert (stopped.moving(True).mode == "moving") is not waits
-    if waits:
-        assert stopped.acknowledged().may_move
+    resumes = STOP_CAUSES[cause].resumes
+    assert stopped.needs_acknowledgement is (resumes == "after acknowledgement")
+    assert stopped.needs_approach is (resumes == "after an approach")
+    assert stopped.may_move is (resumes == "by itself")
+    assert (stopped.moving(True).mode == "moving") is stopped.may_move
+    if stopped.needs_acknowledgement:
+        assert stopped.acknowledged().resumed().may_move
         with pytest.raises(CommandRejected, match="disarm or acknowledge"):
             stopped.armed()
     else:

@@ -6,7 +6,7 @@ import pytest
 from services.cr5_emulator.emulator import Emulator
 from services.cr5_emulator.options import EmulatorOptions
 from services.robot_gateway.drivers.cr5.client import Cr5Client
-from services.robot_gateway.drivers.cr5.enable_sequence import EnableSettings
+from services.robot_gateway.drivers.cr5.power_sequences import EnableSettings
 from stack.simulation.emulated_arms import MemoryLink
 
 TICK = 8_000_000

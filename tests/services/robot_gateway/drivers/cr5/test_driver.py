@@ -155,15 +155,15 @@ def test_reset_puts_the_emulated_arm_back() -> None:
     assert world.mode == "armed"
 
 
-def test_arm_away_from_the_start_is_refused_until_a_person_agrees_to_a_slow_approach() -> None:
+def test_arm_away_from_the_start_is_not_armed_but_goes_there_slowly_by_an_approach() -> None:
     away = Pose(GRIPS[1].position + np.array([0.02, 0.06, 0.04]), GRIPS[1].orientation)
     world = ArmWorld("v4", automatic=False, begin=away)
     world.run(0.3)
     answer = world.command("arm")
     assert "75 mm" in answer
-    assert "arm again" in answer
+    assert "by an approach" in answer
     assert world.mode == "disarmed"
-    assert world.command("arm") == ""
+    assert world.approach() == ""
     # A writer that is already there waits, and says so as long as it has nothing to do.
     for k in range(125):
         if k % 3 == 0:
@@ -184,8 +184,7 @@ def test_slow_approach_is_slower_still_where_the_limits_are() -> None:
     assert world.driver.joint_constraints is not None
     world.driver.joint_constraints.joint_speed = 0.04
     world.run(0.3)
-    world.command("arm")
-    assert world.command("arm") == ""
+    assert world.approach() == ""
     world.run(6.0)
     np.testing.assert_allclose(world.measured[-1], GRIPS[1].position, atol=1e-3)
     assert 0.02 < max(speed for _, speed in world.joint_speeds) < 0.045
@@ -206,8 +205,7 @@ def test_arm_recovers_from_its_alarms_when_a_person_acknowledges(firmware: str, 
     rest = world.emulator.controller.joints.copy()
     world.run(0.5)
     np.testing.assert_allclose(world.emulator.controller.joints, rest, atol=1e-4)
-    assert world.command("acknowledge") == ""
-    world.until_ready()
+    world.go_on()
     assert world.emulator.controller.alarms == []
     here = world.cell.follower.state.positions[0]
     world.follow(circle(here, 0.05, 0.1), 0.9)
@@ -231,8 +229,7 @@ def test_a_million_random_bytes_on_every_port_hold_the_arm_and_crash_nothing(fir
     # Packets between the rubbish are found; where none was for long, a person is asked.
     if world.mode == "fault":
         assert world.report.safety.cause == "lost_link"
-        assert world.command("acknowledge") == ""
-    world.until_ready() if world.mode != "moving" else None
+        world.go_on()
     here = world.cell.follower.state.positions[0]
     world.follow(circle(here, 0.05, 0.1), 0.9, session="after")
     assert world.report.arms[1].alarms == ()
@@ -242,8 +239,7 @@ def test_time_that_planning_the_slow_approach_takes_is_no_stall() -> None:
     away = Pose(GRIPS[1].position + np.array([0.0, 0.03, 0.0]), GRIPS[1].orientation)
     world = ArmWorld("v3", automatic=False, begin=away)
     world.run(0.3)
-    world.command("arm")
-    assert world.command("arm") == ""
+    assert world.approach() == ""
     check = world.cell.follower.check
 
     def slow(*arguments):  # as the follower's

@@ -1,4 +1,6 @@
-"""Enable sequence of a CR5: clear alarms, discard old motion, power on, enable, apply settings."""
+"""Sequences that enable a CR5 (clear alarms, discard old motion, power on, enable, apply settings)
+and that disable it (stop, wait for rest, disable the drives).
+"""
 
 from __future__ import annotations
 
@@ -14,10 +16,16 @@ POWER_ON_TIMEOUT = 20.0
 """Time limit from PowerOn until the arm can be enabled; the vendor states 10 s [s]."""
 POWER_ON_DELAY = 0.2
 """Time after PowerOn before the mode is read [s]."""
+REST_TIMEOUT = 0.3
+"""Time limit from the stop until the arm rests, after which it is disabled in motion [s]."""
+DISABLE_TIMEOUT = 0.5
+"""Time limit from DisableRobot until the feedback reports that the drives are off [s]."""
 IDLE_TIMEOUT = 3.0
 """Time limit from the last setting until the arm is idle [s]."""
 STARTING, NO_POWER, DISABLED, IDLE, HAND_GUIDED, IN_ALARM = 1, 3, 4, 5, 6, 9
 """Values of RobotMode, as in `shared.cr5.alarms.MODE_TEXTS`."""
+UNPOWERED_MODES = (NO_POWER, DISABLED)
+"""Modes in which the drives are off and the brakes on."""
 
 
 @dataclass(frozen=True)
@@ -84,4 +92,28 @@ def enable_steps(
             return f"{text}: {reply.words}"
     if not (yield WaitUntil(lambda: mode() == IDLE, IDLE_TIMEOUT)):
         return f"not idle after it was enabled: {describe()}"
+    return ""
+
+
+def disable_steps(
+    firmware: Literal["v3", "v4"] | None,
+    at_rest: Callable[[], bool],
+    drives_off: Callable[[], bool],
+    describe: Callable[[], str],
+) -> SequenceSteps:
+    """Yield the steps after which the arm rests without power; return the failure in words.
+
+    Args:
+        firmware: Version of the protocol.
+        at_rest: Returns whether the joints rest.
+        drives_off: Returns whether the feedback reports that the drives are off.
+        describe: Returns the present RobotMode in words.
+    """
+    # An error is fine: whatever ran, the drives are disabled next.
+    yield Request("ResetRobot()" if firmware == "v3" else "Stop()")
+    yield WaitUntil(at_rest, REST_TIMEOUT)
+    reply = yield Request("DisableRobot()")
+    if not (yield WaitUntil(drives_off, DISABLE_TIMEOUT)):
+        words = f", {reply.words}" if isinstance(reply, Reply) and reply.error else ""
+        return f"still powered after DisableRobot: {describe()}{words}"
     return ""

@@ -27,7 +27,9 @@ VERBS = {
     "reset": ("cli.task:reset", "return rope and arms to the start (simulation only)"),
     "arm": ("cli.arm:arm", "allow the arms to move"),
     "disarm": ("cli.arm:disarm", "stop the arms and keep them still"),
+    "approach": ("cli.arm:approach", "let the arms go to the start while you hold a key"),
     "ack": ("cli.arm:ack", "acknowledge the reason of a hold"),
+    "resume": ("cli.arm:resume", "let acknowledged arms move again"),
     "grip": ("cli.arm:grip", "open or close a gripper"),
     "show": ("cli.show:main", "open a recording in the dashboard, with a time bar"),
     "replay": ("cli.replay:main", "rerun services on recorded inputs and compare their outputs"),
@@ -41,7 +43,20 @@ VERBS = {
     "bench": ("", "run a benchmark and print its table"),
 }
 """Function, as `module:function`, and summary of each verb."""
-CLIENT_VERBS = ("status", "goal", "start", "pause", "stop", "reset", "arm", "disarm", "ack", "grip")
+CLIENT_VERBS = (
+    "status",
+    "goal",
+    "start",
+    "pause",
+    "stop",
+    "reset",
+    "arm",
+    "disarm",
+    "ack",
+    "grip",
+    "approach",
+    "resume",
+)
 """Verbs that talk to a running stack."""
 
 

@@ -1,24 +1,27 @@
-"""`lariat arm`, `disarm`, `ack` and `grip`: commands to the arms of a running stack."""
+"""`lariat arm`, `approach`, `disarm`, `ack`, `resume`, `grip`: commands to a stack's arms."""
 
 from __future__ import annotations
 
 import json as jsons
+import sys
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
 import tyro
 
+from cli.held_key import held_key
 from cli.task import LOCAL, CellOptions
 from shared.messages import ArmCommand, ArmStates
 from shared.scenario import Side
-from stack.client import Cell, connect
+from stack.approach import approach as approach_start
+from stack.client import Cell, RequestFailed, connect
 
 TRACKING_ERROR_SHOWN = 1e-3
 """Tracking error above which it is printed [m]."""
 
 
 def arm(json: bool = False, cell: CellOptions = LOCAL) -> int:
-    """Arm: allow the arms to move. Look at the cell first.
+    """Arm: allow arms at the start to move. Look at the cell first.
 
     Examples:
       lariat arm
@@ -31,7 +34,7 @@ def arm(json: bool = False, cell: CellOptions = LOCAL) -> int:
 
 
 def disarm(json: bool = False, cell: CellOptions = LOCAL) -> int:
-    """Stop the arms and keep them still until they are armed again.
+    """Stop the arms, take their power, and keep them still until they are armed again.
 
     Examples:
       lariat disarm
@@ -44,7 +47,7 @@ def disarm(json: bool = False, cell: CellOptions = LOCAL) -> int:
 
 
 def ack(json: bool = False, cell: CellOptions = LOCAL) -> int:
-    """Acknowledge the reason of a hold, so that the arms may move again. Look at the cell first.
+    """Acknowledge the reason of a hold. Nothing moves until `lariat resume`.
 
     Examples:
       lariat ack
@@ -54,6 +57,43 @@ def ack(json: bool = False, cell: CellOptions = LOCAL) -> int:
         cell: Address of the stack.
     """
     return _command(ArmCommand.ACKNOWLEDGE, json, cell)
+
+
+def resume(json: bool = False, cell: CellOptions = LOCAL) -> int:
+    """Allow acknowledged arms to move again: a run goes on. Look at the cell first.
+
+    Examples:
+      lariat resume
+
+    Args:
+        json: Answer with one JSON object on standard output.
+        cell: Address of the stack.
+    """
+    return _command(ArmCommand.RESUME, json, cell)
+
+
+def approach(distance: Annotated[float, tyro.conf.Positional], /, cell: CellOptions = LOCAL) -> int:
+    """Let the arms go slowly to the start while you hold a key down. Look at the cell all the time.
+
+    Examples:
+      lariat approach 334
+
+    Args:
+        distance: Distance to the start that `lariat arm` or `lariat status` shows [mm].
+        cell: Address of the stack.
+
+    Returns:
+        0 when the arms are at the start, 1 when the key was released before.
+    """
+    if not sys.stdin.isatty():
+        raise RequestFailed("an approach needs a terminal, at which a person holds a key down")
+    with connect(cell) as client, held_key() as held:
+        print("hold the space bar down; the arms stop when it is released", flush=True)
+        held.wait()
+        shown = client.newest_arm_state()
+        ended = approach_start(client, shown, 1e-3 * distance, held)
+        print(ended or summary_line(client.newest_arm_state()))
+    return 1 if ended else 0
 
 
 def grip(
@@ -95,6 +135,11 @@ def summary_line(state: ArmStates) -> str:
         words += f": {state.reason}"
     if state.needs_acknowledgement:
         words += " (acknowledge with `lariat ack`)"
+    elif state.needs_resume:
+        words += " (resume with `lariat resume`)"
+    elif state.needs_approach:
+        distance = 1e3 * state.approach_distance
+        words += f" (go to the start with `lariat approach {distance:.0f}`)"
     return words
 
 
@@ -119,6 +164,11 @@ def as_json(state: ArmStates) -> dict[str, object]:
         "reason": state.reason,
         "rule": state.rule,
         "needs_acknowledgement": state.needs_acknowledgement,
+        "needs_resume": state.needs_resume,
+        "needs_approach": state.needs_approach,
+        "approach_mm": round(1e3 * state.approach_distance, 1),
+        "approach_rad": round(state.approach_angle, 3),
+        "powered": any(a.powered for a in state.arms),
         "arms": {
             a.arm: {
                 "driver": a.driver,

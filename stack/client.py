@@ -85,7 +85,7 @@ class Client:
             RequestFailed: The controller refused, or did not answer.
         """
         states = self.bus.subscribe(topics.TASK_STATE)
-        requests = self._matched_publisher(topics.TASK_REQUEST)
+        requests = self.matched_publisher(topics.TASK_REQUEST)
         # The matched subscriber may be the recorder alone; a state shows that the controller is
         # connected as well.
         self.wait(states, lambda _: True, "the controller publishes no state")
@@ -104,20 +104,48 @@ class Client:
             RequestFailed: The gateway refused, or did not answer.
         """
         states = self.bus.subscribe(topics.ARM_STATE)
-        commands = self._matched_publisher(topics.ARM_COMMAND)
-        silent = "the robot gateway publishes no state"
-        before: ArmStates = self.wait(states, lambda _: True, silent)
+        command = self.send_to_arms(action, self.newest_arm_state(states), **fields)
+        return self._answer(states, command, "robot gateway")
+
+    def newest_arm_state(self, states: Subscription | None = None) -> ArmStates:
+        """State of the arms.
+
+        Args:
+            states: Subscription to take it from; by default a new one.
+
+        Raises:
+            RequestFailed: The gateway publishes none.
+        """
+        states = states or self.bus.subscribe(topics.ARM_STATE)
+        return self.wait(states, lambda _: True, "the robot gateway publishes no state")
+
+    def send_to_arms(self, action: ArmCommand.Action, shown: ArmStates, **fields: Any) -> str:
+        """Send a command to the gateway, and return its id without waiting for the answer.
+
+        Args:
+            action: The command.
+            shown: State that the person saw.
+            fields: Further fields of `ArmCommand`.
+
+        Raises:
+            RequestFailed: No gateway is connected.
+        """
         command = ArmCommand(
             id=self.next_id(),
-            stamp=self._clock.now(),
-            boot=before.boot,
+            stamp=self.now(),
+            boot=shown.boot,
             # Commands expire by the gateway's clock, which may differ from this machine's.
-            answers=before.stamp,
+            answers=shown.stamp,
+            session=shown.next_session,
             action=action,
             **fields,
         )
-        commands.put(command)
-        return self._answer(states, command.id, "robot gateway")
+        self.matched_publisher(topics.ARM_COMMAND).put(command)
+        return command.id
+
+    def now(self) -> int:
+        """Time of this machine [ns]."""
+        return self._clock.now()
 
     def next_id(self) -> str:
         """Unique id of a new request."""
@@ -154,7 +182,7 @@ class Client:
             raise RequestFailed(f"refused: {state.refusal}")
         return state
 
-    def _matched_publisher(self, topic: topics.Topic) -> Publisher:
+    def matched_publisher(self, topic: topics.Topic) -> Publisher:
         """Publisher with a subscriber: requests are not kept for one that comes later."""
         publisher = self.bus.publisher(topic)
         deadline = time.monotonic() + ANSWER_TIMEOUT

@@ -21,6 +21,7 @@ from shared.clock import SystemClock
 from shared.messages import REACHED, RUNNING, ArmCommand, ArmStates, StackState, TaskRequest
 from shared.scenario import Scenario
 from stack import client, services
+from stack.approach import approach
 from stack.client import Client, RequestFailed
 from stack.goal_message import goal_message
 
@@ -32,6 +33,8 @@ ENABLE_TIMEOUT = 40.0
 """Time limit for all arms to be ready after a command of the operator [s]."""
 STOP_TIMEOUT = 5.0
 """Time limit for the gateway to stop after an arm has been replaced [s]."""
+RETRY_PERIOD = 0.2
+"""Time between two requests to resume while the arms are being made ready [s]."""
 SPEED_TIMEOUT = 15.0
 """Time limit for the gripper to reach a speed [s]."""
 GOAL_TIMEOUT = 45.0
@@ -169,12 +172,13 @@ class FaultCell:
             Description for the result: armed, with or without an approach.
         """
         done = "armed"
-        try:
-            self.client.command_arms(ArmCommand.ARM)
-        except RequestFailed:
-            # The gateway asks for consent to the approach to the start: arming again.
-            self.client.command_arms(ArmCommand.ARM)
+        shown = self.client.newest_arm_state()
+        if shown.needs_approach:
+            if ended := approach(self.client, shown, shown.approach_distance, lambda: True):
+                raise RequestFailed(f"the approach ended early: {ended}")
             done = "armed, with an approach to the start"
+        else:
+            self.client.command_arms(ArmCommand.ARM)
         self.states.clear()
         self.wait_until(
             lambda: self.arms.mode in (ArmStates.ARMED, ArmStates.HOLDING) and self._ready(),
@@ -184,8 +188,8 @@ class FaultCell:
         return done
 
     def _ready(self) -> bool:
-        """Return whether no acknowledgement is missing and every arm follows."""
-        return not self.arms.needs_acknowledgement and all(
+        """Return whether no person is waited for and every arm follows."""
+        return self.arms.may_move and all(
             a.driver != "cr5" or a.mode in ("idle", "running") for a in self.arms.arms
         )
 
@@ -207,8 +211,19 @@ class FaultCell:
         self.acknowledge()
 
     def acknowledge(self) -> None:
-        """Acknowledge a hold or fault, and wait until the arms are ready."""
-        self.client.command_arms(ArmCommand.ACKNOWLEDGE)
+        """Acknowledge a hold or fault, resume, and wait until the arms are ready."""
+        if self.arms.needs_acknowledgement:
+            self.client.command_arms(ArmCommand.ACKNOWLEDGE)
+        deadline = time.monotonic() + ENABLE_TIMEOUT
+        while True:
+            try:
+                self.client.command_arms(ArmCommand.RESUME)
+                break
+            except RequestFailed:
+                # The arms are still being made ready.
+                if time.monotonic() > deadline:
+                    raise
+                time.sleep(RETRY_PERIOD)
         self.states.clear()
         self.wait_until(
             lambda: bool(self.states) and self._ready(),

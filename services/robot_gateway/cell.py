@@ -355,6 +355,7 @@ class Cell:
             remarks=self._remarks(now),
             next_session=self._next_session(now),
             needs_approach=away or self.safety.needs_approach,
+            approaching=self._approach.active,
             approach_distance=distance,
             approach_angle=angle,
         )

@@ -106,6 +106,7 @@ def arm_states(status: CellStatus, drivers: Sequence[Driver], now: int) -> ArmSt
         needs_resume=safety.needs_resume,
         next_session=status.next_session,
         needs_approach=status.needs_approach,
+        approaching=status.approaching,
         approach_distance=status.approach_distance,
         approach_angle=status.approach_angle,
     )

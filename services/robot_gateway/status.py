@@ -40,6 +40,8 @@ class CellStatus:
     """Writer that arming or an acknowledgement would accept; empty: the next one."""
     needs_approach: bool
     """Whether the arms are away from the start and only an approach goes there."""
+    approaching: bool
+    """Whether an approach is under way, or waits for the arms to be ready."""
     approach_distance: float
     """Largest distance of an arm from the start [m]."""
     approach_angle: float

@@ -87,6 +87,11 @@ class Live:
     def arms(self) -> list[ArmStates]:
         return [i.message for _, i in self.arm.take()]
 
+    def go_on(self) -> None:
+        """Acknowledge a stop, and resume as soon as the arms are ready."""
+        self.say("ack")
+        until(lambda: self._said("resume").returncode == 0, 30.0)
+
     def until_moving(self, seconds: float) -> None:
         until(lambda: any(a.mode == ArmStates.MOVING for a in self.arms()), seconds)
 
@@ -98,7 +103,7 @@ class Live:
             if status["task"]["state"] == "reached":
                 return
             if status["arms"]["needs_acknowledgement"]:
-                self.say("ack")
+                self.go_on()
             status = self.say("status")
         raise AssertionError(f"not reached: {status}\n{self.log}")
 
@@ -141,7 +146,7 @@ def test_the_stack_reaches_its_goal_survives_a_death_and_records_it(
     assert later.needs_acknowledgement
     for before, after in zip(rest.arms, later.arms, strict=True):
         np.testing.assert_allclose(after.position, before.position, atol=1e-4)
-    live.say("ack")
+    live.go_on()
     if live.say("status")["task"]["state"] != "running":
         live.say("start")
     live.until_reached(120.0)

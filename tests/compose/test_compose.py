@@ -109,6 +109,8 @@ def test_a_goal_is_reached_and_recorded_in_containers(
         # An overloaded machine makes the arms hold; the operator acknowledges and goes on.
         if status["arms"] and status["arms"]["needs_acknowledgement"]:
             talk("ack")
+        elif status["arms"] and status["arms"]["needs_resume"]:
+            talk("resume")
         # Starting a container takes processor time from the stack.
         time.sleep(4.0)
     assert status["task"]["state"] == "reached", status

@@ -49,8 +49,19 @@ class ArmWorld:
         assert joints is not None
         values = {"firmware": firmware, "joints": tuple(np.degrees(joints)), "power_on_time": 0.5}
         self.emulator = Emulator(EmulatorOptions(**{**values, **options}), start=START * 1e-9)
-        link = MemoryLink(self.emulator)
-        driver = Cr5Driver(link, kinematics, joint_speed=1.6, emulated=True)
+        self.now = START
+        self.start_gateway(automatic)
+        self.commanded: list[np.ndarray] = []
+        self.measured: list[np.ndarray] = []
+        self.joint_speeds: list[tuple[float, float]] = []
+        self._sequence = self._command = self._signs = 0
+        self.held_command = ""
+        """Command whose button a person holds."""
+
+    def start_gateway(self, automatic: bool = False) -> None:
+        """Start a gateway, which connects to the arm as it is."""
+        kinematics = Kinematics(BASE, TOOL)
+        driver = Cr5Driver(MemoryLink(self.emulator), kinematics, joint_speed=1.6, emulated=True)
         self.driver = driver
         bodies = gripper_bodies(0.048, 0.012)
         boundaries = CellBoundaries(3.0, ((-2.0, -2.0, 0.01), (2.0, 2.0, 2.0)), bodies)
@@ -58,14 +69,7 @@ class ArmWorld:
         drivers = (FixedDriver(GRIPS[0]), driver)
         self.cell = Cell(follower, drivers, GRIPS, BOOT, automatic, ForceLimit(20.0))
         self.cell.take_scene([TABLE])
-        self.now = START
         self.report: CellStatus = self.cell.step(self.now)
-        self.commanded: list[np.ndarray] = []
-        self.measured: list[np.ndarray] = []
-        self.joint_speeds: list[tuple[float, float]] = []
-        self._sequence = self._command = self._signs = 0
-        self.held_command = ""
-        """Command whose button a person holds."""
 
     @property
     def seconds(self) -> float:

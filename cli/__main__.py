@@ -39,6 +39,7 @@ VERBS = {
         "cli.calibrate:main",
         "estimate the camera's pose from a marker that an arm carries",
     ),
+    "certs": ("cli.certs:main", "make certificates and access rules for the bus of a cell"),
     "see": ("cli.see:main", "find the centrelines of ropes in an image"),
     "bench": ("", "run a benchmark and print its table"),
 }

@@ -20,6 +20,7 @@ from shared.bus import BusOptions
 from shared.configuration import ConfigurationError
 from shared.scenario import Side, find, load
 from stack import dependencies, services
+from stack.credentials.local_secret import local_secret
 from stack.launcher import module_entry
 from stack.launcher.console import ConsoleHandler, ProcessConsole
 from stack.launcher.launcher import Launcher
@@ -72,15 +73,12 @@ def main(
     for side in emulated:
         _check_emulator_ports(side)
     _preflight(scenario)
-    common = ("--scenario", str(scenario.resolve()), "--namespace", namespace)
-    common += ("--connect", f"tcp/127.0.0.1:{port}")
-    programs = [emulator_program(side, scenario) for side in emulated]
     console = ProcessConsole()
     logging.basicConfig(level=logging.INFO, handlers=[ConsoleHandler(console)], force=True)
-    options = BusOptions(namespace, connect=(), listen=(f"tcp/127.0.0.1:{port}",))
+    endpoint = f"tcp/127.0.0.1:{port}"
 
     def print_ready(seconds: float) -> None:
-        ready = f"all {len(programs)} processes are ready after {seconds:.1f} s"
+        ready = f"all {len(emulated) + len(parts)} processes are ready after {seconds:.1f} s"
         console.print_line("lariat", ready)
         if dashboard:
             print("Ctrl-C stops all", flush=True)
@@ -90,7 +88,12 @@ def main(
         if dashboard and browser:
             _open_browser(address, Path(folder))
 
-    with tempfile.TemporaryDirectory(prefix="lariat-") as folder:
+    with (
+        local_secret(port) as settings,
+        tempfile.TemporaryDirectory(prefix="lariat-") as folder,
+    ):
+        common = ("--scenario", str(scenario.resolve()), "--namespace", namespace)
+        common += ("--connect", endpoint, "--settings", str(settings))
         # Command lines are public, so a file hands over the token; a restart takes it again.
         token = Path(folder, "token")
         address = f"http://127.0.0.1:{dashboard_port}/?token={load_token(token)}"
@@ -99,7 +102,9 @@ def main(
             page += ["--address", *dashboard_address]
         if dashboard_password_file:
             page += ["--password-file", str(dashboard_password_file.resolve())]
+        programs = [emulator_program(side, scenario) for side in emulated]
         programs += [service_program(name, common, emulated, page) for name in parts]
+        options = BusOptions(namespace, connect=(), listen=(endpoint,), settings=settings)
         with buses.open(options, "lariat") as bus:
             return Launcher(programs, bus, console).run(print_ready)
 

@@ -44,6 +44,8 @@ _FROZEN_LEASE_MS = 2000
 """Time without a sign of life after which a peer counts as gone [ms]."""
 _SEND_QUEUE_SIZE = 16
 """Batches that wait for the network thread, per priority: the most that Zenoh allows."""
+_SECRET_SETTINGS = ("transport/auth", "transport/link/tls")
+"""First part of the settings whose values are secret."""
 MAX_LOSS = 1_000_000
 """Most messages that one gap in a publisher's numbers counts for: numbers can be made up."""
 MAX_PUBLISHER_LENGTH = 128
@@ -232,7 +234,7 @@ class Subscription(_Door):
     """Subscription to one topic, or to all keys of a topic with a placeholder; decodes messages."""
 
     def __init__(self, session: zenoh.Session, topic: Topic, clock: Clock) -> None:
-        key = _key_expression(topic.key)
+        key = key_expression(topic.key)
         capacity = _WILDCARD_CAPACITY if "*" in key else _CAPACITY[topic.buffering]
         super().__init__(session, key, capacity, clock)
         self._topic = topic
@@ -322,8 +324,8 @@ def _integer(text: str) -> int:
     return int(text) if text.isascii() and text.isdecimal() and len(text) <= 18 else 0
 
 
-def _key_expression(key: str) -> str:
-    """Zenoh key expression of a topic's key: a placeholder becomes a wildcard."""
+def key_expression(key: str) -> str:
+    """Return the Zenoh key expression of a topic's key: a placeholder becomes a wildcard."""
     start, end = key.find("{"), key.find("}")
     return key if start < 0 else f"{key[:start]}*{key[end + 1 :]}"
 
@@ -353,7 +355,9 @@ def _config(options: BusOptions, timeout: float | None) -> zenoh.Config:
         try:
             config.insert_json5(key, json.dumps(value))
         except zenoh.ZError as error:
-            raise BusError(f"Zenoh refuses {key} = {json.dumps(value)}: {error}") from None
+            # A private key or a password must not get into a log.
+            shown = "…" if key.startswith(_SECRET_SETTINGS) else json.dumps(value)
+            raise BusError(f"Zenoh refuses {key} = {shown}: {error}") from None
     return config
 
 
@@ -387,7 +391,7 @@ def _bus_error(options: BusOptions, error: str) -> BusError:
     if "already in use" in error:
         return BusError(f"{', '.join(options.listen)} is taken; is another stack running there?")
     if "nable to connect" in error:
-        hint = " (a wrong password looks the same)" if options.settings else ""
+        hint = " (credentials that it refuses look the same)" if options.settings else ""
         return Unreachable(f"no stack answers at {connect}{hint}; is `lariat up` running?")
     return BusError(f"cannot join the bus at {connect}: {error.splitlines()[0]}")
 

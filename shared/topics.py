@@ -112,12 +112,17 @@ class Topic:
 #
 # A rendered depth close to a rounding threshold rounds the other way in about one pixel of 10 000.
 CAMERA_COLOR = Topic(
-    "camera/{name}/color", CompressedImage, "sim", "joined", large=True, pixel_tolerance=5e-4
+    "camera/{name}/color",
+    CompressedImage,
+    "sim, camera",
+    "joined",
+    large=True,
+    pixel_tolerance=5e-4,
 )
 CAMERA_DEPTH = Topic(
-    "camera/{name}/depth", RawImage, "sim", "joined", large=True, pixel_tolerance=5e-4
+    "camera/{name}/depth", RawImage, "sim, camera", "joined", large=True, pixel_tolerance=5e-4
 )
-CAMERA_CALIBRATION = Topic("camera/{name}/calibration", CameraCalibration, "sim", "latest")
+CAMERA_CALIBRATION = Topic("camera/{name}/calibration", CameraCalibration, "sim, camera", "latest")
 # The fit stops when no node moves further than 1e-5 m. The last bit can decide on one more or one
 # less iteration, which moves single chains by up to 5e-5 m and the median chain by 2e-8 m.
 ROPE_NODES = Topic(

@@ -19,6 +19,7 @@ from shared import topics
 from shared.bus import DEFAULT_HUB, Bus, BusOptions, Publisher, Subscription
 from shared.clock import SystemClock
 from shared.messages import ArmCommand, ArmStates, TaskRequest, TaskState
+from stack.credentials.local_secret import find_local_secret
 
 JOIN_TIMEOUT = 1.5
 """Longest wait for the bus' hub [s]."""
@@ -39,7 +40,8 @@ class Cell:
     mode: Literal["peer", "client"] = "peer"
     """Zenoh mode: a client talks through a router."""
     settings: Path | None = None
-    """JSON file of further Zenoh settings by their path, e.g. TLS, user and password."""
+    """JSON file of further Zenoh settings by their path, e.g. one that `lariat certs` made; by
+    default the secret of this user's stack on this machine."""
 
 
 class RequestFailed(RuntimeError):
@@ -58,7 +60,7 @@ def connect(cell: Cell) -> Iterator[Client]:
         connect=cell.connect,
         listen=() if cell.mode == "client" else ("tcp/127.0.0.1:0",),
         mode=cell.mode,
-        settings=cell.settings,
+        settings=cell.settings or find_local_secret(cell.connect),
     )
     name = f"lariat-{secrets.token_hex(4)}"
     with buses.open(options, name, timeout=JOIN_TIMEOUT) as bus:

@@ -1,0 +1,1 @@
+"""Credentials of the bus: who may join it, and who may publish what."""

@@ -1,0 +1,95 @@
+from __future__ import annotations
+
+import json
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+
+from shared import bus as buses
+from shared import topics
+from shared.bus import BusOptions, Unreachable
+from shared.configuration import ConfigurationError
+from shared.messages import TaskRequest
+from stack import client
+from stack.credentials.local_secret import find_local_secret, local_secret
+from tests.shared.cell import free_port, until
+
+
+@pytest.fixture(autouse=True)
+def runtime_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    return tmp_path / "lariat"
+
+
+@pytest.fixture
+def stack() -> Iterator[ExitStack]:
+    with ExitStack() as stack:
+        yield stack
+
+
+def test_secret_is_for_its_owner_alone_differs_each_time_and_is_removed(
+    runtime_folder: Path,
+) -> None:
+    seen = []
+    for _ in range(2):
+        with local_secret(7447) as path:
+            assert stat.S_IMODE(runtime_folder.stat().st_mode) == 0o700
+            for file in runtime_folder.iterdir():
+                assert stat.S_IMODE(file.stat().st_mode) == 0o600
+            seen.append(json.loads(path.read_text())["transport/auth/usrpwd/password"])
+        assert list(runtime_folder.iterdir()) == []
+    assert seen[0] != seen[1]
+
+
+def test_folder_that_others_can_use_is_refused(runtime_folder: Path) -> None:
+    runtime_folder.mkdir(mode=0o755)
+    with pytest.raises(ConfigurationError, match="0700"), local_secret(7447):
+        pass
+    assert find_local_secret(("tcp/127.0.0.1:7447",)) is None
+
+
+def test_secret_is_found_by_the_port_of_the_hub() -> None:
+    with local_secret(7447) as path:
+        assert find_local_secret(("tcp/127.0.0.1:7447",)) == path
+        assert find_local_secret(("tcp/127.0.0.1:7448",)) is None
+        assert find_local_secret(("tcp/10.0.0.1:7447",)) is None
+
+
+def test_only_who_knows_the_secret_joins_the_hub_or_a_process(
+    stack: ExitStack, tmp_path: Path
+) -> None:
+    port, process_port = free_port(), free_port()
+    hub, direct = f"tcp/127.0.0.1:{port}", f"tcp/127.0.0.1:{process_port}"
+    settings = stack.enter_context(local_secret(port))
+    stack.enter_context(buses.open(BusOptions("cell", (), (hub,), settings=settings), "hub"))
+    process = BusOptions("cell", (hub,), (direct,), settings=settings)
+    controller = stack.enter_context(buses.open(process, "controller", timeout=3.0))
+    requests = controller.subscribe(topics.TASK_REQUEST)
+
+    wrong = tmp_path / "wrong.json"
+    table = json.loads(settings.read_text())
+    wrong.write_text(json.dumps({**table, "transport/auth/usrpwd/password": "guess"}))
+    for endpoint in (hub, direct):
+        for credentials in (None, wrong):
+            stranger = BusOptions("cell", (endpoint,), (), "client", credentials)
+            with pytest.raises(Unreachable), buses.open(stranger, "stranger", timeout=1.0):
+                pass
+
+    with client.connect(client.Cell((hub,))) as person:
+        publisher = person.bus.publisher(topics.TASK_REQUEST)
+        until(lambda: publisher.has_subscribers)
+        publisher.put(TaskRequest(id="start"))
+        found: list[str] = []
+        until(lambda: found.extend(i.message.id for _, i in requests.take()) or found)
+        assert found == ["start"]
+
+
+def test_memory_that_processes_share_is_for_their_owner_alone() -> None:
+    # Images go through it, past any password.
+    for segment in Path("/dev/shm").glob("*.zenoh"):
+        if segment.stat().st_uid == os.getuid():
+            assert stat.S_IMODE(segment.stat().st_mode) == 0o600

@@ -1,4 +1,4 @@
-"""Two machines of one cell, in network namespaces: certificates, a router, a cut and its healing."""
+"""Two machines of one cell, in network namespaces: certificates, a router, a cut, its healing."""
 
 from __future__ import annotations
 

@@ -43,6 +43,8 @@ class Cell:
     """Standard deviation of an observed node [m]."""
     camera_delay: float = 0.05
     """Age of an observation when it arrives [s]."""
+    arm_lag: float = 0.0
+    """Time by which the arms are behind their setpoints, a multiple of 5 ms [s]."""
     adapts: bool = False
     """Whether the material is learnt."""
     max_stretch: float = np.inf
@@ -67,6 +69,9 @@ class Cell:
         self.controller = receding_horizon_controller(Control(), Limits(), moves, self.estimator)
         self.adaptation = MaterialFilter(PROPERTIES)
         self.grip_positions: list[Float64[np.ndarray, "2 3"]] = []
+        self._commanded = [self.arm]
+        self._plans: list[tuple[float, np.ndarray]] = []
+        self._history: list[tuple[float, np.ndarray]] = []
         self._images: list[tuple[int, int, np.ndarray]] = []
         self._random = np.random.default_rng(1)
         self._steps = 0
@@ -84,14 +89,22 @@ class Cell:
         for _ in range(round(seconds / (STEP * 1e-9))):
             self.estimator.advance(self.arm, self.now)
             self._observe()
-            self.controller.step(self.now, goal, avoidance)
+            command = self.controller.step(self.now, goal, avoidance)
+            horizon = self.controller.optimizer.step_count * self.controller.optimizer.time_step
+            end = 1e-9 * command.plan_start + horizon
+            self._plans.append((end, command.plan.nodes[-1]))
             stream = self.controller.stream
             assert stream is not None
             for k in range(1, 5):
-                after = stream.motion_at(self.now + k * STEP // 4)
+                self._commanded.append(stream.motion_at(self.now + k * STEP // 4))
+                after = self._commanded[
+                    max(-1 - round(self.arm_lag / 0.005), -len(self._commanded))
+                ]
                 twist = mean_twists(self.arm, after, STEP * 1e-9 / 4).reshape(1, 2, 6)
                 self.rope = self.plant.rollout(RolloutSpec(self.rope, twist, STEP * 1e-9 / 4)).final
                 self.arm = after
+                time = 1e-9 * (self.now + k * STEP // 4)
+                self._history.append((time, self.rope.positions))
             self.grip_positions.append(self.arm.positions)
             self.now += STEP
             self._steps += 1
@@ -103,6 +116,20 @@ class Cell:
     def error(self, goal: Float64[np.ndarray, "n 3"]) -> float:
         """Mean node distance of the true rope to a goal [m]."""
         return float(np.mean(np.linalg.norm(self.rope.positions - goal, axis=1)))
+
+    def horizon_errors(self) -> Float64[np.ndarray, "h"]:
+        """Root mean square node error at the end of every horizon that has passed [m]."""
+        times = np.array([time for time, _ in self._history])
+        nodes = np.array([nodes for _, nodes in self._history])
+        errors = []
+        for end, predicted in self._plans:
+            if end > times[-1]:
+                break
+            after = int(np.searchsorted(times, end))
+            share = (times[after] - end) / (times[after] - times[after - 1])
+            true = share * nodes[after - 1] + (1.0 - share) * nodes[after]
+            errors.append(np.sqrt(np.mean(np.sum((predicted - true) ** 2, axis=1))))
+        return np.array(errors)
 
     def _observe(self) -> None:
         """Hand over the images whose delay has passed."""

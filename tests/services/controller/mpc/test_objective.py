@@ -6,7 +6,11 @@ import numpy as np
 
 from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle
-from services.controller.mpc.collision_avoidance import AvoidanceSpecification, GripPrediction
+from services.controller.mpc.collision_avoidance import (
+    AvoidanceSpecification,
+    GripPrediction,
+    rope_clearance_residuals,
+)
 from services.controller.mpc.objective import NormalEquations, rope_terms
 
 HORIZON, COUNT, VARIABLES = 3, 9, 4
@@ -36,3 +40,16 @@ def test_gradient_equals_finite_differences_of_the_cost() -> None:
     assert min(here.cost.values()) > 0.0
     measured = [(at(d).total - at(-d).total) / 2e-7 for d in 1e-7 * np.eye(VARIABLES)]
     assert np.allclose(2.0 * here.gradient, measured, rtol=1e-4)
+
+
+def test_clearance_is_also_kept_between_nodes() -> None:
+    nodes = np.stack([np.linspace(-0.2, 0.2, COUNT), *np.zeros((2, COUNT))], axis=1)[None]
+    jacobian = np.zeros((1, COUNT, 3, 1))
+    jacobian[:, :, 1] = 1.0
+    # 25 mm from the nodes of an edge along the rope, 5.5 mm from its middle.
+    pin = Obstacle("sphere", (0.025, 0.0065, 0.0), radius=0.001, name="pin")
+    avoidance = AvoidanceSpecification((pin,), 0.004, 0.004, 0.44)
+    residuals, rows = rope_clearance_residuals(nodes, jacobian, avoidance)
+    np.testing.assert_allclose(residuals, [2.0 * (8.0 - 5.5)])
+    # The residual falls while the rope moves away, towards negative y.
+    np.testing.assert_allclose(rows, [[2000.0]])

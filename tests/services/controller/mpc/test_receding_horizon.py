@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from lariat.rod import RolloutSpec
+from services.controller.mpc.reference_trajectory import ReferenceTrajectory
 from shared.scenario.sections import Limits
 from tests.services.controller.cell import Cell, grips
 
@@ -44,3 +46,28 @@ def test_rope_settles_with_late_and_noisy_images(delay: float) -> None:
     assert cell.error(goal) < 1.5e-3
     tail = np.array(cell.grip_positions[-50:])
     assert np.linalg.norm(tail - tail.mean(axis=0), axis=2).max() < 1.5e-3
+
+
+def path(cell: Cell, shift: np.ndarray, seconds: float) -> ReferenceTrajectory:
+    """Path of both grips by a displacement [m], smooth in time, with the rope along it."""
+    s = np.linspace(0.0, 1.0, round(seconds / 0.02) + 1)
+    travelled = (s**3 * (10.0 - 15.0 * s + 6.0 * s**2))[:, None, None] * shift
+    positions = np.array([g.position for g in cell.start]) + travelled
+    orientations = np.repeat(np.array([g.orientation for g in cell.start])[None], len(s), axis=0)
+    twists = np.zeros((len(s) - 1, 2, 6))
+    twists[:, :, :3] = np.diff(positions, axis=0) / 0.02
+    moved = cell.plant.rollout(RolloutSpec(cell.rope, twists, 0.02)).positions
+    nodes = np.concatenate([cell.rope.positions[None], moved])
+    return ReferenceTrajectory(0.02, positions, orientations, nodes)
+
+
+@pytest.mark.parametrize(("camera_delay", "arm_lag"), [(0.1, 0.0), (0.02, 0.1)])
+def test_horizons_foresee_a_moving_rope_in_spite_of_late_images_and_arms(
+    camera_delay: float, arm_lag: float
+) -> None:
+    cell = Cell(camera_delay=camera_delay, arm_lag=arm_lag)
+    followed = path(cell, np.array([0.05, 0.15, 0.0]), 1.6)
+    cell.follow(followed)
+    cell.run(1.7, followed.nodes[-1])
+    # The lag is learnt in the first moments.
+    assert cell.horizon_errors()[30:].max() < 1e-3

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from lariat.geometry.obstacles import Obstacle, signed_distance
 from lariat.rod import Rod, RolloutSpec
 from lariat.rod.xpbd import XpbdProperties, XpbdRod
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
@@ -49,6 +52,37 @@ def test_training_in_a_horizon_lowers_the_objective(name: str, solver: str) -> N
     total = sum(plans[-1].cost.values())
     assert total < standing
     assert plans[-1].cost["error"] < 0.99 * standing
+
+
+@pytest.mark.parametrize(("weight", "least", "most"), [(None, 0.002, 0.05), (0.0, -5e-4, 5e-4)])
+def test_potential_drives_a_rope_at_its_goal_away_from_an_obstacle(
+    weight: float | None, least: float, most: float
+) -> None:
+    settings = PaperControl()
+    if weight is not None:
+        settings = replace(settings, obstacle_weight=weight)
+    moves = np.zeros((2, 6), dtype=bool)
+    moves[:, :3] = True
+    method = PaperOptimizer(Actions(settings.horizon, 6), settings, moves, Limits())
+    rod = RODS["direct"]
+    state = rod.rest(*grips((-0.19, 0.0, 0.3), (0.19, 0.0, 0.3))).state
+    x, _, z = state.positions[COUNT // 2]
+    ball = Obstacle("sphere", (x, 0.03 + 0.6 * settings.obstacle_distance, z), radius=0.03)
+    goal = np.repeat(state.positions[None], settings.horizon, axis=0)
+    still = np.zeros((settings.horizon, 2, 6))
+    horizon = HorizonProblem(
+        state,
+        0.0 * goal[0],
+        still,
+        goal,
+        np.zeros((2, 2, 3)),
+        np.zeros((2, 6)),
+        np.zeros((2, 6), dtype=bool),
+    )
+    avoidance = AvoidanceSpecification((ball,), 0.01, 0.004, 0.44)
+    plan = method.plan(rod, horizon, avoidance)
+    distances = [np.min(signed_distance(nodes, ball)) for nodes in (goal[0], plan.nodes[-1])]
+    assert least < distances[1] - distances[0] < most
 
 
 class _Outwards:

@@ -81,6 +81,14 @@ def test_clearance_is_that_of_the_surfaces_and_leaves_supports_out() -> None:
     assert progress.min_clearance == pytest.approx(0.046)
 
 
+def test_clearance_is_also_that_between_nodes() -> None:
+    progress = monitor()
+    # 25 mm from the nodes of an edge along the rope, 11 mm from its middle.
+    pin = Obstacle("sphere", (0.025, 0.012, 0.3), radius=0.001)
+    progress.observe(10 * PERIOD, GOAL, GOAL, (pin,))
+    assert progress.clearance == pytest.approx(0.011 - 0.004, abs=1e-6)
+
+
 def test_clearance_along_shapes_is_the_least_of_them() -> None:
     shapes = np.stack([GOAL, GOAL + np.array([0.0, 0.05, 0.0])])
     assert monitor().clearance_along(shapes, (POST,)) == pytest.approx(0.026)

@@ -368,7 +368,7 @@ def _size_filters(namespace: str) -> list[dict[str, Any]]:
             "id": topic.key,
             "messages": ["put"],
             "flows": ["ingress"],
-            "key_exprs": [f"{namespace}/{_key_expression(topic.key)}"],
+            "key_exprs": [f"{namespace}/{key_expression(topic.key)}"],
             "size_limit": topic.max_size + _HEADER_SIZE,
         }
         for topic in TOPICS

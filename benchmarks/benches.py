@@ -22,7 +22,7 @@ BENCHES: dict[str, Bench] = {
     "live": Bench("benchmarks.live", "step times of the live stack, from a recording"),
     "paper": Bench("benchmarks.paper.bench", "the paper's simulations, its methods and ours"),
     "perception": Bench("benchmarks.perception.bench", "accuracy of the perceived rope"),
-    "physics": Bench("benchmarks.physics.bench", "the rod against closed-form solutions"),
+    "physics": Bench("benchmarks.physics.bench", "the rod against the continuum and closed forms"),
     "real": Bench("benchmarks.real.bench", "the paper's real experiments, with MuJoCo as the lab"),
     "replay": Bench("benchmarks.replay", "smallest change of a number that each replay detects"),
     "resets": Bench("benchmarks.resets", "every shipped scenario run, reset and run again"),

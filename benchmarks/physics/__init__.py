@@ -1,1 +1,1 @@
-"""The rod against closed-form solutions."""
+"""The rod against the continuum and closed-form solutions."""

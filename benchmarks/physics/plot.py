@@ -1,67 +1,99 @@
-"""Plot of the rod over the closed forms."""
+"""Plot of shapes and of errors over the number of nodes."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
-from benchmarks.physics import problems
+import numpy as np
 
-COARSE_COUNT, FINE_COUNT = 10, 320
-"""Number of nodes of the plotted rods, and number of points of the closed forms."""
+from benchmarks.physics import whip, writhing
+from benchmarks.physics.convergence import ROUNDING_ERROR, Convergence
+from benchmarks.physics.elasticae import CLAMPED_ROPES, OTHER_ROPES
+
+COARSE_COUNT, FINE_COUNT = 20, 400
+"""Number of nodes of the plotted rods, and number of points of the continuum."""
+SHAPES = ("0.24 m apart", "E / 4", "E x 4", "pitched", "cantilever, E x 2")
+"""Plotted ropes, all in the plane y = 0."""
+WHIP_NODES, WHIP_FRAMES = 80, 14
+"""Number of nodes of the plotted whip, and number of its shapes."""
 
 
-def draw(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
-    """Write a plot of three shapes with few nodes, and of every error over the number of nodes.
+def draw(measured: Mapping[str, Sequence[Convergence]], path: Path) -> None:
+    """Write a plot of hanging ropes, a loop, a whip, and the errors of every part.
 
     Args:
-        rows: Rows of the table of `lariat bench physics`.
+        measured: Parts of `lariat bench physics` by name.
         path: File to write, a PNG.
     """
     import matplotlib
 
     matplotlib.use("agg")
-    from matplotlib import pyplot
+    from matplotlib import colormaps, pyplot
 
-    figure, axes = pyplot.subplots(2, 2, figsize=(10, 7))
-    hanging, strut, helix, errors = axes.ravel()
-    for name, color, shapes in (
-        ("heavy cantilever", "tab:blue", problems.cantilever(COARSE_COUNT, 4e8, FINE_COUNT)),
-        ("limp cantilever", "tab:orange", problems.cantilever(COARSE_COUNT, 1e8, FINE_COUNT)),
-        ("catenary", "tab:green", (problems.hung(COARSE_COUNT)[0], problems.hung(FINE_COUNT)[1])),
-    ):
-        nodes, exact = shapes
-        hanging.plot(*exact.T, color=color, label=name)
-        hanging.plot(*nodes.T, "o", color=color, markersize=4)
-    hanging.set_title(
-        f"Under their weight: closed form (line), rod of {COARSE_COUNT} nodes", fontsize=9
+    figure = pyplot.figure(figsize=(13, 8))
+    hanging = figure.add_subplot(2, 3, 1)
+    ropes = CLAMPED_ROPES | OTHER_ROPES
+    for k, name in enumerate(SHAPES):
+        exact = ropes[name].continuum.positions(FINE_COUNT)
+        nodes = ropes[name].rest(COARSE_COUNT).state.positions
+        hanging.plot(exact[:, 0], exact[:, 2], color=f"C{k}", linewidth=1.0, label=name)
+        hanging.plot(nodes[:, 0], nodes[:, 2], "o", color=f"C{k}", markersize=3)
+    hanging.set_title(f"Continuum (lines), rods of {COARSE_COUNT} nodes", fontsize=9)
+    hanging.set_aspect("equal", "datalim")
+
+    loop = figure.add_subplot(2, 3, 2)
+    states = writhing.closing_states(writhing.LOOP_NODES)
+    for k, index in enumerate((0, len(states) // 2, len(states) - 1)):
+        nodes = states[index].positions
+        # A view from above and from the side at once separates the strands.
+        loop.plot(nodes[:, 0], nodes[:, 1] + 0.35 * nodes[:, 2] - 0.2 * k, color=f"C{k}")
+    loop.set_title(
+        f"A rod with {writhing.LOOP_TURNS:.0f} turns of twist, its ends brought together", fontsize=9
     )
-    nodes, exact = problems.strut(COARSE_COUNT)
-    strut.plot(exact[:, 0], -exact[:, 1], color="black", label="Euler's elastica")
-    strut.plot(nodes[:, 0], -nodes[:, 1], "o", markersize=4, label=f"rod, {COARSE_COUNT} nodes")
-    strut.set_title("A strut between pins, buckled", fontsize=9)
-    for axis in (hanging, strut):
-        axis.set_aspect("equal", "datalim")
-        axis.set_xlabel("x [L]")
-        axis.set_ylabel("z [L]")
-    nodes, _ = problems.buckled(80)
-    _, exact = problems.buckled(180)
-    helix.plot(*exact.T, color="black", label="tanh$^2$")
-    helix.plot(*nodes.T, "o", markersize=3, label="rod, 80 nodes")
-    helix.set_title("Helical buckling, localised: envelope of the tangent", fontsize=9)
-    helix.set_xlabel("arc length [width of the closed form]")
-    for name in dict.fromkeys(row["case"] for row in rows):
-        points = [(r["nodes"], r["error"]) for r in rows if r["case"] == name]
-        # An error at the level of rounding has no order of convergence.
-        if points[0][1] > 1e-9:
-            errors.loglog(*zip(*points, strict=True), "o-", markersize=4, label=name)
-    errors.loglog([10, 80], [3e-3, 3e-3 / 64.0], "k--", linewidth=0.8, label="second order")
-    errors.set_title("Error", fontsize=9)
-    errors.set_xlabel("nodes")
-    for axis in axes.ravel():
+    loop.set_aspect("equal", "datalim")
+
+    crack = whip.flick(WHIP_NODES)
+    lash = figure.add_subplot(2, 3, 3)
+    frames = np.linspace(0, len(crack.positions) - 1, WHIP_FRAMES).astype(int)
+    for k, frame in enumerate(frames):
+        nodes = crack.positions[frame]
+        lash.plot(nodes[:, 0], nodes[:, 2], color=colormaps["viridis"](k / WHIP_FRAMES))
+    lash.set_title(
+        f"A whip of {whip.WHIP.length} m, tip up to {crack.tip_speeds.max():.1f} m/s", fontsize=9
+    )
+    lash.set_aspect("equal", "datalim")
+    for axis in (hanging, loop, lash):
+        axis.set_xlabel("x [m]")
+
+    parts = [
+        ("Mean distance of nodes from the continuum", ("elasticae",), "[mm]"),
+        ("Natural frequencies and critical loads", ("frequencies", "buckling"), "error [%]"),
+        ("Young's modulus from exact shapes", ("stiffness",), "error [%]"),
+    ]
+    for place, (title, names, unit) in enumerate(parts, start=4):
+        axis = figure.add_subplot(2, 3, place)
+        cases = [found for name in names for found in measured.get(name, ())]
+        for k, found in enumerate(cases):
+            errors = [error.value for error in found.errors]
+            if len(errors) > 1 and min(errors) > ROUNDING_ERROR:
+                style = "-" if k < 10 else "--"
+                axis.loglog(
+                    found.case.node_counts, errors, style, marker=".", label=found.case.name
+                )
+        if cases:
+            counts = np.array(cases[0].case.node_counts, float)
+            start = max(error.value for found in cases for error in found.errors)
+            axis.loglog(
+                counts, start * (counts[0] / counts) ** 2, "k:", label="second order"
+            )
+        axis.set_title(title, fontsize=9)
+        axis.set_xlabel("nodes")
+        axis.set_ylabel(unit)
+    for axis in figure.axes:
         axis.grid(alpha=0.3)
-        axis.legend(fontsize=7)
+        if axis.get_legend_handles_labels()[0]:
+            axis.legend(fontsize=5.5)
     figure.tight_layout()
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=80)

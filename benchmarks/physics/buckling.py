@@ -1,0 +1,184 @@
+"""Loads at which straight rods and rings become unstable, against the theory of elasticity.
+
+Each load is bisected by the sign of the rod's Hessian at the unbuckled shape. Loads are relative to
+the exact one, so that 1 is exact.
+
+Sources: Euler's columns and Greenhill's heavy column and twisted shaft, as in Timoshenko & Gere,
+"Theory of Elastic Stability" (1961); Michell's ring (1889), found again by Zajac (1962).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from jaxtyping import Float64
+from scipy.optimize import brentq
+from scipy.special import jv
+
+from benchmarks.physics.convergence import Case, Error
+from benchmarks.physics.elasticae import ALONG_X
+from lariat.rod import Rod, RodProperties, RodState, add_turns, state_along
+from lariat.rod.model import End
+
+NODE_COUNTS = (10, 20, 40, 80, 160)
+"""Numbers of nodes of the rods."""
+MAX_ERROR = 1.0
+"""Largest allowed error at n = 40 [%]."""
+LOAD_RANGE = (0.5, 1.5)
+"""Loads between which the critical one is searched, relative to the exact one [-]."""
+BISECTIONS = 22
+"""Halvings of that range."""
+STEP_DURATIONS = np.full(3, 1000.0)
+"""Durations of the steps without inertia in which an unbuckled shape settles [s]."""
+RING_STEP_DURATIONS = np.full(6, 100.0)
+"""The same for a ring, which may turn about its grip's axis: longer ones are indeterminate [s]."""
+COLUMN = RodProperties(0.45, 0.008, 0.044, 1e6, stretch_stiffness=1e4, damping=0.0)
+"""Rod of all cases."""
+WEIGHTLESS = (0.0, 0.0, 0.0)
+"""Absence of gravity [m/s^2]."""
+FLATNESS = 0.01
+"""Extent out of its plane above which a ring has buckled, in lengths [-].
+
+The bends beside the grip make a ring of n nodes leave its plane by about 1 / (2 n^2) before."""
+
+Stable = Callable[[float], bool]
+"""Stability of the unbuckled shape under a load relative to the exact critical one."""
+
+
+def error(unbuckled: Callable[[int], Stable], node_count: int) -> Error:
+    """Return the relative error of the critical load [%].
+
+    Args:
+        unbuckled: Function from the number of nodes to the stability of the unbuckled shape.
+        node_count: Number of nodes.
+    """
+    stable = unbuckled(node_count)
+    low, high = LOAD_RANGE
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        if stable(middle):
+            low = middle
+        else:
+            high = middle
+    return Error(100.0 * abs(0.5 * (low + high) - 1.0))
+
+
+def compressed(left: End, right: End, exact: float, node_count: int) -> Stable:
+    """Return the stability of a straight rod that is shortened between its ends.
+
+    Args:
+        left: Hold of the left end.
+        right: Hold of the right end.
+        exact: Critical force in units of EI / L^2.
+        node_count: Number of nodes.
+    """
+    rod = Rod(COLUMN, node_count, left, right, WEIGHTLESS, 1e-9)
+    straight = rod.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+    strain = exact * COLUMN.bending_stiffness / COLUMN.length**2 / COLUMN.stretch_stiffness
+
+    def stable(load: float) -> bool:
+        return _settles(
+            rod, replace(straight, positions=(1.0 - load * strain) * straight.positions)
+        )
+
+    return stable
+
+
+def loaded_tip(node_count: int) -> Stable:
+    """Return the stability of a column with a free tip that carries a weight.
+
+    The weight is the mass of the last node; the rest of the column has next to none. The exact
+    critical load is pi^2 / 4 EI / L^2.
+    """
+    profile = (1e-9,) * (node_count - 1) + (1.0,)
+    properties = replace(COLUMN, density_profile=profile)
+    mass = 0.5 * properties.linear_density * properties.length / (node_count - 1)
+    exact = 0.25 * math.pi**2 * properties.bending_stiffness / properties.length**2
+    return partial(_upright, properties, node_count, exact / mass)
+
+
+def heavy_column(node_count: int) -> Stable:
+    """Return the stability of a column with a free tip under its own weight.
+
+    The exact critical weight per length is 9 j^2 / 4 EI / L^3, with j the first zero of the Bessel
+    function of order -1/3.
+    """
+    j = brentq(lambda j: jv(-1.0 / 3.0, j), 1.8, 1.9)
+    exact = 2.25 * j**2 * COLUMN.bending_stiffness / COLUMN.length**3
+    return partial(_upright, COLUMN, node_count, exact / COLUMN.linear_density)
+
+
+def twisted(node_count: int) -> Stable:
+    """Return the stability of a straight rod that is twisted between clamps.
+
+    The exact critical moment is 2 x EI / L with x = tan(x).
+    """
+    rod = Rod(COLUMN, node_count, gravity=WEIGHTLESS, tolerance=1e-9)
+    straight = rod.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+    x = brentq(lambda x: x - math.tan(x), 4.4, 4.6)
+    exact = 2.0 * x * COLUMN.bending_stiffness / COLUMN.twisting_stiffness
+
+    def stable(load: float) -> bool:
+        return _settles(rod, add_turns(straight, load * exact / (2.0 * math.pi)))
+
+    return stable
+
+
+def ring(node_count: int) -> Stable:
+    """Return the stability of a ring that is cut, twisted and closed; both ends have one grip.
+
+    The exact critical twist is 2 pi sqrt(3) EI / GJ.
+    """
+    rod = Rod(COLUMN, node_count, gravity=WEIGHTLESS, tolerance=1e-9)
+    edges = node_count - 1
+    angles = 2.0 * np.pi * (np.arange(edges) + 0.5) / edges
+    tangents = np.stack([np.cos(angles), 0.0 * angles, np.sin(angles)], axis=1)
+    nodes = rod.edge_length * np.concatenate([np.zeros((1, 3)), np.cumsum(tangents, axis=0)])
+    untwisted = state_along(nodes, ALONG_X, ALONG_X, rod.model.clamps)
+    exact = math.sqrt(3.0) * COLUMN.bending_stiffness / COLUMN.twisting_stiffness
+
+    def stable(load: float) -> bool:
+        return _settles(rod, add_turns(untwisted, load * exact), RING_STEP_DURATIONS)
+
+    return stable
+
+
+def _upright(properties: RodProperties, node_count: int, gravity: float, load: float) -> bool:
+    """Return whether a column that is clamped at its foot stands upright."""
+    rod = Rod(properties, node_count, right="free", gravity=(0.0, 0.0, -load * gravity))
+    return _settles(rod, rod.straight((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)))
+
+
+def _settles(
+    rod: Rod, state: RodState, durations: Float64[np.ndarray, "H"] = STEP_DURATIONS
+) -> bool:
+    """Return whether a rod in the plane y = 0 settles there into a stable shape."""
+    rollout, stable = rod.settle(state, np.zeros((len(durations), 2, 6)), durations)
+    flat = np.ptp(rollout.positions[-1][:, 1]) < FLATNESS * rod.properties.length
+    return bool(stable and flat and rollout.converged.all())
+
+
+_CLAMPED_PINNED = brentq(lambda x: x - math.tan(x), 4.4, 4.6) ** 2
+"""Critical force between a clamp and a pin [EI / L^2]."""
+_STRAIGHT_RODS: dict[str, Callable[[int], Stable]] = {
+    "Euler, clamped": partial(compressed, "clamped", "clamped", 4.0 * math.pi**2),
+    "Euler, clamped and pinned": partial(compressed, "clamped", "pinned", _CLAMPED_PINNED),
+    "Euler, pinned": partial(compressed, "pinned", "pinned", math.pi**2),
+    "Euler, clamped and free": loaded_tip,
+    "Greenhill, heavy column": heavy_column,
+    "Greenhill, twisted shaft": twisted,
+}
+CASES: tuple[Case, ...] = (
+    *(
+        Case(name, "%", partial(error, unbuckled), NODE_COUNTS, {40: MAX_ERROR}, 1.8)
+        for name, unbuckled in _STRAIGHT_RODS.items()
+    ),
+    Case(
+        "Michell, twisted ring", "%", partial(error, ring), (20, 40, 80, 160), {40: MAX_ERROR}, 1.8
+    ),
+)
+"""Cases of the table."""

@@ -1,0 +1,100 @@
+"""Errors of a rod over its number of nodes, with observed orders of convergence."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+ROUNDING_ERROR = 1e-9
+"""Error below which rounding and the solver's tolerance hide the discretization [any unit]."""
+
+
+class Error(NamedTuple):
+    """Error of a rod with some number of nodes."""
+
+    value: float
+    """Error that is bounded; of a shape, the mean over its nodes."""
+    largest: float | None = None
+    """Largest error of a node, of a shape."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """Problem whose exact solution is known."""
+
+    name: str
+    """Name in the tables."""
+    unit: str
+    """Unit of the error; L is the length of the rod, % a percentage of the exact value."""
+    error: Callable[[int], Error]
+    """Error of a rod, by its number of nodes."""
+    node_counts: tuple[int, ...]
+    """Numbers of nodes to measure, ascending."""
+    bounds: Mapping[int, float] = field(default_factory=dict)
+    """Largest allowed error, by number of nodes."""
+    min_order: float | None = None
+    """Smallest allowed order of convergence; None where the error has no order."""
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """Errors of one case over its numbers of nodes."""
+
+    case: Case
+    """The case."""
+    errors: tuple[Error, ...]
+    """Error for each number of nodes."""
+
+    @property
+    def steps(self) -> tuple[float, ...]:
+        """Order observed between neighbouring numbers of nodes [-]."""
+        sizes = [n - 1 for n in self.case.node_counts]
+        return tuple(
+            math.log(fine.value / coarse.value) / math.log(few / many)
+            for (few, many), (coarse, fine) in zip(
+                pairwise(sizes), pairwise(self.errors), strict=True
+            )
+        )
+
+    @property
+    def order(self) -> float | None:
+        """Order of convergence, fitted to all errors [-].
+
+        None where fewer than two of them are above the level of rounding.
+        """
+        points = [
+            (math.log(n - 1), math.log(error.value))
+            for n, error in zip(self.case.node_counts, self.errors, strict=True)
+            if error.value > ROUNDING_ERROR
+        ]
+        if len(points) < 2:
+            return None
+        return -float(np.polyfit(*zip(*points, strict=True), 1)[0])
+
+    @property
+    def held(self) -> bool:
+        """Whether errors and order are within their bounds."""
+        errors = dict(zip(self.case.node_counts, self.errors, strict=True))
+        bounded = all(errors[n].value <= bound for n, bound in self.case.bounds.items())
+        if self.case.min_order is None:
+            return bounded
+        return bounded and self.order is not None and self.order >= self.case.min_order
+
+
+def measure(case: Case, report: Callable[[int], None] = lambda node_count: None) -> Convergence:
+    """Measure the errors of a case.
+
+    Args:
+        case: Case to measure.
+        report: Callback that takes each number of nodes before it is measured.
+    """
+    errors = []
+    for node_count in case.node_counts:
+        report(node_count)
+        errors.append(case.error(node_count))
+    return Convergence(case, tuple(errors))

@@ -30,17 +30,18 @@ CAPTIONS: dict[Part, str] = {
 }
 """Conditions of each table; plant, camera and adaptation are not involved."""
 
+TABLE_WIDTH = 132
+"""Width of the tables [characters]."""
 
-def run(
-    part: tuple[Part, ...] = ALL_PARTS, plot: Path | None = None, json: bool = False
-) -> int:
+
+def run(part: tuple[Part, ...] = ALL_PARTS, plot: Path | None = None, json: bool = False) -> int:
     """Measure the rod's errors over its number of nodes, and compare them with their bounds.
 
     There is no plant, camera or adaptation: each error is that of the rod itself with n nodes. The
     parts are: `elasticae` (hanging ropes, against boundary value solutions of the continuum),
     `closed-forms`, `frequencies`, `buckling`, `stiffness` (Young's modulus identified from exact
-    shapes), `writhing` and `whip`. The order is that of the errors in the length of an edge, fitted
-    to all of them.
+    shapes), `writhing` and `whip`. The order is that of the error in the length of an edge, between
+    the smallest and the largest number of nodes.
 
     Examples:
       lariat bench physics --plot docs/rod-physics.png
@@ -66,16 +67,16 @@ def run(
                 progress.update(task, description=f"{name}: {case.name}")
                 measured[name].append(measure(case, lambda _, t=task: progress.advance(t)))
             progress.remove_task(task)
-    held = all(found.held for cases in measured.values() for found in cases)
+    held = all(found.held for name in part for found in measured[name])
     if json:
-        parts = {name: [_row(found) for found in cases] for name, cases in measured.items()}
-        print(encoder.dumps({**parts, "held": held}))
+        rows = {name: [_row(found) for found in measured[name]] for name in part}
+        print(encoder.dumps({**rows, "held": held}))
     else:
-        console = Console()
-        for name, cases in measured.items():
-            console.print(_table(name, cases))
-        for name, cases in measured.items():
-            for found in cases:
+        console = Console(width=TABLE_WIDTH)
+        for name in part:
+            console.print(_table(name, measured[name]))
+        for name in part:
+            for found in measured[name]:
                 if not found.held:
                     console.print(f"{name}: {found.case.name}: a bound does not hold", style="red")
     if plot is not None:
@@ -93,7 +94,6 @@ def _row(found: Convergence) -> dict[str, object]:
         "nodes": case.node_counts,
         "errors": [error.value for error in found.errors],
         "largest": [error.largest for error in found.errors],
-        "orders": found.steps,
         "order": found.order,
         "bounds": {str(n): bound for n, bound in case.bounds.items()},
         "min_order": case.min_order,
@@ -105,7 +105,7 @@ def _table(name: Part, cases: Sequence[Convergence]) -> Table:
     """Return a table of one part: a column for each number of nodes."""
     counts = sorted({n for found in cases for n in found.case.node_counts})
     table = Table(title=f"{name}: {CAPTIONS[name]}", title_justify="left")
-    table.add_column("case")
+    table.add_column("case", no_wrap=True)
     table.add_column("unit")
     for count in counts:
         table.add_column(f"n={count}", justify="right")

@@ -16,7 +16,7 @@ from functools import partial
 
 import numpy as np
 from jaxtyping import Float64
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 from scipy.special import jv
 
 from benchmarks.physics.convergence import Case, Error
@@ -44,6 +44,8 @@ FLATNESS = 0.01
 """Extent out of its plane above which a ring has buckled, in lengths [-].
 
 The bends beside the grip make a ring of n nodes leave its plane by about 1 / (2 n^2) before."""
+TANGENT_ROOT = root_scalar(lambda x: x - math.tan(x), bracket=(4.4, 4.6)).root
+"""First positive root of x = tan(x)."""
 
 Stable = Callable[[float], bool]
 """Stability of the unbuckled shape under a load relative to the exact critical one."""
@@ -107,7 +109,7 @@ def heavy_column(node_count: int) -> Stable:
     The exact critical weight per length is 9 j^2 / 4 EI / L^3, with j the first zero of the Bessel
     function of order -1/3.
     """
-    j = brentq(lambda j: jv(-1.0 / 3.0, j), 1.8, 1.9)
+    j = root_scalar(lambda j: jv(-1.0 / 3.0, j), bracket=(1.8, 1.9)).root
     exact = 2.25 * j**2 * COLUMN.bending_stiffness / COLUMN.length**3
     return partial(_upright, COLUMN, node_count, exact / COLUMN.linear_density)
 
@@ -119,8 +121,7 @@ def twisted(node_count: int) -> Stable:
     """
     rod = Rod(COLUMN, node_count, gravity=WEIGHTLESS, tolerance=1e-9)
     straight = rod.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
-    x = brentq(lambda x: x - math.tan(x), 4.4, 4.6)
-    exact = 2.0 * x * COLUMN.bending_stiffness / COLUMN.twisting_stiffness
+    exact = 2.0 * TANGENT_ROOT * COLUMN.bending_stiffness / COLUMN.twisting_stiffness
 
     def stable(load: float) -> bool:
         return _settles(rod, add_turns(straight, load * exact / (2.0 * math.pi)))
@@ -162,11 +163,9 @@ def _settles(
     return bool(stable and flat and rollout.converged.all())
 
 
-_CLAMPED_PINNED = brentq(lambda x: x - math.tan(x), 4.4, 4.6) ** 2
-"""Critical force between a clamp and a pin [EI / L^2]."""
 _STRAIGHT_RODS: dict[str, Callable[[int], Stable]] = {
     "Euler, clamped": partial(compressed, "clamped", "clamped", 4.0 * math.pi**2),
-    "Euler, clamped and pinned": partial(compressed, "clamped", "pinned", _CLAMPED_PINNED),
+    "Euler, clamped and pinned": partial(compressed, "clamped", "pinned", TANGENT_ROOT**2),
     "Euler, pinned": partial(compressed, "pinned", "pinned", math.pi**2),
     "Euler, clamped and free": loaded_tip,
     "Greenhill, heavy column": heavy_column,

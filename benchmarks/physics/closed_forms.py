@@ -11,12 +11,11 @@ from functools import partial
 import numpy as np
 from jaxtyping import Float64
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 from scipy.special import ellipe, ellipk
 
 from benchmarks.physics.convergence import Case, Error
 from benchmarks.physics.elasticae import ALONG_X, level_grip
-from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties, curvatures, moments, state_along
 
@@ -64,9 +63,10 @@ def catenary_error(bending: float, clamped: bool, node_count: int) -> Error:
 def catenary(count: int) -> Float64[np.ndarray, "k 3"]:
     """Return points of the catenary at evenly spaced arc lengths [m]."""
     # The parameter a of z = a cosh(x / a) for which the curve is as long as the rod.
-    a = brentq(
-        lambda a: 2.0 * a * math.sinh(SPAN / (2.0 * a)) - HANGING_LENGTH, 0.05 * SPAN, 10.0 * SPAN
-    )
+    a = root_scalar(
+        lambda a: 2.0 * a * math.sinh(SPAN / (2.0 * a)) - HANGING_LENGTH,
+        bracket=(0.05 * SPAN, 10.0 * SPAN),
+    ).root
     s = np.linspace(-HANGING_LENGTH / 2.0, HANGING_LENGTH / 2.0, count)
     height = np.sqrt(a**2 + s**2)
     return np.stack([a * np.arcsinh(s / a), 0.0 * s, height - height[0]], axis=1)
@@ -82,7 +82,7 @@ def strut_error(node_count: int) -> Error:
 
 
 def strut(node_count: int) -> Float64[np.ndarray, "n 3"]:
-    """Return the nodes of a strut that has buckled between pins, turned into the plane y = 0 [m]."""
+    """Return the nodes of a strut that has buckled between pins, turned upwards [m]."""
     rod = Rod(STRUT, node_count, "pinned", "pinned", (0.0, 0.0, 0.0), SOLVER_TOLERANCE)
     span = elastica(2)[-1, 0]
     s = np.linspace(0.0, 1.0, node_count)
@@ -115,7 +115,7 @@ def elastica(count: int) -> Float64[np.ndarray, "k 3"]:
 
 
 def twisting_moment_error(node_count: int) -> Error:
-    """Return the largest relative error of the moment GJ theta / L of a twisted straight rod [-]."""
+    """Return the largest relative error of the moment GJ theta / L of a straight rod [-]."""
     rod = Rod(STRUT, node_count, gravity=(0.0, 0.0, 0.0), tolerance=SOLVER_TOLERANCE)
     straight = rod.straight((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     # The grips turn in the first step; the twist spreads in the others.
@@ -158,7 +158,13 @@ CASES: tuple[Case, ...] = (
         for bending in (1e-2, 1e-3, 1e-4, 1e-5)
     ),
     Case("Euler's elastica between pins", "L", strut_error, NODE_COUNTS, {40: 2e-4}, 1.8),
-    Case("moment of a twisted straight rod", "-", twisting_moment_error, (10, 40), {10: 1e-6, 40: 1e-6}),
+    Case(
+        "moment of a twisted straight rod",
+        "-",
+        twisting_moment_error,
+        (10, 40),
+        {10: 1e-6, 40: 1e-6},
+    ),
     Case("curvature of a natural helix", "1/m", helix_error, (10, 40), {10: 1e-6, 40: 1e-6}),
 )
 """Cases of the table. As EI -> 0, the level clamps' boundary layers shrink with sqrt(EI)."""

@@ -47,7 +47,7 @@ class Equilibrium:
     """Piecewise cubic interpolant of the unknown functions over s / L."""
 
     def positions(self, count: int) -> Float64[np.ndarray, "k 3"]:
-        """Return points at evenly spaced arc lengths of the unstretched rod, both ends included [m].
+        """Return points at evenly spaced arc lengths of the unstretched rod, with both ends [m].
 
         Args:
             count: Number of points.

@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from itertools import pairwise
 from typing import NamedTuple
-
-import numpy as np
 
 ROUNDING_ERROR = 1e-9
 """Error below which rounding and the solver's tolerance hide the discretization [any unit]."""
@@ -51,30 +48,16 @@ class Convergence:
     """Error for each number of nodes."""
 
     @property
-    def steps(self) -> tuple[float, ...]:
-        """Order observed between neighbouring numbers of nodes [-]."""
-        sizes = [n - 1 for n in self.case.node_counts]
-        return tuple(
-            math.log(fine.value / coarse.value) / math.log(few / many)
-            for (few, many), (coarse, fine) in zip(
-                pairwise(sizes), pairwise(self.errors), strict=True
-            )
-        )
-
-    @property
     def order(self) -> float | None:
-        """Order of convergence, fitted to all errors [-].
+        """Order of convergence between the smallest and the largest number of nodes [-].
 
-        None where fewer than two of them are above the level of rounding.
+        None for one number of nodes, and for errors at the level of rounding.
         """
-        points = [
-            (math.log(n - 1), math.log(error.value))
-            for n, error in zip(self.case.node_counts, self.errors, strict=True)
-            if error.value > ROUNDING_ERROR
-        ]
-        if len(points) < 2:
+        first, last = self.errors[0].value, self.errors[-1].value
+        if len(self.errors) < 2 or last < ROUNDING_ERROR:
             return None
-        return -float(np.polyfit(*zip(*points, strict=True), 1)[0])
+        counts = self.case.node_counts
+        return math.log(first / last) / math.log((counts[-1] - 1) / (counts[0] - 1))
 
     @property
     def held(self) -> bool:

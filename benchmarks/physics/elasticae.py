@@ -72,16 +72,12 @@ class HeldRope:
     def grips(self) -> tuple[Pose, Pose]:
         """Both grips, the right one with its twist."""
         spin = poses.exponential(self.twist * np.array([0.0, 0.0, 1.0]))
-        return self.left, Pose(
-            self.right.position, poses.multiply(self.right.orientation, spin)
-        )
+        return self.left, Pose(self.right.position, poses.multiply(self.right.orientation, spin))
 
     @cached_property
     def continuum(self) -> Equilibrium:
         """Equilibrium of the continuum."""
-        return equilibrium(
-            self.rod(REFERENCE_NODES), *self.grips, self.rest(REFERENCE_NODES).state
-        )
+        return equilibrium(self.rod(REFERENCE_NODES), *self.grips, self.rest(REFERENCE_NODES).state)
 
     def rod(self, node_count: int) -> Rod:
         """Return the rod with some number of nodes."""

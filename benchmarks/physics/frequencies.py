@@ -14,7 +14,7 @@ from functools import partial
 
 import numpy as np
 from jaxtyping import Float64
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 
 from benchmarks.physics.convergence import Case, Error
 from lariat.rod import Rod, RodProperties, RolloutSpec, StateDirections
@@ -54,7 +54,9 @@ class Beam:
         # cos(b) cosh(b) = 1 between clamps, -1 at a clamp and a free end.
         sign = 1.0 if self.right == "clamped" else -1.0
         middle = math.pi * (mode + 0.5 * sign)
-        return brentq(lambda b: math.cos(b) - sign / math.cosh(b), middle - 1.0, middle + 1.0)
+        return root_scalar(
+            lambda b: math.cos(b) - sign / math.cosh(b), bracket=(middle - 1.0, middle + 1.0)
+        ).root
 
     def deflection(
         self, mode: int, s: Float64[np.ndarray, "k"]

@@ -49,7 +49,8 @@ def draw(measured: Mapping[str, Sequence[Convergence]], path: Path) -> None:
         # A view from above and from the side at once separates the strands.
         loop.plot(nodes[:, 0], nodes[:, 1] + 0.35 * nodes[:, 2] - 0.2 * k, color=f"C{k}")
     loop.set_title(
-        f"A rod with {writhing.LOOP_TURNS:.0f} turns of twist, its ends brought together", fontsize=9
+        f"A rod with {writhing.LOOP_TURNS:.0f} turns of twist, its ends brought together",
+        fontsize=9,
     )
     loop.set_aspect("equal", "datalim")
 
@@ -84,9 +85,7 @@ def draw(measured: Mapping[str, Sequence[Convergence]], path: Path) -> None:
         if cases:
             counts = np.array(cases[0].case.node_counts, float)
             start = max(error.value for found in cases for error in found.errors)
-            axis.loglog(
-                counts, start * (counts[0] / counts) ** 2, "k:", label="second order"
-            )
+            axis.loglog(counts, start * (counts[0] / counts) ** 2, "k:", label="second order")
         axis.set_title(title, fontsize=9)
         axis.set_xlabel("nodes")
         axis.set_ylabel(unit)

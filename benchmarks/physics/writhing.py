@@ -1,7 +1,7 @@
 """Twisted rods that leave their line: a localized helix, and a loop that twists round itself.
 
-The localized helix has a closed form: van der Heijden & Thompson, "Helical and localised buckling in
-twisted rods" (2000), in the numbers of Bergou et al., "Discrete elastic rods" (2008).
+The localized helix has a closed form: van der Heijden & Thompson, "Helical and localised buckling
+in twisted rods" (2000), in the numbers of Bergou et al., "Discrete elastic rods" (2008).
 
 The loop forms as the ends of a twisted rod are brought together. Until it snaps, the work of the
 grips is the change of the rod's energy. Then strands touch, and twist and writhe add up to the
@@ -160,9 +160,7 @@ def writhe(nodes: Float64[np.ndarray, "n 3"]) -> float:
     normals = [np.cross(a, b) for a, b in ((r13, r14), (r14, r24), (r24, r23), (r23, r13))]
     lengths = [np.linalg.norm(n, axis=1, keepdims=True) for n in normals]
     units = [n / np.where(k > 0.0, k, 1.0) for n, k in zip(normals, lengths, strict=True)]
-    sines = [
-        np.sum(a * b, axis=1) for a, b in zip(units, units[1:] + units[:1], strict=True)
-    ]
+    sines = [np.sum(a * b, axis=1) for a, b in zip(units, units[1:] + units[:1], strict=True)]
     solid_angles = np.sum(np.arcsin(np.clip(sines, -1.0, 1.0)), axis=0)
     signs = np.sign(
         np.sum(np.cross(nodes[j + 1] - nodes[j], nodes[i + 1] - nodes[i]) * r13, axis=1)

@@ -166,8 +166,11 @@ class _LossCounter:
 class _Ring:
     """Subscriber whose newest unread messages are kept."""
 
-    def __init__(self, session: zenoh.Session, key: str, capacity: int) -> None:
-        self._subscriber = session.declare_subscriber(key, RingChannel(capacity))
+    def __init__(self, session: zenoh.Session, key: str, capacity: int, own: bool = True) -> None:
+        origin = zenoh.Locality.ANY if own else zenoh.Locality.REMOTE
+        self._subscriber = session.declare_subscriber(
+            key, RingChannel(capacity), allowed_origin=origin
+        )
         self._capacity = capacity
 
     def take(self) -> Iterator[zenoh.Sample]:
@@ -183,8 +186,10 @@ class _Ring:
 class _Door:
     """Common part of subscriptions: their messages, and the counts of those that are missing."""
 
-    def __init__(self, session: zenoh.Session, key: str, capacity: int, clock: Clock) -> None:
-        self._ring = _Ring(session, key, capacity)
+    def __init__(
+        self, session: zenoh.Session, key: str, capacity: int, clock: Clock, own: bool = True
+    ) -> None:
+        self._ring = _Ring(session, key, capacity, own)
         self._clock = clock
         self._losses = _LossCounter()
         self._check = MessageCheck()
@@ -233,10 +238,12 @@ class RawSubscription(_Door):
 class Subscription(_Door):
     """Subscription to one topic, or to all keys of a topic with a placeholder; decodes messages."""
 
-    def __init__(self, session: zenoh.Session, topic: Topic, clock: Clock) -> None:
+    def __init__(
+        self, session: zenoh.Session, topic: Topic, clock: Clock, own: bool = True
+    ) -> None:
         key = key_expression(topic.key)
         capacity = _WILDCARD_CAPACITY if "*" in key else _CAPACITY[topic.buffering]
-        super().__init__(session, key, capacity, clock)
+        super().__init__(session, key, capacity, clock, own)
         self._topic = topic
         self._keys: set[str] = set()
 
@@ -277,9 +284,14 @@ class Bus:
             raise ValueError(f"topic {topic.key!r} has a placeholder; fill it with topic.at(name)")
         return Publisher(self._session, topic, self._publisher)
 
-    def subscribe(self, topic: Topic) -> Subscription:
-        """Return a subscription to the future messages of one topic."""
-        return Subscription(self._session, topic, self._clock)
+    def subscribe(self, topic: Topic, own: bool = True) -> Subscription:
+        """Return a subscription to the future messages of one topic.
+
+        Args:
+            topic: The topic.
+            own: Whether messages of this process count as well.
+        """
+        return Subscription(self._session, topic, self._clock, own)
 
     def subscribe_all(self, capacity: int = 8192) -> RawSubscription:
         """Return a subscription to the future messages of all topics.

@@ -182,7 +182,9 @@ class Runner:
         self._clock = clock
         self._mailbox = Mailbox(service.reads)
         self._newest: dict[str, int] = {}
-        self._subscriptions = [bus.subscribe(topic) for topic in service.reads]
+        self._subscriptions = [
+            bus.subscribe(topic, own=topic not in service.writes) for topic in service.reads
+        ]
         self._publishers = {t.key: bus.publisher(t) for t in service.writes}
         self._tap = getattr(service, "tap", None)
         self._everything = bus.subscribe_all() if self._tap else None

@@ -78,7 +78,7 @@ class Service(Protocol):
     name: str
     """Name of its folder, unique in the cell; part of its topics `health/…`, `trace/…`, `log/…`."""
     reads: Sequence[Topic]
-    """Topics of its inbox."""
+    """Topics of its inbox; its own messages are not delivered to it."""
     writes: Sequence[Topic]
     """Topics on which it publishes, beside its health, trace and log."""
     rate: float

@@ -90,10 +90,10 @@ class SimulatedStack:
         self.taps = list(taps)
         """Functions that are called with every message."""
         self._scheduled = [_schedule(service, start) for service in services]
-        self._readers: dict[str, list[Mailbox]] = defaultdict(list)
+        self._readers: dict[str, list[_ScheduledService]] = defaultdict(list)
         for entry in self._scheduled:
             for topic in entry.service.reads:
-                self._readers[topic.key].append(entry.mailbox)
+                self._readers[topic.key].append(entry)
         self._pending: list[tuple[int, int, Delivery]] = []
         self._published = 0
         self._sequences: dict[tuple[str, str], int] = defaultdict(int)
@@ -167,13 +167,13 @@ class SimulatedStack:
         while self._pending and self._pending[0][0] <= self.now:
             delivery = heapq.heappop(self._pending)[2]
             self._newest[delivery.key] = delivery
-            for mailbox in self._readers[delivery.key]:
-                mailbox.deliver(
-                    delivery.key,
-                    Received(
+            for entry in self._readers[delivery.key]:
+                # A service does not receive its own messages.
+                if entry.publisher != delivery.publisher:
+                    received = Received(
                         delivery.parse(), delivery.publisher, delivery.sequence, delivery.received
-                    ),
-                )
+                    )
+                    entry.mailbox.deliver(delivery.key, received)
             for tap in self.taps:
                 tap(delivery)
 

@@ -1,4 +1,4 @@
-"""Gateway service: scenes that are no scenes do not switch a rule off."""
+"""Gateway service: scenes that are no scenes, and other gateways and writers."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ import pytest
 
 from services.robot_gateway.service import RobotGatewayService, build
 from shared import topics
-from shared.messages import ArmSetpoints, ArmStates, Obstacle, Scene, Setpoints
+from shared.messages import ArmCommand, ArmSetpoints, ArmStates, Obstacle, Scene, Setpoints
 from shared.scenario import SIDES, load
-from shared.service import Inbox, Received
+from shared.service import SECOND, Inbox, Received
+from shared.topics import Topic
 
 SCENARIO = load(Path(__file__).parents[3] / "scenarios" / "three-cylinders.toml")
 NAN = float("nan")
@@ -102,3 +103,125 @@ def test_only_the_newest_chunk_of_a_tick_is_checked(
 def test_hold_counts_beside_newer_chunks(gateway: RobotGatewayService) -> None:
     state = step_with_setpoints(gateway, setpoints(1, 0, hold=True), setpoints(0, 20))
     assert state.sequence == 1
+
+
+class Speaker:
+    """Steps the gateway every 8 ms with the messages of one tick."""
+
+    def __init__(self, gateway: RobotGatewayService) -> None:
+        self.gateway = gateway
+        self.now = SECOND
+        self.state = ArmStates()
+        self.tick()
+
+    def tick(self, *messages: tuple[Topic, object]) -> ArmStates:
+        self.now += SECOND // 125
+        arrived: dict[str, list[Received]] = {}
+        for topic, message in messages:
+            item = Received(message, "someone", 0, self.now)
+            arrived.setdefault(topic.key, []).append(item)
+        inbox = Inbox({key: items[-1] for key, items in arrived.items()}, arrived)
+        (publication,) = self.gateway.step(inbox, self.now)
+        self.state = publication.message
+        return self.state
+
+    def command(self, action: ArmCommand.Action, **changes: object) -> str:
+        """Answer of the gateway to a person who saw the newest state."""
+        shown = {
+            "id": f"command-{self.now}",
+            "boot": self.state.boot,
+            "answers": self.state.stamp,
+            "session": self.state.next_session,
+            "action": action,
+        }
+        return self.tick((topics.ARM_COMMAND, ArmCommand(**{**shown, **changes}))).refusal
+
+
+@pytest.fixture
+def speaker(gateway: RobotGatewayService) -> Speaker:
+    return Speaker(gateway)
+
+
+def test_second_gateway_stops_the_cell_until_it_is_gone_and_a_person_goes_on(
+    speaker: Speaker,
+) -> None:
+    assert speaker.tick().may_move, "a cell without real arms arms itself"
+    other = (topics.ARM_STATE, ArmStates(boot="gateway-1"))
+    state = speaker.tick(other)
+    assert (state.mode, state.cause) == (ArmStates.HOLDING, "second_gateway")
+    assert "gateway-1" in state.reason
+    assert "gateway-1 speaks" in speaker.command(ArmCommand.ACKNOWLEDGE)
+    speaker.command(ArmCommand.DISARM)
+    assert "gateway-1 speaks" in speaker.command(ArmCommand.ARM)
+    for _ in range(130):
+        state = speaker.tick()
+    assert "gateway-1" not in state.reason
+    assert speaker.command(ArmCommand.ARM) == ""
+    assert speaker.state.may_move
+
+
+def test_own_state_is_no_second_gateway(speaker: Speaker) -> None:
+    assert speaker.tick((topics.ARM_STATE, speaker.state)).may_move
+
+
+def hold(session: str, sequence: int) -> tuple[Topic, Setpoints]:
+    return topics.ARM_SETPOINTS, Setpoints(session=session, sequence=sequence, hold=True)
+
+
+def test_cell_is_not_armed_while_two_writers_speak(speaker: Speaker) -> None:
+    speaker.command(ArmCommand.DISARM)
+    speaker.tick(hold("a", 1), hold("b", 1))
+    assert speaker.state.next_session == ""
+    assert "a and b speak at once" in speaker.state.reason
+    assert "a and b speak at once" in speaker.command(ArmCommand.ARM)
+    for k in range(70):
+        speaker.tick(hold("a", 2 + k))
+    assert speaker.state.next_session == "a"
+    assert "names the writer 'b'" in speaker.command(ArmCommand.ARM, session="b")
+    assert speaker.command(ArmCommand.ARM) == ""
+
+
+def test_stranger_neither_replaces_the_writer_nor_reports_refusals_to_it(speaker: Speaker) -> None:
+    speaker.tick(hold("a", 1))
+    for k in range(20):
+        state = speaker.tick(hold("a", 2 + k), hold("stranger", 2**62), hold("a", 2**62))
+    assert (state.session, state.sequence, state.refused_sequence) == ("a", 21, 0)
+    assert state.may_move
+    assert "stranger" in state.reason
+
+
+def test_acknowledgement_accepts_only_the_writer_that_it_names(speaker: Speaker) -> None:
+    speaker.tick(hold("a", 1))
+    speaker.command(ArmCommand.HOLD)
+    for _ in range(70):
+        speaker.tick()
+    speaker.tick(hold("b", 1))
+    assert speaker.state.next_session == "b"
+    assert "names the writer 'a'" in speaker.command(ArmCommand.ACKNOWLEDGE, session="a")
+    assert speaker.state.needs_acknowledgement
+    assert speaker.command(ArmCommand.ACKNOWLEDGE) == ""
+    assert speaker.state.needs_resume
+    assert speaker.command(ArmCommand.RESUME) == ""
+    assert speaker.tick(hold("b", 2)).session == "b"
+
+
+def test_command_answers_a_state_by_the_gateways_clock_alone(speaker: Speaker) -> None:
+    speaker.command(ArmCommand.HOLD)
+    speaker.tick()
+    wrong_clock = {"stamp": 2**61}
+    assert speaker.command(ArmCommand.ACKNOWLEDGE, **wrong_clock) == ""
+    # A resumption that answers the state before the acknowledgement comes too early.
+    before = speaker.state.stamp - 2 * SECOND // 125
+    assert "has changed" in speaker.command(ArmCommand.RESUME, answers=before)
+    assert speaker.state.needs_resume
+    for _ in range(130):
+        speaker.tick()
+    assert "s old" in speaker.command(ArmCommand.RESUME, answers=speaker.now - 2 * SECOND)
+    assert speaker.command(ArmCommand.RESUME) == ""
+
+
+def test_command_that_arrives_twice_is_carried_out_once(speaker: Speaker) -> None:
+    speaker.command(ArmCommand.DISARM)
+    assert speaker.command(ArmCommand.ARM, id="arm-1") == ""
+    assert speaker.command(ArmCommand.ARM, id="arm-1") == ""
+    assert "armed already" in speaker.command(ArmCommand.ARM, id="arm-2")

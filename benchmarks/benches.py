@@ -17,6 +17,7 @@ BENCHES: dict[str, Bench] = {
     "cables": Bench("benchmarks.cables", "stiffness of real cables, from hanging and twisting"),
     "camera": Bench("benchmarks.camera", "cost of the simulated camera, accuracy of markers"),
     "faults": Bench("benchmarks.faults", "faults injected into the live stack, and how arms stop"),
+    "fuzz": Bench("benchmarks.fuzz", "hostile messages and files for every process"),
     "goals": Bench("benchmarks.goals.bench", "closed-loop runs to random goals in random scenes"),
     "horizon": Bench("benchmarks.horizon", "time to plan one horizon, by method"),
     "live": Bench("benchmarks.live", "step times of the live stack, from a recording"),

@@ -7,13 +7,15 @@ annotation: `length: Annotated[float, Bounds(0.01, 100.0, "m")]`.
 from __future__ import annotations
 
 import difflib
-import math
 import types
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 T = TypeVar("T")
+
+MAX_NUMBER = 1e15
+"""Largest magnitude of a number; below it, integers are exact as floats."""
 
 
 class ConfigurationError(ValueError):
@@ -107,12 +109,12 @@ def _tuple(items: tuple[Any, ...], bounds: Bounds | None, value: Any, key: str) 
 
 def _scalar(hint: Any, bounds: Bounds | None, value: Any, key: str) -> Any:
     number = isinstance(value, int | float) and not isinstance(value, bool)
+    if number and not abs(value) <= MAX_NUMBER:
+        raise ConfigurationError(f"{key} = {value} must be finite, and within ±{MAX_NUMBER:g}")
     if hint is float and number:
         value = float(value)
     if not isinstance(value, hint) or (hint is int and isinstance(value, bool)):
         raise ConfigurationError(f"{key} = {value!r} must be a {hint.__name__}")
-    if number and not math.isfinite(value):
-        raise ConfigurationError(f"{key} = {value} must be finite")
     if bounds and not bounds.low <= value <= bounds.high:
         unit = f" {bounds.unit}" if bounds.unit else ""
         raise ConfigurationError(

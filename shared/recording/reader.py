@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import struct
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from lz4.frame import LZ4FrameDecompressor
 from mcap import records as mcap_records
@@ -38,6 +39,7 @@ DAMAGE_ERRORS = (
     EOFError,
     RuntimeError,
     MemoryError,
+    OverflowError,
 )
 """Errors that the libraries raise when they read a cut or overwritten file."""
 
@@ -199,9 +201,8 @@ class Recording:
         except OSError as error:
             raise ValueError(f"cannot read recording {self.path}: {error}") from error
         with stream:
-            # No record is longer than its file, whatever it claims.
-            limit = min(MAX_RECORD_SIZE, self.path.stat().st_size)
-            reader = StreamReader(stream, emit_chunks=True, record_size_limit=limit)
+            bounded: Any = _BoundedStream(stream)
+            reader = StreamReader(bounded, emit_chunks=True, record_size_limit=MAX_RECORD_SIZE)
             position = 0
             source = iter(reader.records)
             while True:
@@ -224,6 +225,24 @@ class Recording:
                 else:
                     yield record
                 position = stream.tell()
+
+
+class _BoundedStream:
+    """File of which no more is read than it holds, whatever the length of a record claims."""
+
+    def __init__(self, stream: IO[bytes]) -> None:
+        self._stream = stream
+        self._size = os.fstat(stream.fileno()).st_size
+
+    def read(self, length: int) -> bytes:
+        """Return the next bytes.
+
+        Raises:
+            EOFError: The rest of the file is shorter.
+        """
+        if length > self._size - self._stream.tell():
+            raise EOFError(f"a record claims {length} bytes, more than the rest of the file")
+        return self._stream.read(length)
 
 
 def _uncompressed(chunk: mcap_records.Chunk) -> mcap_records.Chunk:

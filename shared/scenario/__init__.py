@@ -68,7 +68,9 @@ def parse(text: str, folder: Path, source: str = "scenario") -> Scenario:
     """
     try:
         table = with_current_keys(tomllib.loads(text))
-    except tomllib.TOMLDecodeError as error:
+    except ConfigurationError:
+        raise
+    except ValueError as error:
         raise ConfigurationError(f"{source}: not valid TOML: {error}") from error
     except RecursionError as error:
         raise ConfigurationError(f"{source}: not valid TOML: nested too deeply") from error

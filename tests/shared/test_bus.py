@@ -171,13 +171,15 @@ def test_a_raw_subscription_gets_all_messages_of_its_own_cell_only(cell: Cell) -
         publisher = cell("sim-0").publisher(topics.ROPE_TRUTH)
         until(lambda: publisher.has_subscribers)
         neighbour.publisher(topics.ROPE_TRUTH).put(NodeChain(stamp=2))
-        chain = NodeChain(stamp=3, positions=[1.0, 2.0, 3.0])
+        chain = NodeChain(stamp=3, positions=[1.0, 2.0, 3.0] * 2)
+        publisher.put(NodeChain(stamp=4, positions=[1.0]))
         publisher.put(chain)
         received = []
         until(lambda: received.extend(everything.take()) or received)
     assert [(r.key, r.type, r.publisher, r.sequence) for r in received] == [
-        ("rope/truth", "lariat.NodeChain", "sim-0", 0)
+        ("rope/truth", "lariat.NodeChain", "sim-0", 1)
     ]
+    assert everything.refused == 1
     assert received[0].payload == chain.SerializeToString()
 
 

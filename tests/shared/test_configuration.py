@@ -63,7 +63,14 @@ def test_a_table_is_read_into_dataclasses() -> None:
             {"spring": {"stiffness": -1.0}},
             "spring.stiffness = -1.0 N/m is out of bounds; give a value between 1 and 1e+06 N/m",
         ),
-        ({"spring": {"stiffness": float("nan")}}, "spring.stiffness = nan must be finite"),
+        (
+            {"spring": {"stiffness": 10**400}},
+            f"spring.stiffness = {10**400} must be finite, and within ±1e+15",
+        ),
+        (
+            {"spring": {"stiffness": float("nan")}},
+            "spring.stiffness = nan must be finite, and within ±1e+15",
+        ),
         ({"spring": {"stiffness": "3"}}, "spring.stiffness = '3' must be a float"),
         ({"spring": {"stiffness": True}}, "spring.stiffness = True must be a float"),
         ({"spring": {"stiffness": 1.0, "coils": 2.5}}, "spring.coils = 2.5 must be a int"),

@@ -1,0 +1,189 @@
+"""Readers of files under hostile content: scenarios, node files, recordings, pictures."""
+
+from __future__ import annotations
+
+import os
+import random
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from benchmarks.fuzz.message_targets import Totals
+from shared.bounded_file import read_file
+from shared.configuration import ConfigurationError
+from shared.image_header import check_image
+from shared.recording import Recording, Writer, copy_readable
+from shared.scenario import Scenario, load, parse
+from shared.service import SECOND
+from shared.topics import ROPE_NODES
+
+WORDS = (
+    "nan",
+    "inf",
+    "-1",
+    "1e308",
+    "9" * 400,
+    "[]",
+    "{}",
+    '""',
+    '"../x.csv"',
+    "true",
+    "[[]]",
+    "'",
+)
+"""Values that replace one of a scenario."""
+
+
+class FileTarget:
+    """One reader of files, called with mutated valid files."""
+
+    def __init__(
+        self,
+        name: str,
+        valid: bytes,
+        read: Callable[[bytes], object],
+        refusal: type[Exception] = ValueError,
+    ) -> None:
+        """Create a target.
+
+        Args:
+            name: Name for reports.
+            valid: Valid content.
+            read: Reader.
+            refusal: The only exception that the reader may raise.
+        """
+        self._name = name
+        self._valid = valid
+        self._read = read
+        self._refusal = refusal
+
+    def run_batch(self, seed: str, count: int, totals: Totals) -> None:
+        """Read mutated contents.
+
+        Args:
+            seed: Seed of the batch.
+            count: Number of contents.
+            totals: Counts, which grow.
+        """
+        rng = random.Random(seed)
+        for _ in range(count):
+            content = _mutated(self._valid, rng)
+            totals.messages += 1
+            try:
+                self._read(content)
+                totals.accepted += 1
+            except self._refusal:
+                pass
+            except Exception:
+                where = traceback.format_exc(limit=-4)
+                totals.failures.append(f"{self._name} {seed}: {where}")
+            totals.steps += 1
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+def file_targets(scenario: Scenario, folder: Path) -> dict[str, FileTarget]:
+    """Create the targets.
+
+    Args:
+        scenario: A valid scenario.
+        folder: Folder for the files.
+    """
+    angles = np.linspace(-0.5, 0.5, 46)
+    arc = 0.45 * np.stack([np.sin(angles), 0.0 * angles, np.cos(angles)], axis=1)
+    nodes = "\n".join(",".join(f"{x:.6f}" for x in row) for row in arc).encode()
+    text = scenario.text.encode()
+
+    def read_scenario(content: bytes) -> object:
+        (folder / "a.toml").write_bytes(content)
+        return load(folder / "a.toml")
+
+    def read_nodes(content: bytes) -> object:
+        (folder / "nodes.csv").write_bytes(content)
+        start = '[start]\nnodes = "nodes.csv"\n[goal]\nnodes = "nodes.csv"\n'
+        return parse(f'name = "f"\n[rope]\nlength = 0.45\ndiameter = 0.008\n{start}', folder)
+
+    def read_recording(content: bytes) -> object:
+        path = folder / "a.mcap"
+        path.write_bytes(content)
+        (folder / "b.mcap").unlink(missing_ok=True)
+        copy_readable(path, folder / "b.mcap")
+        return [entry.parse() for entry in Recording.open(path).messages()]
+
+    def read_picture(content: bytes) -> object:
+        (folder / "picture").write_bytes(content)
+        data = read_file(folder / "picture", 2**28)
+        check_image(data, 2**22)
+        with _without_standard_error():
+            return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+
+    picture = np.random.default_rng(0).integers(0, 255, (48, 64, 3), np.uint8)
+    return {
+        "scenario": FileTarget("scenario", text, read_scenario, ConfigurationError),
+        "nodes": FileTarget("nodes", nodes, read_nodes, ConfigurationError),
+        "recording": FileTarget("recording", _recording(scenario, folder), read_recording),
+        "png": FileTarget("png", cv2.imencode(".png", picture)[1].tobytes(), read_picture),
+        "jpeg": FileTarget("jpeg", cv2.imencode(".jpg", picture)[1].tobytes(), read_picture),
+    }
+
+
+def _recording(scenario: Scenario, folder: Path) -> bytes:
+    """Content of a small recording."""
+    path = folder / "valid.mcap"
+    path.unlink(missing_ok=True)
+    writer = Writer(path, scenario, SECOND)
+    for k in range(200):
+        payload = ROPE_NODES.type(stamp=k, positions=[0.1 * k] * 6).SerializeToString()
+        writer.write(ROPE_NODES, payload, "p-0", k, SECOND + k * SECOND // 100)
+    writer.close()
+    return path.read_bytes()
+
+
+@contextmanager
+def _without_standard_error() -> Iterator[None]:
+    """Silence the image library, which reports every damaged image from C."""
+    kept = os.dup(2)
+    silence = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(silence, 2)
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(silence)
+
+
+def _mutated(valid: bytes, rng: random.Random) -> bytes:
+    content = bytearray(valid)
+    for _ in range(rng.randrange(1, 4)):
+        at = rng.randrange(len(content) + 1)
+        match rng.randrange(6):
+            case 0:
+                content[at : at + rng.randrange(64)] = b""
+            case 1:
+                content[at:at] = rng.randbytes(rng.randrange(64))
+            case 2:
+                content[at : at + 8] = rng.choice((b"\0", b"\xff")) * 8
+            case 3:
+                content[at:] = b""
+            case 4:
+                _replace_value(content, rng)
+            case _:
+                if at < len(content):
+                    content[at] = rng.randrange(256)
+    return bytes(content)
+
+
+def _replace_value(content: bytearray, rng: random.Random) -> None:
+    """Replace what stands behind an equals sign or between two commas."""
+    starts = [k for k, byte in enumerate(content) if byte in b"=,"]
+    if not starts:
+        return
+    start = rng.choice(starts) + 1
+    end = next((k for k in range(start, len(content)) if content[k] in b"\n,]"), len(content))
+    content[start:end] = rng.choice(WORDS).encode()

@@ -42,11 +42,13 @@ def follow_to_the_goal(page: Page, timeout: float = 60.0) -> None:
     """Wait for the goal; acknowledge where a busy machine has made the arms hold."""
     reached = page.get_by_text(re.compile(r"^Reached: "))
     acknowledge = page.get_by_role("button", name="Acknowledge")
+    resume = page.get_by_role("button", name="Resume arms")
     started = time.monotonic()
     while not reached.is_visible():
         assert time.monotonic() - started < timeout, page.get_by_text(" to go").first.inner_text()
-        if acknowledge.is_visible():
-            acknowledge.click()
+        for button in (acknowledge, resume):
+            if button.is_enabled():
+                button.click()
         page.wait_for_timeout(300)
 
 
@@ -54,10 +56,11 @@ def test_start_moves_the_rope_to_the_goal(page: Page) -> None:
     expect(page.get_by_text(re.compile(r"^Ready: [\d.]+ mm to go"))).to_be_visible(timeout=30_000)
     before = remaining_distance(page)
     assert before > 100.0
-    acknowledge = page.get_by_role("button", name="Acknowledge")
-    if acknowledge.is_visible():
-        acknowledge.click()
-        expect(acknowledge).not_to_be_visible()
+    for name in ("Acknowledge", "Resume arms"):
+        button = page.get_by_role("button", name=name)
+        if button.is_enabled():
+            button.click()
+            expect(button).to_be_disabled()
     page.get_by_role("button", name="Start").click()
     expect(page.get_by_text(re.compile("^(Running|Reached)"))).to_be_visible()
     follow_to_the_goal(page)

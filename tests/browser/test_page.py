@@ -8,13 +8,14 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Locator, Page, expect
 
 from dashboard.options import DashboardOptions
 from dashboard.service import build
 from shared import topics
 from shared.messages import (
     ArmCommand,
+    ArmStates,
     GoalDraft,
     GoalPreview,
     Message,
@@ -31,6 +32,8 @@ from tests.dashboard.stage import Stage, hanging
 pytestmark = NO_CHROMIUM
 
 SCENARIO = load("scenarios/three-cylinders.toml")
+SLOW = 30_000
+"""Longest wait for what the page shows, on a busy machine without a graphics card [ms]."""
 
 
 class Cell(threading.Thread):
@@ -44,11 +47,16 @@ class Cell(threading.Thread):
         self._ended = threading.Event()
         self.refusal = ""
         """Answer to every task request; empty accepts it."""
+        self.deaf = False
+        """Whether commands to the arms are not answered."""
+        self._arms: dict = {"mode": ArmStates.MOVING}
 
     def run(self) -> None:
         while not self._ended.wait(1.0 / 15.0):
             self._stage.play(0.3)
             with self._news:
+                arms = self._stage.arms(self._stage.nodes(0.3), **self._arms)
+                self._stage.send(topics.ARM_STATE, arms)
                 for topic, message in self._stage.step(1.0 / 15.0):
                     self._sent.append((topic, message))
                     self._answer(message)
@@ -57,6 +65,8 @@ class Cell(threading.Thread):
     def _answer(self, message: Message) -> None:
         if isinstance(message, GoalDraft):
             self._stage.send(topics.TASK_GOAL_PREVIEW, preview(message))
+        if isinstance(message, ArmCommand) and not self.deaf:
+            self._arms = {**self._arms, "last_command": message.id}
         if isinstance(message, TaskRequest):
             answer = TaskState(stamp=self._stage.now, last_request=message.id, refusal=self.refusal)
             self._stage.send(topics.TASK_STATE, answer)
@@ -71,6 +81,21 @@ class Cell(threading.Thread):
             assert found is not None, f"nothing on {topic.key} for {timeout} s"
             self._sent = [(t, m) for t, m in self._sent if m is not found]
             return found
+
+    def show_arms(self, **fields: object) -> None:
+        """Change the state of the gateway that is played."""
+        with self._news:
+            self._arms = fields
+
+    def forget(self) -> None:
+        """Drop what the page has sent so far."""
+        with self._news:
+            self._sent.clear()
+
+    def actions(self) -> set[int]:
+        """Actions of the commands to the arms since the last `forget`."""
+        with self._news:
+            return {m.action for _, m in self._sent if isinstance(m, ArmCommand)}
 
     def newest(self, topic: Topic) -> Message:
         """The last message of a topic that the page has sent."""
@@ -130,12 +155,120 @@ def test_stop_is_requested_once_and_its_refusal_is_shown(cell: tuple[Cell, Page]
     stage.refusal = ""
 
 
+def hold_button(page: Page) -> Locator:
+    return page.locator("#stop-bar .hold")
+
+
 def test_hold_is_meant_for_this_start_of_the_gateway_only(cell: tuple[Cell, Page]) -> None:
     stage, page = cell
-    page.get_by_role("button", name="Hold").click()
+    hold_button(page).click()
     command = stage.asked(topics.ARM_COMMAND)
     assert (command.action, command.boot) == (ArmCommand.HOLD, "boot-1")
     assert command.answers > 0
+
+
+def test_hold_that_the_gateway_does_not_confirm_is_said(cell: tuple[Cell, Page]) -> None:
+    stage, page = cell
+    stage.deaf = True
+    hold_button(page).click()
+    expect(page.locator("#stop-bar")).to_contain_text("HOLD NOT CONFIRMED", timeout=SLOW)
+    expect(page.locator("#stop-bar")).to_contain_text("hard-wired emergency stop")
+    stage.deaf = False
+    hold_button(page).click()
+    expect(page.locator("#stop-bar")).not_to_contain_text("NOT CONFIRMED", timeout=SLOW)
+    stage.forget()
+
+
+@pytest.mark.parametrize("key", ["Space", "Escape"])
+def test_key_holds_and_does_not_press_the_button_with_the_focus(
+    cell: tuple[Cell, Page], key: str
+) -> None:
+    stage, page = cell
+    stage.forget()
+    page.get_by_role("button", name="Stop", exact=True).focus()
+    page.keyboard.press(key)
+    assert stage.asked(topics.ARM_COMMAND).action == ArmCommand.HOLD
+    with pytest.raises(AssertionError, match="nothing on"):
+        stage.asked(topics.TASK_REQUEST, timeout=0.5)
+
+
+def test_double_click_on_hold_does_nothing_but_hold(cell: tuple[Cell, Page]) -> None:
+    stage, page = cell
+    stage.forget()
+    hold_button(page).click()
+    # As after a hold: the gateway waits for an acknowledgement.
+    stage.show_arms(mode=ArmStates.HOLDING, needs_acknowledgement=True)
+    acknowledge = page.get_by_role("button", name="Acknowledge")
+    expect(acknowledge).to_be_enabled(timeout=SLOW)
+    hold_button(page).click(click_count=2, delay=30)
+    stage.show_arms(mode=ArmStates.HOLDING, needs_resume=True)
+    expect(page.get_by_role("button", name="Resume arms")).to_be_enabled(timeout=SLOW)
+    hold_button(page).click(click_count=2, delay=30)
+    page.wait_for_timeout(500)
+    assert stage.actions() == {ArmCommand.HOLD}
+    stage.show_arms(mode=ArmStates.MOVING)
+
+
+@pytest.mark.parametrize("size", [(1440, 810), (1000, 500), (390, 700)])
+def test_hold_keeps_its_place_whatever_is_open(
+    cell: tuple[Cell, Page], size: tuple[int, int]
+) -> None:
+    stage, page = cell
+    width, height = size
+    page.set_viewport_size({"width": width, "height": height})
+    try:
+        place = hold_button(page).bounding_box()
+        assert place is not None
+        assert place["x"] >= 0.0
+        assert place["x"] + place["width"] <= width
+        assert place["y"] + place["height"] <= height
+        assert place["width"] >= 280.0
+        assert place["height"] >= 56.0
+        for mode in (ArmStates.HOLDING, ArmStates.DISARMED, ArmStates.FAULT, ArmStates.MOVING):
+            stage.show_arms(
+                mode=mode,
+                reason="a long reason " * 20,
+                needs_acknowledgement=mode == ArmStates.HOLDING,
+                needs_approach=mode == ArmStates.DISARMED,
+                approach_distance=0.334,
+            )
+            page.wait_for_timeout(300)
+            assert hold_button(page).bounding_box() == place
+        middle = [place["x"] + place["width"] / 2.0, place["y"] + place["height"] / 2.0]
+        on_top = "p => document.elementFromPoint(...p).closest('button')?.className"
+        assert "hold" in page.evaluate(on_top, middle)
+    finally:
+        stage.show_arms(mode=ArmStates.MOVING)
+        page.set_viewport_size({"width": 1440, "height": 810})
+
+
+def test_approach_goes_on_only_while_its_button_is_pressed(cell: tuple[Cell, Page]) -> None:
+    stage, page = cell
+    stage.show_arms(mode=ArmStates.DISARMED, needs_approach=True, approach_distance=0.334)
+    approach = page.locator("#stop-bar .approach")
+    expect(approach).to_have_text("Approach by 334.0 mm (keep pressed)")
+    stage.forget()
+    approach.hover()
+    page.mouse.down()
+    command = stage.asked(topics.ARM_COMMAND)
+    assert command.action == ArmCommand.APPROACH
+    assert command.approach_distance == pytest.approx(0.334)
+    assert stage.asked(topics.ARM_CONSENT).command == command.id
+    page.mouse.up()
+    page.wait_for_timeout(300)
+    stage.forget()
+    with pytest.raises(AssertionError, match="nothing on"):
+        stage.asked(topics.ARM_CONSENT, timeout=0.5)
+    # Leaving the window ends it as well.
+    page.mouse.down()
+    assert stage.asked(topics.ARM_CONSENT)
+    page.evaluate("window.dispatchEvent(new Event('blur'))")
+    page.wait_for_timeout(300)
+    stage.forget()
+    with pytest.raises(AssertionError, match="nothing on"):
+        stage.asked(topics.ARM_CONSENT, timeout=0.5)
+    page.mouse.up()
+    stage.show_arms(mode=ArmStates.MOVING)
 
 
 def test_each_gripper_opens_and_closes_by_its_own_buttons(cell: tuple[Cell, Page]) -> None:

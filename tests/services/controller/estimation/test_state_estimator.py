@@ -1,4 +1,4 @@
-"""Switch to another equilibrium, and no switch for a rope that hangs on something."""
+"""Offset of seen and hidden nodes, and the switch to another equilibrium."""
 
 from __future__ import annotations
 
@@ -33,3 +33,16 @@ def test_estimator_keeps_its_equilibrium_for_a_rope_held_aside() -> None:
     bump = np.sin(np.linspace(0.0, np.pi, 24))[:, None] * [0.0, 0.05, 0.03]
     assert not estimator.switch_equilibrium(before + bump, ALL)
     assert np.array_equal(estimator.nodes, before)
+
+
+def test_offset_of_hidden_nodes_is_interpolated_between_seen_ones() -> None:
+    estimator = StateEstimator(ROD, MotionState.at_rest(*NEAR), 0)
+    before, shift = estimator.nodes, np.array([0.0, 0.006, 0.0])
+    observed = ALL.copy()
+    observed[9:15] = False
+    nodes = before + shift
+    # Whatever an observation says of nodes that were not seen.
+    nodes[9:15] += 0.1
+    for k in range(60):
+        estimator.observe(k * 40_000_000, nodes, np.full(24, 1e-3), observed)
+    np.testing.assert_allclose(estimator.offset[5:19], np.tile(shift, (14, 1)), atol=3e-4)

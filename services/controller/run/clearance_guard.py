@@ -15,6 +15,9 @@ from jaxtyping import Float64
 
 from lariat.geometry.obstacles import Obstacle, segment_distance, signed_distance
 
+COARSE_STRIDE = 4
+"""Nodes per node whose distance from every obstacle is computed."""
+
 
 @dataclass(frozen=True)
 class GuardSettings:
@@ -86,12 +89,16 @@ class ClearanceGuard:
         shares = np.concatenate([[0.0, 0.0], np.arange(1, len(predicted) + 1) / len(predicted)])
         limits = min(settings.min_clearance, accepted) + uncertainty * shares
         limits[0] = min(settings.min_clearance, accepted - settings.min_approach)
-        half = 0.5 * float(np.max(np.linalg.norm(np.diff(chains, axis=1), axis=2)))
+        # A distance changes by at most the distance travelled, which rules out most obstacles.
+        coarse = estimate[::COARSE_STRIDE]
+        moved = float(np.max(np.linalg.norm(chains - estimate, axis=2)))
+        edge = float(np.max(np.linalg.norm(np.diff(estimate, axis=0), axis=1)))
+        reach = self._radius + float(np.max(limits)) + moved + COARSE_STRIDE * edge
         worst: Threat | None = None
         for obstacle in obstacles:
-            rough = signed_distance(chains, obstacle) - self._radius
-            if np.all(rough > (limits + half)[:, None]):
+            if np.min(signed_distance(coarse, obstacle)) > reach:
                 continue
+            rough = signed_distance(chains, obstacle) - self._radius
             clearances = self._clearances(chains, rough, obstacle)
             now, ahead = clearances[1], clearances[2:]
             approaches = np.any((ahead < limits[2:]) & (ahead < now - settings.min_approach))

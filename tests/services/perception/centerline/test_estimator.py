@@ -50,6 +50,15 @@ def test_sigma_matches_the_error() -> None:
     assert np.median(ratios) > 0.3
 
 
+def test_sigma_grows_with_the_noise_of_the_sensor() -> None:
+    estimator, nodes = CenterlineEstimator(CAMERA, ROPE), curve(3)
+    quiet, noisy = (
+        estimator.estimate(frame.color, frame.depth, *grips(nodes)).sigma[2:-2]
+        for frame in (taken(nodes, noise=SensorNoise(depth_sigma=s)) for s in (0.001, 0.006))
+    )
+    assert np.median(noisy) > 1.5 * np.median(quiet)
+
+
 def test_the_chain_has_the_length_of_the_rope() -> None:
     nodes = curve(3)
     frame = taken(nodes, noise=SensorNoise(depth_sigma=0.003))
@@ -67,6 +76,8 @@ def test_a_hidden_third_is_interpolated_and_not_observed() -> None:
         assert not np.any(estimate.observed[12:18])
         assert np.all(estimate.observed[2:8])
         assert np.median(error) < 2e-3
+        # A quarter of the rope is bridged: its middle lies off the chord by 10 to 50 mm.
+        assert np.max(error[11:19]) < 0.008
         assert np.all(estimate.sigma[13:17] > 2.0 * np.median(estimate.sigma[2:8]))
 
 

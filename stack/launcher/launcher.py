@@ -38,7 +38,7 @@ FIRST_RESTART_DELAY = 0.25
 """Delay of the first restart [s]; it doubles with each death in the window."""
 HOLD_TIMEOUT = 0.6
 """Longest wait for the arms to stand before the processes are ended [s]."""
-STAGE_TIMEOUT = 0.7
+STAGE_TIMEOUT = 1.5
 """Longest wait for the processes of one stage to end before they are killed [s]."""
 EXIT_BAD_INPUT = 2
 """Exit code of a process that refuses its scenario: it is not started again."""

@@ -8,7 +8,7 @@ from lariat.trajectory import NANOSECONDS
 from services.robot_gateway.cell import Cell
 from shared.clock import Clock
 
-BRAKING_TIMEOUT = 0.7
+BRAKING_TIMEOUT = 1.2
 """Longest time to brake and to disable [s]; the launcher kills a service that takes longer."""
 
 

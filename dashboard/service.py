@@ -47,11 +47,10 @@ class DashboardService:
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Run people's actions, draw new messages and publish requests."""
-        self._stop_bar.run_actions(now)
         self._page.run_actions()
         arms, age = latest_with_age(inbox, topics.ARM_STATE, now)
-        status = self._stop_bar.update(
-            [r.message for r in inbox.every(topics.ARM_STATE)], arms, age
+        status = self._stop_bar.step(
+            [r.message for r in inbox.every(topics.ARM_STATE)], arms, age, now
         )
         if status is not None:
             self._site.show_status(status)

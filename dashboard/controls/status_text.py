@@ -122,6 +122,8 @@ def gateway_status(arms: ArmStates | None, age: float) -> StatusLine:
     if age > STALE_AGE:
         return StatusLine(f"The robot gateway is silent for {age:.0f} s", palette.BAD)
     text, color = GATEWAY_MODES.get(arms.mode, (f"Unknown mode {arms.mode}", palette.BAD))
+    if arms.approaching:
+        text, color = "Approaching the start", palette.BUSY
     if arms.needs_resume:
         text, color = "Acknowledged, standing still", palette.WARNING
     if arms.mode == ArmStates.DISARMED and any(a.powered for a in arms.arms):

@@ -51,7 +51,7 @@ class _Press(NamedTuple):
 class StopBar:
     """State of the stop bar of all pages.
 
-    `hold`, `approach` and `release` may be called in any thread, the rest in the one that steps.
+    `hold`, `approach` and `release` may be called in any thread.
     """
 
     def __init__(self, outbox: Outbox) -> None:
@@ -83,27 +83,22 @@ class StopBar:
         """End a press; its later signs of life count for nothing."""
         self._actions.put(lambda: self._end(press))
 
-    def run_actions(self, now: int) -> None:
-        """Run what people asked for since the last step.
-
-        Args:
-            now: Present time [ns].
-        """
-        self._now = now
-        self._actions.run()
-
-    def update(self, arms: Sequence[ArmStates], newest: ArmStates | None, age: float) -> str | None:
-        """Answer the holds that the gateway has confirmed, and return the status when it is due.
+    def step(
+        self, arms: Sequence[ArmStates], newest: ArmStates | None, age: float, now: int
+    ) -> str | None:
+        """Do what people asked for, and answer the holds that the gateway has confirmed.
 
         Args:
             arms: States of the gateway since the last step.
             newest: Newest of them ever.
             age: Its age [s].
+            now: Present time [ns].
 
         Returns:
-            JSON object, or None while the last one still holds.
+            Status for the pages when it is due, a JSON object.
         """
-        self._newest = newest
+        self._now, self._newest = now, newest
+        self._actions.run()
         self._answer_holds(arms)
         if self._press and self._now - self._press.sign_time > MAX_SIGN_GAP:
             self._end(self._press.number)
@@ -172,7 +167,8 @@ def _confirmation(hold: _Hold, state: ArmStates) -> HoldAnswer | None:
 
 def _is_stopped(state: ArmStates) -> bool:
     """Return whether the arms stand or brake, and stay so until a person acts."""
-    return not state.may_move and (state.mode in STOPPED_MODES or state.needs_resume)
+    stands = state.mode in STOPPED_MODES or state.needs_resume
+    return stands and not state.may_move and not state.approaching
 
 
 def _offer(arms: ArmStates | None) -> dict[str, float | str] | None:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import asyncio
 from concurrent.futures import Future
-from typing import Protocol
+from typing import Annotated, Protocol
 
 import msgspec
 from aiohttp import WSMsgType, web
+from msgspec import Meta
 
 HOLD_TIMEOUT = 1.0
 """Time after which a hold that the gateway has not confirmed is reported as such [s]."""
@@ -22,11 +23,11 @@ MAX_BARS = 64
 class Approach(msgspec.Struct, tag_field="type", tag="approach", frozen=True):
     """Sign of life of a person who holds the approach's button."""
 
-    press: int
+    press: Annotated[int, Meta(ge=1, lt=1 << 53)]
     """Number of the press, which the browser chooses at random."""
-    distance: float
+    distance: Annotated[float, Meta(ge=0.0, le=100.0)]
     """Distance that the button names [m]."""
-    angle: float
+    angle: Annotated[float, Meta(ge=0.0, le=100.0)]
     """Angle that the button names [rad]."""
 
 

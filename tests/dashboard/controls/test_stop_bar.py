@@ -29,10 +29,9 @@ class Page:
 
     def step(self, *arms: ArmStates, after: int = STEP) -> list:
         self.now += after
-        self.bar.run_actions(self.now)
         if arms:
             self.newest = arms[-1]
-        status = self.bar.update(arms, self.newest, 0.0)
+        status = self.bar.step(arms, self.newest, 0.0, self.now)
         self.status = json.loads(status) if status else self.status
         return [p.message for p in self.outbox.take(self.now)]
 

@@ -80,12 +80,10 @@ def sample_case(seed: int) -> HardCase:
         actions = yank_actions(rng, span)
         if actions is None:
             continue
-        # Grips hold edges: those must not be in the obstacle either, or the rod cannot leave it.
-        paths = (
-            np.cumsum(TIME_STEP * actions[:, :, :3], axis=0)[:, :, None] + nodes[[[0, 1], [-1, -2]]]
-        )
-        held = np.concatenate([paths.reshape(-1, 3), nodes[[0, 1, -1, -2]]])
-        if np.min(signed_distance(held, body)) > 2.0 * ROD_DIAMETER:
+        # Grips must not be in the obstacle either, or the rod cannot leave it.
+        ends = nodes[[0, -1]]
+        held = np.concatenate([ends[None], ends + np.cumsum(TIME_STEP * actions[:, :, :3], axis=0)])
+        if np.min(signed_distance(held.reshape(-1, 3), body)) > 2.0 * ROD_DIAMETER:
             return HardCase(rod, nodes, actions, (body,))
 
 

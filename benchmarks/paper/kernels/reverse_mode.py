@@ -3,7 +3,8 @@
 Reverse mode does not keep values that a kernel overwrites, and its gradient of a whole roll-out in
 one kernel, with several loops inside a step, is silently wrong. Therefore every phase of every
 sweep is a kernel of its own, which reads one stage of the states and writes the next. Both ends are
-clamped and only translate; there is no contact.
+clamped and only translate; there is no contact. Frame 0 and the last one are those of the grips;
+edge e has frame e + 1.
 """
 
 import taichi as ti
@@ -37,7 +38,7 @@ class ReverseRod:
             damping: Linear damping xi_v of the paper.
             angular_damping: Angular damping xi_omega of the paper.
         """
-        self.n, self.m, self.J, self.H = nodes, nodes - 1, iterations, horizon
+        self.n, self.m, self.J, self.H = nodes, nodes + 1, iterations, horizon
         self.length, self.dt = length, dt
         self.linear_decay, self.angular_decay = (1.0 - damping) ** dt, (1.0 - angular_damping) ** dt
 
@@ -45,12 +46,12 @@ class ReverseRod:
             return kind.field(shape=shape, needs_grad=True)
 
         self.x = vectors(Vector3, horizon, 2 * iterations + 1, nodes)
-        self.q = vectors(Vector4, horizon, 4 * iterations + 1, nodes - 1)
-        self.multipliers = vectors(Vector3, horizon, iterations + 1, nodes - 2)
+        self.q = vectors(Vector4, horizon, 4 * iterations + 1, self.m)
+        self.multipliers = vectors(Vector3, horizon, iterations + 1, nodes)
         self.positions = vectors(Vector3, horizon + 1, nodes)
-        self.orientations = vectors(Vector4, horizon + 1, nodes - 1)
+        self.orientations = vectors(Vector4, horizon + 1, self.m)
         self.velocities = vectors(Vector3, horizon + 1, nodes)
-        self.angular_velocities = vectors(Vector3, horizon + 1, nodes - 1)
+        self.angular_velocities = vectors(Vector3, horizon + 1, self.m)
         self.actions = vectors(Vector3, horizon, 2)
         self.slope = Vector3.field(shape=(horizon, nodes))
         # Inverse mass, inverse inertia, compliance.
@@ -76,7 +77,7 @@ class ReverseRod:
 
     @ti.func
     def weight(self, i):
-        return ti.select(i > 1 and i < self.n - 2, self.theta[0], 0.0)
+        return ti.select(i > 0 and i < self.n - 1, self.theta[0], 0.0)
 
     @ti.func
     def edge_weight(self, i):
@@ -86,8 +87,8 @@ class ReverseRod:
     def predict(self, t: ti.i32):
         for i in range(self.n):
             h = self.dt
-            if i < 2 or i > self.n - 3:
-                end = i // (self.n - 2)
+            if i == 0 or i == self.n - 1:
+                end = i // (self.n - 1)
                 self.x[t, 0, i] = self.positions[t, i] + h * self.actions[t, end]
             else:
                 fall = Vector3(0.0, 0.0, -9.81 * h * h)
@@ -100,49 +101,48 @@ class ReverseRod:
 
     @ti.kernel
     def stretch(self, t: ti.i32, j: ti.i32, color: ti.i32):
-        for i in range(1, self.m - 1):
-            if (i - 1) % 2 == color:
-                x1, x2 = self.x[t, 2 * j + color, i], self.x[t, 2 * j + color, i + 1]
+        for e in range(self.n - 1):
+            i = e + 1
+            if e % 2 == color:
+                x1, x2 = self.x[t, 2 * j + color, e], self.x[t, 2 * j + color, e + 1]
                 q = self.q[t, 4 * j + color, i]
-                w1, w2, wq = self.weight(i), self.weight(i + 1), self.edge_weight(i)
+                w1, w2, wq = self.weight(e), self.weight(e + 1), self.edge_weight(i)
                 per = 1.0 / self.length
                 inverse = 1.0 / ((w1 + w2) * per * per + 4.0 * wq)
                 dl = -inverse * (per * (x2 - x1) - director(q))
-                self.x[t, 2 * j + color + 1, i] = x1 - (w1 * per) * dl
-                self.x[t, 2 * j + color + 1, i + 1] = x2 + (w2 * per) * dl
+                self.x[t, 2 * j + color + 1, e] = x1 - (w1 * per) * dl
+                self.x[t, 2 * j + color + 1, e + 1] = x2 + (w2 * per) * dl
                 p = q - wq * director_transpose(q, dl)
                 self.q[t, 4 * j + color + 1, i] = p / ti.sqrt(p.dot(p))
             else:
                 self.q[t, 4 * j + color + 1, i] = self.q[t, 4 * j + color, i]
         for end in range(2):
-            edge = end * (self.m - 1)
-            self.q[t, 4 * j + color + 1, edge] = self.q[t, 4 * j + color, edge]
-        for i in range(self.n):
-            # Nodes that no edge of this colour corrects are copied.
-            uncorrected = i == 0 or i == self.n - 1
-            uncorrected = uncorrected or (i == 1 and color == 1)
-            uncorrected = uncorrected or (i == self.n - 2 and (self.m - 3) % 2 != color)
-            if uncorrected:
+            grip = end * (self.m - 1)
+            self.q[t, 4 * j + color + 1, grip] = self.q[t, 4 * j + color, grip]
+            # An end node whose edge has the other colour is copied.
+            if end * (self.n - 2) % 2 != color:
+                i = end * (self.n - 1)
                 self.x[t, 2 * j + color + 1, i] = self.x[t, 2 * j + color, i]
 
     @ti.kernel
     def bend(self, t: ti.i32, j: ti.i32, color: ti.i32):
-        for i in range(self.n - 2):
+        for i in range(self.m - 1):
             if i % 2 == color:
                 q1, q2 = self.q[t, 4 * j + 2 + color, i], self.q[t, 4 * j + 2 + color, i + 1]
                 w1, w2 = self.edge_weight(i), self.edge_weight(i + 1)
-                soft = self.theta[2] / (self.dt * self.dt)
+                half = i == 0 or i == self.m - 2
+                soft = ti.select(half, 0.5, 1.0) * self.theta[2] / (self.dt * self.dt)
                 multiplier = self.multipliers[t, j, i]
                 dl = -(relative_imaginary(q1, q2) + soft * multiplier) / (w1 + w2 + soft)
                 self.multipliers[t, j + 1, i] = multiplier + dl
                 p1, p2 = q1 - w1 * times_vector(q2, dl), q2 + w2 * times_vector(q1, dl)
                 self.q[t, 4 * j + 3 + color, i] = p1 / ti.sqrt(p1.dot(p1))
                 self.q[t, 4 * j + 3 + color, i + 1] = p2 / ti.sqrt(p2.dot(p2))
-        for i in range(self.m):
-            uncorrected = i == 0 and color == 1
-            uncorrected = uncorrected or (i == self.m - 1 and (self.n - 3) % 2 != color)
-            if uncorrected:
-                self.q[t, 4 * j + 3 + color, i] = self.q[t, 4 * j + 2 + color, i]
+        for end in range(2):
+            # A grip whose bend has the other colour is copied.
+            if end * (self.m - 2) % 2 != color:
+                grip = end * (self.m - 1)
+                self.q[t, 4 * j + 3 + color, grip] = self.q[t, 4 * j + 2 + color, grip]
 
     @ti.kernel
     def settle(self, t: ti.i32):

@@ -22,7 +22,7 @@ from lariat.rod.identification.rod_twin import cubic_weights
 
 LEVEL_ORIENTATION = poses.rotation_between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
 """Orientation of a grip whose axis is the world's x axis."""
-NODE_COUNT = 60
+NODE_COUNT = 240
 """Nodes of the rod in the place of a cable."""
 STIFFNESS_GRID = np.geomspace(1e-6, 1.0, 25)
 """Values of EI / (weight per length times length^3) in the search [-]."""

@@ -125,7 +125,9 @@ def correct_bend(ni: ti.template(), w: ti.template(), c, rod, step, slot, sweep,
     l_at = place(ni, rod, Section.MULTIPLIERS, 3 * (stored * (n - 2) + i))
     q1, q2, multiplier = load4(w, q_at), load4(w, q_at + 4), load3(w, l_at)
     turn, rest = relative_imaginary(q1, q2), load3(w, place(ni, rod, Section.REST_DARBOUX, 3 * i))
-    sign = ti.select(turn.dot(rest) < 0.0, -1.0, 1.0)
+    # The sign of the whole quaternion: that of its vector part would let a curved rod rest bent
+    # either way at every node.
+    sign = ti.select(q1.dot(q2) < 0.0, -1.0, 1.0)
     compliance = bend_compliance(ni, c, i)
     inverse = 1.0 / (w1 + w2 + compliance)
     dl = -inverse * (turn - sign * rest + compliance * multiplier)

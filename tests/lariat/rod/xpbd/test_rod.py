@@ -34,6 +34,23 @@ def test_a_shape_at_rest_does_not_move() -> None:
     assert np.max(np.abs(rolled.positions - rest.state.positions)) < 1e-8
 
 
+def test_a_curved_rod_that_is_bent_the_other_way_returns() -> None:
+    curved = replace(PROPERTIES, rest_curvature=((0.0, 4.0, 0.0),))
+    rod = XpbdRod(curved, 15, right="free", gravity=(0.0, 0.0, 0.0), iterations=200)
+    grip = Pose(np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
+    unloaded = rod.rest(grip, grip).state
+    mirror = np.array([-1.0, 1.0, 1.0])
+    # Turns about the y axis change their sign with x.
+    other_way = replace(
+        unloaded,
+        positions=unloaded.positions * mirror,
+        orientations=unloaded.orientations * np.array([1.0, 1.0, -1.0, 1.0]),
+    )
+    assert np.ptp(unloaded.positions[:, 0]) > 0.3 * curved.length
+    returned = rod.rest(grip, grip, guess=other_way).state
+    assert np.allclose(returned.positions, unloaded.positions, atol=1e-4 * curved.length)
+
+
 def test_the_common_scale_of_the_parameters_has_no_effect() -> None:
     scaled = replace(PROPERTIES, mass=1.5, inertia=0.15, bending_compliance=0.001)
     actions = np.zeros((30, 2, 6))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from shared.scenario import Scenario
 
-PLANT_NAMES = {"mujoco": "MuJoCo", "rod": "Lariat's rod"}
+PLANT_NAMES = {"mujoco": "MuJoCo", "links": "rigid links", "rod": "Lariat's rod"}
 """Names of the plants, by `plant.model` of a scenario."""
 
 

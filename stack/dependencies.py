@@ -31,7 +31,7 @@ def check(scenario: Scenario, parts: Sequence[str]) -> None:
 def _libraries(scenario: Scenario, part: str) -> tuple[str, ...]:
     match part:
         case "sim":
-            return ("taichi", "mujoco") if scenario.plant.model == "mujoco" else ("taichi",)
+            return ("taichi", "mujoco") if scenario.plant.model != "rod" else ("taichi",)
         case "perception":
             return ("taichi", "cv2") if scenario.sensing.source == "camera" else ()
         case "planner":

@@ -142,8 +142,8 @@ class _SceneSampler:
         clear = chain_clearance(nodes, radius, base.bodies) > MIN_CLEARANCE
         if not (rest.converged and rest.stable and clear):
             return None
-        if base.plant.model == "mujoco":
-            # MuJoCo's rope has a slightly different rest shape.
+        if base.plant.model != "rod":
+            # A rope of another make has a slightly different rest shape.
             plant = build_plant(base)
             plant.reset(left, right, nodes)
             nodes = plant.nodes

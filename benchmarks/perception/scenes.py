@@ -14,8 +14,9 @@ from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from services.sim.gripper_body import gripper_body
-from services.sim.plants.mujoco_model import MujocoRope
+from services.sim.plants.flex_rope import FlexRope
 from services.sim.plants.mujoco_plant import MujocoPlant
+from services.sim.plants.mujoco_rope import MujocoRope
 
 Kind = Literal["easy", "hidden", "hard"]
 
@@ -65,7 +66,7 @@ def views_of(
         seed: Seed of grips and cameras.
     """
     random = np.random.default_rng(seed)
-    plant = MujocoPlant(truth)
+    plant = MujocoPlant(FlexRope(truth))
     intrinsics = Intrinsics.symmetric(*resolution, FIELD_OF_VIEW)
     made = 0
     while made < count:

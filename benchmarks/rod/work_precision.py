@@ -22,7 +22,8 @@ from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties, RodState, RolloutSpec
 from lariat.rod.integration_schemes import Scheme
 from lariat.rod.xpbd import XpbdProperties, XpbdRod
-from services.sim.plants.mujoco_model import MujocoRope, mjcf
+from services.sim.plants.flex_rope import FlexRope
+from services.sim.plants.mujoco_rope import MujocoRope
 
 NODE_COUNT, ACTION_DURATION, ACTION_COUNT = 40, 0.01, 100
 """Number of nodes, duration of an action [s], number of actions."""
@@ -168,38 +169,26 @@ def _paper(
 
 
 class _MujocoRun:
-    """MuJoCo's rope as the simulated lab builds it, with a given time step."""
+    """MuJoCo's flex as the simulated lab builds it, with a given time step."""
 
     def __init__(self, start: RodState, step: float, damping: float = 1.0) -> None:
         p = PROPERTIES
-        rope = MujocoRope(
-            p.length,
-            p.diameter,
-            NODE_COUNT,
-            p.linear_density,
-            p.youngs_modulus,
-            damping=damping,
+        self.rope = FlexRope(
+            MujocoRope(p.length, p.diameter, NODE_COUNT, p.linear_density, p.youngs_modulus)
         )
-        text = mjcf(rope, [])
-        begin = text.index('timestep="') + len('timestep="')
-        text = text[:begin] + f"{step:.9g}" + text[text.index('"', begin) :]
-        self.model = mujoco.MjModel.from_xml_string(text)
+        self.model = mujoco.MjModel.from_xml_string(self.rope.mjcf([]))
+        self.model.opt.timestep = step
+        self.rope.configure(self.model)
         self.state = mujoco.MjData(self.model)
-        self.step = step
-        slides = self.model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE
-        self.slides = self.model.jnt_qposadr[slides]
-        dofs = self.model.jnt_dofadr[slides]
-        masses = self.model.body_mass[self.model.dof_bodyid]
-        self.model.dof_damping[dofs] = damping * masses[dofs]
-        self.bodies = self.model.jnt_bodyid[slides][::3]
-        origins = self.model.body_pos[self.bodies]
-        self.state.qpos[self.slides] = (start.positions[2:-2] - origins).ravel()
+        self.step, self.damping = step, damping
+        self.momentum = np.zeros(self.model.nv)
         for end, pose in enumerate((LEFT_GRIP, RIGHT_GRIP)):
             self.state.mocap_pos[end], self.state.mocap_quat[end] = pose.position, pose.orientation
+        self.rope.place(self.state, start.positions, (LEFT_GRIP, RIGHT_GRIP))
         mujoco.mj_forward(self.model, self.state)
 
     def run(self, moves: Float64[np.ndarray, "H 2 6"]) -> NodePath:
-        """Return the positions after every action; the clamped nodes follow the grips."""
+        """Return the positions after every action; the ends follow the grips."""
         grips = [[pose.position.copy(), pose.orientation] for pose in (LEFT_GRIP, RIGHT_GRIP)]
         count = round(ACTION_DURATION / self.step)
         path = np.empty((len(moves), NODE_COUNT, 3))
@@ -210,13 +199,12 @@ class _MujocoRun:
                     q = poses.multiply(poses.exponential(self.step * action[end, 3:]), q)
                     grips[end] = [position, q]
                     self.state.mocap_pos[end], self.state.mocap_quat[end] = position, q
+                mujoco.mj_mulM(self.model, self.state, self.momentum, self.state.qvel)
+                np.multiply(self.momentum, -self.damping, out=self.state.qfrc_applied)
                 mujoco.mj_step(self.model, self.state)
             mujoco.mj_kinematics(self.model, self.state)
-            path[k, 2:-2] = self.state.xpos[self.bodies]
-            reach = PROPERTIES.length / (NODE_COUNT - 1) * np.array([0.0, 0.0, 1.0])
-            (a, qa), (b, qb) = grips
-            path[k, 0], path[k, 1] = a, a + poses.rotate(qa, reach)
-            path[k, -1], path[k, -2] = b, b - poses.rotate(qb, reach)
+            mujoco.mj_flex(self.model, self.state)
+            path[k] = self.rope.nodes(self.state)
         return path
 
 

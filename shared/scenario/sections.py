@@ -78,8 +78,9 @@ class PlantRope:
 class Plant:
     """Simulation that stands for the real cell."""
 
-    model: Literal["rod", "mujoco"] = "rod"
-    """Simulator of the rope: this project's rod or a MuJoCo cable."""
+    model: Literal["rod", "mujoco", "links"] = "rod"
+    """Simulator of the rope: this project's rod, MuJoCo's elastic rod (a flex), or a chain of rigid
+    links with springs in its joints, in MuJoCo; the last runs slower than real time."""
     rope: PlantRope = PlantRope()
     self_contact: bool = False
     """Whether strands of the model `rod` collide with each other."""

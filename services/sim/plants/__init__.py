@@ -1,1 +1,1 @@
-"""Plants: simulations of the true rope, by MuJoCo or by Lariat's own rod."""
+"""Plants: simulations of the true rope, by MuJoCo in two ways, or by Lariat's own rod."""

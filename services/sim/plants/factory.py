@@ -30,8 +30,10 @@ def build_plant(scenario: Scenario) -> Plant:
 
         return RodPlant(properties, count, scenario.bodies, scenario.plant.self_contact)
     # Imported here: a cell with the rod as its plant does not need MuJoCo.
-    from services.sim.plants.mujoco_model import MujocoRope
+    from services.sim.plants.flex_rope import FlexRope
+    from services.sim.plants.linked_rope import LinkedRope
     from services.sim.plants.mujoco_plant import MujocoPlant
+    from services.sim.plants.mujoco_rope import MujocoRope
 
     rope = MujocoRope(
         length=properties.length,
@@ -45,4 +47,5 @@ def build_plant(scenario: Scenario) -> Plant:
         rest_curvature=scenario.plant.rope.rest_curvature,
         friction=scenario.plant.friction,
     )
-    return MujocoPlant(rope, scenario.bodies)
+    kind = LinkedRope if scenario.plant.model == "links" else FlexRope
+    return MujocoPlant(kind(rope), scenario.bodies)

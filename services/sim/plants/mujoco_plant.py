@@ -13,32 +13,33 @@ from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from services.sim.plants.end_motion import EndMotion, interpolate
-from services.sim.plants.mujoco_model import TIMESTEP, MujocoRope, mjcf
+from services.sim.plants.mujoco_rope import TIMESTEP, RopeModel
 from services.sim.plants.slack_curve import slack_curve
 
-REST_SPEED = 1e-4
-"""Speed below which the rope counts as at rest [m/s]."""
+REST_SPEED = 2e-5
+"""Mean speed of every node between two checks below which the rope counts as at rest [m/s]."""
 SETTLING_DAMPING = 8.0
 """Least damping while the rope settles at a reset, force per velocity and mass [1/s]."""
 MIN_SETTLING_TIME = 0.5
 """Least time for which the rope settles at a reset [s]."""
-MAX_SETTLING_CHECKS = 2000
+MAX_SETTLING_CHECKS = 400
 """Largest number of checks whether the rope has settled."""
 STEPS_PER_CHECK = 10
 """Steps of the engine between two of these checks."""
 
 
 class MujocoPlant:
-    """MuJoCo flex between two mocap grippers."""
+    """Rope of MuJoCo between two mocap grippers."""
 
-    def __init__(self, rope: MujocoRope, obstacles: Sequence[Obstacle] = ()) -> None:
+    def __init__(self, rope: RopeModel, obstacles: Sequence[Obstacle] = ()) -> None:
         """Create a rope in its unloaded shape.
 
         Args:
-            rope: Properties of the true rope.
+            rope: Representation of the true rope.
             obstacles: Obstacles that the rope can touch.
         """
-        self.rope = rope
+        self._rope = rope
+        self._drag = rope.rope.damping
         self._build(obstacles)
         self._ends: list[EndMotion] = [
             EndMotion(Pose(p.copy(), q.copy()))
@@ -49,7 +50,7 @@ class MujocoPlant:
     @property
     def nodes(self) -> Float64[np.ndarray, "n 3"]:
         """Node positions, left end first [m]."""
-        return self._state.flexvert_xpos.copy()
+        return self._rope.nodes(self._state)
 
     def reset(
         self, left: Pose, right: Pose, guess: Float64[np.ndarray, "m 3"] | None = None
@@ -65,7 +66,7 @@ class MujocoPlant:
         Raises:
             ValueError: The grips are further apart than the rope is long.
         """
-        n, length = self.rope.node_count, self.rope.length
+        n, length = self._rope.rope.node_count, self._rope.rope.length
         gap = float(np.linalg.norm(left.position - right.position))
         if gap > length:
             raise ValueError(
@@ -78,7 +79,7 @@ class MujocoPlant:
         curve = slack_curve(left, right, length, n) if guess is None else guess
         curve = polylines.resample(np.asarray(curve, float), n)
         self._place(self._ends)
-        self._state.qpos[self._slides] = (curve[2:-2] - self._origins).ravel()
+        self._rope.place(self._state, curve, (left, right))
         mujoco.mj_forward(self._model, self._state)
         self._settle()
 
@@ -108,7 +109,7 @@ class MujocoPlant:
                 for row, (positions, orientations) in enumerate(paths):
                     self._state.mocap_pos[row] = positions[k]
                     self._state.mocap_quat[row] = orientations[k]
-                mujoco.mj_step(self._model, self._state)
+                self._advance()
             self._remainder = duration - (first + TIMESTEP * (count - 1))
         self._ends = goals
         # Kinematics again, so that the clamped vertices are where the grips are.
@@ -117,28 +118,17 @@ class MujocoPlant:
         mujoco.mj_flex(self._model, self._state)
 
     def _build(self, obstacles: Sequence[Obstacle]) -> None:
-        rope = self.rope
-        self._model = mujoco.MjModel.from_xml_string(mjcf(rope, obstacles))
+        self._model = mujoco.MjModel.from_xml_string(self._rope.mjcf(obstacles))
         self._state = mujoco.MjData(self._model)
-        mass = self._model.body_mass[self._model.dof_bodyid]
-        slides = self._model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE
-        self._slides = self._model.jnt_qposadr[slides]
-        dofs = self._model.jnt_dofadr[slides]
-        self._model.dof_damping[dofs] = rope.damping * mass[dofs]
-        bodies = self._model.jnt_bodyid[slides][::3]
-        self._origins = self._model.body_pos[bodies].copy()
-        if rope.stiffness_profile:
-            self._scale_stiffness()
+        self._momentum = np.zeros(self._model.nv)
+        self._rope.configure(self._model)
         mujoco.mj_forward(self._model, self._state)
 
-    def _scale_stiffness(self) -> None:
-        profile = np.array(self.rope.stiffness_profile)
-        # Layout of `flex_bending`: a count, then ten numbers for every pair of neighbouring edges,
-        # the fifth of them its bending and the ninth its twisting stiffness.
-        joints = int(self._model.flex_bending[0])
-        rows = self._model.flex_bending[1 : 1 + 10 * joints].reshape(joints, 10)
-        at = np.linspace(0.0, len(profile) - 1.0, joints)
-        rows[:, (4, 8)] *= np.interp(at, np.arange(len(profile)), profile)[:, None]
+    def _advance(self) -> None:
+        # Drag in proportion to mass, in whatever coordinates the rope has.
+        mujoco.mj_mulM(self._model, self._state, self._momentum, self._state.qvel)
+        np.multiply(self._momentum, -self._drag, out=self._state.qfrc_applied)
+        mujoco.mj_step(self._model, self._state)
 
     def _place(self, ends: Sequence[EndMotion]) -> None:
         for row, end in enumerate(ends):
@@ -146,15 +136,18 @@ class MujocoPlant:
             self._state.mocap_quat[row] = end.pose.orientation
 
     def _settle(self) -> None:
-        damping = self._model.dof_damping.copy()
         # More damping while the rope settles, so that it does not swing for long.
-        self._model.dof_damping[:] *= max(1.0, SETTLING_DAMPING / max(self.rope.damping, 1e-3))
+        self._drag = max(self._rope.rope.damping, SETTLING_DAMPING)
+        reach = REST_SPEED * STEPS_PER_CHECK * TIMESTEP
+        nodes = self.nodes
         for _ in range(MAX_SETTLING_CHECKS):
+            before = nodes
             for _ in range(STEPS_PER_CHECK):
-                mujoco.mj_step(self._model, self._state)
-            at_rest = np.max(np.abs(self._state.qvel[:-1])) < REST_SPEED
+                self._advance()
+            nodes = self.nodes
+            at_rest = np.max(np.abs(nodes - before)) < reach
             if at_rest and self._state.time > MIN_SETTLING_TIME:
                 break
-        self._model.dof_damping[:] = damping
+        self._drag = self._rope.rope.damping
         self._state.qvel[:] = 0.0
         mujoco.mj_forward(self._model, self._state)

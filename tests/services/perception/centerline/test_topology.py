@@ -16,6 +16,7 @@ from services.perception.centerline.estimate import RopeModel, ShapePrior
 from services.perception.centerline.estimator import CenterlineEstimator
 from services.sim.camera.rgbd_camera import RgbdCamera
 from services.sim.gripper_body import gripper_body
+from services.sim.plants.flex_rope import FlexRope
 from services.sim.plants.mujoco_plant import MujocoPlant
 
 
@@ -48,7 +49,7 @@ def test_nodes_of_an_ambiguous_view_have_a_large_sigma(
 ) -> None:
     name, size, left, right, eye = view
     truth = ROPES[name]
-    plant = MujocoPlant(truth)
+    plant = MujocoPlant(FlexRope(truth))
     plant.reset(left, right)
     nodes, radius = plant.nodes, truth.diameter / 2.0
     camera = Camera(Intrinsics.symmetric(*size, math.radians(65.0)), eye)

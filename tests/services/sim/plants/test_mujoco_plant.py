@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,14 +9,18 @@ from lariat.geometry import polylines, poses
 from lariat.geometry.obstacles import TABLE, Obstacle, chain_clearance
 from lariat.geometry.poses import Pose
 from services.sim.plants.end_motion import EndMotion
-from services.sim.plants.mujoco_model import MujocoRope
+from services.sim.plants.flex_rope import FlexRope
+from services.sim.plants.linked_rope import LinkedRope
 from services.sim.plants.mujoco_plant import MujocoPlant
+from services.sim.plants.mujoco_rope import MujocoRope
 
 ALONG_X = np.array([0.5, 0.5, 0.5, 0.5])
 ROPE = MujocoRope(0.45, 0.008, 30, 0.044, 1.0e6, damping=2.0)
 LEFT = Pose(np.array([-0.18, 0.0, 0.3]), ALONG_X)
 RIGHT = Pose(np.array([0.18, 0.0, 0.3]), ALONG_X)
 TILT = tuple(poses.exponential(np.array([0.0, 0.3, 0.5])))
+Kind = type[FlexRope] | type[LinkedRope]
+both = pytest.mark.parametrize("kind", [FlexRope, LinkedRope])
 BODIES = {
     "cylinder": Obstacle("cylinder", (0.0, 0.0, 0.1), radius=0.04, height=0.16),
     "box": Obstacle("box", (0.0, 0.0, 0.1), TILT, size=(0.1, 0.08, 0.16)),
@@ -36,17 +42,20 @@ def lower(plant: MujocoPlant, depth: float) -> None:
     plant.step(*ends(-depth, 0.0), 0.5)
 
 
-def test_the_first_and_last_edges_are_clamped_along_their_grips() -> None:
-    plant = MujocoPlant(ROPE, [TABLE])
+@both
+def test_the_ends_are_at_their_grips_even_while_these_move(kind: Kind) -> None:
+    plant = MujocoPlant(kind(ROPE), [TABLE])
     plant.reset(LEFT, RIGHT)
-    edge = 0.45 / 29
-    np.testing.assert_allclose(plant.nodes[0], LEFT.position, atol=1e-9)
-    np.testing.assert_allclose(plant.nodes[1], LEFT.position + np.array([edge, 0, 0]), atol=1e-9)
-    np.testing.assert_allclose(plant.nodes[-2], RIGHT.position - np.array([edge, 0, 0]), atol=1e-9)
+    np.testing.assert_allclose(plant.nodes[[0, -1]], [LEFT.position, RIGHT.position], atol=1e-6)
+    for k in range(1, 51):
+        there = Pose(RIGHT.position - np.array([0.004 * k, 0.0, 0.0]), ALONG_X)
+        plant.step(EndMotion(LEFT), EndMotion(there, np.array([-0.4, 0.0, 0.0])), 0.01)
+        np.testing.assert_allclose(plant.nodes[-1], there.position, atol=2e-4)
 
 
-def test_the_rope_keeps_its_length_while_it_is_swung() -> None:
-    plant = MujocoPlant(ROPE, [TABLE])
+@both
+def test_the_rope_keeps_its_length_while_it_is_swung(kind: Kind) -> None:
+    plant = MujocoPlant(kind(ROPE), [TABLE])
     plant.reset(LEFT, RIGHT)
     for k in range(1, 101):
         shift = np.array([0.0, 0.15 * np.sin(2.0 * np.pi * k / 100), 0.0])
@@ -56,18 +65,21 @@ def test_the_rope_keeps_its_length_while_it_is_swung() -> None:
         assert polylines.length(plant.nodes) == pytest.approx(0.45, rel=2e-3)
 
 
-@pytest.mark.parametrize("kind", BODIES)
-def test_the_rope_rests_on_every_kind_of_obstacle(kind: str) -> None:
-    plant = MujocoPlant(ROPE, [BODIES[kind]])
+@pytest.mark.parametrize(
+    ("kind", "shape"), [*((FlexRope, shape) for shape in BODIES), (LinkedRope, "capsule")]
+)
+def test_the_rope_rests_on_every_kind_of_obstacle(kind: Kind, shape: str) -> None:
+    plant = MujocoPlant(kind(ROPE), [BODIES[shape]])
     plant.reset(LEFT, RIGHT)
     lower(plant, 0.1)
-    clearance = chain_clearance(plant.nodes, 0.004, [BODIES[kind]])
+    clearance = chain_clearance(plant.nodes, 0.004, [BODIES[shape]])
     # Held up by it, neither sunk in nor hovering.
     assert -0.0015 < clearance < 0.001
 
 
-def test_twisting_an_end_moves_the_rope_out_of_its_plane() -> None:
-    plant = MujocoPlant(ROPE, [TABLE])
+@both
+def test_twisting_an_end_moves_the_rope_out_of_its_plane(kind: Kind) -> None:
+    plant = MujocoPlant(kind(ROPE), [TABLE])
     plant.reset(LEFT, RIGHT)
     assert np.max(np.abs(plant.nodes[:, 1])) < 1e-6
     for angle in np.linspace(0.0, 6.0 * np.pi, 301)[1:]:
@@ -77,12 +89,10 @@ def test_twisting_an_end_moves_the_rope_out_of_its_plane() -> None:
     assert np.max(np.abs(plant.nodes[:, 1])) > 0.01
 
 
-def test_a_profile_bends_where_it_is_soft() -> None:
-    even = MujocoPlant(ROPE, [])
-    soft_left = MujocoPlant(
-        MujocoRope(0.45, 0.008, 30, 0.044, 1.0e6, damping=2.0, stiffness_profile=(0.5, 0.5, 2, 2)),
-        [],
-    )
+@both
+def test_a_profile_bends_where_it_is_soft(kind: Kind) -> None:
+    even = MujocoPlant(kind(ROPE))
+    soft_left = MujocoPlant(kind(replace(ROPE, stiffness_profile=(0.5, 0.5, 2.0, 2.0))))
     for plant in (even, soft_left):
         plant.reset(LEFT, RIGHT)
     lowest = [p.nodes[np.argmin(p.nodes[:, 2]), 0] for p in (even, soft_left)]
@@ -92,18 +102,20 @@ def test_a_profile_bends_where_it_is_soft() -> None:
     assert np.max(np.linalg.norm(soft_left.nodes - even.nodes, axis=1)) > 0.003
 
 
-def test_new_obstacles_leave_the_rope_where_it_is() -> None:
-    plant = MujocoPlant(ROPE, [TABLE])
+@both
+def test_new_obstacles_leave_the_rope_where_it_is(kind: Kind) -> None:
+    plant = MujocoPlant(kind(ROPE), [TABLE])
     plant.reset(LEFT, RIGHT)
     before = plant.nodes
     plant.set_obstacles([TABLE, BODIES["sphere"]])
     np.testing.assert_array_equal(plant.nodes, before)
 
 
-def test_the_same_motion_gives_the_same_bits() -> None:
+@both
+def test_the_same_motion_gives_the_same_bits(kind: Kind) -> None:
     runs = []
     for _ in range(2):
-        plant = MujocoPlant(ROPE, [BODIES["cylinder"]])
+        plant = MujocoPlant(kind(ROPE), [BODIES["cylinder"]])
         plant.reset(LEFT, RIGHT)
         lower(plant, 0.08)
         runs.append(plant.nodes.tobytes())
@@ -113,4 +125,4 @@ def test_the_same_motion_gives_the_same_bits() -> None:
 def test_grips_out_of_reach_are_refused() -> None:
     far = Pose(RIGHT.position + np.array([0.3, 0.0, 0.0]), ALONG_X)
     with pytest.raises(ValueError, match="closer together"):
-        MujocoPlant(ROPE).reset(LEFT, far)
+        MujocoPlant(FlexRope(ROPE)).reset(LEFT, far)

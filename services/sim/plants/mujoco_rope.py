@@ -1,0 +1,169 @@
+"""True rope of MuJoCo's plants: its properties, its unloaded shape, and the scene around it.
+
+A grip holds position and direction at the end of the rope: bending between the grip and the first
+edge acts over half an edge, so that rest shapes converge to those of a clamped rod in second order
+of the edge length.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import mujoco
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.geometry import poses
+from lariat.geometry.obstacles import Obstacle
+from lariat.geometry.poses import Pose
+
+TIMESTEP = 0.002
+"""Time step of the engine [s]; at 5 ms the rope sinks 16 mm into a cylinder, at 2 ms 0.4 mm."""
+CONTACT_SOLREF = "0.004 1"
+"""Time constant [s] and damping ratio [-] of contacts."""
+
+
+@dataclass(frozen=True)
+class MujocoRope:
+    """Properties of the true rope, which the controller does not know."""
+
+    length: float
+    """Length between the grips [m]."""
+    diameter: float
+    """Diameter [m]."""
+    node_count: int
+    """Number of nodes; all edges have the length `length / (node_count - 1)`."""
+    linear_density: float
+    """Mass per length [kg/m]."""
+    youngs_modulus: float
+    """Young's modulus E [Pa]; the bending stiffness is EI = E pi d^4 / 64."""
+    poisson_ratio: float = 0.3
+    """Poisson's ratio [-]; the twisting stiffness is GJ = EI / (1 + nu)."""
+    damping: float = 1.0
+    """Damping force per velocity and mass [1/s]."""
+    stiffness_profile: tuple[float, ...] = ()
+    """Factors on bending and twisting stiffness, evenly spread from left to right [-]."""
+    rest_curvature: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Two curvatures and a twist of the unloaded rope in its material frame [1/m]."""
+    friction: float = 0.3
+    """Coulomb friction coefficient against all obstacles [-]."""
+
+    @property
+    def edge_length(self) -> float:
+        """Distance of two nodes [m]."""
+        return self.length / (self.node_count - 1)
+
+    @property
+    def bending_stiffness(self) -> float:
+        """Bending stiffness EI where the profile is 1 [N m^2]."""
+        return self.youngs_modulus * math.pi * self.diameter**4 / 64.0
+
+    @property
+    def spans(self) -> Float64[np.ndarray, "n"]:
+        """Length of rope over which the bending at each node acts [m]; half an edge at a grip."""
+        spans = np.full(self.node_count, self.edge_length)
+        spans[[0, -1]] /= 2.0
+        return spans
+
+    @property
+    def stiffness_factors(self) -> Float64[np.ndarray, "n"]:
+        """Factor of `stiffness_profile` at each node [-]."""
+        if not self.stiffness_profile:
+            return np.ones(self.node_count)
+        knots = np.array(self.stiffness_profile)
+        at = np.linspace(0.0, len(knots) - 1.0, self.node_count)
+        return np.interp(at, np.arange(len(knots)), knots)
+
+    def rest_shape(self) -> tuple[Float64[np.ndarray, "n 3"], Float64[np.ndarray, "n+1 4"]]:
+        """Nodes [m] and orientations (wxyz) of left grip, edges and right grip, unloaded.
+
+        The first node is at the origin, the left grip along z.
+        """
+        turns = poses.exponential(self.spans[:, None] * np.array(self.rest_curvature))
+        frames = [poses.IDENTITY]
+        for turn in turns:
+            frames.append(poses.multiply(frames[-1], turn))
+        steps = poses.rotate(np.array(frames[1:-1]), np.array([0.0, 0.0, self.edge_length]))
+        return np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)]), np.array(frames)
+
+
+class RopeModel(Protocol):
+    """Representation of the rope in MuJoCo, between two mocap bodies that are the grips."""
+
+    @property
+    def rope(self) -> MujocoRope:
+        """Properties of the rope."""
+        ...
+
+    def mjcf(self, obstacles: Sequence[Obstacle]) -> str:
+        """Return the MJCF text of the rope among obstacles; mocap bodies 0 and 1 are the grips."""
+        ...
+
+    def configure(self, model: mujoco.MjModel) -> None:
+        """Set what the text cannot express in the compiled model."""
+        ...
+
+    def nodes(self, state: mujoco.MjData) -> Float64[np.ndarray, "n 3"]:
+        """Return the node positions, left end first [m]."""
+        ...
+
+    def place(
+        self, state: mujoco.MjData, curve: Float64[np.ndarray, "n 3"], grips: Sequence[Pose]
+    ) -> None:
+        """Lay the rope along a curve of about its length.
+
+        Args:
+            state: State to change; the mocap bodies are at the grips.
+            curve: Positions of the nodes, at equal distances [m].
+            grips: Poses of the left and the right grip.
+        """
+        ...
+
+
+def scene(obstacles: Sequence[Obstacle], friction: float, body: str, rest: str = "") -> str:
+    """Return MJCF text of a rope among obstacles.
+
+    Args:
+        obstacles: Obstacles.
+        friction: Friction coefficient of the obstacles [-].
+        body: Elements of `worldbody`.
+        rest: Elements beside `worldbody`.
+    """
+    geoms = "".join(_geom(o, friction) for o in obstacles)
+    return f"""<mujoco model="lab">
+<compiler autolimits="true" angle="radian"/>
+<option timestep="{TIMESTEP}" integrator="discrete" solver="Newton" iterations="50"
+ tolerance="1e-8" cone="pyramidal"/>
+<statistic extent="1" center="0 0 0.2"/>
+<worldbody>{geoms}{body}</worldbody>
+{rest}
+</mujoco>"""
+
+
+def row(values: Sequence[float] | np.ndarray) -> str:
+    """Return numbers as an attribute of MJCF."""
+    return " ".join(f"{v:.12g}" for v in np.asarray(values, float).ravel())
+
+
+def _geom(obstacle: Obstacle, friction: float) -> str:
+    orientation = np.array(obstacle.orientation)
+    half = obstacle.height / 2.0
+    match obstacle.shape:
+        case "sphere":
+            kind, size = "sphere", (obstacle.radius,)
+        case "capsule" | "cylinder":
+            kind, size = obstacle.shape, (obstacle.radius, half)
+        case "box":
+            kind, size = "box", tuple(np.array(obstacle.size) / 2.0)
+        case "half_space":
+            kind, size = "plane", (0.0, 0.0, 1.0)
+            normal = poses.normalized(np.array(obstacle.normal))
+            up = np.array([0.0, 0.0, 1.0])
+            orientation = poses.multiply(orientation, poses.rotation_between(up, normal))
+    return (
+        f'<geom type="{kind}" size="{row(size)}" pos="{row(obstacle.position)}" '
+        f'quat="{row(orientation)}" friction="{friction:.6g}" solref="{CONTACT_SOLREF}"/>'
+    )

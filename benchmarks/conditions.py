@@ -15,7 +15,7 @@ class Conditions:
     """Plant, sensing and adaptation of a run, in words for tables."""
 
     plant: str
-    """Simulator of the true rope, and its number of nodes n."""
+    """Simulator of the true rope, its number of nodes n, and that of the controller's rod."""
     sensed: str
     """Source of the perceived rope: the simulated camera, or the true nodes."""
     adapting: str
@@ -31,7 +31,8 @@ class Conditions:
         else:
             sensed = f"truth, node noise {1e3 * sensing.node_noise:g} mm"
         return cls(
-            f"{PLANT_NAMES[scenario.plant.model]}, n = {scenario.plant_rope.node_count}",
+            f"{PLANT_NAMES[scenario.plant.model]}, n = {scenario.plant_rope.node_count} "
+            f"(model: {scenario.rope.node_count})",
             sensed,
             "yes" if scenario.control.adapt else "no",
         )

@@ -139,7 +139,7 @@ def _print(path: Path, rows: list[StepTimes], recording: Recording) -> None:
     from rich.table import Table
 
     with tempfile.TemporaryDirectory() as folder:
-        conditions = Conditions.of(recording.scenario(Path(folder)))
+        conditions = Conditions.of(recording.scenario(Path(folder)).live)
     table = Table(
         box=None,
         pad_edge=False,

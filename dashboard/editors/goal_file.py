@@ -42,7 +42,7 @@ def parse(content: bytes, scenario: Scenario) -> Goal:
         raise ValueError(
             f"the shape is {length:.4f} m long, the rope {rope_length} m; scale the shape"
         )
-    nodes = polylines.resample(nodes, scenario.rope.node_count)
+    nodes = polylines.resample_smooth(nodes, scenario.rope.node_count)
     first, last = polylines.end_tangents(nodes)
     return Goal(
         positions=nodes.ravel(),

@@ -28,7 +28,7 @@ class SimulatedTruth:
         """Return the chain that perception publishes for a true one."""
         nodes = chain(truth.positions)
         if len(nodes) != self._node_count:
-            nodes = polylines.resample(nodes, self._node_count)
+            nodes = polylines.resample_smooth(nodes, self._node_count)
         if self._noise:
             nodes = nodes + self._noise * self._random.normal(size=nodes.shape)
         return NodeChain(

@@ -208,7 +208,7 @@ class PlannerService:
     def _resampled(self, nodes: Float64[np.ndarray, "k 3"]) -> Float64[np.ndarray, "n 3"]:
         """Chain with as many nodes as the rod, by arc length."""
         count = self._rod.node_count
-        return nodes if len(nodes) == count else polylines.resample(nodes, count)
+        return nodes if len(nodes) == count else polylines.resample_smooth(nodes, count)
 
     def _problem(
         self,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
+from services.sim.options import SimOptions
 from shared.live import main
 
 if __name__ == "__main__":
-    main("services.sim")
+    main("services.sim", SimOptions)

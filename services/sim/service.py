@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 
 import numpy as np
@@ -14,6 +15,7 @@ from services.sim.camera.sensor_noise import SensorNoise
 from services.sim.camera.true_camera import true_camera
 from services.sim.gripper_body import gripper_body
 from services.sim.marked_obstacles import MarkedObstacles
+from services.sim.options import SimOptions
 from services.sim.plants.end_motion import EndMotion
 from services.sim.world import World
 from shared import topics
@@ -21,6 +23,8 @@ from shared.messages import ArmStates, NodeChain, poses_known, scene_obstacles
 from shared.reset_counter import ResetCounter
 from shared.scenario import Scenario
 from shared.service import SECOND, Inbox, Publication
+
+log = logging.getLogger(__name__)
 
 COLOR = topics.CAMERA_COLOR.at(topics.CAMERA)
 DEPTH = topics.CAMERA_DEPTH.at(topics.CAMERA)
@@ -151,8 +155,23 @@ class SimService:
         yield Publication(DEPTH, depth_message(frame.depth, instant))
 
 
-def build(scenario: Scenario, session: str) -> SimService:
-    """Build the service of a scenario."""
+def build(scenario: Scenario, session: str, options: SimOptions | None = None) -> SimService:
+    """Build the service of a scenario.
+
+    Args:
+        scenario: The scenario.
+        session: Id of this start of the process.
+        options: Options of a live process; None in simulated time.
+    """
+    if options:
+        scenario = scenario.live if options.real_time else scenario
+        plant = scenario.plant_rope
+        log.info(
+            "the simulated rope (%s) has %d nodes, the controller's %d",
+            scenario.plant.model,
+            plant.node_count,
+            scenario.rope.node_count,
+        )
     return SimService(scenario)
 
 

@@ -36,6 +36,8 @@ __all__ = [
 
 MAX_SCENARIO_SIZE = 2**20
 """Largest scenario file [bytes]."""
+MAX_HELD_SHARE = 0.5
+"""Largest share of a rope's length that lies in its grippers [-]."""
 
 
 def load(path: Path | str) -> Scenario:
@@ -79,9 +81,25 @@ def parse(text: str, folder: Path, source: str = "scenario") -> Scenario:
             raise ConfigurationError(f"unknown key {key!r} in [top level]; remove it")
     _check_version(table, source)
     scenario = read(Scenario, table)
-    scenario = replace(scenario, folder=folder, text=text)
+    scenario = replace(scenario, rope=_rope_between_grips(scenario), folder=folder, text=text)
     check(scenario)
     return scenario
+
+
+def _rope_between_grips(scenario: Scenario) -> Rope:
+    """Return the rope without what lies in the grippers."""
+    held, rope = scenario.held_length, scenario.rope
+    for key, length in (("rope", rope.length), ("plant.rope", scenario.plant.rope.length)):
+        if length is not None and held > MAX_HELD_SHARE * length:
+            raise ConfigurationError(
+                f"ends.left.grip_length + ends.right.grip_length = {held:g} m is more than "
+                f"{MAX_HELD_SHARE:g} of {key}.length = {length:g} m; the length of a rope includes "
+                "what lies in its grippers"
+            )
+    try:
+        return replace(rope, length=rope.length - held)
+    except ValueError as error:
+        raise ConfigurationError(f"[rope] between its grips: {error}") from error
 
 
 def _check_version(table: dict[str, Any], source: str) -> None:

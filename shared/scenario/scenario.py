@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -37,6 +37,10 @@ MAX_NODES_FILE_SIZE = 4 * 2**20
 """Largest CSV file of nodes [bytes]."""
 MAX_COORDINATE = 1e3
 """Largest coordinate of a node in a file [m]."""
+PLANT_EDGES = 3
+"""Edges of the simulated rope for each edge of the controller's, by default [-]."""
+LIVE_PLANT_EDGES = {"rod": 3, "mujoco": 2, "links": 1}
+"""The same in a live stack by `plant.model`: what two cores simulate in real time [-]."""
 LEVEL_GRIP = np.array([0.5, 0.5, 0.5, 0.5])
 """Orientation of a grip that points along the world's x: grip x, y, z are world y, z, x."""
 
@@ -48,6 +52,7 @@ class Scenario:
     name: str
     """Name of the scenario."""
     rope: Rope
+    """Rope between the grips: `length` is without what lies in the grippers."""
     start: Shape
     goal: Shape
     description: str = ""
@@ -87,12 +92,28 @@ class Scenario:
         return {name: o for name, o in named if o.marker is not None}
 
     @property
+    def held_length(self) -> float:
+        """Length of the rope that lies in both grippers [m]."""
+        return self.ends.left.grip_length + self.ends.right.grip_length
+
+    @property
     def plant_rope(self) -> Rope:
-        """Rope of the simulation: `rope` with the differences in `plant.rope`."""
-        given = {k: v for k, v in vars(self.plant.rope).items() if v is not None}
-        return Rope(
-            **{**vars(self.rope), **{k: v for k, v in given.items() if k in vars(self.rope)}}
-        )
+        """Rope of the simulation between its grips: `rope` with the differences in `plant.rope`."""
+        hidden = self.plant.rope
+        own = vars(self.rope) | {"node_count": PLANT_EDGES * (self.rope.node_count - 1) + 1}
+        given = {k: v for k, v in vars(hidden).items() if k in own and v is not None}
+        if hidden.length is not None:
+            given["length"] = hidden.length - self.held_length
+        return Rope(**own | given)
+
+    @property
+    def live(self) -> Scenario:
+        """The scenario with a simulated rope for real time, where it leaves its nodes open."""
+        if self.plant.rope.node_count is not None:
+            return self
+        edges = LIVE_PLANT_EDGES[self.plant.model] * (self.rope.node_count - 1)
+        rope = replace(self.plant.rope, node_count=edges + 1)
+        return replace(self, plant=replace(self.plant, rope=rope))
 
     @property
     def camera_pose(self) -> Pose:
@@ -117,7 +138,7 @@ class Scenario:
         """
         if not shape.nodes:
             return None
-        return polylines.resample(_chain(self.folder, shape.nodes), self.rope.node_count)
+        return polylines.resample_smooth(_chain(self.folder, shape.nodes), self.rope.node_count)
 
     def grips(self, shape: Shape) -> tuple[Pose, Pose]:
         """Return the left and the right grip pose of a shape, z along the rope from left to right.
@@ -128,11 +149,11 @@ class Scenario:
         Raises:
             ConfigurationError: The CSV file is missing or invalid.
         """
-        nodes = self.nodes(shape)
-        if nodes is None:
+        if not shape.nodes:
             left, right = np.array(shape.line)
             first = last = poses.normalized(right - left)
         else:
+            nodes = _chain(self.folder, shape.nodes)
             left, right = nodes[0], nodes[-1]
             first, last = polylines.end_tangents(nodes)
         return (

@@ -28,7 +28,7 @@ class Rope:
     """Properties of the rope as the controller assumes them."""
 
     length: Annotated[float, Bounds(0.02, 20.0, "m")]
-    """Length of the unstretched rope."""
+    """Length of the unstretched rope, with what lies in the grippers (`ends.*.grip_length`)."""
     diameter: Annotated[float, Bounds(5e-4, 0.1, "m")]
     """Diameter of its cross-section."""
     node_count: Annotated[int, Bounds(5, 400)] = 40
@@ -60,18 +60,38 @@ class PlantRope:
 
     length: Annotated[float, Bounds(0.02, 20.0, "m")] | None = None
     diameter: Annotated[float, Bounds(5e-4, 0.1, "m")] | None = None
-    node_count: Annotated[int, Bounds(5, 400)] | None = None
+    node_count: Annotated[int, Bounds(5, 1200)] | None = None
+    """Number of nodes of the simulated rope; by default every edge of `[rope]` is three edges of
+    it."""
     linear_density: Annotated[float, Bounds(1e-4, 20.0, "kg/m")] | None = None
     youngs_modulus: Annotated[float, Bounds(1e3, 3e11, "Pa")] | None = None
     poisson_ratio: Annotated[float, Bounds(-0.5, 0.5)] | None = None
     stretch_stiffness: Annotated[float, Bounds(1.0, 1e8, "N")] | None = None
     damping: Annotated[float, Bounds(0.0, 100.0, "1/s")] | None = None
     internal_damping: Annotated[float, Bounds(0.0, 1.0, "s")] | None = None
-    """As in `[rope]`; for the model `rod` only."""
+    """As in `[rope]`; for the models `rod` and `links`."""
     stiffness_profile: tuple[float, ...] = ()
     """Factors on the bending stiffness at evenly spaced points along the rope, left end first."""
     rest_curvature: Annotated[Vector, Bounds(-200.0, 200.0, "1/m")] = (0.0, 0.0, 0.0)
     """Curvature (two) and twist per length of the unloaded rope, in its material frame."""
+
+
+@dataclass(frozen=True)
+class TrueGrip:
+    """Error of a grip: where the rope is truly held, in the frame of the grip that is believed."""
+
+    offset: Annotated[Vector, Bounds(-0.05, 0.05, "m")] = (0.0, 0.0, 0.0)
+    """Position at which the rope is held."""
+    rotation: Annotated[Vector, Bounds(-45.0, 45.0, "deg")] = (0.0, 0.0, 0.0)
+    """Rotation vector of the direction in which it is held."""
+
+
+@dataclass(frozen=True)
+class TrueGrips:
+    """Errors of both grips, which the controller does not know."""
+
+    left: TrueGrip = TrueGrip()
+    right: TrueGrip = TrueGrip()
 
 
 @dataclass(frozen=True)
@@ -82,6 +102,7 @@ class Plant:
     """Simulator of the rope: this project's rod, MuJoCo's elastic rod (a flex), or a chain of rigid
     links with springs in its joints, in MuJoCo; the last runs slower than real time."""
     rope: PlantRope = PlantRope()
+    grips: TrueGrips = TrueGrips()
     self_contact: bool = False
     """Whether strands of the model `rod` collide with each other."""
     friction: Annotated[float, Bounds(0.0, 5.0)] = 0.3
@@ -110,6 +131,9 @@ class End:
     """Host of a real CR5; if empty, the arm is emulated."""
     firmware: Literal["v3", "v4"] = "v3"
     """Firmware of the emulated arm; that of a real arm is detected."""
+    grip_length: Annotated[float, Bounds(0.0, 0.5, "m")] = 0.0
+    """Length of the rope that lies in the gripper's pads and cannot move; the grip is the point
+    where the rope leaves them."""
     base_position: Position = (0.0, 0.0, 0.0)
     """Position of the CR5's base in the world."""
     base_orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)

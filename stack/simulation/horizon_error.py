@@ -52,5 +52,5 @@ class HorizonError:
             share = (at - before[0]) / (stamp - before[0])
             there = (1.0 - share) * before[1] + share * nodes
             if len(there) != len(foreseen):
-                there = polylines.resample(there, len(foreseen))
+                there = polylines.resample_smooth(there, len(foreseen))
             self._squares.append(float(np.mean(np.sum((there - foreseen) ** 2, axis=1))))

@@ -112,7 +112,7 @@ class Scorer:
         if self._goal is not None:
             resampled = nodes
             if len(nodes) != len(self._goal):
-                resampled = polylines.resample(nodes, len(self._goal))
+                resampled = polylines.resample_smooth(nodes, len(self._goal))
             distances = np.linalg.norm(resampled - self._goal, axis=1)
             self.errors.append((stamp, float(np.mean(distances)), float(np.max(distances))))
         deviation = abs(polylines.length(nodes) - self.scenario.plant_rope.length)

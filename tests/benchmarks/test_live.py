@@ -62,7 +62,7 @@ def test_bench_prints_one_object_and_refuses_a_recording_without_health(
     assert live.run(file, json=True) == 0
     assert json.loads(capsys.readouterr().out)["services"][0]["p99_ms"] == 14.5
     assert live.run(file) == 0
-    assert "plant: MuJoCo, n = 40; sensed: camera" in capsys.readouterr().out
+    assert "plant: MuJoCo, n = 79 (model: 40); sensed: camera" in capsys.readouterr().out
     empty = tmp_path / "empty.mcap"
     Writer(empty, SCENARIO, SECOND).close()
     assert live.run(empty) == 1

@@ -89,7 +89,7 @@ class GoalFactory:
             return self.at_rest(*grips, obstacles, request.turns)
         count = self.scenario.rope.node_count
         if len(nodes) != count and len(nodes) >= 3:
-            nodes = polylines.resample(nodes, count)
+            nodes = polylines.resample_smooth(nodes, count)
         return Goal(nodes, *grips, request.left_oriented, request.right_oriented, request.turns)
 
     def feasible_grips(self, left: Pose, right: Pose) -> tuple[Pose, Pose]:

@@ -6,8 +6,10 @@ from dataclasses import replace
 
 from lariat.rod import RodProperties
 from services.sim.plants.plant import Plant
+from services.sim.plants.true_grips import TrueGripsPlant
 from shared.scenario import Scenario
 from shared.scenario.rod_properties import rod_properties
+from shared.scenario.sections import TrueGrips
 
 
 def true_properties(scenario: Scenario) -> RodProperties:
@@ -22,7 +24,16 @@ def true_properties(scenario: Scenario) -> RodProperties:
 
 
 def build_plant(scenario: Scenario) -> Plant:
-    """Build the plant of a scenario, without bringing it to the scenario's start."""
+    """Build the plant of a scenario, without bringing it to the scenario's start.
+
+    Its grips are those that the arms report, with the errors of `plant.grips` behind them.
+    """
+    plant = _plant_of_true_grips(scenario)
+    exact = scenario.plant.grips == TrueGrips()
+    return plant if exact else TrueGripsPlant(plant, scenario.plant.grips)
+
+
+def _plant_of_true_grips(scenario: Scenario) -> Plant:
     properties = true_properties(scenario)
     count = scenario.plant_rope.node_count
     if scenario.plant.model == "rod":
@@ -43,6 +54,7 @@ def build_plant(scenario: Scenario) -> Plant:
         youngs_modulus=properties.youngs_modulus,
         poisson_ratio=properties.poisson_ratio,
         damping=properties.damping,
+        internal_damping=properties.internal_damping,
         stiffness_profile=scenario.plant.rope.stiffness_profile,
         rest_curvature=scenario.plant.rope.rest_curvature,
         friction=scenario.plant.friction,

@@ -75,7 +75,7 @@ class LinkedRope:
         anchor = 0.0 if plug else -0.5 * direction * edge
         joints = "".join(
             f'<joint type="hinge" axis="{axis}" pos="0 0 {anchor:.12g}" stiffness="{k_axis:.9g}" '
-            f'springref="{angle:.12g}"/>'
+            f'springref="{angle:.12g}" damping="{rope.internal_damping * k_axis:.9g}"/>'
             for axis, k_axis, angle in zip(AXES, stiffness, angles, strict=True)
         )
         offset = direction * (0.5 * edge if plug else edge)

@@ -44,6 +44,8 @@ class MujocoRope:
     """Poisson's ratio [-]; the twisting stiffness is GJ = EI / (1 + nu)."""
     damping: float = 1.0
     """Damping force per velocity and mass [1/s]."""
+    internal_damping: float = 0.0
+    """Viscous moment per rate of curvature, divided by EI [s]; for `LinkedRope` only."""
     stiffness_profile: tuple[float, ...] = ()
     """Factors on bending and twisting stiffness, evenly spread from left to right [-]."""
     rest_curvature: tuple[float, float, float] = (0.0, 0.0, 0.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -41,7 +42,7 @@ def test_every_shipped_scenario_is_valid(path: Path) -> None:
 def test_defaults_of_the_smallest_scenario() -> None:
     scenario = parse(SMALLEST, FOLDER)
     assert scenario.plant.model == "rod"
-    assert scenario.plant_rope == scenario.rope
+    assert scenario.plant_rope == replace(scenario.rope, node_count=118)
     assert [scenario.end(s).driver for s in ("left", "right")] == ["ideal", "ideal"]
     assert not scenario.end("left").rotates
     assert [b.name for b in scenario.bodies] == ["table"]
@@ -179,3 +180,52 @@ def test_too_many_obstacles_are_refused(tmp_path: Path):
     obstacle = "[[obstacles]]\nshape = 'sphere'\nposition = [0.0, 0.9, 0.9]\nradius = 0.01\n"
     with pytest.raises(ConfigurationError, match="301 obstacles with the table, more than 256"):
         parse(SMALLEST + 300 * obstacle, tmp_path)
+
+
+def test_every_node_of_the_controller_is_one_of_the_finer_plant() -> None:
+    scenario = changed("diameter = 0.008", "diameter = 0.008\nnode_count = 30")
+    assert scenario.plant_rope.node_count == 88
+    assert (88 - 1) % (30 - 1) == 0
+
+
+GRIPPED = """
+[ends.left]
+grip_length = 0.02
+[ends.right]
+grip_length = 0.02
+"""
+
+
+def test_believed_and_true_rope_are_without_what_lies_in_the_grippers() -> None:
+    scenario = parse(SMALLEST + GRIPPED, FOLDER)
+    assert scenario.rope.length == pytest.approx(0.41)
+    assert scenario.plant_rope.length == pytest.approx(0.41)
+    longer = parse(SMALLEST + GRIPPED + "[plant.rope]\nlength = 0.46\n", FOLDER)
+    assert longer.rope.length == pytest.approx(0.41)
+    assert longer.plant_rope.length == pytest.approx(0.42)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[ends.left]\ngrip_length = -0.01\n", "ends.left.grip_length = -0.01 m is out of bounds"),
+        ("[ends.left]\ngrip_length = 0.3\n", "0.3 m is more than 0.5 of rope.length = 0.45 m"),
+        (
+            "[plant.rope]\nlength = 0.05\n[ends.left]\ngrip_length = 0.04\n",
+            "0.04 m is more than 0.5 of plant.rope.length = 0.05 m",
+        ),
+        ("[plant.grips.left]\noffset = [0.1, 0, 0]\n", r"plant.grips.left.offset\[0\] = 0.1 m is"),
+        ("[plant.grips.right]\nrotation = [0, 0, 90]\n", r"plant.grips.right.rotation\[2\] = 90"),
+    ],
+)
+def test_grips_that_cannot_hold_the_rope_are_refused_by_name(text: str, message: str) -> None:
+    with pytest.raises(ConfigurationError, match=message):
+        parse(SMALLEST + text, FOLDER)
+
+
+def test_a_live_plant_is_as_fine_as_real_time_allows_unless_its_nodes_are_given() -> None:
+    scenario = parse(SMALLEST + '[plant]\nmodel = "mujoco"\n', FOLDER)
+    assert scenario.plant_rope.node_count == 118
+    assert scenario.live.plant_rope.node_count == 79
+    given = parse(SMALLEST + "[plant.rope]\nnode_count = 200\n", FOLDER)
+    assert given.live.plant_rope.node_count == 200

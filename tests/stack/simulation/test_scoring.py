@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from jaxtyping import Float64
 
 from shared import topics
 from shared.messages import RUNNING, Goal, NodeChain, TaskState
@@ -21,7 +22,16 @@ LINE = np.stack([np.linspace(-0.225, 0.225, 4), np.zeros(4), np.full(4, 0.3)], a
 RADIUS = SCENARIO.rope.diameter / 2.0
 
 
-def scored(*chains: np.ndarray, obstacle: Obstacle) -> Scorer:
+FAR = Obstacle(name="far", shape="sphere", position=(0.0, 0.9, 0.3), radius=0.01)
+
+
+def arc(count: int, lift: float = 0.0) -> Float64[np.ndarray, "n 3"]:
+    """Nodes at equal distances on an arc of 0.45 m [m]."""
+    angle = np.linspace(-2.25, 2.25, count)
+    return np.stack([0.1 * np.sin(angle), 0.0 * angle, 0.6 + lift - 0.1 * np.cos(angle)], axis=1)
+
+
+def scored(*chains: np.ndarray, obstacle: Obstacle, goal: np.ndarray = LINE) -> Scorer:
     """Score of a run in which the true rope is seen once in 0.1 s."""
     scorer = Scorer(replace(SCENARIO, obstacles=(obstacle,)))
 
@@ -31,7 +41,7 @@ def scored(*chains: np.ndarray, obstacle: Obstacle) -> Scorer:
     hear(
         topics.TASK_STATE,
         TaskState(
-            stamp=SECOND, run_started=SECOND, state=RUNNING, goal=Goal(positions=LINE.ravel())
+            stamp=SECOND, run_started=SECOND, state=RUNNING, goal=Goal(positions=goal.ravel())
         ),
     )
     for k, nodes in enumerate(chains):
@@ -51,8 +61,13 @@ def test_clearance_and_contact_are_those_of_segments() -> None:
     assert touching.contact_time == pytest.approx(0.1)
 
 
-def test_finer_rope_is_compared_with_the_goal_by_arc_length() -> None:
-    fine = np.stack([np.linspace(-0.225, 0.225, 61), np.full(61, 0.004), np.full(61, 0.3)], axis=1)
-    far = Obstacle(name="far", shape="sphere", position=(0.0, 0.5, 0.3), radius=0.01)
-    _, mean, largest = scored(fine, obstacle=far).errors[-1]
-    assert (mean, largest) == pytest.approx((0.004, 0.004))
+@pytest.mark.parametrize("count", [88, 100, 160])
+def test_finer_rope_on_the_curve_of_the_goal_has_no_error(count: int) -> None:
+    _, mean, largest = scored(arc(count), obstacle=FAR, goal=arc(30)).errors[-1]
+    assert mean < 2e-6
+    assert largest < 1e-5
+
+
+def test_error_of_a_finer_rope_is_its_distance_by_arc_length() -> None:
+    _, mean, largest = scored(arc(88, lift=0.002), obstacle=FAR, goal=arc(30)).errors[-1]
+    assert (mean, largest) == pytest.approx((0.002, 0.002), abs=2e-5)

@@ -35,7 +35,7 @@ def run(
     first: int = 0,
     seed: int = 0,
     method: tuple[Method, ...] = ("gauss_newton",),
-    plant: tuple[Literal["rod", "mujoco"], ...] = ("rod",),
+    plant: tuple[Literal["rod", "mujoco", "links"], ...] = ("rod",),
     stiffness_error: tuple[float, ...] = (1.0,),
     youngs_modulus: float = 1.0e6,
     noise: float = 0.0,

@@ -137,17 +137,17 @@ class _SceneSampler:
             rest = self.rod.rest(left, right)
         except ValueError:
             return None
-        nodes = rest.state.positions
-        radius = base.rope.diameter / 2.0
-        clear = chain_clearance(nodes, radius, base.bodies) > MIN_CLEARANCE
-        if not (rest.converged and rest.stable and clear):
+        if not (rest.converged and rest.stable and self._is_clear(rest.state.positions)):
             return None
-        if base.plant.model != "rod":
-            # A rope of another make has a slightly different rest shape.
-            plant = build_plant(base)
-            plant.reset(left, right, nodes)
-            nodes = plant.nodes
-        return HeldShape(left, right, nodes)
+        # The plant is finer than the controller's rod, or of another make.
+        plant = build_plant(base)
+        plant.reset(left, right, rest.state.positions)
+        nodes = plant.nodes
+        return HeldShape(left, right, nodes) if self._is_clear(nodes) else None
+
+    def _is_clear(self, nodes: Float64[np.ndarray, "n 3"]) -> bool:
+        radius = self.base.rope.diameter / 2.0
+        return chain_clearance(nodes, radius, self.base.bodies) > MIN_CLEARANCE
 
     def with_obstacles(self, *obstacles: Obstacle) -> _SceneSampler:
         """Return a sampler among other obstacles, with the same random numbers."""

@@ -18,6 +18,7 @@ from benchmarks.paper.goals import BASE_SCENARIO, START_GRIPS, Goal
 from benchmarks.paper.studies import NODE_COUNT
 from lariat.rod import Rod
 from shared.scenario import Rope, Scenario, Shape, load
+from shared.scenario.sections import Plant, PlantRope
 from shared.scenario.shipped import find
 from stack.simulation import closed_loop
 from stack.simulation.closed_loop import Score
@@ -49,7 +50,7 @@ def runs(rod: Rod, goals: Sequence[Goal], steps: int) -> Iterator[Score]:
                 name=f"paper-{k}",
                 folder=Path(folder),
                 rope=_rope(rod),
-                plant=replace(base.plant, model="rod"),
+                plant=Plant(model="rod", rope=PlantRope(node_count=rod.node_count)),
                 sensing=replace(base.sensing, source="truth"),
                 control=replace(base.control, clearance=PATH_CLEARANCE),
                 start=Shape(line=(tuple(START_GRIPS[0].tolist()), tuple(START_GRIPS[1].tolist()))),

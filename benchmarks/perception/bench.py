@@ -155,10 +155,10 @@ def measure(
     noise = SensorNoise(depth_sigma=sigma)
     estimates: list[tuple[CenterlineEstimate, np.ndarray]] = []
     times, paper_errors, paper_found = [], [], []
-    for frame, (camera, left, right, nodes, bodies) in enumerate(
+    for frame, (camera, left, right, nodes, whole, bodies) in enumerate(
         views_of(truth, kind, resolution, views, seed)
     ):
-        images = RgbdCamera(camera, noise, seed=seed).take(nodes, model.radius, bodies, frame=frame)
+        images = RgbdCamera(camera, noise, seed=seed).take(whole, model.radius, bodies, frame=frame)
         estimator = CenterlineEstimator(camera, model, settings)
 
         def at_rest(left: Pose = left, right: Pose = right) -> ShapePrior:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -20,6 +21,8 @@ from services.sim.plants.mujoco_rope import MujocoRope
 
 Kind = Literal["easy", "hidden", "hard"]
 
+PLANT_EDGES = 3
+"""Edges of the true rope for each edge of the rope that is looked for [-]."""
 LEVEL_ORIENTATION = np.array([0.5, 0.5, 0.5, 0.5])
 """Orientation of a grip that holds the rope along x."""
 ROPES = {
@@ -48,7 +51,9 @@ class View(NamedTuple):
     right: Pose
     """Right grip."""
     nodes: Float64[np.ndarray, "n 3"]
-    """True nodes of the rope [m]."""
+    """True nodes of the rope, as many as are to be found [m]."""
+    rope: Float64[np.ndarray, "m 3"]
+    """All nodes of the true rope, which is finer [m]."""
     bodies: list[Obstacle]
     """Everything else in view."""
 
@@ -66,7 +71,8 @@ def views_of(
         seed: Seed of grips and cameras.
     """
     random = np.random.default_rng(seed)
-    plant = MujocoPlant(FlexRope(truth))
+    fine = replace(truth, node_count=PLANT_EDGES * (truth.node_count - 1) + 1)
+    plant = MujocoPlant(FlexRope(fine))
     intrinsics = Intrinsics.symmetric(*resolution, FIELD_OF_VIEW)
     made = 0
     while made < count:
@@ -94,7 +100,7 @@ def views_of(
         camera = Camera(intrinsics, looking_at(tuple(eye), tuple(middle)))
         if kind == "hidden":
             bodies.append(_ball(random, camera, nodes))
-        yield View(camera, left, right, nodes, bodies)
+        yield View(camera, left, right, nodes[::PLANT_EDGES], nodes, bodies)
 
 
 def _sample_grips(random: np.random.Generator, length: float, kind: Kind) -> tuple[Pose, Pose]:

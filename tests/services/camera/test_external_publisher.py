@@ -60,6 +60,6 @@ def test_a_plain_publisher_of_color_depth_and_calibration_is_a_camera(cell: Cell
     with zenoh.open(config) as session:
         until(sent)
     (seen,) = [m for t, m in perception.step(mailbox.take(), 2 * SECOND) if t == topics.ROPE_NODES]
-    truth = chain(lab.has_subscribers[topics.ROPE_TRUTH.key][-1].positions)
+    truth = list(lab.truth().values())[-1]
     assert seen.lost == ""
     assert np.mean(np.linalg.norm(chain(seen.positions) - truth, axis=1)) < 3e-3

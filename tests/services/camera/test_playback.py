@@ -56,7 +56,7 @@ def test_a_recording_plays_at_its_own_pace_and_is_seen(recorded: tuple[Path, Cel
     # On the grid of the arm states that the lab stamps by.
     assert np.median(gaps) == pytest.approx(1.0 / 30.0, abs=2e-3)
     assert "offset" in camera.note
-    truth = chain(cell.has_subscribers[topics.ROPE_TRUTH.key][0].positions)
+    truth = next(iter(cell.truth().values()))
     found = [m for m in seen if m.positions]
     assert len(found) > 0.9 * len(stamps)
     for message in found:

@@ -6,12 +6,14 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float64
 
 from services.perception.service import PerceptionService
 from services.sim.service import SimService
 from shared import topics
-from shared.messages import ArmState, ArmStates, NodeChain
+from shared.messages import ArmState, ArmStates, NodeChain, chain
 from shared.scenario import Scenario, parse
+from shared.scenario.scenario import PLANT_EDGES
 from shared.service import SECOND, Inbox, Publication
 from stack.simulation.simulated_time import START, SimulatedStack
 
@@ -113,3 +115,8 @@ class Cell:
     def chains(self, topic: topics.Topic) -> dict[int, NodeChain]:
         """Node chains published on a topic, by stamp."""
         return {m.stamp: m for m in self.has_subscribers.get(topic.key, [])}
+
+    def truth(self) -> dict[int, Float64[np.ndarray, "n 3"]]:
+        """True nodes by stamp, as many as are perceived [m]."""
+        chains = self.chains(topics.ROPE_TRUTH)
+        return {stamp: chain(m.positions)[::PLANT_EDGES] for stamp, m in chains.items()}

@@ -9,7 +9,7 @@ import pytest
 
 from lariat.geometry import poses
 from shared import topics
-from shared.messages import Obstacle, Scene, SceneRequest, TaskState
+from shared.messages import Obstacle, Scene, SceneRequest, TaskState, chain
 from tests.services.perception.cell import Cell, scenario
 
 MARKED = """
@@ -51,10 +51,10 @@ def test_a_marked_obstacle_is_found_where_it_stands_and_followed_when_it_is_move
     cell.run(1.3)
     assert_at(believed(cell), (-0.1, -0.2, 0.03), TURN)
     # The rope is still seen, and no marker is taken for it.
-    truth = cell.chains(topics.ROPE_TRUTH)
+    truth = cell.truth()
     for stamp, seen in cell.chains(topics.ROPE_NODES).items():
         assert not seen.lost
-        gap = np.subtract(seen.positions, truth[stamp].positions).reshape(-1, 3)
+        gap = chain(seen.positions) - truth[stamp]
         assert np.max(np.linalg.norm(gap, axis=1)) < 3e-3
 
 

@@ -13,6 +13,7 @@ from services.perception.centerline.segmentation import Color
 from services.perception.centerline.settings import CenterlineSettings
 from services.sim.camera.rgbd_camera import Frame, RgbdCamera
 from shared import topics
+from shared.messages import chain
 from tests.services.perception.cell import Cell, scenario
 from tests.services.perception.scenes import CAMERA, ROPE, curve, grips
 
@@ -84,8 +85,8 @@ def test_a_dark_rope_on_a_bright_table_is_tracked_by_the_service() -> None:
     plant = replace(of.plant, color=BLACK, table_color=(200, 195, 180))
     cell = Cell(replace(of, plant=plant))
     cell.run(0.6)
-    truth, seen = (cell.chains(t) for t in (topics.ROPE_TRUTH, topics.ROPE_NODES))
+    truth, seen = cell.truth(), cell.chains(topics.ROPE_NODES)
     assert len(seen) > 10
     for stamp, nodes in seen.items():
-        gap = np.subtract(nodes.positions, truth[stamp].positions).reshape(-1, 3)
+        gap = chain(nodes.positions) - truth[stamp]
         assert np.mean(np.linalg.norm(gap, axis=1)) < 1.5e-3

@@ -6,7 +6,6 @@ checks their feedback. All arms stop together, because some rules couple the end
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -31,14 +30,13 @@ from services.robot_gateway.safety.operator_commands import (
     OperatorCommand,
     check_command,
 )
+from services.robot_gateway.safety.other_gateways import OtherGateways
 from services.robot_gateway.safety.state_machine import DEVICE_CAUSES, SafetyState
 from services.robot_gateway.safety.stop_causes import STOP_CAUSES
 from services.robot_gateway.safety.watchdog import Watchdog
 from services.robot_gateway.status import CellStatus
 from shared.reset_counter import ResetCounter
 from shared.scenario import SIDES
-
-log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -51,8 +49,6 @@ class CellSettings:
     """Time after the command's rest within which an arm must have come to rest too [s]."""
     ready_timeout: float = 30.0
     """Time in which an arm must become ready [s]."""
-    gateway_silence: float = 1.0
-    """Silence of another gateway after which it counts as gone [s]."""
     lag_factor: float = 2.0
     """Distance of the command from its chunk above which the cell stops, in step tolerances [-]."""
 
@@ -91,8 +87,7 @@ class Cell:
         self._approach = ApproachControl(self.arms, follower, boot)
         limit = force_limit or ForceLimit(np.inf)
         self._feedback_checks = FeedbackChecks(self.arms, follower, limit)
-        self._other_gateway: tuple[str, int] | None = None
-        """Boot id of another gateway that speaks for this cell, and the time of its last word."""
+        self._other_gateways = OtherGateways()
         self._shown: tuple[object, ...] = ()
         """What a person must have seen of the state before a command counts."""
         self._changed = 0
@@ -154,12 +149,8 @@ class Cell:
 
     def take_other_gateway(self, boot: str, now: int) -> None:
         """Stop because another gateway published a state of this cell at `now` [ns]."""
-        if self._other_gateway_words(now) == "":
-            log.warning("another gateway, %s, speaks for this cell; end one of the two", boot)
-        self._other_gateway = (boot, now)
-        self._stop(
-            "second_gateway", f"gateway {boot!r} speaks for this cell too; end one of the two"
-        )
+        self._other_gateways.take(boot, now)
+        self._stop("second_gateway", self._other_gateways.words(now))
 
     def disarm(self) -> None:
         """Brake and, once at rest, disable the arms, whoever enabled them."""
@@ -337,8 +328,10 @@ class Cell:
             self._reset_done = self._resets.known
 
     def _status(self, now: int) -> CellStatus:
-        distance, angle = self.arms.distance_from_start
-        away = self.safety.mode == "disarmed" and bool(self.arms.ends_away_from_start)
+        disarmed, begun = self.safety.mode == "disarmed", self.safety.needs_approach
+        away = disarmed and bool(self.arms.ends_away_from_start)
+        shown = away or begun or self._approach.active
+        distance, angle = self.arms.distance_from_start if shown else (0.0, 0.0)
         return CellStatus(
             safety=self.safety,
             braking=(self._setpoints_late or not self.follower.following)
@@ -354,7 +347,7 @@ class Cell:
             reset_count=self._reset_done,
             remarks=self._remarks(now),
             next_session=self._next_session(now),
-            needs_approach=away or self.safety.needs_approach,
+            needs_approach=away or begun,
             approaching=self._approach.active,
             approach_distance=distance,
             approach_angle=angle,
@@ -387,21 +380,10 @@ class Cell:
         writers = self._sources.writers(now)
         return writers[0] if len(writers) == 1 else ""
 
-    def _rivals(self, now: int) -> str:
-        """Return which writers speak at the same time, in words; empty where at most one does."""
-        writers = self._sources.writers(now)
-        return f"writers {' and '.join(writers)} speak at once; end one" if len(writers) > 1 else ""
-
-    def _other_gateway_words(self, now: int) -> str:
-        """Return which other gateway speaks for this cell, in words; empty where none does."""
-        boot, heard = self._other_gateway or ("", 0)
-        silent = (now - heard) * NANOSECONDS > self.settings.gateway_silence
-        return "" if not boot or silent else f"gateway {boot} speaks for this cell too; end it"
-
     def _remarks(self, now: int) -> str:
         """Return what a person should know beside the state, in words."""
         power = self.arms.power_words if self.safety.mode == "disarmed" else ""
-        words = (power, self._rivals(now), self._other_gateway_words(now))
+        words = (power, self._sources.rivals(now), self._other_gateways.words(now))
         return "; ".join(word for word in words if word)
 
     # Commands of a person
@@ -434,7 +416,7 @@ class Cell:
 
     def _resume(self, now: int) -> None:
         safety = self.safety.resumed()
-        _reject_for(self._other_gateway_words(now))
+        _reject_for(self._other_gateways.words(now))
         if self._waiting_since is not None:
             raise CommandRejected(f"the arms are not ready yet ({self.arms.unready}); try again")
         self.safety = safety
@@ -445,10 +427,10 @@ class Cell:
         Raises:
             CommandRejected: Another gateway speaks, or another writer than the one that is named.
         """
-        _reject_for(self._other_gateway_words(now))
+        _reject_for(self._other_gateways.words(now))
         session = self._next_session(now)
         if self.safety.mode == "disarmed":
-            _reject_for(self._rivals(now))
+            _reject_for(self._sources.rivals(now))
         if command.session != session:
             raise CommandRejected(
                 f"names the writer {command.session!r}, but it is {session!r}; look again"

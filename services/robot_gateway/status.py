@@ -43,6 +43,6 @@ class CellStatus:
     approaching: bool
     """Whether an approach is under way, or waits for the arms to be ready."""
     approach_distance: float
-    """Largest distance of an arm from the start [m]."""
+    """Largest distance of an arm from the start [m]; 0 without an approach."""
     approach_angle: float
-    """Largest angle of an arm from the start [rad]."""
+    """Largest angle of an arm from the start [rad]; 0 without an approach."""

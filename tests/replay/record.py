@@ -140,6 +140,8 @@ class Person:
             case 8:
                 self._outbox.command_arms(ArmCommand.ACKNOWLEDGE, arms, "acknowledge")
             case 9:
+                self._outbox.command_arms(ArmCommand.RESUME, arms, "resume")
+            case 10:
                 self._outbox.request_task(TaskRequest.START, "start")
 
 

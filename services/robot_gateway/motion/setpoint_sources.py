@@ -76,6 +76,15 @@ class SetpointSources:
         """Return the sessions of the writers that speak, sorted. Args: now: Present time [ns]."""
         return sorted(s for s in self._heard if self._speaks(s, now, WRITER_SILENCE))
 
+    def rivals(self, now: int) -> str:
+        """Return which writers speak at once, in words; empty where at most one does.
+
+        Args:
+            now: Present time [ns].
+        """
+        writers = self.writers(now)
+        return f"writers {' and '.join(writers)} speak at once; end one" if len(writers) > 1 else ""
+
     def _out_of_sequence(self, sequence: int, now: int) -> ChunkRefused | None:
         step = sequence - self._sequence
         if 0 < step <= MAX_SEQUENCE_STEP:

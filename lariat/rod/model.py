@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.rod.integration_schemes import HISTORY_LENGTHS, Scheme
+from lariat.rod.launch.layout import CLAMP_WEIGHTS
 from lariat.rod.properties import RodProperties
 
 End = Literal["free", "pinned", "clamped"]
@@ -84,19 +85,20 @@ class RodModel(Generic[PropertiesT_co]):
 
     @property
     def bend_lengths(self) -> Float64[np.ndarray, "m-1"]:
-        """Length over which the bend between two frames acts, half an edge at a clamp [m]."""
+        """Length over which the bend between two frames acts: an edge, times `CLAMP_WEIGHTS` at
+        clamps [m]."""
         lengths = np.full(self.frame_count - 1, self.edge_length)
         left, right = self.clamps
-        lengths[:left] *= 0.5
-        lengths[len(lengths) - right :] *= 0.5
+        if left:
+            lengths[:2] *= CLAMP_WEIGHTS
+        if right:
+            lengths[:-3:-1] *= CLAMP_WEIGHTS
         return lengths
 
     @property
     def bend_places(self) -> Float64[np.ndarray, "m-1"]:
-        """Arc length of the middle of each bend over the rod's length, from the left [-]."""
-        edges = self.node_count - 1
-        nodes = np.arange(self.frame_count - 1) + 1.0 - self.clamps[0]
-        return np.clip(nodes, 0.25, edges - 0.25) / edges
+        """Arc length of each bend, at a node, over the rod's length, from the left [-]."""
+        return (np.arange(self.frame_count - 1) + 1.0 - self.clamps[0]) / (self.node_count - 1)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ of the energy
 
 with velocities v, angular velocities w in the frames of the edges, k = (EI, EI, GJ) / l, damping c
 in wt = (1 + c h) / h^2 and carry = 1 / (1 + c h), and internal damping tau. Contact is left out.
-The bend between the frame of a clamp and the first edge acts over half an edge. Unknowns are x, and
+The bends at a clamp act over the lengths `RodModel.bend_lengths`. Unknowns are x, and
 rotations phi of the edges in their own frames, q exp(phi): blocks of three, in the order node 0,
 edge 0, node 1, edge 1, ...
 

@@ -6,10 +6,9 @@ A step is implicit and minimizes the incremental potential by Newton's method wi
 factorization; derivatives follow from the implicit function theorem with the same factors.
 `lariat.rod.kernels` holds the energy and the solver.
 
-Ends: a grip (p, R) clamps the rod at p along R z: the end node lies at p, and the bend between R
-and the frame of the outermost edge acts over half an edge, so that shapes converge to those of the
-clamped continuum with the square of the edge length. A pinned end holds its node alone, a free one
-nothing.
+Ends: a grip (p, R) clamps the rod at p along R z: the end node lies at p, and the bends there have
+the weights of an end correction (`CLAMP_WEIGHTS`), so that shapes converge to those of the clamped
+continuum with the square of the edge length. A pinned end holds its node alone, a free one nothing.
 Orientations enter derivatives as rotation vectors in the world frame.
 """
 

@@ -18,7 +18,6 @@ from lariat.rod.kernels.memory import load3, load4
 from lariat.rod.kernels.rotations import rotation_matrix
 from lariat.rod.kernels.step_derivatives import inertia_derivatives
 from lariat.rod.kernels.step_terms import (
-    bend_place,
     bend_rotation,
     bend_share,
     inertia_terms,
@@ -158,10 +157,11 @@ def parameter_derivatives(
                     bend = rod + ni[Section.BENDS] + 6 * j
                     stiffness = load3(w, bend)
                     rest = load3(w, bend + 3)
+                    bend_length = length * bend_share(j, n - 2, first_edge, n - 1 - end_edge)
                     # Share of the knot in this bend.
                     share = 1.0
                     if knots > 1:
-                        coordinate = bend_place(ni, j) * (knots - 1) / edges
+                        coordinate = ti.cast((j + 1 - first_edge) * (knots - 1), ti.f64) / edges
                         share = ti.max(0.0, 1.0 - ti.abs(coordinate - knot))
                     effective = rod + ni[Section.EFFECTIVE_BENDS] + EFFECTIVE_BEND_WIDTH * j
                     moment = load3(w, effective + EffectiveBend.STIFFNESS) * (
@@ -178,7 +178,7 @@ def parameter_derivatives(
                         moment *= (
                             share
                             * scalar(ni, w, rod, Scalar.BENDING_STIFFNESS)
-                            / (length * bend_share(ni, j) * stiffness[0])
+                            / (bend_length * stiffness[0])
                         )
                     elif code == Parameter.INTERNAL_DAMPING:
                         carries = w[time_at(ni, rod, step) + TimeRow.KEEPS_VELOCITY]
@@ -193,7 +193,7 @@ def parameter_derivatives(
                         for a in ti.static(range(3)):
                             moment[a] = 0.0
                             if code == Parameter.REST_CURVATURE + a:
-                                moment[a] = -share * stiffness[a] * length * bend_share(ni, j)
+                                moment[a] = -share * stiffness[a] * bend_length
                     add_parameter_derivative(
                         ni, w, rod, p, 2 * j + 1, -(jacobian.transpose() @ moment)
                     )

@@ -16,7 +16,15 @@ from lariat.rod.kernels.rotations import (
     quaternion_product,
     relative_rotation,
 )
-from lariat.rod.launch.layout import HISTORY_SLOTS, STEP_BLOCKS, Header, Scalar, Section, TimeRow
+from lariat.rod.launch.layout import (
+    CLAMP_WEIGHTS,
+    HISTORY_SLOTS,
+    STEP_BLOCKS,
+    Header,
+    Scalar,
+    Section,
+    TimeRow,
+)
 
 
 @ti.func
@@ -61,16 +69,11 @@ def grip_target(ni: ti.template(), w: ti.template(), rod, step, end):
 
 
 @ti.func
-def bend_share(ni: ti.template(), j):
-    """Length over which bend j acts, in edges: half an edge at a clamp."""
-    return ti.select(j < ni[Header.FIRST_EDGE] or j + 1 >= ni[Header.END_EDGE], 0.5, 1.0)
-
-
-@ti.func
-def bend_place(ni: ti.template(), j):
-    """Arc length of the middle of bend j, from the left end, in edges."""
-    edges = ni[Header.END_EDGE] - ni[Header.FIRST_EDGE]
-    return ti.min(ti.max(j + 1.0 - ni[Header.FIRST_EDGE], 0.25), edges - 0.25)
+def bend_share(j, count, left, right):
+    """Length over which bend j of `count` acts, in edges; `left` and `right` count the clamps."""
+    at_clamp = (left and j == 0) or (right and j == count - 1)
+    beside = (left and j == 1) or (right and j == count - 2)
+    return ti.select(at_clamp, CLAMP_WEIGHTS[0], ti.select(beside, CLAMP_WEIGHTS[1], 1.0))
 
 
 @ti.func

@@ -13,7 +13,7 @@ the next two, so that a row of blocks is three 3x3 matrices: H(j, j), H(j+1, j) 
 
 A clamp adds a grip edge to its end of the chain: an edge without length and energy, whose frame is
 that of the grip and both of whose nodes lie at the grip. The bend between it and the first edge of
-the rod acts over half an edge, so that the rod is clamped at the grip whatever the number of nodes.
+the rod clamps the rod at the grip, whatever the number of nodes.
 
 A history has `HISTORY_SLOTS` slots for the solves before a roll-out, the last of which is its
 start; solve t fills slot t + HISTORY_SLOTS.
@@ -23,6 +23,13 @@ from __future__ import annotations
 
 from enum import IntEnum, auto
 
+CLAMP_WEIGHTS = (5.0 / 12.0, 13.0 / 12.0)
+"""Edges over which the bends at a clamp and at the node beside it act [-].
+
+A deflection is the sum of the bends times their levers, a trapezoidal rule for curvature times
+lever. Weights of 1/2, 1, 1, ... leave its boundary term, which does not vanish at a clamp; these
+are the weights of Gregory's end correction.
+"""
 HISTORY_SLOTS = 4
 """Number of earlier solves that may enter one; slot of a history that the first solve fills."""
 

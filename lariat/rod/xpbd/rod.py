@@ -5,8 +5,8 @@ with online parameters adaptation based on differentiable simulation", ROBOMECH 
 Algorithm 1 with eqs. (2) to (11).
 
 Ends, actions and states are those of `Rod`: the paper's n positions lie between n + 1 orientations,
-the outermost of which are those of the grips. A constraint (7) at a clamp acts over half an edge,
-with half the compliance.
+the outermost of which are those of the grips. The compliances of the constraints (7) at a clamp and
+beside it have the weights `CLAMP_WEIGHTS`, as in `Rod`.
 """
 
 from __future__ import annotations

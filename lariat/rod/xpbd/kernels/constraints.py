@@ -10,6 +10,7 @@ identity, so that the inverse is a number. The printed signs of (4) and the prin
 import taichi as ti
 
 from lariat.rod.kernels.memory import add, load3, load4, store
+from lariat.rod.kernels.step_terms import bend_share
 from lariat.rod.xpbd.kernels.addressing import place, scalar
 from lariat.rod.xpbd.kernels.quaternions import (
     director,
@@ -61,9 +62,10 @@ def edge_weight(ni: ti.template(), c, i):
 
 @ti.func
 def bend_compliance(ni: ti.template(), c, i):
-    """Compliance of bend i over the step squared: half of it at a clamp, for half an edge."""
-    half = i < ni[Header.FIRST_EDGE] or i + 1 >= ni[Header.END_EDGE]
-    return ti.select(half, 0.5, 1.0) * c.bending
+    """Compliance of bend i over the step squared, in proportion to the length that it acts over."""
+    n = ni[Header.NODES]
+    share = bend_share(i, n - 2, ni[Header.FIRST_EDGE], n - 1 - ni[Header.END_EDGE])
+    return share * c.bending
 
 
 @ti.func

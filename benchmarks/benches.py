@@ -21,6 +21,7 @@ BENCHES: dict[str, Bench] = {
     "goals": Bench("benchmarks.goals.bench", "closed-loop runs to random goals in random scenes"),
     "horizon": Bench("benchmarks.horizon", "time to plan one horizon, by method"),
     "live": Bench("benchmarks.live", "step times of the live stack, from a recording"),
+    "network": Bench("benchmarks.network", "runs while messages are lost, doubled and late"),
     "paper": Bench("benchmarks.paper.bench", "the paper's simulations, its methods and ours"),
     "perception": Bench("benchmarks.perception.bench", "accuracy of the perceived rope"),
     "physics": Bench("benchmarks.physics.bench", "the rod against the continuum and closed forms"),

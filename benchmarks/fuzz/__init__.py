@@ -64,9 +64,9 @@ def run(
     for name in targets:
         if name not in TARGETS:
             raise ConfigurationError(f"no target {name!r}; expected one of {', '.join(TARGETS)}")
+    totals = _read(progress, seed)
     # Refusals are what is asked for, not news.
     logging.disable(logging.WARNING)
-    totals = _read(progress, seed)
     with tempfile.TemporaryDirectory() as folder:
         cell = load(scenario)
         lawful = ordinary_run(cell) if set(targets) & set(message_targets.NAMES) else []
@@ -79,6 +79,7 @@ def run(
                 _write(progress, seed, totals)
                 _report(name, mine, count)
             target.close()
+    logging.disable(logging.NOTSET)
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     if json:
         rows = {name: asdict(totals[name]) for name in targets}

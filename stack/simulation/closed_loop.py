@@ -18,7 +18,13 @@ from shared.service import SECOND, Service
 from stack import services
 from stack.simulation.recorder_tap import RecorderTap
 from stack.simulation.scoring import Scorer
-from stack.simulation.simulated_time import START, SimulatedStack, Tap, session_id
+from stack.simulation.simulated_time import (
+    START,
+    Network,
+    SimulatedStack,
+    Tap,
+    session_id,
+)
 
 READY_TIMEOUT = 20 * SECOND
 """Longest simulated time until the cell is ready for a run [ns]."""
@@ -99,6 +105,7 @@ def run(
     watch: Watch | None = None,
     taps: tuple[Tap, ...] = (),
     members: tuple[Service, ...] | None = None,
+    network: Network = lambda _: (0,),
 ) -> RunOutcome:
     """Run a scenario until the goal is reached or its time is over, and score the run.
 
@@ -110,6 +117,7 @@ def run(
         watch: Observer of the run.
         taps: Functions that are called with every message.
         members: Services of the cell; by default those of the scenario.
+        network: Faults of the network; by default none.
 
     Raises:
         ConfigurationError: A service does not support the scenario.
@@ -120,7 +128,7 @@ def run(
     if members is None:
         members = tuple(services.build(n, scenario, session_id(n)) for n in services.NAMES)
     with ExitStack() as cleanup:
-        stack = SimulatedStack(members, [scorer, *taps])
+        stack = SimulatedStack(members, [scorer, *taps], network=network)
         if record:
             # Before the kernels are compiled: a folder that is not writable is reported at once.
             recorder = RecorderTap(record, scenario, stack)

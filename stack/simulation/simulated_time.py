@@ -11,7 +11,7 @@ import heapq
 import time
 from collections import defaultdict
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
@@ -53,6 +53,11 @@ Tap = Callable[[Delivery], None]
 """Function that is called with every message, in the order of delivery."""
 
 
+Network = Callable[[Delivery], Sequence[int]]
+"""Function from a message to the delays of its copies beside the declared latency [ns]: none where
+it is lost, several where it is doubled."""
+
+
 @dataclass
 class _ScheduledService:
     """Service with its schedule and its mailbox."""
@@ -76,7 +81,11 @@ class SimulatedStack:
     """Services of a cell, connected in memory."""
 
     def __init__(
-        self, services: Sequence[Service], taps: Sequence[Tap] = (), start: int = START
+        self,
+        services: Sequence[Service],
+        taps: Sequence[Tap] = (),
+        start: int = START,
+        network: Network = lambda _: (0,),
     ) -> None:
         """Connect services.
 
@@ -84,6 +93,7 @@ class SimulatedStack:
             services: Services; those due at the same time are stepped in this order.
             taps: Functions that are called with every message.
             start: Time of the first step [ns].
+            network: Faults of the network; by default none.
         """
         self.now = start
         """Present time [ns]."""
@@ -96,6 +106,7 @@ class SimulatedStack:
                 self._readers[topic.key].append(entry)
         self._pending: list[tuple[int, int, Delivery]] = []
         self._published = 0
+        self._network = network
         self._sequences: dict[tuple[str, str], int] = defaultdict(int)
         self._newest: dict[str, Delivery] = {}
 
@@ -160,8 +171,10 @@ class SimulatedStack:
         self._sequences[publisher, topic.key] += 1
         payload = message.SerializeToString(deterministic=True)
         delivery = Delivery(topic, payload, publisher, sequence, delivery_time)
-        heapq.heappush(self._pending, (delivery_time, self._published, delivery))
-        self._published += 1
+        for delay in self._network(delivery):
+            late = replace(delivery, received=delivery_time + delay) if delay else delivery
+            heapq.heappush(self._pending, (late.received, self._published, late))
+            self._published += 1
 
     def _deliver(self) -> None:
         while self._pending and self._pending[0][0] <= self.now:

@@ -140,7 +140,7 @@ def test_the_stack_reaches_its_goal_survives_a_death_and_records_it(
     # Another one takes its place, and nothing moves until a person has looked.
     until(lambda: live.log.count("controller | ready") == 2, 120.0)
     rest = live.arms()[-1]
-    assert "acknowledge first" in live.refused("start")
+    assert "acknowledge and resume first" in live.refused("start")
     time.sleep(1.0)
     later = live.arms()[-1]
     assert later.needs_acknowledgement

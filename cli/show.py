@@ -19,6 +19,7 @@ from dashboard.recordings.player import Player
 from dashboard.recordings.timeline import RecordedMessage, Timeline, thin_topic
 from dashboard.subscriptions import CAMERA_COLOR, READS
 from shared.configuration import ConfigurationError
+from shared.live import Stopped, stopping_on_signals
 from shared.recording import Recording
 from shared.service import SECOND
 
@@ -60,8 +61,9 @@ def main(
             file=sys.stderr,
         )
         try:
-            _play(player)
-        except KeyboardInterrupt:
+            with stopping_on_signals():
+                _play(player)
+        except Stopped:
             return 0
         finally:
             shown.close()

@@ -21,13 +21,15 @@ from typing import Any, NamedTuple
 
 from shared import topics
 from shared.configuration import ConfigurationError
-from shared.messages import grip_pose
+from shared.messages import ArmStates, grip_pose
 from shared.recording import Entry, Recording
 from shared.scenario import Scenario
 from shared.service import Inbox, Publication, Service
 from stack import services
 from stack.replay.recorded_service import RecordedService, TracedStep
 
+COMMAND_FIELDS = ("arm", "close", "approach_distance", "approach_angle", "session")
+"""Fields of a command to the arms that a person gives."""
 CAMERA_RECORDING = "camera_recording"
 """Metadata key: file of the camera's frames, relative to the recording."""
 
@@ -191,10 +193,18 @@ def _ask_again(outbox: Any, entry: Entry) -> None:
         case topics.SCENE_REQUEST.key:
             outbox.request_scene(message.action, message.obstacle, words)
         case topics.ARM_COMMAND.key:
-            given = {f.name: v for f, v in message.ListFields() if f.name in ("arm", "close")}
-            outbox.command_arms(message.action, message.boot, words, **given)
+            fields = {f.name: v for f, v in message.ListFields()}
+            given = {k: v for k, v in fields.items() if k in COMMAND_FIELDS}
+            outbox.command_arms(message.action, _answered_state(message), words, **given)
+        case topics.ARM_CONSENT.key:
+            outbox.consent(message.command, _answered_state(message))
         case topics.TASK_GOAL_DRAFT.key:
             outbox.draft_goal(grip_pose(message.left), grip_pose(message.right))
+
+
+def _answered_state(message: Any) -> ArmStates:
+    """State of the gateway that a command or a sign of life answers."""
+    return ArmStates(boot=message.boot, stamp=message.answers)
 
 
 def free_port() -> int:

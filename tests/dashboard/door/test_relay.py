@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from itertools import repeat
@@ -15,10 +16,11 @@ from websockets.sync.client import ClientConnection
 from dashboard.door import browser_messages, relay
 from dashboard.options import DashboardOptions
 from dashboard.service import DashboardService, build
+from shared.messages import ArmCommand
 from shared.scenario import load
 from tests.dashboard.door.visitor import Visitor
 from tests.dashboard.stage import Stage
-from tests.shared.cell import free_port
+from tests.shared.cell import free_port, until
 
 SCENARIO = load("scenarios/three-cylinders.toml")
 encode = msgspec.msgpack.encode
@@ -122,6 +124,21 @@ def test_uploads_of_one_page_are_bounded(person: Visitor) -> None:
     }
     with person.open_socket() as hostile:
         assert close_code(hostile, repeat(encode(part), 100)) == 1009
+
+
+def test_hold_is_sent_while_viser_is_stuck(service: DashboardService, person: Visitor) -> None:
+    stage = Stage(service, SCENARIO)
+    freed = threading.Event()
+    service._page._server._event_loop.call_soon_threadsafe(freed.wait)
+    asker = threading.Thread(target=person.ask, args=("POST", person.page + "hold"))
+    asker.start()
+    try:
+        actions: list[int] = []
+        until(lambda: actions.extend(m.action for _, m in stage.step()) or actions)
+        assert actions == [ArmCommand.HOLD]
+    finally:
+        freed.set()
+        asker.join()
 
 
 def test_pages_are_counted_and_bounded(person: Visitor, monkeypatch: pytest.MonkeyPatch) -> None:

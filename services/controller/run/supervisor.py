@@ -50,6 +50,9 @@ class SupervisorSettings:
     """Time at the end of a path before a rope at rest counts as stuck [ns]."""
     leave_error: float = 3.0
     """Error above which an uncontrolled rope has left its goal, in tolerances [-]."""
+    significant_deviations: float = 2.0
+    """Change of the stiffness, in its standard deviations, that makes the rest of a path worth
+    planning again [-]."""
     max_stall_replans: int = 2
     """New paths that are requested after stalling, in one run."""
     max_material_replans: int = 2
@@ -328,10 +331,13 @@ class RunSupervisor:
         Returns:
             Whether another path has been requested.
         """
-        if (
-            self._material_replans >= self.settings.max_material_replans
-            or not self._material_changed_since(self._planned_stiffness)
-        ):
+        settings, planned = self.settings, self._planned_stiffness
+        exhausted = self._material_replans >= settings.max_material_replans
+        if exhausted or not self._material_changed_since(planned):
+            return False
+        estimate = self._adaptation.scalars["bending_stiffness"]
+        deviation = settings.significant_deviations * estimate.standard_deviation
+        if abs(estimate.value - planned) < deviation:
             return False
         self._material_replans += 1
         self._task.request_path()

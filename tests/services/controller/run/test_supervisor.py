@@ -9,6 +9,7 @@ import pytest
 
 from lariat.geometry.poses import Pose
 from lariat.trajectory import MotionState
+from services.controller.estimation.adaptation import ParameterEstimate
 from services.controller.mpc.reference_trajectory import ReferenceTrajectory
 from services.controller.run.arm_condition import ArmCondition
 from services.controller.run.clearance_guard import Threat
@@ -32,6 +33,11 @@ class Material:
     settled: bool = True
     bending_stiffness: float = 1.0
     informs_planner: bool = True
+    deviation: float = 0.1
+
+    @property
+    def scalars(self) -> dict[str, ParameterEstimate]:
+        return {"bending_stiffness": ParameterEstimate(self.bending_stiffness, self.deviation)}
 
 
 class Progress(ProgressMonitor):
@@ -157,7 +163,9 @@ def test_rope_that_turns_out_to_be_another_one_on_the_way_needs_another_path(run
     run.task.set("adapt", "true")
     run.material.bending_stiffness = 1.2
     assert not run.supervisor.outdated()
-    run.material.bending_stiffness = 1.3
+    run.material.bending_stiffness, run.material.deviation = 1.3, 0.2
+    assert not run.supervisor.outdated()
+    run.material.deviation = 0.1
     asked = run.task.replan_count
     assert [run.supervisor.outdated() for _ in range(3)] == [True, True, False]
     assert run.task.replan_count == asked + 2

@@ -22,7 +22,7 @@ def test_the_arm_brings_the_rope_to_its_goal(outcome: RunOutcome):
     score = outcome.score
     assert score.reached, outcome.reason
     assert score.final_error_mm is not None
-    assert score.final_error_mm <= 5.0
+    assert score.final_error_mm < 0.5
     assert score.length_error_mm < 1.0
     assert score.min_clearance_mm is None or score.min_clearance_mm > 5.0
 

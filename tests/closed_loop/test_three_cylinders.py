@@ -32,7 +32,7 @@ def test_the_rope_reaches_its_goal_through_the_camera(seen: RunOutcome):
     score = seen.score
     assert score.reached, seen.reason
     assert score.final_error_mm is not None
-    assert score.final_error_mm <= 5.0
+    assert score.final_error_mm < 0.5
     assert score.min_clearance_mm is not None
     assert score.min_clearance_mm > 5.0
     assert score.length_error_mm < 1.0
@@ -42,12 +42,12 @@ def test_the_rope_reaches_its_goal_through_the_camera(seen: RunOutcome):
     assert task.state == REACHED
 
 
-def test_with_a_true_view_of_the_rope_the_error_is_below_a_millimetre():
+def test_with_a_true_view_of_the_rope_the_error_is_below_half_a_millimetre():
     outcome = run(NAME, "sensing.source=truth", "run.time_limit=4.0")
     score = outcome.score
     assert score.reached, outcome.reason
     assert score.final_error_mm is not None
-    assert score.final_error_mm <= 1.0
+    assert score.final_error_mm < 0.5
     assert score.min_clearance_mm is not None
     assert score.min_clearance_mm > 5.0
 

@@ -28,7 +28,7 @@ def test_two_arms_bring_the_rope_to_its_goal_together():
     score = outcome.score
     assert score.reached, outcome.reason
     assert score.final_error_mm is not None
-    assert score.final_error_mm <= 5.0
+    assert score.final_error_mm < 0.5
     assert score.length_error_mm < 1.0
     assert score.min_clearance_mm is not None
     assert score.min_clearance_mm > 5.0

@@ -1,9 +1,14 @@
-# One image target a process, each with its own extra and nothing else.
+# One image target a process, each with its own dependencies and nothing else, locked by hash in
+# requirements/.
 #
 #   docker build --target controller .
 #
-# Wheels that are not to come from a package registry are laid into the build context `wheels`:
+# The base image is an argument, so that a cell can pin it by its digest:
+#   docker build --build-arg PYTHON_IMAGE=python:3.11-slim-bookworm@sha256:… …
+# PyTorch is not locked: its build is the user's choice. A wheel that is not to come from a package
+# registry is laid into the build context `wheels`:
 #   docker build --build-context wheels=/path/to/wheels …
+ARG PYTHON_IMAGE=python:3.11-slim-bookworm
 
 FROM scratch AS wheels
 
@@ -15,17 +20,20 @@ COPY services/__init__.py services/
 
 # Packages are installed before sources are copied, so that a change of a source builds nothing anew.
 # Editable, the stack is the folder /app on the path.
-FROM python:3.11-slim-bookworm AS base
+FROM ${PYTHON_IMAGE} AS base
 ENV PYTHONUNBUFFERED=1 PYTHONDONTWRITEBYTECODE=1 OMP_NUM_THREADS=1
 RUN useradd --create-home --uid 1000 lariat \
- && mkdir -p /home/lariat/.cache /recordings \
- && chown -R lariat:lariat /home/lariat /recordings
+ && mkdir -p /home/lariat/.cache /recordings /credentials \
+ && chmod 700 /credentials \
+ && chown -R lariat:lariat /home/lariat /recordings /credentials
 WORKDIR /app
 COPY pyproject.toml LICENSE ./
 COPY lariat/README.md lariat/
 COPY stack/pyproject.toml stack/
-RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --find-links=/wheels --editable ./stack
+RUN --mount=type=bind,source=requirements/router.txt,target=/lock.txt \
+    --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --require-hashes --requirement /lock.txt \
+ && pip install --quiet --no-deps --no-build-isolation --editable ./stack
 
 FROM base AS router
 COPY --from=sources / ./
@@ -38,20 +46,33 @@ FROM base AS rod
 RUN apt-get update -qq \
  && apt-get install -y -qq --no-install-recommends binutils libx11-6 \
  && rm -rf /var/lib/apt/lists/*
-RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --find-links=/wheels --editable .
+RUN --mount=type=bind,source=requirements/rod.txt,target=/lock.txt \
+    --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --require-hashes --requirement /lock.txt \
+ && pip install --quiet --no-deps --no-build-isolation --editable .
+
+# The rod's kernel, compiled once for all images. A machine with another processor compiles it again,
+# each process into a volume of its own.
+FROM rod AS kernel
+COPY --from=sources /lariat lariat
+USER lariat
+RUN python -c "from lariat.rod.launch import machine_code; assert machine_code.kernel()"
 
 FROM rod AS sim
-RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --find-links=/wheels --editable . --editable './stack[sim]'
+RUN --mount=type=bind,source=requirements/sim.txt,target=/lock.txt \
+    --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --require-hashes --requirement /lock.txt
+COPY --from=kernel --chown=lariat /home/lariat/.cache/lariat /home/lariat/.cache/lariat
 COPY --from=sources / ./
 COPY services/sim services/sim
 USER lariat
 ENTRYPOINT ["python", "-m", "services.sim"]
 
 FROM rod AS perception
-RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --find-links=/wheels --editable . --editable './stack[perception]'
+RUN --mount=type=bind,source=requirements/perception.txt,target=/lock.txt \
+    --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --require-hashes --requirement /lock.txt
+COPY --from=kernel --chown=lariat /home/lariat/.cache/lariat /home/lariat/.cache/lariat
 COPY --from=sources / ./
 COPY services/perception services/perception
 USER lariat
@@ -62,37 +83,41 @@ FROM base AS camera
 RUN apt-get update -qq \
  && apt-get install -y -qq --no-install-recommends libusb-1.0-0 libudev1 \
  && rm -rf /var/lib/apt/lists/*
-RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --find-links=/wheels --editable './stack[camera]'
+RUN --mount=type=bind,source=requirements/camera.txt,target=/lock.txt \
+    --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --require-hashes --requirement /lock.txt
 COPY --from=sources / ./
 COPY services/camera services/camera
 USER lariat
 ENTRYPOINT ["python", "-m", "services.camera"]
 
 FROM rod AS planner
-RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --find-links=/wheels --editable . --editable './stack[planner]'
+COPY --from=kernel --chown=lariat /home/lariat/.cache/lariat /home/lariat/.cache/lariat
 COPY --from=sources / ./
 COPY services/planner services/planner
 USER lariat
 ENTRYPOINT ["python", "-m", "services.planner"]
 
 FROM rod AS controller
-RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --find-links=/wheels --editable . --editable './stack[controller]'
+ARG TORCH=torch==2.13.0
+RUN --mount=type=bind,source=requirements/controller.txt,target=/lock.txt \
+    --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --require-hashes --requirement /lock.txt \
+ && pip install --quiet --find-links=/wheels "${TORCH}"
+COPY --from=kernel --chown=lariat /home/lariat/.cache/lariat /home/lariat/.cache/lariat
 COPY --from=sources / ./
 COPY services/controller services/controller
 USER lariat
 ENTRYPOINT ["python", "-m", "services.controller"]
 
-# The arm's kinematics. Older versions of pip find extras by their names with dashes only, and go on
-# without one that they do not find: hence the check.
+# The arm's kinematics.
 FROM base AS kinematics
 RUN apt-get update -qq \
  && apt-get install -y -qq --no-install-recommends libgomp1 \
  && rm -rf /var/lib/apt/lists/*
-RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --find-links=/wheels --editable './stack[robot-gateway,cr5-emulator]' \
+RUN --mount=type=bind,source=requirements/robot_gateway.txt,target=/lock.txt \
+    --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --require-hashes --requirement /lock.txt \
  && python -c "import pinocchio"
 
 FROM kinematics AS robot_gateway
@@ -108,28 +133,34 @@ USER lariat
 ENTRYPOINT ["python", "-m", "services.cr5_emulator"]
 
 FROM base AS recorder
-RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --find-links=/wheels --editable './stack[recorder]'
+RUN --mount=type=bind,source=requirements/recorder.txt,target=/lock.txt \
+    --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --require-hashes --requirement /lock.txt
 COPY --from=sources / ./
 COPY services/recorder services/recorder
 USER lariat
 ENTRYPOINT ["python", "-m", "services.recorder"]
 
 FROM base AS dashboard
-RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --find-links=/wheels --editable './stack[dashboard]'
+RUN --mount=type=bind,source=requirements/dashboard.txt,target=/lock.txt \
+    --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --require-hashes --requirement /lock.txt
 COPY --from=sources / ./
 COPY dashboard dashboard
 USER lariat
 ENTRYPOINT ["python", "-m", "dashboard"]
 
-# The verbs that talk to a running stack: docker compose run --rm cli start
+# The verbs that talk to a running stack: docker compose run --rm cli start. The folders of the
+# credentials are there so that volumes mounted on them belong to the user that writes them.
 FROM base AS cli
-RUN --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --find-links=/wheels --editable './stack[cli]'
+RUN --mount=type=bind,source=requirements/cli.txt,target=/lock.txt \
+    --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --require-hashes --requirement /lock.txt
+USER lariat
+RUN cd /credentials && mkdir --mode=700 authority router sim camera perception planner controller \
+    robot_gateway recorder dashboard lariat
 COPY --from=sources / ./
 COPY stack stack
 COPY cli cli
 COPY scenarios scenarios
-USER lariat
 ENTRYPOINT ["lariat"]

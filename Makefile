@@ -9,7 +9,7 @@ system = $(PYTHON) -c $(1) 2>/dev/null || { [ "$$(id -u)" = 0 ] && command -v ap
   apt-get install -y -qq --no-install-recommends $(2) >/dev/null; } || \
   { echo "the system package $(2) is missing; install it (Debian: apt-get install $(2)), then make again" >&2; exit 2; }
 
-.PHONY: up test check format bench clean
+.PHONY: up test check format lock sbom clean
 
 up: .venv/installed  ## the whole stack, live; opens the dashboard, or prints its address last
 	$(BIN)/lariat up $(SCENARIO) --browser
@@ -36,14 +36,27 @@ clean:
 	@$(call system,'import ensurepip',python3-venv)
 	@$(call system,'import ctypes; ctypes.CDLL("libX11.so.6")',libx11-6)
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --upgrade pip
 
-.venv/installed: pyproject.toml stack/pyproject.toml | .venv/bin/python
+# Installs a lock by its hashes, then the clone without asking anybody for more, then PyTorch, whose
+# build is the user's choice: one that is installed already stays.
+install = $(BIN)/python -m pip install --quiet --require-hashes --requirement requirements/$(1).txt && \
+  $(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable . --editable ./stack && \
+  $(BIN)/python -m pip install --quiet --editable '.[torch]' --no-build-isolation
+
+.venv/installed: requirements/all.txt | .venv/bin/python
 	@echo "Installing Lariat and what it needs into .venv; the first time takes some minutes"
-	$(BIN)/python -m pip install --quiet --editable . --editable './stack[all]'
+	@$(call install,all)
 	@touch $@
 
-.venv/installed-dev: pyproject.toml stack/pyproject.toml | .venv/bin/python
+.venv/installed-dev: requirements/dev.txt | .venv/bin/python
 	@echo "Installing Lariat, what it needs and its tests' tools into .venv; the first time takes some minutes"
-	$(BIN)/python -m pip install --quiet --editable . --editable './stack[dev]'
+	@$(call install,dev)
 	@touch $@ .venv/installed
+
+lock: .venv/bin/python  ## locks every dependency by version and hash
+	$(BIN)/python -m pip install --quiet pip-tools
+	$(BIN)/python requirements/lock.py
+
+sbom: .venv/installed  ## software bill of materials of what is installed, with licences
+	$(BIN)/python -m pip install --quiet cyclonedx-bom
+	$(BIN)/cyclonedx-py environment --output-format JSON --output-file lariat.cdx.json $(BIN)/python

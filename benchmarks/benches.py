@@ -16,11 +16,13 @@ class Bench(NamedTuple):
 BENCHES: dict[str, Bench] = {
     "cables": Bench("benchmarks.cables", "stiffness of real cables, from hanging and twisting"),
     "camera": Bench("benchmarks.camera", "cost of the simulated camera, accuracy of markers"),
+    "compose": Bench("benchmarks.compose", "every scenario in containers, up, run and down"),
     "faults": Bench("benchmarks.faults", "faults injected into the live stack, and how arms stop"),
     "fuzz": Bench("benchmarks.fuzz", "hostile messages and files for every process"),
     "goals": Bench("benchmarks.goals.bench", "closed-loop runs to random goals in random scenes"),
     "horizon": Bench("benchmarks.horizon", "time to plan one horizon, by method"),
     "live": Bench("benchmarks.live", "step times of the live stack, from a recording"),
+    "machines": Bench("benchmarks.machines", "a cell on two machines whose line is cut and healed"),
     "network": Bench("benchmarks.network", "runs while messages are lost, doubled and late"),
     "paper": Bench("benchmarks.paper.bench", "the paper's simulations, its methods and ours"),
     "perception": Bench("benchmarks.perception.bench", "accuracy of the perceived rope"),

@@ -13,6 +13,9 @@ from shared.clock import SystemClock
 
 STEP_PERIOD = 0.002
 """Wall time between two steps of the emulator [s]."""
+LONGEST_ADVANCE = 0.05
+"""Longest time by which the emulator advances before clients are served again [s]. One that gets
+too little of a core to keep up with the clock runs late."""
 HEARTBEAT_PERIOD = 1.0
 """Wall time between two touches of the heartbeat file [s]."""
 READ_SIZE = 65536
@@ -45,7 +48,8 @@ class TcpServer:
                 servers.append(await asyncio.start_server(self._serve, host, port))
             print(f"ready: CR5 {self._emulator.options.firmware} at {host}", flush=True)
             while True:
-                self._emulator.advance_to(self._clock.now() * 1e-9)
+                now = self._clock.now() * 1e-9
+                self._emulator.advance_to(min(now, self._emulator.now + LONGEST_ADVANCE))
                 self._flush()
                 await asyncio.sleep(STEP_PERIOD)
         finally:

@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
-from functools import partial
 from pathlib import Path
 
 import pytest
 
+from benchmarks.compose import ComposeProject
 from shared import topics
 from shared.messages import RunState
 from shared.recording import Recording
 
-ROOT = Path(__file__).parents[2]
-FILES = ("-f", "docker-compose.yml", "-f", "tests/compose/compose.ci.yml")
-
-Compose = Callable[..., subprocess.CompletedProcess[str]]
+FILES = (Path("docker-compose.yml"), Path("tests/compose/compose.ci.yml"))
 
 
 def _engine() -> bool:
@@ -43,28 +38,19 @@ def wheels(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def project(wheels: Path) -> Iterator[Compose]:
-    """Calls of `docker compose` on a project whose images are built."""
-    environment = {**os.environ, "LARIAT_WHEELS": str(wheels), "DASHBOARD_PORT": "18088"}
+def build(wheels: Path) -> Iterator[Callable[[str], ComposeProject]]:
+    """Create the project of a scenario; its images are built."""
+    os.environ["LARIAT_WHEELS"] = str(wheels)
     name = f"lariat-test-{os.getpid()}"
 
-    def call(
-        *arguments: str, scenario: str = "three-cylinders", timeout: float = 120.0
-    ) -> subprocess.CompletedProcess[str]:
-        return subprocess.run(
-            ["docker", "compose", "-p", name, *FILES, *arguments],
-            cwd=ROOT,
-            env={**environment, "SCENARIO": scenario},
-            capture_output=True,
-            text=True,
-            timeout=timeout,
-        )
+    def create(scenario: str) -> ComposeProject:
+        return ComposeProject(name, FILES, scenario, port=18088)
 
     # The image of the command line belongs to a profile: built here, so that no call waits for it.
-    built = call("--profile", "cli", "build", timeout=900.0)
+    built = create("three-cylinders")("--profile", "cli", "build", timeout=900.0)
     assert built.returncode == 0, built.stderr[-4000:]
-    yield call
-    call("down", "--volumes", "--timeout", "3")
+    yield create
+    del os.environ["LARIAT_WHEELS"]
 
 
 @pytest.fixture(params=["three-cylinders", "fixed-end"])
@@ -74,46 +60,24 @@ def scenario(request: pytest.FixtureRequest) -> str:
 
 
 @pytest.fixture
-def compose(scenario: str, project: Compose) -> Iterator[Compose]:
-    """Calls on a stack that is up."""
-    call = partial(project, scenario=scenario)
+def compose(scenario: str, build: Callable[[str], ComposeProject]) -> Iterator[ComposeProject]:
+    """Project of a scenario that is up."""
+    project = build(scenario)
     try:
-        up = call("up", "--detach", "--wait", "--wait-timeout", "300", timeout=400.0)
-        assert up.returncode == 0, up.stderr[-2000:] + call("logs", "--tail", "20").stdout[-4000:]
-        yield call
+        project.up()
+        yield project
     finally:
-        call("down", "--timeout", "3")
+        left = project.down()
+    assert left == []
 
 
 def test_a_goal_is_reached_and_recorded_in_containers(
-    scenario: str, compose: Compose, tmp_path: Path
+    scenario: str, compose: ComposeProject, tmp_path: Path
 ) -> None:
-    def talk(*verb: str) -> subprocess.CompletedProcess[str]:
-        return compose("run", "--rm", "-T", "cli", *verb)
-
-    refused = talk("start")
+    refused = compose.say("start")
     assert refused.returncode == 1, "a cell that nobody armed must not start"
-    armed = talk("arm")
-    assert armed.returncode == 0, armed.stderr
-    # An arm takes some time to be enabled; until then a start is refused.
-    deadline = time.monotonic() + 60.0
-    while (started := talk("start")).returncode and time.monotonic() < deadline:
-        time.sleep(2.0)
-    assert started.returncode == 0, started.stderr
-
-    deadline, status = time.monotonic() + 90.0, {}
-    while time.monotonic() < deadline:
-        status = json.loads(talk("status", "--json").stdout)
-        if status["task"] and status["task"]["state"] == "reached":
-            break
-        # An overloaded machine makes the arms hold; the operator acknowledges and goes on.
-        if status["arms"] and status["arms"]["needs_acknowledgement"]:
-            talk("ack")
-        elif status["arms"] and status["arms"]["needs_resume"]:
-            talk("resume")
-        # Starting a container takes processor time from the stack.
-        time.sleep(4.0)
-    assert status["task"]["state"] == "reached", status
+    compose.start_run()
+    compose.await_goal()
 
     # The recorder closes a file with its run.
     copied = compose("cp", "recorder:/recordings/.", str(tmp_path))

@@ -1,0 +1,133 @@
+"""Lock of every dependency with its hashes, for `make` and for each image: `make lock`.
+
+`dev.txt` locks all that a clone installs; the file of an image is the part of it that the image
+installs. PyTorch is left out, because its build is the user's choice; its dependencies are locked.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterable
+from pathlib import Path
+
+FOLDER = Path(__file__).parent
+"""Folder of the locks."""
+IMAGES = (
+    "router",
+    "rod",
+    "sim",
+    "camera",
+    "perception",
+    "controller",
+    "robot_gateway",
+    "recorder",
+    "dashboard",
+    "cli",
+)
+"""Images with a lock of their own; the planner takes that of `rod`, the emulator that of
+`robot_gateway`."""
+ALL = tuple(image for image in IMAGES if image != "camera")
+"""Images whose locks together are `all.txt`: all that a clone needs without its tests' tools."""
+BUILD_REQUIREMENTS = ("editables", "hatchling", "pip", "setuptools", "wheel")
+"""Packages with which the clone itself is installed, without a build environment from outside."""
+HEADER = "# Made by `make lock` from the pyproject.toml files; not edited by hand.\n"
+"""First line of a lock."""
+
+
+def main() -> None:
+    """Write all locks."""
+    _lock("dev", requirements("dev"), None)
+    for image in IMAGES:
+        _lock(image, requirements(image), FOLDER / "dev.txt")
+    (FOLDER / "all.txt").write_text(HEADER + union(_read(image) for image in ALL))
+
+
+def requirements(extra: str) -> set[str]:
+    """Return the requirements of an image or of `dev`, those of the library included.
+
+    Args:
+        extra: Name of an extra of the stack, or of an image without one.
+    """
+    library = tomllib.loads((FOLDER.parent / "pyproject.toml").read_text())["project"]
+    stack = tomllib.loads((FOLDER.parent / "stack" / "pyproject.toml").read_text())["project"]
+    found: set[str] = set(BUILD_REQUIREMENTS) | set(stack["dependencies"])
+    pending = list(stack["optional-dependencies"].get(extra, ()))
+    if extra == "rod":
+        pending.append("lariat-rod")
+    while pending:
+        requirement = pending.pop()
+        name, extras = _name_and_extras(requirement)
+        if name == "lariat-stack":
+            for each in extras:
+                pending += stack["optional-dependencies"][each]
+        elif name == "lariat-rod":
+            pending += library["dependencies"]
+            for each in extras:
+                pending += library["optional-dependencies"][each]
+        else:
+            found.add(requirement)
+    return found
+
+
+def _name_and_extras(requirement: str) -> tuple[str, list[str]]:
+    match = re.match(r"([A-Za-z0-9_.-]+)(?:\[([^\]]*)\])?", requirement)
+    assert match is not None, requirement
+    return match[1], [e.strip() for e in (match[2] or "").split(",") if e.strip()]
+
+
+def _lock(name: str, wanted: set[str], constraint: Path | None) -> None:
+    source, target = FOLDER / f".{name}.in", FOLDER / f"{name}.txt"
+    lines = sorted(wanted)
+    if constraint is not None:
+        lines.append(f"--constraint {constraint.name}")
+    source.write_text("\n".join(lines) + "\n")
+    # Locks once made are kept where they still fit: a lock is renewed by deleting it first.
+    command = [sys.executable, "-m", "piptools", "compile", "--quiet", "--generate-hashes"]
+    command += ["--allow-unsafe", "--strip-extras", "--no-header", "--no-annotate"]
+    command += ["--no-emit-index-url", "--no-emit-trusted-host", "--no-emit-find-links"]
+    command += ["--no-emit-options", "--output-file", str(target), str(source)]
+    try:
+        subprocess.run(command, check=True, cwd=FOLDER)
+    finally:
+        source.unlink()
+    target.write_text(HEADER + without_torch(target.read_text()))
+    print(f"{target}: {target.read_text().count('==')} packages")
+
+
+def _read(image: str) -> str:
+    return (FOLDER / f"{image}.txt").read_text().removeprefix(HEADER)
+
+
+def union(locks: Iterable[str]) -> str:
+    """Return the entries of several locks, each once.
+
+    Args:
+        locks: Texts of locks that agree on every version.
+    """
+    entries = {entry for lock in locks for entry in _entries(lock)}
+    return "\n".join(sorted(entries)) + "\n"
+
+
+def _entries(lock: str) -> list[str]:
+    """Entries of a lock: a package's line, and the lines of its hashes; comments are left out."""
+    lines = [line for line in lock.splitlines() if line and not line.startswith("#")]
+    return re.split(r"\n(?=[A-Za-z0-9])", "\n".join(lines))
+
+
+def without_torch(lock: str) -> str:
+    """Return a lock without PyTorch and what only its GPU builds need.
+
+    Args:
+        lock: Text of a lock.
+    """
+    kept = [
+        e for e in _entries(lock) if not re.match(r"(torch|triton|nvidia-[\w-]+|cuda-[\w-]+)==", e)
+    ]
+    return "\n".join(kept).rstrip() + "\n"
+
+
+if __name__ == "__main__":
+    main()

@@ -94,7 +94,9 @@ def test_joint_beyond_its_limit_holds_although_its_command_keeps_it() -> None:
     world = ArmWorld("v4")
     world.until_ready()
     rest(world, 0.3)
-    limits = world.driver.joint_constraints.kinematics.joint_limits
+    constraints = world.driver.joint_constraints
+    assert constraints is not None
+    limits = constraints.kinematics.joint_limits
     measured = abs(world.report.arms[1].joints[0])
     displace(world, 0, lambda t: min(0.03 * t, 0.03) * np.sign(world.report.arms[1].joints[0]))
     before = limits.copy()

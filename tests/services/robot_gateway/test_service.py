@@ -71,6 +71,7 @@ def step_with_setpoints(gateway: RobotGatewayService, *arrived: Received) -> Arm
     for tick in range(8, 0, -1):  # The cell arms itself.
         list(gateway.step(Inbox({}, {}), START - tick * 8_000_000))
     ((_, state),) = gateway.step(Inbox({}, {topics.ARM_SETPOINTS.key: arrived}), START)
+    assert isinstance(state, ArmStates)
     return state
 
 
@@ -122,6 +123,7 @@ class Speaker:
             arrived.setdefault(topic.key, []).append(item)
         inbox = Inbox({key: items[-1] for key, items in arrived.items()}, arrived)
         (publication,) = self.gateway.step(inbox, self.now)
+        assert isinstance(publication.message, ArmStates)
         self.state = publication.message
         return self.state
 
@@ -184,7 +186,8 @@ def test_cell_is_not_armed_while_two_writers_speak(speaker: Speaker) -> None:
 def test_stranger_neither_replaces_the_writer_nor_reports_refusals_to_it(speaker: Speaker) -> None:
     speaker.tick(hold("a", 1))
     for k in range(20):
-        state = speaker.tick(hold("a", 2 + k), hold("stranger", 2**62), hold("a", 2**62))
+        speaker.tick(hold("a", 2 + k), hold("stranger", 2**62), hold("a", 2**62))
+    state = speaker.state
     assert (state.session, state.sequence, state.refused_sequence) == ("a", 21, 0)
     assert state.may_move
     assert "stranger" in state.reason

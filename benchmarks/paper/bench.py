@@ -20,6 +20,7 @@ from benchmarks.paper.studies import (
     adaptation_studies,
     studies,
 )
+from shared.configuration import ConfigurationError
 
 
 def run(
@@ -28,6 +29,7 @@ def run(
     steps: int = 400,
     seed: int = 0,
     adaptation_goals: int = 5,
+    only: tuple[str, ...] = (),
     speed: bool = True,
     plot: Path | None = None,
     json: bool = False,
@@ -42,6 +44,7 @@ def run(
     Examples:
       lariat bench paper --plot docs/reproduction.png
       lariat bench paper --goals 2 --seeds 1 --adaptation-goals 1 --no-speed
+      lariat bench paper --only mean --goals 3 --no-speed
 
     Args:
         goals: Number of goals.
@@ -49,6 +52,7 @@ def run(
         steps: Number of steps T of a run, of 10 ms each.
         seed: Seed of the goals.
         adaptation_goals: Number of goals of the adaptation studies.
+        only: Words of the studies to run; all studies by default.
         speed: Whether gradients are timed.
         plot: File for the counterpart of the paper's Fig. 9, a PNG.
         json: Print one JSON object instead of tables.
@@ -59,9 +63,13 @@ def run(
     runner = StudyRunner(seed)
     todo = [(s, goals) for s in studies(seeds)]
     todo += [(s, adaptation_goals) for s in adaptation_studies()]
+    todo = [(study, count) for study, count in todo if _has_words(study.name, only)]
+    whole_paths = goals if _has_words(whole_path.STUDY_NAME, only) else 0
+    if not todo and not whole_paths:
+        raise ConfigurationError(f"no study has all of the words {', '.join(only)}")
     results: list[StudyResult] = []
     with Progress(console=Console(stderr=True)) as bars:
-        total = sum(count for _, count in todo) + goals
+        total = sum(count for _, count in todo) + whole_paths
         whole = bars.add_task("studies", total=total)
         for study, count in todo:
             done = sum(len(o.runs) for o in results)
@@ -74,15 +82,16 @@ def run(
             # A campaign takes minutes: results are printed as they come.
             bars.console.print(", ".join(f"{k} {v}" for k, v in results[-1].row().items()))
         scores = []
-        for k, score in enumerate(
-            whole_path.runs(runner.direct, runner.direct_goals(goals), steps)
-        ):
+        path_goals = runner.direct_goals(whole_paths) if whole_paths else []
+        for k, score in enumerate(whole_path.runs(runner.direct, path_goals, steps)):
             scores.append(score)
-            done = total - goals + k + 1
+            done = total - whole_paths + k + 1
             bars.update(whole, completed=done, description=f"{whole_path.STUDY_NAME}: goal {k + 1}")
     times = compare(runner.xpbd, runner.direct) if speed else {}
-    split = len(results) - len(list(adaptation_studies()))
-    rows = [*(result.row() for result in results), whole_path.row(scores)]
+    split = sum(result.study.softer == 1.0 for result in results)
+    rows = [result.row() for result in results]
+    if scores:
+        rows.append(whole_path.row(scores))
     if json:
         print(
             encoder.dumps(
@@ -94,6 +103,10 @@ def run(
     if plot is not None:
         draw(results[:split], results[split:], plot)
     return 0 if _reproduced(results) else 1
+
+
+def _has_words(name: str, words: tuple[str, ...]) -> bool:
+    return all(word in name for word in words)
 
 
 def _adaptation_rows(results: list[StudyResult]) -> list[dict[str, float | str]]:
@@ -127,6 +140,7 @@ def _reproduced(results: list[StudyResult]) -> bool:
         and min(r.clearance for r in o.runs) > 0.0
         for o in results
         if (o.study.method, o.study.solver, o.study.softer) == ("network", "xpbd", 1.0)
+        and not o.study.mean_norm
     )
 
 

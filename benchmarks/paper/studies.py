@@ -56,6 +56,10 @@ class Study:
     """Compliance of the plant relative to the model's [-]."""
     adapts: bool = False
     """Whether the model is adapted online."""
+    mean_norm: bool = False
+    """Whether (12) weighs the mean of the node distances, not their sum."""
+    differentiates_inputs: bool = False
+    """Whether the gradient goes through the network's inputs, too."""
 
     @property
     def name(self) -> str:
@@ -65,6 +69,10 @@ class Study:
             parts.append(f"seed {self.seed}")
         if self.rate != ACTIONS_RATE:
             parts.append(f"rate {self.rate:g}")
+        if self.mean_norm:
+            parts.append("mean of the distances")
+        if self.differentiates_inputs:
+            parts.append("through its inputs")
         if self.softer != 1.0:
             parts.append(f"plant {self.softer:g} x as soft")
             parts.append("adapting" if self.adapts else "not adapting")
@@ -101,6 +109,8 @@ def studies(seeds: int) -> Iterator[Study]:
     """Yield the studies of the methods: on the paper's rod, then on Lariat's."""
     for seed in range(seeds):
         yield Study("network", "xpbd", seed)
+    yield Study("network", "xpbd", mean_norm=True)
+    yield Study("network", "xpbd", differentiates_inputs=True)
     yield Study("actions", "xpbd")
     yield Study("actions", "xpbd", rate=NETWORK_RATE)
     yield Study("network", "direct")
@@ -191,4 +201,8 @@ class StudyRunner:
         policy = Actions(PAPER_CONTROL.horizon, free, study.rate)
         if study.method == "network":
             policy = Network(NODE_COUNT, free, PAPER_CONTROL.learning_rate, study.seed)
-        return PaperOptimizer(policy, PAPER_CONTROL, moves, MotionLimits(*[np.inf] * 6))
+        settings = PAPER_CONTROL
+        if study.mean_norm:
+            settings = replace(settings, error_weight=settings.error_weight / NODE_COUNT)
+        unlimited = MotionLimits(*[np.inf] * 6)
+        return PaperOptimizer(policy, settings, moves, unlimited, study.differentiates_inputs)

@@ -5,7 +5,7 @@ horizons; `actions` applies Adam to the velocities themselves, the paper's ablat
 start.
 
 Interpretation: the norm in (12) is the sum of node distances, with the weights as printed (with
-their mean, the speed's weight holds the rope back, 6 cm of progress in 4 s); u holds the velocities
+their mean, by which the paper defines its error, the speed's weight holds the rope back); u holds the velocities
 of the free components; d of (13) is the distance of a node, as printed, not of the rope's surface.
 Velocities are bounded in speed and in the distance of the ends before the roll-out: the paper
 states no such bound, and an untrained network pulls the ends apart until the rod breaks.
@@ -22,7 +22,7 @@ from jaxtyping import Bool, Float64
 
 from lariat.geometry.near_pairs import near_pairs
 from lariat.geometry.obstacles import Obstacle, pack, signed_distance
-from lariat.rod import DifferentiableRod, RolloutSpec
+from lariat.rod import DifferentiableRod, RodState, RolloutSpec
 from lariat.trajectory import MotionLimits
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
 from services.controller.mpc.constraints import limit_grip_distance
@@ -48,6 +48,7 @@ class PaperOptimizer:
         settings: PaperControl,
         moves: Bool[np.ndarray, "2 6"],
         limits: MotionLimits,
+        differentiates_inputs: bool = False,
     ) -> None:
         """Create an optimizer of a policy.
 
@@ -56,8 +57,12 @@ class PaperOptimizer:
             settings: Weights and steps of the paper.
             moves: Free components of each grip's velocity.
             limits: Limits on the velocities.
+            differentiates_inputs: Whether the policy sees the nodes of the present iteration, and
+                the gradient includes their dependence on earlier velocities, as in the paper. A
+                horizon of H steps then needs 2 H - 1 launches an iteration instead of one.
         """
         self.policy, self.settings, self.moves, self.limits = policy, settings, moves, limits
+        self.differentiates_inputs = differentiates_inputs
         self._elapsed = 0.0
 
     @property
@@ -101,24 +106,38 @@ class PaperOptimizer:
         self.policy.begin(elapsed_steps)
         field = _RepulsivePotential(inputs[0], avoidance.obstacles, s.obstacle_distance)
         obstacles = pack(field.obstacles)
-        nodes, cost = inputs, {}
+        nodes, cost, seed = inputs, {}, inputs
+
+        def rollout_of(velocities: Float64[np.ndarray, "h 2 6"]) -> RolloutSpec[RodState]:
+            return RolloutSpec(
+                problem.state, problem.path + velocities, s.time_step, obstacles=obstacles
+            )
+
         for _ in range(s.optimizer_steps):
+            for _ in range(count - 1 if self.differentiates_inputs else 0):
+                # Nodes before a step follow from the steps before it: they are exact at the end.
+                velocities = self._bounded(self.policy.velocities(inputs, goal), problem, avoidance)
+                rolled = rod.rollout(rollout_of(velocities)).positions + problem.offset
+                inputs = np.concatenate([inputs[:1], rolled[:-1]])
             velocities = self._bounded(self.policy.velocities(inputs, goal), problem, avoidance)
+            spec = rollout_of(velocities)
 
             def cost_gradient(
                 positions: Float64[np.ndarray, "h n 3"],
                 velocities: Float64[np.ndarray, "h 2 6"] = velocities,
             ) -> Float64[np.ndarray, "h n 3"]:
-                nonlocal nodes, cost
+                nonlocal nodes, cost, seed
                 nodes = positions + problem.offset
-                cost, gradient = self._loss(nodes, velocities, problem, field)
-                return gradient
+                cost, seed = self._loss(nodes, velocities, problem, field)
+                return seed
 
-            spec = RolloutSpec(
-                problem.state, problem.path + velocities, s.time_step, obstacles=obstacles
-            )
-            through_rod = rod.gradient(spec, cost_gradient, parameters=()).actions
-            gradient = through_rod + 2.0 * s.speed_weight / count * velocities
+            of_speed = 2.0 * s.speed_weight / count * velocities
+            gradient = rod.gradient(spec, cost_gradient, parameters=()).actions + of_speed
+            for _ in range(count - 1 if self.differentiates_inputs else 0):
+                # Velocities of a step act on later ones through the nodes: exact at the end, too.
+                through_inputs = self.policy.gradient_in_nodes(gradient[:, self.moves], inputs)
+                whole = seed + np.concatenate([through_inputs[1:], np.zeros_like(inputs[:1])])
+                gradient = rod.gradient(spec, whole, parameters=()).actions + of_speed
             self.policy.learn(gradient[:, self.moves])
             inputs = np.concatenate([inputs[:1], nodes[:-1]])
         velocities = self._bounded(self.policy.velocities(inputs, goal), problem, avoidance)

@@ -2,7 +2,7 @@
 
 The network's input are the nodes of the iteration before, so that one launch rolls a horizon out
 and one carries its loss back; the dependence of that input on the network's own outputs is
-neglected. Over 50 ms those nodes hardly differ from the present ones.
+neglected, unless `PaperOptimizer` differentiates through it.
 """
 
 from __future__ import annotations
@@ -55,6 +55,17 @@ class Policy(Protocol):
 
         Args:
             gradient: Gradient of the loss with respect to the velocities returned last.
+        """
+        ...
+
+    def gradient_in_nodes(
+        self, gradient: Float64[np.ndarray, "h m"], nodes: Float64[np.ndarray, "h n 3"]
+    ) -> Float64[np.ndarray, "h n 3"]:
+        """Gradient of the loss with respect to the nodes before each step, through the policy [1/m].
+
+        Args:
+            gradient: Gradient of the loss with respect to the velocities returned last.
+            nodes: Nodes for which these velocities were returned [m].
         """
         ...
 
@@ -123,6 +134,12 @@ class Actions:
     def learn(self, gradient: Float64[np.ndarray, "h m"]) -> None:
         """Take one step of Adam on the velocities."""
         self._values = self._values + self._adam.step(gradient)
+
+    def gradient_in_nodes(
+        self, gradient: Float64[np.ndarray, "h m"], nodes: Float64[np.ndarray, "h n 3"]
+    ) -> Float64[np.ndarray, "h n 3"]:
+        """Zero: the velocities do not depend on the nodes."""
+        return np.zeros_like(nodes)
 
 
 class Network:
@@ -200,3 +217,21 @@ class Network:
             if k:
                 d_outputs = (d_outputs @ self.layers[k]) * (inputs > 0.0)
         self._optimizer.step()
+
+    def gradient_in_nodes(
+        self, gradient: Float64[np.ndarray, "h m"], nodes: Float64[np.ndarray, "h n 3"]
+    ) -> Float64[np.ndarray, "h n 3"]:
+        """Gradient of the loss with respect to the nodes before each step, through the network.
+
+        Args:
+            gradient: Gradient of the loss with respect to the velocities returned last.
+            nodes: Nodes for which these velocities were returned [m].
+        """
+        torch = self._torch
+        d_values = torch.from_numpy(np.ascontiguousarray(gradient)).float()
+        for k in range(len(self.layers) - 2, -1, -2):
+            d_values = d_values @ self.layers[k]
+            if k:
+                d_values = d_values * (self._inputs[k // 2] > 0.0)
+        # The second half of the inputs is the goal.
+        return d_values[:, : nodes[0].size].double().numpy().reshape(nodes.shape)

@@ -1,8 +1,10 @@
 """Markerless rope detection of the seed paper (Ying & Yamazaki 2024, Fig. 7), the baseline.
 
-The image is binarised and thinned, every pixel of the skeleton is projected into space, the points
-are sorted from the fixed end by the nearest neighbour, and nodes are placed along them greedily at
-a distance of L / (n - 1). The method uses no rope diameter, no grips and no noise model.
+The image is binarised and thinned, the pixels of the skeleton are sorted from the fixed end by the
+nearest neighbour in the image and projected into space, and nodes are placed along the points
+greedily at a distance of L / (n - 1). The method uses no rope diameter, no grips and no noise model.
+Interpretation: the paper does not say by what it sorts. Neighbours in space err far more, because
+the noise of the depth is larger than the distance of two pixels of the skeleton.
 """
 
 from __future__ import annotations
@@ -10,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float64, UInt8, UInt16
+from jaxtyping import Float64, Int64, UInt8, UInt16
 from skimage.morphology import skeletonize
 
 from lariat.geometry.cameras import Camera
@@ -18,8 +20,8 @@ from lariat.geometry.poses import Pose
 from services.perception.centerline.estimate import CenterlineEstimate, RopeModel
 from services.perception.centerline.segmentation import brightness, segment_rope
 
-MAX_NEIGHBOUR_DISTANCE = 0.03
-"""Distance of the nearest neighbour above which sorting stops [m]."""
+MAX_NEIGHBOUR_DISTANCE = 20.0
+"""Distance of the nearest neighbour above which sorting stops [pixels]."""
 
 
 @dataclass(frozen=True)
@@ -115,29 +117,29 @@ def paper_nodes(
     rows, columns = np.nonzero(skeletonize(region.mask.view(bool)))
     rows, columns = rows + region.top, columns + region.left
     z = depth[rows, columns] / 1000.0
-    pixels = np.stack([columns, rows], axis=1).astype(float)[z > 0.0]
-    points = camera.back_project(pixels, z[z > 0.0])
-    return _place_nodes(
-        _sort_by_nearest_neighbour(points, start), length / (node_count - 1), node_count
-    )
+    pixels = np.stack([columns, rows], axis=1).astype(float)
+    order = _order_by_nearest_neighbour(pixels, camera.project(start)[0])
+    order = order[z[order] > 0.0]
+    points = camera.back_project(pixels[order], z[order])
+    return _place_nodes(points, length / (node_count - 1), node_count)
 
 
-def _sort_by_nearest_neighbour(
-    points: Float64[np.ndarray, "k 3"], start: Float64[np.ndarray, "3"]
-) -> Float64[np.ndarray, "m 3"]:
-    """Points in the order in which each is the nearest unused one of its predecessor."""
-    unused = np.ones(len(points), bool)
-    here, order = np.asarray(start, float), []
+def _order_by_nearest_neighbour(
+    pixels: Float64[np.ndarray, "k 2"], start: Float64[np.ndarray, "2"]
+) -> Int64[np.ndarray, "m"]:
+    """Return the order in which each pixel is the nearest unused one of its predecessor."""
+    unused = np.ones(len(pixels), bool)
+    here, order = start, []
     reach = np.inf
     while np.any(unused):
-        gaps = np.where(unused, np.sum((points - here) ** 2, axis=1), np.inf)
+        gaps = np.where(unused, np.sum((pixels - here) ** 2, axis=1), np.inf)
         nearest = int(np.argmin(gaps))
         if gaps[nearest] > reach**2:
             break
         unused[nearest] = False
         order.append(nearest)
-        here, reach = points[nearest], MAX_NEIGHBOUR_DISTANCE
-    return points[order]
+        here, reach = pixels[nearest], MAX_NEIGHBOUR_DISTANCE
+    return np.array(order, dtype=int)
 
 
 def _place_nodes(

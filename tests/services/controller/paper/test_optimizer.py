@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from jaxtyping import Float64
 
 from lariat.geometry.obstacles import Obstacle, signed_distance
 from lariat.rod import Rod, RolloutSpec
@@ -85,6 +86,69 @@ def test_potential_drives_a_rope_at_its_goal_away_from_an_obstacle(
     assert least < distances[1] - distances[0] < most
 
 
+class _Feedback:
+    """Policy whose velocities depend on the nodes; it keeps gradients and does not learn."""
+
+    def __init__(self, step_count: int) -> None:
+        self.gains = 0.2 * np.random.default_rng(0).normal(size=(3 * COUNT, 6))
+        self.extra = np.zeros((step_count, 6))
+        self.gradient = np.zeros_like(self.extra)
+
+    def begin(self, elapsed_steps: int) -> None:
+        pass
+
+    def velocities(
+        self, nodes: Float64[np.ndarray, "h n 3"], goal: Float64[np.ndarray, "n 3"]
+    ) -> Float64[np.ndarray, "h m"]:
+        return (nodes - goal).reshape(len(nodes), -1) @ self.gains + self.extra
+
+    def learn(self, gradient: Float64[np.ndarray, "h m"]) -> None:
+        self.gradient = gradient
+
+    def gradient_in_nodes(
+        self, gradient: Float64[np.ndarray, "h m"], nodes: Float64[np.ndarray, "h n 3"]
+    ) -> Float64[np.ndarray, "h n 3"]:
+        return (gradient @ self.gains.T).reshape(nodes.shape)
+
+
+def test_the_gradient_through_the_inputs_is_that_of_the_closed_loop() -> None:
+    settings = replace(PaperControl(), optimizer_steps=1)
+    moves = np.zeros((2, 6), dtype=bool)
+    moves[:, :3] = True
+    policy = _Feedback(settings.horizon)
+    method = PaperOptimizer(policy, settings, moves, Limits(), differentiates_inputs=True)
+    rod = RODS["xpbd"]
+    state = rod.rest(*grips((-0.17, 0.0, 0.3), (0.17, 0.0, 0.3))).state
+    goal = state.positions + np.array([0.0, 0.02, 0.01])
+    still = np.zeros((settings.horizon, 2, 6))
+    horizon = HorizonProblem(
+        state,
+        np.zeros_like(goal),
+        still,
+        np.repeat(goal[None], settings.horizon, axis=0),
+        np.zeros((2, 2, 3)),
+        np.zeros((2, 6)),
+        np.zeros((2, 6), dtype=bool),
+    )
+    avoidance = AvoidanceSpecification((), 0.01, 0.004, 0.44)
+
+    def cost(step: int, component: int, h: float) -> float:
+        policy.extra[:] = 0.0
+        policy.extra[step, component] = h
+        return sum(method.plan(rod, horizon, avoidance).cost.values())
+
+    cost(0, 0, 0.0)
+    found = policy.gradient.copy()
+    method.differentiates_inputs = False
+    cost(0, 0, 0.0)
+    assert not np.allclose(policy.gradient, found, rtol=0.01)
+    method.differentiates_inputs = True
+    for step, component in ((0, 0), (0, 4), (2, 1), (4, 5)):
+        h = 1e-5
+        slope = (cost(step, component, h) - cost(step, component, -h)) / (2.0 * h)
+        assert found[step, component] == pytest.approx(slope, rel=1e-5)
+
+
 class _Outwards:
     """Policy that drives the ends apart fast, and does not learn."""
 
@@ -96,6 +160,9 @@ class _Outwards:
 
     def learn(self, gradient: np.ndarray) -> None:
         pass
+
+    def gradient_in_nodes(self, gradient: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+        return np.zeros_like(nodes)
 
 
 @pytest.mark.parametrize("held", [None, 0])

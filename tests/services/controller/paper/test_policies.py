@@ -50,3 +50,18 @@ def test_network_learns_as_the_same_layers_in_torch() -> None:
         outputs.backward(torch.from_numpy(gradient).float())
         adam.step()
         network.learn(gradient)
+
+
+def test_network_is_differentiated_in_its_nodes() -> None:
+    random = np.random.default_rng(0)
+    network = Network(4, 6, 1e-3, seed=3)
+    nodes, goal = random.normal(size=(2, 4, 3)), random.normal(size=(4, 3))
+    along, gradient = random.normal(size=nodes.shape), random.normal(size=(2, 6))
+
+    def cost(h: float) -> float:
+        return float(np.sum(gradient * network.velocities(nodes + h * along, goal)))
+
+    slope = (cost(1e-3) - cost(-1e-3)) / 2e-3
+    cost(0.0)
+    found = network.gradient_in_nodes(gradient, nodes)
+    np.testing.assert_allclose(np.sum(found * along), slope, rtol=1e-2)

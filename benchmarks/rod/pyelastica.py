@@ -1,7 +1,7 @@
 """The motion of the work-precision diagram by PyElastica, a Cosserat rod with explicit steps.
 
 A short element in each grip, beyond the end of the rope, gives the direction of the clamp: the bend
-between it and the rope's first element acts over half an element, as in Lariat's rod.
+between it and the rope's first element acts over half an element.
 """
 
 from __future__ import annotations

@@ -9,6 +9,7 @@ edge e has frame e + 1.
 
 import taichi as ti
 
+from lariat.rod.kernels.step_terms import bend_share
 from lariat.rod.xpbd.kernels.quaternions import (
     director,
     director_transpose,
@@ -130,8 +131,8 @@ class ReverseRod:
             if i % 2 == color:
                 q1, q2 = self.q[t, 4 * j + 2 + color, i], self.q[t, 4 * j + 2 + color, i + 1]
                 w1, w2 = self.edge_weight(i), self.edge_weight(i + 1)
-                half = i == 0 or i == self.m - 2
-                soft = ti.select(half, 0.5, 1.0) * self.theta[2] / (self.dt * self.dt)
+                share = bend_share(i, self.m - 1, 1, 1)
+                soft = share * self.theta[2] / (self.dt * self.dt)
                 multiplier = self.multipliers[t, j, i]
                 dl = -(relative_imaginary(q1, q2) + soft * multiplier) / (w1 + w2 + soft)
                 self.multipliers[t, j + 1, i] = multiplier + dl

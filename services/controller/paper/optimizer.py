@@ -5,8 +5,9 @@ horizons; `actions` applies Adam to the velocities themselves, the paper's ablat
 start.
 
 Interpretation: the norm in (12) is the sum of node distances, with the weights as printed (with
-their mean, by which the paper defines its error, the speed's weight holds the rope back); u holds the velocities
-of the free components; d of (13) is the distance of a node, as printed, not of the rope's surface.
+their mean, by which the paper defines its error, the speed's weight holds the rope back); u holds
+the velocities of the free components; d of (13) is the distance of a node, as printed, not of the
+rope's surface.
 Velocities are bounded in speed and in the distance of the ends before the roll-out: the paper
 states no such bound, and an untrained network pulls the ends apart until the rod breaks.
 """

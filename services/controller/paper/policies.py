@@ -61,7 +61,7 @@ class Policy(Protocol):
     def gradient_in_nodes(
         self, gradient: Float64[np.ndarray, "h m"], nodes: Float64[np.ndarray, "h n 3"]
     ) -> Float64[np.ndarray, "h n 3"]:
-        """Gradient of the loss with respect to the nodes before each step, through the policy [1/m].
+        """Gradient of the loss with respect to the nodes before each step, through the policy.
 
         Args:
             gradient: Gradient of the loss with respect to the velocities returned last.

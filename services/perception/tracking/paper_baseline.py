@@ -2,9 +2,9 @@
 
 The image is binarised and thinned, the pixels of the skeleton are sorted from the fixed end by the
 nearest neighbour in the image and projected into space, and nodes are placed along the points
-greedily at a distance of L / (n - 1). The method uses no rope diameter, no grips and no noise model.
-Interpretation: the paper does not say by what it sorts. Neighbours in space err far more, because
-the noise of the depth is larger than the distance of two pixels of the skeleton.
+greedily at a distance of L / (n - 1). The method uses no rope diameter, no grips and no noise
+model. Interpretation: the paper does not say by what it sorts. Neighbours in space err far more,
+because the noise of the depth is larger than the distance of two pixels of the skeleton.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ from shared.service import SECOND
 from stack import services
 from stack.simulation.simulated_time import START, Delivery, SimulatedStack
 
-BATCH_SIZE = 512
+BATCH_SIZE = 256
 """Messages or files of a batch, which has a seed of its own."""
 DEFAULT_SCENARIO = Path(__file__).parents[2] / "scenarios" / "three-cylinders.toml"
 """Scenario of the services."""
@@ -76,16 +76,16 @@ def run(
             while mine.messages < count:
                 batch = min(BATCH_SIZE, count - mine.messages)
                 target.run_batch(f"{seed}/{name}/{mine.messages}", batch, mine)
+                mine.memory_mb = max(mine.memory_mb, _memory())
                 _write(progress, seed, totals)
                 _report(name, mine, count)
             target.close()
     logging.disable(logging.NOTSET)
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     if json:
         rows = {name: asdict(totals[name]) for name in targets}
-        print(encoder.dumps({"seed": seed, "memory_mb": memory, "targets": rows}))
+        print(encoder.dumps({"seed": seed, "targets": rows}))
     else:
-        _print({name: totals[name] for name in targets}, memory)
+        _print({name: totals[name] for name in targets})
     return 1 if any(totals[name].failures for name in targets) else 0
 
 
@@ -136,25 +136,31 @@ def _write(progress: Path | None, seed: int, totals: dict[str, Totals]) -> None:
 
 
 def _report(name: str, totals: Totals, count: int) -> None:
-    if sys.stderr.isatty() or totals.messages >= count:
+    if True:
         end = "\n" if totals.messages >= count else "\r"
-        line = f"{name}: {totals.messages} of {count}, {len(totals.failures)} failures"
+        found = f"{len(totals.failures)} failures, {totals.memory_mb:.0f} MB"
+        line = f"{name}: {totals.messages} of {count}, {found}"
         print(line, end=end, file=sys.stderr, flush=True)
 
 
-def _print(totals: dict[str, Totals], memory: float) -> None:
+def _memory() -> float:
+    """Memory of this process [MB]."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return round(pages * resource.getpagesize() / 2**20, 1)
+
+
+def _print(totals: dict[str, Totals]) -> None:
     from rich.console import Console
     from rich.table import Table
 
     console = Console(file=sys.stdout, width=160)
     table = Table(box=None, pad_edge=False)
-    for head in ("target", "hostile", "accepted", "steps", "failures"):
+    for head in ("target", "hostile", "accepted", "steps", "memory MB", "failures"):
         table.add_column(head, justify="left" if head == "target" else "right")
     for name, row in totals.items():
-        numbers = (row.messages, row.accepted, row.steps, len(row.failures))
+        numbers = (row.messages, row.accepted, row.steps, round(row.memory_mb), len(row.failures))
         table.add_row(name, *map(str, numbers))
     console.print(table)
-    console.print(f"largest memory {memory:.0f} MB")
     for row in totals.values():
         for failure in row.failures[:5]:
             console.print(failure, markup=False)

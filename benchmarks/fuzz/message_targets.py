@@ -34,6 +34,8 @@ class Totals:
     """Messages that the check passed on to the service."""
     steps: int = 0
     """Steps of the service."""
+    memory_mb: float = 0.0
+    """Largest memory of the campaign's process after a batch [MB]."""
     failures: list[str] = field(default_factory=list)
     """Exceptions and broken rules, each with the batch that reproduces it."""
 

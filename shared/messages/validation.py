@@ -8,6 +8,7 @@ name of a rule.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -42,6 +43,19 @@ MAX_DISTORTION_COUNT = 14
 """Largest number of distortion coefficients of a camera."""
 MAX_TURNS = 1000.0
 """Largest twist of a goal or a rope [turns]."""
+MAX_KNOTS = 256
+"""Largest number of knots of a profile along the rope."""
+MAX_CURVATURE = 1e4
+"""Largest component of a rest curvature [1/m]."""
+MATERIAL_BOUNDS = {
+    "bending_stiffness": (1e-9, 1e6),
+    "twist_ratio": (1e-3, 1e3),
+    "damping": (0.0, 1e6),
+    "length": (1e-3, 1e3),
+}
+"""Least and largest estimate of a rope's parameter [SI]."""
+MAX_NORM_ERROR = 0.1
+"""Largest deviation of a quaternion's norm from one [-]."""
 SHORT_VECTOR = 32
 """Number of values from which an array is faster than a loop."""
 
@@ -77,6 +91,8 @@ def _check_fields(message: Message) -> None:
         if len(values) > MAX_COUNT:
             raise ValueError(f"{field.name} has {len(values)} values, more than {MAX_COUNT}")
         if field.message_type is not None:
+            if field.message_type.full_name == "google.protobuf.Timestamp":
+                _check_integer(field.name, value.seconds * 10**9 + value.nanos)
             if not field.message_type.GetOptions().map_entry:
                 for item in values:
                     _check_fields(item)
@@ -181,6 +197,7 @@ def _check_arm_states(message: messages.ArmStates) -> None:
             )
         # Published at every step: one pass in C; a comparison with a number that is none is false.
         values = (*arm.position, *arm.orientation, *twist[0], *twist[1], *arm.joints)
+        _check_rotation("orientation", arm.orientation)
         if not sum(map(abs, values)) <= MAX_MAGNITUDE:
             raise ValueError(f"a vector of {arm.arm!r} holds a number beyond ±1e6, or none")
 
@@ -193,9 +210,22 @@ def _check_arm_command(message: messages.ArmCommand) -> None:
             raise ValueError(f"{name} = {getattr(message, name)} is no distance or angle")
 
 
+def _check_rotation(name: str, values: Sequence[float]) -> None:
+    """Check a quaternion, if there is one."""
+    if values and not abs(math.hypot(*values) - 1.0) <= MAX_NORM_ERROR:
+        raise ValueError(f"{name} has norm {math.hypot(*values):g}; a rotation has norm 1")
+
+
+def _check_rotations(name: str, values: Sequence[float]) -> None:
+    norms = np.linalg.norm(np.reshape(values, (-1, 4)), axis=1)
+    if not np.all(np.abs(norms - 1.0) <= MAX_NORM_ERROR):
+        raise ValueError(f"{name} holds a quaternion that is no rotation; its norm must be 1")
+
+
 def _check_grip(name: str, grip: messages.Grip) -> None:
     _check_length(f"{name}.position", grip.position, 0, 3)
     _check_length(f"{name}.orientation", grip.orientation, 0, 4)
+    _check_rotation(f"{name}.orientation", grip.orientation)
 
 
 def _check_turns(turns: float) -> None:
@@ -225,6 +255,7 @@ def _check_whole_grips(message: messages.Goal | messages.GoalDraft) -> None:
     for name, grip in (("left", message.left), ("right", message.right)):
         _check_length(f"{name}.position", grip.position, 3)
         _check_length(f"{name}.orientation", grip.orientation, 4)
+        _check_rotation(f"{name}.orientation", grip.orientation)
 
 
 def _check_path(message: messages.Path) -> None:
@@ -232,9 +263,35 @@ def _check_path(message: messages.Path) -> None:
     _check_length("right_positions", message.right_positions, 3 * count)
     _check_length("left_orientations", message.left_orientations, 4 * count)
     _check_length("right_orientations", message.right_orientations, 4 * count)
+    _check_rotations("left_orientations", message.left_orientations)
+    _check_rotations("right_orientations", message.right_orientations)
     _check_length("nodes", message.nodes, 3 * message.node_count * count)
     if count and message.dt != SETPOINT_PERIOD:
         raise ValueError(f"dt = {message.dt} ns; a path takes {SETPOINT_PERIOD} ns")
+
+
+def _check_parameters(message: messages.Parameters) -> None:
+    rod = message.rod
+    for name, (low, high) in MATERIAL_BOUNDS.items():
+        if rod.HasField(name):
+            _check_estimate(f"rod.{name}", getattr(rod, name), low, high)
+    profiles = (
+        ("rod.stiffness_profile", rod.stiffness_profile, MAX_KNOTS, 1e-6, 1e6),
+        ("rod.rest_curvature", rod.rest_curvature, 3 * MAX_KNOTS, -MAX_CURVATURE, MAX_CURVATURE),
+    )
+    for name, estimates, max_count, low, high in profiles:
+        if len(estimates) > max_count:
+            raise ValueError(f"{name} has {len(estimates)} values, more than {max_count}")
+        for estimate in estimates:
+            _check_estimate(name, estimate, low, high)
+    _count_points("rod.rest_curvature", rod.rest_curvature)
+
+
+def _check_estimate(name: str, estimate: messages.Estimate, low: float, high: float) -> None:
+    if not low <= estimate.value <= high:
+        raise ValueError(f"{name} = {estimate.value:g} is not within {low:g}…{high:g}")
+    if not 0.0 <= estimate.standard_deviation <= MAX_MAGNITUDE:
+        raise ValueError(f"{name} has the standard deviation {estimate.standard_deviation:g}")
 
 
 def _check_plan(message: messages.Plan) -> None:
@@ -284,6 +341,7 @@ _CHECKS: dict[type[Message], Callable[[Any], None]] = {
     messages.GoalPreview: _check_with_goal,
     messages.GoalDraft: _check_whole_grips,
     messages.Path: _check_path,
+    messages.Parameters: _check_parameters,
     messages.Plan: _check_plan,
     messages.Scene: _check_scene,
     CompressedImage: _check_color,

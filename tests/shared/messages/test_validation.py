@@ -11,6 +11,7 @@ from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from google.protobuf.message import Message
+from google.protobuf.timestamp_pb2 import Timestamp
 
 from shared import topics
 from shared.messages import (
@@ -18,13 +19,16 @@ from shared.messages import (
     ArmSetpoints,
     ArmState,
     ArmStates,
+    Estimate,
     Goal,
     GoalDraft,
     Grip,
     NodeChain,
     Obstacle,
+    Parameters,
     Path,
     Plan,
+    RodParameters,
     Scene,
     Setpoints,
     TaskRequest,
@@ -35,6 +39,7 @@ from shared.recording import Recording
 from shared.topics import Topic
 from tests.shared.test_image_header import png_header
 
+ZERO_TURN = Grip(position=[0.0] * 3, orientation=[0.0] * 4)
 REFERENCES = sorted((FilePath(__file__).parents[2] / "replay").glob("*.mcap"))
 
 
@@ -90,6 +95,28 @@ def test_every_message_of_a_run_is_valid(recording: FilePath) -> None:
             topics.SCENE_STATE,
             Scene(obstacles=[Obstacle(name="o", shape="sphere", position=[9.0] * 3, radius=-1.0)]),
             "takes 0 < radius",
+        ),
+        (topics.TASK_REQUEST, TaskRequest(goal=Goal(left=ZERO_TURN)), "has norm 0"),
+        (topics.TASK_GOAL_DRAFT, GoalDraft(left=ZERO_TURN, right=ZERO_TURN), "has norm 0"),
+        (
+            topics.CONTROLLER_PARAMETERS,
+            Parameters(rod=RodParameters(bending_stiffness=Estimate(value=0.0))),
+            "bending_stiffness = 0 is not",
+        ),
+        (
+            topics.CONTROLLER_PARAMETERS,
+            Parameters(rod=RodParameters(stiffness_profile=[Estimate(value=1.0)] * 300)),
+            "300 values",
+        ),
+        (
+            topics.CONTROLLER_PARAMETERS,
+            Parameters(rod=RodParameters(length=Estimate(value=math.nan))),
+            "length = nan",
+        ),
+        (
+            topics.CAMERA_COLOR,
+            CompressedImage(timestamp=Timestamp(seconds=2**61)),
+            "timestamp holds an integer beyond",
         ),
         (topics.CAMERA_COLOR, CompressedImage(data=png_header(30000, 30000)), "30000 x 30000"),
         (topics.CAMERA_COLOR, CompressedImage(data=b"GIF"), "neither a PNG nor a JPEG"),

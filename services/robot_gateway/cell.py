@@ -384,7 +384,7 @@ class Cell:
         """Return what a person should know beside the state, in words."""
         power = self.arms.power_words if self.safety.mode == "disarmed" else ""
         words = (power, self._sources.rivals(now), self._other_gateways.words(now))
-        return "; ".join(word for word in words if word)
+        return "; ".join(word for word in words if word and word not in self.safety.detail)
 
     # Commands of a person
 
@@ -497,7 +497,8 @@ class Cell:
         self.arms.put_command_to_measured(self.follower)
         self._stalled = False
         at_boot = self.arm_automatically and self.safety.cause == "boot"
-        if at_boot and not self.arms.powered and not self.arms.arming_refusal:
+        alone = not self._other_gateways.words(now)
+        if at_boot and alone and not self.arms.powered and not self.arms.arming_refusal:
             self._arm_at_boot(now)
 
     def _finish_waiting(self, now: int, since: int) -> None:

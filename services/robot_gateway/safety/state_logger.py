@@ -30,16 +30,16 @@ class StateLogger:
             self._log_arm(arm, state.stamp)
 
     def _log_cell(self, state: ArmStates) -> None:
-        stopped = state.needs_acknowledgement or state.mode == ArmStates.FAULT
-        free = state.mode in (ArmStates.ARMED, ArmStates.MOVING, ArmStates.HOLDING)
-        mode = ArmStates.ARMED if free and not stopped else state.mode
+        stopped = state.mode in (ArmStates.HOLDING, ArmStates.FAULT) and not state.may_move
+        mode = ArmStates.ARMED if state.may_move else state.mode
         summary = (mode, state.cause if stopped else "")
         if summary == self._logged_cell:
             return
         self._logged_cell = summary
         name = "the arms may move" if mode == ArmStates.ARMED else ArmStates.Mode.Name(mode).lower()
         words = f"{name}: {state.reason}"
-        log.log(logging.WARNING if stopped else logging.INFO, words)
+        asks = stopped and not state.needs_resume
+        log.log(logging.WARNING if asks else logging.INFO, words)
 
     def _log_arm(self, arm: ArmState, now: int) -> None:
         if not arm.alarms:

@@ -162,6 +162,15 @@ def test_second_gateway_stops_the_cell_until_it_is_gone_and_a_person_goes_on(
     assert speaker.state.may_move
 
 
+def test_cell_does_not_arm_itself_beside_another_gateway(gateway: RobotGatewayService) -> None:
+    other = Received(ArmStates(boot="gateway-1"), "gateway-1", 0, SECOND)
+    inbox = Inbox({}, {topics.ARM_STATE.key: [other]})
+    for tick in range(8):
+        ((_, state),) = gateway.step(inbox, SECOND + tick * 8_000_000)
+        assert isinstance(state, ArmStates)
+        assert state.mode == ArmStates.DISARMED
+
+
 def test_own_state_is_no_second_gateway(speaker: Speaker) -> None:
     assert speaker.tick((topics.ARM_STATE, speaker.state)).may_move
 

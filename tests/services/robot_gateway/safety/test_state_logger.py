@@ -43,7 +43,11 @@ def test_what_stops_the_cell_is_written_and_its_small_holds_are_not(
     logger = StateLogger()
 
     def tell(mode: int, cause: str, reason: str, waits: bool = False) -> list[tuple[str, str]]:
-        logger.take(ArmStates(mode=mode, cause=cause, reason=reason, needs_acknowledgement=waits))
+        moves = mode not in (ArmStates.DISARMED, ArmStates.FAULT) and not waits
+        stands = cause == "acknowledged"
+        logger.take(
+            ArmStates(mode=mode, cause=cause, reason=reason, may_move=moves, needs_resume=stands)
+        )
         lines = [(r.levelname, r.getMessage()) for r in caplog.records]
         caplog.clear()
         return lines
@@ -58,7 +62,8 @@ def test_what_stops_the_cell_is_written_and_its_small_holds_are_not(
     assert tell(ArmStates.FAULT, "alarm", "right: collision", True) == [
         ("WARNING", "fault: right: collision")
     ]
-    assert tell(ArmStates.ARMED, "", "acknowledged") == [
-        ("INFO", "the arms may move: acknowledged")
+    assert tell(ArmStates.HOLDING, "acknowledged", "it stands", True) == [
+        ("INFO", "holding: it stands")
     ]
+    assert tell(ArmStates.ARMED, "", "resumed") == [("INFO", "the arms may move: resumed")]
     assert tell(ArmStates.DISARMED, "disarm", "by a person") == [("INFO", "disarmed: by a person")]

@@ -12,7 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from shared import topics
-from shared.messages import FAILED, IDLE, REACHED, RunState, TaskRequest, chain
+from shared.messages import FAILED, IDLE, REACHED, RunState, TaskRequest, TaskState, chain
 from shared.scenario import Scenario
 from shared.scenario.shipped import shipped_names
 from shared.service import SECOND
@@ -120,25 +120,33 @@ def run_and_reset(scenario: Scenario, runs: int) -> ResetTrial:
 
 
 def _rope(stack: SimulatedStack) -> np.ndarray:
-    return chain(stack.latest(topics.ROPE_TRUTH).positions)
+    truth = stack.latest(topics.ROPE_TRUTH)
+    assert truth is not None
+    return chain(truth.positions)
+
+
+def _task(stack: SimulatedStack) -> TaskState:
+    task = stack.latest(topics.TASK_STATE)
+    assert task is not None
+    return task
 
 
 def _request(stack: SimulatedStack, action: TaskRequest.Action) -> None:
     request = TaskRequest(id=f"resets-{stack.now}", stamp=stack.now, action=action)
     stack.send(topics.TASK_REQUEST, request)
     # Until the request is handled the state is that of the run before.
-    while stack.latest(topics.TASK_STATE).last_request != request.id:
+    while _task(stack).last_request != request.id:
         stack.advance_to(stack.now + POLL_PERIOD)
 
 
-def _wait(stack: SimulatedStack, states: tuple[int, ...], limit: int):
+def _wait(stack: SimulatedStack, states: tuple[int, ...], limit: int) -> TaskState:
     """Step until the task is in one of some states or a time has passed; its state."""
     deadline = stack.now + limit
     while stack.now < deadline:
         stack.advance_to(stack.now + POLL_PERIOD)
-        if stack.latest(topics.TASK_STATE).state in states:
+        if _task(stack).state in states:
             break
-    return stack.latest(topics.TASK_STATE)
+    return _task(stack)
 
 
 def _print(trials: list[ResetTrial], sensing: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
@@ -22,8 +23,8 @@ from tests.closed_loop.loop import SCENARIOS
 class BlindPlanner(PlannerService):
     """Planner that plans as if there were no obstacles."""
 
-    def _problem(self, *arguments: object) -> Problem:
-        return replace(super()._problem(*arguments), obstacles=())  # pyright: ignore
+    def _problem(self, *args: Any, **kwargs: Any) -> Problem:
+        return replace(super()._problem(*args, **kwargs), obstacles=())
 
 
 def run_blind(seconds: float) -> RunOutcome:

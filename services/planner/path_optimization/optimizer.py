@@ -165,7 +165,9 @@ class PathOptimizer:
             for path, r in zip(paths, rollouts, strict=True)
         ]
 
-    def _rollout_spec(self, paths: Sequence[BlockDisplacements], start: RodState) -> RolloutSpec:
+    def _rollout_spec(
+        self, paths: Sequence[BlockDisplacements], start: RodState
+    ) -> RolloutSpec[Sequence[RodState]]:
         """Roll-out of a rod along several paths."""
         return RolloutSpec(
             [start] * len(paths),

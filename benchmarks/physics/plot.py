@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from benchmarks.physics import whip, writhing
 from benchmarks.physics.convergence import ROUNDING_ERROR, Convergence
 from benchmarks.physics.elasticae import CLAMPED_ROPES, OTHER_ROPES
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 COARSE_COUNT, FINE_COUNT = 20, 400
 """Number of nodes of the plotted rods, and number of points of the continuum."""
@@ -67,33 +71,44 @@ def draw(measured: Mapping[str, Sequence[Convergence]], path: Path) -> None:
     for axis in (hanging, loop, lash):
         axis.set_xlabel("x [m]")
 
-    parts = [
-        ("Mean distance of nodes from the continuum", ("elasticae",), "[mm]"),
-        ("Natural frequencies and critical loads", ("frequencies", "buckling"), "error [%]"),
-        ("Young's modulus from exact shapes", ("stiffness",), "error [%]"),
-    ]
-    for place, (title, names, unit) in enumerate(parts, start=4):
+    panels = (
+        ("Mean distance of nodes from the continuum", "[mm]", ("elasticae",)),
+        ("Natural frequencies, critical loads", "error [%]", ("frequencies", "buckling")),
+        ("Young's modulus from exact shapes", "error [%]", ("stiffness",)),
+    )
+    for place, (title, unit, names) in enumerate(panels, start=4):
         axis = figure.add_subplot(2, 3, place)
-        cases = [found for name in names for found in measured.get(name, ())]
-        for k, found in enumerate(cases):
-            errors = [error.value for error in found.errors]
-            if len(errors) > 1 and min(errors) > ROUNDING_ERROR:
-                style = "-" if k < 10 else "--"
-                axis.loglog(
-                    found.case.node_counts, errors, style, marker=".", label=found.case.name
-                )
-        if cases:
-            counts = np.array(cases[0].case.node_counts, float)
-            start = max(error.value for found in cases for error in found.errors)
-            axis.loglog(counts, start * (counts[0] / counts) ** 2, "k:", label="second order")
+        _draw_errors(axis, {name: measured[name] for name in names if name in measured})
         axis.set_title(title, fontsize=9)
         axis.set_xlabel("nodes")
         axis.set_ylabel(unit)
     for axis in figure.axes:
         axis.grid(alpha=0.3)
         if axis.get_legend_handles_labels()[0]:
-            axis.legend(fontsize=5.5)
+            axis.legend(fontsize=7)
     figure.tight_layout()
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=80)
     pyplot.close(figure)
+
+
+def _draw_errors(axis: Axes, measured: Mapping[str, Sequence[Convergence]]) -> None:
+    """Plot the errors of every case, with one color and one label for each kind of case."""
+    colors: dict[str, str] = {}
+    cases = [(name, found) for name, part in measured.items() for found in part]
+    for name, found in cases:
+        errors = [error.value for error in found.errors]
+        if len(errors) < 2 or min(errors) < ROUNDING_ERROR:
+            continue
+        if name == "elasticae":
+            kind = "two clamps" if found.case.name in CLAMPED_ROPES else "a free or pinned end"
+        else:
+            kind = found.case.name if name == "stiffness" else name
+        label = None if kind in colors else kind
+        color = colors.setdefault(kind, f"C{len(colors)}")
+        axis.loglog(found.case.node_counts, errors, ".-", color=color, linewidth=0.8, label=label)
+    if cases:
+        counts = np.array(cases[0][1].case.node_counts, float)
+        largest = max(found.errors[0].value for _, found in cases)
+        axis.loglog(counts, 2.0 * largest * (counts[0] / counts) ** 2, "k--", label="second order")
+        axis.loglog(counts, 2.0 * largest * counts[0] / counts, "k:", label="first order")

@@ -41,7 +41,7 @@ EQUILIBRIUM_DURATIONS = (1.0, 1.0, 10.0, 100.0)
 """Durations of the steps to the next equilibrium; the grip moves in the first [s]."""
 CLOSING_SPEED = 0.04
 """Speed of the grip while the loop snaps and closes [m/s]."""
-TIME_STEP = 0.001
+TIME_STEP = 0.005
 """Time step of that motion [s]."""
 WEIGHTLESS = (0.0, 0.0, 0.0)
 """Absence of gravity [m/s^2]."""

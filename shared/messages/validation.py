@@ -41,6 +41,8 @@ MAX_MAGNITUDE = 1e6
 """Magnitude above which a component of a vector is no length, speed or angle [SI]."""
 MAX_DISTORTION_COUNT = 14
 """Largest number of distortion coefficients of a camera."""
+MAX_COORDINATE = 100.0
+"""Largest coordinate of a rope, goal or path [m]; the time and memory of a plan grow with it."""
 MAX_TURNS = 1000.0
 """Largest twist of a goal or a rope [turns]."""
 MAX_KNOTS = 256
@@ -144,6 +146,13 @@ def _count_nodes(name: str, values: Sequence[float]) -> int:
     return count
 
 
+def _check_places(name: str, values: Sequence[float]) -> None:
+    """Check that coordinates lie in a cell."""
+    # A comparison with a number that is none is false.
+    if not all(abs(value) <= MAX_COORDINATE for value in values):
+        raise ValueError(f"{name} holds a coordinate beyond ±{MAX_COORDINATE:g} m, or none")
+
+
 def _check_bounded(name: str, values: Sequence[float]) -> None:
     if not _all_bounded(values):
         raise ValueError(f"{name} holds a number beyond ±{MAX_MAGNITUDE:g}, or none")
@@ -157,7 +166,7 @@ def _check_integer(name: str, value: int) -> None:
 def _check_node_chain(message: messages.NodeChain) -> None:
     _check_integer("stamp", message.stamp)
     count = _count_nodes("positions", message.positions)
-    _check_bounded("positions", message.positions)
+    _check_places("positions", message.positions)
     _check_bounded("sigma", message.sigma)
     _check_length("sigma", message.sigma, 0, count)
     _check_length("observed", message.observed, 0, count)
@@ -225,6 +234,7 @@ def _check_rotations(name: str, values: Sequence[float]) -> None:
 def _check_grip(name: str, grip: messages.Grip) -> None:
     _check_length(f"{name}.position", grip.position, 0, 3)
     _check_length(f"{name}.orientation", grip.orientation, 0, 4)
+    _check_places(f"{name}.position", grip.position)
     _check_rotation(f"{name}.orientation", grip.orientation)
 
 
@@ -235,6 +245,7 @@ def _check_turns(turns: float) -> None:
 
 def _check_goal(goal: messages.Goal) -> None:
     _count_nodes("goal.positions", goal.positions)
+    _check_places("goal.positions", goal.positions)
     _check_turns(goal.turns)
     _check_grip("goal.left", goal.left)
     _check_grip("goal.right", goal.right)
@@ -255,6 +266,7 @@ def _check_whole_grips(message: messages.Goal | messages.GoalDraft) -> None:
     for name, grip in (("left", message.left), ("right", message.right)):
         _check_length(f"{name}.position", grip.position, 3)
         _check_length(f"{name}.orientation", grip.orientation, 4)
+        _check_places(f"{name}.position", grip.position)
         _check_rotation(f"{name}.orientation", grip.orientation)
 
 
@@ -263,6 +275,8 @@ def _check_path(message: messages.Path) -> None:
     _check_length("right_positions", message.right_positions, 3 * count)
     _check_length("left_orientations", message.left_orientations, 4 * count)
     _check_length("right_orientations", message.right_orientations, 4 * count)
+    _check_places("left_positions", message.left_positions)
+    _check_places("right_positions", message.right_positions)
     _check_rotations("left_orientations", message.left_orientations)
     _check_rotations("right_orientations", message.right_orientations)
     _check_length("nodes", message.nodes, 3 * message.node_count * count)

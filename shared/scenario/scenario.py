@@ -35,7 +35,7 @@ from shared.version import SCENARIO_VERSION
 
 MAX_NODES_FILE_SIZE = 4 * 2**20
 """Largest CSV file of nodes [bytes]."""
-MAX_COORDINATE = 1e3
+MAX_COORDINATE = 100.0
 """Largest coordinate of a node in a file [m]."""
 PLANT_EDGES = 3
 """Edges of the simulated rope for each edge of the controller's, by default [-]."""

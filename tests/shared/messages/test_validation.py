@@ -40,6 +40,7 @@ from shared.topics import Topic
 from tests.shared.test_image_header import png_header
 
 ZERO_TURN = Grip(position=[0.0] * 3, orientation=[0.0] * 4)
+FAR_AWAY = Grip(position=[0.0, 1e5, 0.0], orientation=[1.0, 0.0, 0.0, 0.0])
 REFERENCES = sorted((FilePath(__file__).parents[2] / "replay").glob("*.mcap"))
 
 
@@ -97,6 +98,8 @@ def test_every_message_of_a_run_is_valid(recording: FilePath) -> None:
             "takes 0 < radius",
         ),
         (topics.TASK_REQUEST, TaskRequest(goal=Goal(left=ZERO_TURN)), "has norm 0"),
+        (topics.TASK_REQUEST, TaskRequest(goal=Goal(left=FAR_AWAY)), "beyond ±100 m"),
+        (topics.TASK_REQUEST, TaskRequest(goal=Goal(positions=[0.0] * 5 + [1e5])), "±100 m"),
         (topics.TASK_GOAL_DRAFT, GoalDraft(left=ZERO_TURN, right=ZERO_TURN), "has norm 0"),
         (
             topics.CONTROLLER_PARAMETERS,

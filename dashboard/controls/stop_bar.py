@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Sequence
 from concurrent.futures import Future
 from typing import NamedTuple
@@ -22,6 +23,8 @@ STATUS_PERIOD = SECOND // 5
 """Time between two statuses [ns]."""
 MAX_SIGN_GAP = 150_000_000
 """Longest time between two signs of life of one press [ns]; after it the press has ended."""
+ENDED_PRESSES = 64
+"""Number of ended presses that are remembered [-]."""
 STOPPED_MODES = (ArmStates.DISARMED, ArmStates.HOLDING, ArmStates.FAULT)
 """Modes in which the arms stand or brake; they stay so unless the gateway says `may_move`."""
 
@@ -66,7 +69,8 @@ class StopBar:
         self._newest: ArmStates | None = None
         self._holds: list[_Hold] = []
         self._press: _Press | None = None
-        self._ended = 0
+        self._ended: deque[int] = deque([0], maxlen=ENDED_PRESSES)
+        self._consented = False
         self._status_time = -STATUS_PERIOD
 
     def hold(self) -> Future[HoldAnswer]:
@@ -80,7 +84,8 @@ class StopBar:
         self._actions.put(lambda: self._take_sign(sign))
 
     def release(self, press: int) -> None:
-        """End a press; its later signs of life count for nothing."""
+        """End a press; signs of it that are still queued, or come later, count for nothing."""
+        self._ended.append(press)
         self._actions.put(lambda: self._end(press))
 
     def step(
@@ -99,6 +104,9 @@ class StopBar:
         """
         self._now, self._newest = now, newest
         self._actions.run()
+        if self._consented and self._press and newest and self._press.number not in self._ended:
+            self._outbox.consent(self._press.command, newest)
+        self._consented = False
         self._answer_holds(arms)
         if self._press and self._now - self._press.sign_time > MAX_SIGN_GAP:
             self._end(self._press.number)
@@ -112,7 +120,7 @@ class StopBar:
             "color": palette.css(line.color),
             "stopped": newest is not None and age <= STALE_AGE and _is_stopped(newest),
             "approach": _offer(newest),
-            "ended": self._ended,
+            "ended": self._ended[-1],
         }
         return msgspec.json.encode(status).decode()
 
@@ -134,7 +142,7 @@ class StopBar:
                 hold.answer.set_result(answer)
 
     def _take_sign(self, sign: Approach) -> None:
-        if self._newest is None or sign.press == self._ended:
+        if self._newest is None or sign.press in self._ended:
             return
         if self._press is None:
             command = self._outbox.command_arms(
@@ -150,11 +158,12 @@ class StopBar:
                 self._end(sign.press)
                 return
             self._press = self._press._replace(sign_time=self._now)
-            self._outbox.consent(self._press.command, self._newest)
+            self._consented = True
 
     def _end(self, press: int) -> None:
         if self._press is not None and self._press.number == press:
-            self._press, self._ended = None, press
+            self._press = None
+            self._ended.append(press)
 
 
 def _confirmation(hold: _Hold, state: ArmStates) -> HoldAnswer | None:

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from jaxtyping import Float64
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page, expect, sync_playwright
 
 from dashboard.scene.scene_setup import initial_viewpoint
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
@@ -34,6 +34,9 @@ FLAGS = (
     "--disable-sync",
 )
 
+
+# Longest wait for what a page shows [ms]: rendering takes the processor from all else.
+expect.set_options(timeout=20_000)
 
 NO_CHROMIUM = pytest.mark.skipif(EXECUTABLE is None, reason="chromium is not installed")
 

@@ -3,7 +3,7 @@
 "use strict";
 (() => {
   const STATUS_TIMEOUT = 1500; // ms without a status after which the connection counts as lost
-  const HOLD_TIMEOUT = 1500; // ms that one request to hold may take
+  const HOLD_TIMEOUT = 3000; // ms that one request to hold may take
   const HOLD_ATTEMPTS = 5;
   const RECONNECT_DELAY = 500; // ms
   const MAX_QUEUED = 256; // bytes of signs of life that may wait for the network
@@ -42,38 +42,39 @@
     elements.approach.classList.toggle("pressed", press !== null);
   }
 
+  // Ask once; whether the gateway has confirmed it, or another request of this page.
   async function requestHold() {
-    const answer = await fetch("hold", {
-      method: "POST",
-      keepalive: true,
-      signal: AbortSignal.timeout(HOLD_TIMEOUT),
-    });
-    if (!answer.ok) throw new Error(`status ${answer.status}`);
-    return answer.json();
+    let text = "no answer from the dashboard";
+    try {
+      const answer = await fetch("hold", {
+        method: "POST",
+        keepalive: true,
+        signal: AbortSignal.timeout(HOLD_TIMEOUT),
+      });
+      if (answer.ok) {
+        const outcome = await answer.json();
+        if (outcome.confirmed) holdText = "";
+        text = outcome.text;
+      }
+    } catch {
+      await new Promise((resolve) => setTimeout(resolve, RECONNECT_DELAY));
+    }
+    if (holdText) holdText = `HOLD NOT CONFIRMED: ${text}. ${EMERGENCY}`;
+    show();
+    return holdText === "";
   }
 
   async function hold() {
     release();
     if (holding) {
-      requestHold().catch(() => {});
+      requestHold();
       return;
     }
     holding = true;
     holdText = "Hold sent …";
     show();
     for (let attempt = 0; attempt < HOLD_ATTEMPTS; ++attempt) {
-      try {
-        const answer = await requestHold();
-        if (answer.confirmed) {
-          holdText = "";
-          break;
-        }
-        holdText = `HOLD NOT CONFIRMED: ${answer.text}. ${EMERGENCY}`;
-      } catch {
-        holdText = `HOLD NOT CONFIRMED: no answer from the dashboard. ${EMERGENCY}`;
-        await new Promise((resolve) => setTimeout(resolve, RECONNECT_DELAY));
-      }
-      show();
+      if (await requestHold()) break;
     }
     holding = false;
     show();

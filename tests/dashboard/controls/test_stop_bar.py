@@ -106,6 +106,17 @@ def test_signs_after_the_release_count_for_nothing() -> None:
     assert page.step() == []
 
 
+def test_signs_that_wait_when_the_button_is_released_count_for_nothing() -> None:
+    page = Page(AWAY)
+    sign = Approach(press=3, distance=0.334, angle=0.0)
+    page.bar.approach(sign)
+    page.step()
+    for _ in range(5):
+        page.bar.approach(sign)
+    page.bar.release(3)
+    assert page.step() == []
+
+
 def test_press_whose_signs_were_late_has_ended() -> None:
     page = Page(AWAY)
     sign = Approach(press=3, distance=0.334, angle=0.0)

@@ -15,7 +15,14 @@ from rich.table import Table
 from benchmarks.physics.convergence import Case, Convergence, measure
 
 Part = Literal[
-    "elasticae", "closed-forms", "frequencies", "buckling", "stiffness", "writhing", "whip"
+    "elasticae",
+    "closed-forms",
+    "frequencies",
+    "buckling",
+    "stiffness",
+    "writhing",
+    "whip",
+    "plants",
 ]
 ALL_PARTS: tuple[Part, ...] = get_args(Part)
 """All parts, in the order of their tables; a part is the module of its name."""
@@ -27,8 +34,9 @@ CAPTIONS: dict[Part, str] = {
     "stiffness": "Young's modulus fitted to shapes of the continuum",
     "writhing": "twisted rods that buckle, and a loop that twists round itself",
     "whip": "change of energy of a flicked whip, relative to its kinetic energy",
+    "plants": "simulated ropes at rest, mean distance of nodes from the continuum; processor time",
 }
-"""Conditions of each table; plant, camera and adaptation are not involved."""
+"""Conditions of each table; camera and adaptation are not involved."""
 
 TABLE_WIDTH = 132
 """Width of the tables [characters]."""
@@ -37,11 +45,12 @@ TABLE_WIDTH = 132
 def run(part: tuple[Part, ...] = ALL_PARTS, plot: Path | None = None, json: bool = False) -> int:
     """Measure the rod's errors over its number of nodes, and compare them with their bounds.
 
-    There is no plant, camera or adaptation: each error is that of the rod itself with n nodes. The
-    parts are: `elasticae` (hanging ropes, against boundary value solutions of the continuum),
+    There is no camera or adaptation: each error is that of a rod itself with n nodes. The parts
+    are: `elasticae` (hanging ropes, against boundary value solutions of the continuum),
     `closed-forms`, `frequencies`, `buckling`, `stiffness` (Young's modulus identified from exact
-    shapes), `writhing` and `whip`. The order is that of the error in the length of an edge, between
-    the smallest and the largest number of nodes.
+    shapes), `writhing`, `whip` and `plants` (hanging ropes of the simulated lab, and their cost).
+    The order is that of the error in the length of an edge, between the smallest and the largest
+    number of nodes.
 
     Examples:
       lariat bench physics --plot docs/rod-physics.png

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import mujoco
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Float64, Int64
 
 from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle
@@ -24,8 +24,10 @@ PLUG_MASS = 0.01
 WELD_SOLREF = "0.0005 0.1"
 """Time constant [s] and damping ratio [-] of a weld; with little damping, a plug does not lag
 behind its moving grip."""
-AXES = ("1 0 0", "0 1 0", "0 0 1")
-"""Axes of the hinges of a joint, in their order: two bend, the last twists."""
+AXES = (("1 0 0", "0 1 0", "0 0 1"), ("0 1 0", "1 0 0", "0 0 1"))
+"""Axes of the hinges of the joints at even and at odd nodes, in their order: two bend, the last
+twists. Two bends a and b in succession also twist by about a b / 2, with the other sign in the
+other order; with one order throughout, that would add up in a rope that leaves its plane."""
 
 
 class LinkedRope:
@@ -68,7 +70,7 @@ class LinkedRope:
         plug = k in (-1, rope.node_count - 1)
         node = k if direction > 0 else k + 1
         rest = direction * rope.spans[node] * np.array(rope.rest_curvature)
-        angles = _joint_angles(poses.exponential(rest))
+        (angles,) = _joint_angles(poses.exponential(rest[None]), np.array([node]))
         bending = rope.bending_stiffness * rope.stiffness_factors[node] / rope.spans[node]
         stiffness = (bending, bending, bending / (1.0 + rope.poisson_ratio))
         # The frame of a link is at its middle, that of a plug at the node.
@@ -76,7 +78,7 @@ class LinkedRope:
         joints = "".join(
             f'<joint type="hinge" axis="{axis}" pos="0 0 {anchor:.12g}" stiffness="{k_axis:.9g}" '
             f'springref="{angle:.12g}" damping="{rope.internal_damping * k_axis:.9g}"/>'
-            for axis, k_axis, angle in zip(AXES, stiffness, angles, strict=True)
+            for axis, k_axis, angle in zip(AXES[node % 2], stiffness, angles, strict=True)
         )
         offset = direction * (0.5 * edge if plug else edge)
         content = self._plug() if plug else self._link()
@@ -126,7 +128,7 @@ class LinkedRope:
         turns = poses.multiply(poses.conjugate(frames[:-1]), frames[1:])
         # Left of the middle, the body on the left is the one that turns.
         turns[: middle + 1] = poses.conjugate(turns[: middle + 1])
-        state.qpos[self._hinges] = _joint_angles(turns)
+        state.qpos[self._hinges] = _joint_angles(turns, np.arange(len(turns)))
 
 
 def _frames_along(
@@ -146,14 +148,25 @@ def _frames_along(
     return np.concatenate([poses.multiply(np.array(frames), spread), right.orientation[None]])
 
 
-def _joint_angles(turns: Float64[np.ndarray, "*b 4"]) -> Float64[np.ndarray, "*b 3"]:
-    """Angles of three successive hinges about x, y and z that make given rotations [rad]."""
+def _joint_angles(
+    turns: Float64[np.ndarray, "k 4"], nodes: Int64[np.ndarray, "k"]
+) -> Float64[np.ndarray, "k 3"]:
+    """Return the angles of the hinges at given nodes that make given rotations [rad]."""
     m = poses.matrix(turns)
-    return np.stack(
+    x_first = np.stack(
         [
-            np.arctan2(-m[..., 1, 2], m[..., 2, 2]),
-            np.arcsin(np.clip(m[..., 0, 2], -1.0, 1.0)),
-            np.arctan2(-m[..., 0, 1], m[..., 0, 0]),
+            np.arctan2(-m[:, 1, 2], m[:, 2, 2]),
+            np.arcsin(np.clip(m[:, 0, 2], -1.0, 1.0)),
+            np.arctan2(-m[:, 0, 1], m[:, 0, 0]),
         ],
-        axis=-1,
+        axis=1,
     )
+    y_first = np.stack(
+        [
+            np.arctan2(m[:, 0, 2], m[:, 2, 2]),
+            np.arcsin(np.clip(-m[:, 1, 2], -1.0, 1.0)),
+            np.arctan2(m[:, 1, 0], m[:, 1, 1]),
+        ],
+        axis=1,
+    )
+    return np.where(nodes[:, None] % 2 == 0, x_first, y_first)

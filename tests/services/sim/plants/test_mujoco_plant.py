@@ -126,3 +126,16 @@ def test_grips_out_of_reach_are_refused() -> None:
     far = Pose(RIGHT.position + np.array([0.3, 0.0, 0.0]), ALONG_X)
     with pytest.raises(ValueError, match="closer together"):
         MujocoPlant(FlexRope(ROPE)).reset(LEFT, far)
+
+
+def test_links_that_twist_and_bend_out_of_a_plane_agree_with_the_elastic_rod() -> None:
+    yaw = poses.exponential(np.array([0.0, 0.0, 0.6]))
+    spin = poses.exponential(np.array([0.0, 0.0, 2.5]))
+    left = Pose(np.array([-0.12, 0.0, 0.3]), poses.multiply(yaw, ALONG_X))
+    right = Pose(np.array([0.12, 0.0, 0.3]), poses.multiply(ALONG_X, spin))
+    shapes = []
+    for kind in (FlexRope, LinkedRope):
+        plant = MujocoPlant(kind(replace(ROPE, node_count=80)))
+        plant.reset(left, right)
+        shapes.append(plant.nodes)
+    assert np.mean(np.linalg.norm(shapes[0] - shapes[1], axis=1)) < 1.5e-4

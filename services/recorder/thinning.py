@@ -8,6 +8,8 @@ from shared.service import SECOND
 
 IDLE_PERIOD = SECOND
 """Time between two recorded messages of a topic and publisher while the cell is idle [ns]."""
+REPEAT_PERIOD = 60 * SECOND
+"""Time after which a message that has not changed is recorded again [ns]."""
 MAX_STREAMS = 1024
 """Most pairs of topic and publisher whose times are remembered."""
 _EVENTS = frozenset(
@@ -22,7 +24,7 @@ class Thinning:
     """Choice of the messages of an idle cell that are recorded."""
 
     def __init__(self) -> None:
-        self._recorded: dict[tuple[str, str], int] = {}
+        self._recorded: dict[tuple[str, str], tuple[int, int]] = {}
 
     def keeps(self, message: QueuedMessage) -> bool:
         """Return whether a message is recorded; call it once for each, in order of arrival."""
@@ -33,9 +35,12 @@ class Thinning:
         if topic.key in _EVENTS or topics.LOG.matches(topic.key):
             return True
         stream = topic.key, message.publisher
-        last = self._recorded.pop(stream, None)
-        keep = last is None or message.received - last >= IDLE_PERIOD
-        self._recorded[stream] = message.received if keep or last is None else last
+        time, content = self._recorded.pop(stream, (-REPEAT_PERIOD, 0))
+        age, same = message.received - time, hash(message.payload) == content
+        keep = age >= (REPEAT_PERIOD if same else IDLE_PERIOD)
+        self._recorded[stream] = (
+            (message.received, hash(message.payload)) if keep else (time, content)
+        )
         if len(self._recorded) > MAX_STREAMS:
             del self._recorded[next(iter(self._recorded))]
         return keep

@@ -1,4 +1,4 @@
-"""Sync of a file with its disk, in a thread: a disk may take seconds, the writer must not wait."""
+"""Sync of a file with its disk, in a thread: a busy disk takes seconds."""
 
 from __future__ import annotations
 
@@ -11,15 +11,17 @@ from pathlib import Path
 class DiskSync:
     """Thread that has the disk store what the operating system holds of one file."""
 
-    def __init__(self, descriptor: int) -> None:
-        """Start the thread.
+    def __init__(self, descriptor: int, folder: Path) -> None:
+        """Start the thread; the name of the file is stored first.
 
         Args:
-            descriptor: Open file descriptor, which must stay open until `close`.
+            descriptor: Open file descriptor.
+            folder: Folder of the file.
         """
-        self._descriptor = descriptor
+        # A descriptor of its own: the last sync outlives the writer's file.
+        self._descriptor = os.dup(descriptor)
         self._executor = ThreadPoolExecutor(1, thread_name_prefix="disk sync")
-        self._pending: Future[None] | None = None
+        self._pending: Future[None] = self._executor.submit(_sync_folder, folder)
 
     def request(self) -> None:
         """Begin to sync, unless the former sync is still under way.
@@ -27,23 +29,23 @@ class DiskSync:
         Raises:
             OSError: The former sync failed.
         """
-        if self._pending is not None:
-            if not self._pending.done():
-                return
+        if self._pending.done():
             self._pending.result()
-        self._pending = self._executor.submit(os.fdatasync, self._descriptor)
+            self._pending = self._executor.submit(os.fdatasync, self._descriptor)
 
     def close(self) -> None:
-        """Wait for the disk to store the whole file, and end the thread.
+        """Have the thread sync the whole file and end; the process waits for it at its exit."""
+        self._executor.submit(self._finish)
+        self._executor.shutdown(wait=False)
 
-        Raises:
-            OSError: The disk is full or gone.
-        """
-        self._executor.shutdown()
-        os.fdatasync(self._descriptor)
+    def _finish(self) -> None:
+        try:
+            os.fdatasync(self._descriptor)
+        finally:
+            os.close(self._descriptor)
 
 
-def sync_folder(folder: Path) -> None:
+def _sync_folder(folder: Path) -> None:
     """Have the disk store the names of a folder's files, where the system can."""
     with suppress(OSError):
         descriptor = os.open(folder, os.O_RDONLY)

@@ -12,7 +12,7 @@ from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 
 from shared.bounded_file import read_file
-from shared.recording.disk_sync import DiskSync, sync_folder
+from shared.recording.disk_sync import DiskSync
 from shared.recording.layout import CHUNK_SIZE, METADATA_NAME, SCENARIO_ATTACHMENT
 from shared.scenario import Scenario
 from shared.scenario.scenario import MAX_NODES_FILE_SIZE
@@ -66,7 +66,7 @@ class Writer:
         self._schemas: dict[str, int] = {}
         self._flushed = self._latest = started
         self._flush_period = flush_period
-        self._sync = DiskSync(self._stream.fileno()) if synced else None
+        self._sync = DiskSync(self._stream.fileno(), path.parent) if synced else None
         self._writer.start(profile="", library=f"lariat {version()}")
         about = {
             "scenario": scenario.name,
@@ -80,8 +80,6 @@ class Writer:
             kind = "application/toml" if name == SCENARIO_ATTACHMENT else "text/csv"
             self._writer.add_attachment(0, started, name, kind, content)
         self._stream.flush()
-        if synced:
-            sync_folder(path.parent)
 
     @property
     def bytes(self) -> int:

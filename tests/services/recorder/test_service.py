@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import random
 import shutil
+import threading
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -270,6 +271,9 @@ def test_a_run_is_on_the_disk_every_second(tmp_path: Path, monkeypatch: pytest.M
     assert len(synced) >= 4
     assert synced == sorted(set(synced))
     cell.recorder.close()
+    for thread in threading.enumerate():
+        if thread.name.startswith("disk sync"):
+            thread.join()
     assert synced[-1] == next(tmp_path.glob("*.mcap")).stat().st_size
 
 

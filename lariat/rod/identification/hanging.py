@@ -22,8 +22,8 @@ from lariat.rod.identification.rod_twin import cubic_weights
 
 LEVEL_ORIENTATION = poses.rotation_between(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
 """Orientation of a grip whose axis is the world's x axis."""
-NODE_COUNT = 240
-"""Nodes of the rod in the place of a cable."""
+NODE_COUNT = 120
+"""Nodes of the rod in the place of a cable; soft cables bend within centimetres of their clamps."""
 STIFFNESS_GRID = np.geomspace(1e-6, 1.0, 25)
 """Values of EI / (weight per length times length^3) in the search [-]."""
 COARSE_TWIST_STEP = math.radians(30.0)

@@ -1,8 +1,8 @@
 """Rod twin of a measured rope: grips, initial states and predicted vertices.
 
 A clamp or a pin lies on the innermost held vertex; a clamp points along the two innermost ones. The
-roll of a clamp about the rope is not
-measured: its frame is transported in parallel along its axis from an upright first frame.
+roll of a clamp about the rope is not measured: its frame is transported in parallel along its axis
+from an upright first frame.
 """
 
 from __future__ import annotations
@@ -77,6 +77,7 @@ class RodTwin:
             self.arcs / self.arcs[-1] * (self.node_count - 1.0), self.node_count
         )
         self._frames = self._grip_frames()
+        self._actions = self._grip_velocities()
         self._starts: dict[float, dict[tuple[int, int], RodState]] = {}
 
     @property
@@ -129,10 +130,9 @@ class RodTwin:
                 self._starts = {scale: known}
             for w, state in zip(missing, self._states(scale, missing), strict=True):
                 known[w.sequence, w.frame] = state
-        actions = self._actions()
         return (
             [known[w.sequence, w.frame] for w in windows],
-            np.stack([actions[w.sequence, w.frame : w.frame + w.length] for w in windows]),
+            np.stack([self._actions[w.sequence, w.frame : w.frame + w.length] for w in windows]),
         )
 
     def predict(
@@ -196,7 +196,8 @@ class RodTwin:
         )
         return left, parallel_transport(first, tangents)
 
-    def _actions(self) -> Float64[np.ndarray, "S T-1 2 6"]:
+    def _grip_velocities(self) -> Float64[np.ndarray, "S T-1 2 6"]:
+        """Return linear and angular velocities of both grips between frames [m/s, rad/s]."""
         v, dt = self._vertices, self.motion.dt
         actions = np.zeros((v.shape[0], v.shape[1] - 1, 2, 6))
         for end, kind in enumerate(self.kinds):
@@ -223,7 +224,7 @@ class RodTwin:
         earlier = poses.normalized(np.diff(current - dt * velocities, axis=1))
         turns = poses.rotation_between(earlier, poses.normalized(np.diff(current, axis=1)))
         spins = poses.logarithm(turns) / dt
-        grips = [self._actions()[index][:, None, end, 3:] for end in (0, 1)]
+        grips = [self._actions[index][:, None, end, 3:] for end in (0, 1)]
         spins = np.concatenate([*grips[: clamps[0]], spins, *grips[2 - clamps[1] :]], axis=1)
         return [
             RodState(current[b], orientations[b], velocities[b], spins[b])

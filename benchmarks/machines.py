@@ -31,6 +31,7 @@ from stack.client import Cell, Client, connect
 from stack.credentials.access_control import OPERATOR, ROUTER
 from stack.credentials.cell_credentials import SETTINGS_FILE, make_credentials
 from stack.launcher import module_entry
+from stack.scenario_overrides import load_with
 
 ROBOT, VISION = "10.77.77.1", "10.77.77.2"
 """Addresses of the two machines."""
@@ -73,6 +74,7 @@ class MachinesOutcome:
 def run(
     remote: tuple[str, ...] = ("perception", "planner"),
     scenario: str = "three-cylinders",
+    sensing: str = "truth",
     duration: float = 4.0,
     json: bool = False,
 ) -> int:
@@ -85,6 +87,7 @@ def run(
     Args:
         remote: Services on the second machine; router and gateway are on the first.
         scenario: Name of a shipped scenario.
+        sensing: Source of the perceived rope: truth, or camera.
         duration: Duration of the cut [s].
         json: Print one JSON object instead of lines.
 
@@ -95,7 +98,9 @@ def run(
         stack.enter_context(cable())
         credentials = Path(folder)
         make_credentials(credentials, (ROBOT,), "cell", days=90)
-        client = stack.enter_context(_cell(credentials, scenario, remote))
+        file = credentials / "scenario.toml"
+        file.write_text(load_with(find(scenario), (f"sensing.source={sensing}",)).text)
+        client = stack.enter_context(_cell(credentials, file, remote))
         outcome = _run_with_cut(client, remote, duration)
     if json:
         print(encoder.dumps(asdict(outcome)))
@@ -150,7 +155,7 @@ def _remove() -> None:
 
 
 @contextmanager
-def _cell(credentials: Path, scenario: str, remote: tuple[str, ...]) -> Iterator[Client]:
+def _cell(credentials: Path, scenario: Path, remote: tuple[str, ...]) -> Iterator[Client]:
     """Start router and services, and connect to them; ends them."""
     endpoint = f"tls/{ROBOT}:{PORT}"
     router = BusOptions("cell", (), (endpoint,), "router", credentials / ROUTER / SETTINGS_FILE)
@@ -164,7 +169,7 @@ def _cell(credentials: Path, scenario: str, remote: tuple[str, ...]) -> Iterator
             for name in services.NAMES:
                 command = [
                     sys.executable,
-                    *module_entry.command(f"services.{name}", "--scenario", str(find(scenario))),
+                    *module_entry.command(f"services.{name}", "--scenario", str(scenario)),
                     *("--mode", "client", "--connect", endpoint, "--listen"),
                     *("--settings", str(credentials / name / SETTINGS_FILE)),
                 ]
@@ -189,7 +194,15 @@ def _run_with_cut(client: Client, remote: tuple[str, ...], duration: float) -> M
     arms, tasks = _Newest(client, topics.ARM_STATE), _Newest(client, topics.TASK_STATE)
     health = client.bus.subscribe(topics.HEALTH)
     client.request_task(TaskRequest.START)
-    _until(lambda: _speed(arms()) > MOVING_SPEED, PHASE_TIMEOUT, "the arms do not move")
+
+    def moving() -> bool:
+        state: ArmStates = arms()
+        if state.needs_acknowledgement:
+            # A busy machine makes the arms hold before anything is cut.
+            _resume(client)
+        return _speed(state) > MOVING_SPEED
+
+    _until(moving, PHASE_TIMEOUT, "the arms do not move")
     set_cable(False)
     cut = time.monotonic()
     _until(lambda: _speed(arms()) < 1e-4, PHASE_TIMEOUT, "the arms do not come to rest")
@@ -210,8 +223,7 @@ def _run_with_cut(client: Client, remote: tuple[str, ...], duration: float) -> M
     heard = time.monotonic() - healed
     acknowledged = state.needs_acknowledgement
     if acknowledged:
-        client.command_arms(ArmCommand.ACKNOWLEDGE)
-        client.command_arms(ArmCommand.RESUME)
+        _resume(client)
 
     def reached() -> bool:
         return tasks().state == REACHED
@@ -228,6 +240,13 @@ def _run_with_cut(client: Client, remote: tuple[str, ...], duration: float) -> M
         task.state == REACHED,
         round(1e3 * task.error, 3),
     )
+
+
+def _resume(client: Client) -> None:
+    """Acknowledge a stop and let the arms move again, as a person does."""
+    with contextlib.suppress(RequestFailed):
+        client.command_arms(ArmCommand.ACKNOWLEDGE)
+        client.command_arms(ArmCommand.RESUME)
 
 
 class _Newest:

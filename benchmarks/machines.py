@@ -27,7 +27,7 @@ from shared.configuration import ConfigurationError
 from shared.messages import REACHED, ArmCommand, ArmStates, TaskRequest, TaskState
 from shared.scenario.shipped import find
 from stack import services
-from stack.client import Cell, Client, connect
+from stack.client import Cell, Client, RequestFailed, connect
 from stack.credentials.access_control import OPERATOR, ROUTER
 from stack.credentials.cell_credentials import SETTINGS_FILE, make_credentials
 from stack.launcher import module_entry

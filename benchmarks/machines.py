@@ -226,6 +226,8 @@ def _run_with_cut(client: Client, remote: tuple[str, ...], duration: float) -> M
         _resume(client)
 
     def reached() -> bool:
+        if arms().needs_acknowledgement:
+            _resume(client)
         return tasks().state == REACHED
 
     with contextlib.suppress(TimeoutError):

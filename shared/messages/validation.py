@@ -43,6 +43,8 @@ MAX_DISTORTION_COUNT = 14
 """Largest number of distortion coefficients of a camera."""
 MAX_COORDINATE = 100.0
 """Largest coordinate of a rope, goal or path [m]; the time and memory of a plan grow with it."""
+MIN_PACE = 1e-3
+"""Least pace of a path, as a fraction of the planner's [-]."""
 MAX_TURNS = 1000.0
 """Largest twist of a goal or a rope [turns]."""
 MAX_KNOTS = 256
@@ -207,6 +209,7 @@ def _check_arm_states(message: messages.ArmStates) -> None:
         # Published at every step: one pass in C; a comparison with a number that is none is false.
         values = (*arm.position, *arm.orientation, *twist[0], *twist[1], *arm.joints)
         _check_rotation("orientation", arm.orientation)
+        _check_places("position", arm.position)
         if not sum(map(abs, values)) <= MAX_MAGNITUDE:
             raise ValueError(f"a vector of {arm.arm!r} holds a number beyond ±1e6, or none")
 
@@ -256,6 +259,10 @@ def _check_task_state(message: messages.TaskState) -> None:
     if message.goal.positions:
         _check_whole_grips(message.goal)
     _check_turns(message.turns)
+    if message.pace and not MIN_PACE <= message.pace <= 1.0:
+        raise ValueError(f"pace = {message.pace:g} is not within {MIN_PACE:g}…1")
+    if not 0.0 <= message.clearance_margin <= MAX_COORDINATE:
+        raise ValueError(f"clearance_margin = {message.clearance_margin:g} m")
 
 
 def _check_with_goal(message: messages.TaskRequest | messages.GoalPreview) -> None:

@@ -83,6 +83,8 @@ def test_every_message_of_a_run_is_valid(recording: FilePath) -> None:
         (topics.TASK_REQUEST, TaskRequest(goal=Goal(positions=[0.0] * 4)), "not 3 a point"),
         (topics.TASK_REQUEST, TaskRequest(goal=Goal(turns=math.inf)), "turns"),
         (topics.TASK_STATE, TaskState(goal=Goal(positions=[0.0] * 6)), "position has 0"),
+        (topics.TASK_STATE, TaskState(pace=1e-300), "pace = 1e-300 is not within"),
+        (topics.TASK_STATE, TaskState(clearance_margin=math.nan), "clearance_margin = nan"),
         (topics.TASK_GOAL_DRAFT, GoalDraft(left=Grip(position=[0.0] * 3)), "orientation has 0"),
         (
             topics.CONTROLLER_PATH,

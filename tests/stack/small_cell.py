@@ -95,7 +95,8 @@ class Arms:
             for side, g in zip(SIDES, self.grips, strict=True)
         ]
         yield Publication(
-            topics.ARM_STATE, ArmStates(stamp=now, boot="arms", mode=ArmStates.ARMED, arms=arms)
+            topics.ARM_STATE,
+            ArmStates(stamp=now, boot="arms", mode=ArmStates.ARMED, may_move=True, arms=arms),
         )
 
 

@@ -21,7 +21,7 @@ def arms(now: int, distance: float) -> ArmStates:
         ArmState(arm=side, driver="ideal", position=[x, 0.0, 0.3], orientation=LEVEL)
         for side, x in sides
     ]
-    return ArmStates(stamp=now, mode=ArmStates.ARMED, arms=places, reset_count=1)
+    return ArmStates(stamp=now, mode=ArmStates.ARMED, may_move=True, arms=places, reset_count=1)
 
 
 def inbox(now: int, distance: float, newest: dict[str, Received], *requests: TaskRequest) -> Inbox:

@@ -174,8 +174,8 @@ def test_path_for_an_unsure_rope_keeps_a_longer_one_clear_too(
             chain_clearance(n, problem.radius, WALL) for n in nodes[: 4 * len(nodes) // 5 : 4]
         )
 
-    assert clearance(path) < 0.006
-    assert clearance(unsure) > 0.0075
+    assert clearance(path) < 0.009
+    assert clearance(unsure) > 0.0105
     assert unsure.clearance > path.clearance + 0.003
 
 

@@ -14,8 +14,9 @@ system = $(PYTHON) -c $(1) 2>/dev/null || { [ "$$(id -u)" = 0 ] && command -v ap
 up: .venv/installed  ## the whole stack, live; opens the dashboard, or prints its address last
 	$(BIN)/lariat up $(SCENARIO) --browser
 
-test: .venv/installed-dev  ## every test
-	$(BIN)/pytest
+test: .venv/installed-dev  ## every test: in parallel what computes, one by one what is live
+	$(BIN)/pytest -m "not live" --numprocesses auto --dist loadfile
+	$(BIN)/pytest -m live
 
 check: .venv/installed-dev  ## style, types, import rules
 	$(BIN)/ruff format --check .

@@ -15,8 +15,8 @@ up: .venv/installed  ## the whole stack, live; opens the dashboard, or prints it
 	$(BIN)/lariat up $(SCENARIO) --browser
 
 test: .venv/installed-dev  ## every test: in parallel what computes, one by one what is live
-	$(BIN)/pytest -m "not live" --numprocesses auto --dist loadfile
-	$(BIN)/pytest -m live
+	$(BIN)/pytest -m "not live and not slow" --numprocesses auto --dist loadfile
+	$(BIN)/pytest -m "live and not slow"
 
 check: .venv/installed-dev  ## style, types, import rules
 	$(BIN)/ruff format --check .

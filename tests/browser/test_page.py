@@ -168,10 +168,12 @@ def test_hold_is_meant_for_this_start_of_the_gateway_only(cell: tuple[Cell, Page
 def test_hold_that_the_gateway_does_not_confirm_is_said(cell: tuple[Cell, Page]) -> None:
     stage, page = cell
     stage.deaf = True
-    hold_button(page).click()
-    expect(page.locator("#stop-bar")).to_contain_text("HOLD NOT CONFIRMED")
-    expect(page.locator("#stop-bar")).to_contain_text("hard-wired emergency stop")
-    stage.deaf = False
+    try:
+        hold_button(page).click()
+        expect(page.locator("#stop-bar")).to_contain_text("HOLD NOT CONFIRMED")
+        expect(page.locator("#stop-bar")).to_contain_text("hard-wired emergency stop")
+    finally:
+        stage.deaf = False
     hold_button(page).click()
     expect(page.locator("#stop-bar")).not_to_contain_text("NOT CONFIRMED")
     stage.forget()

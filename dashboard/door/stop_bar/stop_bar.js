@@ -16,6 +16,7 @@
   let statusTime = -Infinity;
   let holdText = ""; // outcome of the last hold until the arms are known to stand
   let holding = false;
+  let lastRequest = 0; // of a hold
   let offer = null;
   let press = null; // of the approach's button: {number, offer, timer}
 
@@ -42,8 +43,10 @@
     elements.approach.classList.toggle("pressed", press !== null);
   }
 
-  // Ask once; whether the gateway has confirmed it, or another request of this page.
+  // Ask once; whether the gateway has confirmed the last request of this page. A confirmation of an
+  // earlier one says nothing about a later press.
   async function requestHold() {
+    const number = ++lastRequest;
     let text = "no answer from the dashboard";
     try {
       const answer = await fetch("hold", {
@@ -53,7 +56,7 @@
       });
       if (answer.ok) {
         const outcome = await answer.json();
-        if (outcome.confirmed) holdText = "";
+        if (outcome.confirmed && number === lastRequest) holdText = "";
         text = outcome.text;
       }
     } catch {

@@ -107,7 +107,7 @@ class ComposeProject:
         return time.monotonic() - began
 
     def start_run(self) -> None:
-        """Arm the cell and start its run.
+        """Arm the cell and start its run; acknowledge the holds of an overloaded machine.
 
         Raises:
             TimeoutError: The run is refused for too long.
@@ -118,6 +118,7 @@ class ComposeProject:
         while (started := self.say("start")).returncode:
             if time.monotonic() > deadline:
                 raise TimeoutError(f"not started: {started.stderr}")
+            self._go_on(self.status())
             time.sleep(POLL_PERIOD)
 
     def await_goal(self) -> None:
@@ -133,10 +134,16 @@ class ComposeProject:
                 return
             if time.monotonic() > deadline:
                 raise TimeoutError(f"not reached: {status}")
-            if (status.get("arms") or {}).get("needs_acknowledgement"):
-                self.say("ack")
-                self.say("resume")
+            self._go_on(status)
             time.sleep(POLL_PERIOD)
+
+    def _go_on(self, status: dict[str, Any]) -> None:
+        """Acknowledge a stop and resume, if the arms wait for it."""
+        arms = status.get("arms") or {}
+        if arms.get("needs_acknowledgement"):
+            self.say("ack")
+        if arms.get("needs_acknowledgement") or arms.get("needs_resume"):
+            self.say("resume")
 
     def freeze(self, service: str) -> float:
         """Stop a process without ending it; return the time until another one is healthy [s].

@@ -14,7 +14,7 @@ system = $(PYTHON) -c $(1) 2>/dev/null || { [ "$$(id -u)" = 0 ] && command -v ap
 up: .venv/installed  ## the whole stack, live; opens the dashboard, or prints its address last
 	$(BIN)/lariat up $(SCENARIO) --browser
 
-test: .venv/installed-dev  ## every test: in parallel what computes, one by one what is live
+test: .venv/installed-dev  ## in parallel the tests that compute, one by one those that are live
 	$(BIN)/pytest -m "not live and not slow" --numprocesses auto --dist loadfile
 	$(BIN)/pytest -m "live and not slow"
 

@@ -21,19 +21,6 @@ TEXTS = ("", "left", "right", "table", "x" * 5000, "\x00", "../../etc/passwd", "
 """Hostile values of text fields."""
 LENGTHS = (0, 1, 2, 3, 4, 6, 7, 9, 12, 30, 90, 120, 300, 6003)
 """Lengths of repeated fields."""
-ATTACHMENTS = (
-    b"",
-    b"\xff\xfe",
-    b"-1 a 2",
-    b"18446744073709551616 a 2",
-    b"9" * 5000,
-    b"1e9 a 2",
-    b"7  2",
-    b"7 " + b"p" * 5000,
-    b"0 a 99",
-    b"5 a -3",
-)
-"""Hostile sequence numbers, publishers and versions."""
 MAX_DEPTH = 3
 """Depth of nested messages that are filled."""
 
@@ -82,10 +69,6 @@ class HostileMessages:
             received=received,
             version=MESSAGE_VERSION if rng.random() < 0.98 else rng.choice((0, 99, 10**17)),
         )
-
-    def attachment(self) -> bytes:
-        """Return a hostile attachment."""
-        return self._random.choice(ATTACHMENTS)
 
     def _random_bytes(self, topic: Topic) -> bytes:
         del topic

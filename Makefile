@@ -9,7 +9,7 @@ system = $(PYTHON) -c $(1) 2>/dev/null || { [ "$$(id -u)" = 0 ] && command -v ap
   apt-get install -y -qq --no-install-recommends $(2) >/dev/null; } || \
   { echo "the system package $(2) is missing; install it (Debian: apt-get install $(2)), then make again" >&2; exit 2; }
 
-.PHONY: up test check format lock sbom clean
+.PHONY: up test check docs format lock sbom clean
 
 up: .venv/installed  ## the whole stack, live; opens the dashboard, or prints its address last
 	$(BIN)/lariat up $(SCENARIO) --browser
@@ -23,6 +23,9 @@ check: .venv/installed-dev  ## style, types, import rules
 	$(BIN)/ruff check .
 	$(BIN)/pyright
 	$(BIN)/lint-imports
+
+docs: .venv/installed-dev  ## the documentation as a site, site/index.html; a warning is an error
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 
 format: .venv/installed-dev
 	$(BIN)/ruff format .

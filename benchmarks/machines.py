@@ -2,7 +2,7 @@
 
 The machines are network namespaces of this one, joined by a cable; root alone may make them. Router
 and gateway run on the first, some services on the second, all with the certificates of
-`lariat certs`, as docs/deployment.md describes.
+`lariat certs`, as docs/guide/deployment.md describes.
 """
 
 from __future__ import annotations

@@ -45,7 +45,7 @@ def run(
         json: Print one JSON object instead of a table.
 
     Returns:
-        0 when every promise of docs/safety.md was kept, 1 otherwise.
+        0 when every promise of docs/concepts/safety.md was kept, 1 otherwise.
     """
     two_arms = load(scenario).end(OTHER_SIDE).driver == "cr5"
     chosen = cases or tuple(n for n, case in CASES.items() if two_arms or not case.two_arms)

@@ -67,7 +67,7 @@ class FaultResult:
     further_holds: int
     """Number of holds on the way to the goal, for other reasons."""
     ok: bool
-    """Whether every promise of docs/safety.md was kept."""
+    """Whether every promise of docs/concepts/safety.md was kept."""
     failure: str
     """Promises that were not kept; empty when ok."""
 
@@ -157,7 +157,7 @@ def _broken_promises(
     drift: float,
     resumed: str,
 ) -> Iterator[str]:
-    """Yield the promises of docs/safety.md that a trial breaks."""
+    """Yield the promises of docs/concepts/safety.md that a trial breaks."""
     if cause not in (case.causes or ("",)):
         yield f"cause {cause or 'none'} instead of {' or '.join(case.causes) or 'none'}"
     if case.promised and braking is not None and braking > BRAKING_TIME_LIMIT:

@@ -42,7 +42,7 @@ def run(
     Taichi's reverse mode and by adjoints follow.
 
     Examples:
-      lariat bench paper --plot docs/reproduction.png
+      lariat bench paper --plot docs/results/reproduction.png
       lariat bench paper --goals 2 --seeds 1 --adaptation-goals 1 --no-speed
       lariat bench paper --only mean --goals 3 --no-speed
 

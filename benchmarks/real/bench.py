@@ -45,7 +45,7 @@ def run(
     take 6 minutes on one core.
 
     Examples:
-      lariat bench real --docs docs
+      lariat bench real --docs docs/results
       lariat bench real --beliefs 0.25 --time-limit 5
 
     Args:

@@ -42,7 +42,7 @@ def run(
 
     Examples:
       lariat bench rod --part speed gradients
-      lariat bench rod --part diagram --plots docs
+      lariat bench rod --part diagram --plots docs/concepts
 
     Args:
         part: Parts to measure; all by default.

@@ -1,6 +1,6 @@
-"""Generator of `docs/scenario.md`, the reference of all keys, from the dataclasses.
+"""Generator of `docs/reference/scenario.md`, the reference of all keys, from the dataclasses.
 
-python -m shared.scenario.reference > docs/scenario.md
+python -m shared.scenario.reference > docs/reference/scenario.md
 """
 
 from __future__ import annotations

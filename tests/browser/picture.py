@@ -1,4 +1,4 @@
-"""Take docs/dashboard.png, the README's picture: `python -m tests.browser.picture`."""
+"""Take docs/guide/dashboard.png, the README's picture: `python -m tests.browser.picture`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tests.browser.stack import running
 
 
 def main(
-    file: Path = Path("docs/dashboard.png"),
+    file: Path = Path("docs/guide/dashboard.png"),
     scenario: str = "scenarios/three-cylinders.toml",
     seconds: float = 1.5,
 ) -> None:

@@ -23,4 +23,4 @@ Rule = Literal[
     "overstretch",
     "lost_link",
 ]
-"""Names that refusals, logs, `docs/safety.md` and tests use."""
+"""Names that refusals, logs, `docs/concepts/safety.md` and tests use."""

@@ -1,6 +1,6 @@
 """Table of the causes of a stop.
 
-`docs/safety.md` shows it, the state machine uses it, and tests check every row.
+`docs/concepts/safety.md` shows it, the state machine uses it, and tests check every row.
 """
 
 from __future__ import annotations
@@ -170,7 +170,7 @@ STOP_CAUSES: dict[str, StopCause] = {
 
 
 def markdown() -> str:
-    """Return the table as it stands in `docs/safety.md`."""
+    """Return the table as it stands in `docs/concepts/safety.md`."""
     head = (
         "| cause | description | detection | stop | resumes | recovery | rule |\n"
         "|---|---|---|---|---|---|---|"

@@ -11,7 +11,7 @@ from services.robot_gateway.safety.operator_commands import CommandRejected
 from services.robot_gateway.safety.state_machine import SafetyState
 from services.robot_gateway.safety.stop_causes import STOP_CAUSES, markdown
 
-PAGE = Path(__file__).parents[4] / "docs" / "safety.md"
+PAGE = Path(__file__).parents[4] / "docs" / "concepts" / "safety.md"
 MOVING = SafetyState("boot-1", "moving", "", "following", session="writer")
 
 

@@ -30,6 +30,9 @@ BENCHES: dict[str, Bench] = {
     "real": Bench("benchmarks.real.bench", "the paper's real experiments, with MuJoCo as the lab"),
     "replay": Bench("benchmarks.replay", "smallest change of a number that each replay detects"),
     "resets": Bench("benchmarks.resets", "every shipped scenario run, reset and run again"),
+    "robustness": Bench(
+        "benchmarks.robustness.bench", "runs with hidden ropes, grips and simulators"
+    ),
     "rod": Bench("benchmarks.rod.bench", "the rod's gradients, speed, robustness and accuracy"),
 }
 """Benches by name."""

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -13,6 +11,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float64
 
+from benchmarks import worker_pool
 from benchmarks.conditions import Conditions
 from benchmarks.goals.motion_metrics import MotionMetrics
 from benchmarks.goals.scenes import Kind, sample_scene
@@ -113,24 +112,11 @@ def run_trials(
         workers: Number of processes; with 1 all trials run in this process.
         report: Called after each trial, in the order in which they finish.
     """
-    if workers <= 1:
-        return list(_run_here(specs, report))
-    # Not forked: a copy of a Taichi runtime does not work.
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, mp_context=context) as pool:
-        futures = {pool.submit(run_trial, spec): k for k, spec in enumerate(specs)}
-        trials: dict[int, Trial] = {}
-        for future in as_completed(futures):
-            trials[futures[future]] = future.result()
-            report(future.result())
-    return [trials[k] for k in range(len(specs))]
-
-
-def _run_here(specs: Sequence[TrialSpec], report: Callable[[Trial], None]) -> Iterator[Trial]:
-    for spec in specs:
-        trial = run_trial(spec)
+    trials: dict[int, Trial] = {}
+    for k, trial in worker_pool.compute(run_trial, specs, workers):
+        trials[k] = trial
         report(trial)
-        yield trial
+    return [trials[k] for k in range(len(specs))]
 
 
 def run_trial(spec: TrialSpec) -> Trial:

@@ -8,19 +8,17 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from services.sim.plants.end_motion import EndMotion, interpolate
 from services.sim.plants.factory import build_plant
+from services.sim.plants.winding import wind
 from shared.scenario import Scenario
 
 MAX_PLANT_STEP = 0.05
 """Longest step of the plant [s]; a longer time between two arm states is divided into steps."""
 MAX_GAP = 10.0
 """Time between two instants beyond which the later one needs a confirmation [s]."""
-WINDING_PER_STEP = 0.02
-"""Turns of the right grip in one step while the twist of the start is applied [-]."""
 
 
 class World:
@@ -51,12 +49,7 @@ class World:
         left, right = scenario.grips(scenario.start)
         self._plant.reset(left, right, scenario.nodes(scenario.start))
         self._ends = (EndMotion(left), EndMotion(right))
-        turns = scenario.start.turns
-        count = math.ceil(abs(turns) / WINDING_PER_STEP)
-        for k in range(1, count + 1):
-            spin = poses.exponential(np.array([0.0, 0.0, 2.0 * math.pi * turns * k / count]))
-            wound = Pose(right.position, poses.multiply(right.orientation, spin))
-            self._plant.step(self._ends[0], EndMotion(wound), MAX_PLANT_STEP)
+        wind(self._plant, left, right, scenario.start.turns)
 
     def set_obstacles(self, obstacles: Sequence[Obstacle]) -> None:
         """Replace all obstacles."""

@@ -8,37 +8,79 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.poses import Pose
+from services.sim.plants.end_motion import EndMotion
 from services.sim.plants.factory import build_plant
+from services.sim.plants.plant import Plant
+from services.sim.plants.winding import wind
 from shared.configuration import ConfigurationError
-from shared.scenario import Scenario
+from shared.scenario import SIDES, Scenario
+
+REST_PERIOD = 0.5
+"""Time between two looks at a rope that comes to rest [s]."""
+REST_MOTION = 1e-5
+"""Largest displacement of a node within `REST_PERIOD` at which the rope is at rest [m]."""
+MAX_REST_TIME = 30.0
+"""Longest time in which a wound rope must come to rest [s]."""
 
 
 def rest_shape(
     scenario: Scenario,
-    left: Float64[np.ndarray, "3"] | None = None,
-    right: Float64[np.ndarray, "3"] | None = None,
+    left: Pose | Float64[np.ndarray, "3"] | None = None,
+    right: Pose | Float64[np.ndarray, "3"] | None = None,
 ) -> Float64[np.ndarray, "n 3"]:
     """Return the nodes of the true rope at rest between two grips, as they truly hold it [m].
 
+    A grip that does not rotate has the orientation of the start; the rope has the turns of twist
+    of the goal.
+
     Args:
-        scenario: Scenario; the grips have the orientations of its goal.
-        left: Position of the left grip [m]; by default the goal's.
-        right: Position of the right grip [m]; by default the goal's.
+        scenario: Scenario with the true rope.
+        left: Left grip, or its position with the orientation of the goal; by default the goal's.
+        right: Likewise the right one.
 
     Raises:
-        ConfigurationError: The grips are further apart than the rope is long.
+        ConfigurationError: The grips are further apart than the rope is long, or the rope does not
+            come to rest.
     """
-    grips = scenario.grips(scenario.goal)
     first, last = (
-        grip if place is None else Pose(np.asarray(place, float), grip.orientation)
-        for grip, place in zip(grips, (left, right), strict=True)
+        grip if isinstance(grip, Pose) else _moved(own, grip)
+        for own, grip in zip(goal_grips(scenario), (left, right), strict=True)
     )
     plant = build_plant(scenario)
     try:
         plant.reset(first, last)
     except ValueError as error:
         raise ConfigurationError(str(error)) from error
+    if scenario.goal.turns:
+        wind(plant, first, last, scenario.goal.turns)
+        _settle(plant, first, last)
     return plant.nodes
+
+
+def goal_grips(scenario: Scenario) -> tuple[Pose, Pose]:
+    """Return the grips of a scenario's goal; an end that does not rotate keeps its orientation."""
+    grips = zip(SIDES, scenario.grips(scenario.start), scenario.grips(scenario.goal), strict=True)
+    left, right = (
+        goal if scenario.end(side).rotates else Pose(goal.position, start.orientation)
+        for side, start, goal in grips
+    )
+    return left, right
+
+
+def _moved(grip: Pose, position: Float64[np.ndarray, "3"] | None) -> Pose:
+    return grip if position is None else Pose(np.asarray(position, float), grip.orientation)
+
+
+def _settle(plant: Plant, left: Pose, right: Pose) -> None:
+    """Hold the grips until the rope is at rest."""
+    for _ in range(round(MAX_REST_TIME / REST_PERIOD)):
+        before = plant.nodes.copy()
+        plant.step(EndMotion(left), EndMotion(right), REST_PERIOD)
+        if np.max(np.abs(plant.nodes - before)) < REST_MOTION:
+            return
+    raise ConfigurationError(
+        f"the wound rope does not come to rest within {MAX_REST_TIME:g} s; wind it by fewer turns"
+    )
 
 
 def write_nodes(path: Path, nodes: Float64[np.ndarray, "n 3"], origin: str) -> None:

@@ -1,0 +1,174 @@
+"""Runs with hidden ropes, grips and simulators: `lariat bench robustness`.
+
+Each combination is a shipped scenario with another simulator, resolution, stiffness and length of
+the rope, held off the believed grips; it is seen by the camera, and the controller adapts. Its goal
+is a rest shape of the true rope as truly held, at the scenario's grips or at seeded ones.
+"""
+
+from __future__ import annotations
+
+import json as encoder
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from benchmarks import worker_pool
+from benchmarks.robustness.combinations import Combination, sample
+from benchmarks.robustness.trial import (
+    MAX_ERROR,
+    MAX_ERROR_ON_SUPPORT,
+    MAX_STIFFNESS_ERROR,
+    Trial,
+    TrialFile,
+    run_trial,
+)
+
+
+def run(
+    count: int = 60,
+    first: int = 0,
+    seed: int = 0,
+    only: tuple[int, ...] = (),
+    scenario: tuple[str, ...] = (),
+    folder: Path = Path("robustness-trials"),
+    again: bool = False,
+    workers: int = 1,
+    json: bool = False,
+) -> int:
+    """Run combinations of hidden ropes, grips and simulators in closed loop.
+
+    Finished runs are kept in FOLDER/trials.jsonl and are not run again, so that an interrupted
+    campaign goes on where it was. FOLDER/SEED-NUMBER holds the scenario and the goal of each, for
+    `lariat run FOLDER/SEED-NUMBER/scenario.toml`.
+
+    Examples:
+      lariat bench robustness --workers 2
+      lariat bench robustness --only 17 --again
+      lariat bench robustness --scenario rope cable --count 12 --seed 1
+
+    Args:
+        count: Number of combinations.
+        first: Number of the first one.
+        seed: Seed of the combinations.
+        only: Numbers of single combinations, in place of `count` and `first`.
+        scenario: Names of shipped scenarios; by default all of them.
+        folder: Folder for finished runs, scenarios and goals.
+        again: Run finished combinations again.
+        workers: Number of processes.
+        json: Print one JSON object instead of a table.
+
+    Returns:
+        0 if all runs ended at their goals, touched nothing and found the stiffness where the shapes
+        tell it, else 1.
+    """
+    numbers = only or range(first, first + count)
+    combinations = [sample(seed, number, scenario) for number in numbers]
+    file = TrialFile(folder / "trials.jsonl")
+    finished = {} if again else file.find(combinations)
+    open_ones = [c for c in combinations if c.number not in finished]
+    for trial in _run_with_progress(open_ones, len(finished), folder, workers):
+        file.append(trial)
+        finished[trial.number] = trial
+    trials = [finished[c.number] for c in combinations]
+    if json:
+        figures = {k: v if np.isfinite(v) else None for k, v in summary(trials).items()}
+        print(encoder.dumps({"summary": figures, "trials": [asdict(t) for t in trials]}))
+    else:
+        _print(trials, combinations, scenario)
+    return 0 if not any(t.faults for t in trials) else 1
+
+
+def _run_with_progress(
+    combinations: Sequence[Combination], finished: int, folder: Path, workers: int
+) -> Iterator[Trial]:
+    console = Console(stderr=True, highlight=False)
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+    )
+    tasks = [(c, folder / f"{c.seed}-{c.number}") for c in combinations]
+    with Progress(*columns, console=console, redirect_stdout=False) as progress:
+        total = finished + len(combinations)
+        bar = progress.add_task("Combinations", total=total, completed=finished)
+        for k, trial in worker_pool.compute(run_trial, tasks, workers):
+            progress.advance(bar)
+            verdict = ", ".join(trial.faults) or "good"
+            progress.console.print(escape(f"{combinations[k]}: {verdict}"))
+            yield trial
+
+
+def summary(trials: Sequence[Trial]) -> dict[str, float]:
+    """Return counts and statistics of several runs."""
+    errors = [t.error_mm for t in trials]
+    told = [t for t in trials if t.told]
+    clearances = [c for t in trials if (c := t.score["min_clearance_mm"]) is not None]
+    return {
+        "runs": len(trials),
+        "good": sum(not t.faults for t in trials),
+        "at the goal": sum(t.near for t in trials),
+        "touched": sum(t.touched for t in trials),
+        "median error [mm]": float(np.median(errors)),
+        "90 % of the errors below [mm]": float(np.quantile(errors, 0.9, method="higher")),
+        "least clearance [mm]": min(clearances, default=np.nan),
+        "shapes tell the stiffness": len(told),
+        "stiffness within 10 % there": sum(t.stiffness_found for t in told),
+    }
+
+
+def _print(
+    trials: Sequence[Trial], combinations: Sequence[Combination], scenario: tuple[str, ...]
+) -> None:
+    table = Table(
+        caption=(
+            "camera, adapting; error: mean node distance of true rope and goal, last 0.2 s; "
+            "EI found: share of the true stiffness ± stated standard deviation, in brackets where "
+            "start and goal do not tell it"
+        )
+    )
+    for name in ("", "scenario", "goal", "plant", "EI x", "error mm", "clear mm", "EI found", ""):
+        table.add_column(name, overflow="fold")
+    for trial, combination in zip(trials, combinations, strict=True):
+        found, deviation = trial.stiffness
+        stiffness = f"{found:.2f} ± {deviation:.2f}"
+        clearance = trial.score["min_clearance_mm"]
+        table.add_row(
+            str(trial.number),
+            combination.scenario,
+            combination.goal + (", rotating" if combination.rotates else ""),
+            f"{combination.plant} {combination.node_count}",
+            f"{combination.stiffness_ratio:.2f}",
+            f"{trial.error_mm:.2f}",
+            "-" if clearance is None else f"{clearance:.1f}",
+            stiffness if trial.told else f"({stiffness})",
+            ", ".join(trial.faults),
+        )
+    console = Console()
+    console.print(table)
+    for name, value in summary(trials).items():
+        console.print(f"{name}: {value:g}")
+    console.print(
+        f"good: at most {MAX_ERROR:g} mm ({MAX_ERROR_ON_SUPPORT:g} mm with a support), nothing "
+        f"touched, stiffness within {100 * MAX_STIFFNESS_ERROR:g} % where start and goal tell it"
+    )
+    commits = sorted({t.commit for t in trials})
+    if len(commits) > 1:
+        console.print(f"runs of {len(commits)} versions of the code: {', '.join(commits)}")
+    for trial, combination in zip(trials, combinations, strict=True):
+        if trial.faults:
+            console.print(escape(f"{combination}: {', '.join(trial.faults)}; {trial.reason}"))
+            console.print(f"  {_command(combination, scenario)}", soft_wrap=True)
+
+
+def _command(combination: Combination, scenario: tuple[str, ...]) -> str:
+    """Command that repeats one run."""
+    chosen = f" --scenario {' '.join(scenario)}" if scenario else ""
+    number = combination.number
+    return f"lariat bench robustness --seed {combination.seed} --only {number}{chosen} --again"

@@ -1,0 +1,142 @@
+"""Combinations of a scenario with a plant, a rope and grips that the controller does not know."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float64
+
+from shared.scenario import SIDES, load
+from shared.scenario.shipped import shipped_names
+
+PLANTS: tuple[Literal["rod", "mujoco", "links"], ...] = ("rod", "mujoco", "links")
+"""Simulators of the true rope."""
+NODE_COUNTS = (120, 160)
+"""Numbers of nodes of the true rope."""
+MAX_STIFFNESS_RATIO = 4.0
+"""Largest ratio of true and believed stiffness, and of believed and true stiffness [-]."""
+GRIP_OFFSET = 0.003
+"""Distance of each true grip from the believed one [m]."""
+GRIP_ROTATION = 2.0
+"""Angle of each true grip from the believed one where the end rotates [deg]."""
+LENGTH_ERROR = 0.01
+"""Deviation of the true length from the believed one, as a share [-]."""
+ROTATING_SHARE = 0.5
+"""Share of the seeded goals of an end without an arm for which it rotates [-]."""
+
+Triple = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Combination:
+    """What one run hides from the controller."""
+
+    seed: int
+    """Seed of the campaign."""
+    number: int
+    """Number in the campaign, from 0."""
+    scenario: str
+    """Name of the shipped scenario."""
+    goal: Literal["shipped", "seeded"]
+    """Whether the goal's grips are the scenario's, or displaced from there at random."""
+    plant: Literal["rod", "mujoco", "links"]
+    """Simulator of the true rope."""
+    node_count: int
+    """Number of its nodes."""
+    stiffness_ratio: float
+    """True stiffness, relative to the believed one [-]."""
+    length_ratio: float
+    """True length, relative to the believed one [-]."""
+    rotates: bool
+    """Whether ends without an arm rotate, beyond what the scenario says."""
+    offsets: tuple[Triple, Triple]
+    """Position at which the rope is held, in the frame of the left and the right grip [m]."""
+    rotations: tuple[Triple, Triple]
+    """Rotation vectors of the direction in which it is held [deg]."""
+
+    @property
+    def random(self) -> np.random.Generator:
+        """Random numbers of the goal."""
+        return np.random.default_rng([self.seed, self.number, 1])
+
+    @property
+    def settings(self) -> tuple[str, ...]:
+        """Overrides of the shipped scenario, as for `lariat run --set`."""
+        base = load(self.scenario)
+        modulus = base.rope.youngs_modulus * self.stiffness_ratio
+        length = (base.rope.length + base.held_length) * self.length_ratio
+        settings = [
+            "sensing.source=camera",
+            "control.adapt=true",
+            f"plant.model={self.plant}",
+            f"plant.rope.node_count={self.node_count}",
+            f"plant.rope.youngs_modulus={modulus!r}",
+            f"plant.rope.length={length!r}",
+        ]
+        for side, offset, rotation in zip(SIDES, self.offsets, self.rotations, strict=True):
+            settings.append(f"plant.grips.{side}.offset={list(offset)}")
+            if any(rotation):
+                settings.append(f"plant.grips.{side}.rotation={list(rotation)}")
+            if self.rotates and base.end(side).driver == "ideal":
+                settings.append(f"ends.{side}.rotates=true")
+        return tuple(settings)
+
+    def __str__(self) -> str:
+        rotating = ", rotating" if self.rotates else ""
+        return (
+            f"{self.number}: {self.scenario}, {self.goal} goal{rotating}, {self.plant} "
+            f"n = {self.node_count}, stiffness x {self.stiffness_ratio:.2f}, "
+            f"length x {self.length_ratio:.2f}"
+        )
+
+
+def sample(seed: int, number: int, scenarios: tuple[str, ...] = ()) -> Combination:
+    """Return a combination, always the same for the same seed, number and scenarios.
+
+    Scenarios follow one another with the number, and plants so that each scenario meets each plant;
+    everything else is drawn at random.
+
+    Args:
+        seed: Seed of the campaign.
+        number: Number of the combination.
+        scenarios: Names of shipped scenarios; by default all of them.
+    """
+    names = scenarios or tuple(shipped_names())
+    random = np.random.default_rng([seed, number])
+    name = names[number % len(names)]
+    base = load(name)
+    goal: Literal["shipped", "seeded"] = "seeded" if random.random() < 0.5 else "shipped"
+    rotates = goal == "seeded" and bool(random.random() < ROTATING_SHARE)
+    rotates = rotates and any(base.end(side).driver == "ideal" for side in SIDES)
+    offsets = [GRIP_OFFSET * _direction(random) for _ in SIDES]
+    rotations = [GRIP_ROTATION * _direction(random) for _ in SIDES]
+    for side, rotation in zip(SIDES, rotations, strict=True):
+        end = base.end(side)
+        if not (end.rotates or (rotates and end.driver == "ideal")):
+            rotation[:] = 0.0
+    return Combination(
+        seed=seed,
+        number=number,
+        scenario=name,
+        goal=goal,
+        plant=PLANTS[(number + number // len(names)) % len(PLANTS)],
+        node_count=int(random.choice(NODE_COUNTS)),
+        stiffness_ratio=round(float(MAX_STIFFNESS_RATIO ** random.uniform(-1.0, 1.0)), 3),
+        length_ratio=1.0 + LENGTH_ERROR * float(random.choice([-1.0, 1.0])),
+        rotates=rotates,
+        offsets=(_triple(offsets[0], 6), _triple(offsets[1], 6)),
+        rotations=(_triple(rotations[0], 3), _triple(rotations[1], 3)),
+    )
+
+
+def _direction(random: np.random.Generator) -> Float64[np.ndarray, "3"]:
+    """Unit vector, evenly distributed."""
+    vector = random.normal(size=3)
+    return vector / np.linalg.norm(vector)
+
+
+def _triple(vector: Float64[np.ndarray, "3"], digits: int) -> Triple:
+    x, y, z = np.round(vector, digits).tolist()
+    return x, y, z

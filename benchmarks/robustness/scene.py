@@ -1,0 +1,149 @@
+"""Scenario of a combination, in a folder: its goal is a rest shape of the true rope as truly held.
+
+The goal's grips are those of the shipped scenario, or displaced from there at random. Where the
+true rope or a gripper would come too near to an obstacle, they are displaced until it does not.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.robustness.combinations import Combination
+from lariat.geometry import poses
+from lariat.geometry.grippers import axis_clearance, gripper_points
+from lariat.geometry.obstacles import chain_clearance, signed_distance
+from lariat.geometry.poses import Pose
+from services.sim.plants.factory import build_plant
+from shared.configuration import ConfigurationError
+from shared.scenario import SIDES, Scenario, load
+from stack.scenario_overrides import load_with, to_toml
+from stack.simulation.rest_shape import goal_grips, rest_shape, write_nodes
+
+MIN_CLEARANCE = 0.010
+"""Least distance of the true rope from an obstacle that is no support, at start and goal [m]."""
+GRIP_STEP = 0.03
+"""Standard deviation of each coordinate of a seeded goal's grips from the shipped one [m]."""
+GRIP_TURN = 10.0
+"""Standard deviation of its rotation about each axis where it rotates [deg]."""
+MAX_GRIP_DISTANCE = 0.95
+"""Largest distance of the goal's grips, relative to the shorter of true and believed rope [-]."""
+MAX_GOAL_SAMPLES = 200
+"""Number of goals sampled before a combination is called impossible."""
+GOAL_FILE, SCENARIO_FILE = "goal.csv", "scenario.toml"
+"""Files of a combination in its folder."""
+
+
+def build_scene(combination: Combination, folder: Path) -> Scenario:
+    """Write the scenario of a combination and its goal to a folder, and load it from there.
+
+    Args:
+        combination: The combination.
+        folder: Folder for both files; created if it is missing.
+
+    Raises:
+        ConfigurationError: No goal keeps clear of the obstacles, or a file cannot be written.
+    """
+    base = load_with(Path(combination.scenario), combination.settings)
+    _check_start(base)
+    for left, right in _candidates(base, combination):
+        if not _grips_are_clear(base, left, right):
+            continue
+        try:
+            nodes = rest_shape(base, left, right)
+        except ConfigurationError:
+            continue
+        if _is_clear(base, nodes):
+            break
+    else:
+        raise ConfigurationError(
+            f"combination {combination}: none of {MAX_GOAL_SAMPLES} goals keeps "
+            f"{1e3 * MIN_CLEARANCE:g} mm from the obstacles; take another seed"
+        )
+    folder.mkdir(parents=True, exist_ok=True)
+    write_nodes(
+        folder / GOAL_FILE, nodes, f"Rest shape of the true rope of combination {combination}"
+    )
+    table = tomllib.loads(base.text)
+    table["name"] = f"{base.name}-{combination.number}"
+    table["goal"] = {
+        "nodes": GOAL_FILE,
+        "left_orientation": left.orientation.tolist(),
+        "right_orientation": right.orientation.tolist(),
+        "turns": base.goal.turns,
+    }
+    path = folder / SCENARIO_FILE
+    path.write_text(to_toml(table))
+    return load(path)
+
+
+def _check_start(scenario: Scenario) -> None:
+    plant = build_plant(scenario)
+    plant.reset(*scenario.grips(scenario.start))
+    if not _is_clear(scenario, plant.nodes):
+        raise ConfigurationError(
+            f"the true rope of {scenario.name} is within {1e3 * MIN_CLEARANCE:g} mm of an obstacle "
+            "at the start; move the start of the scenario"
+        )
+
+
+def _candidates(scenario: Scenario, combination: Combination) -> Iterator[tuple[Pose, Pose]]:
+    """Grips of goals to try."""
+    random = combination.random
+    own = goal_grips(scenario)
+    if combination.goal == "shipped":
+        yield own
+    for _ in range(MAX_GOAL_SAMPLES):
+        grips = []
+        for side, grip in zip(SIDES, own, strict=True):
+            end = scenario.end(side)
+            step = random.normal(scale=GRIP_STEP, size=3)
+            turn = np.radians(random.normal(scale=GRIP_TURN, size=3))
+            position, orientation = grip.position, grip.orientation
+            if end.driver != "fixed":
+                position = position + step
+            if end.rotates:
+                orientation = poses.multiply(poses.exponential(turn), orientation)
+            grips.append(Pose(position, orientation))
+        yield grips[0], grips[1]
+
+
+def _grips_are_clear(scenario: Scenario, left: Pose, right: Pose) -> bool:
+    limits = scenario.limits
+    low, high = np.array(limits.workspace)
+    positions = np.stack([left.position, right.position])
+    if np.any(positions < low) or np.any(positions > high):
+        return False
+    shorter = min(scenario.rope.length, scenario.plant_rope.length)
+    if np.linalg.norm(positions[1] - positions[0]) > MAX_GRIP_DISTANCE * shorter:
+        return False
+    points = gripper_points(left, right, limits.gripper_reach)
+    needed = axis_clearance(limits.gripper_radius, limits.keep_out)
+    moving = np.repeat([scenario.end(side).driver != "fixed" for side in SIDES], 3)
+    return all(np.min(signed_distance(points[moving], o)) >= needed for o in scenario.bodies)
+
+
+def _is_clear(scenario: Scenario, nodes: np.ndarray) -> bool:
+    moved = dict(_true_positions(scenario))
+    radius = scenario.plant_rope.diameter / 2.0
+    for body in scenario.bodies:
+        if body.support:
+            continue
+        places = [body, *(replace(body, position=at) for at in moved.get(body.name, ()))]
+        if chain_clearance(nodes, radius, places) < MIN_CLEARANCE:
+            return False
+    return True
+
+
+def _true_positions(scenario: Scenario) -> Iterator[tuple[str, list[tuple[float, float, float]]]]:
+    """Places of obstacles other than those of the scenario: where they stand, and move to."""
+    for k, obstacle in enumerate(scenario.obstacles):
+        name = obstacle.body(k).name
+        places = [obstacle.stands_at] if obstacle.stands_at else []
+        places += [e.position for e in scenario.events if e.move_obstacle == name and e.position]
+        if places:
+            yield name, places

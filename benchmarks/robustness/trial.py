@@ -1,0 +1,175 @@
+"""One run of a combination, its verdict, and the file of finished runs."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.robustness.combinations import Combination
+from benchmarks.robustness.scene import build_scene
+from benchmarks.robustness.stiffness import stiffness_deviation
+from lariat.geometry.obstacles import chain_clearance
+from services.sim.plants.factory import true_properties
+from shared.configuration import ConfigurationError
+from shared.scenario import Scenario
+from shared.version import commit
+from stack.simulation import closed_loop
+
+MAX_ERROR = 1.0
+"""Largest mean distance of true rope and goal at the end of a good run [mm]."""
+MAX_ERROR_ON_SUPPORT = 2.0
+"""The same where the rope leans on a support, whose friction the model lacks [mm]."""
+MAX_STIFFNESS_ERROR = 0.1
+"""Largest relative error of a good stiffness [-]."""
+TOLD_DEVIATION = 0.05
+"""Least standard deviation that the shapes admit, up to which they tell the stiffness [-]."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Finished run."""
+
+    combination: dict[str, Any]
+    """The combination, as it is written to a file."""
+    commit: str
+    """Commit of the code that ran."""
+    score: dict[str, Any]
+    """Score of the run."""
+    reason: str
+    """Why the run ended."""
+    leans: bool
+    """Whether a support is in the scene."""
+    goal_clearance_mm: float
+    """Distance of the goal from the nearest obstacle that is no support."""
+    true_stiffness: float
+    """Bending stiffness of the true rope, averaged along it [N m^2]."""
+    stiffness_bound: float
+    """Least relative standard deviation of the stiffness that start and goal admit [-]."""
+
+    @property
+    def number(self) -> int:
+        """Number of the combination."""
+        return self.combination["number"]
+
+    @property
+    def error_mm(self) -> float:
+        """Final error; infinite if the run did not start [mm]."""
+        error = self.score["final_error_mm"]
+        return np.inf if error is None else error
+
+    @property
+    def near(self) -> bool:
+        """Whether the rope ended at its goal."""
+        return self.error_mm <= (MAX_ERROR_ON_SUPPORT if self.leans else MAX_ERROR)
+
+    @property
+    def touched(self) -> bool:
+        """Whether the rope touched an obstacle that is no support."""
+        return self.score["contact_time_s"] > 0.0
+
+    @property
+    def stiffness(self) -> tuple[float, float]:
+        """Estimated bending stiffness and its standard deviation, as shares of the true one."""
+        value, deviation = self.score["parameters"].get("bending_stiffness", (np.nan, np.nan))
+        return value / self.true_stiffness, deviation / self.true_stiffness
+
+    @property
+    def told(self) -> bool:
+        """Whether the shapes tell the stiffness."""
+        return self.stiffness_bound <= TOLD_DEVIATION
+
+    @property
+    def stiffness_found(self) -> bool:
+        """Whether the stiffness is good."""
+        return abs(self.stiffness[0] - 1.0) <= MAX_STIFFNESS_ERROR
+
+    @property
+    def faults(self) -> list[str]:
+        """What keeps the run from being good, in words."""
+        faults = []
+        if not self.near:
+            faults.append(f"{self.error_mm:.2f} mm off")
+        if self.touched:
+            faults.append("touched")
+        if self.told and not self.stiffness_found:
+            faults.append(f"stiffness {self.stiffness[0]:.2f} of the true one")
+        return faults
+
+
+def run_trial(task: tuple[Combination, Path]) -> Trial:
+    """Run a combination.
+
+    Args:
+        task: The combination, and the folder for its scenario and goal.
+
+    Raises:
+        ConfigurationError: The combination has no goal that keeps clear of the obstacles.
+    """
+    combination, folder = task
+    scenario = build_scene(combination, folder)
+    outcome = closed_loop.run(scenario)
+    properties = true_properties(scenario)
+    profile = np.mean(properties.stiffness_profile)
+    return Trial(
+        as_written(combination),
+        commit(),
+        closed_loop.as_json(outcome.score),
+        outcome.reason,
+        any(body.support for body in scenario.bodies),
+        1e3 * _clearance(scenario),
+        properties.bending_stiffness * float(profile),
+        stiffness_deviation(scenario),
+    )
+
+
+def _clearance(scenario: Scenario) -> float:
+    nodes = scenario.nodes(scenario.goal)
+    assert nodes is not None
+    solids = [body for body in scenario.bodies if not body.support]
+    return chain_clearance(nodes, scenario.plant_rope.diameter / 2.0, solids)
+
+
+def as_written(combination: Combination) -> dict[str, Any]:
+    """Combination as JSON reads it back, so that both compare equal."""
+    return json.loads(json.dumps(asdict(combination)))
+
+
+class TrialFile:
+    """JSON lines of finished runs, one per combination."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def read(self) -> list[Trial]:
+        """Return the finished runs; a line that was cut off is left out."""
+        if not self._path.exists():
+            return []
+        trials = []
+        for line in self._path.read_text().splitlines():
+            try:
+                trials.append(Trial(**json.loads(line)))
+            except (ValueError, TypeError):
+                continue
+        return trials
+
+    def find(self, combinations: list[Combination]) -> dict[int, Trial]:
+        """Return the newest finished run of each of some combinations, by number."""
+        wanted = {c.number: as_written(c) for c in combinations}
+        return {t.number: t for t in self.read() if t.combination == wanted.get(t.number)}
+
+    def append(self, trial: Trial) -> None:
+        """Write one run at the end.
+
+        Raises:
+            ConfigurationError: The file cannot be written.
+        """
+        try:
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            with self._path.open("a") as file:
+                file.write(json.dumps(asdict(trial)) + "\n")
+        except OSError as error:
+            raise ConfigurationError(f"cannot write {self._path}: {error}") from error

@@ -1,0 +1,35 @@
+"""Independent computations in one or several processes."""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from typing import TypeVar
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+def compute(
+    function: Callable[[Item], Result], items: Sequence[Item], workers: int
+) -> Iterator[tuple[int, Result]]:
+    """Apply a function to each item; yield index and result in the order in which they finish.
+
+    Args:
+        function: Function of a module, so that another process can import it.
+        items: Arguments, which can be pickled.
+        workers: Number of processes; with 1 everything is computed in this process.
+    """
+    if workers <= 1:
+        yield from ((k, function(item)) for k, item in enumerate(items))
+        return
+    # Not forked: a copy of a Taichi runtime does not work.
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, mp_context=context) as pool:
+        futures = {pool.submit(function, item): k for k, item in enumerate(items)}
+        try:
+            for future in as_completed(futures):
+                yield futures[future], future.result()
+        finally:
+            pool.shutdown(cancel_futures=True)

@@ -1,0 +1,44 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from benchmarks.robustness.bench import summary
+from benchmarks.robustness.combinations import sample
+from benchmarks.robustness.trial import Trial, TrialFile, as_written
+
+SCORE = {
+    "final_error_mm": 0.2,
+    "contact_time_s": 0.0,
+    "min_clearance_mm": 9.0,
+    "parameters": {"bending_stiffness": [2.1e-4, 1e-5]},
+}
+GOOD = Trial(
+    as_written(sample(0, 3)), "abc", SCORE, "the time limit has passed", False, 15.0, 2e-4, 0.02
+)
+
+
+def test_a_run_is_judged_by_error_contact_and_stiffness() -> None:
+    assert GOOD.faults == []
+    far = replace(GOOD, score=SCORE | {"final_error_mm": 1.5})
+    assert far.faults == ["1.50 mm off"]
+    assert replace(far, leans=True).faults == []
+    assert replace(GOOD, score=SCORE | {"contact_time_s": 0.1}).faults == ["touched"]
+    stiff = replace(GOOD, true_stiffness=1.5e-4)
+    assert stiff.faults == ["stiffness 1.40 of the true one"]
+    # Where the shapes do not tell it, the stiffness is not asked for.
+    assert replace(stiff, stiffness_bound=0.2).faults == []
+    lost = replace(GOOD, score=SCORE | {"final_error_mm": None, "parameters": {}})
+    assert not lost.near
+    assert summary([GOOD, far, lost])["at the goal"] == 1
+
+
+def test_finished_runs_are_found_again_unless_the_combination_is_another(tmp_path: Path) -> None:
+    file = TrialFile(tmp_path / "trials.jsonl")
+    assert file.find([sample(0, 3)]) == {}
+    file.append(replace(GOOD, commit="older"))
+    file.append(GOOD)
+    with (tmp_path / "trials.jsonl").open("a") as stream:
+        stream.write('{"combination": {"num')  # Interrupted while it was written.
+    assert file.find([sample(0, 3), sample(0, 4)]) == {3: GOOD}
+    assert file.find([sample(1, 3)]) == {}

@@ -117,7 +117,7 @@ class ControllerService:
         )
         self.predictions = PredictionMonitor()
         self.guard = ClearanceGuard(scenario.rope.diameter / 2.0)
-        self.snag_detector = SnagDetector(scenario.rope.length)
+        self.snag_detector = SnagDetector()
         self.progress = ProgressMonitor(scenario.run.tolerance, scenario.rope.diameter / 2.0)
         self.supervisor = RunSupervisor(self.task, self.progress, self.adaptation)
         self.scene = CollisionScene(scenario)
@@ -246,7 +246,8 @@ class ControllerService:
             self.snag_detector.reset()
             return
         model = self.estimator.model_nodes_at(rope.stamp)
-        snag = self.snag_detector.observe(rope.stamp, rope.nodes, model, rope.observed)
+        length = self.estimator.rod.properties.length
+        snag = self.snag_detector.observe(rope.stamp, rope.nodes, model, rope.observed, length)
         if snag is None:
             return
         self.snag_detector.reset()

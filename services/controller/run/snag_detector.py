@@ -53,14 +53,12 @@ class Snag:
 class SnagDetector:
     """Detector that compares the observed rope with the model."""
 
-    def __init__(self, length: float, settings: SnagSettings | None = None) -> None:
+    def __init__(self, settings: SnagSettings | None = None) -> None:
         """Create a detector without observations.
 
         Args:
-            length: Length of the rope [m].
             settings: Thresholds.
         """
-        self.length = length
         self.settings = settings or SnagSettings()
         self.reset()
 
@@ -75,6 +73,7 @@ class SnagDetector:
         nodes: Float64[np.ndarray, "n 3"],
         model: Float64[np.ndarray, "n 3"],
         observed: Bool[np.ndarray, "n"],
+        length: float,
     ) -> Snag | None:
         """Take in an observation; return a snag once its sign has lasted.
 
@@ -83,6 +82,7 @@ class SnagDetector:
             nodes: Observed nodes [m].
             model: Nodes of the model at the same time [m].
             observed: Nodes that were seen, not bridged.
+            length: Length of the rope, as it is known by now [m].
         """
         self._past.append((stamp, nodes, model))
         while len(self._past) > 2 and stamp - self._past[1][0] >= self.settings.window:
@@ -90,7 +90,7 @@ class SnagDetector:
         sign: Literal["stays_behind", "taut"] = "stays_behind"
         node = self._node_behind(nodes, model, observed)
         if node is None:
-            sign, node = "taut", self._taut_node(nodes, model, observed)
+            sign, node = "taut", self._taut_node(nodes, model, observed, length)
         self._signs = 0 if node is None else self._signs + 1
         if node is None or self._signs < self.settings.observations:
             return None
@@ -123,19 +123,13 @@ class SnagDetector:
         nodes: Float64[np.ndarray, "n 3"],
         model: Float64[np.ndarray, "n 3"],
         observed: Bool[np.ndarray, "n"],
+        length: float,
     ) -> int | None:
         """Middle one of the nodes at which the rope is taut and the model is not."""
-        slack, expected = (self._slack(chain, model) for chain in (nodes, model))
-        taut = slack < self.settings.taut_slack * self.length
-        model_slack = expected > slack + self.settings.model_slack * self.length
+        slack, expected = (length - _path_lengths(chain, model) for chain in (nodes, model))
+        taut = slack < self.settings.taut_slack * length
+        model_slack = expected > slack + self.settings.model_slack * length
         return self._middle(observed & taut & model_slack)
-
-    def _slack(
-        self, nodes: Float64[np.ndarray, "n 3"], model: Float64[np.ndarray, "n 3"]
-    ) -> Float64[np.ndarray, "n"]:
-        """Excess of the rope's length over the straight lines from both grips to each node [m]."""
-        left, right = (np.linalg.norm(nodes - grip, axis=1) for grip in model[[0, -1]])
-        return self.length - left - right
 
     def _middle(self, chosen: Bool[np.ndarray, "n"]) -> int | None:
         """Middle of the longest sequence of chosen nodes, if that is long enough."""
@@ -143,3 +137,11 @@ class SnagDetector:
         runs = [(b - a, (a + b) // 2) for a, b in pairwise(edges.tolist())][::2]
         longest, middle = max(runs, default=(0, 0))
         return middle if longest >= self.settings.adjacent_nodes else None
+
+
+def _path_lengths(
+    nodes: Float64[np.ndarray, "n 3"], model: Float64[np.ndarray, "n 3"]
+) -> Float64[np.ndarray, "n"]:
+    """Length of the straight lines from both grips, the model's ends, to each node [m]."""
+    left, right = (np.linalg.norm(nodes - grip, axis=1) for grip in model[[0, -1]])
+    return left + right

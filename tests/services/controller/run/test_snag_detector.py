@@ -18,10 +18,11 @@ def observe(
     detector: SnagDetector,
     shapes: list[tuple[np.ndarray, np.ndarray]],
     observed: np.ndarray = SEEN,
+    length: float = LENGTH,
 ) -> list[Snag | None]:
     """Results of observations of rope and model, one period apart."""
     return [
-        detector.observe(k * PERIOD, nodes, model, observed)
+        detector.observe(k * PERIOD, nodes, model, observed, length)
         for k, (nodes, model) in enumerate(shapes)
     ]
 
@@ -38,11 +39,11 @@ def moving(count: int, behind: slice) -> list[tuple[np.ndarray, np.ndarray]]:
 
 
 def test_rope_that_follows_the_model_has_no_snag() -> None:
-    assert observe(SnagDetector(LENGTH), moving(12, slice(0, 0))) == [None] * 12
+    assert observe(SnagDetector(), moving(12, slice(0, 0))) == [None] * 12
 
 
 def test_nodes_that_stay_behind_are_a_snag_after_four_observations_of_the_window() -> None:
-    found = observe(SnagDetector(LENGTH), moving(9, slice(5, 8)))
+    found = observe(SnagDetector(), moving(9, slice(5, 8)))
     # The window takes 4 periods, and its sign must last for 4 observations.
     assert [snag is not None for snag in found] == [False] * 7 + [True] * 2
     assert found[7] is not None
@@ -51,26 +52,26 @@ def test_nodes_that_stay_behind_are_a_snag_after_four_observations_of_the_window
 
 
 def test_two_adjacent_nodes_that_stay_behind_are_no_snag() -> None:
-    assert not any(observe(SnagDetector(LENGTH), moving(12, slice(5, 7))))
+    assert not any(observe(SnagDetector(), moving(12, slice(5, 7))))
 
 
 def test_nodes_that_follow_with_half_the_motion_are_no_snag() -> None:
     shapes = [(0.5 * (rope + model), model) for rope, model in moving(12, slice(5, 8))]
-    assert not any(observe(SnagDetector(LENGTH), shapes))
+    assert not any(observe(SnagDetector(), shapes))
 
 
 def test_bridged_nodes_are_no_snag() -> None:
     hidden = SEEN.copy()
     hidden[6] = False
-    assert not any(observe(SnagDetector(LENGTH), moving(12, slice(5, 8)), hidden))
+    assert not any(observe(SnagDetector(), moving(12, slice(5, 8)), hidden))
 
 
 def test_reset_drops_all_signs() -> None:
-    detector = SnagDetector(LENGTH)
+    detector = SnagDetector()
     shapes = moving(9, slice(5, 8))
     observe(detector, shapes[:7])
     detector.reset()
-    assert detector.observe(7 * PERIOD, *shapes[7], SEEN) is None
+    assert detector.observe(7 * PERIOD, *shapes[7], SEEN, LENGTH) is None
 
 
 @pytest.mark.parametrize(("height", "found"), [(0.167, True), (0.155, False)])
@@ -79,7 +80,7 @@ def test_rope_drawn_tight_round_a_point_is_a_snag(height: float, found: bool) ->
     tight = REST.copy()
     tight[:, 2] = 0.3 + height * (1.0 - np.abs(X) / 0.15)
     tight[5], tight[7] = tight[6], tight[6]
-    snags = observe(SnagDetector(LENGTH), [(tight, REST)] * 4)
+    snags = observe(SnagDetector(), [(tight, REST)] * 4)
     assert [snag is not None for snag in snags] == [False] * 3 + [found]
     if found:
         assert snags[3] is not None
@@ -90,4 +91,13 @@ def test_rope_drawn_tight_round_a_point_is_a_snag(height: float, found: bool) ->
 def test_rope_that_is_taut_where_the_model_is_taut_has_no_snag() -> None:
     line = REST.copy()
     line[:, 0], line[:, 2] = np.linspace(-0.2245, 0.2245, 13), 0.3
-    assert not any(observe(SnagDetector(LENGTH), [(line, line)] * 6))
+    assert not any(observe(SnagDetector(), [(line, line)] * 6))
+
+
+@pytest.mark.parametrize(("length", "found"), [(LENGTH, True), (1.01 * LENGTH, False)])
+def test_rope_is_taut_by_the_length_that_is_known_by_now(length: float, found: bool) -> None:
+    tight = REST.copy()
+    tight[:, 2] = 0.3 + 0.167 * (1.0 - np.abs(X) / 0.15)
+    tight[5], tight[7] = tight[6], tight[6]
+    snags = observe(SnagDetector(), [(tight, REST)] * 4, length=length)
+    assert (snags[3] is not None) == found

@@ -115,8 +115,11 @@ def state_along(
         last: Orientation of the right grip; without a clamp, only its rotation about the last edge
             counts.
         clamps: Number of clamps at the left and at the right end, as `RodModel.clamps`.
+
+    Raises:
+        ValueError: All nodes are the same point.
     """
-    tangents = poses.normalized(np.diff(nodes, axis=0))
+    tangents = _tangents(nodes)
     z = EDGE_AXIS
     q = poses.multiply(poses.rotation_between(poses.rotate(first, z), tangents[0]), first)
     frames = [q]
@@ -132,6 +135,19 @@ def state_along(
     grips = [np.asarray(first, float)] * clamps[0], [np.asarray(last, float)] * clamps[1]
     orientations = np.array([*grips[0], *spun, *grips[1]])
     return RodState(nodes, orientations, np.zeros_like(nodes), np.zeros((len(orientations), 3)))
+
+
+def _tangents(nodes: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "e 3"]:
+    """Return the unit vectors of all edges; an edge without length has that of its neighbour."""
+    edges = np.diff(nodes, axis=0)
+    lengths = np.linalg.norm(edges, axis=1)
+    (long,) = np.nonzero(lengths > 0.0)
+    if not len(long):
+        raise ValueError(
+            f"all nodes are the same point, {nodes[0].tolist()} m; give a longer chain"
+        )
+    nearest = np.abs(np.arange(len(edges))[:, None] - long).argmin(axis=1)
+    return (edges[long] / lengths[long, None])[nearest]
 
 
 def gravity_direction(model: RodModel[Dimensions]) -> Float64[np.ndarray, "3"]:

@@ -29,7 +29,8 @@ def main(
     """Write the rest shape of a scenario's true rope between two grips, as nodes of a goal.
 
     The rope is the simulated one: of `[plant.rope]`, finer than the controller's, and held as
-    `[plant.grips]` says. The grips have the orientations of the scenario's goal.
+    `[plant.grips]` says, and wound by the goal's turns. The grips have the orientations of the
+    scenario's goal, or of its start where an end does not rotate.
 
     Examples:
       lariat shape rope --right 0.14 0.12 0.20 --output scenarios/goals/rope-1.csv

@@ -58,10 +58,13 @@ def rest_shape(
 
 
 def goal_grips(scenario: Scenario) -> tuple[Pose, Pose]:
-    """Return the grips of a scenario's goal; an end that does not rotate keeps its orientation."""
+    """Return the grips of a scenario's goal, where what an end cannot move is that of the start."""
     grips = zip(SIDES, scenario.grips(scenario.start), scenario.grips(scenario.goal), strict=True)
     left, right = (
-        goal if scenario.end(side).rotates else Pose(goal.position, start.orientation)
+        Pose(
+            (start if scenario.end(side).driver == "fixed" else goal).position,
+            (goal if scenario.end(side).rotates else start).orientation,
+        )
         for side, start, goal in grips
     )
     return left, right

@@ -1,0 +1,40 @@
+"""Rest shapes of the true rope, between the grips that the ends can take."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from lariat.rod import Rod
+from services.controller.run.goals import GoalFactory
+from shared.scenario import load
+from shared.scenario.rod_properties import rod_properties
+from stack.scenario_overrides import load_with
+from stack.simulation.rest_shape import goal_grips, rest_shape
+
+EQUAL = ("plant.model=rod", "plant.rope.node_count=40")
+
+
+def test_an_end_that_does_not_rotate_keeps_the_direction_of_the_start() -> None:
+    scenario = load_with(Path("three-cylinders"), EQUAL)
+    nodes = rest_shape(scenario)
+    goals = GoalFactory(scenario, _rod(scenario), scenario.grips(scenario.start))
+    np.testing.assert_allclose(nodes, goals.from_shape(scenario.goal).nodes, atol=2e-5)
+
+
+def test_a_goal_with_turns_is_the_shape_of_a_wound_rope() -> None:
+    scenario = load_with(Path("two-turns"), EQUAL)
+    nodes = rest_shape(scenario)
+    goals = GoalFactory(scenario, _rod(scenario), scenario.grips(scenario.start))
+    np.testing.assert_allclose(nodes, goals.from_shape(scenario.goal).nodes, atol=2e-4)
+
+
+def test_a_fixed_end_of_a_goal_stays_where_it_starts() -> None:
+    scenario = load("fixed-end")
+    left, _ = goal_grips(scenario)
+    np.testing.assert_array_equal(left.position, scenario.grips(scenario.start)[0].position)
+
+
+def _rod(scenario) -> Rod:
+    return Rod(rod_properties(scenario.rope), scenario.rope.node_count)

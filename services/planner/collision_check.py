@@ -6,7 +6,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.grippers import axis_spacing, gripper_axis_distance, swept_gripper_points
-from lariat.geometry.obstacles import segment_distance, signed_distance
+from lariat.geometry.obstacles import signed_distance
+from lariat.geometry.swept_clearance import sweep_step, swept_clearance
 from services.planner.problem import Problem
 from shared.motion_contract import CHUNK_BOUNDARY_MARGIN
 
@@ -19,6 +20,8 @@ def path_clearance(
 ) -> float:
     """Return the least distance of rope and grippers from all obstacles along a path [m].
 
+    The motion between two points counts too, so that nothing jumps over a thin body.
+
     Args:
         problem: Obstacles, and sizes of rope and grippers.
         positions: Positions of the grips [m].
@@ -27,19 +30,25 @@ def path_clearance(
     """
     limits = problem.limits
     bodies = swept_gripper_points(positions, orientations, limits.gripper_reach)
-    half = 0.5 * float(np.max(np.linalg.norm(np.diff(nodes, axis=1), axis=2)))
-    least = np.inf
+    bodies = _densified(bodies.reshape(len(positions), 6, 3), limits.gripper_radius, problem)
+    least = swept_clearance(nodes, problem.radius, problem.obstacles)
     for obstacle in problem.solid:
         least = min(least, np.min(signed_distance(bodies, obstacle)) - limits.gripper_radius)
-    for obstacle in problem.obstacles:
-        rough = signed_distance(nodes, obstacle) - problem.radius
-        # A segment is nearer than its nodes by half its length at most.
-        near = np.minimum(rough[:, :-1], rough[:, 1:])
-        at, index = np.nonzero(near < min(least, np.min(rough)) + half)
-        if len(at):
-            exact = segment_distance(nodes[at, index], nodes[at, index + 1], obstacle)
-            least = min(least, np.min(exact) - problem.radius)
     return float(least)
+
+
+def _densified(
+    points: Float64[np.ndarray, "t p 3"], radius: float, problem: Problem
+) -> Float64[np.ndarray, "s p 3"]:
+    """Points along straight lines between their given places, close enough for every body."""
+    moves = np.linalg.norm(np.diff(points, axis=0), axis=2).max(axis=1, initial=0.0)
+    counts = np.maximum(np.ceil(moves / sweep_step(radius, problem.solid)), 1.0).astype(int)
+    if np.all(counts == 1):
+        return points
+    at = np.concatenate([k + np.arange(c) / c for k, c in enumerate(counts)] + [[len(counts)]])
+    first = np.minimum(at.astype(int), len(counts) - 1)
+    share = (at - first)[:, None, None]
+    return (1.0 - share) * points[first] + share * points[first + 1]
 
 
 def gripper_overlap(

@@ -35,6 +35,8 @@ class PlannerSettings:
     """Shortfall of the best seed above which a path is searched on the grid [m]."""
     grid_clearances: tuple[float, ...] = (1.0, 0.4)
     """Clearances of the grid search, relative to the wanted one, in the order of trial."""
+    max_parts: int = 8
+    """Largest number of parts of blocked paths that are timed."""
     max_via_error_ratio: float = 0.7
     """Error of a random path, relative to that of the best path, below which it is refined."""
 
@@ -67,7 +69,7 @@ def plan(problem: Problem, settings: PlannerSettings = PLANNER_SETTINGS) -> Whol
     if best.clearance < required_clearance(optimizer) - RETIMING_SETTINGS.clearance_tolerance:
         grid_path = grid_path or _search_grid(problem, optimizer, settings)
         near = _nearest_reachable(problem, grid_path, settings)
-        return near or _clear_part(problem, optimizer, candidates[0], best.reason, settings)
+        return near or _clear_part(problem, optimizer, candidates, best.reason, settings)
     if not best.reached:
         more = sorted(optimizer.evaluate(random_via_paths(problem, blocks)), key=lambda c: c.cost)
         # A rope with wrong properties misses its goal by the same distance on all paths.
@@ -156,26 +158,28 @@ def _nearest_reachable(
 def _clear_part(
     problem: Problem,
     optimizer: PathOptimizer,
-    start: PathCandidate,
+    candidates: Sequence[PathCandidate],
     reason: str,
     settings: PlannerSettings,
 ) -> WholePath:
-    """Part of a path up to where it comes too near to an obstacle; what is seen there may help."""
-    candidate = optimizer.refine(start, settings.iterations)
+    """Clear part of a path that ends nearest to the goal; what is seen there may help."""
     least = required_clearance(optimizer)
     stride = optimizer.settings.steps_per_block
-    at_blocks = candidate.nodes[stride - 1 :: stride][: len(candidate.displacements)]
-    clear = [
-        geometry.chain_clearance(nodes, problem.radius, problem.obstacles) >= least
-        for nodes in at_blocks
-    ]
-    count = clear.index(False) if False in clear else len(clear)
-    while count > 1:
-        # One block earlier, because the rope also comes too near between two blocks.
-        count = min(count - 1, len(clear) - 1)
+    here = polylines.mean_node_distance(problem.state.positions, problem.goal)
+    parts = []
+    for start in candidates:
+        candidate = optimizer.refine(start, settings.iterations)
+        at_blocks = candidate.nodes[stride - 1 :: stride][: len(candidate.displacements)]
+        for count, nodes in enumerate(at_blocks, start=1):
+            if geometry.chain_clearance(nodes, problem.radius, problem.obstacles) < least:
+                break
+            left = polylines.mean_node_distance(nodes, problem.goal)
+            if left < here:
+                parts.append((left, count, candidate, nodes))
+    for _, count, candidate, nodes in sorted(parts, key=lambda part: part[0])[: settings.max_parts]:
         displacements = candidate.displacements.copy()
         displacements[count:] = 0.0
-        near = replace(problem, goal=at_blocks[count - 1], oriented=(False, False))
+        near = replace(problem, goal=nodes, oriented=(False, False))
         shorter = PathOptimizer(near)
         path = retime(near, shorter, shorter.follow(displacements))
         if path.clearance >= least:

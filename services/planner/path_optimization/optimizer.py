@@ -22,6 +22,7 @@ from lariat.rod import RodState, RolloutSpec, count_turns
 from services.planner.path_optimization.block_path import BlockDisplacements, BlockPath
 from services.planner.path_optimization.grip_residuals import MILLIMETRES, grip_residuals
 from services.planner.path_optimization.settings import PathOptimizationSettings
+from services.planner.path_optimization.swept_pairs import SweptPairs, swept_pairs
 from services.planner.problem import Problem
 
 SETTINGS = PathOptimizationSettings()
@@ -46,6 +47,8 @@ class PathCandidate:
     """Largest lack of the wanted clearance, reserve excluded [m]."""
     rope_near: NearPairs = field(repr=False)
     """Points of the rope with too little clearance to obstacles."""
+    rope_swept: SweptPairs = field(repr=False)
+    """Points of the rope with too little clearance to obstacles between the steps."""
     support_near: NearPairs = field(repr=False)
     """Points of the rope with too little clearance to supports."""
     gripper_near: NearPairs = field(repr=False)
@@ -187,6 +190,7 @@ class PathOptimizer:
         miss = nodes[-1] - problem.goal
         cost = MILLIMETRES**2 * float(np.mean(np.sum(miss**2, axis=1)))
         rope, rope_lack = self._rope_near(nodes, problem.obstacles, self._margins)
+        swept = self._rope_swept(nodes)
         support, support_lack = self._rope_near(nodes, problem.supports, self._support_margins)
         cost += (MILLIMETRES * s.support_weight) ** 2 * float(support_lack @ support_lack)
         points = self._gripper_points(displacements)
@@ -194,13 +198,16 @@ class PathOptimizer:
         gripper = near_pairs(points, problem.solid, np.full(len(points), wanted))
         gripper_lack = wanted - gripper.distances
         cost += (MILLIMETRES * s.clearance_weight) ** 2 * float(
-            rope_lack @ rope_lack + gripper_lack @ gripper_lack
+            rope_lack @ rope_lack + swept.lacks @ swept.lacks + gripper_lack @ gripper_lack
         )
         for residual, _ in self._grip_residuals(displacements):
             cost += float(residual @ residual)
         added = self._uncertainty.ravel()[rope.points]
+        added_between = self._uncertainty[swept.steps, swept.points]
         lack = max(
-            float(np.max(rope_lack - added, initial=0.0)), float(np.max(gripper_lack, initial=0.0))
+            float(np.max(rope_lack - added, initial=0.0)),
+            float(np.max(swept.lacks - added_between, initial=0.0)),
+            float(np.max(gripper_lack, initial=0.0)),
         )
         return PathCandidate(
             displacements,
@@ -210,6 +217,7 @@ class PathOptimizer:
             float(np.mean(np.linalg.norm(miss, axis=1))),
             lack - self.reserve,
             rope,
+            swept,
             support,
             gripper,
         )
@@ -231,6 +239,14 @@ class PathOptimizer:
         reach = margins.ravel() + self._problem.radius
         found = near_pairs(points, obstacles, reach)
         return found, reach[found.points] - found.distances
+
+    def _rope_swept(self, nodes: Float64[np.ndarray, "h n 3"]) -> SweptPairs:
+        """Points of the rope nearer to obstacles than their margin, between the steps."""
+        problem, steps = self._problem, len(self._margins)
+        points = with_midpoints(np.concatenate([problem.state.positions[None], nodes[:steps]]))
+        return swept_pairs(
+            points, problem.obstacles, problem.radius, self._margins + problem.radius
+        )
 
     def _gripper_points(self, displacements: BlockDisplacements) -> Float64[np.ndarray, "p 3"]:
         positions, orientations = self._path.grips(displacements)
@@ -280,6 +296,22 @@ class PathOptimizer:
             rows.append(-MILLIMETRES * weight * along[..., moves].reshape(len(step), -1))
             lack = margins.ravel()[hit.points] + problem.radius - hit.distances
             residuals.append(MILLIMETRES * weight * lack)
+        swept = candidate.rope_swept
+        if len(swept.points):
+            first = np.where(swept.points < count, swept.points, swept.points - count)
+            second = np.where(swept.points < count, swept.points, swept.points - count + 1)
+            here = 0.5 * (sensitivity[swept.steps, first] + sensitivity[swept.steps, second])
+            last = np.maximum(swept.steps - 1, 0)
+            before = 0.5 * (sensitivity[last, first] + sensitivity[last, second])
+            # The start does not move.
+            before[swept.steps == 0] = 0.0
+            share = swept.shares[:, None, None, None, None]
+            along = np.einsum(
+                "ac,ackem->akem", swept.normals, share * here + (1.0 - share) * before
+            )
+            weight = MILLIMETRES * s.clearance_weight
+            rows.append(-weight * along[..., moves].reshape(len(swept.points), -1))
+            residuals.append(weight * swept.lacks)
         hit = candidate.gripper_near
         if len(hit.points):
             step, at = np.divmod(hit.points, 6)

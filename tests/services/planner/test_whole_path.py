@@ -44,6 +44,22 @@ def behind_the_wall() -> Problem:
     )
 
 
+def far_behind_a_thin_wall(problem: Problem, wall_y: float) -> Problem:
+    """Problem of a goal 0.7 m behind a wall of 10 mm without an opening."""
+    goal_grips = tuple(
+        replace(g, position=g.position + np.array([0.0, 0.7, 0.0])) for g in problem.grips
+    )
+    wall = Obstacle("box", (0.0, wall_y, 0.5), size=(1.8, 0.01, 1.6), name="wall")
+    goal = problem.state.positions + np.array([0.0, 0.7, 0.0])
+    return replace(
+        problem,
+        goal=goal,
+        goal_grips=(goal_grips[0], goal_grips[1]),
+        obstacles=(wall,),
+        clearance=0.002,
+    )
+
+
 @pytest.fixture(scope="module")
 def path(behind_the_wall: Problem) -> WholePath:
     return plan(behind_the_wall)
@@ -108,6 +124,15 @@ def test_path_to_a_goal_behind_a_closed_wall_ends_at_the_nearest_reachable_shape
     before = np.mean(np.linalg.norm(path.nodes[0] - behind_the_wall.goal, axis=1))
     assert path.final_error < before - 0.03
     assert f"{1e3 * path.final_error:.0f} mm from it" in path.reason
+
+
+def test_path_through_a_thin_wall_between_two_steps_is_refused(behind_the_wall: Problem) -> None:
+    problem = far_behind_a_thin_wall(behind_the_wall, -0.12 + 18.5 / 36.0 * 0.7)
+    closed = replace(problem.obstacles[0], size=(4.0, 0.01, 4.0))
+    path = plan(replace(problem, obstacles=(closed,)))
+    assert not path.reached
+    assert path.blocked
+    assert path.nodes[..., 1].max() < closed.position[1]
 
 
 def test_path_to_a_goal_in_an_obstacle_is_blocked_and_stays_at_the_start(

@@ -3,10 +3,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from lariat.geometry.obstacles import chain_clearance
+
 from services.planner.path_optimization.optimizer import PathCandidate, PathOptimizer
 from services.planner.problem import Problem
 from services.planner.seeds import seed_paths
-from tests.services.planner.test_whole_path import behind_the_wall
+from tests.services.planner.test_whole_path import behind_the_wall, far_behind_a_thin_wall
 
 __all__ = ["behind_the_wall"]
 
@@ -59,3 +61,37 @@ def test_grips_of_a_candidate_lead_from_start_to_goal(
 def test_a_larger_reserve_costs_more(behind_the_wall: Problem, seeds: list[PathCandidate]) -> None:
     wider = PathOptimizer(behind_the_wall, 0.02)
     assert wider.reevaluate(seeds[0]).cost > seeds[0].cost
+
+
+@pytest.fixture(scope="module")
+def tunnelling(behind_the_wall: Problem) -> tuple[Problem, PathOptimizer, PathCandidate]:
+    # The wall stands halfway between two steps.
+    problem = far_behind_a_thin_wall(behind_the_wall, -0.12 + 18.5 / 36.0 * 0.7)
+    optimizer = PathOptimizer(problem, 0.0)
+    (straight,) = optimizer.evaluate(seed_paths(problem, optimizer.settings.blocks)[:1])
+    return problem, optimizer, straight
+
+
+def test_a_path_that_is_clear_at_all_steps_but_jumps_over_a_wall_is_short_of_clearance(
+    tunnelling: tuple[Problem, PathOptimizer, PathCandidate],
+) -> None:
+    problem, _, straight = tunnelling
+    clear = [chain_clearance(n, problem.radius, problem.obstacles) for n in straight.nodes]
+    assert min(clear) > 0.0
+    assert straight.shortfall > problem.clearance + problem.radius
+
+
+def test_the_gradient_counts_what_lies_between_the_steps(
+    tunnelling: tuple[Problem, PathOptimizer, PathCandidate],
+) -> None:
+    _, optimizer, straight = tunnelling
+    _, gradient = optimizer._normal_equations(straight)
+    change = np.zeros_like(straight.displacements)
+    change[4, :, 1] = 1e-5
+    ahead, behind = optimizer._rolled_out(
+        [straight.displacements + change, straight.displacements - change]
+    )
+    slope = (ahead.cost - behind.cost) / 4e-5
+    moves = np.zeros((2, 6), dtype=bool)
+    moves[:, :3] = True
+    assert slope == pytest.approx(float(gradient @ (change[:, moves].ravel() / 1e-5)), rel=0.02)

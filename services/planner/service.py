@@ -96,7 +96,7 @@ class PlannerService:
         shift = np.array([0.0, 0.0, 0.01]) * self._moves.any(axis=1).all()
         goal = tuple(Pose(g.position + shift, g.orientation) for g in grips)
         whole_path.plan(
-            self._problem(
+            self.problem(
                 state, grips, state.positions + shift, (goal[0], goal[1]), self._scenario.bodies
             )
         )
@@ -154,7 +154,7 @@ class PlannerService:
             message.reason = f"the rod has no shape at rest between the grips: {error}"
             return message
         goal_grips = (grip_pose(task.goal.left), grip_pose(task.goal.right))
-        problem = self._problem(
+        problem = self.problem(
             state,
             grips,
             self._resampled(chain(task.goal.positions)),
@@ -210,7 +210,7 @@ class PlannerService:
         count = self._rod.node_count
         return nodes if len(nodes) == count else polylines.resample_smooth(nodes, count)
 
-    def _problem(
+    def problem(
         self,
         state: RodState,
         grips: tuple[Pose, Pose],
@@ -221,6 +221,18 @@ class PlannerService:
         turns: int = 0,
         replan_count: int = 0,
     ) -> Problem:
+        """Return the planning problem of this cell from one shape to another.
+
+        Args:
+            state: Rope at rest between the grips.
+            grips: Grips at the start.
+            goal: Nodes of the goal [m].
+            goal_grips: Grips of the goal.
+            obstacles: Obstacles of the scene, supports among them.
+            oriented: Whether the orientation of each goal grip is prescribed.
+            turns: Whole turns of twist of the goal.
+            replan_count: Number of requests for another path.
+        """
         scenario = self._scenario
         return Problem(
             rod=self._rod,

@@ -189,9 +189,20 @@ class PathOptimizer:
         problem, s = self._problem, self.settings
         miss = nodes[-1] - problem.goal
         cost = MILLIMETRES**2 * float(np.mean(np.sum(miss**2, axis=1)))
-        rope, rope_lack = self._rope_near(nodes, problem.obstacles, self._margins)
-        swept = self._rope_swept(nodes)
-        support, support_lack = self._rope_near(nodes, problem.supports, self._support_margins)
+        points = self._rope_points(nodes)
+        obstacle_distances = _distances(points, problem.obstacles)
+        rope, rope_lack = self._near(points, problem.obstacles, self._margins, obstacle_distances)
+        swept = swept_pairs(
+            points,
+            obstacle_distances,
+            problem.obstacles,
+            problem.radius,
+            self._margins + problem.radius,
+        )
+        support_distances = _distances(points, problem.supports)
+        support, support_lack = self._near(
+            points, problem.supports, self._support_margins, support_distances
+        )
         cost += (MILLIMETRES * s.support_weight) ** 2 * float(support_lack @ support_lack)
         points = self._gripper_points(displacements)
         wanted = self._gripper_distance()
@@ -228,25 +239,23 @@ class PathOptimizer:
         wanted = max(problem.clearance, problem.limits.keep_out) + self.reserve
         return wanted + problem.limits.gripper_radius
 
-    def _rope_near(
+    def _rope_points(self, nodes: Float64[np.ndarray, "h n 3"]) -> Float64[np.ndarray, "t m 3"]:
+        """Nodes and edge midpoints at the start, and after each step that moves [m]."""
+        start = self._problem.state.positions[None]
+        return with_midpoints(np.concatenate([start, nodes[: len(self._margins)]]))
+
+    def _near(
         self,
-        nodes: Float64[np.ndarray, "h n 3"],
+        points: Float64[np.ndarray, "t m 3"],
         obstacles: Sequence[Obstacle],
         margins: Float64[np.ndarray, "s m"],
+        distances: Float64[np.ndarray, "o t m"],
     ) -> tuple[NearPairs, Float64[np.ndarray, "a"]]:
         """Points of the rope nearer to obstacles than their margin, and by how much."""
-        points = with_midpoints(nodes[: len(margins)]).reshape(-1, 3)
         reach = margins.ravel() + self._problem.radius
-        found = near_pairs(points, obstacles, reach)
+        known = distances[:, 1:].reshape(len(obstacles), reach.size)
+        found = near_pairs(points[1:].reshape(-1, 3), obstacles, reach, known)
         return found, reach[found.points] - found.distances
-
-    def _rope_swept(self, nodes: Float64[np.ndarray, "h n 3"]) -> SweptPairs:
-        """Points of the rope nearer to obstacles than their margin, between the steps."""
-        problem, steps = self._problem, len(self._margins)
-        points = with_midpoints(np.concatenate([problem.state.positions[None], nodes[:steps]]))
-        return swept_pairs(
-            points, problem.obstacles, problem.radius, self._margins + problem.radius
-        )
 
     def _gripper_points(self, displacements: BlockDisplacements) -> Float64[np.ndarray, "p 3"]:
         positions, orientations = self._path.grips(displacements)
@@ -346,3 +355,13 @@ class PathOptimizer:
             permitted = own - s.end_relaxation + s.clearance_gain * beyond
             wanted = np.minimum(wanted, permitted[:, None])
         return wanted
+
+
+def _distances(
+    points: Float64[np.ndarray, "t m 3"], obstacles: Sequence[Obstacle]
+) -> Float64[np.ndarray, "o t m"]:
+    """Signed distances of points from each obstacle [m]."""
+    found = np.zeros((len(obstacles), *points.shape[:-1]))
+    for k, obstacle in enumerate(obstacles):
+        found[k] = geometry.signed_distance(points, obstacle)
+    return found

@@ -38,6 +38,7 @@ class SweptPairs:
 
 def swept_pairs(
     points: Float64[np.ndarray, "h m 3"],
+    distances: Float64[np.ndarray, "o h m"],
     obstacles: Sequence[Obstacle],
     radius: float,
     reach: Float64[np.ndarray, "s m"],
@@ -46,20 +47,19 @@ def swept_pairs(
 
     Args:
         points: Points at the start, and after each step [m].
+        distances: Signed distances of the points from each obstacle [m].
         obstacles: Obstacles of the scene.
         radius: Radius of the rope [m].
         reach: Distance that each point keeps after each step, s = h - 1 [m].
     """
     longest = sweep_step(radius, obstacles)
     moves = np.linalg.norm(np.diff(points, axis=0), axis=2)
-    (far,) = np.nonzero(moves.max(axis=1) > longest)
     found: list[tuple[np.ndarray, ...]] = []
-    for obstacle in obstacles if len(far) else ():
-        before = signed_distance(points[far], obstacle)
-        after = signed_distance(points[far + 1], obstacle)
+    for obstacle, distance in zip(obstacles, distances, strict=True):
         # A distance changes by at most the distance travelled: elsewhere no body lies in between.
-        step, point = np.nonzero((before + after < moves[far]) & (moves[far] > longest))
-        step = far[step]
+        step, point = np.nonzero((distance[1:] + distance[:-1] < moves) & (moves > longest))
+        if not len(step):
+            continue
         counts = np.ceil(moves[step, point] / longest).astype(int) - 1
         counts = np.minimum(counts, MAX_INSTANTS)
         which = np.repeat(np.arange(len(step)), counts)
@@ -76,5 +76,7 @@ def swept_pairs(
     if not found:
         none = np.zeros(0, dtype=int)
         return SweptPairs(none, none, np.zeros(0), np.zeros(0), np.zeros((0, 3)))
-    steps, indices, shares, lacks, normals = (np.concatenate(column) for column in zip(*found))
+    steps, indices, shares, lacks, normals = (
+        np.concatenate(column) for column in zip(*found, strict=True)
+    )
     return SweptPairs(steps, indices, shares, lacks, normals)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from lariat.geometry.obstacles import chain_clearance
-
 from services.planner.path_optimization.optimizer import PathCandidate, PathOptimizer
 from services.planner.problem import Problem
 from services.planner.seeds import seed_paths

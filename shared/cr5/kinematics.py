@@ -46,7 +46,14 @@ class Kinematics:
         self._se3_grip_flange = _to_se3(self._T_grip_flange)
         self.joint_limits = np.array(self._model.upperPositionLimit) - JOINT_LIMIT_MARGIN
         """Largest allowed angle of each joint, either way [rad]."""
-        self._spheres, base = _link_spheres(self._model)
+        links, base = _link_spheres(self._model)
+        self._sphere_joints = [joint for joint, _, _ in links]
+        counts = [len(centres) for _, centres, _ in links]
+        self._sphere_rows = np.repeat(np.arange(len(links)), counts)
+        """Index of each sphere's link among those with spheres."""
+        self._sphere_centres = np.concatenate([centres for _, centres, _ in links])
+        """Centres of the spheres in the frames of their joints [m]."""
+        self._sphere_radii = np.repeat([radius for _, _, radius in links], counts)
         self.base_spheres = self._T_world_base.apply(base[0]), base[1]
         """Spheres that cover the base: centres in the world and radii [m]."""
 
@@ -133,16 +140,25 @@ class Kinematics:
         """Return the smallest singular value of the Jacobian, in metres and radians."""
         return float(np.linalg.svd(self.jacobian(joints), compute_uv=False)[-1])
 
-    def link_spheres(self, joints: Joints) -> tuple[Float64[np.ndarray, "k 3"], np.ndarray]:
-        """Return centres in the world and radii of spheres that cover the moving links [m]."""
-        pinocchio.forwardKinematics(self._model, self._data, joints)
-        centres = [
-            np.array(self._data.oMi[joint].rotation) @ local.T
-            + np.array(self._data.oMi[joint].translation)[:, None]
-            for joint, local, _ in self._spheres
-        ]
-        radii = np.concatenate([np.full(len(local), r) for _, local, r in self._spheres])
-        return self._T_world_base.apply(np.concatenate(centres, axis=1).T), radii
+    def link_spheres(
+        self, path: Float64[np.ndarray, "m 6"]
+    ) -> tuple[Float64[np.ndarray, "m k 3"], Float64[np.ndarray, "k"]]:
+        """Return spheres that cover the moving links along a path of the joints.
+
+        Args:
+            path: Joints at m poses [rad].
+
+        Returns:
+            Centres in the world, and radii [m].
+        """
+        placements = np.empty((len(path), len(self._sphere_joints), 3, 4))
+        for row, joints in zip(placements, path, strict=True):
+            pinocchio.forwardKinematics(self._model, self._data, joints)
+            for k, joint in enumerate(self._sphere_joints):
+                row[k] = self._data.oMi[joint].homogeneous[:3]
+        of_sphere = placements[:, self._sphere_rows]
+        centres = np.einsum("mkij,kj->mki", of_sphere[..., :3], self._sphere_centres)
+        return self._T_world_base.apply(centres + of_sphere[..., 3]), self._sphere_radii
 
 
 def _to_se3(pose: Pose) -> pinocchio.SE3:

@@ -11,8 +11,8 @@ from lariat.geometry.poses import Pose
 
 Joints = Float64[np.ndarray, "j"]
 """Joint angles [rad]."""
-SphereCover = tuple[Float64[np.ndarray, "k 3"], Float64[np.ndarray, "k"]]
-"""Centres in the world frame and radii of k spheres [m]."""
+SphereCover = tuple[Float64[np.ndarray, "*m k 3"], Float64[np.ndarray, "k"]]
+"""Centres in the world frame and radii of k spheres, at m poses [m]."""
 
 
 class ArmKinematics(Protocol):
@@ -23,8 +23,8 @@ class ArmKinematics(Protocol):
     base_spheres: SphereCover
     """Spheres that cover the parts that do not move."""
 
-    def link_spheres(self, joints: Joints) -> SphereCover:
-        """Return spheres that cover the moving links."""
+    def link_spheres(self, path: Float64[np.ndarray, "m j"]) -> SphereCover:
+        """Return spheres that cover the moving links along a path of the joints."""
         ...
 
     def solve(self, grip: Pose, near: Joints) -> Joints | None:

@@ -37,8 +37,8 @@ class JointConstraints:
         self.joint_speed = joint_speed
         self.joints: Joints | None = None
         """Joints of the commanded grip; None until the arm has reported."""
-        self.path: Float64[np.ndarray, "m j"] = np.zeros((0, 0))
-        """Joints along the path that was checked last, the present ones first [rad]."""
+        self._links = Spheres(np.zeros((0, 0, 3)), np.zeros(0))
+        """Spheres of the links along the path that was checked last, the present ones first."""
 
     def set_joints(self, joints: tuple[float, ...]) -> None:
         """Set the joints to those that the arm reports [rad], which also select the branch."""
@@ -91,17 +91,20 @@ class JointConstraints:
                 # The reach ends where the arm is stretched out, which is singular.
                 return "singularity", 0.0
             rows.append(found)
-        joints = self.path = np.array(rows)
+        joints = np.array(rows)
+        self._links = Spheres(*self.kinematics.link_spheres(joints))
         if dt is not None:
             steps = np.diff(np.array(solved)) * dt
             rates = np.abs(np.diff(joints[1:], axis=0)) / steps[:, None]
             excess = float(np.max(rates, initial=0.0)) - self.joint_speed
             if excess > 0.0:
                 return "joint_speed", excess
-        if self._first_broken(joints[1:], None, collision, margin) is None:
-            return None
-        # The slacks of the present pose are evaluated only where they can matter.
-        return self._first_broken(joints[1:], joints[:1], collision, margin)
+        slacks: Slacks = {
+            "joint_limits": np.min(self.kinematics.joint_limits - np.abs(joints), axis=1),
+            "singularity": singularity_slack(self.kinematics, joints),
+        }
+        links = collision.slacks(self._links.centres, self._links.radii)
+        return first_broken(slacks) or first_broken(links, margin)
 
     def limit_slack(self, measured: Joints) -> Slacks:
         """Return the slack of the joint limits for the commanded and the measured joints [rad]."""
@@ -113,43 +116,15 @@ class JointConstraints:
 
         They become the path of `spheres`.
         """
-        self.path = np.array([self.joints, measured])
-        rows = [self.kinematics.link_spheres(row) for row in self.path]
-        return collision.slacks(np.array([centres for centres, _ in rows]), rows[0][1])
+        path = np.array([self.joints, measured])
+        self._links = Spheres(*self.kinematics.link_spheres(path))
+        return collision.slacks(self._links.centres, self._links.radii)
 
     def spheres(self) -> Spheres:
         """Return the spheres that cover the arm along the path that was checked last."""
-        links = [self.kinematics.link_spheres(row) for row in self.path]
         centres, radii = self.kinematics.base_spheres
-        base = np.broadcast_to(centres, (len(links), *centres.shape))
-        return Spheres.joined(
-            [Spheres(np.array([c for c, _ in links]), links[0][1]), Spheres(base, radii)]
-        )
-
-    def _first_broken(
-        self,
-        path: Float64[np.ndarray, "m j"],
-        present: Float64[np.ndarray, "1 j"] | None,
-        collision: CollisionConstraint,
-        margin: float,
-    ) -> tuple[Rule, float] | None:
-        """Return the first rule that a path in joint space breaks.
-
-        Args:
-            present: Present joints; None stands for joints that keep every rule.
-        """
-        rows = path if present is None else np.concatenate([present, path])
-        singularity = singularity_slack(self.kinematics, rows)
-        spheres = [self.kinematics.link_spheres(row) for row in rows]
-        links = collision.slacks(np.array([c for c, _ in spheres]), spheres[0][1])
-        slacks: Slacks = {
-            "joint_limits": np.min(self.kinematics.joint_limits - np.abs(rows), axis=1),
-            "singularity": singularity,
-        }
-        if present is None:
-            slacks = {rule: np.concatenate([[np.inf], row]) for rule, row in slacks.items()}
-            links = {rule: np.concatenate([[np.inf], row]) for rule, row in links.items()}
-        return first_broken(slacks) or first_broken(links, margin)
+        base = np.broadcast_to(centres, (len(self._links.centres), *centres.shape))
+        return Spheres.joined([self._links, Spheres(base, radii)])
 
 
 def solved_poses_of_chunk(positions: Float64[np.ndarray, "m ends 3"]) -> list[int]:

@@ -3,22 +3,30 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.geometry.obstacles import Obstacle
 from services.robot_gateway.constraints.obstacle_scene import ObstacleScene
-from services.robot_gateway.constraints.shortest_path import shortest_path_length
+from services.robot_gateway.constraints.shortest_path import PathSearch, ShortPath
 
-CACHED_PATHS = 32
-"""Number of shortest paths that are remembered."""
+KEPT_PATHS = 32
+"""Number of paths that are remembered."""
+SEARCH_STEPS = 20
+"""Steps of a search in one evaluation of the constraint, some 0.1 ms each; a tick evaluates it three
+times at most."""
 
 
 class RopeLengthConstraint:
     """Length of the shortest path round the obstacles between the grips.
 
-    Shortest paths are expensive, so a few are remembered: a path grows by no more than its ends
-    move, so that each known one bounds the length for all poses nearby.
+    Paths are expensive, so a few are remembered: a path grows by no more than its ends move, so that
+    each known one bounds the length for all poses nearby. Where they do not suffice, another one is
+    searched, a few steps at every evaluation. Until it is found, what is not known to be short
+    enough counts as too long.
     """
 
     def __init__(self, max_length: float) -> None:
@@ -28,12 +36,33 @@ class RopeLengthConstraint:
             max_length: Longest permitted path between the grips [m].
         """
         self.max_length = max_length
-        self.replace_scene(ObstacleScene())
+        self._scene = ObstacleScene()
+        self._paths: deque[ShortPath] = deque(maxlen=KEPT_PATHS)
+        self._search: PathSearch | None = None
+        self._steps = SEARCH_STEPS
+
+    @property
+    def searching(self) -> bool:
+        """Whether a path is being searched."""
+        return self._search is not None
+
+    @contextmanager
+    def finishing_searches(self) -> Iterator[None]:
+        """Let every search end within its evaluation; for a cell at rest."""
+        self._steps = np.iinfo(np.int64).max
+        try:
+            yield
+        finally:
+            self._steps = SEARCH_STEPS
 
     def replace_scene(self, scene: ObstacleScene) -> None:
-        """Take another scene and discard the remembered paths."""
-        self._scene = scene
-        self._cache: deque[tuple[np.ndarray, float]] = deque(maxlen=CACHED_PATHS)
+        """Take another scene, and forget the paths that new or moved obstacles cut."""
+        if scene.obstacles == self._scene.obstacles:
+            return
+        new = set(scene.obstacles) - set(self._scene.obstacles)
+        kept = (path for path in self._paths if all(path.avoids(obstacle) for obstacle in new))
+        self._scene, self._search = scene, None
+        self._paths = deque(kept, maxlen=KEPT_PATHS)
 
     def slack(
         self, positions: Float64[np.ndarray, "m 2 3"], distances: Float64[np.ndarray, "m"]
@@ -41,7 +70,7 @@ class RopeLengthConstraint:
         """Return by how much the path between the grips is shorter than permitted, at m poses [m].
 
         Args:
-            positions: Positions of both grips [m].
+            positions: Positions of both grips, the present ones first [m].
             distances: Straight distances between them [m].
         """
         return self.max_length - self._lengths(positions, distances)
@@ -52,26 +81,56 @@ class RopeLengthConstraint:
         """Return upper bounds on the shortest paths, tight where they exceed the limit [m]."""
         if not self._may_block(positions):
             return distances
+        steps = self._steps
         lengths = self._upper_bounds(positions)
-        for _ in range(len(positions)):
-            worst = int(np.argmax(lengths))
-            if lengths[worst] <= self.max_length:
+        exact = np.zeros(len(positions), dtype=bool)
+        while np.any(unsure := ~exact & (lengths > self.max_length)):
+            worst = int(np.argmax(np.where(unsure, lengths, -np.inf)))
+            found, steps = self._advance_search(positions[worst], steps)
+            if found is None:
+                lengths[unsure] = np.inf
+                if unsure[0]:
+                    # Otherwise the present pose, not known either, would excuse all others.
+                    lengths[0] = self.max_length
                 break
-            ends = positions[worst]
-            found = shortest_path_length(ends[0], ends[1], self._scene.obstacles)
-            self._cache.append((ends, found))
-            if found > self.max_length and worst > 0:
-                lengths[worst] = found
+            exact |= np.all(positions == found.ends, axis=(1, 2))
+            lengths = np.minimum(lengths, self._upper_bounds(positions))
+            if worst > 0 and exact[worst] and lengths[worst] > self.max_length:
                 break
-            lengths = self._upper_bounds(positions)
         return np.maximum(lengths, distances)
+
+    def _advance_search(
+        self, ends: Float64[np.ndarray, "2 3"], steps: int
+    ) -> tuple[ShortPath | None, int]:
+        """Continue the search, or begin one, and remember the path that it finds.
+
+        Args:
+            ends: Ends of a search that begins [m].
+            steps: Number of steps that are left.
+        """
+        if self._search is None:
+            self._search = PathSearch(ends[0], ends[1], self._reachable(ends))
+        found, steps = self._search.advance(steps)
+        if found is not None:
+            self._search = None
+            self._paths.append(found)
+        return found, steps
+
+    def _reachable(self, ends: Float64[np.ndarray, "2 3"]) -> list[Obstacle]:
+        """Return the obstacles that a path of the permitted length may touch."""
+        scene = self._scene
+        if not len(scene.radii):
+            return scene.half_spaces
+        detours = np.linalg.norm(ends[:, None] - scene.centres, axis=-1).sum(axis=0)
+        near = np.flatnonzero(detours - 2.0 * scene.radii <= self.max_length)
+        return [*scene.half_spaces, *(scene.solids[k] for k in near)]
 
     def _upper_bounds(self, positions: Float64[np.ndarray, "m 2 3"]) -> Float64[np.ndarray, "m"]:
         """Return upper bounds from the remembered paths and the motion of the ends [m]."""
-        if not self._cache:
+        if not self._paths:
             return np.full(len(positions), np.inf)
-        ends = np.array([ends for ends, _ in self._cache])
-        lengths = np.array([length for _, length in self._cache])
+        ends = np.array([path.ends for path in self._paths])
+        lengths = np.array([path.length for path in self._paths])
         moved = np.linalg.norm(positions[:, None] - ends, axis=-1).sum(axis=-1)
         return np.min(lengths + moved, axis=1)
 

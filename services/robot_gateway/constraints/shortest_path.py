@@ -1,21 +1,26 @@
-"""Length of the shortest path round obstacles between two points, as an upper bound.
+"""Short path round obstacles between two points, whose length bounds that of the shortest one.
 
 The path is straight where no obstacle is in the way. Otherwise it is found by elastic bands
 (Quinlan and Khatib, 1993). Each begins on one of four sides of the obstacles, is contracted and
 pushed out of the obstacles in turn, and is refined from few points to many. A band that stays
 outside is a path, so its length is never below the shortest one except for `MAX_PENETRATION`. When
 no band stays outside, the length is infinite.
+
+A search takes longer than a tick of the gateway, and longer the more obstacles there are: it
+advances in steps, each of which handles one obstacle.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle, segment_distance, signed_distance
+from services.robot_gateway.constraints.obstacle_scene import bounding_radius
 
 POINT_COUNTS = (5, 9, 17, 33)
 """Numbers of points of a band, refined in turn."""
@@ -23,6 +28,8 @@ CONTRACTION_ROUNDS = 12
 """Rounds of contracting and pushing out for each number of points."""
 FINAL_ROUNDS = 4
 """Rounds of pushing out the finely resampled band at the end."""
+FINAL_POINT_COUNT = 8 * POINT_COUNTS[-1]
+"""Number of points of a finished path."""
 MAX_PENETRATION = 1.5e-3
 """Depth to which a band may cut into an obstacle between its points [m]."""
 INITIAL_AMPLITUDES = (0.25, 0.5, 1.0, 2.0)
@@ -30,7 +37,57 @@ INITIAL_AMPLITUDES = (0.25, 0.5, 1.0, 2.0)
 NORMAL_STEP = 1e-5
 """Step of the central differences for an obstacle's normal [m]."""
 
-Band = Float64[np.ndarray, "n 3"]
+Bands = Float64[np.ndarray, "bands n 3"]
+
+
+@dataclass(frozen=True)
+class ShortPath:
+    """Path between two points outside all obstacles."""
+
+    ends: Float64[np.ndarray, "2 3"]
+    """Its ends [m]."""
+    points: Float64[np.ndarray, "n 3"] | None
+    """Points along it [m]; None where no path was found."""
+    length: float
+    """Its length [m]; infinite where no path was found."""
+
+    def avoids(self, obstacle: Obstacle) -> bool:
+        """Return whether the path stays outside an obstacle."""
+        if self.points is None:
+            return False
+        return bool(np.min(signed_distance(self.points, obstacle)) > -MAX_PENETRATION)
+
+
+class PathSearch:
+    """Search for a short path outside all obstacles, in steps of bounded work."""
+
+    def __init__(
+        self,
+        left: Float64[np.ndarray, "3"],
+        right: Float64[np.ndarray, "3"],
+        obstacles: Sequence[Obstacle],
+    ) -> None:
+        """Begin a search.
+
+        Args:
+            left: First end [m].
+            right: Second end [m].
+            obstacles: Obstacles to go round; those that contain an end are ignored.
+        """
+        self._steps = _search(np.stack([left, right]), obstacles)
+
+    def advance(self, steps: int) -> tuple[ShortPath | None, int]:
+        """Return the path once it is found, and the number of steps that are left.
+
+        Args:
+            steps: Largest number of steps.
+        """
+        for taken in range(steps):
+            try:
+                next(self._steps)
+            except StopIteration as end:
+                return end.value, steps - taken - 1
+        return None, 0
 
 
 def shortest_path_length(
@@ -45,70 +102,107 @@ def shortest_path_length(
         right: Second end [m].
         obstacles: Obstacles to go round; those that contain an end are ignored.
     """
-    straight = float(np.linalg.norm(right - left))
-    ends = np.stack([left, right])
-    # An end inside an obstacle breaks another rule, and no path leads round that obstacle.
-    outside = [o for o in obstacles if np.min(signed_distance(ends, o)) > 0.0]
-    if all(segment_distance(left[None], right[None], o)[0] >= 0.0 for o in outside):
-        return straight
-    return min(_band_length(left, right, outside, side) for side in _sides(right - left))
+    search = PathSearch(left, right, obstacles)
+    found = None
+    while found is None:
+        found, _ = search.advance(1000)
+    return found.length
 
 
-def _sides(axis: Float64[np.ndarray, "3"]) -> list[Float64[np.ndarray, "3"]]:
+def _search(
+    ends: Float64[np.ndarray, "2 3"], obstacles: Sequence[Obstacle]
+) -> Generator[None, None, ShortPath]:
+    """Yield after each step, and return the path."""
+    outside, blocked = [], False
+    for obstacle in obstacles:
+        # An end inside an obstacle breaks another rule, and no path leads round that obstacle.
+        if np.min(signed_distance(ends, obstacle)) > 0.0:
+            outside.append(obstacle)
+            blocked |= bool(segment_distance(ends[:1], ends[1:], obstacle)[0] < 0.0)
+        yield
+    if not blocked:
+        straight = polylines.resample(ends, FINAL_POINT_COUNT)
+        return ShortPath(ends, straight, float(np.linalg.norm(ends[1] - ends[0])))
+    bands = yield from _initial_bands(ends, outside)
+    for count in POINT_COUNTS:
+        bands = _resampled(bands, count)
+        for _ in range(CONTRACTION_ROUNDS):
+            bands[:, 1:-1] = 0.5 * (bands[:, :-2] + bands[:, 2:])
+            bands[:, 1:-1] = yield from _pushed_out(bands[:, 1:-1], outside)
+    # Between its points a band cuts edges; each round brings it closer to them.
+    for _ in range(FINAL_ROUNDS):
+        bands = yield from _pushed_out(_resampled(bands, FINAL_POINT_COUNT), outside)
+    deepest = np.full(len(bands), np.inf)
+    for obstacle in outside:
+        depths = signed_distance((bands[:, :-1] + bands[:, 1:]) / 2.0, obstacle)
+        deepest = np.minimum(deepest, np.min(depths, axis=1))
+        yield
+    paths = [
+        ShortPath(ends, band, polylines.length(band))
+        for band in bands[deepest > -MAX_PENETRATION]
+    ]
+    return min(paths, key=lambda path: path.length, default=ShortPath(ends, None, np.inf))
+
+
+def _initial_bands(
+    ends: Float64[np.ndarray, "2 3"], obstacles: Sequence[Obstacle]
+) -> Generator[None, None, Bands]:
+    """Return half waves wide enough to be free, so that contracting keeps each to its side."""
+    t = np.linspace(0.0, 1.0, POINT_COUNTS[-1])[:, None]
+    axis = ends[1] - ends[0]
+    straight = ends[0] + t * axis
+    waves = np.sin(np.pi * t) * float(np.linalg.norm(axis)) * _sides(axis)[:, None]
+    bands = straight + INITIAL_AMPLITUDES[-1] * waves
+    found = np.zeros(len(bands), dtype=bool)
+    for amplitude in INITIAL_AMPLITUDES:
+        tried = straight + amplitude * waves
+        free = ~found
+        for obstacle in obstacles:
+            free &= np.min(signed_distance(tried, obstacle), axis=1) > 0.0
+            yield
+        bands[free], found = tried[free], found | free
+    return bands
+
+
+def _sides(axis: Float64[np.ndarray, "3"]) -> Float64[np.ndarray, "4 3"]:
     """Return four unit vectors across an axis."""
     axis = axis / max(float(np.linalg.norm(axis)), 1e-12)
     first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     first /= np.linalg.norm(first)
     second = np.cross(axis, first)
-    return [first, -first, second, -second]
+    return np.array([first, -first, second, -second])
 
 
-def _band_length(
-    left: Float64[np.ndarray, "3"],
-    right: Float64[np.ndarray, "3"],
-    obstacles: Sequence[Obstacle],
-    side: Float64[np.ndarray, "3"],
-) -> float:
-    """Return the length of a band that begins on one side; infinite if it ends up inside [m]."""
-    band = _initial_band(left, right, obstacles, side)
-    for count in POINT_COUNTS:
-        band = polylines.resample(band, count)
-        for _ in range(CONTRACTION_ROUNDS):
-            band[1:-1] = 0.5 * (band[:-2] + band[2:])
-            band[1:-1] = _pushed_out(band[1:-1], obstacles)
-    # Between its points a band cuts edges; each round brings it closer to them.
-    for _ in range(FINAL_ROUNDS):
-        band = _pushed_out(polylines.resample(band, 8 * POINT_COUNTS[-1]), obstacles)
-    between = (band[:-1] + band[1:]) / 2.0
-    deepest = min(float(np.min(signed_distance(between, o))) for o in obstacles)
-    return polylines.length(band) if deepest > -MAX_PENETRATION else np.inf
+def _resampled(bands: Bands, count: int) -> Bands:
+    return np.array([polylines.resample(band, count) for band in bands])
 
 
-def _initial_band(
-    left: Float64[np.ndarray, "3"],
-    right: Float64[np.ndarray, "3"],
-    obstacles: Sequence[Obstacle],
-    side: Float64[np.ndarray, "3"],
-) -> Band:
-    """Return a half wave wide enough to be free, so that contracting keeps to its side."""
-    t = np.linspace(0.0, 1.0, POINT_COUNTS[-1])[:, None]
-    wave = np.sin(np.pi * t) * float(np.linalg.norm(right - left)) * side
-    bands = [left + t * (right - left) + amplitude * wave for amplitude in INITIAL_AMPLITUDES]
-    free = (b for b in bands if all(np.min(signed_distance(b, o)) > 0.0 for o in obstacles))
-    return next(free, bands[-1])
-
-
-def _pushed_out(points: Band, obstacles: Sequence[Obstacle]) -> Band:
+def _pushed_out(points: Bands, obstacles: Sequence[Obstacle]) -> Generator[None, None, Bands]:
     """Return the points, those inside an obstacle moved to its surface along its normal."""
+    points = points.copy()
     for obstacle in obstacles:
-        distance = signed_distance(points, obstacle)
-        (inside,) = np.nonzero(distance < 0.0)
-        if not len(inside):
-            continue
-        shifted = points[inside, None] + NORMAL_STEP * np.concatenate([np.eye(3), -np.eye(3)])
-        d = signed_distance(shifted, obstacle)
-        normals = d[:, :3] - d[:, 3:]
-        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-        points = points.copy()
-        points[inside] -= distance[inside, None] * normals
+        if _may_contain(obstacle, points):
+            distance = signed_distance(points, obstacle)
+            inside = distance < 0.0
+            if np.any(inside):
+                normals = _normals(points[inside], obstacle)
+                points[inside] -= distance[inside, None] * normals
+        yield
     return points
+
+
+def _may_contain(obstacle: Obstacle, points: Bands) -> bool:
+    """Return whether a point lies in the bounding sphere of an obstacle."""
+    if obstacle.shape == "half_space":
+        return True
+    offsets = points - np.array(obstacle.position)
+    nearest = float(np.min(np.einsum("...i,...i->...", offsets, offsets)))
+    return nearest < bounding_radius(obstacle) ** 2
+
+
+def _normals(points: Float64[np.ndarray, "n 3"], obstacle: Obstacle) -> np.ndarray:
+    """Return the outward unit normals of an obstacle at points."""
+    shifted = points[:, None] + NORMAL_STEP * np.concatenate([np.eye(3), -np.eye(3)])
+    d = signed_distance(shifted, obstacle)
+    normals = d[:, :3] - d[:, 3:]
+    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)

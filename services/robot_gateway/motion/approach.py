@@ -83,13 +83,14 @@ def plan_approach(
         ChunkRefused: No pace keeps every rule.
     """
     *faster, slowest = APPROACH_PACES
-    for pace in faster:
-        try:
-            return follower.check(approach_chunk(grips, goals, now, pace), now)
-        except ChunkRefused as refused:
-            if refused.rule not in PACE_RULES:
-                raise
-    return follower.check(approach_chunk(grips, goals, now, slowest), now)
+    with follower.constraints.rope_length.finishing_searches():
+        for pace in faster:
+            try:
+                return follower.check(approach_chunk(grips, goals, now, pace), now)
+            except ChunkRefused as refused:
+                if refused.rule not in PACE_RULES:
+                    raise
+        return follower.check(approach_chunk(grips, goals, now, slowest), now)
 
 
 def approach_chunk(

@@ -71,11 +71,11 @@ class TwoArms:
         rows = []
         for k, (driver, emulator) in enumerate(zip(self.drivers, self.emulators, strict=True)):
             kinematics, joints = driver.joint_constraints.kinematics, emulator.controller.joints
-            centres, radii = kinematics.link_spheres(joints)
+            links = Spheres(*kinematics.link_spheres(joints[None]))
             grip = kinematics.grip(joints)
             constraints = self.cell.follower.constraints
             body = constraints.gripper_spheres(k, grip.position[None], grip.orientation[None])
-            rows.append(Spheres.joined([Spheres(centres[None], radii), body]))
+            rows.append(Spheres.joined([links, body]))
         return float(sphere_distances(*rows)[0])
 
 

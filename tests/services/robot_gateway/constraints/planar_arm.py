@@ -31,9 +31,9 @@ class PlanarArm:
     def joint_speed(self, joints: np.ndarray, velocity: np.ndarray) -> np.ndarray:
         return np.linalg.solve(self.jacobian(joints), velocity[0, :2])
 
-    def link_spheres(self, joints: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        elbow = LINK * np.array([np.cos(joints[0]), np.sin(joints[0])])
-        return np.array([[*elbow, 0.5]]), np.array([0.05])
+    def link_spheres(self, path: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        elbows = LINK * np.array([[np.cos(row[0]), np.sin(row[0])] for row in path])
+        return np.array([[[*elbow, 0.5]] for elbow in elbows]), np.array([0.05])
 
     def grip(self, joints: np.ndarray) -> Pose:
         first, second = joints[0], joints[0] + joints[1]

@@ -7,10 +7,12 @@ from lariat.geometry.obstacles import TABLE, Obstacle
 from services.robot_gateway.constraints import rope_length
 from services.robot_gateway.constraints.obstacle_scene import ObstacleScene
 from services.robot_gateway.constraints.rope_length import RopeLengthConstraint
-from services.robot_gateway.constraints.shortest_path import shortest_path_length
+from services.robot_gateway.constraints.shortest_path import PathSearch, shortest_path_length
+from services.robot_gateway.constraints.slacks import first_broken
 from services.robot_gateway.constraints.spacing import grip_distances
 
 POST = Obstacle("cylinder", (0.0, 0.0, 0.3), radius=0.1, height=4.0)
+BESIDE = Obstacle("sphere", (0.0, 0.0, 2.0), radius=0.1, name="beside")
 
 
 def grips(*half_distances: float) -> np.ndarray:
@@ -18,7 +20,27 @@ def grips(*half_distances: float) -> np.ndarray:
 
 
 def slack(constraint: RopeLengthConstraint, positions: np.ndarray) -> np.ndarray:
+    """Slack by finished searches."""
+    with constraint.finishing_searches():
+        return constraint.slack(positions, grip_distances(positions))
+
+
+def hurried_slack(constraint: RopeLengthConstraint, positions: np.ndarray) -> np.ndarray:
+    """Slack as a tick of the gateway computes it."""
     return constraint.slack(positions, grip_distances(positions))
+
+
+@pytest.fixture
+def searches(monkeypatch: pytest.MonkeyPatch) -> list[object]:
+    """The searches that have begun."""
+    begun = []
+
+    def counted(*arguments: object) -> PathSearch:
+        begun.append(arguments)
+        return PathSearch(*arguments)  # pyright: ignore
+
+    monkeypatch.setattr(rope_length, "PathSearch", counted)
+    return begun
 
 
 @pytest.mark.parametrize("expected", [0.2, 0.0, -0.01], ids=["kept", "boundary", "broken"])
@@ -46,19 +68,71 @@ def test_slack_is_never_overestimated_where_paths_are_remembered() -> None:
     assert np.all(slack(constraint, positions) <= np.array(exact) + 1e-12)
 
 
-def test_remembered_paths_spare_a_search(monkeypatch: pytest.MonkeyPatch) -> None:
-    searches = []
-
-    def counted(*arguments: object) -> float:
-        searches.append(arguments)
-        return shortest_path_length(*arguments)  # pyright: ignore
-
-    monkeypatch.setattr(rope_length, "shortest_path_length", counted)
+def test_remembered_paths_spare_a_search(searches: list[object]) -> None:
     constraint = RopeLengthConstraint(0.9)
     constraint.replace_scene(ObstacleScene([TABLE, POST]))
     slack(constraint, grips(0.3))
     slack(constraint, grips(0.301, 0.302))
     assert len(searches) == 1
-    constraint.replace_scene(ObstacleScene([POST]))
+
+
+@pytest.mark.parametrize(
+    ("obstacles", "count"),
+    [
+        ([POST, BESIDE], 1),
+        ([POST], 1),
+        ([POST, Obstacle("box", (0.0, 0.0, 0.3), size=(0.01, 0.5, 4.0), name="in the way")], 2),
+    ],
+    ids=["one comes elsewhere", "all stay", "one comes into the path"],
+)
+def test_new_scene_forgets_only_the_paths_that_it_cuts(
+    searches: list[object], obstacles: list[Obstacle], count: int
+) -> None:
+    constraint = RopeLengthConstraint(0.9)
+    constraint.replace_scene(ObstacleScene([TABLE, POST]))
     slack(constraint, grips(0.3))
-    assert len(searches) == 2
+    constraint.replace_scene(ObstacleScene(obstacles))
+    slack(constraint, grips(0.3))
+    assert len(searches) == count
+
+
+def test_what_is_not_known_yet_breaks_the_rule_also_beside_an_unknown_present() -> None:
+    constraint = RopeLengthConstraint(0.9)
+    constraint.replace_scene(ObstacleScene([TABLE, POST]))
+    positions = grips(0.3, 0.3)
+    for _ in range(3):
+        found = hurried_slack(constraint, positions)
+        assert constraint.searching
+        assert first_broken({"overstretch": found}) is not None
+    while constraint.searching:
+        found = hurried_slack(constraint, positions)
+    assert first_broken({"overstretch": found}) is None
+    np.testing.assert_allclose(found, slack(constraint, positions))
+
+
+def test_scene_full_of_obstacles_takes_no_more_work_at_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    evaluated = []
+    find = rope_length.PathSearch.advance
+    monkeypatch.setattr(
+        rope_length.PathSearch,
+        "advance",
+        lambda self, steps: evaluated.append(steps) or find(self, steps),
+    )
+    rng = np.random.default_rng(0)
+    posts = [
+        Obstacle("box", tuple(rng.uniform([-0.2, -0.1, 0.2], [0.2, 0.1, 0.4])), size=(0.05,) * 3)
+        for _ in range(256)
+    ]
+    constraint = RopeLengthConstraint(0.9)
+    constraint.replace_scene(ObstacleScene([TABLE, *posts]))
+    hurried_slack(constraint, grips(0.3, 0.31, 0.32))
+    assert sum(evaluated) == rope_length.SEARCH_STEPS
+
+
+def test_rope_that_is_too_tight_already_may_not_get_tighter() -> None:
+    constraint = RopeLengthConstraint(0.62)
+    constraint.replace_scene(ObstacleScene([TABLE, POST]))
+    assert first_broken({"overstretch": slack(constraint, grips(0.3, 0.29))}) is None
+    assert first_broken({"overstretch": slack(constraint, grips(0.29, 0.3))}) is not None

@@ -97,8 +97,10 @@ class RunFiles:
         """Write messages, begin and end files, check the free space, flush the open file."""
         if self._start is None:
             self._start = now
-        if self.run and self._run_end and now - self._run_end >= AFTER_RUN_TIME:
-            self._end_run(now)
+        # Arms that still move belong to the run: another file would hold its end once more.
+        if self.run and self._run_end:
+            if now - max(self._run_end, self._moved) >= AFTER_RUN_TIME:
+                self._end_run(now)
         kind = self._wanted(now)
         if kind != self._kind or self._is_full(now):
             self._close(now)

@@ -172,6 +172,7 @@ class Cell:
         except ChunkRefused as refused:
             self._refuse(refused, None)
             return
+        self._sources.accept(session, sequence, now)
         self.watchdog.feed(now)
         self._sequence = sequence
         # A controller that has nothing to do holds all the time; the approach is not its motion.
@@ -179,7 +180,9 @@ class Cell:
             self.safety = self.safety.stopped("writer_holds", reason or "the controller holds")
             self.follower.halt()
 
-    def take_chunk(self, chunk: SetpointChunk, session: str, sequence: int, now: int) -> None:
+    def take_chunk(
+        self, chunk: SetpointChunk, session: str, sequence: int, now: int
+    ) -> Rule | None:
         """Follow or refuse a writer's setpoints.
 
         Args:
@@ -187,13 +190,16 @@ class Cell:
             session: Session of the writer.
             sequence: Sequence number within the session.
             now: Time of receipt [ns].
+
+        Returns:
+            The rule by which they are refused; None where they are followed, or nothing is.
         """
         try:
             offset = self._admit(session, sequence, now, chunk.start)
             if not self.safety.may_move or self._waiting_since is not None:
-                return
+                return None
             if self._reset_pending or self._approach.running:
-                return
+                return None
             check_length(chunk, self.follower.tolerances)
             spline = self.follower.check(chunk, now, offset)
         except ChunkRefused as refused:
@@ -202,11 +208,13 @@ class Cell:
             if refused.rule not in ("ordered", "fresh"):
                 # The writer is alive: the chunk before may run to its resting end.
                 self.watchdog.feed(now)
-            return
+            return refused.rule
+        self._sources.accept(session, sequence, now, offset)
         self.watchdog.feed(now)
         self._sequence = sequence
         self.follower.follow(spline, now)
         self.safety = self.safety.moving(True)
+        return None
 
     def take_reset(self, count: int) -> None:
         """Go back to the scenario's start once everything rests; simulation only.

@@ -25,6 +25,9 @@ from shared.service import Inbox, Publication, Received
 
 log = logging.getLogger(__name__)
 
+MAX_CHECKED_CHUNKS = 2
+"""Chunks that are checked in a tick: the newest one, and the one before it if that is refused."""
+
 
 @dataclass(frozen=True)
 class GatewayOptions:
@@ -84,8 +87,7 @@ class RobotGatewayService:
             self.cell.take_command(command_of(command.message), now)
         for consent in inbox.every(topics.ARM_CONSENT):
             self.cell.take_sign_of_life(sign_of_life_of(consent.message), now)
-        for setpoints in _newest_of_sessions(inbox.every(topics.ARM_SETPOINTS)):
-            self._take_setpoints(setpoints.message, setpoints.received)
+        self._take_setpoints(inbox.every(topics.ARM_SETPOINTS))
         task = inbox.fresh(topics.TASK_STATE)
         if task is not None and self.simulated:
             self.cell.take_reset(task.message.reset_count)
@@ -105,21 +107,29 @@ class RobotGatewayService:
         except ValueError as error:
             log.warning("scene %d refused, the former one holds: %s", message.revision, error)
 
-    def _take_setpoints(self, message: Setpoints, received: int) -> None:
-        if message.hold:
-            self.cell.take_hold(message.session, message.sequence, received, message.reason)
-            return
-        chunk = chunk_of(message, [SIDES[k] for k in self.cell.follower.driven])
-        self.cell.take_chunk(chunk, message.session, message.sequence, received)
+    def _take_setpoints(self, arrived: Sequence[Received]) -> None:
+        """Take the holds and the newest chunk of every session that is not refused.
 
-
-def _newest_of_sessions(arrived: Sequence[Received]) -> list[Received]:
-    """Return the holds, and each session's newest chunk, in order of arrival.
-
-    A newer chunk replaces the older one, and checking both may take longer than a tick.
-    """
-    newest = {item.message.session: item for item in arrived if not item.message.hold}
-    return [item for item in arrived if item.message.hold or newest[item.message.session] is item]
+        A newer chunk replaces the older one, and checking all of them may take longer than a tick.
+        """
+        for item in arrived:
+            message: Setpoints = item.message
+            if message.hold:
+                self.cell.take_hold(
+                    message.session, message.sequence, item.received, message.reason
+                )
+        settled: set[str] = set()
+        checked = 0
+        for item in reversed(arrived):
+            message = item.message
+            if message.hold or message.session in settled or checked == MAX_CHECKED_CHUNKS:
+                continue
+            chunk = chunk_of(message, [SIDES[k] for k in self.cell.follower.driven])
+            rule = self.cell.take_chunk(chunk, message.session, message.sequence, item.received)
+            if rule is None:
+                settled.add(message.session)
+            # Strangers and old messages are refused before their content is checked.
+            checked += rule != "ordered"
 
 
 def build(

@@ -1,8 +1,8 @@
 """Sources of setpoints: one writer session at a time, in sequence, on the writer's own clock.
 
 Session and sequence number stand on a public bus. So a stranger that speaks beside the followed
-writer is refused, and a far jump of the sequence counts only when the writer has been silent:
-nobody can run the sequence ahead of the writer.
+writer is refused, only a message that is followed advances the sequence, and a far jump counts only
+when the writer has been silent: nobody can run the sequence far ahead of the writer.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from services.robot_gateway.safety.state_machine import SafetyState
 
 SAME_CLOCK_TOLERANCE = 0.25
 """Age of a first message, either way, up to which its clock counts as the gateway's [s]."""
-MAX_SEQUENCE_STEP = 500
-"""Largest step of the sequence number while the writer speaks: 10 s of its messages."""
+MAX_SEQUENCE_STEP = 50
+"""Largest step of the sequence number while the writer speaks: 1 s of its messages."""
 SEQUENCE_SILENCE = 0.1
 """Silence of a writer after which its sequence may begin anywhere [s]."""
 WRITER_SILENCE = 0.5
@@ -30,7 +30,9 @@ class SetpointSources:
         self._session = ""
         self._sequence = -1
         self._accepted = 0
-        """Time of the last message that was admitted [ns]."""
+        """Time of the last message that was accepted [ns]."""
+        self._clock_session = ""
+        """Session of the writer whose clock is known."""
         self._offset = 0
         self._heard: dict[str, int] = {}
         """Time of the last message of each writer [ns]."""
@@ -38,7 +40,7 @@ class SetpointSources:
     def admit(
         self, safety: SafetyState, session: str, sequence: int, now: int, start: int
     ) -> tuple[SafetyState, int | ChunkRefused]:
-        """Admit or refuse a message of a writer.
+        """Admit or refuse a message of a writer, which `accept` counts if it is followed.
 
         Args:
             safety: State of the cell.
@@ -62,15 +64,23 @@ class SetpointSources:
         if safety.session not in ("", session):
             words = f"writer {session!r} is not the one that is followed"
             return safety, ChunkRefused("ordered", words)
-        if self._session != session:
-            # The first message determines the offset of another machine's clock.
-            difference = now - start
-            far = abs(difference) * NANOSECONDS > SAME_CLOCK_TOLERANCE
-            self._offset = difference if far else 0
-        elif refused := self._out_of_sequence(sequence, now):
+        if self._session == session and (refused := self._out_of_sequence(sequence, now)):
             return safety, refused
+        return safety, self._offset_of(session, now, start)
+
+    def accept(self, session: str, sequence: int, now: int, offset: int | None = None) -> None:
+        """Count an admitted message, so that earlier ones of its session are refused.
+
+        Args:
+            session: Session of the writer.
+            sequence: Sequence number of the message.
+            now: Time of receipt [ns].
+            offset: Offset of the writer's clock, as admitted, by which its later messages are
+                judged [ns]; None for a message that has no time.
+        """
         self._session, self._sequence, self._accepted = session, sequence, now
-        return safety, self._offset
+        if offset is not None:
+            self._clock_session, self._offset = session, offset
 
     def writers(self, now: int) -> list[str]:
         """Return the sessions of the writers that speak, sorted. Args: now: Present time [ns]."""
@@ -84,6 +94,16 @@ class SetpointSources:
         """
         writers = self.writers(now)
         return f"writers {' and '.join(writers)} speak at once; end one" if len(writers) > 1 else ""
+
+    def _offset_of(self, session: str, now: int, start: int) -> int:
+        """Return the offset from a writer's clock to the gateway's [ns].
+
+        The first message that is followed determines the offset of another machine's clock.
+        """
+        if session == self._clock_session:
+            return self._offset
+        difference = now - start
+        return difference if abs(difference) * NANOSECONDS > SAME_CLOCK_TOLERANCE else 0
 
     def _out_of_sequence(self, sequence: int, now: int) -> ChunkRefused | None:
         step = sequence - self._sequence

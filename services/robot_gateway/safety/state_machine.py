@@ -43,11 +43,19 @@ class SafetyState:
     """Session of the writer that is followed; empty until the first one after arming."""
     waiting_session: str = ""
     """Session of a new writer that a person has not yet acknowledged."""
+    approach_unfinished: bool = False
+    """Whether an approach has begun that has not arrived at the start."""
 
     @property
     def resumes(self) -> Resumption:
-        """Condition for moving again."""
-        return STOP_CAUSES[self.cause].resumes if self.cause else "by itself"
+        """Condition for moving again.
+
+        Arms that a stop has left on their way to the start go on by another approach only, also
+        where others would go on by themselves.
+        """
+        resumes = STOP_CAUSES[self.cause].resumes if self.cause else "by itself"
+        unfinished = self.approach_unfinished and self._held and resumes == "by itself"
+        return "after an approach" if unfinished else resumes
 
     @property
     def needs_acknowledgement(self) -> bool:
@@ -106,7 +114,8 @@ class SafetyState:
         """
         if self.mode != "disarmed" and not self.needs_approach:
             raise CommandRejected(f"an approach begins while disarmed, not while {self.mode}")
-        return self._free("approaching the start", session)
+        freed = self._free("approaching the start", session)
+        return replace(freed, approach_unfinished=True)
 
     def disarmed(self, detail: str = "disarmed by a person") -> SafetyState:
         """Return the state after a person disarms, from any state."""
@@ -115,16 +124,21 @@ class SafetyState:
     def acknowledged(self) -> SafetyState:
         """Return the state after a person acknowledges: the cell stands until it is resumed.
 
+        After a stop of an approach it stands until another approach goes on.
+
         Raises:
             CommandRejected: There is nothing to acknowledge.
         """
         if not self.needs_acknowledgement:
             raise CommandRejected(f"nothing to acknowledge while {self.mode}: {self.detail}")
+        left, way_out = "acknowledged", "stands until it is resumed"
+        if self.approach_unfinished:
+            left, way_out = "unfinished_approach", "another approach to the start goes on"
         return replace(
             self,
             mode="holding",
-            cause="acknowledged",
-            detail=f"acknowledged ({self.detail}); stands until it is resumed",
+            cause=left,
+            detail=f"acknowledged ({self.detail}); {way_out}",
             session=self.next_session,
             waiting_session="",
         )
@@ -137,6 +151,7 @@ class SafetyState:
         """
         if not self.needs_resume:
             way_out = "; acknowledge first" if self.needs_acknowledgement else ""
+            way_out = "; approach the start" if self.needs_approach else way_out
             raise CommandRejected(f"nothing to resume while {self.mode}{way_out}")
         return self._free("resumed", self.session)
 
@@ -174,7 +189,9 @@ class SafetyState:
         if moves and self.may_move and self.mode != "moving":
             return replace(self, mode="moving", cause="", detail="following setpoints")
         if not moves and self.mode == "moving":
-            return replace(self, mode="armed", cause="", detail="at rest")
+            return replace(
+                self, mode="armed", cause="", detail="at rest", approach_unfinished=False
+            )
         return self
 
     def _free(self, detail: str, session: str) -> SafetyState:

@@ -56,6 +56,13 @@ STOP_CAUSES: dict[str, StopCause] = {
         "after an approach",
         "an approach over the distance that is left",
     ),
+    "unfinished_approach": StopCause(
+        "a person has acknowledged a stop that left the arms on their way to the start",
+        "at once",
+        "none",
+        "after an approach",
+        "an approach over the distance that is left",
+    ),
     "person": StopCause(
         "a person holds", "at the next tick", "jerk-limited", "after acknowledgement", "a new chunk"
     ),

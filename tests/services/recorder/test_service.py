@@ -117,6 +117,17 @@ def test_every_run_has_a_file_from_idle_to_its_end(tmp_path: Path):
     assert files[0].name == "2026-05-28_20-26-40_three-posts.mcap"
 
 
+def test_arms_that_move_on_after_a_run_stay_in_its_file(tmp_path: Path):
+    cell = Cell(tmp_path)
+    cell.live(1.0, RUNNING, "run-1")
+    for _ in range(90):
+        cell.hear(topics.ARM_STATE, ArmStates(stamp=cell.now, mode=ArmStates.MOVING))
+        cell.live(1 / 30, REACHED, "run-1")
+    cell.live(5.0, REACHED, "run-1")
+    cell.recorder.close()
+    assert len(runs_of(tmp_path)) == 1
+
+
 def test_a_failed_run_ends_its_file_too(tmp_path: Path):
     cell = Cell(tmp_path)
     cell.live(1.0, RUNNING, "run-1")

@@ -66,3 +66,23 @@ def test_signs_of_life_for_another_command_keep_nothing_going(world: ArmWorld) -
     world.run(2.0)
     assert world.report.safety.cause == "consent"
     np.testing.assert_allclose(world.measured[-1], AWAY.position, atol=1e-3)
+
+
+@pytest.mark.parametrize("action", ["hold", "disarm"])
+def test_stop_by_a_person_leaves_no_arm_armed_on_its_way(world: ArmWorld, action: str) -> None:
+    assert world.approach() == ""
+    while np.linalg.norm(world.measured[-1] - AWAY.position) < 0.03:
+        world.step()
+    assert world.command(action) == ""
+    world.run(0.5)
+    rest = world.measured[-1]
+    world.command("acknowledge")
+    assert world.command("resume") != ""
+    assert world.command("arm") != ""
+    world.follow(lambda t: rest + np.array([0.0, 0.02 * t, 0.0]), 0.5)
+    np.testing.assert_allclose(world.measured[-1], rest, atol=1e-4)
+    assert world.report.needs_approach
+    assert world.approach() == ""
+    world.run(4.0)
+    np.testing.assert_allclose(world.measured[-1], GRIPS[1].position, atol=1e-3)
+    assert world.mode == "armed"

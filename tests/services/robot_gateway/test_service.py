@@ -101,6 +101,39 @@ def test_only_the_newest_chunk_of_a_tick_is_checked(
     assert state.sequence == 511
 
 
+def test_forged_chunk_of_the_writers_session_does_not_hide_the_real_one(
+    gateway: RobotGatewayService,
+) -> None:
+    forged = setpoints(40, 20)
+    for arm in forged.message.arms:
+        arm.positions[0] += 0.5
+    assert step_with_setpoints(gateway, setpoints(1, 20), forged).sequence == 1
+    ((_, state),) = gateway.step(
+        Inbox({}, {topics.ARM_SETPOINTS.key: [setpoints(2, 20), forged]}), START + 8_000_000
+    )
+    assert isinstance(state, ArmStates)
+    assert (state.sequence, state.mode) == (2, ArmStates.MOVING)
+
+
+def test_strangers_chunks_do_not_hide_that_of_the_writer(gateway: RobotGatewayService) -> None:
+    step_with_setpoints(gateway, setpoints(1, 20))
+    strangers = [setpoints(k, 20) for k in range(8)]
+    for k, item in enumerate(strangers):
+        item.message.session = f"stranger-{k}"
+    arrived = [setpoints(2, 20), *strangers]
+    ((_, state),) = gateway.step(Inbox({}, {topics.ARM_SETPOINTS.key: arrived}), START + 8_000_000)
+    assert isinstance(state, ArmStates)
+    assert (state.sequence, state.mode) == (2, ArmStates.MOVING)
+
+
+def test_writer_whose_clock_is_an_hour_behind_is_followed_after_its_holds(
+    gateway: RobotGatewayService,
+) -> None:
+    behind = setpoints(2, 20)
+    behind.message.t0 -= 3600 * SECOND
+    assert step_with_setpoints(gateway, setpoints(1, 0, hold=True), behind).sequence == 2
+
+
 def test_hold_counts_beside_newer_chunks(gateway: RobotGatewayService) -> None:
     state = step_with_setpoints(gateway, setpoints(1, 0, hold=True), setpoints(0, 20))
     assert state.sequence == 1

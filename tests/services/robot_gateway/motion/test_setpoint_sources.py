@@ -19,7 +19,14 @@ class Writers:
         self.sources, self.safety = SetpointSources(), ARMED
 
     def take(self, session: str, sequence: int, start: int = NOW, now: int = NOW) -> int | str:
-        """Clock offset of an admitted message, or the rule by which it is refused."""
+        """Clock offset of a message that is followed, or the rule by which it is refused."""
+        answer = self.offer(session, sequence, start, now)
+        if isinstance(answer, int):
+            self.sources.accept(session, sequence, now, answer)
+        return answer
+
+    def offer(self, session: str, sequence: int, start: int = NOW, now: int = NOW) -> int | str:
+        """Clock offset of an admitted message that is not followed, or the rule."""
         self.safety, answer = self.sources.admit(self.safety, session, sequence, now, start)
         return answer.rule if isinstance(answer, ChunkRefused) else answer
 
@@ -100,3 +107,20 @@ def test_clock_far_off_is_offset_by_the_first_message_of_a_session() -> None:
 def test_clock_that_is_nearly_right_is_believed() -> None:
     assert Writers().take("a", 1, start=NOW - 249_000_000) == 0
     assert Writers().take("a", 1, start=NOW - 251_000_000) == 251_000_000
+
+
+def test_message_that_is_not_followed_neither_advances_the_sequence_nor_sets_the_clock() -> None:
+    writers = Writers()
+    hour = 3_600_000_000_000
+    assert writers.offer("a", MAX_SEQUENCE_STEP, start=NOW - hour) == hour
+    assert writers.take("a", 3) == 0
+    assert writers.offer("a", 3 + MAX_SEQUENCE_STEP) == 0
+    assert writers.take("a", 4) == 0
+
+
+def test_hold_does_not_set_the_clock() -> None:
+    writers = Writers()
+    hour = 3_600_000_000_000
+    writers.offer("a", 1)
+    writers.sources.accept("a", 1, NOW)
+    assert writers.take("a", 2, start=NOW - hour) == hour

@@ -112,3 +112,18 @@ def test_approach_that_was_let_go_goes_on_by_another_approach_alone() -> None:
 
 def test_arming_forgets_the_writer() -> None:
     assert MOVING.disarmed().armed().session == ""
+
+
+@pytest.mark.parametrize("cause", ["person", "tracking", "lost_link", "left_behind", "writer_holds"])
+def test_only_another_approach_goes_on_after_a_stop_of_an_approach(cause: str) -> None:
+    held = DISARMED.approaching().moving(True).stopped(cause, "for a test")
+    assert not held.may_move
+    if held.needs_acknowledgement:
+        held = held.acknowledged()
+    assert held.needs_approach
+    for refused in (held.acknowledged, held.resumed, held.armed):
+        with pytest.raises(CommandRejected):
+            refused()
+    arrived = held.approaching().moving(True).moving(False)
+    assert arrived.may_move
+    assert arrived.stopped("person", "held").acknowledged().needs_resume

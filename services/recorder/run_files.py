@@ -98,9 +98,9 @@ class RunFiles:
         if self._start is None:
             self._start = now
         # Arms that still move belong to the run: another file would hold its end once more.
-        if self.run and self._run_end:
-            if now - max(self._run_end, self._moved) >= AFTER_RUN_TIME:
-                self._end_run(now)
+        last = max(self._run_end, self._moved)
+        if self.run and self._run_end and now - last >= AFTER_RUN_TIME:
+            self._end_run(now)
         kind = self._wanted(now)
         if kind != self._kind or self._is_full(now):
             self._close(now)

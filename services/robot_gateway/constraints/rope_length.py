@@ -16,17 +16,17 @@ from services.robot_gateway.constraints.shortest_path import PathSearch, ShortPa
 KEPT_PATHS = 32
 """Number of paths that are remembered."""
 SEARCH_STEPS = 20
-"""Steps of a search in one evaluation of the constraint, some 0.1 ms each; a tick evaluates it three
-times at most."""
+"""Steps of a search in one evaluation of the constraint, some 0.1 ms each; a tick evaluates it a few
+times."""
 
 
 class RopeLengthConstraint:
     """Length of the shortest path round the obstacles between the grips.
 
-    Paths are expensive, so a few are remembered: a path grows by no more than its ends move, so that
-    each known one bounds the length for all poses nearby. Where they do not suffice, another one is
-    searched, a few steps at every evaluation. Until it is found, what is not known to be short
-    enough counts as too long.
+    Paths are expensive, so a few are remembered: a path grows by no more than its ends move, so
+    that each known one bounds the length for all poses nearby. Where they do not suffice, another
+    one is searched, a few steps at every evaluation. Until it is found, what is not known to be
+    short enough counts as too long.
     """
 
     def __init__(self, max_length: float) -> None:

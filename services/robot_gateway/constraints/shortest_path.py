@@ -138,8 +138,7 @@ def _search(
         deepest = np.minimum(deepest, np.min(depths, axis=1))
         yield
     paths = [
-        ShortPath(ends, band, polylines.length(band))
-        for band in bands[deepest > -MAX_PENETRATION]
+        ShortPath(ends, band, polylines.length(band)) for band in bands[deepest > -MAX_PENETRATION]
     ]
     return min(paths, key=lambda path: path.length, default=ShortPath(ends, None, np.inf))
 

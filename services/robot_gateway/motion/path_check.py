@@ -130,7 +130,7 @@ class PathCheck:
         path = self._all_ends(positions, orientations)
         slacks = self.constraints.slacks(*path)
         if self.constraints.rope_length.searching:
-            # It is judged as soon as it is known: a stop that a person acknowledges needs a finding.
+            # Judged as soon as it is known: a stop that a person acknowledges needs a finding.
             slacks.pop("overstretch", None)
         found = _worse(slacks, MEASURED_TOLERANCE)
         for constraints, row in measured:

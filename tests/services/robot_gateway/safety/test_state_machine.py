@@ -114,7 +114,9 @@ def test_arming_forgets_the_writer() -> None:
     assert MOVING.disarmed().armed().session == ""
 
 
-@pytest.mark.parametrize("cause", ["person", "tracking", "lost_link", "left_behind", "writer_holds"])
+@pytest.mark.parametrize(
+    "cause", ["person", "tracking", "lost_link", "left_behind", "writer_holds"]
+)
 def test_only_another_approach_goes_on_after_a_stop_of_an_approach(cause: str) -> None:
     held = DISARMED.approaching().moving(True).stopped(cause, "for a test")
     assert not held.may_move

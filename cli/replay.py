@@ -17,6 +17,7 @@ from rich.table import Table
 
 from shared import topics
 from shared.configuration import ConfigurationError
+from shared.extensions import require_allowed
 from shared.recording import Recording, Writer
 from shared.scenario import Scenario
 from shared.service import SECOND
@@ -45,6 +46,9 @@ def main(
     ] = (),
     json: bool = False,
     update: bool = False,
+    allow: Annotated[
+        tyro.conf.UseAppendAction[tuple[str, ...]], tyro.conf.arg(metavar="NAME")
+    ] = (),
 ) -> int:
     """Step services through the inputs that a recording holds, and compare their outputs with it.
 
@@ -63,6 +67,8 @@ def main(
             trace in the recording.
         json: Answer with one JSON object on standard output.
         update: Replace the recorded outputs by those of this replay.
+        allow: Own method or driver that the recorded scenario names and that may be imported, such
+            as "mypkg:Mine"; may be repeated.
 
     Returns:
         0 when everything is as recorded (or was updated), 1 when something differs.
@@ -74,6 +80,7 @@ def main(
             scenario = recording.scenario(Path(folder))
         except ValueError as error:
             raise ConfigurationError(str(error)) from error
+        require_allowed(scenario, allow)
         names, skipped = (service, {}) if service else _replayable(recording, scenario)
         results = replay(recording, scenario, names, console)
         if update:

@@ -10,6 +10,7 @@ import difflib
 import types
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields, is_dataclass
+from importlib.metadata import entry_points
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 T = TypeVar("T")
@@ -32,6 +33,32 @@ class Bounds:
     """Largest allowed value."""
     unit: str = ""
     """Unit of the number, for messages and documentation."""
+
+
+@dataclass(frozen=True)
+class Extensible:
+    """Names of a choice to which other packages may add: `Annotated[str, Extensible(…)]`."""
+
+    included: tuple[str, ...]
+    """Names of Lariat's own."""
+    group: str
+    """Group of entry points in which packages name theirs."""
+
+    def check(self, name: str, key: str) -> None:
+        """Check a name without importing anything.
+
+        Raises:
+            ConfigurationError: It is neither a known name nor of the form `package.module:Class`.
+        """
+        known = [*self.included, *(point.name for point in entry_points(group=self.group))]
+        module, colon, attribute = name.partition(":")
+        parts = [*module.split("."), attribute] if colon else []
+        if name in known or (colon and all(part.isidentifier() for part in parts)):
+            return
+        close = difflib.get_close_matches(name, known, n=1)
+        way_out = f"did you mean {close[0]!r}?" if close else "or give 'package.module:Class'"
+        options = ", ".join(repr(each) for each in known)
+        raise ConfigurationError(f"{key} = {name!r} is not one of {options}; {way_out}")
 
 
 def read(kind: type[T], table: Mapping[str, Any], path: str = "") -> T:
@@ -80,6 +107,10 @@ def _value(hint: Any, value: Any, key: str) -> Any:
     if origin in (Union, types.UnionType):
         (hint,) = [a for a in get_args(hint) if a is not type(None)]
         return _value(Annotated[hint, bounds] if bounds else hint, value, key)
+    if isinstance(bounds, Extensible):
+        name = _scalar(str, None, value, key)
+        bounds.check(name, key)
+        return name
     if is_dataclass(hint):
         if not isinstance(value, Mapping):
             raise ConfigurationError(f"{key} must be a table, got {value!r}; write [{key}]")

@@ -21,12 +21,20 @@ from rich.table import Table
 from benchmarks.goals import campaign
 from benchmarks.goals.campaign import Trial, TrialSpec
 from benchmarks.goals.scenes import Kind
+from shared.configuration import ConfigurationError
 from shared.scenario import Scenario, load
+from shared.scenario.sections import (
+    CONTROL_METHODS,
+    PATH_PLANNERS,
+    PERCEPTION_METHODS,
+    STATE_ESTIMATORS,
+)
 from shared.scenario.shipped import find
 
 BASE_SCENARIO = "three-cylinders"
 """Scenario of rope, cylinders and limits."""
-Method = Literal["gauss_newton", "network", "actions"]
+NO_PLANNER = "none"
+"""Value of `--planner` with which no path is planned."""
 
 
 def run(
@@ -34,7 +42,10 @@ def run(
     count: int = 10,
     first: int = 0,
     seed: int = 0,
-    method: tuple[Method, ...] = ("gauss_newton",),
+    method: tuple[str, ...] = ("gauss_newton",),
+    planner: tuple[str, ...] = ("whole_path",),
+    estimator: tuple[str, ...] = ("rod",),
+    perception: tuple[str, ...] = ("ridge",),
     plant: tuple[Literal["rod", "mujoco", "links"], ...] = ("rod",),
     stiffness_error: tuple[float, ...] = (1.0,),
     youngs_modulus: float = 1.0e6,
@@ -42,7 +53,6 @@ def run(
     latency: tuple[float, ...] = (20.0,),
     sensing: Literal["truth", "camera"] = "truth",
     adapt: tuple[bool, ...] = (False,),
-    planner: bool = True,
     time_limit: float = 8.0,
     workers: int = 1,
     json: bool = False,
@@ -57,13 +67,19 @@ def run(
       lariat bench goals --scene boxes slot --plots pictures
       lariat bench goals --stiffness-error 0.5 1.5 6 --noise 2 --adapt True False
       lariat bench goals --latency 20 30 60 100
+      lariat bench goals --scene easy --method gauss_newton mypackage.control:Mine --planner none
+      lariat bench goals --sensing camera --perception ridge mypackage.vision:Mine
 
     Args:
         scene: Kinds of scenes.
         count: Number of trials of each kind and setting.
         first: Number of the first trial.
         seed: Seed of the scenes.
-        method: Control method.
+        method: Controller: gauss_newton, network, actions, or an own class.
+        planner: Planner of whole paths: whole_path, an own class, or none.
+        estimator: State estimator: rod, or an own class.
+        perception: Method that finds the rope in images: ridge, paper, or an own class. An own class
+            is given as package.module:Class and needs --sensing camera.
         plant: Simulator of the true rope.
         stiffness_error: True stiffness relative to the controller's belief [-].
         youngs_modulus: Young's modulus that the controller believes [Pa].
@@ -71,7 +87,6 @@ def run(
         latency: Time from exposure to image [ms].
         sensing: Source of the perceived rope.
         adapt: Whether the controller adapts the rope's parameters.
-        planner: Whether whole paths are planned.
         time_limit: Duration of each run [s].
         workers: Number of processes.
         json: Print one JSON object instead of a table.
@@ -79,11 +94,18 @@ def run(
 
     Returns:
         0 if all trials succeeded, else 1.
+
+    Raises:
+        ConfigurationError: A method is unknown, or perception is compared without a camera.
     """
-    common = _common_scenario(youngs_modulus, noise, sensing, planner, time_limit)
+    _check_names(method, planner, estimator, perception, sensing)
+    common = _common_scenario(youngs_modulus, noise, sensing, time_limit)
     options = {
         "scene": scene,
         "method": method,
+        "planner": planner,
+        "estimator": estimator,
+        "perception": perception,
         "plant": plant,
         "stiffness x": stiffness_error,
         "latency": latency,
@@ -91,17 +113,24 @@ def run(
     }
     specs = []
     for values in product(*options.values()):
-        kind, control_method, model, factor, latency_ms, adapts = values
+        kind, controls, plans, estimates, perceives, model, factor, latency_ms, adapts = values
         true_rope = replace(common.plant.rope, youngs_modulus=youngs_modulus * factor)
         base = replace(
             common,
             plant=replace(common.plant, model=model, rope=true_rope),
-            sensing=replace(common.sensing, latency=1e-3 * latency_ms),
-            control=replace(common.control, method=control_method, adapt=adapts),
+            sensing=replace(common.sensing, method=perceives, latency=1e-3 * latency_ms),
+            control=replace(
+                common.control,
+                method=controls,
+                planner=plans != NO_PLANNER,
+                path_planner="whole_path" if plans == NO_PLANNER else plans,
+                state_estimator=estimates,
+                adapt=adapts,
+            ),
         )
         compared = zip(options.items(), values, strict=True)
         variant = ", ".join(
-            f"{v}" if k in ("scene", "method", "plant") else f"{k} {v}"
+            f"{k} {v}" if k in ("stiffness x", "latency", "adapt") else f"{v}"
             for (k, choices), v in compared
             if len(choices) > 1
         )
@@ -122,11 +151,37 @@ def run(
     return 0 if all(t.succeeded for t in trials) else 1
 
 
+def _check_names(
+    method: tuple[str, ...],
+    planner: tuple[str, ...],
+    estimator: tuple[str, ...],
+    perception: tuple[str, ...],
+    sensing: str,
+) -> None:
+    """Check the names of methods.
+
+    Raises:
+        ConfigurationError: A method is unknown, or perception is compared without a camera.
+    """
+    planners = [name for name in planner if name != NO_PLANNER]
+    for option, names, known in (
+        ("--method", method, CONTROL_METHODS),
+        ("--planner", planners, PATH_PLANNERS),
+        ("--estimator", estimator, STATE_ESTIMATORS),
+        ("--perception", perception, PERCEPTION_METHODS),
+    ):
+        for name in names:
+            known.check(name, option)
+    if perception != ("ridge",) and sensing != "camera":
+        raise ConfigurationError(
+            f"--perception {' '.join(perception)} needs images; add --sensing camera"
+        )
+
+
 def _common_scenario(
     youngs_modulus: float,
     noise: float,
     sensing: Literal["truth", "camera"],
-    planner: bool,
     time_limit: float,
 ) -> Scenario:
     base = load(find(BASE_SCENARIO))
@@ -134,7 +189,6 @@ def _common_scenario(
         base,
         rope=replace(base.rope, youngs_modulus=youngs_modulus),
         sensing=replace(base.sensing, source=sensing, node_noise=1e-3 * noise),
-        control=replace(base.control, planner=planner),
         run=replace(base.run, time_limit=time_limit),
     )
 

@@ -7,10 +7,12 @@ from jaxtyping import Bool
 
 from lariat.rod import Rod
 from lariat.rod.xpbd import XpbdProperties, XpbdRod
-from lariat.trajectory import MotionLimits
+from lariat.trajectory import MotionLimits, MotionState
 from services.controller.estimation.adaptation import Adaptation
 from services.controller.estimation.material_filter import MaterialFilter
 from services.controller.estimation.state_estimator import StateEstimator
+from services.controller.extensions.controller_adapter import ControllerAdapter
+from services.controller.extensions.estimator_adapter import EstimatorAdapter
 from services.controller.mpc.gauss_newton import GaussNewton
 from services.controller.mpc.horizon import HorizonOptimizer
 from services.controller.mpc.objective import ObjectiveWeights
@@ -21,9 +23,16 @@ from services.controller.paper.adaptation import PaperAdaptation
 from services.controller.paper.optimizer import PaperOptimizer
 from services.controller.paper.policies import Actions, Network
 from shared.configuration import ConfigurationError
+from shared.extensions import extension
 from shared.motion_contract import OFFSET_LIMIT_SHARE, PATHLESS_LIMIT_SHARE
 from shared.scenario import SIDES, Scenario
-from shared.scenario.sections import Control, Limits, PaperControl
+from shared.scenario.sections import (
+    CONTROL_METHODS,
+    STATE_ESTIMATORS,
+    Control,
+    Limits,
+    PaperControl,
+)
 
 
 def check(scenario: Scenario) -> None:
@@ -35,10 +44,14 @@ def check(scenario: Scenario) -> None:
     control = scenario.control
     if control.solver == "direct":
         return
-    if control.method == "gauss_newton":
+    if control.method not in ("network", "actions"):
         raise ConfigurationError(
-            "control.solver = 'xpbd' gives no sensitivities to method 'gauss_newton'; use method "
-            "'network' or 'actions', or solver 'direct'"
+            f"control.solver = 'xpbd' gives no sensitivities to method {control.method!r}; use "
+            "method 'network' or 'actions', or solver 'direct'"
+        )
+    if control.state_estimator != "rod":
+        raise ConfigurationError(
+            f"control.state_estimator = {control.state_estimator!r} needs control.solver = 'direct'"
         )
     if control.adapt and any(scenario.end(side).rotates for side in SIDES):
         raise ConfigurationError(
@@ -106,16 +119,43 @@ def adaptation(scenario: Scenario, rod: Rod) -> Adaptation:
     return PaperAdaptation(_paper_rod_of(scenario), scenario.control.paper)
 
 
+def state_estimator(
+    control: Control, rod: Rod | XpbdRod, motion: MotionState, time: int
+) -> StateEstimator:
+    """State estimator that `control.state_estimator` names.
+
+    Args:
+        control: Control section of a scenario.
+        rod: Rod that the controller predicts with.
+        motion: Motion of the grips.
+        time: Time of that motion [ns].
+
+    Raises:
+        ConfigurationError: An estimator from outside cannot be created.
+    """
+    own = extension("control.state_estimator", control.state_estimator, STATE_ESTIMATORS)
+    if own is None:
+        return StateEstimator(rod, motion, time)
+    assert isinstance(rod, Rod)
+    return EstimatorAdapter(own, rod, motion, time)
+
+
 def horizon_optimizer(
-    control: Control, moves: Bool[np.ndarray, "2 6"], limits: MotionLimits, node_count: int
+    control: Control,
+    moves: Bool[np.ndarray, "2 6"],
+    limits: MotionLimits,
+    node_count: int,
 ) -> HorizonOptimizer:
-    """Optimizer that `control.method` names.
+    """Optimizer of Lariat's own that `control.method` names.
 
     Args:
         control: Control section of a scenario.
         moves: Free components of each grip's velocity.
         limits: Limits on the motion relative to the reference trajectory.
         node_count: Nodes of the rope.
+
+    Raises:
+        ValueError: It names a controller from outside.
     """
     paper = control.paper
     free = int(moves.sum())
@@ -129,6 +169,8 @@ def horizon_optimizer(
             policy = Actions(paper.horizon, free)
         case "network":
             policy = Network(node_count, free, paper.learning_rate, seed=0)
+        case _:
+            raise ValueError(f"control.method = {control.method!r} is no optimizer of Lariat's own")
     return PaperOptimizer(policy, paper, moves, limits)
 
 
@@ -145,9 +187,19 @@ def receding_horizon_controller(
         limits: Limits of the grippers.
         moves: Free components of each grip's velocity.
         estimator: State estimator of the rope.
+
+    Raises:
+        ConfigurationError: A controller from outside cannot be created.
     """
     # Without a planned path all of the limits is for the optimizer.
     share = OFFSET_LIMIT_SHARE if control.planner else PATHLESS_LIMIT_SHARE
     offset_limits = limits.scaled(share)
-    optimizer = horizon_optimizer(control, moves, offset_limits, estimator.rod.node_count)
+    own = extension("control.method", control.method, CONTROL_METHODS)
+    if own is None:
+        optimizer = horizon_optimizer(control, moves, offset_limits, estimator.rod.node_count)
+    else:
+        rod = estimator.rod
+        assert isinstance(rod, Rod)
+        reach = limits.overstretch * rod.properties.length
+        optimizer = ControllerAdapter(own, rod, moves, limits, control.clearance, reach)
     return RecedingHorizonController(estimator, optimizer, moves, offset_limits, limits)

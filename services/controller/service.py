@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 from jaxtyping import Float64
@@ -16,7 +17,6 @@ from lariat.rod import Rod
 from lariat.trajectory import MotionState, SetpointChunk
 from services.controller.estimation.adaptation import apply_material
 from services.controller.estimation.prediction_monitor import PredictionMonitor
-from services.controller.estimation.state_estimator import StateEstimator
 from services.controller.messages import (
     RopeObservation,
     arm_condition,
@@ -37,6 +37,7 @@ from services.controller.model_factory import (
     free_components,
     prediction_rod,
     receding_horizon_controller,
+    state_estimator,
 )
 from services.controller.mpc.collision_scene import CollisionScene
 from services.controller.mpc.receding_horizon import Command
@@ -53,6 +54,8 @@ from services.controller.run.supervisor import RunSupervisor
 from services.controller.run.task import Task
 from services.controller.status import StatusPublisher
 from shared import topics
+from shared.configuration import ConfigurationError
+from shared.extensions import ExtensionFault
 from shared.messages import ArmStates, TaskRequest, poses_known, scene_obstacles
 from shared.motion_contract import SETPOINT_PERIOD
 from shared.reset_counter import ResetCounter
@@ -110,7 +113,9 @@ class ControllerService:
         )
         self._model = prediction_rod(scenario, rod)
         self._moves = free_components(scenario)
-        self.estimator = StateEstimator(self._model, MotionState.at_rest(*start), 0)
+        self.estimator = state_estimator(
+            scenario.control, self._model, MotionState.at_rest(*start), 0
+        )
         self.adaptation = adaptation(scenario, rod)
         self.controller = receding_horizon_controller(
             scenario.control, scenario.limits, self._moves, self.estimator
@@ -127,6 +132,8 @@ class ControllerService:
         self._arms: ArmStates | None = None
         self._obstruction: Reason | None = None
         """Reason why no run can begin, whatever is requested."""
+        self._fault = ""
+        """Fault of a controller or estimator from outside, until the next run."""
         self._resets = ResetCounter()
         self._estimate_begun = False
         """Whether the state estimate began where the arms were; False where it must begin anew."""
@@ -141,11 +148,22 @@ class ControllerService:
     @property
     def note(self) -> str:
         """Condition that keeps the controller from working, for its health; empty otherwise."""
-        return "" if self._obstruction is None else str(self._obstruction)
+        return self._fault if self._obstruction is None else str(self._obstruction)
 
     def warm_up(self) -> None:
-        """Compile all kernels by controlling a rope at its goal."""
-        estimator = StateEstimator(self._model, MotionState.at_rest(*self._goals.start), 0)
+        """Compile all kernels by controlling a rope at its goal.
+
+        Raises:
+            ConfigurationError: A controller or estimator from outside fails at once.
+        """
+        try:
+            self._control_at_rest()
+        except ExtensionFault as fault:
+            raise ConfigurationError(str(fault)) from fault
+
+    def _control_at_rest(self) -> None:
+        start = MotionState.at_rest(*self._goals.start)
+        estimator = state_estimator(self._scenario.control, self._model, start, 0)
         controller = receding_horizon_controller(
             self._scenario.control, self._scenario.limits, self._moves, estimator
         )
@@ -157,8 +175,10 @@ class ControllerService:
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Take in what arrived, then control and report."""
-        self._take_arms(inbox)
-        self._take_rope(inbox, now)
+        with self._blaming():
+            self._take_arms(inbox)
+        with self._blaming():
+            self._take_rope(inbox, now)
         for request in inbox.every(topics.TASK_REQUEST):
             self._carry_out(request.message, now)
         self._goal_events.apply_due(now, self.task, self._goals.from_shape)
@@ -171,6 +191,17 @@ class ControllerService:
         if self._arms is not None:
             yield from self._control(inbox, now, self._arms)
         yield from self._status.due(now, arms_known=self._arms is not None)
+
+    @contextmanager
+    def _blaming(self) -> Iterator[None]:
+        """Give up the run, and name the cause, when a class from outside fails in the block."""
+        try:
+            yield
+        except ExtensionFault as fault:
+            if str(fault) != self._fault:
+                log.error("%s", fault)
+            self._fault = str(fault)
+            self.supervisor.method_failed(self._fault)
 
     def _take_arms(self, inbox: Inbox) -> None:
         arrived = inbox.every(topics.ARM_STATE)
@@ -264,6 +295,8 @@ class ControllerService:
         arms = None if self._arms is None else arm_condition(self._arms, self._session)
         if carry_out(request, self.task, self._goals, scene, arms, now, self._obstruction):
             self._goal_events.restart()
+            if self._fault:
+                self._fault, self._estimate_begun = "", False
             self.supervisor.begin_run()
             self.progress.begin(now, self.task.replan_count)
 
@@ -299,7 +332,14 @@ class ControllerService:
         avoidance = self.scene.avoidance(self.task, self.progress.error)
         reference = self.controller.reference
         assert reference is not None
-        command = self.controller.step(now, goal.nodes, avoidance)
+        command = None
+        with self._blaming():
+            command = self.controller.step(now, goal.nodes, avoidance)
+        if command is None:
+            chunk = self.controller.brake(now)
+            assert chunk is not None
+            yield self._setpoints(now, chunk)
+            return
         time_step = round(self.controller.optimizer.time_step * SECOND)
         yield Publication(topics.CONTROLLER_PLAN, plan_message(command, time_step))
         if self._must_stop(command):

@@ -19,14 +19,17 @@ from services.perception.scene import ObstacleScene, SceneChangeRefused
 from services.perception.scene_requests import SceneRequests
 from services.perception.simulated_truth import SimulatedTruth
 from services.perception.tracking.centerline_tracker import CenterlineTracker
+from services.perception.tracking.extension_tracker import ExtensionTracker
 from services.perception.tracking.grip_history import GripHistory
 from services.perception.tracking.paper_baseline import PaperTracker, PaperTrackerSettings
 from services.perception.tracking.rope_tracker import RopeTracker
 from shared import topics
+from shared.extensions import extension
 from shared.messages import NodeChain, TaskState, arm_pose, chain, poses_known, stamp_of
 from shared.reset_counter import ResetCounter
 from shared.scenario import Scenario
 from shared.scenario.rod_properties import rod_properties
+from shared.scenario.sections import PERCEPTION_METHODS
 from shared.service import SECOND, Inbox, Publication
 
 log = logging.getLogger(__name__)
@@ -170,6 +173,9 @@ class PerceptionService:
 
     def _new_tracker(self, intrinsics: Intrinsics) -> RopeTracker:
         s, camera = self._scenario.sensing, Camera(intrinsics, self._scenario.camera_pose)
+        own = extension("sensing.method", s.method, PERCEPTION_METHODS)
+        if own is not None:
+            return ExtensionTracker(own, camera, self._rope)
         if s.method == "paper":
             fixed_end = self._scenario.grips(self._scenario.start)[0]
             settings = PaperTrackerSettings(threshold=s.threshold)

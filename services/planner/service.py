@@ -15,6 +15,7 @@ from lariat.geometry.obstacles import Obstacle, pack
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodState, add_turns, state_along
 from services.planner import whole_path
+from services.planner.extension import ExtensionPlanner
 from services.planner.parameter_update import (
     is_learnt,
     unsure_properties,
@@ -22,6 +23,7 @@ from services.planner.parameter_update import (
 )
 from services.planner.problem import Problem, WholePath
 from shared import topics
+from shared.extensions import extension
 from shared.messages import (
     ArmStates,
     NodeChain,
@@ -37,6 +39,7 @@ from shared.messages import (
 )
 from shared.scenario import SIDES, Scenario
 from shared.scenario.rod_properties import rod_properties
+from shared.scenario.sections import PATH_PLANNERS
 from shared.service import SECOND, Inbox, Publication
 
 log = logging.getLogger(__name__)
@@ -85,6 +88,10 @@ class PlannerService:
         for row, side in zip(self._moves, SIDES, strict=True):
             row[:3] = scenario.end(side).driver != "fixed"
             row[3:] = scenario.end(side).rotates
+        own = extension("control.path_planner", scenario.control.path_planner, PATH_PLANNERS)
+        self._find = (
+            whole_path.plan if own is None else ExtensionPlanner(own, scenario, self._moves).plan
+        )
         self._planned: tuple[int, int, int] | None = None
         self._path: Path | None = None
         self._published = 0
@@ -95,7 +102,7 @@ class PlannerService:
         state = self._rod.rest(*grips).state
         shift = np.array([0.0, 0.0, 0.01]) * self._moves.any(axis=1).all()
         goal = tuple(Pose(g.position + shift, g.orientation) for g in grips)
-        whole_path.plan(
+        self._find(
             self.problem(
                 state, grips, state.positions + shift, (goal[0], goal[1]), self._scenario.bodies
             )
@@ -168,7 +175,7 @@ class PlannerService:
         problem = replace(
             problem, clearance=problem.clearance + margin, pace=task.pace if task.pace else 1.0
         )
-        _write_path(message, whole_path.plan(problem))
+        _write_path(message, self._find(problem))
         return message
 
     def _rest_state(

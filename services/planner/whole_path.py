@@ -55,7 +55,7 @@ def plan(problem: Problem, settings: PlannerSettings = PLANNER_SETTINGS) -> Whol
     optimizer = PathOptimizer(problem)
     blocks = optimizer.settings.blocks
     if optimizer.goal_clearance < 0.0:
-        return _stay(problem, f"blocked: the goal itself lies in {_obstacle_at_goal(problem)}")
+        return stay(problem, f"blocked: the goal itself lies in {_obstacle_at_goal(problem)}")
     candidates = sorted(optimizer.evaluate(seed_paths(problem, blocks)), key=lambda c: c.cost)
     candidates, grid_path = _distinct(candidates, settings)[: settings.max_refined], None
     if candidates[0].shortfall > settings.grid_search_shortfall:
@@ -186,7 +186,7 @@ def _clear_part(
             return _ending_short(
                 problem, path, f"{reason}; a part of it ends {{left_mm:.0f}} mm from the goal"
             )
-    return _stay(problem, reason)
+    return stay(problem, reason)
 
 
 def _ending_short(problem: Problem, path: WholePath, reason: str) -> WholePath:
@@ -196,8 +196,13 @@ def _ending_short(problem: Problem, path: WholePath, reason: str) -> WholePath:
     return replace(path, reached=False, reason=reason, final_error=left, blocked=True)
 
 
-def _stay(problem: Problem, reason: str) -> WholePath:
-    """Path that stays at the start."""
+def stay(problem: Problem, reason: str) -> WholePath:
+    """Return a path that stays at the start.
+
+    Args:
+        problem: Planning problem.
+        reason: Reason why no path reaches the goal.
+    """
     positions = np.stack([[g.position for g in problem.grips]] * 2)
     orientations = np.stack([[g.orientation for g in problem.grips]] * 2)
     here = problem.state.positions

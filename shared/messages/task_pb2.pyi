@@ -64,6 +64,7 @@ class TaskState(_message.Message):
         NO_PATH: _ClassVar[TaskState.Reason]
         PATH_NOT_FOLLOWED: _ClassVar[TaskState.Reason]
         CONTACT_EXPECTED: _ClassVar[TaskState.Reason]
+        METHOD_FAULT: _ClassVar[TaskState.Reason]
     UNSPECIFIED: TaskState.Reason
     WAITING_FOR_START: TaskState.Reason
     STARTED: TaskState.Reason
@@ -80,6 +81,7 @@ class TaskState(_message.Message):
     NO_PATH: TaskState.Reason
     PATH_NOT_FOLLOWED: TaskState.Reason
     CONTACT_EXPECTED: TaskState.Reason
+    METHOD_FAULT: TaskState.Reason
     class SettingsEntry(_message.Message):
         __slots__ = ("key", "value")
         KEY_FIELD_NUMBER: _ClassVar[int]

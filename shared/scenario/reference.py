@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import MISSING, Field, fields, is_dataclass
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from shared.configuration import Bounds
+from shared.configuration import Bounds, Extensible
 from shared.scenario import sections
 from shared.scenario.scenario import Scenario
 
@@ -62,7 +62,7 @@ def _tables(kind: type, path: str) -> Iterator[str]:
 
 def _section(hint: Any) -> type | None:
     for part in (hint, *get_args(hint)):
-        if is_dataclass(part) and not isinstance(part, Bounds):
+        if is_dataclass(part) and not isinstance(part, Bounds | Extensible):
             return part  # pyright: ignore[reportReturnType]
     return None
 
@@ -75,6 +75,8 @@ def _takes(hint: Any) -> str:
         hint, bounds = get_args(hint)[:2]
     if get_origin(hint) in (Union, types.UnionType):
         (hint,) = [a for a in get_args(hint) if a is not type(None)]
+    if isinstance(bounds, Extensible):
+        return ", ".join(f'`"{a}"`' for a in (*bounds.included, "package.module:Class"))
     if get_origin(hint) is Literal:
         return ", ".join(f'`"{a}"`' for a in get_args(hint))
     if get_origin(hint) is tuple:

@@ -11,7 +11,7 @@ from lariat.geometry import obstacles as geometry
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from lariat.trajectory import MotionLimits
-from shared.configuration import Bounds
+from shared.configuration import Bounds, Extensible
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -21,6 +21,16 @@ Color = Annotated[tuple[int, int, int], Bounds(0, 255)]
 Side = Literal["left", "right"]
 SIDES: tuple[Side, Side] = ("left", "right")
 """Both ends of the rope, in the order of grips and arms."""
+CONTROL_METHODS = Extensible(("gauss_newton", "network", "actions"), "lariat.controllers")
+"""Controllers: `lariat.protocols.Controller`."""
+STATE_ESTIMATORS = Extensible(("rod",), "lariat.state_estimators")
+"""State estimators: `lariat.protocols.StateEstimator`."""
+PATH_PLANNERS = Extensible(("whole_path",), "lariat.path_planners")
+"""Planners: `lariat.protocols.PathPlanner`."""
+PERCEPTION_METHODS = Extensible(("ridge", "paper"), "lariat.perception")
+"""Methods that find the rope in images: `lariat.protocols.RopePerception`."""
+DRIVERS = Extensible(("fixed", "ideal", "cr5"), "lariat.drivers")
+"""Arm drivers."""
 
 
 @dataclass(frozen=True)
@@ -287,8 +297,8 @@ class Sensing:
 
     source: Literal["truth", "camera"] = "truth"
     """Source of the rope's nodes: the simulation itself, or images with depth."""
-    method: Literal["ridge", "paper"] = "ridge"
-    """Method that finds the rope in images: this project's or the paper's."""
+    method: Annotated[str, PERCEPTION_METHODS] = "ridge"
+    """Method that finds the rope in images: this project's, the paper's or an own class."""
     resolution: tuple[int, int] = (640, 480)
     """Width and height of the images in pixels."""
     field_of_view: Annotated[float, Bounds(10.0, 120.0, "deg")] = 65.0
@@ -369,8 +379,13 @@ class PaperControl:
 class Control:
     """Model predictive control of the rope."""
 
-    method: Literal["gauss_newton", "network", "actions"] = "gauss_newton"
-    """Optimiser: Gauss-Newton, or the paper's over a network's weights or over the actions."""
+    method: Annotated[str, CONTROL_METHODS] = "gauss_newton"
+    """Controller: Gauss-Newton, the paper's over a network's weights or over the actions, or an own
+    class."""
+    state_estimator: Annotated[str, STATE_ESTIMATORS] = "rod"
+    """Estimator of the rope's state: this project's with the rod, or an own class."""
+    path_planner: Annotated[str, PATH_PLANNERS] = "whole_path"
+    """Planner of whole paths: this project's or an own class."""
     solver: Literal["direct", "xpbd"] = "direct"
     """Solver of the predicting rod. `xpbd` is the paper's rod with `[control.paper]`, for the
     methods `network` and `actions`."""

@@ -9,8 +9,21 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from lariat.rod import RodState
+from lariat.trajectory import MotionState
 from lariat.trajectory.state import Vectors
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
+
+
+@dataclass(frozen=True)
+class HorizonTask:
+    """Task that a horizon serves."""
+
+    time: float
+    """Time at which the horizon begins [s]."""
+    grips: MotionState
+    """Commanded motion of the grips at its beginning."""
+    goal: Float64[np.ndarray, "n 3"]
+    """Nodes of the goal [m]."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +46,8 @@ class HorizonProblem:
     """Components of that rotation that are zero at the goal."""
     supports: Float64[np.ndarray, "m 12"] | None = None
     """Obstacles that the rope may lean on, packed for the rod."""
+    task: HorizonTask | None = None
+    """Task, for controllers that do not follow the reference alone."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +67,9 @@ class HorizonPlan:
 class HorizonOptimizer(Protocol):
     """Solver of successive horizons.
 
-    Implementations: `mpc.gauss_newton.GaussNewton` (default) and `paper.optimizer.PaperOptimizer`
-    (eq. (12) and (13) by Adam on a network or on the velocities).
+    Implementations: `mpc.gauss_newton.GaussNewton` (default), `paper.optimizer.PaperOptimizer`
+    (eq. (12) and (13) by Adam on a network or on the velocities) and
+    `extensions.controller_adapter.ControllerAdapter` (classes from outside).
     """
 
     @property

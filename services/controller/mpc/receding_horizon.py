@@ -26,7 +26,12 @@ from lariat.trajectory import (
 from services.controller.estimation.arm_lag import ArmLag
 from services.controller.estimation.state_estimator import StateEstimator
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
-from services.controller.mpc.horizon import HorizonOptimizer, HorizonPlan, HorizonProblem
+from services.controller.mpc.horizon import (
+    HorizonOptimizer,
+    HorizonPlan,
+    HorizonProblem,
+    HorizonTask,
+)
 from services.controller.mpc.reference_trajectory import ReferenceTrajectory
 from services.controller.mpc.setpoint_stream import SetpointStream
 from services.controller.mpc.velocity_tracking import jerk_towards
@@ -196,6 +201,7 @@ class RecedingHorizonController:
             rotation,
             oriented,
             self.estimator.supports,
+            HorizonTask(effective * NANOSECONDS, commanded, goal),
         )
         plan = self.optimizer.plan(self.estimator.rod, problem, avoidance)
         motions = self._setpoints(reference, commanded, plan)

@@ -26,6 +26,7 @@ class ReasonCode(Enum):
     NO_PATH = auto()
     PATH_NOT_FOLLOWED = auto()
     CONTACT_EXPECTED = auto()
+    METHOD_FAULT = auto()
     # Reasons to hold the arms or to brake while the task goes on.
     ARMS_UNAVAILABLE = auto()
     WAITING_FOR_RESET = auto()
@@ -71,6 +72,7 @@ TEXTS: Mapping[ReasonCode, str] = {
         "{predicted_mm:.1f} mm of it, known to {deviation_mm:.1f} mm; {paths} new paths did not "
         "help. It needs {needed_mm:.0f} mm more room there, or a rope that is known better"
     ),
+    ReasonCode.METHOD_FAULT: "{problem}; the arms hold",
     ReasonCode.ARMS_UNAVAILABLE: "the arms do not follow: {state}",
     ReasonCode.WAITING_FOR_RESET: "waiting for the arms to reset",
     ReasonCode.ROPE_NOT_SEEN: "the rope has not been seen for {seconds:g} s",

@@ -367,6 +367,15 @@ class RunSupervisor:
         x, y, z = snag.position.tolist()
         self._task.apply(RunEvent.GIVE_UP, code, x=x, y=y, z=z)
 
+    def method_failed(self, problem: str) -> None:
+        """Give up because a controller or estimator from outside has failed.
+
+        Args:
+            problem: Its name and what it did.
+        """
+        if self._task.accepts(RunEvent.GIVE_UP):
+            self._task.apply(RunEvent.GIVE_UP, ReasonCode.METHOD_FAULT, problem=problem)
+
     def judge(self, now: int, reference: ReferenceTrajectory, *, at_end: bool) -> None:
         """Decide whether the goal is reached, another path is needed, or the run has failed.
 

@@ -32,7 +32,7 @@ from shared.scenario.sections import (
 
 
 class ExtensionFault(Exception):
-    """A class from outside has raised or answered what is no answer; the text says which and how."""
+    """A class from outside has raised or answered nonsense; the text says which and how."""
 
 
 @dataclass(frozen=True)

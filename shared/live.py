@@ -39,9 +39,10 @@ from shared.configuration import ConfigurationError
 from shared.health import HealthMeter
 from shared.logs import BusHandler, log_to_standard_error
 from shared.memory import reserve_memory
-from shared.messages import Trace
+from shared.messages import Health, Trace
 from shared.scenario import Scenario, load
 from shared.service import SECOND, Mailbox, Service
+from shared.stall_watch import StallWatch
 from shared.version import version
 
 log = logging.getLogger(__name__)
@@ -142,6 +143,7 @@ def run(
         if greeting := getattr(service, "greeting", ""):
             print(greeting, file=sys.stderr, flush=True)
         runner.report()
+        runner.watch()
         _keep_pace(runner, round(SECOND / service.rate))
     except Stopped:
         raise
@@ -150,6 +152,7 @@ def run(
         sys.exit(EXIT_EXCEPTION)
     finally:
         gc.enable()
+        runner.close()
         if close := getattr(service, "close", None):
             close()
         logging.getLogger().removeHandler(handler)
@@ -192,9 +195,36 @@ class Runner:
         self._health = bus.publisher(topics.HEALTH.at(service.name))
         self._session = session
         self.meter = HealthMeter(1.0 / service.rate)
+        self._stall_watch: StallWatch | None = None
+
+    def watch(self) -> None:
+        """Report steps of this thread that do not end, from now on."""
+        limit = 2.0 * getattr(self._service, "longest_step", 0.0)
+        self._stall_watch = StallWatch(limit, self._report_stall)
+
+    def close(self) -> None:
+        """End the watch over the steps."""
+        if self._stall_watch:
+            self._stall_watch.close()
+
+    def _report_stall(self, problem: str) -> None:
+        """Publish that a step does not end: in the log, and as the note of a health message."""
+        log.error("%s", problem)
+        meter = self.meter
+        health = Health(
+            period_ms=1e3 / self._service.rate, steps=meter.steps, overruns=meter.overruns
+        )
+        self._publish_health(health, problem)
 
     def step(self) -> None:
         """Step the service once, and publish its output and the trace of the step."""
+        if self._stall_watch:
+            self._stall_watch.step_begins()
+        self._step()
+        if self._stall_watch:
+            self._stall_watch.step_ended()
+
+    def _step(self) -> None:
         start = time.perf_counter_ns()
         for subscription in self._subscriptions:
             for key, item in subscription.take():
@@ -223,6 +253,11 @@ class Runner:
             self._heartbeat.touch()
         now = self._clock.now()
         health = self.meter.report({key: now - stamp for key, stamp in self._newest.items()})
+        self._publish_health(health, getattr(self._service, "note", ""))
+
+    def _publish_health(self, health: Health, note: str) -> None:
+        """Publish a health message, filled in with what the process knows of itself."""
+        now = self._clock.now()
         health.service = self._service.name
         health.stamp = now
         health.boot = self._session
@@ -233,7 +268,7 @@ class Runner:
         if self._everything:
             health.drops += self._everything.lost
             health.refused += self._everything.refused
-        health.note = getattr(self._service, "note", "")
+        health.note = note
         health.longest_step_ms = 1e3 * getattr(self._service, "longest_step", 0.0)
         self._health.put(health)
 

@@ -78,8 +78,8 @@ def run(
         method: Controller: gauss_newton, network, actions, or an own class.
         planner: Planner of whole paths: whole_path, an own class, or none.
         estimator: State estimator: rod, or an own class.
-        perception: Method that finds the rope in images: ridge, paper, or an own class. An own class
-            is given as package.module:Class and needs --sensing camera.
+        perception: Method that finds the rope in images: ridge, paper, or an own class; compared
+            with --sensing camera. Own classes are given as package.module:Class.
         plant: Simulator of the true rope.
         stiffness_error: True stiffness relative to the controller's belief [-].
         youngs_modulus: Young's modulus that the controller believes [Pa].

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -70,11 +69,10 @@ class Unsure:
 
 
 @pytest.fixture(autouse=True)
-def own_modules(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def own_modules(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write_examples(tmp_path)
     (tmp_path / "faulty_methods.py").write_text(FAULTY)
     monkeypatch.syspath_prepend(str(tmp_path))
-    yield
 
 
 def run(*settings: str, taps=(), stop_after: float | None = None) -> RunOutcome:

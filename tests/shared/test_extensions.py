@@ -53,7 +53,7 @@ def test_a_class_is_found_by_its_entry_point(monkeypatch: pytest.MonkeyPatch):
         extensions, "entry_points", lambda group, name: [point] if name == "good" else []
     )
     assert own("good").load().__name__ == "Good"
-    with pytest.raises(ConfigurationError, match="group 'lariat.controllers'"):
+    with pytest.raises(ConfigurationError, match=r"group 'lariat\.controllers'"):
         own("bad").load()
 
 

@@ -192,3 +192,21 @@ def test_services_are_imported_by_the_modules_that_run_them() -> None:
     for file in sorted((root / "services").glob("*/service.py")):
         text = (file.parent / "__main__.py").read_text()
         assert f'main("services.{file.parent.name}"' in text
+
+
+def test_a_step_that_does_not_end_is_reported_with_its_place(cell: Cell) -> None:
+    beacon = Beacon(cell)
+    beacon.reports(1)
+    beacon.ask("linger", "2.0")
+    notes: list[str] = []
+    until(
+        lambda: (
+            notes.extend(r.note for r in beacon.reports(1) if "has not ended" in r.note) or notes
+        )
+    )
+    assert "a step has not ended for 1." in notes[0]
+    assert "step (service.py:" in notes[0]
+    lines = [item.message.message for _, item in beacon.log.take()]
+    assert notes[0] in lines
+    _, _, output = beacon.end()
+    assert notes[0] in output

@@ -74,7 +74,9 @@ def main(
     with _progress(loaded, messages) as watch:
         preflight.check(loaded)
         try:
-            outcome = run(loaded, record, 0.0 if stop_when_reached else None, watch)
+            outcome = run(
+                loaded, record, 0.0 if stop_when_reached else None, watch, start=_start(record)
+            )
         except OSError as error:
             raise ConfigurationError(f"--record {record}: {error}") from error
     if json:
@@ -84,6 +86,11 @@ def main(
     if not outcome.score.reached:
         messages.print(f"[bold]Not reached[/]: {outcome.reason}.{_hold_note(outcome.stack)}")
     return 0 if outcome.score.reached else 1
+
+
+def _start(record: Path | None) -> int:
+    """Return the start of simulated time [ns]: that of the wall clock, where it is recorded."""
+    return time.time_ns() // SECOND * SECOND if record else START
 
 
 def _check_writable(record: Path) -> None:
@@ -116,11 +123,10 @@ def _progress(scenario: Scenario, console: Console) -> Iterator[Watch]:
                 return
             shown = time.monotonic()
             task = stack.latest(topics.TASK_STATE)
-            began = scorer.started or START
             progress.update(
                 bar,
                 description=RunState.Name(task.state).capitalize() if task else "Starting",
-                completed=(stack.now - began) / SECOND if scorer.started else 0.0,
+                completed=(stack.now - scorer.started) / SECOND if scorer.started else 0.0,
                 seen=f"error {1e3 * task.error:.1f} mm  clearance {1e3 * task.clearance:.0f} mm"
                 if task and scorer.started
                 else "",

@@ -1,8 +1,9 @@
 """The bus: publishers and subscriptions of topics, over Zenoh. Only this file imports zenoh.
 
 Peers on loopback find each other by gossip through the hub in the launcher, without multicast.
-Every message carries its protobuf type in the encoding; its sequence number, its publisher and the
-version of the message set in the attachment. Messages of a newer version are refused.
+Every message carries its protobuf type in the encoding; its sequence number, its publisher, the
+version of the message set and the time of sending in the attachment. Messages of a newer version
+are refused.
 
 Unread messages wait in bounded ring buffers, and a publisher never waits for a reader. A message
 that a slow reader loses is missing from the sequence numbers, and counted. A message larger than
@@ -24,6 +25,7 @@ from zenoh.handlers import RingChannel
 from shared.clock import Clock, SystemClock
 from shared.message_check import MAX_PUBLISHERS, MessageCheck, RawMessage
 from shared.messages import Message
+from shared.messages.validation import MAX_INTEGER
 from shared.service import Received
 from shared.topics import MAX_IMAGE_SIZE, TOPICS, Topic, find
 from shared.version import MESSAGE_VERSION
@@ -108,7 +110,7 @@ def open(
 class Publisher:
     """Publisher of one topic."""
 
-    def __init__(self, session: zenoh.Session, topic: Topic, publisher: str) -> None:
+    def __init__(self, session: zenoh.Session, topic: Topic, publisher: str, clock: Clock) -> None:
         if topic.urgent:
             priority = zenoh.Priority.REAL_TIME
         else:
@@ -124,6 +126,7 @@ class Publisher:
         )
         self._topic = topic
         self._name = publisher
+        self._clock = clock
         self.sequence = 0
         """Number of the next message."""
 
@@ -144,7 +147,8 @@ class Publisher:
                 f"not {type(message).__name__}"
             )
         payload = message.SerializeToString(deterministic=True)
-        self._publisher.put(payload, attachment=f"{self.sequence} {self._name} {MESSAGE_VERSION}")
+        words = self.sequence, self._name, MESSAGE_VERSION, self._clock.now()
+        self._publisher.put(payload, attachment=" ".join(map(str, words)))
         self.sequence += 1
 
 
@@ -282,7 +286,7 @@ class Bus:
         """
         if "{" in topic.key:
             raise ValueError(f"topic {topic.key!r} has a placeholder; fill it with topic.at(name)")
-        return Publisher(self._session, topic, self._publisher)
+        return Publisher(self._session, topic, self._publisher, self._clock)
 
     def subscribe(self, topic: Topic, own: bool = True) -> Subscription:
         """Return a subscription to the future messages of one topic.
@@ -319,7 +323,7 @@ class Bus:
 def _raw_message(sample: zenoh.Sample, received: int) -> RawMessage:
     attachment = sample.attachment.to_bytes() if sample.attachment else b""
     words = attachment.decode(errors="replace").split(" ")
-    sequence, publisher, version = (*words, "", "", "")[:3]
+    sequence, publisher, version, published = (*words, "", "", "", "")[:4]
     return RawMessage(
         key=str(sample.key_expr),
         type=str(sample.encoding).removeprefix(_PROTOBUF_ENCODING),
@@ -328,12 +332,14 @@ def _raw_message(sample: zenoh.Sample, received: int) -> RawMessage:
         sequence=_integer(sequence),
         received=received,
         version=_integer(version),
+        published=_integer(published),
     )
 
 
 def _integer(text: str) -> int:
-    """Integer of at most 18 digits, which fits a message; 0 for any other text."""
-    return int(text) if text.isascii() and text.isdecimal() and len(text) <= 18 else 0
+    """Integer of at most 19 digits that fits a message; 0 for any other text."""
+    known = text.isascii() and text.isdecimal() and len(text) <= 19
+    return min(int(text), MAX_INTEGER) if known else 0
 
 
 def key_expression(key: str) -> str:

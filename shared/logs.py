@@ -48,16 +48,27 @@ class BusHandler(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Publish one record."""
-        self._publisher.put(
-            Log(
-                timestamp=timestamp(time.time_ns()),
-                level=_FOXGLOVE_LEVELS.get(record.levelno, Log.Level.UNKNOWN),
-                message=self.format(record),
-                name=self._service,
-                file=record.filename,
-                line=record.lineno,
-            )
-        )
+        text = self.format(record)
+        self._publisher.put(log_message(record, text, self._service, time.time_ns()))
+
+
+def log_message(record: logging.LogRecord, text: str, service: str, stamp: int) -> Log:
+    """Return the message of a log record.
+
+    Args:
+        record: The record.
+        text: Its text.
+        service: Name of the service.
+        stamp: Time of the record [ns].
+    """
+    return Log(
+        timestamp=timestamp(stamp),
+        level=_FOXGLOVE_LEVELS.get(record.levelno, Log.Level.UNKNOWN),
+        message=text,
+        name=service,
+        file=record.filename,
+        line=record.lineno,
+    )
 
 
 def log_to_standard_error() -> None:

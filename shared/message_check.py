@@ -37,6 +37,8 @@ class RawMessage:
     """Time of receipt on this process' clock [ns]."""
     version: int = 0
     """Version of the publisher's message set; 0 if not given."""
+    published: int = 0
+    """Time at which it was sent, by the publisher's clock [ns]; 0 if not given."""
 
 
 class MessageCheck:

@@ -12,7 +12,10 @@ from typing import Literal
 
 from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
 from foxglove_schemas_protobuf.Log_pb2 import Log
+from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
@@ -201,6 +204,9 @@ TRACE = Topic("trace/{service}", Trace, "every service", "latest")
 LOG = Topic("log/{service}", Log, "every service", "every")
 STACK_STATE = Topic("stack/state", StackState, "lariat", "latest")
 VIEW_SCENE = Topic("view/scene", SceneUpdate, "recorder", "latest")
+VIEW_POINTS = Topic("view/points/{name}", PointCloud, "recorder", "latest")
+VIEW_TRANSFORMS = Topic("view/transforms", FrameTransforms, "recorder", "latest")
+VIEW_JOINTS = Topic("view/joints", JointStates, "recorder", "latest")
 
 TOPICS: tuple[Topic, ...] = tuple(v for v in list(globals().values()) if isinstance(v, Topic))
 """All topics, in the order of the table."""

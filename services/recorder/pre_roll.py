@@ -22,6 +22,8 @@ class QueuedMessage(NamedTuple):
     """Number among the publisher's messages on this topic, from 0."""
     received: int
     """Time of receipt [ns]."""
+    published: int = 0
+    """Time at which it was sent, by the publisher's clock [ns]; 0 if unknown."""
 
 
 class PreRoll:

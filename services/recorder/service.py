@@ -6,10 +6,10 @@ import logging
 from collections.abc import Iterator
 from typing import Protocol
 
-from services.recorder.foxglove_scene import FoxgloveScene
 from services.recorder.options import RecorderOptions
 from services.recorder.pre_roll import QueuedMessage
 from services.recorder.run_files import RunFiles
+from services.recorder.view.cell_view import WRITES, CellView
 from shared import topics
 from shared.messages import ArmStates, RecordState, TaskState
 from shared.scenario import Scenario
@@ -37,6 +37,8 @@ class EncodedMessage(Protocol):
     def sequence(self) -> int: ...
     @property
     def received(self) -> int: ...
+    @property
+    def published(self) -> int: ...
 
 
 class RecorderService:
@@ -44,13 +46,13 @@ class RecorderService:
 
     name = "recorder"
     reads = ()
-    writes = (topics.RUN_RECORD, topics.VIEW_SCENE)
+    writes = (topics.RUN_RECORD, *WRITES)
     rate = 30.0
     latency = 0.0
 
     def __init__(self, scenario: Scenario, options: RecorderOptions) -> None:
         self._files = RunFiles(scenario, options)
-        self._scene = FoxgloveScene(scenario)
+        self._view = CellView(scenario)
         self._topics: dict[str, Topic | None] = {}
         self._next_sequence: dict[tuple[str, str], int] = {}
         self._drops = 0
@@ -73,10 +75,15 @@ class RecorderService:
             self._files.take_motion(message.received)
         self._files.put(
             QueuedMessage(
-                topic, message.payload, message.publisher, message.sequence, message.received
+                topic,
+                message.payload,
+                message.publisher,
+                message.sequence,
+                message.received,
+                message.published,
             )
         )
-        self._scene.take(message.key, message.payload)
+        self._view.take(message.key, message.payload)
 
     def _count_drops(self, message: EncodedMessage) -> None:
         stream = message.key, message.publisher
@@ -93,7 +100,7 @@ class RecorderService:
             self.note = self._files.failure
             if self.note:
                 log.error("not recording: %s", self.note)
-        yield Publication(topics.VIEW_SCENE, self._scene.draw(now))
+        yield from self._view.draw(now)
         writer = self._files.writer
         state = (writer is not None, str(writer.path) if writer else "", self._files.run)
         if state != self._published or now - self._publish_time >= SECOND:

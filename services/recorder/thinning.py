@@ -12,6 +12,7 @@ REPEAT_PERIOD = 60 * SECOND
 """Time after which a message that has not changed is recorded again [ns]."""
 MAX_STREAMS = 1024
 """Most pairs of topic and publisher whose times are remembered."""
+_DRAWINGS = (topics.VIEW_SCENE, topics.VIEW_POINTS, topics.VIEW_TRANSFORMS, topics.VIEW_JOINTS)
 _EVENTS = frozenset(
     topic.key
     for topic in topics.TOPICS
@@ -37,7 +38,9 @@ class Thinning:
         stream = topic.key, message.publisher
         time, content = self._recorded.pop(stream, (-REPEAT_PERIOD, 0))
         age, same = message.received - time, hash(message.payload) == content
-        keep = age >= (REPEAT_PERIOD if same else IDLE_PERIOD)
+        # A drawing says nothing new, but its stamps are.
+        drawing = any(t.matches(topic.key) for t in _DRAWINGS)
+        keep = age >= (REPEAT_PERIOD if same or drawing else IDLE_PERIOD)
         self._recorded[stream] = (
             (message.received, hash(message.payload)) if keep else (time, content)
         )

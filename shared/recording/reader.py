@@ -19,7 +19,7 @@ from shared import topics
 from shared.aliases import current_topic_key
 from shared.bounded_file import path_inside
 from shared.messages.upgrade import upgrade
-from shared.recording.layout import METADATA_NAME, SCENARIO_ATTACHMENT
+from shared.recording.layout import METADATA_NAME, PROTOBUF, SCENARIO_ATTACHMENT
 from shared.scenario import Scenario, parse
 from shared.topics import Topic
 from shared.version import MESSAGE_VERSION, RECORDING_VERSION
@@ -62,6 +62,8 @@ class Entry:
     """Time of receipt [ns]."""
     version: int = MESSAGE_VERSION
     """Version of the message set that it was written with; 0 if the file has none."""
+    publish_time: int = 0
+    """Time at which it was sent, by the publisher's clock [ns]."""
 
     @property
     def topic(self) -> Topic:
@@ -129,7 +131,7 @@ class Recording:
                 )
 
     def messages(self, keys: Iterable[str] | None = None) -> Iterator[Entry]:
-        """Yield all readable messages in the order of their log time.
+        """Yield all readable messages of the bus in the order of their log time.
 
         Args:
             keys: Concrete keys of the topics to read; by default all.
@@ -153,6 +155,8 @@ class Recording:
                 # The channel may have been in a damaged chunk.
                 if channel is None or channel.schema_id not in schemas:
                     continue
+                if channel.message_encoding != PROTOBUF:
+                    continue
                 key = current_topic_key(channel.topic)
                 if wanted is None or key in wanted:
                     yield Entry(
@@ -163,6 +167,7 @@ class Recording:
                         record.sequence,
                         record.log_time,
                         version,
+                        record.publish_time,
                     )
 
     def scenario(self, folder: Path) -> Scenario:

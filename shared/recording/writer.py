@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Mapping
 from pathlib import Path
 from typing import IO
@@ -12,8 +13,16 @@ from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 
 from shared.bounded_file import read_file
+from shared.cell_description import cell_urdf
 from shared.recording.disk_sync import DiskSync
-from shared.recording.layout import CHUNK_SIZE, METADATA_NAME, SCENARIO_ATTACHMENT
+from shared.recording.layout import (
+    CHUNK_SIZE,
+    METADATA_NAME,
+    PROTOBUF,
+    ROBOT_DESCRIPTION_SCHEMA,
+    ROBOT_DESCRIPTION_TOPIC,
+    SCENARIO_ATTACHMENT,
+)
 from shared.scenario import Scenario
 from shared.scenario.scenario import MAX_NODES_FILE_SIZE
 from shared.topics import Topic
@@ -79,6 +88,7 @@ class Writer:
         for name, content in _files(scenario).items():
             kind = "application/toml" if name == SCENARIO_ATTACHMENT else "text/csv"
             self._writer.add_attachment(0, started, name, kind, content)
+        self._write_robot_description(cell_urdf(scenario), started)
         self._stream.flush()
 
     @property
@@ -87,7 +97,13 @@ class Writer:
         return self._stream.tell()
 
     def write(
-        self, topic: Topic, payload: bytes, publisher: str, sequence: int, log_time: int
+        self,
+        topic: Topic,
+        payload: bytes,
+        publisher: str,
+        sequence: int,
+        log_time: int,
+        publish_time: int = 0,
     ) -> None:
         """Add one message.
 
@@ -97,6 +113,7 @@ class Writer:
             publisher: Id of the process start that sent it.
             sequence: Number among the publisher's messages on this topic, from 0.
             log_time: Time of receipt [ns].
+            publish_time: Time at which it was sent, by the publisher's clock [ns]; 0 if unknown.
 
         Raises:
             OSError: The disk is full or gone.
@@ -104,7 +121,11 @@ class Writer:
         # Times of receipt may be slightly out of order; log times must not be.
         self._latest = max(self._latest, log_time)
         self._writer.add_message(
-            self._channel(topic, publisher), self._latest, payload, self._latest, sequence % 2**32
+            self._channel(topic, publisher),
+            self._latest,
+            payload,
+            publish_time or log_time,
+            sequence % 2**32,
         )
         self.messages += 1
         self.flush(self._latest)
@@ -136,13 +157,22 @@ class Writer:
             finally:
                 self._stream.close()
 
+    def _write_robot_description(self, urdf: str, started: int) -> None:
+        name, encoding, text = ROBOT_DESCRIPTION_SCHEMA
+        schema = self._writer.register_schema(name, encoding, text)
+        channel = self._writer.register_channel(ROBOT_DESCRIPTION_TOPIC, "cdr", schema)
+        content = urdf.encode() + b"\0"
+        # Little-endian CDR: its header, the string's length and the string.
+        message = struct.pack("<4BI", 0, 1, 0, 0, len(content)) + content
+        self._writer.add_message(channel, started, message, started)
+
     def _channel(self, topic: Topic, publisher: str) -> int:
         key = (topic.key, publisher)
         if key not in self._channels and len(self._channels) >= MAX_CHANNELS:
             key = (topic.key, OTHER_PUBLISHERS)
         if key not in self._channels:
             self._channels[key] = self._writer.register_channel(
-                topic.key, "protobuf", self._schema(topic.type.DESCRIPTOR), {"publisher": key[1]}
+                topic.key, PROTOBUF, self._schema(topic.type.DESCRIPTOR), {"publisher": key[1]}
             )
         return self._channels[key]
 
@@ -150,7 +180,7 @@ class Writer:
         name = descriptor.full_name
         if name not in self._schemas:
             content = descriptor_set(descriptor).SerializeToString(deterministic=True)
-            self._schemas[name] = self._writer.register_schema(name, "protobuf", content)
+            self._schemas[name] = self._writer.register_schema(name, PROTOBUF, content)
         return self._schemas[name]
 
 

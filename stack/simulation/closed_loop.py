@@ -106,6 +106,7 @@ def run(
     taps: tuple[Tap, ...] = (),
     members: tuple[Service, ...] | None = None,
     network: Network = lambda _: (0,),
+    start: int = START,
 ) -> RunOutcome:
     """Run a scenario until the goal is reached or its time is over, and score the run.
 
@@ -118,6 +119,7 @@ def run(
         taps: Functions that are called with every message.
         members: Services of the cell; by default those of the scenario.
         network: Faults of the network; by default none.
+        start: Time at which simulated time begins [ns], e.g. that of the wall clock.
 
     Raises:
         ConfigurationError: A service does not support the scenario.
@@ -126,9 +128,9 @@ def run(
     scenario = with_emulated_arms(scenario)
     scorer = Scorer(scenario)
     if members is None:
-        members = tuple(services.build(n, scenario, session_id(n)) for n in services.NAMES)
+        members = tuple(services.build(n, scenario, session_id(n), start) for n in services.NAMES)
     with ExitStack() as cleanup:
-        stack = SimulatedStack(members, [scorer, *taps], network=network)
+        stack = SimulatedStack(members, [scorer, *taps], start, network)
         if record:
             # Before the kernels are compiled: a folder that is not writable is reported at once.
             recorder = RecorderTap(record, scenario, stack)
@@ -159,7 +161,8 @@ def make_ready(
         The missing condition; empty if the cell is ready.
     """
     missing = "no time"
-    while stack.now < START + READY_TIMEOUT:
+    deadline = stack.now + READY_TIMEOUT
+    while stack.now < deadline:
         stack.advance_to(stack.now + POLL_PERIOD)
         watch()
         missing = _missing(stack)

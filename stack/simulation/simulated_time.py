@@ -38,6 +38,8 @@ class Delivery:
     """Number among the publisher's messages on this topic, from 0."""
     received: int
     """Time of delivery [ns]."""
+    published: int = 0
+    """Time of the step that sent it [ns]."""
 
     @property
     def key(self) -> str:
@@ -170,7 +172,7 @@ class SimulatedStack:
         sequence = self._sequences[publisher, topic.key]
         self._sequences[publisher, topic.key] += 1
         payload = message.SerializeToString(deterministic=True)
-        delivery = Delivery(topic, payload, publisher, sequence, delivery_time)
+        delivery = Delivery(topic, payload, publisher, sequence, delivery_time, self.now)
         for delay in self._network(delivery):
             late = replace(delivery, received=delivery_time + delay) if delay else delivery
             heapq.heappush(self._pending, (late.received, self._published, late))

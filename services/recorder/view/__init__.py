@@ -1,0 +1,1 @@
+"""Drawing of the cell in the standard types of viewers such as Foxglove and Rerun."""

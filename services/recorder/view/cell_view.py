@@ -1,0 +1,172 @@
+"""View of a cell: newest messages of the drawn topics, and their drawing for viewers.
+
+Each kind of thing is drawn when its message has changed, and everything once a second, for viewers
+that come late.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+
+from lariat.geometry import poses
+from lariat.geometry.poses import Pose
+from services.recorder.view import colors
+from services.recorder.view.curves import CURVES, curves
+from services.recorder.view.frames import Frames
+from services.recorder.view.point_clouds import DEPTH_SHADE, depth_points, point_cloud
+from services.recorder.view.primitives import add_body, add_curves, add_link_body, add_obstacle
+from services.recorder.view.surfaces import surface_points
+from shared import topics
+from shared.cell_description import (
+    ARM_COLOR,
+    AWAY_FROM_ROPE,
+    GRIP,
+    GRIPPER_COLOR,
+    WORLD_FRAME,
+    arm_urdf,
+    frame_name,
+)
+from shared.messages import scene_obstacles, timestamp
+from shared.scenario import SIDES, Scenario
+from shared.service import SECOND, Publication
+from shared.topics import Topic
+
+REFRESH_PERIOD = SECOND
+"""Time after which everything is drawn again [ns]."""
+CURVE_PERIOD = SECOND // 16
+"""Least time between two drawings of the curves [ns]."""
+DEPTH_PERIOD = SECOND // 2
+"""Least time between two depth images that are drawn as points [ns]."""
+THIN_LINE = 0.25
+"""Thickness of the prediction and the path in diameters of the rope [-]."""
+_THIN = ("prediction", "path")
+_DEPTH = topics.CAMERA_DEPTH.at(topics.CAMERA)
+_CALIBRATION = topics.CAMERA_CALIBRATION.at(topics.CAMERA)
+_OBSTACLES = topics.VIEW_POINTS.at("obstacles")
+_CLOUDS = {key: topics.VIEW_POINTS.at(name) for key, name in CURVES.items()}
+_DEPTH_CLOUD = topics.VIEW_POINTS.at(topics.CAMERA)
+WRITES: tuple[Topic, ...] = (
+    topics.VIEW_SCENE,
+    topics.VIEW_TRANSFORMS,
+    topics.VIEW_JOINTS,
+    *_CLOUDS.values(),
+    _OBSTACLES,
+    _DEPTH_CLOUD,
+)
+"""Topics of the drawing."""
+_TYPES = {
+    topic.key: topic.type
+    for topic in (
+        topics.ROPE_NODES,
+        topics.ROPE_TRUTH,
+        topics.TASK_STATE,
+        topics.CONTROLLER_PLAN,
+        topics.CONTROLLER_PATH,
+        topics.SCENE_STATE,
+        topics.ARM_STATE,
+        _DEPTH,
+        _CALIBRATION,
+    )
+}
+"""Type of each drawn topic by its key."""
+
+
+class CellView:
+    """Newest messages of the drawn topics, and their drawing."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._scenario = scenario
+        self._frames = Frames(scenario)
+        self._newest: dict[str, bytes] = {}
+        self._changed: set[str] = set()
+        self._refreshed = self._depth_drawn = self._curves_drawn = -REFRESH_PERIOD
+
+    def take(self, key: str, payload: bytes) -> None:
+        """Take an encoded message of any topic."""
+        if key in _TYPES:
+            self._newest[key] = payload
+            self._changed.add(key)
+
+    def draw(self, now: int) -> Iterator[Publication]:
+        """Draw what has changed; the drawing is stamped with `now` [ns]."""
+        refresh = now - self._refreshed >= REFRESH_PERIOD
+        changed = set(self._newest) if refresh else self._changed
+        self._changed = set()
+        scene = SceneUpdate()
+        if refresh or now - self._curves_drawn >= CURVE_PERIOD:
+            self._curves_drawn = now
+            for key in (k for k in CURVES if k in changed):
+                yield self._draw_curves(key, scene, now)
+        else:
+            self._changed = changed & CURVES.keys()
+        if topics.SCENE_STATE.key in changed:
+            yield self._draw_obstacles(scene, now)
+        if refresh:
+            self._refreshed = now
+            self._draw_arms(scene, now)
+        arms = self._message(topics.ARM_STATE.key) if topics.ARM_STATE.key in changed else None
+        if arms or refresh:
+            yield Publication(
+                topics.VIEW_TRANSFORMS, self._frames.transforms(arms, now, fixed=refresh)
+            )
+        if arms and (joints := self._frames.joints(arms, now)).joints:
+            yield Publication(topics.VIEW_JOINTS, joints)
+        if scene.entities:
+            yield Publication(topics.VIEW_SCENE, scene)
+        if _DEPTH.key in changed and now - self._depth_drawn >= DEPTH_PERIOD:
+            yield from self._draw_depth(now)
+
+    def _message(self, key: str) -> Any | None:
+        payload = self._newest.get(key)
+        return None if payload is None else _TYPES[key].FromString(payload)
+
+    def _draw_curves(self, key: str, scene: SceneUpdate, now: int) -> Publication:
+        drawn = curves(self._message(key), key)
+        name = CURVES[key]
+        thickness = self._scenario.rope.diameter * (THIN_LINE if name in _THIN else 1.0)
+        add_curves(_entity(scene, name, WORLD_FRAME, now), drawn, thickness)
+        return Publication(_CLOUDS[key], point_cloud(drawn.points, drawn.colors, WORLD_FRAME, now))
+
+    def _draw_obstacles(self, scene: SceneUpdate, now: int) -> Publication:
+        entity = _entity(scene, "obstacles", WORLD_FRAME, now)
+        points, shades = [np.zeros((0, 3))], [np.zeros((0, 4))]
+        for obstacle in scene_obstacles(self._message(topics.SCENE_STATE.key)):
+            add_obstacle(entity, obstacle)
+            points.append(surface_points(obstacle))
+            color = colors.SUPPORT if obstacle.support else colors.OBSTACLE
+            shades.append(colors.uniform(color, len(points[-1])))
+        cloud = point_cloud(np.concatenate(points), np.concatenate(shades), WORLD_FRAME, now)
+        return Publication(_OBSTACLES, cloud)
+
+    def _draw_arms(self, scene: SceneUpdate, now: int) -> None:
+        limits = self._scenario.limits
+        for side in SIDES:
+            grip = _entity(scene, frame_name(side, GRIP), frame_name(side, GRIP), now)
+            middle = np.array([0.0, 0.0, AWAY_FROM_ROPE[side] * limits.gripper_height / 2.0])
+            size = (limits.gripper_radius, limits.gripper_height)
+            add_body(grip, Pose(middle, poses.IDENTITY), "cylinder", size, GRIPPER_COLOR)
+            arm = arm_urdf(self._scenario.end(side))
+            for body in arm.bodies if arm else ():
+                frame = frame_name(side, body.link)
+                add_link_body(_entity(scene, frame, frame, now), body, ARM_COLOR)
+
+    def _draw_depth(self, now: int) -> Iterator[Publication]:
+        image, calibration = self._message(_DEPTH.key), self._message(_CALIBRATION.key)
+        if image is None or calibration is None:
+            return
+        self._depth_drawn = now
+        points = depth_points(image, calibration)
+        shades = colors.uniform(DEPTH_SHADE, len(points))
+        yield Publication(_DEPTH_CLOUD, point_cloud(points, shades, topics.CAMERA, now))
+
+
+def _entity(scene: SceneUpdate, name: str, frame: str, now: int) -> SceneEntity:
+    # An entity replaces the previous one of its id; a locked one moves with its frame.
+    return scene.entities.add(
+        timestamp=timestamp(now), frame_id=frame, id=name, frame_locked=frame != WORLD_FRAME
+    )

@@ -1,0 +1,82 @@
+"""Coordinate frames of the cell over time: arms' links, grippers and camera."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from foxglove_schemas_protobuf.JointState_pb2 import JointState
+from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
+
+from lariat.geometry.poses import Pose
+from services.recorder.view.primitives import quaternion_message, vector_message
+from shared import topics
+from shared.cell_description import GRIP, WORLD_FRAME, arm_urdf, base_pose, frame_name
+from shared.messages import ArmState, ArmStates, timestamp
+from shared.scenario import SIDES, Scenario, Side
+
+
+class Frames:
+    """Transforms and joint states from the arms' states."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._arms = {side: arm_urdf(scenario.end(side)) for side in SIDES}
+        self._fixed = [(WORLD_FRAME, topics.CAMERA, scenario.camera_pose)]
+        for side, arm in self._arms.items():
+            if arm is not None:
+                base = frame_name(side, arm.root)
+                self._fixed.append((WORLD_FRAME, base, base_pose(scenario.end(side))))
+
+    def transforms(self, arms: ArmStates | None, now: int, fixed: bool) -> FrameTransforms:
+        """Return the transforms of the arms' links and grips, stamped [ns].
+
+        Args:
+            arms: Newest state of the arms, if any.
+            now: Stamp [ns].
+            fixed: Whether to add the transforms that never change.
+        """
+        found = list(self._fixed) if fixed else []
+        for side, state in _states(arms):
+            found += self._of_arm(side, state)
+        return FrameTransforms(
+            transforms=[
+                FrameTransform(
+                    timestamp=timestamp(now),
+                    parent_frame_id=parent,
+                    child_frame_id=child,
+                    translation=vector_message(pose.position),
+                    rotation=quaternion_message(pose.orientation),
+                )
+                for parent, child, pose in found
+            ]
+        )
+
+    def joints(self, arms: ArmStates, now: int) -> JointStates:
+        """Return the joint angles of the arms that have a URDF, stamped [ns]."""
+        answer = JointStates(timestamp=timestamp(now))
+        for side, state in _states(arms):
+            arm = self._arms[side]
+            if arm is not None and len(state.joints) == len(arm.moving):
+                answer.joints.extend(
+                    JointState(name=frame_name(side, joint.name), position=value)
+                    for joint, value in zip(arm.moving, state.joints, strict=True)
+                )
+        return answer
+
+    def _of_arm(self, side: Side, state: ArmState) -> Iterator[tuple[str, str, Pose]]:
+        if len(state.position) == 3 and len(state.orientation) == 4:
+            grip = Pose(np.array(state.position), np.array(state.orientation))
+            yield WORLD_FRAME, frame_name(side, GRIP), grip
+        arm = self._arms[side]
+        if arm is not None and len(state.joints) == len(arm.moving):
+            for parent, child, pose in arm.link_poses(state.joints):
+                yield frame_name(side, parent), frame_name(side, child), pose
+
+
+def _states(arms: ArmStates | None) -> Iterator[tuple[Side, ArmState]]:
+    for side in SIDES:
+        for state in arms.arms if arms else ():
+            if state.arm == side:
+                yield side, state

@@ -1,0 +1,53 @@
+"""Description of a cell: one URDF that other software reads."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio  # pyright: ignore[reportMissingImports]  # its wheel lives beside site-packages
+import pytest
+
+from lariat.geometry import poses
+from shared.cell_description import cell_urdf, frame_name, roll_pitch_yaw
+from shared.cr5.installation import kinematics_of
+from shared.scenario import SIDES, find, load
+
+
+def test_pinocchio_reads_two_arms_at_their_places():
+    scenario = load(find("two-arms"))
+    model = pinocchio.buildModelFromXML(cell_urdf(scenario))
+    joints = np.random.default_rng(0).uniform(-1.0, 1.0, 6)
+    q = pinocchio.neutral(model)
+    for side in SIDES:
+        for k, value in enumerate(joints):
+            joint = model.joints[model.getJointId(frame_name(side, f"joint_{k + 1}"))]
+            q[joint.idx_q] = value
+    data = model.createData()
+    pinocchio.framesForwardKinematics(model, data, q)
+    for side in SIDES:
+        end = scenario.end(side)
+        found = data.oMf[model.getFrameId(frame_name(side, "link_6"))].translation
+        flange = kinematics_of(end).flange(joints)
+        base = np.array(end.base_position)
+        turned = poses.rotate(poses.normalized(np.array(end.base_orientation)), flange.position)
+        np.testing.assert_allclose(found, base + turned, atol=1e-6)
+
+
+def test_an_ideal_end_is_a_gripper_that_floats():
+    model = pinocchio.buildModelFromXML(cell_urdf(load(find("three-cylinders"))))
+    assert list(model.names)[1:] == ["left/grip", "right/grip"]
+    assert model.nq == 14
+
+
+@pytest.mark.parametrize(
+    "angles", [(0.3, -0.5, 2.0), (0.0, np.pi / 2, 0.7), (1.0, -np.pi / 2, 0.0)]
+)
+def test_angles_of_a_rotation_give_it_back(angles):
+    def rotation(roll: float, pitch: float, yaw: float) -> np.ndarray:
+        about = [
+            poses.exponential(a * axis)
+            for a, axis in zip((roll, pitch, yaw), np.eye(3), strict=True)
+        ]
+        return poses.matrix(poses.multiply(about[2], poses.multiply(about[1], about[0])))
+
+    R = rotation(*angles)
+    np.testing.assert_allclose(rotation(*roll_pitch_yaw(R)), R, atol=1e-7)

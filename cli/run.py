@@ -148,6 +148,7 @@ def _table(outcome: RunOutcome) -> Table:
         "length error": _unit(score.length_error_mm, "mm"),
         "prediction error": _unit(score.prediction_error_mm, "mm"),
         "horizon error": _unit(score.horizon_error_mm, "mm"),
+        "sensing error": _unit(score.sensing_error_mm, "mm"),
         "replans": str(score.replans),
         "simulated": f"{score.sim_s} s in {score.wall_s} s ({score.real_time_factor} x real time)",
         "control step": "p50 {p50}, p99 {p99}, max {max} ms".format(**score.plan_ms),

@@ -70,6 +70,8 @@ class Score:
     """Mean node distance between prediction and observation, which includes the sensor noise."""
     horizon_error_mm: float | None
     """Root mean square node distance between true rope and ends of horizons, while it moved."""
+    sensing_error_mm: float | None
+    """Root mean square node distance between true and perceived rope, while it moved."""
     recording: str | None
     """File of the recording."""
 
@@ -258,7 +260,7 @@ def _score(
     quantiles = np.quantile(step_ms, [0.5, 0.99, 1.0]) if step_ms else np.zeros(3)
     predictions = scorer.prediction_errors
     reached = scorer.reached_after
-    horizon = scorer.horizon_error.error
+    horizon, sensing = scorer.horizon_error.error, scorer.sensing_error.error
     return Score(
         scenario=scenario.name,
         reached=reached is not None,
@@ -276,6 +278,7 @@ def _score(
         parameters=scorer.parameters,
         prediction_error_mm=_mm(float(np.mean(predictions))) if predictions else None,
         horizon_error_mm=None if horizon is None else _mm(horizon),
+        sensing_error_mm=None if sensing is None else _mm(sensing),
         recording=str(record) if record else None,
     )
 

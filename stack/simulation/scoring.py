@@ -16,6 +16,7 @@ from shared.messages.parameters import named_parameters
 from shared.scenario import Scenario
 from shared.service import SECOND
 from stack.simulation.horizon_error import HorizonError
+from stack.simulation.sensing_error import SensingError
 from stack.simulation.simulated_time import Delivery
 
 FINAL_ERROR_WINDOW = SECOND // 5
@@ -49,6 +50,8 @@ class Scorer:
     """Mean node distance between prediction and observation, by message [m]."""
     horizon_error: HorizonError = field(default_factory=HorizonError)
     """Prediction error of the run's horizons."""
+    sensing_error: SensingError = field(default_factory=SensingError)
+    """Error of the perceived rope."""
     parameters: dict[str, list[float]] = field(default_factory=dict)
     """Newest value and standard deviation of each estimated parameter by name."""
     replans: int = 0
@@ -82,6 +85,13 @@ class Scorer:
                     nodes = chain(message.positions)
                     self._take_rope(message.stamp, nodes)
                     self.horizon_error.take_rope(message.stamp, nodes)
+                    self.sensing_error.take_rope(message.stamp, nodes)
+            case topics.ROPE_NODES.key:
+                message = delivery.parse()
+                if message.positions:
+                    nodes = chain(message.positions)
+                    seen = np.array(message.observed or [True] * len(nodes))
+                    self.sensing_error.take_seen(message.stamp, nodes, seen)
             case topics.CONTROLLER_PLAN.key:
                 self.horizon_error.take_plan(delivery.parse())
             case topics.CONTROLLER_PARAMETERS.key:

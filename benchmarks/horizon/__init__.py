@@ -1,0 +1,1 @@
+"""Time to plan one horizon, and error of its prediction."""

@@ -36,6 +36,7 @@ def run(
     seed: int = 0,
     only: tuple[int, ...] = (),
     scenario: tuple[str, ...] = (),
+    adapt: bool = True,
     folder: Path = Path("robustness-trials"),
     again: bool = False,
     workers: int = 1,
@@ -44,7 +45,7 @@ def run(
     """Run combinations of hidden ropes, grips and simulators in closed loop.
 
     Finished runs are kept in FOLDER/trials.jsonl and are not run again, so that an interrupted
-    campaign goes on where it was. FOLDER/SEED-NUMBER holds the scenario and the goal of each, for
+    campaign goes on where it was. FOLDER/SEED-NUMBER holds scenario and goal of each, for
     `lariat run FOLDER/SEED-NUMBER/scenario.toml`.
 
     Examples:
@@ -58,6 +59,7 @@ def run(
         seed: Seed of the combinations.
         only: Numbers of single combinations, in place of `count` and `first`.
         scenario: Names of shipped scenarios; by default all of them.
+        adapt: Whether the controller adapts the rope's parameters. Without, a run may give up.
         folder: Folder for finished runs, scenarios and goals.
         again: Run finished combinations again.
         workers: Number of processes.
@@ -65,10 +67,10 @@ def run(
 
     Returns:
         0 if all runs ended at their goals, touched nothing and found the stiffness where the shapes
-        tell it, else 1.
+        tell it, else 1; without adaptation, if all that missed their goals gave up.
     """
     numbers = only or range(first, first + count)
-    combinations = [sample(seed, number, scenario) for number in numbers]
+    combinations = [sample(seed, number, scenario, adapt) for number in numbers]
     file = TrialFile(folder / "trials.jsonl")
     finished = {} if again else file.find(combinations)
     open_ones = [c for c in combinations if c.number not in finished]
@@ -94,7 +96,9 @@ def _run_with_progress(
         MofNCompleteColumn(),
         TimeElapsedColumn(),
     )
-    tasks = [(c, folder / f"{c.seed}-{c.number}") for c in combinations]
+    tasks = [
+        (c, folder / f"{c.seed}-{c.number}{'' if c.adapts else '-no-adapt'}") for c in combinations
+    ]
     with Progress(*columns, console=console, redirect_stdout=False) as progress:
         total = finished + len(combinations)
         bar = progress.add_task("Combinations", total=total, completed=finished)
@@ -114,12 +118,15 @@ def summary(trials: Sequence[Trial]) -> dict[str, float]:
         "runs": len(trials),
         "good": sum(not t.faults for t in trials),
         "at the goal": sum(t.near for t in trials),
+        "gave up": sum(t.stopped for t in trials),
         "touched": sum(t.touched for t in trials),
         "median error [mm]": float(np.median(errors)),
         "90 % of the errors below [mm]": float(np.quantile(errors, 0.9, method="higher")),
         "least clearance [mm]": min(clearances, default=np.nan),
         "shapes tell the stiffness": len(told),
         "stiffness within 10 % there": sum(t.stiffness_found for t in told),
+        "horizon error within twice the noise": sum(t.foresees for t in trials),
+        "median horizon error / noise": float(np.nanmedian([t.noise_ratio for t in trials])),
     }
 
 
@@ -128,12 +135,22 @@ def _print(
 ) -> None:
     table = Table(
         caption=(
-            "camera, adapting; error: mean node distance of true rope and goal, last 0.2 s; "
+            "camera; error: mean node distance of true rope and goal, last 0.2 s; "
             "EI found: share of the true stiffness ± stated standard deviation, in brackets where "
-            "start and goal do not tell it"
+            "start and goal do not tell it; horizon: its prediction error in units of the noise"
         )
     )
-    for name in ("", "scenario", "goal", "plant", "EI x", "error mm", "clear mm", "EI found"):
+    for name in (
+        "",
+        "scenario",
+        "goal",
+        "plant",
+        "EI x",
+        "error mm",
+        "clear mm",
+        "EI found",
+        "horizon",
+    ):
         table.add_column(name)
     for trial, combination in zip(trials, combinations, strict=True):
         found, deviation = trial.stiffness
@@ -148,6 +165,7 @@ def _print(
             f"{trial.error_mm:.2f}",
             "-" if clearance is None else f"{clearance:.1f}",
             stiffness if trial.told else f"({stiffness})",
+            f"{trial.noise_ratio:.1f}",
         )
     console = Console()
     console.print(table)
@@ -169,5 +187,6 @@ def _print(
 def _command(combination: Combination, scenario: tuple[str, ...]) -> str:
     """Command that repeats one run."""
     chosen = f" --scenario {' '.join(scenario)}" if scenario else ""
+    chosen += "" if combination.adapts else " --no-adapt"
     number = combination.number
     return f"lariat bench robustness --seed {combination.seed} --only {number}{chosen} --again"

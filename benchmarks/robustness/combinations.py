@@ -55,6 +55,8 @@ class Combination:
     """Position at which the rope is held, in the frame of the left and the right grip [m]."""
     rotations: tuple[Triple, Triple]
     """Rotation vectors of the direction in which it is held [deg]."""
+    adapts: bool = True
+    """Whether the controller adapts the rope's parameters."""
 
     @property
     def random(self) -> np.random.Generator:
@@ -69,7 +71,7 @@ class Combination:
         length = (base.rope.length + base.held_length) * self.length_ratio
         settings = [
             "sensing.source=camera",
-            "control.adapt=true",
+            f"control.adapt={str(self.adapts).lower()}",
             f"plant.model={self.plant}",
             f"plant.rope.node_count={self.node_count}",
             f"plant.rope.youngs_modulus={modulus!r}",
@@ -92,7 +94,9 @@ class Combination:
         )
 
 
-def sample(seed: int, number: int, scenarios: tuple[str, ...] = ()) -> Combination:
+def sample(
+    seed: int, number: int, scenarios: tuple[str, ...] = (), adapts: bool = True
+) -> Combination:
     """Return a combination, always the same for the same seed, number and scenarios.
 
     Scenarios follow one another with the number, and plants so that each scenario meets each plant;
@@ -102,6 +106,7 @@ def sample(seed: int, number: int, scenarios: tuple[str, ...] = ()) -> Combinati
         seed: Seed of the campaign.
         number: Number of the combination.
         scenarios: Names of shipped scenarios; by default all of them.
+        adapts: Whether the controller adapts the rope's parameters.
     """
     names = scenarios or tuple(shipped_names())
     random = np.random.default_rng([seed, number])
@@ -128,6 +133,7 @@ def sample(seed: int, number: int, scenarios: tuple[str, ...] = ()) -> Combinati
         rotates=rotates,
         offsets=(_triple(offsets[0], 6), _triple(offsets[1], 6)),
         rotations=(_triple(rotations[0], 3), _triple(rotations[1], 3)),
+        adapts=adapts,
     )
 
 

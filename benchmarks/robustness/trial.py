@@ -9,12 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.horizon.errors import MAX_NOISE_RATIO
 from benchmarks.robustness.combinations import Combination
 from benchmarks.robustness.scene import build_scene
 from benchmarks.robustness.stiffness import stiffness_deviation
 from lariat.geometry.obstacles import chain_clearance
 from services.sim.plants.factory import true_properties
+from shared import topics
 from shared.configuration import ConfigurationError
+from shared.messages import FAILED
 from shared.scenario import Scenario
 from shared.version import commit
 from stack.simulation import closed_loop
@@ -41,6 +44,8 @@ class Trial:
     """Score of the run."""
     reason: str
     """Why the run ended."""
+    stopped: bool
+    """Whether the controller gave up, with that reason."""
     leans: bool
     """Whether a support is in the scene."""
     goal_clearance_mm: float
@@ -88,14 +93,27 @@ class Trial:
         return abs(self.stiffness[0] - 1.0) <= MAX_STIFFNESS_ERROR
 
     @property
+    def noise_ratio(self) -> float:
+        """Prediction error of the horizons in units of the noise [-]."""
+        error, noise = self.score["horizon_error_mm"], self.score["sensing_error_mm"]
+        return error / noise if error is not None and noise else np.nan
+
+    @property
+    def foresees(self) -> bool:
+        """Whether horizons are right to twice the noise."""
+        return self.noise_ratio <= MAX_NOISE_RATIO
+
+    @property
     def faults(self) -> list[str]:
         """What keeps the run from being good, in words."""
         faults = []
-        if not self.near:
+        adapts = self.combination["adapts"]
+        # Without adaptation a run may fail, as long as it says so.
+        if not self.near and (adapts or not self.stopped):
             faults.append(f"{self.error_mm:.2f} mm off")
         if self.touched:
             faults.append("touched")
-        if self.told and not self.stiffness_found:
+        if adapts and self.told and not self.stiffness_found:
             faults.append(f"stiffness {self.stiffness[0]:.2f} of the true one")
         return faults
 
@@ -112,6 +130,7 @@ def run_trial(task: tuple[Combination, Path]) -> Trial:
     combination, folder = task
     scenario = build_scene(combination, folder)
     outcome = closed_loop.run(scenario)
+    task = outcome.stack.latest(topics.TASK_STATE)
     properties = true_properties(scenario)
     profile = np.mean(properties.stiffness_profile)
     return Trial(
@@ -119,6 +138,7 @@ def run_trial(task: tuple[Combination, Path]) -> Trial:
         commit(),
         closed_loop.as_json(outcome.score),
         outcome.reason,
+        task is not None and task.state == FAILED,
         any(body.support for body in scenario.bodies),
         1e3 * _clearance(scenario),
         properties.bending_stiffness * float(profile),

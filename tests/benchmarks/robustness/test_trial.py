@@ -11,10 +11,20 @@ SCORE = {
     "final_error_mm": 0.2,
     "contact_time_s": 0.0,
     "min_clearance_mm": 9.0,
+    "horizon_error_mm": 1.5,
+    "sensing_error_mm": 1.0,
     "parameters": {"bending_stiffness": [2.1e-4, 1e-5]},
 }
 GOOD = Trial(
-    as_written(sample(0, 3)), "abc", SCORE, "the time limit has passed", False, 15.0, 2e-4, 0.02
+    as_written(sample(0, 3)),
+    "abc",
+    SCORE,
+    "the time limit has passed",
+    False,
+    False,
+    15.0,
+    2e-4,
+    0.02,
 )
 
 
@@ -31,6 +41,16 @@ def test_a_run_is_judged_by_error_contact_and_stiffness() -> None:
     lost = replace(GOOD, score=SCORE | {"final_error_mm": None, "parameters": {}})
     assert not lost.near
     assert summary([GOOD, far, lost])["at the goal"] == 1
+
+
+def test_a_run_without_adaptation_may_give_up_but_not_miss_its_goal_silently() -> None:
+    combination = as_written(sample(0, 3, adapts=False))
+    missed = replace(GOOD, combination=combination, score=SCORE | {"final_error_mm": 40.0})
+    assert missed.faults == ["40.00 mm off"]
+    assert replace(missed, stopped=True).faults == []
+    assert replace(missed, stopped=True, score=missed.score | {"contact_time_s": 0.1}).touched
+    wrong = replace(GOOD, combination=combination, true_stiffness=1.0e-4)
+    assert wrong.faults == []
 
 
 def test_finished_runs_are_found_again_unless_the_combination_is_another(tmp_path: Path) -> None:

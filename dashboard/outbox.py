@@ -104,9 +104,15 @@ class Outbox:
         )
         self._unsent.append((topics.ARM_CONSENT, message, ""))
 
-    def draft_goal(self, left: Pose, right: Pose) -> str:
-        """Queue a request for the rod's rest shape between two grips and return its id."""
-        message = GoalDraft(left=grip(left), right=grip(right))
+    def draft_goal(self, left: Pose, right: Pose, turns: float) -> str:
+        """Queue a request for the rod's rest shape between two grips and return its id.
+
+        Args:
+            left: Left grip.
+            right: Right grip.
+            turns: Whole turns of twist in the rod.
+        """
+        message = GoalDraft(left=grip(left), right=grip(right), turns=turns)
         return self._add(topics.TASK_GOAL_DRAFT, message, "")
 
     def _add(self, topic: Topic, message: Message, label: str) -> str:

@@ -95,6 +95,7 @@ class Page:
         self._draw_time = 0
         self._undrawn: dict[str, Message] = {}
         self._refused_sequence = 0
+        self._reset_count = 0
         self._obstacle_editor.update(scenario.bodies)
 
     def _add_layers(self, gui: viser.GuiApi) -> None:
@@ -128,8 +129,9 @@ class Page:
         for notification in self._outbox.notifications(now, task, scene, arms):
             self.notify(notification)
         self._report_refused_setpoints(arms)
-        if fresh := inbox.fresh(topics.TASK_STATE):
-            self._plots.add(fresh.message)
+        for item in inbox.every(topics.TASK_STATE):
+            self._plots.add(item.message)
+            self._forget_past_motion(item.message)
         if fresh := inbox.fresh(topics.CONTROLLER_PARAMETERS):
             self._parameters.add(fresh.message)
         # Published rarely: kept until the next drawing.
@@ -171,6 +173,12 @@ class Page:
         if arms is not None:
             self._scene.show_arms(arms)
 
+    def _forget_past_motion(self, task: TaskState) -> None:
+        """Hide prediction and path once the rope has returned to its start."""
+        if 0 < self._reset_count < task.reset_count:
+            self._scene.hide_motion()
+        self._reset_count = task.reset_count or self._reset_count
+
     def _take_scene(self, scene: Scene) -> None:
         try:
             obstacles = scene_obstacles(scene)
@@ -195,7 +203,7 @@ class Page:
         """Drop everything that was drawn over time, for a jump in a recording."""
         self._camera.clear()
         self._health.clear()
-        self._draw_time = 0
+        self._draw_time = self._reset_count = 0
         self._plots.clear()
         self._parameters.clear()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from shared import topics
@@ -23,13 +24,15 @@ CAMERA_COLOR = topics.CAMERA_COLOR.at(topics.CAMERA)
 """Topic of the colour images that are shown."""
 CAMERA_CALIBRATION = topics.CAMERA_CALIBRATION.at(topics.CAMERA)
 """Topic of their calibration."""
+TASK_STATE = replace(topics.TASK_STATE, buffering="every")
+"""States of the task, all of them: a plot that leaves some out does not show the run's extremes."""
 READS: tuple[Topic, ...] = (
     CAMERA_COLOR,
     CAMERA_CALIBRATION,
     topics.ROPE_NODES,
     topics.ROPE_TRUTH,
     topics.SCENE_STATE,
-    topics.TASK_STATE,
+    TASK_STATE,
     topics.TASK_GOAL_PREVIEW,
     topics.CONTROLLER_PATH,
     topics.CONTROLLER_PLAN,

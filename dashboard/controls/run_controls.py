@@ -11,16 +11,16 @@ from dashboard.controls.status_text import StatusLine
 from dashboard.outbox import Outbox
 from shared.messages import PAUSED, RUNNING, TaskRequest, TaskState
 
-REQUESTS = {
-    "Pause": TaskRequest.PAUSE,
-    "Stop": TaskRequest.STOP,
-    "Reset": TaskRequest.RESET,
-}
-"""Requests of the buttons beside Start, by label."""
+RUN_REQUESTS = {"Pause": TaskRequest.PAUSE, "Stop": TaskRequest.STOP}
+"""Requests of the buttons below Start, by label."""
+RESET_REQUESTS = {"Reset rope": TaskRequest.RESET, "Restore scenario": TaskRequest.RESTORE}
+"""Requests of the buttons of a simulated cell, by label."""
+HEADLINE_LINES = 4
+"""Lines of text that the headline has room for, so that nothing below it moves when it wraps."""
 
 
 class RunControls:
-    """State of the cell in one line, and Start, Pause, Stop and Reset."""
+    """State of the cell in one line, and Start, Pause, Stop and the two resets."""
 
     def __init__(
         self,
@@ -39,7 +39,7 @@ class RunControls:
             live: Whether there is a cell to control; a recording has no buttons.
             resettable: Whether the whole cell is simulated, so that it can return to its start.
         """
-        self._headline = gui.add_html(status_text.as_html(status_text.headline(None, 0.0, None)))
+        self._headline = gui.add_html(_headline_html(status_text.headline(None, 0.0, None)))
         self._shown: StatusLine | None = None
         self._start = gui.add_button(
             "Start",
@@ -51,18 +51,23 @@ class RunControls:
         self._start.on_click(
             lambda _: actions.put(lambda: outbox.request_task(TaskRequest.START, "Start"))
         )
-        labels = tuple(label for label in REQUESTS if resettable or label != "Reset")
-        group = gui.add_button_group(
-            "Run",
-            labels,
-            visible=live,
-            hint="Pause holds and can be continued; Stop ends the run; Reset returns to the start",
+        groups = (
+            ("Run", RUN_REQUESTS, live, "Pause holds and can be continued; Stop ends the run"),
+            (
+                "Simulation",
+                RESET_REQUESTS,
+                live and resettable,
+                "Reset rope returns rope and arms to the start and keeps goal and obstacles; "
+                "Restore scenario returns those too",
+            ),
         )
-        group.on_click(
-            lambda event: actions.put(
-                lambda label=event.target.value: outbox.request_task(REQUESTS[label], label)
+        for title, requests, visible, hint in groups:
+            group = gui.add_button_group(title, tuple(requests), visible=visible, hint=hint)
+            group.on_click(
+                lambda event, requests=requests: actions.put(
+                    lambda label=event.target.value: outbox.request_task(requests[label], label)
+                )
             )
-        )
 
     def update(self, headline: StatusLine, task: TaskState | None) -> None:
         """Show the state of the cell.
@@ -73,10 +78,17 @@ class RunControls:
         """
         if headline != self._shown:
             self._shown = headline
-            self._headline.content = status_text.as_html(headline, size="1.15em")
+            self._headline.content = _headline_html(headline)
         label = "Continue" if task is not None and task.state == PAUSED else "Start"
         if self._start.label != label:
             self._start.label = label
         disabled = task is None or task.state == RUNNING
         if self._start.disabled != disabled:
             self._start.disabled = disabled
+
+
+def _headline_html(line: StatusLine) -> str:
+    return (
+        f"<div style='min-height:{1.5 * HEADLINE_LINES}em;font-variant-numeric:tabular-nums'>"
+        f"{status_text.as_html(line, size='1.15em')}</div>"
+    )

@@ -13,6 +13,7 @@ from dashboard.action_queue import ActionQueue
 from dashboard.controls import status_text
 from dashboard.controls.status_text import StatusLine
 from dashboard.editors import goal_file
+from dashboard.editors.grip_angles import grip_angles, grip_orientation
 from dashboard.outbox import Notification, Outbox
 from dashboard.scene.scene_view import SceneView
 from lariat.geometry.poses import Pose
@@ -27,10 +28,11 @@ GIZMO_SCALE = 0.25
 
 
 class GoalEditor:
-    """Editor of the two grips of a goal.
+    """Editor of the two grips of a goal, and of the turns of twist between them.
 
     Every change sends a draft to the controller, which answers with a preview: the rod at rest
-    between the grips. "Set goal" requests the previewed shape.
+    between the grips. "Set goal" requests the previewed shape; without a change there is nothing
+    to set.
     """
 
     def __init__(
@@ -58,12 +60,16 @@ class GoalEditor:
         self._notify = notify
         self._editing = False
         self._goal_revision = -1
+        self._touched = False
+        """Whether a person has changed the goal since the editor was opened."""
         self._changed = False
+        """Whether there is a change that has not been drafted."""
         self._draft_time = 0
         self._draft_id = ""
         self._preview: GoalPreview | None = None
         left, right = scenario.grips(scenario.goal)
         self._grips: dict[Side, Pose] = {"left": left, "right": right}
+        self._turns = scenario.goal.turns
         driven = [s for s in SIDES if scenario.end(s).driver != "fixed"]
         self._gizmos = {side: self._add_gizmo(server.scene, side, actions) for side in driven}
         gui = server.gui
@@ -73,6 +79,9 @@ class GoalEditor:
         self._edit.on_click(lambda _: actions.put(self._toggle))
         self._status = gui.add_html("", visible=False)
         self._fields = {side: self._add_field(gui, side, actions) for side in driven}
+        rotating = [s for s in driven if scenario.end(s).rotates]
+        self._angle_fields = {side: self._add_angle_field(gui, side, actions) for side in rotating}
+        self._turns_fields = [self._add_turns_field(gui, actions)] if rotating else []
         self._set = gui.add_button(
             "Set goal",
             icon=viser.Icon.TARGET,
@@ -129,6 +138,44 @@ class GoalEditor:
 
         return field
 
+    def _add_angle_field(
+        self, gui: viser.GuiApi, side: Side, actions: ActionQueue
+    ) -> viser.GuiVector3Handle:
+        field = gui.add_vector3(
+            f"{side.capitalize()} [°]",
+            (0.0, 0.0, 0.0),
+            step=1.0,
+            visible=False,
+            hint="Yaw, pitch and roll of the rope at this grip",
+        )
+
+        @field.on_update
+        def _(event: viser.GuiEvent) -> None:
+            if event.client is not None:
+                value = np.radians(np.array(event.target.value, float))
+                actions.put(lambda: self._take_angles(side, value))
+
+        return field
+
+    def _add_turns_field(
+        self, gui: viser.GuiApi, actions: ActionQueue
+    ) -> viser.GuiNumberHandle[float]:
+        field = gui.add_number(
+            "Turns",
+            0.0,
+            step=1.0,
+            visible=False,
+            hint="Whole turns of twist of the right end against the left one",
+        )
+
+        @field.on_update
+        def _(event: viser.GuiEvent) -> None:
+            if event.client is not None:
+                value = float(event.target.value)
+                actions.put(lambda: self._take_turns(value))
+
+        return field
+
     def _take_drag(self, side: Side, position: np.ndarray, orientation: np.ndarray) -> None:
         if not self._scenario.end(side).rotates:
             orientation = self._grips[side].orientation
@@ -139,12 +186,25 @@ class GoalEditor:
             self._change_grip(side, Pose(position, self._grips[side].orientation))
             self._show_grip(side, with_gizmo=True)
 
+    def _take_angles(self, side: Side, angles: np.ndarray) -> None:
+        if np.all(np.isfinite(angles)):
+            self._change_grip(side, Pose(self._grips[side].position, grip_orientation(angles)))
+            self._show_grip(side, with_gizmo=True)
+
+    def _take_turns(self, turns: float) -> None:
+        if self._editing and np.isfinite(turns):
+            self._turns = turns
+            self._touch()
+
+    def _touch(self) -> None:
+        self._touched = self._changed = True
+        self._set.disabled = True
+
     def _change_grip(self, side: Side, pose: Pose) -> None:
         if not self._editing:
             return
         self._grips[side] = pose
-        self._changed = True
-        self._set.disabled = True
+        self._touch()
         # A gizmo that is being dragged must not be moved from here.
         self._show_grip(side, with_gizmo=False)
 
@@ -153,6 +213,9 @@ class GoalEditor:
         pose = self._grips[side]
         if side in self._fields:
             self._fields[side].value = tuple((1e3 * pose.position).round(1).tolist())
+        if side in self._angle_fields:
+            angles = np.degrees(grip_angles(pose.orientation)).round(1) + 0.0
+            self._angle_fields[side].value = tuple(angles.tolist())
         if with_gizmo and side in self._gizmos:
             self._gizmos[side].position = pose.position
             # The arrows of an end that does not rotate stay along the world's axes.
@@ -168,13 +231,16 @@ class GoalEditor:
         self._view.show_preview(None)
         self._edit.label = "Cancel" if editing else "Edit goal"
         self._set.disabled = True
-        for handle in (*self._gizmos.values(), *self._fields.values(), self._set, self._status):
+        fields = (*self._fields.values(), *self._angle_fields.values(), *self._turns_fields)
+        for handle in (*self._gizmos.values(), *fields, self._set, self._status):
             handle.visible = editing
         if editing:
             self._show_status(StatusLine("Drag an end", palette.QUIET))
-            self._changed = True
+            self._touched, self._changed = False, True
             for side in SIDES:
                 self._show_grip(side, with_gizmo=True)
+            for field in self._turns_fields:
+                field.value = self._turns
         else:
             self._goal_revision = -1
 
@@ -209,7 +275,8 @@ class GoalEditor:
             return
         if self._changed and now - self._draft_time >= DRAFT_PERIOD:
             self._changed, self._draft_time = False, now
-            self._draft_id = self._outbox.draft_goal(self._grips["left"], self._grips["right"])
+            grips = self._grips["left"], self._grips["right"]
+            self._draft_id = self._outbox.draft_goal(*grips, self._turns)
         if preview is not None and preview is not self._preview:
             self._take_preview(preview)
 
@@ -218,6 +285,7 @@ class GoalEditor:
         self._view.show_goal(chain(goal.positions))
         if not self._editing and len(goal.left.position) == len(goal.right.position) == 3:
             self._grips = {"left": grip_pose(goal.left), "right": grip_pose(goal.right)}
+            self._turns = goal.turns
 
     def _take_preview(self, preview: GoalPreview) -> None:
         # Drafts of other pages have ids of other sessions.
@@ -226,8 +294,10 @@ class GoalEditor:
         self._preview = preview
         self._view.show_preview(preview)
         current = preview.draft == self._draft_id and not self._changed
-        self._set.disabled = not (current and preview.reachable)
-        if preview.reachable:
+        self._set.disabled = not (self._touched and current and preview.reachable)
+        if preview.reachable and not self._touched:
+            self._show_status(StatusLine("The present goal", palette.QUIET, "Drag an end."))
+        elif preview.reachable:
             self._show_status(
                 StatusLine("Reachable", palette.GOOD, "The rope will rest in this shape.")
             )

@@ -1,10 +1,15 @@
-"""Goal shapes from CSV files: x, y, z [m] in each row, from the left end to the right."""
+"""Goal shapes from CSV files: x, y, z [m] in each row, from the left end to the right.
+
+Columns are separated by commas, by semicolons (decimals may then have a comma) or by white space. A
+first row of names is skipped, and so is what follows a #.
+"""
 
 from __future__ import annotations
 
-import io
+import math
 
 import numpy as np
+from jaxtyping import Float64
 
 from lariat.geometry import polylines, poses
 from lariat.geometry.poses import Pose
@@ -28,19 +33,12 @@ def parse(content: bytes, scenario: Scenario) -> Goal:
     Raises:
         ValueError: The file holds no chain of nodes, or one of another length than the rope.
     """
-    try:
-        nodes = np.loadtxt(io.BytesIO(content), delimiter=",", comments="#", ndmin=2)
-    except (ValueError, UnicodeDecodeError) as error:
-        raise ValueError(f"no numbers in rows of x, y, z [m]: {error}") from error
-    if nodes.shape[1] != 3 or len(nodes) < MIN_ROW_COUNT or not np.all(np.isfinite(nodes)):
-        raise ValueError(
-            f"{nodes.shape[0]} rows of {nodes.shape[1]} numbers; "
-            f"give at least {MIN_ROW_COUNT} rows of x, y, z [m]"
-        )
+    nodes = _read_rows(content)
     length, rope_length = polylines.length(nodes), scenario.rope.length
     if abs(length - rope_length) > LENGTH_TOLERANCE * rope_length:
+        unit = "; are its numbers millimetres?" if length > 100.0 * rope_length else ""
         raise ValueError(
-            f"the shape is {length:.4f} m long, the rope {rope_length} m; scale the shape"
+            f"the shape is {length:.4f} m long, the rope {rope_length} m; scale the shape{unit}"
         )
     nodes = polylines.resample_smooth(nodes, scenario.rope.node_count)
     first, last = polylines.end_tangents(nodes)
@@ -49,6 +47,48 @@ def parse(content: bytes, scenario: Scenario) -> Goal:
         left=grip(Pose(nodes[0], _grip_orientation(first))),
         right=grip(Pose(nodes[-1], _grip_orientation(last))),
     )
+
+
+def _read_rows(content: bytes) -> Float64[np.ndarray, "n 3"]:
+    """Read rows of three numbers.
+
+    Raises:
+        ValueError: A row is no such row; the message names it.
+    """
+    try:
+        lines = content.decode("utf-8-sig").splitlines()
+    except UnicodeDecodeError:
+        raise ValueError("it is no text; give rows of x, y, z [m]") from None
+    rows: list[list[float]] = []
+    named = False
+    for number, line in enumerate(lines, start=1):
+        text = line.partition("#")[0].strip()
+        if not text:
+            continue
+        cells = [cell.strip(' "') for cell in _split(text)]
+        try:
+            row = [float(cell) for cell in cells]
+        except ValueError:
+            if not rows and not named:
+                named = True
+                continue
+            raise ValueError(f"line {number}: {text[:60]!r} is not x, y, z [m]") from None
+        if len(row) != 3:
+            raise ValueError(f"line {number}: {len(row)} numbers instead of x, y, z [m]")
+        if not all(math.isfinite(value) for value in row):
+            raise ValueError(f"line {number}: {text[:60]!r} is not finite; give every node a place")
+        rows.append(row)
+    if len(rows) < MIN_ROW_COUNT:
+        raise ValueError(
+            f"{len(rows)} rows of numbers; give at least {MIN_ROW_COUNT} rows of x, y, z [m]"
+        )
+    return np.array(rows)
+
+
+def _split(row: str) -> list[str]:
+    if ";" in row:
+        return row.replace(",", ".").split(";")
+    return row.split(",") if "," in row else row.split()
 
 
 def _grip_orientation(unit: np.ndarray) -> np.ndarray:

@@ -17,12 +17,21 @@ TEXT_FONT = "11px sans-serif"
 """CSS font of axes and labels."""
 CHART_HEIGHT = 185
 """Height of a chart [pixels]."""
+EARLIER_RUNS = 3
+"""Number of earlier runs that are drawn behind the present one [-]."""
 
 
 def add_chart(
-    gui: viser.GuiApi, title: str, label: str, color: Color, limit_label: str = ""
+    gui: viser.GuiApi,
+    title: str,
+    label: str,
+    color: Color,
+    limit_label: str = "",
+    with_earlier_runs: bool = False,
 ) -> viser.GuiUplotHandle:
     """Add a chart with one line, and a dashed line for its limit if that has a label.
+
+    The columns of its data are time, limit, the line and those of earlier runs.
 
     Args:
         gui: The page's GUI.
@@ -30,17 +39,9 @@ def add_chart(
         label: Label of the line.
         color: Colour of the line.
         limit_label: Label of the limit.
+        with_earlier_runs: Whether `EARLIER_RUNS` more lines are drawn, dimmer with their age.
     """
-    series: list[uplot.Series] = [
-        {"label": "t [s]"},
-        {
-            "label": label,
-            "stroke": palette.css(color),
-            "fill": palette.css(color, 0.12),
-            "width": 2,
-            "points": {"show": False},
-        },
-    ]
+    series: list[uplot.Series] = [{"label": "t [s]"}]
     if limit_label:
         series.append(
             {
@@ -48,6 +49,24 @@ def add_chart(
                 "stroke": palette.css(palette.WARNING, 0.8),
                 "width": 1,
                 "dash": (6, 5),
+                "points": {"show": False},
+            }
+        )
+    series.append(
+        {
+            "label": label,
+            "stroke": palette.css(color),
+            "fill": palette.css(color, 0.12),
+            "width": 2,
+            "points": {"show": False},
+        }
+    )
+    for age in range(1, 1 + EARLIER_RUNS * with_earlier_runs):
+        series.append(
+            {
+                "label": f"{label}, {age} run{'s' if age > 1 else ''} before",
+                "stroke": palette.css(color, 0.6 / age),
+                "width": 1,
                 "points": {"show": False},
             }
         )

@@ -1,17 +1,20 @@
-"""Plots of a run: mean node error and clearance over time, and its result."""
+"""Plots of the runs: mean node error and clearance over time, and the result of the last one."""
 
 from __future__ import annotations
 
 import math
+from collections import deque
+from collections.abc import Sequence
 
 import numpy as np
 import viser
+from jaxtyping import Float64
 
 from dashboard import palette
-from dashboard.panels.chart import REFRESH_PERIOD, add_chart
+from dashboard.panels.chart import EARLIER_RUNS, REFRESH_PERIOD, add_chart
 from dashboard.panels.history import History
 from dashboard.panels.note import note_html
-from shared.messages import PAUSED, RUNNING, RunResult, TaskState
+from shared.messages import FAILED, PAUSED, REACHED, RUNNING, RunResult, TaskState
 from shared.scenario import Scenario
 from shared.service import SECOND
 
@@ -20,39 +23,57 @@ EMPTY_CHART_SPAN = 10.0
 
 
 class RunPlots:
-    """Charts of error and clearance since the start of the run, with tolerance and limit."""
+    """Charts of error and clearance since the start of the run, over those of earlier runs."""
 
     def __init__(self, gui: viser.GuiApi, scenario: Scenario) -> None:
         self._limits_mm = (1e3 * scenario.run.tolerance, 1e3 * scenario.control.clearance)
         self._history = History(2)
+        self._earlier: deque[History] = deque(maxlen=EARLIER_RUNS)
         self._run = ""
         self._run_started = 0
+        self._over = True
+        """Whether the end of the run has been drawn."""
         self._draw_time = -math.inf
         self._stale = True
-        self._error = add_chart(
+        self.error_chart = add_chart(
             gui,
             "Mean node distance to the goal [mm]",
             "error",
             palette.BUSY,
             limit_label="tolerance",
+            with_earlier_runs=True,
         )
-        self._clearance = add_chart(
-            gui, "Rope clearance [mm]", "clearance", palette.GOAL, limit_label="desired"
+        self.clearance_chart = add_chart(
+            gui,
+            "Rope clearance [mm]",
+            "clearance",
+            palette.GOAL,
+            limit_label="desired",
+            with_earlier_runs=True,
         )
         self._result = gui.add_html("")
 
     def clear(self) -> None:
-        """Drop the history, for a new run or a jump in a recording."""
+        """Drop all runs, for a jump in a recording."""
         self._history.clear()
+        self._earlier.clear()
+        self._run, self._run_started, self._over = "", 0, True
         self._stale = True
         self._draw_time = -math.inf
 
     def add(self, task: TaskState) -> None:
-        """Add error and clearance of a running or paused task."""
+        """Add error and clearance of a task that runs or pauses, and those at its end."""
         if (task.run, task.run_started) != (self._run, self._run_started):
-            self._run, self._run_started = task.run, task.run_started
-            self.clear()
-        if task.run_started and task.state in (RUNNING, PAUSED):
+            self._run, self._run_started, self._over = task.run, task.run_started, False
+            if len(self._history):
+                self._earlier.append(self._history)
+                self._history = History(2)
+            self._stale = True
+        runs = task.state in (RUNNING, PAUSED)
+        if not task.run_started or (self._over and not runs):
+            return
+        self._over = not runs
+        if runs or task.state in (REACHED, FAILED):
             seconds = (task.stamp - task.run_started) / SECOND
             clearance = task.clearance if math.isfinite(task.clearance) else math.nan
             self._stale |= self._history.add(seconds, 1e3 * task.error, 1e3 * clearance)
@@ -70,18 +91,37 @@ class RunPlots:
         if not self._stale or now - self._draw_time < REFRESH_PERIOD:
             return
         self._draw_time, self._stale = now, False
-        time, error, clearance = self._history.columns
-        for chart, values, limit in zip(
-            (self._error, self._clearance), (error, clearance), self._limits_mm, strict=True
+        runs = [h.columns for h in (self._history, *reversed(self._earlier))]
+        for column, (chart, limit) in enumerate(
+            zip((self.error_chart, self.clearance_chart), self._limits_mm, strict=True), start=1
         ):
-            chart.data = (
-                (time, values, np.full(len(time), limit)) if len(time) else _empty_chart(limit)
-            )
+            chart.data = overlaid([(run[0], run[column]) for run in runs], limit)
 
 
-def _empty_chart(limit: float) -> tuple[np.ndarray, ...]:
-    """Axes and limit line of a chart without values."""
-    return np.array([0.0, EMPTY_CHART_SPAN]), np.array([0.0, np.nan]), np.full(2, limit)
+def overlaid(
+    curves: Sequence[tuple[Float64[np.ndarray, "n"], Float64[np.ndarray, "n"]]], limit: float
+) -> tuple[np.ndarray, ...]:
+    """Columns of a chart whose curves have times of their own.
+
+    Args:
+        curves: Times [s] and values of the present run, then of earlier ones, newest first.
+        limit: Value of the limit line.
+
+    Returns:
+        Times of all curves, the limit, and values of the present run and `EARLIER_RUNS` earlier
+        ones, NaN outside of a curve; between its own times a curve is interpolated.
+    """
+    times = np.unique(np.concatenate([t for t, _ in curves] or [np.zeros(0)]))
+    if not len(times):
+        times = np.array([0.0, EMPTY_CHART_SPAN])
+    rows = [
+        np.interp(times, t, values, left=math.nan, right=math.nan)
+        if len(t)
+        else np.full(len(times), math.nan)
+        for t, values in curves
+    ]
+    rows += [np.full(len(times), math.nan)] * (1 + EARLIER_RUNS - len(rows))
+    return times, np.full(len(times), limit), *rows
 
 
 def result_text(message: RunResult) -> str:

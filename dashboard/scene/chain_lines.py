@@ -57,6 +57,11 @@ class LinesView:
                 self._handle.colors = colors
         self._handle.visible = self._visible
 
+    def hide(self) -> None:
+        """Draw nothing until the next lines are shown."""
+        if self._handle is not None:
+            self._handle.visible = False
+
 
 def chain_segments(
     chains: Float64[np.ndarray, "k n 3"], weights: Float64[np.ndarray, "k"], color: Color

@@ -146,6 +146,11 @@ class SceneView:
         if segments:
             self._path.show(np.concatenate(segments), np.concatenate(colors))
 
+    def hide_motion(self) -> None:
+        """Hide prediction and path until the next ones."""
+        self._prediction.hide()
+        self._path.hide()
+
     def show_arms(self, message: ArmStates) -> None:
         """Draw the grippers where the gateway reports them."""
         for arm in message.arms:

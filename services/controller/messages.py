@@ -122,7 +122,7 @@ def task_request(message: TaskRequest) -> Request:
 def draft_request(message: GoalDraft) -> GoalRequest:
     """Grips that are being dragged, as a goal."""
     grips = messages.grip_pose(message.left), messages.grip_pose(message.right)
-    return GoalRequest(grips=grips)
+    return GoalRequest(grips=grips, turns=message.turns)
 
 
 def preview_message(preview: Preview, draft: str, now: int) -> GoalPreview:

@@ -22,6 +22,8 @@ PARAMETERS_PERIOD = SECOND // 10
 """Time between publications of the parameters [ns]."""
 RESULT_PERIOD = SECOND
 """Time between publications of the result [ns]."""
+_OPEN = (RunState.RUNNING, RunState.PAUSED, RunState.REACHED)
+"""States in which the result of a run may still change."""
 
 
 class StatusPublisher:
@@ -47,6 +49,9 @@ class StatusPublisher:
         self._sent: dict[str, int] = {}
         self._revision = 0
         self._ended: int | None = None
+        self._state = RunState.IDLE
+        self._result = RunResult()
+        """Result of the present or last run; nothing changes it once the run is over."""
 
     def due(self, now: int, *, arms_known: bool) -> Iterator[Publication]:
         """Messages that are due.
@@ -61,6 +66,9 @@ class StatusPublisher:
         elif self._ended is None:
             self._ended = now
             self._sent.pop("result", None)  # The result of a run is published at once.
+        if task.state in _OPEN or self._state in (RunState.RUNNING, RunState.PAUSED):
+            self._result = self._present_result(now)
+        self._state = task.state
         period = ACTIVE_TASK_PERIOD if task.active else IDLE_TASK_PERIOD
         if task.revision != self._revision or self._due("task", now, period):
             self._revision = task.revision
@@ -72,7 +80,9 @@ class StatusPublisher:
             )
             yield Publication(topics.CONTROLLER_PARAMETERS, parameters)
         if task.run and self._due("result", now, RESULT_PERIOD):
-            yield Publication(topics.RUN_RESULT, self._result(now))
+            result = RunResult(stamp=now)
+            result.MergeFrom(self._result)
+            yield Publication(topics.RUN_RESULT, result)
 
     def _due(self, name: str, now: int, period: int) -> bool:
         if name in self._sent and now - self._sent[name] < period:
@@ -91,6 +101,7 @@ class StatusPublisher:
             goal=goal_message(task.goal),
             goal_revision=task.goal_revision,
             reset_count=task.reset_count,
+            restore_count=task.restore_count,
             replan_count=task.replan_count,
             run=task.run,
             run_started=task.run_started,
@@ -98,16 +109,15 @@ class StatusPublisher:
             last_request=task.last_request,
             refusal=task.refusal,
             error=progress.error,
-            clearance=progress.clearance,
+            clearance=progress.take_clearance(),
             turns=self._estimator.turns,
             clearance_margin=task.clearance_margin,
             pace=task.pace,
         )
 
-    def _result(self, now: int) -> RunResult:
+    def _present_result(self, now: int) -> RunResult:
         task, progress = self._task, self._progress
         return RunResult(
-            stamp=now,
             run=task.run,
             reached=task.state is RunState.REACHED,
             duration=((self._ended or now) - task.run_started) / SECOND,

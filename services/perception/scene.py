@@ -37,13 +37,20 @@ class ObstacleScene:
         self._radius = radius
         self._applied: set[int] = set()
         self._run_started = 0
+        self._requested: tuple[Obstacle, ...] = self._start
+        """Obstacles without the changes that events have made."""
         self.obstacles: tuple[Obstacle, ...] = self._start
         self.revision = 1
 
     def reset(self) -> None:
-        """Restore the obstacles of the start."""
+        """Undo the changes that events have made; those that people asked for remain."""
         self._applied.clear()
-        self._set(self._start)
+        self._set(self._requested)
+
+    def restore(self) -> None:
+        """Restore the obstacles of the start."""
+        self._requested = self._start
+        self.reset()
 
     def add(self, obstacle: Obstacle, rope: Float64[np.ndarray, "n 3"] | None = None) -> None:
         """Add an obstacle.
@@ -55,13 +62,10 @@ class ObstacleScene:
         Raises:
             SceneChangeRefused: The obstacle is invalid, its name is taken, or it overlaps the rope.
         """
-        _check(obstacle)
-        if any(o.name == obstacle.name for o in self.obstacles):
-            raise SceneChangeRefused(
-                f"there already is an obstacle {obstacle.name!r}; choose another name"
-            )
+        self._check_new(obstacle)
         self._check_rope(obstacle, rope)
         self._set((*self.obstacles, obstacle))
+        self._requested = (*self._requested, obstacle)
 
     def move(
         self,
@@ -76,15 +80,10 @@ class ObstacleScene:
             SceneChangeRefused: There is no such obstacle, its new pose is invalid, or it would
                 overlap the rope.
         """
-        old = self._named(name)
-        moved = replace(
-            old,
-            position=tuple(position),
-            orientation=tuple(orientation) if len(orientation) else old.orientation,
-        )
-        _check(moved)
+        moved = self._moved(name, position, orientation)
         self._check_rope(moved, rope)
-        self._set(tuple(moved if o.name == name else o for o in self.obstacles))
+        self._set(_replaced(self.obstacles, moved))
+        self._requested = _replaced(self._requested, moved)
 
     def remove(self, name: str) -> None:
         """Remove an obstacle that a request has added.
@@ -96,11 +95,9 @@ class ObstacleScene:
             raise SceneChangeRefused(
                 f"{name!r} belongs to the scenario and stays; move it, or remove it from the file"
             )
-        self._remove(name)
-
-    def _remove(self, name: str) -> None:
         old = self._named(name)
         self._set(tuple(o for o in self.obstacles if o is not old))
+        self._requested = tuple(o for o in self._requested if o.name != name)
 
     def follow_run(self, run_started: int, now: int) -> list[str]:
         """Apply the events that are due and return the reasons of those that were refused.
@@ -126,15 +123,34 @@ class ObstacleScene:
     def _apply_event(self, event: Event, index: int) -> None:
         if event.add_obstacle is not None:
             # Default names continue the numbering of the scenario's obstacles.
-            self.add(event.add_obstacle.body(len(self._start) + index))
+            added = event.add_obstacle.body(len(self._start) + index)
+            self._check_new(added)
+            self._set((*self.obstacles, added))
         elif event.move_obstacle and event.position is not None:
-            self.move(event.move_obstacle, event.position)
+            self._set(_replaced(self.obstacles, self._moved(event.move_obstacle, event.position)))
         else:
-            self._remove(event.remove_obstacle)
+            removed = self._named(event.remove_obstacle)
+            self._set(tuple(o for o in self.obstacles if o is not removed))
 
     def _set(self, obstacles: tuple[Obstacle, ...]) -> None:
         self.obstacles = obstacles
         self.revision += 1
+
+    def _check_new(self, obstacle: Obstacle) -> None:
+        _check(obstacle)
+        if any(o.name == obstacle.name for o in self.obstacles):
+            raise SceneChangeRefused(
+                f"there already is an obstacle {obstacle.name!r}; choose another name"
+            )
+
+    def _moved(
+        self, name: str, position: Sequence[float], orientation: Sequence[float] = ()
+    ) -> Obstacle:
+        old = self._named(name)
+        turned = tuple(orientation) if len(orientation) else old.orientation
+        moved = replace(old, position=tuple(position), orientation=turned)
+        _check(moved)
+        return moved
 
     def _named(self, name: str) -> Obstacle:
         for obstacle in self.obstacles:
@@ -151,6 +167,10 @@ class ObstacleScene:
             raise SceneChangeRefused(
                 f"{o.name!r} would overlap the rope by {1e3 * overlap:.1f} mm; place it elsewhere"
             )
+
+
+def _replaced(obstacles: tuple[Obstacle, ...], moved: Obstacle) -> tuple[Obstacle, ...]:
+    return tuple(moved if o.name == moved.name else o for o in obstacles)
 
 
 def _check(obstacle: Obstacle) -> None:

@@ -84,7 +84,7 @@ class PerceptionService:
             self._rope.node_count, scenario.sensing.node_noise, scenario.seed
         )
         self._nodes: np.ndarray | None = None
-        self._resets = ResetCounter()
+        self._resets, self._restores = ResetCounter(), ResetCounter()
         self._published = -SECOND
         self._published_revision = 0
         self._doubtful_frames = 0
@@ -227,6 +227,8 @@ class PerceptionService:
         self.note = reason
 
     def _follow_task(self, task: TaskState, now: int) -> None:
+        if self._restores.advanced(task.restore_count):
+            self._scene.restore()
         if self._resets.advanced(task.reset_count):
             self._scene.reset()
             if self._tracker is not None:

@@ -45,7 +45,7 @@ class Goal(_message.Message):
     def __init__(self, positions: _Optional[_Iterable[float]] = ..., left: _Optional[_Union[Grip, _Mapping]] = ..., right: _Optional[_Union[Grip, _Mapping]] = ..., left_oriented: _Optional[bool] = ..., right_oriented: _Optional[bool] = ..., turns: _Optional[float] = ...) -> None: ...
 
 class TaskState(_message.Message):
-    __slots__ = ("stamp", "revision", "state", "reason", "goal", "goal_revision", "reset_count", "replan_count", "run", "run_started", "settings", "last_request", "refusal", "error", "clearance", "turns", "reason_code", "clearance_margin", "pace")
+    __slots__ = ("stamp", "revision", "state", "reason", "goal", "goal_revision", "reset_count", "replan_count", "run", "run_started", "settings", "last_request", "refusal", "error", "clearance", "turns", "reason_code", "clearance_margin", "pace", "restore_count")
     class Reason(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
         __slots__ = ()
         UNSPECIFIED: _ClassVar[TaskState.Reason]
@@ -108,6 +108,7 @@ class TaskState(_message.Message):
     REASON_CODE_FIELD_NUMBER: _ClassVar[int]
     CLEARANCE_MARGIN_FIELD_NUMBER: _ClassVar[int]
     PACE_FIELD_NUMBER: _ClassVar[int]
+    RESTORE_COUNT_FIELD_NUMBER: _ClassVar[int]
     stamp: int
     revision: int
     state: RunState
@@ -127,7 +128,8 @@ class TaskState(_message.Message):
     reason_code: TaskState.Reason
     clearance_margin: float
     pace: float
-    def __init__(self, stamp: _Optional[int] = ..., revision: _Optional[int] = ..., state: _Optional[_Union[RunState, str]] = ..., reason: _Optional[str] = ..., goal: _Optional[_Union[Goal, _Mapping]] = ..., goal_revision: _Optional[int] = ..., reset_count: _Optional[int] = ..., replan_count: _Optional[int] = ..., run: _Optional[str] = ..., run_started: _Optional[int] = ..., settings: _Optional[_Mapping[str, str]] = ..., last_request: _Optional[str] = ..., refusal: _Optional[str] = ..., error: _Optional[float] = ..., clearance: _Optional[float] = ..., turns: _Optional[float] = ..., reason_code: _Optional[_Union[TaskState.Reason, str]] = ..., clearance_margin: _Optional[float] = ..., pace: _Optional[float] = ...) -> None: ...
+    restore_count: int
+    def __init__(self, stamp: _Optional[int] = ..., revision: _Optional[int] = ..., state: _Optional[_Union[RunState, str]] = ..., reason: _Optional[str] = ..., goal: _Optional[_Union[Goal, _Mapping]] = ..., goal_revision: _Optional[int] = ..., reset_count: _Optional[int] = ..., replan_count: _Optional[int] = ..., run: _Optional[str] = ..., run_started: _Optional[int] = ..., settings: _Optional[_Mapping[str, str]] = ..., last_request: _Optional[str] = ..., refusal: _Optional[str] = ..., error: _Optional[float] = ..., clearance: _Optional[float] = ..., turns: _Optional[float] = ..., reason_code: _Optional[_Union[TaskState.Reason, str]] = ..., clearance_margin: _Optional[float] = ..., pace: _Optional[float] = ..., restore_count: _Optional[int] = ...) -> None: ...
 
 class TaskRequest(_message.Message):
     __slots__ = ("id", "stamp", "action", "goal", "key", "value")
@@ -139,12 +141,14 @@ class TaskRequest(_message.Message):
         STOP: _ClassVar[TaskRequest.Action]
         RESET: _ClassVar[TaskRequest.Action]
         SET: _ClassVar[TaskRequest.Action]
+        RESTORE: _ClassVar[TaskRequest.Action]
     SET_GOAL: TaskRequest.Action
     START: TaskRequest.Action
     PAUSE: TaskRequest.Action
     STOP: TaskRequest.Action
     RESET: TaskRequest.Action
     SET: TaskRequest.Action
+    RESTORE: TaskRequest.Action
     ID_FIELD_NUMBER: _ClassVar[int]
     STAMP_FIELD_NUMBER: _ClassVar[int]
     ACTION_FIELD_NUMBER: _ClassVar[int]
@@ -160,16 +164,18 @@ class TaskRequest(_message.Message):
     def __init__(self, id: _Optional[str] = ..., stamp: _Optional[int] = ..., action: _Optional[_Union[TaskRequest.Action, str]] = ..., goal: _Optional[_Union[Goal, _Mapping]] = ..., key: _Optional[str] = ..., value: _Optional[str] = ...) -> None: ...
 
 class GoalDraft(_message.Message):
-    __slots__ = ("id", "stamp", "left", "right")
+    __slots__ = ("id", "stamp", "left", "right", "turns")
     ID_FIELD_NUMBER: _ClassVar[int]
     STAMP_FIELD_NUMBER: _ClassVar[int]
     LEFT_FIELD_NUMBER: _ClassVar[int]
     RIGHT_FIELD_NUMBER: _ClassVar[int]
+    TURNS_FIELD_NUMBER: _ClassVar[int]
     id: str
     stamp: int
     left: Grip
     right: Grip
-    def __init__(self, id: _Optional[str] = ..., stamp: _Optional[int] = ..., left: _Optional[_Union[Grip, _Mapping]] = ..., right: _Optional[_Union[Grip, _Mapping]] = ...) -> None: ...
+    turns: float
+    def __init__(self, id: _Optional[str] = ..., stamp: _Optional[int] = ..., left: _Optional[_Union[Grip, _Mapping]] = ..., right: _Optional[_Union[Grip, _Mapping]] = ..., turns: _Optional[float] = ...) -> None: ...
 
 class GoalPreview(_message.Message):
     __slots__ = ("draft", "stamp", "reachable", "reason", "goal")

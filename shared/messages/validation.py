@@ -269,6 +269,11 @@ def _check_with_goal(message: messages.TaskRequest | messages.GoalPreview) -> No
     _check_goal(message.goal)
 
 
+def _check_draft(draft: messages.GoalDraft) -> None:
+    _check_whole_grips(draft)
+    _check_turns(draft.turns)
+
+
 def _check_whole_grips(message: messages.Goal | messages.GoalDraft) -> None:
     for name, grip in (("left", message.left), ("right", message.right)):
         _check_length(f"{name}.position", grip.position, 3)
@@ -360,7 +365,7 @@ _CHECKS: dict[type[Message], Callable[[Any], None]] = {
     messages.TaskState: _check_task_state,
     messages.TaskRequest: _check_with_goal,
     messages.GoalPreview: _check_with_goal,
-    messages.GoalDraft: _check_whole_grips,
+    messages.GoalDraft: _check_draft,
     messages.Path: _check_path,
     messages.Parameters: _check_parameters,
     messages.Plan: _check_plan,

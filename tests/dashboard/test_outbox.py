@@ -74,6 +74,6 @@ def test_answers_to_other_sessions_and_of_other_receivers_are_ignored() -> None:
 def test_missing_answer_to_a_draft_is_not_reported() -> None:
     outbox = Outbox("dashboard-ab")
     pose = Pose(IDENTITY[:3], IDENTITY)
-    outbox.draft_goal(pose, pose)
+    outbox.draft_goal(pose, pose, 0.0)
     assert [p.topic for p in outbox.take(NOW)] == [topics.TASK_GOAL_DRAFT]
     assert outbox.notifications(NOW + 9 * SECOND, None, None, []) == []

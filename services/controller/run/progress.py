@@ -48,7 +48,7 @@ class ProgressMonitor:
         self.error = self.max_node_error = 0.0
         """Mean and maximum node distance to the goal [m]."""
         self.clearance = np.inf
-        """Least distance between the surfaces of rope and obstacles [m]."""
+        """Distance between the surfaces of rope and obstacles [m]."""
         self.begin(0, 0)
 
     def begin(self, now: int, replan_count: int) -> None:
@@ -60,6 +60,7 @@ class ProgressMonitor:
         """
         self.min_clearance = np.inf
         """Least clearance during the run [m]."""
+        self._untaken_clearance = np.inf
         self.replans_before = replan_count
         self._recent: deque[tuple[int, float, Float64[np.ndarray, "n 3"]]] = deque()
         self._clearance_stamp = 0
@@ -94,6 +95,13 @@ class ProgressMonitor:
             avoided = [o for o in obstacles if not o.support]
             self.clearance = self.clearance_of(nodes, avoided)
             self.min_clearance = min(self.min_clearance, self.clearance)
+            self._untaken_clearance = min(self._untaken_clearance, self.clearance)
+
+    def take_clearance(self) -> float:
+        """Return the least clearance since the last call [m], so that no minimum is lost."""
+        least = min(self._untaken_clearance, self.clearance)
+        self._untaken_clearance = np.inf
+        return least
 
     def clearance_of(
         self, nodes: Float64[np.ndarray, "n 3"], obstacles: Sequence[Obstacle]

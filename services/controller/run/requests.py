@@ -22,6 +22,7 @@ class RequestAction(Enum):
     STOP = auto()
     RESET = auto()
     SET = auto()
+    RESTORE = auto()
 
 
 @dataclass(frozen=True)
@@ -93,6 +94,9 @@ def carry_out(
                 task.stop()
             case RequestAction.RESET:
                 task.reset()
+            case RequestAction.RESTORE:
+                goal = goals.from_shape(goals.scenario.goal)
+                task.restore(goal)
             case RequestAction.SET:
                 task.set(request.key, request.value)
     except RequestRefused as error:

@@ -61,6 +61,8 @@ class Task:
     """Share of the usual limits that the next path uses [-]."""
     reset_count: int = 0
     """Number of resets, those of controllers before this one included; 0 while it is not known."""
+    restore_count: int = 1
+    """Number of times that the scenario's goal and obstacles have been restored, plus one."""
     run: str = ""
     """Name of the present or last run."""
     run_count: int = 0
@@ -185,6 +187,19 @@ class Task:
         self.reset_count += 1
         self.apply(RunEvent.RESET, ReasonCode.RESET_REQUESTED)
         self.request_path()
+
+    def restore(self, goal: Goal) -> None:
+        """Reset, and ask perception to restore the obstacles of the scenario.
+
+        Args:
+            goal: Goal of the scenario.
+
+        Raises:
+            RequestRefused: The cell is no simulation.
+        """
+        self.reset()
+        self.restore_count += 1
+        self.set_goal(goal)
 
     def set(self, key: str, value: str) -> None:
         """Change one setting.

@@ -43,13 +43,36 @@ def test_shape_gets_the_nodes_of_the_rope_and_the_grips_of_a_scenario(tmp_path: 
     ("content", "words"),
     [
         (rows(half_circle(1.2)), "scale the shape"),
-        (b"1,2\n3,4\n5,6\n", "at least 3 rows of x, y, z"),
-        (b"0,0,0\n0,0,nan\n1,0,0\n", "at least 3 rows of x, y, z"),
-        (b"\x89PNG\r\n", "no numbers"),
+        (rows(1e3 * half_circle()), "are its numbers millimetres"),
+        (b"1,2\n3,4\n5,6\n", "line 1: 2 numbers"),
+        (b"x,y,z\n0,0,0\n0,0,nan\n1,0,0\n", "line 3: '0,0,nan' is not finite"),
+        (b"0,0,0\n0,0,zero\n1,0,0\n", "line 2: '0,0,zero' is not x, y, z"),
+        (b"0,0,0\n1,0,0\n", "2 rows of numbers; give at least 3 rows"),
+        (b"\x89PNG\r\n", "no text"),
         (b"", "at least 3 rows of x, y, z"),
     ],
 )
-@pytest.mark.filterwarnings("ignore:loadtxt")
 def test_file_without_a_goal_is_refused_with_its_reason(content: bytes, words: str) -> None:
     with pytest.raises(ValueError, match=words):
         goal_file.parse(content, SCENARIO)
+
+
+@pytest.mark.parametrize(
+    ("header", "separator", "decimal"),
+    [
+        ("x,y,z\n", ",", "."),
+        ('"x [m]";"y [m]";"z [m]"\n', ";", ","),
+        ("", ";", "."),
+        ("\ufeffX\tY\tZ\n", "\t", "."),
+        ("# from a table\n", "  ", "."),
+    ],
+)
+def test_tables_of_other_programs_give_the_same_goal(
+    header: str, separator: str, decimal: str
+) -> None:
+    table = "\n".join(
+        separator.join(f"{v:.6f}".replace(".", decimal) for v in row) for row in half_circle()
+    )
+    goal = goal_file.parse((header + table).encode(), SCENARIO)
+    expected = goal_file.parse(rows(half_circle()), SCENARIO)
+    assert goal == expected

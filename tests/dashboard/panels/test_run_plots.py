@@ -1,9 +1,15 @@
 from __future__ import annotations
 
+from collections.abc import Iterator
+
+import numpy as np
 import pytest
 
-from dashboard.panels.run_plots import result_text
-from shared.messages import RunResult
+from dashboard.door.private_viser import PrivateViser
+from dashboard.panels.run_plots import RunPlots, overlaid, result_text
+from shared.messages import REACHED, RUNNING, RunResult, TaskState
+from shared.scenario import load
+from shared.service import SECOND
 
 
 @pytest.mark.parametrize(
@@ -19,3 +25,50 @@ from shared.messages import RunResult
 )
 def test_result_names_verdict_errors_and_replans(result: RunResult, text: str) -> None:
     assert text in result_text(result)
+
+
+def state(run: int, seconds: float, error: float, kind: int = RUNNING) -> TaskState:
+    started = 100 * run * SECOND
+    stamp = started + round(seconds * SECOND)
+    return TaskState(
+        stamp=stamp, run=f"run-{run}", run_started=started, state=kind, error=error, clearance=0.02
+    )
+
+
+@pytest.fixture
+def plots() -> Iterator[RunPlots]:
+    private = PrivateViser("test")
+    yield RunPlots(private.server.gui, load("scenarios/three-cylinders.toml"))
+    private.close()
+
+
+def test_run_that_ends_at_once_leaves_a_curve(plots: RunPlots) -> None:
+    plots.add(state(1, 0.0, 0.002))
+    plots.add(state(1, 0.3, 0.001, REACHED))
+    plots.add(state(1, 5.0, 0.0005, REACHED))
+    plots.draw(1.0)
+    times, _, error, *_ = plots.error_chart.data
+    np.testing.assert_allclose(times, [0.0, 0.3])
+    np.testing.assert_allclose(error, [2.0, 1.0])
+
+
+def test_next_run_is_drawn_over_the_one_before(plots: RunPlots) -> None:
+    for run, errors in ((1, (0.1, 0.05, 0.01)), (2, (0.2, 0.1))):
+        for k, error in enumerate(errors):
+            plots.add(state(run, float(k), error))
+    plots.draw(1.0)
+    times, _, present, before, *older = plots.error_chart.data
+    np.testing.assert_allclose(times, [0.0, 1.0, 2.0])
+    np.testing.assert_allclose(present, [200.0, 100.0, np.nan])
+    np.testing.assert_allclose(before, [100.0, 50.0, 10.0])
+    assert all(np.all(np.isnan(row)) for row in older)
+
+
+def test_curves_are_interpolated_between_their_own_times_only() -> None:
+    a = np.array([0.0, 2.0]), np.array([0.0, 4.0])
+    b = np.array([1.0]), np.array([7.0])
+    times, limit, first, second, *_ = overlaid([a, b], 5.0)
+    np.testing.assert_allclose(times, [0.0, 1.0, 2.0])
+    np.testing.assert_allclose(first, [0.0, 2.0, 4.0])
+    np.testing.assert_allclose(second, [np.nan, 7.0, np.nan])
+    np.testing.assert_allclose(limit, 5.0)

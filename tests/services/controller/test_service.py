@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
-from services.controller.run.state_machine import RunState
+import numpy as np
+import pytest
+
+from services.controller.run.reasons import ReasonCode
+from services.controller.run.state_machine import RunEvent, RunState
 from services.controller.service import ControllerService, build
 from shared import messages, topics
-from shared.messages import ArmState, ArmStates, TaskRequest, TaskState
+from shared.messages import ArmState, ArmStates, GoalDraft, TaskRequest, TaskState, chain
 from shared.scenario import load
 from shared.service import SECOND, Inbox, Publication, Received
 
@@ -106,6 +111,58 @@ def test_duration_of_a_run_ends_with_the_run() -> None:
     publications = published(service, 9 * SECOND, 0.4)
     (result,) = (p.message for p in publications if p.topic is topics.RUN_RESULT)
     assert result.duration == 2.0
+
+
+@pytest.mark.parametrize("action", [TaskRequest.RESET, TaskRequest.RESTORE, TaskRequest.STOP])
+def test_verdict_of_a_run_stays_whatever_follows(action: TaskRequest.Action) -> None:
+    service = build(SCENARIO, "session")
+    published(service, SECOND, 0.4, TaskRequest(id="1", action=TaskRequest.START))
+    nearby = service.estimator.nodes + np.array([0.0, 0.0005, 0.0])
+    service.task.goal = replace(service.task.goal, nodes=nearby)
+    observe(service, SECOND)
+    service.task.apply(RunEvent.SETTLE, ReasonCode.SETTLED)
+    publications = published(service, 2 * SECOND, 0.4)
+    (reached,) = (p.message for p in publications if p.topic is topics.RUN_RESULT)
+    assert reached.reached
+    assert reached.error == pytest.approx(0.0005, rel=1e-3)
+    published(service, 3 * SECOND, 0.4, TaskRequest(id="2", action=action))
+    service.progress.error = service.progress.min_clearance = 1.0
+    publications = published(service, 4 * SECOND, 0.4)
+    (later,) = (p.message for p in publications if p.topic is topics.RUN_RESULT)
+    assert later.stamp == 4 * SECOND
+    later.stamp = reached.stamp
+    assert later == reached
+
+
+def test_restore_returns_to_the_goal_of_the_scenario_and_reset_keeps_the_one_set() -> None:
+    service = build(SCENARIO, "session")
+    before = step(service, SECOND, 0.4)
+    moved = messages.Goal()
+    moved.CopyFrom(before.goal)
+    moved.left.position[1] += 0.02
+    moved.right.position[1] += 0.02
+    moved.positions[:] = (chain(before.goal.positions) + np.array([0.0, 0.02, 0.0])).ravel()
+    goal = TaskRequest(id="1", action=TaskRequest.SET_GOAL, goal=moved)
+    assert step(service, 2 * SECOND, 0.4, goal).refusal == ""
+    kept = step(service, 3 * SECOND, 0.4, TaskRequest(id="2", action=TaskRequest.RESET))
+    np.testing.assert_allclose(kept.goal.positions, moved.positions)
+    assert kept.restore_count == before.restore_count
+    back = step(service, 4 * SECOND, 0.4, TaskRequest(id="3", action=TaskRequest.RESTORE))
+    np.testing.assert_allclose(back.goal.positions, before.goal.positions)
+    assert (back.restore_count, back.reset_count) == (2, kept.reset_count + 1)
+
+
+def test_draft_of_a_wound_goal_is_previewed_as_wound() -> None:
+    service = build(load(SCENARIO.folder / "two-turns.toml"), "session")
+    goal = service.task.goal
+    draft = GoalDraft(id="d", turns=goal.turns)
+    draft.left.CopyFrom(messages.grip(goal.left))
+    draft.right.CopyFrom(messages.grip(goal.right))
+    arrived = {topics.TASK_GOAL_DRAFT.key: [Received(draft, "page", 0, SECOND)]}
+    publications = list(service.step(Inbox({}, arrived), SECOND))
+    (preview,) = (p.message for p in publications if p.topic is topics.TASK_GOAL_PREVIEW)
+    assert preview.goal.turns == goal.turns != 0.0
+    np.testing.assert_allclose(chain(preview.goal.positions), goal.nodes, atol=1e-4)
 
 
 def test_controller_that_replaces_another_one_takes_over_the_count_of_resets() -> None:

@@ -6,6 +6,7 @@ import pytest
 
 from lariat.geometry.obstacles import TABLE, Obstacle
 from services.perception.scene import ObstacleScene, SceneChangeRefused
+from shared.scenario import Event
 
 POST = Obstacle("cylinder", (0.0, 0.0, 0.1), radius=0.02, height=0.2, name="post")
 BALL = Obstacle("sphere", (0.3, 0.0, 0.1), radius=0.05, name="ball")
@@ -27,3 +28,23 @@ def test_body_of_the_scenario_is_not_removed(scene: ObstacleScene, name: str) ->
     with pytest.raises(SceneChangeRefused, match="belongs to the scenario"):
         scene.remove(name)
     assert scene.obstacles == (TABLE, POST)
+
+
+def test_reset_keeps_what_people_changed_and_restore_does_not(scene: ObstacleScene) -> None:
+    scene.add(BALL)
+    scene.move("post", (0.1, 0.0, 0.1))
+    scene.reset()
+    assert [o.name for o in scene.obstacles] == ["table", "post", "ball"]
+    assert scene.obstacles[1].position == (0.1, 0.0, 0.1)
+    scene.restore()
+    assert scene.obstacles == (TABLE, POST)
+
+
+def test_reset_undoes_what_events_changed() -> None:
+    events = [Event(0.5, move_obstacle="post", position=(0.2, 0.0, 0.1))]
+    scene = ObstacleScene([TABLE, POST], events, radius=0.004)
+    scene.add(BALL)
+    assert scene.follow_run(1, 1_000_000_000) == []
+    assert scene.obstacles[1].position == (0.2, 0.0, 0.1)
+    scene.reset()
+    assert scene.obstacles == (TABLE, POST, BALL)

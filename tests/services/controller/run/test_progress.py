@@ -81,6 +81,15 @@ def test_clearance_is_that_of_the_surfaces_and_leaves_supports_out() -> None:
     assert progress.min_clearance == pytest.approx(0.046)
 
 
+def test_clearance_taken_is_the_least_since_it_was_taken_last() -> None:
+    progress = monitor()
+    near, far = GOAL + np.array([0.0, 0.03, 0.0]), GOAL
+    for k, nodes in enumerate((far, near, far), start=1):
+        progress.observe(10 * k * PERIOD, nodes, GOAL, (POST,))
+    assert progress.take_clearance() == pytest.approx(0.046)
+    assert progress.take_clearance() == pytest.approx(0.076)
+
+
 def test_clearance_is_also_that_between_nodes() -> None:
     progress = monitor()
     # 25 mm from the nodes of an edge along the rope, 11 mm from its middle.

@@ -1,4 +1,4 @@
-"""`lariat start`, `pause`, `stop` and `reset`: requests to the run of a running stack."""
+"""`lariat start`, `pause`, `stop`, `reset` and `restore`: requests to the run of a running stack."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def stop(json: bool = False, cell: CellOptions = LOCAL) -> int:
 
 
 def reset(json: bool = False, cell: CellOptions = LOCAL) -> int:
-    """Return rope and arms to the scenario's start; in simulation only.
+    """Return rope and arms to the scenario's start, in simulation only; goal and obstacles stay.
 
     Examples:
       lariat reset
@@ -67,6 +67,19 @@ def reset(json: bool = False, cell: CellOptions = LOCAL) -> int:
         cell: Address of the stack.
     """
     return _request(TaskRequest.RESET, json, cell)
+
+
+def restore(json: bool = False, cell: CellOptions = LOCAL) -> int:
+    """Return to the scenario as it was loaded, in simulation only: rope, arms, goal, obstacles.
+
+    Examples:
+      lariat restore
+
+    Args:
+        json: Answer with one JSON object on standard output.
+        cell: Address of the stack.
+    """
+    return _request(TaskRequest.RESTORE, json, cell)
 
 
 def _request(action: TaskRequest.Action, json: bool, cell: Cell) -> int:

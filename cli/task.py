@@ -1,4 +1,4 @@
-"""`lariat start`, `pause`, `stop`, `reset` and `restore`: requests to the run of a running stack."""
+"""`lariat start`, `pause`, `stop`, `reset`, `restore`: requests to the run of a running stack."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ from dashboard.door.site import Site
 from dashboard.options import DashboardOptions
 from dashboard.outbox import Outbox
 from dashboard.page import Page
-from dashboard.subscriptions import READS, latest_with_age
+from dashboard.subscriptions import READS, latest_with_age, silence
 from shared import topics
 from shared.scenario import Scenario
 from shared.service import Inbox, Publication
@@ -36,7 +36,7 @@ class DashboardService:
     def __init__(self, scenario: Scenario, session: str, options: DashboardOptions) -> None:
         self.outbox = Outbox(session)
         self._stop_bar = StopBar(self.outbox)
-        self._site = Site(options, "Lariat", self._stop_bar)
+        self._site = Site(options, f"{scenario.name} · Lariat", self._stop_bar)
         self.address = self._site.address
         self._page = Page(self._site.viser, scenario, self.outbox)
         # Whoever names the file of the token says where the page is.
@@ -50,7 +50,11 @@ class DashboardService:
         self._page.run_actions()
         arms, age = latest_with_age(inbox, topics.ARM_STATE, now)
         status = self._stop_bar.step(
-            [r.message for r in inbox.every(topics.ARM_STATE)], arms, age, now
+            [r.message for r in inbox.every(topics.ARM_STATE)],
+            arms,
+            age,
+            now,
+            silence(inbox, now),
         )
         if status is not None:
             self._site.show_status(status)

@@ -59,3 +59,27 @@ def latest_with_age(inbox: Inbox, topic: Topic, now: int) -> tuple[Any, float]:
     """
     item = inbox.latest(topic)
     return (None, 0.0) if item is None else (item.message, (now - item.received) / SECOND)
+
+
+SOURCES = (
+    (topics.TASK_STATE, "controller"),
+    (topics.ARM_STATE, "robot gateway"),
+    (topics.ROPE_NODES, "perception"),
+)
+"""States without which the page shows the past, and the services that publish them."""
+
+
+def silence(inbox: Inbox, now: int) -> str:
+    """Return which services have fallen silent, and for how long; empty when all are heard.
+
+    Args:
+        inbox: Messages received so far.
+        now: Present time [ns].
+    """
+    ages = {name: latest_with_age(inbox, topic, now)[1] for topic, name in SOURCES}
+    silent = [name for name, age in ages.items() if age > STALE_AGE]
+    if not silent:
+        return ""
+    names = " and ".join(filter(None, [", ".join(silent[:-1]), silent[-1]]))
+    verb = "is" if len(silent) == 1 else "are"
+    return f"The {names} {verb} silent for {min(ages[name] for name in silent):.0f} s"

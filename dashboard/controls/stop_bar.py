@@ -89,7 +89,12 @@ class StopBar:
         self._actions.put(lambda: self._end(press))
 
     def step(
-        self, arms: Sequence[ArmStates], newest: ArmStates | None, age: float, now: int
+        self,
+        arms: Sequence[ArmStates],
+        newest: ArmStates | None,
+        age: float,
+        now: int,
+        silent: str = "",
     ) -> str | None:
         """Do what people asked for, and answer the holds that the gateway has confirmed.
 
@@ -98,6 +103,7 @@ class StopBar:
             newest: Newest of them ever.
             age: Its age [s].
             now: Present time [ns].
+            silent: Services that have fallen silent, in words; empty when all are heard.
 
         Returns:
             Status for the pages when it is due, a JSON object.
@@ -121,6 +127,7 @@ class StopBar:
             "stopped": newest is not None and age <= STALE_AGE and _is_stopped(newest),
             "approach": _offer(newest),
             "ended": self._ended[-1],
+            "silent": silent,
         }
         return msgspec.json.encode(status).decode()
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from concurrent.futures import Future
 from typing import Annotated, Protocol
 
 import msgspec
 from aiohttp import WSMsgType, web
 from msgspec import Meta
+
+from dashboard.door.controls import Controls
 
 HOLD_TIMEOUT = 1.0
 """Time after which a hold that the gateway has not confirmed is reported as such [s]."""
@@ -36,6 +39,17 @@ class Release(msgspec.Struct, tag_field="type", tag="release", frozen=True):
 
     press: int
     """Number of the press."""
+
+
+class Ask(msgspec.Struct, tag_field="type", tag="ask", frozen=True):
+    """Wish for the controls."""
+
+
+class Answer(msgspec.Struct, tag_field="type", tag="answer", frozen=True):
+    """Answer of the page that has the controls to one that asks for them."""
+
+    give: bool
+    """Whether it gives them."""
 
 
 class HoldAnswer(msgspec.Struct, frozen=True):
@@ -66,17 +80,17 @@ class Cell(Protocol):
 class CellSocket:
     """Connections of all stop bars."""
 
-    def __init__(self, cell: Cell) -> None:
-        self._cell = cell
+    def __init__(self, cell: Cell, controls: Controls) -> None:
+        self._cell, self._controls = cell, controls
         self._status = ""
         self._news: set[asyncio.Event] = set()
-        self._decoder = msgspec.json.Decoder(Approach | Release)
+        self._decoder = msgspec.json.Decoder(Approach | Release | Ask | Answer)
 
     def show(self, status: str) -> None:
         """Send a status, a JSON object, to every stop bar; called in the door's thread."""
         self._status = status
-        for event in self._news:
-            event.set()
+        self._controls.advance(time.monotonic())
+        self._announce()
 
     async def hold(self, request: web.Request) -> web.Response:
         """Answer a request to hold, after the gateway's confirmation or `HOLD_TIMEOUT`."""
@@ -88,42 +102,63 @@ class CellSocket:
         return web.Response(body=msgspec.json.encode(answer), content_type="application/json")
 
     async def serve(self, request: web.Request) -> web.StreamResponse:
-        """Send the status and take the signs of life of an approach, until the browser leaves."""
+        """Send the status and take what the page's bar says, until the browser leaves."""
         if len(self._news) >= MAX_BARS:
             raise web.HTTPServiceUnavailable(text=f"{MAX_BARS} pages are open, no more can be")
         socket = web.WebSocketResponse(
             max_msg_size=MAX_MESSAGE, heartbeat=PING_PERIOD, compress=False
         )
         await socket.prepare(request)
+        page = request.match_info["page"]
         news = asyncio.Event()
         self._news.add(news)
-        sender = asyncio.create_task(self._send(socket, news))
+        self._controls.enter(page, time.monotonic())
+        sender = asyncio.create_task(self._send(socket, news, page))
         press: int | None = None
         try:
             async for message in socket:
                 if message.type is not WSMsgType.TEXT:
                     break
                 try:
-                    sign = self._decoder.decode(message.data)
+                    said = self._decoder.decode(message.data)
                 except (msgspec.DecodeError, UnicodeError):
                     break
-                press = sign.press
-                if isinstance(sign, Approach):
-                    self._cell.approach(sign)
-                else:
-                    self._cell.release(press)
+                match said:
+                    case Ask():
+                        self._controls.ask(page, time.monotonic())
+                        self._announce()
+                    case Answer():
+                        self._controls.answer(page, said.give)
+                        self._announce()
+                    case Approach():
+                        if self._controls.holds(page):
+                            press = said.press
+                            self._cell.approach(said)
+                    case Release():
+                        self._cell.release(said.press)
         finally:
             if press is not None:
                 self._cell.release(press)
             self._news.discard(news)
+            self._controls.leave(page, time.monotonic())
             sender.cancel()
             await asyncio.gather(sender, return_exceptions=True)
         await socket.close()
         return socket
 
-    async def _send(self, socket: web.WebSocketResponse, news: asyncio.Event) -> None:
+    def _announce(self) -> None:
+        for event in self._news:
+            event.set()
+
+    async def _send(self, socket: web.WebSocketResponse, news: asyncio.Event, page: str) -> None:
         while True:
             if self._status:
-                await socket.send_str(self._status)
+                controls = {
+                    "role": self._controls.role(page),
+                    "asks": self._controls.asks(page),
+                    "asked": self._controls.is_asked_for,
+                }
+                message = {"cell": msgspec.Raw(self._status.encode()), "controls": controls}
+                await socket.send_str(msgspec.json.encode(message).decode())
             await news.wait()
             news.clear()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import secrets
 import threading
 from collections.abc import Awaitable, Callable
 from pathlib import Path
@@ -14,6 +15,7 @@ from aiohttp import web
 from dashboard.door import html
 from dashboard.door.access import COOKIE, Access, Address, parse_address
 from dashboard.door.cell_socket import Cell, CellSocket
+from dashboard.door.controls import Controls
 from dashboard.door.relay import Relay
 from dashboard.door.secret_files import load_password, load_token
 from dashboard.options import DashboardOptions
@@ -58,13 +60,18 @@ class Door:
     """Server that admits browsers to the page of one viser server."""
 
     def __init__(
-        self, options: DashboardOptions, viser_socket: Path, cell: Cell | None = None
+        self,
+        options: DashboardOptions,
+        viser_socket: Path,
+        title: str,
+        cell: Cell | None = None,
     ) -> None:
         """Start the server.
 
         Args:
             options: Where it listens, and whom it admits.
             viser_socket: Unix socket of the viser server.
+            title: Title of the browser's window.
             cell: Cell whose arms the page's stop bar holds; without it the page has no stop bar.
 
         Raises:
@@ -77,8 +84,10 @@ class Door:
         first = addresses[0] if addresses else parse_address(f"http://127.0.0.1:{options.port}")
         self.address = f"{first}/?token={token}" if first.is_loopback else f"{first}/"
         """Address that a person opens; on a loopback name it holds the token."""
-        self._cell_socket = CellSocket(cell) if cell else None
-        self._relay = Relay(viser_socket)
+        self._title = title
+        controls = Controls() if cell else None
+        self._cell_socket = CellSocket(cell, controls) if cell and controls else None
+        self._relay = Relay(viser_socket, controls)
         self._judging = asyncio.Lock()
         self._waiting = 0
         self._loop = asyncio.new_event_loop()
@@ -116,7 +125,8 @@ class Door:
 
     def _application(self) -> web.Application:
         app = web.Application(middlewares=[self._guard], client_max_size=MAX_FORM)
-        page = f"/{self._access.path}"
+        # Every window has an address of its own, by which it is known through a reload.
+        page = f"/{self._access.path}/{{page:[A-Za-z0-9_-]{{1,32}}}}"
         app.router.add_get("/", self._enter)
         app.router.add_post("/login", self._log_in)
         # viser's side of the page takes its own address, without the slash, for its WebSocket.
@@ -125,8 +135,8 @@ class Door:
         if self._cell_socket is not None:
             app.router.add_post(page + "/hold", self._cell_socket.hold)
             app.router.add_get(page + "/cell", self._cell_socket.serve)
-            for file in ("stop_bar.js", "stop_bar.css"):
-                app.router.add_get(f"{page}/{file}", _file(html.STOP_BAR / file))
+            for file in html.PARTS:
+                app.router.add_get(f"{page}/{file}", _file(html.BROWSER / file))
         return app
 
     @web.middleware
@@ -175,7 +185,9 @@ class Door:
             cookie = request.cookies.get(COOKIE, "")
             if not (self._access.admits_cookie(address, cookie) and known):
                 raise self._closed(address)
-            if upgrade != (request.path in (f"/{path}", f"/{path}/cell")):
+            # The page's own address, without the slash, and its cell are WebSockets.
+            below = request.path.split("/")[3:]
+            if upgrade != (below in ([], ["cell"])):
                 raise _refusal(web.HTTPNotFound, "Nothing here", "")
 
     def _closed(self, address: Address) -> web.HTTPException:
@@ -216,12 +228,13 @@ class Door:
         )
 
     def _admit(self, address: Address) -> web.Response:
-        path = f"/{quote(self._access.path)}/"
-        answer = web.Response(text=html.entrance(path), content_type="text/html")
+        path = f"/{quote(self._access.path)}"
+        page = f"{path}/{secrets.token_urlsafe(9)}/"
+        answer = web.Response(text=html.entrance(page), content_type="text/html")
         answer.set_cookie(
             COOKIE,
             self._access.cookie(address),
-            path=path.rstrip("/"),
+            path=path,
             httponly=True,
             samesite="Strict",
             secure=address.scheme == "https",
@@ -229,7 +242,7 @@ class Door:
         return answer
 
     async def _show_page(self, request: web.Request) -> web.StreamResponse:
-        text = html.page(self._cell_socket is not None)
+        text = html.page(self._title, self._cell_socket is not None)
         return web.Response(text=text, content_type="text/html")
 
 

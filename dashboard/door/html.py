@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import html
+import re
 from functools import cache
 from pathlib import Path
 
 import viser
 
-STOP_BAR = Path(__file__).parent / "stop_bar"
-"""Folder of the stop bar's script and style."""
+BROWSER = Path(__file__).parent / "browser"
+"""Folder of the scripts and styles around viser's page."""
+PARTS = ("banner.js", "banner.css", "stop_bar.js", "stop_bar.css")
+"""Files of that folder."""
 
+_ICON = (
+    "data:image/svg+xml,%3Csvg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 32 32'%3E"
+    "%3Crect width='32' height='32' rx='7' fill='%2314181f'/%3E%3Cpath d='M5 9c8 0 6 15 13 15s5-15 "
+    "9-15' fill='none' stroke='%23f6b246' stroke-width='4' stroke-linecap='round'/%3E%3C/svg%3E"
+)
 _STYLE = (
     "body{font:16px/1.5 system-ui,sans-serif;background:#14181f;color:#dde3ec;margin:12vh auto;"
     "max-width:34em;padding:0 1.5em}h1{font-size:1.4em}input,button{font:inherit;padding:.4em .8em;"
@@ -51,19 +59,33 @@ def login(note: str = "") -> str:
 
 
 @cache
-def page(with_stop_bar: bool) -> str:
-    """HTML of viser's page, with the stop bar's script before all others.
+def page(title: str, with_cell: bool) -> str:
+    """HTML of viser's page, with title and icon of this one.
 
-    So its key handler is the first that sees a key.
+    The scripts of a cell come before all others, so that the stop bar's key handler is the first
+    that sees a key.
+
+    Args:
+        title: Title of the browser's window.
+        with_cell: Whether the page has a stop bar and a banner.
+
+    Raises:
+        RuntimeError: viser's page has no place for them.
     """
     text = (Path(viser.__file__).parent / "client/build/index.html").read_text()
-    if not with_stop_bar:
-        return text
-    head = "<head>"
-    if text.count(head) != 1:
-        raise RuntimeError(f"viser {viser.__version__}: no place for the stop bar in its page")
-    parts = '<script src="stop_bar.js"></script><link rel="stylesheet" href="stop_bar.css">'
-    return text.replace(head, head + parts)
+    parts = ""
+    if with_cell:
+        parts += '<script src="stop_bar.js"></script><link rel="stylesheet" href="stop_bar.css">'
+        parts += '<script src="banner.js"></script><link rel="stylesheet" href="banner.css">'
+    for pattern, new in (
+        (r'<link\s+rel="icon".*?/>', f'<link rel="icon" href="{_ICON}">'),
+        (r"<title>.*?</title>", f"<title>{html.escape(title)}</title>"),
+        ("<head>", f"<head>{parts}"),
+    ):
+        text, count = re.subn(pattern, lambda _, new=new: new, text, flags=re.DOTALL)
+        if count != 1:
+            raise RuntimeError(f"viser {viser.__version__}: no place for {new[:40]!r} in its page")
+    return text
 
 
 def _document(title: str, body: str, head: str = "") -> str:

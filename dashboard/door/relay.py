@@ -5,13 +5,19 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import aiohttp
 from aiohttp import WSCloseCode, WSMsgType, web
 
 from dashboard.door import browser_messages
-from dashboard.door.browser_messages import FileTransferPart, FileTransferStartUpload
+from dashboard.door.browser_messages import (
+    FileTransferPart,
+    FileTransferStartUpload,
+    ViewerCameraMessage,
+)
+from dashboard.door.controls import Controls
 
 log = logging.getLogger(__name__)
 
@@ -30,13 +36,15 @@ PING_PERIOD = 10.0
 class Relay:
     """Relay of all pages to one viser server."""
 
-    def __init__(self, viser_socket: Path) -> None:
+    def __init__(self, viser_socket: Path, controls: Controls | None = None) -> None:
         """Create a relay.
 
         Args:
             viser_socket: Unix socket of the server.
+            controls: Decides which page may act; None where every page may.
         """
         self._viser_socket = viser_socket
+        self._controls = controls
         self._count = 0
 
     async def serve(self, request: web.Request) -> web.StreamResponse:
@@ -44,16 +52,22 @@ class Relay:
         if self._count >= MAX_PAGES:
             raise web.HTTPServiceUnavailable(text=f"{MAX_PAGES} pages are open, no more can be")
         self._count += 1
+        page = request.match_info["page"]
+        if self._controls:
+            self._controls.enter(page, time.monotonic())
         try:
             connector = aiohttp.UnixConnector(str(self._viser_socket))
             async with aiohttp.ClientSession(connector=connector) as session:
-                return await self._relay(request, session)
+                return await self._relay(request, session, page)
         finally:
             self._count -= 1
+            if self._controls:
+                self._controls.leave(page, time.monotonic())
 
     async def _relay(
-        self, request: web.Request, session: aiohttp.ClientSession
+        self, request: web.Request, session: aiohttp.ClientSession, page: str
     ) -> web.WebSocketResponse:
+        controls = self._controls
         wanted = request.headers.get("Sec-WebSocket-Protocol", "").split(",")
         protocols = [p.strip() for p in wanted if p.strip()][:1]
         browser = web.WebSocketResponse(
@@ -68,7 +82,9 @@ class Relay:
         ) as server:
             await browser.prepare(request)
             ways = [
-                asyncio.create_task(_to_server(browser, server)),
+                asyncio.create_task(
+                    _to_server(browser, server, lambda: controls is None or controls.holds(page))
+                ),
                 asyncio.create_task(_to_browser(server, browser)),
             ]
             try:
@@ -90,7 +106,9 @@ async def _to_browser(
 
 
 async def _to_server(
-    browser: web.WebSocketResponse, server: aiohttp.ClientWebSocketResponse
+    browser: web.WebSocketResponse,
+    server: aiohttp.ClientWebSocketResponse,
+    may_act: Callable[[], bool],
 ) -> None:
     uploaded = refused = count = 0
     second = time.monotonic()
@@ -117,4 +135,6 @@ async def _to_server(
             if uploaded > MAX_UPLOADED:
                 await browser.close(code=WSCloseCode.MESSAGE_TOO_BIG, message=b"too many uploads")
                 return
-        await server.send_bytes(message.data)
+        # A page without the controls only looks around.
+        if may_act() or isinstance(decoded, ViewerCameraMessage):
+            await server.send_bytes(message.data)

@@ -32,7 +32,7 @@ class Site:
         self.viser: viser.ViserServer = self._private.server
         """Elements of the page."""
         try:
-            self._door = Door(options, self._private.path, cell)
+            self._door = Door(options, self._private.path, title, cell)
         except BaseException:
             self._private.close()
             raise

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from websockets.exceptions import InvalidStatus
+from websockets.sync.client import ClientConnection
 
 from dashboard.door.cell_socket import Approach, HoldAnswer
 from dashboard.door.site import Site
@@ -64,6 +65,24 @@ def site(arms: Arms, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]
         yield site
     finally:
         site.close()
+
+
+def news(site: Site, socket: ClientConnection) -> dict:
+    """What a page hears next."""
+    site.show_status('{"text": "Armed"}')
+    message = json.loads(socket.recv(5.0))
+    while True:
+        try:
+            message = json.loads(socket.recv(0.05))
+        except TimeoutError:
+            return message
+
+
+def take_controls(site: Site, socket: ClientConnection) -> dict:
+    """What a page hears once it has the controls, which a page before it may just have left."""
+    while (heard := news(site, socket))["controls"]["role"] != "holder":
+        socket.send('{"type": "ask"}')
+    return heard
 
 
 @pytest.fixture
@@ -163,14 +182,33 @@ def test_press_ends_with_its_connection_and_with_what_is_no_message(
     site.show_status('{"text": "Armed"}')
     sign = '{"type": "approach", "press": %d, "distance": 0.1, "angle": 0.0}'
     with person.open_socket("/cell") as socket:
-        assert json.loads(socket.recv(5.0)) == {"text": "Armed"}
+        assert take_controls(site, socket)["cell"] == {"text": "Armed"}
         socket.send(sign % 7)
         until(lambda: 7 in arms.signs)
     until(lambda: 7 in arms.released)
     with person.open_socket("/cell") as socket:
+        take_controls(site, socket)
         socket.send(sign % 8)
         socket.send('{"type": "approach"}')
         until(lambda: 8 in arms.released)
+
+
+def test_page_without_the_controls_asks_for_them_and_approaches_nothing(
+    site: Site, arms: Arms
+) -> None:
+    pages = [Visitor(site.address).enter() for _ in range(2)]
+    with pages[0].open_socket("/cell") as first, pages[1].open_socket("/cell") as second:
+        take_controls(site, first)
+        assert news(site, second)["controls"]["role"] == "watcher"
+        second.send('{"type": "approach", "press": 9, "distance": 0.1, "angle": 0.0}')
+        second.send('{"type": "answer", "give": true}')
+        second.send('{"type": "ask"}')
+        until(lambda: news(site, first)["controls"]["asked"])
+        assert 9 not in arms.signs
+        first.send('{"type": "answer", "give": true}')
+        until(lambda: news(site, second)["controls"]["role"] == "holder")
+        assert news(site, first)["controls"]["role"] == "watcher"
+        assert pages[0].ask("POST", pages[0].page + "hold").status == 200, "everybody may hold"
 
 
 def test_beyond_this_machine_the_password_admits_and_the_token_does_not(stranger: Visitor) -> None:

@@ -13,6 +13,7 @@
   const elements = {};
   let socket = null;
   let status = null;
+  let acts = false; // whether this window has the controls
   let statusTime = -Infinity;
   let holdText = ""; // outcome of the last hold until the arms are known to stand
   let holding = false;
@@ -27,6 +28,7 @@
     let detail = "A hold may not arrive. " + EMERGENCY;
     let color = "#f05454";
     if (connected) ({ text, detail, color } = status);
+    else if (status) window.dispatchEvent(new CustomEvent("lariat-lost"));
     if (holdText && !(connected && status.stopped)) {
       text = holdText;
     }
@@ -37,7 +39,7 @@
     elements.detail.textContent = detail;
     elements.hold.classList.toggle("sent", holding);
     // A pressed button keeps its name and place until it is released.
-    offer = press ? press.offer : connected ? status.approach : null;
+    offer = press ? press.offer : connected && acts ? status.approach : null;
     elements.approach.hidden = !offer;
     if (offer) elements.approach.textContent = offer.label + " (keep pressed)";
     elements.approach.classList.toggle("pressed", press !== null);
@@ -118,14 +120,18 @@
     url.protocol = url.protocol.replace("http", "ws");
     socket = new WebSocket(url);
     socket.onmessage = (message) => {
-      status = JSON.parse(message.data);
+      const news = JSON.parse(message.data);
+      status = news.cell;
+      acts = news.controls.role === "holder";
       statusTime = performance.now();
+      window.dispatchEvent(new CustomEvent("lariat-news", { detail: news }));
       if (status.stopped && !holding) holdText = "";
       if (press && press.number === status.ended) release();
       show();
     };
     socket.onclose = () => {
       release();
+      window.dispatchEvent(new CustomEvent("lariat-lost"));
       setTimeout(connect, RECONNECT_DELAY);
     };
   }
@@ -178,6 +184,9 @@
   for (const type of ["keydown", "keypress", "keyup"]) {
     window.addEventListener(type, key, { capture: true });
   }
+  window.addEventListener("lariat-say", (event) => {
+    if (socket && socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(event.detail));
+  });
   window.addEventListener("blur", release);
   window.addEventListener("pagehide", release);
   document.addEventListener("visibilitychange", release);

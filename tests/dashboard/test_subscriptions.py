@@ -1,0 +1,29 @@
+from __future__ import annotations
+
+from dashboard.subscriptions import silence
+from shared import topics
+from shared.messages import ArmStates, NodeChain, TaskState
+from shared.service import SECOND, Inbox, Received
+
+
+def inbox(**received: int) -> Inbox:
+    messages = {
+        "task": (topics.TASK_STATE, TaskState()),
+        "arm": (topics.ARM_STATE, ArmStates()),
+        "rope": (topics.ROPE_NODES, NodeChain()),
+    }
+    found = {}
+    for name, second in received.items():
+        topic, message = messages[name]
+        found[topic.key] = Received(message, "stage", 1, second * SECOND)
+    return Inbox(found, {})
+
+
+def test_services_that_were_heard_and_are_not_any_more_are_named() -> None:
+    now = 100 * SECOND
+    assert silence(inbox(task=99, arm=99, rope=99), now) == ""
+    assert silence(inbox(), now) == "", "what has not come yet is not silent"
+    assert silence(inbox(task=90, arm=99), now) == "The controller is silent for 10 s"
+    assert silence(inbox(task=90, arm=80, rope=95), now) == (
+        "The controller, robot gateway and perception are silent for 5 s"
+    )

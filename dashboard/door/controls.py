@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import Literal
 
-ANSWER_TIME = 10.0
+ANSWER_TIME = 15.0
 """Time that the holder has to answer a page that asks for the controls [s]."""
 RELOAD_TIME = 4.0
 """Time for which the controls are kept for a page that has left [s]."""

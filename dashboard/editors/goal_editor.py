@@ -23,6 +23,8 @@ from shared.service import SECOND
 
 DRAFT_PERIOD = SECOND // 20
 """Least time between two drafts of a goal that is being dragged [ns]."""
+FIELD_STEP = 0.5
+"""Step of the fields [mm and degrees]; it also decides how many decimals they show."""
 GIZMO_SCALE = 0.25
 """Size of a gizmo, relative to the rope's length [-]."""
 
@@ -127,7 +129,7 @@ class GoalEditor:
         self, gui: viser.GuiApi, side: Side, actions: ActionQueue
     ) -> viser.GuiVector3Handle:
         field = gui.add_vector3(
-            f"{side.capitalize()} [mm]", (0.0, 0.0, 0.0), step=1.0, visible=False
+            f"{side.capitalize()} [mm]", (0.0, 0.0, 0.0), step=FIELD_STEP, visible=False
         )
 
         @field.on_update
@@ -144,7 +146,7 @@ class GoalEditor:
         field = gui.add_vector3(
             f"{side.capitalize()} [°]",
             (0.0, 0.0, 0.0),
-            step=1.0,
+            step=FIELD_STEP,
             visible=False,
             hint="Yaw, pitch and roll of the rope at this grip",
         )
@@ -214,6 +216,7 @@ class GoalEditor:
         if side in self._fields:
             self._fields[side].value = tuple((1e3 * pose.position).round(1).tolist())
         if side in self._angle_fields:
+            # Plus zero: -0 would be shown as such.
             angles = np.degrees(grip_angles(pose.orientation)).round(1) + 0.0
             self._angle_fields[side].value = tuple(angles.tolist())
         if with_gizmo and side in self._gizmos:

@@ -1,4 +1,4 @@
-"""Table of the services' health: state, step times, overruns, dropped inputs."""
+"""Table of the services' health: state, step times, overruns, refused messages."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def table_html(
                 f"{message.step_p50_ms:.1f} / {message.step_p99_ms:.1f}",
                 f"{message.period_ms:.0f}",
                 f"{message.overruns}",
-                f"{message.drops}",
+                f"{message.refused}",
                 f"{age:.1f}",
             )
             if message is not None
@@ -95,7 +95,7 @@ def table_html(
                 f"<tr><td colspan='7' style='opacity:.65;padding-bottom:.4em'>"
                 f"{html.escape(message.note)}</td></tr>"
             )
-    heads = ("", "state", "step p50 / p99 [ms]", "period [ms]", "overruns", "drops", "age [s]")
+    heads = ("", "state", "step p50 / p99 [ms]", "period [ms]", "overruns", "refused", "age [s]")
     head = "".join(
         f"<th style='font-weight:500;opacity:.6;text-align:left'>{h}</th>" for h in heads
     )

@@ -109,18 +109,17 @@ def overlaid(
 
     Returns:
         Times of all curves, the limit, and values of the present run and `EARLIER_RUNS` earlier
-        ones, NaN outside of a curve; between its own times a curve is interpolated.
+        ones. Between its own times a curve is interpolated, before them it has its first value,
+        after them it is NaN. Where there are fewer runs, the present one stands in their place. The
+        charts' library finds no range where a first value is NaN.
     """
-    times = np.unique(np.concatenate([t for t, _ in curves] or [np.zeros(0)]))
-    if not len(times):
-        times = np.array([0.0, EMPTY_CHART_SPAN])
-    rows = [
-        np.interp(times, t, values, left=math.nan, right=math.nan)
-        if len(t)
-        else np.full(len(times), math.nan)
-        for t, values in curves
-    ]
-    rows += [np.full(len(times), math.nan)] * (1 + EARLIER_RUNS - len(rows))
+    known = [(t, values, np.isfinite(values)) for t, values in curves]
+    curves = [(t[mask], values[mask]) for t, values, mask in known if np.any(mask)]
+    times = np.unique(np.concatenate([np.zeros(0), *(t for t, _ in curves)]))
+    if not curves:
+        times, curves = np.array([0.0, EMPTY_CHART_SPAN]), [(np.zeros(1), np.zeros(1))]
+    rows = [np.interp(times, t, values, right=math.nan) for t, values in curves]
+    rows += rows[:1] * (1 + EARLIER_RUNS - len(rows))
     return times, np.full(len(times), limit), *rows
 
 

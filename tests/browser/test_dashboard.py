@@ -70,7 +70,8 @@ def test_start_moves_the_rope_to_the_goal(page: Page) -> None:
 def test_dragged_goal_shows_how_the_rope_would_rest(page: Page) -> None:
     grip = SCENARIO.grips(SCENARIO.goal)[1].position
     page.get_by_role("button", name="Edit goal").click()
-    expect(page.get_by_text("Reachable", exact=True)).to_be_visible()
+    expect(page.get_by_text("The present goal", exact=True)).to_be_visible()
+    expect(page.get_by_role("button", name="Set goal")).to_be_disabled()
     arrow = grip + np.array([0.0, 0.0, 0.75 * 0.25 * SCENARIO.rope.length])
     up = np.array([0.0, 0.0, 0.06])
     drag(page, on_screen(page, SCENARIO, arrow), on_screen(page, SCENARIO, arrow + up))

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import socket
 import threading
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -27,6 +28,8 @@ from shared.messages import (
 from shared.scenario import load
 from shared.topics import Topic
 from tests.browser.chromium import NO_CHROMIUM, drag, on_screen, opened
+from tests.browser.stack import free_port
+from tests.dashboard.door.visitor import Visitor
 from tests.dashboard.stage import Stage, hanging
 
 pytestmark = NO_CHROMIUM
@@ -45,12 +48,19 @@ class Cell(threading.Thread):
         self._ended = threading.Event()
         self.refusal = ""
         """Answer to every task request; empty accepts it."""
+        self.address = ""
+        """Address of the page."""
+        self.dead = False
+        """Whether nothing is played any more."""
         self.deaf = False
         """Whether commands to the arms are not answered."""
         self._arms: dict = {"mode": ArmStates.MOVING}
 
     def run(self) -> None:
         while not self._ended.wait(1.0 / 15.0):
+            if self.dead:
+                self._stage.step(1.0 / 15.0)
+                continue
             self._stage.play(0.3)
             with self._news:
                 arms = self._stage.arms(self._stage.nodes(0.3), **self._arms)
@@ -121,11 +131,9 @@ def preview(draft: GoalDraft) -> GoalPreview:
 
 @pytest.fixture(scope="module")
 def cell() -> Iterator[tuple[Cell, Page]]:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    service = build(SCENARIO, "dashboard-ab", DashboardOptions(port=port))
+    service = build(SCENARIO, "dashboard-ab", DashboardOptions(port=free_port()))
     cell = Cell(Stage(service, SCENARIO))
+    cell.address = service.address
     cell.start()
     try:
         with opened(service.address) as page:
@@ -271,6 +279,57 @@ def test_approach_goes_on_only_while_its_button_is_pressed(cell: tuple[Cell, Pag
     stage.show_arms(mode=ArmStates.MOVING)
 
 
+def test_window_gives_the_controls_to_another_one_and_takes_them_back(
+    cell: tuple[Cell, Page],
+) -> None:
+    stage, page = cell
+    stop = page.get_by_role("button", name="Stop", exact=True)
+    other = Visitor(stage.address).enter()
+    with other.open_socket("/cell") as socket:
+        socket.send('{"type": "ask"}')
+        page.get_by_role("button", name="Give them").click()
+        expect(page.locator("#banner")).to_contain_text("Another window has the controls")
+        stage.forget()
+        stop.dispatch_event("click")
+        with pytest.raises(AssertionError, match="nothing on"):
+            stage.asked(topics.TASK_REQUEST, timeout=0.5)
+        hold_button(page).click()
+        assert stage.asked(topics.ARM_COMMAND).action == ArmCommand.HOLD
+    page.get_by_role("button", name="Take the controls").click()
+    expect(page.locator("#banner")).to_be_hidden()
+    stop.click()
+    assert stage.asked(topics.TASK_REQUEST).action == TaskRequest.STOP
+
+
+def test_page_says_that_it_shows_the_past_and_comes_back_with_the_server(tmp_path: Path) -> None:
+    options = DashboardOptions(port=free_port(), token_file=tmp_path / "token")
+    service = build(SCENARIO, "dashboard-ab", options)
+    cell = Cell(Stage(service, SCENARIO))
+    cell.start()
+    with opened(service.address) as page:
+        assert page.title() == "three-cylinders · Lariat"
+        expect(page.get_by_text("Running:")).to_be_visible()
+        cell.end()
+        service.close()
+        expect(page.locator("#banner")).to_contain_text("No connection to the dashboard")
+        greyed = "getComputedStyle(document.querySelector('#root')).filter"
+        assert "grayscale(1)" in page.evaluate(greyed)
+        # A thread of its own, because Playwright's event loop runs in this one.
+        with ThreadPoolExecutor(1) as pool:
+            service = pool.submit(build, SCENARIO, "dashboard-cd", options).result()
+        cell = Cell(Stage(service, SCENARIO))
+        cell.start()
+        try:
+            expect(page.locator("#banner")).to_be_hidden()
+            expect(page.get_by_text("Running:")).to_be_visible()
+            # The stack has died, the dashboard has not.
+            cell.dead = True
+            expect(page.locator("#banner")).to_contain_text("silent for")
+        finally:
+            cell.end()
+            service.close()
+
+
 def test_each_gripper_opens_and_closes_by_its_own_buttons(cell: tuple[Cell, Page]) -> None:
     stage, page = cell
     stage.forget()
@@ -287,7 +346,8 @@ def test_dragged_end_is_drafted_previewed_and_set(cell: tuple[Cell, Page]) -> No
     page.get_by_role("button", name="Edit goal").click()
     first = stage.asked(topics.TASK_GOAL_DRAFT)
     np.testing.assert_allclose(grip_pose(first.left).position, before, atol=1e-9)
-    expect(page.get_by_text("Reachable", exact=True)).to_be_visible()
+    expect(page.get_by_text("The present goal", exact=True)).to_be_visible()
+    expect(page.get_by_role("button", name="Set goal")).to_be_disabled()
     arrow = before + np.array([0.0, 0.0, 0.75 * 0.25 * SCENARIO.rope.length])
     up = np.array([0.0, 0.0, 0.08])
     drag(page, on_screen(page, SCENARIO, arrow), on_screen(page, SCENARIO, arrow + up))

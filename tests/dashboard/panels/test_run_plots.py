@@ -61,14 +61,21 @@ def test_next_run_is_drawn_over_the_one_before(plots: RunPlots) -> None:
     np.testing.assert_allclose(times, [0.0, 1.0, 2.0])
     np.testing.assert_allclose(present, [200.0, 100.0, np.nan])
     np.testing.assert_allclose(before, [100.0, 50.0, 10.0])
-    assert all(np.all(np.isnan(row)) for row in older)
+    assert all(np.array_equal(row, present, equal_nan=True) for row in older)
 
 
-def test_curves_are_interpolated_between_their_own_times_only() -> None:
+def test_curves_begin_with_a_number_and_end_with_their_last_one() -> None:
     a = np.array([0.0, 2.0]), np.array([0.0, 4.0])
     b = np.array([1.0]), np.array([7.0])
     times, limit, first, second, *_ = overlaid([a, b], 5.0)
     np.testing.assert_allclose(times, [0.0, 1.0, 2.0])
     np.testing.assert_allclose(first, [0.0, 2.0, 4.0])
-    np.testing.assert_allclose(second, [np.nan, 7.0, np.nan])
+    np.testing.assert_allclose(second, [7.0, 7.0, np.nan])
     np.testing.assert_allclose(limit, 5.0)
+
+
+def test_chart_without_a_run_spans_the_limit() -> None:
+    empty = np.zeros(0), np.zeros(0)
+    times, limit, *rows = overlaid([empty], 5.0)
+    assert len(times) == len(limit) == 2
+    assert all(row[0] == 0.0 and np.isnan(row[1]) for row in rows)

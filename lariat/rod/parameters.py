@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Int64
@@ -39,6 +41,8 @@ _PROFILE_CODES = {
     "rest_curvature": Parameter.REST_CURVATURE,
 }
 """Codes of parameters with one value for each knot, by field of `RodProperties`."""
+_FIELDS = ("stretch_stiffness", "damping", "internal_damping", "linear_density", "length")
+"""Parameters that are fields of `RodProperties`."""
 _KNOT_NAME = re.compile(
     r"(stiffness_profile|density_profile|rest_curvature)\[(\d+)\](?:\[([012])\])?"
 )
@@ -71,3 +75,36 @@ def parameter_codes(names: tuple[str, ...], properties: RodProperties) -> Int64[
                 raise ValueError(f"{found[1]} of this rod has {knots} entries, got {name!r}")
             row[:] = _PROFILE_CODES[found[1]] + int(found[3] or 0), int(found[2]), knots
     return rows
+
+
+def with_parameters(properties: RodProperties, values: Mapping[str, float]) -> RodProperties:
+    """Return the same rod with other values of parameters, each with all others held constant.
+
+    Args:
+        properties: Rod to change.
+        values: Values by name, as in `PARAMETERS`; `rest_curvature_1`, `rest_curvature_2` and
+            `rest_twist` are added to the rest curvature of the whole rod.
+
+    Raises:
+        ValueError: A name is not a parameter of this rod, or a value is out of its range.
+    """
+    parameter_codes(tuple(values), properties)
+    changed = properties.with_stiffness(
+        values.get("bending_stiffness", properties.bending_stiffness),
+        values.get("twisting_stiffness", properties.twisting_stiffness),
+    )
+    profiles = {name: np.array(getattr(properties, name), float) for name in _PROFILE_CODES}
+    for column, name in enumerate(("rest_curvature_1", "rest_curvature_2", "rest_twist")):
+        profiles["rest_curvature"][:, column] += values.get(name, 0.0)
+    for name, value in values.items():
+        found = _KNOT_NAME.fullmatch(name)
+        if found is not None:
+            profiles[found[1]][tuple(int(k) for k in found.groups()[1:] if k is not None)] = value
+    fields = {name: values[name] for name in _FIELDS if name in values}
+    return replace(
+        changed,
+        **fields,
+        stiffness_profile=tuple(profiles["stiffness_profile"].tolist()),
+        density_profile=tuple(profiles["density_profile"].tolist()),
+        rest_curvature=tuple((a, b, c) for a, b, c in profiles["rest_curvature"].tolist()),
+    )

@@ -1,0 +1,40 @@
+"""Campaign on all cores: closed-loop runs in random scenes, one process for each core."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+
+import matplotlib.pyplot as plt
+from matplotlib.figure import Figure
+
+from benchmarks.goals.campaign import Trial, TrialSpec, run_trials
+from shared.scenario import load
+
+
+def main(count: int = 8, workers: int = os.cpu_count() or 1) -> Figure:
+    base = load("three-cylinders")
+    base = replace(
+        base,
+        plant=replace(base.plant, model="rod"),
+        sensing=replace(base.sensing, source="truth"),
+        run=replace(base.run, time_limit=4.0),
+    )
+    specs = [TrialSpec("easy", number, seed=7, base=base) for number in range(count)]
+
+    def report(trial: Trial) -> None:
+        print(f"{trial.kind}-{trial.number}: {trial.score.final_error_mm} mm, {trial.reason}")
+
+    trials = run_trials(specs, workers, report)
+    print(f"{sum(trial.succeeded for trial in trials)} of {count} as wanted")
+    figure = plt.figure()
+    axes = figure.add_subplot(projection="3d")
+    for color, trial in enumerate(trials):
+        axes.plot(*trial.shapes[0].T, color="0.7")
+        axes.plot(*trial.shapes[-1].T, color=f"C{color % 10}")
+    axes.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
+    return figure
+
+
+if __name__ == "__main__":  # processes that are spawned import this file
+    main().savefig("10_campaign_on_all_cores.png")

@@ -1,0 +1,1 @@
+"""Examples, numbered in the order in which they are best read."""

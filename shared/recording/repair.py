@@ -8,7 +8,7 @@ from mcap import records
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 
-from shared.recording.layout import CHUNK_SIZE
+from shared.recording.layout import CHUNK_SIZE, ROBOT_DESCRIPTION_TOPIC
 from shared.recording.reader import Recording
 from shared.version import version
 
@@ -21,7 +21,7 @@ def copy_readable(source: Path, target: Path) -> tuple[int, str]:
         target: File to write, which must not exist.
 
     Returns:
-        Number of messages copied, and the damage of the source.
+        Number of the bus' messages copied, and the damage of the source.
 
     Raises:
         OSError: The target exists or cannot be written.
@@ -30,6 +30,7 @@ def copy_readable(source: Path, target: Path) -> tuple[int, str]:
     recording = Recording(source)
     schemas: dict[int, int] = {}
     channels: dict[int, int] = {}
+    described: set[int] = set()
     count = 0
     with target.open("xb") as stream:
         writer = McapWriter(stream, chunk_size=CHUNK_SIZE, compression=CompressionType.ZSTD)
@@ -42,11 +43,12 @@ def copy_readable(source: Path, target: Path) -> tuple[int, str]:
                     channels[r.id] = writer.register_channel(
                         r.topic, r.message_encoding, schemas[r.schema_id], dict(r.metadata)
                     )
+                    described |= {r.id} if r.topic == ROBOT_DESCRIPTION_TOPIC else set()
                 case records.Message() if r.channel_id in channels:
                     writer.add_message(
                         channels[r.channel_id], r.log_time, r.data, r.publish_time, r.sequence
                     )
-                    count += 1
+                    count += r.channel_id not in described
                 case records.Attachment():
                     writer.add_attachment(r.create_time, r.log_time, r.name, r.media_type, r.data)
                 case records.Metadata():

@@ -20,6 +20,7 @@ from rich.table import Table
 
 from benchmarks import worker_pool
 from benchmarks.robustness.combinations import Combination, sample
+from benchmarks.robustness.tables import write_page
 from benchmarks.robustness.trial import (
     MAX_ERROR,
     MAX_ERROR_ON_SUPPORT,
@@ -40,6 +41,7 @@ def run(
     folder: Path = Path("robustness-trials"),
     again: bool = False,
     workers: int = 1,
+    docs: Path | None = None,
     json: bool = False,
 ) -> int:
     """Run combinations of hidden ropes, grips and simulators in closed loop.
@@ -49,7 +51,7 @@ def run(
     `lariat run FOLDER/SEED-NUMBER/scenario.toml`.
 
     Examples:
-      lariat bench robustness --workers 2
+      lariat bench robustness --workers 2 --docs docs/results
       lariat bench robustness --only 17 --again
       lariat bench robustness --scenario rope cable --count 12 --seed 1
 
@@ -63,6 +65,7 @@ def run(
         folder: Folder for finished runs, scenarios and goals.
         again: Run finished combinations again.
         workers: Number of processes.
+        docs: Folder in which `robustness/table.md` is written; nothing is by default.
         json: Print one JSON object instead of a table.
 
     Returns:
@@ -78,6 +81,8 @@ def run(
         file.append(trial)
         finished[trial.number] = trial
     trials = [finished[c.number] for c in combinations]
+    if docs:
+        write_page(docs / "robustness" / "table.md", trials, combinations, summary(trials))
     if json:
         figures = {k: v if np.isfinite(v) else None for k, v in summary(trials).items()}
         print(encoder.dumps({"summary": figures, "trials": [asdict(t) for t in trials]}))

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from benchmarks.robustness.bench import summary
 from benchmarks.robustness.combinations import sample
+from benchmarks.robustness.tables import write_page
 from benchmarks.robustness.trial import Trial, TrialFile, as_written
 
 SCORE = {
@@ -62,3 +63,11 @@ def test_finished_runs_are_found_again_unless_the_combination_is_another(tmp_pat
         stream.write('{"combination": {"num')  # Interrupted while it was written.
     assert file.find([sample(0, 3), sample(0, 4)]) == {3: GOOD}
     assert file.find([sample(1, 3)]) == {}
+
+
+def test_page_lists_every_run_with_what_it_missed(tmp_path: Path) -> None:
+    far = replace(GOOD, score=SCORE | {"final_error_mm": 1.5})
+    page = tmp_path / "results" / "table.md"
+    write_page(page, [GOOD, far], [sample(0, 3)] * 2, summary([GOOD, far]))
+    rows = [line for line in page.read_text().splitlines() if line.startswith("| 3 |")]
+    assert [row.split("|")[-2].strip() for row in rows] == ["", "1.50 mm off"]

@@ -22,6 +22,8 @@ from shared.scenario import Scenario
 from shared.version import commit
 from stack.simulation import closed_loop
 
+TIME_AFTER_GOAL = 3.0
+"""Time for which a run goes on after the controller says that the goal is reached [s]."""
 MAX_ERROR = 1.0
 """Largest mean distance of true rope and goal at the end of a good run [mm]."""
 MAX_ERROR_ON_SUPPORT = 2.0
@@ -129,7 +131,7 @@ def run_trial(task: tuple[Combination, Path]) -> Trial:
     """
     combination, folder = task
     scenario = build_scene(combination, folder)
-    outcome = closed_loop.run(scenario)
+    outcome = closed_loop.run(scenario, stop_after=TIME_AFTER_GOAL)
     task = outcome.stack.latest(topics.TASK_STATE)
     properties = true_properties(scenario)
     profile = np.mean(properties.stiffness_profile)

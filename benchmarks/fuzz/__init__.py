@@ -1,4 +1,4 @@
-"""Hostile messages and files for every process: `lariat bench fuzz`."""
+"""Hostile messages, files, pages and arms for every process: `lariat bench fuzz`."""
 
 from __future__ import annotations
 
@@ -9,10 +9,15 @@ import sys
 import tempfile
 from dataclasses import asdict
 from pathlib import Path
+from typing import Protocol
 
 from benchmarks.fuzz import message_targets
-from benchmarks.fuzz.file_targets import FileTarget, file_targets
+from benchmarks.fuzz.arm_targets import ClientTarget, EmulatorTarget
+from benchmarks.fuzz.bus_target import BusTarget
+from benchmarks.fuzz.file_targets import file_targets
+from benchmarks.fuzz.launcher_target import LauncherTarget
 from benchmarks.fuzz.message_targets import ServiceTarget, Totals
+from benchmarks.fuzz.page_target import PageTarget
 from shared.configuration import ConfigurationError
 from shared.scenario import Scenario, load
 from shared.service import SECOND
@@ -27,8 +32,30 @@ LAWFUL_TIME = SECOND
 """Simulated time of the ordinary run whose messages are mutated [ns]."""
 FILE_TARGETS = ("scenario", "nodes", "recording", "png", "jpeg")
 """Kinds of files."""
-TARGETS = (*message_targets.NAMES, *FILE_TARGETS)
+PORT_TARGETS = ("bus", "page", "cr5-client", "cr5-emulator")
+"""Ends of connections: doors of a real bus, the page, the gateway's client of an arm, the arm."""
+MESSAGE_TARGETS = (*message_targets.NAMES, "launcher")
+"""Processes that read the bus."""
+TARGETS = (*MESSAGE_TARGETS, *PORT_TARGETS, *FILE_TARGETS)
 """Names of all targets."""
+
+
+class Target(Protocol):
+    """What is attacked."""
+
+    def run_batch(self, seed: str, count: int, totals: Totals) -> None:
+        """Attack it a number of times.
+
+        Args:
+            seed: Seed of the batch.
+            count: Number of messages or files.
+            totals: Counts, which grow.
+        """
+        ...
+
+    def close(self) -> None:
+        """Release what it holds."""
+        ...
 
 
 def run(
@@ -39,19 +66,20 @@ def run(
     progress: Path | None = None,
     json: bool = False,
 ) -> int:
-    """Send hostile messages to every service, and hostile files to every reader.
+    """Send hostile messages to every process, hostile bytes to every port, files to every reader.
 
     Messages: random bytes, mutated valid ones, wrong lengths, numbers that are none, extremes of
     integers, unknown enum values, other types, made-up publishers and numbers. They pass the check
     of the bus, and what it lets through reaches the service among the messages of an ordinary run.
     A failure is an exception, a body that vanishes from the gateway's scene, or an arm that moves.
+    `bus` and `page` need free ports of 127.0.0.1; the arm is an emulator in this process.
 
     Examples:
       lariat bench fuzz --count 2000
       lariat bench fuzz --count 1000000 --progress fuzz.json
 
     Args:
-        targets: Services and kinds of files.
+        targets: Processes, ports and kinds of files.
         count: Messages or files for each target.
         seed: Seed of all choices.
         scenario: Scenario of the services.
@@ -66,10 +94,10 @@ def run(
             raise ConfigurationError(f"no target {name!r}; expected one of {', '.join(TARGETS)}")
     totals = _read(progress, seed)
     # Refusals are what is asked for, not news.
-    logging.disable(logging.WARNING)
+    logging.disable(logging.ERROR)
     with tempfile.TemporaryDirectory() as folder:
         cell = load(scenario)
-        lawful = ordinary_run(cell) if set(targets) & set(message_targets.NAMES) else []
+        lawful = ordinary_run(cell) if set(targets) & set(MESSAGE_TARGETS) else []
         for name in targets:
             target = _target(name, cell, lawful, Path(folder))
             mine = totals.setdefault(name, Totals())
@@ -103,9 +131,18 @@ def ordinary_run(scenario: Scenario) -> list[Delivery]:
     return deliveries
 
 
-def _target(
-    name: str, cell: Scenario, lawful: list[Delivery], folder: Path
-) -> ServiceTarget | FileTarget:
+def _target(name: str, cell: Scenario, lawful: list[Delivery], folder: Path) -> Target:
+    match name:
+        case "launcher":
+            return LauncherTarget(lawful)
+        case "bus":
+            return BusTarget()
+        case "page":
+            return PageTarget(cell)
+        case "cr5-client":
+            return ClientTarget()
+        case "cr5-emulator":
+            return EmulatorTarget()
     if name in message_targets.NAMES:
         return ServiceTarget(name, cell, lawful)
     return file_targets(cell, folder)[name]
@@ -136,11 +173,10 @@ def _write(progress: Path | None, seed: int, totals: dict[str, Totals]) -> None:
 
 
 def _report(name: str, totals: Totals, count: int) -> None:
-    if True:
-        end = "\n" if totals.messages >= count else "\r"
-        found = f"{len(totals.failures)} failures, {totals.memory_mb:.0f} MB"
-        line = f"{name}: {totals.messages} of {count}, {found}"
-        print(line, end=end, file=sys.stderr, flush=True)
+    end = "\n" if totals.messages >= count else "\r"
+    found = f"{len(totals.failures)} failures, {totals.memory_mb:.0f} MB"
+    line = f"{name}: {totals.messages} of {count}, {found}"
+    print(line, end=end, file=sys.stderr, flush=True)
 
 
 def _memory() -> float:

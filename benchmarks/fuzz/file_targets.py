@@ -12,6 +12,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from benchmarks.fuzz.hostile_bytes import mutated
 from benchmarks.fuzz.message_targets import Totals
 from shared.bounded_file import read_file
 from shared.configuration import ConfigurationError
@@ -20,22 +21,6 @@ from shared.recording import Recording, Writer, copy_readable
 from shared.scenario import Scenario, load, parse
 from shared.service import SECOND
 from shared.topics import ROPE_NODES
-
-WORDS = (
-    "nan",
-    "inf",
-    "-1",
-    "1e308",
-    "9" * 400,
-    "[]",
-    "{}",
-    '""',
-    '"../x.csv"',
-    "true",
-    "[[]]",
-    "'",
-)
-"""Values that replace one of a scenario."""
 
 
 class FileTarget:
@@ -71,7 +56,7 @@ class FileTarget:
         """
         rng = random.Random(seed)
         for _ in range(count):
-            content = _mutated(self._valid, rng)
+            content = mutated(self._valid, rng)
             totals.messages += 1
             try:
                 self._read(content)
@@ -156,34 +141,3 @@ def _without_standard_error() -> Iterator[None]:
         os.dup2(kept, 2)
         os.close(kept)
         os.close(silence)
-
-
-def _mutated(valid: bytes, rng: random.Random) -> bytes:
-    content = bytearray(valid)
-    for _ in range(rng.randrange(1, 4)):
-        at = rng.randrange(len(content) + 1)
-        match rng.randrange(6):
-            case 0:
-                content[at : at + rng.randrange(64)] = b""
-            case 1:
-                content[at:at] = rng.randbytes(rng.randrange(64))
-            case 2:
-                content[at : at + 8] = rng.choice((b"\0", b"\xff")) * 8
-            case 3:
-                content[at:] = b""
-            case 4:
-                _replace_value(content, rng)
-            case _:
-                if at < len(content):
-                    content[at] = rng.randrange(256)
-    return bytes(content)
-
-
-def _replace_value(content: bytearray, rng: random.Random) -> None:
-    """Replace what stands behind an equals sign or between two commas."""
-    starts = [k for k, byte in enumerate(content) if byte in b"=,"]
-    if not starts:
-        return
-    start = rng.choice(starts) + 1
-    end = next((k for k in range(start, len(content)) if content[k] in b"\n,]"), len(content))
-    content[start:end] = rng.choice(WORDS).encode()

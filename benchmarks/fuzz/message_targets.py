@@ -40,6 +40,14 @@ class Totals:
     """Exceptions and broken rules, each with the batch that reproduces it."""
 
 
+def corpus_of(lawful: Sequence[Delivery]) -> dict[str, list[bytes]]:
+    """Return the payloads of messages by topic key."""
+    corpus: dict[str, list[bytes]] = {}
+    for delivery in lawful:
+        corpus.setdefault(delivery.key, []).append(delivery.payload)
+    return corpus
+
+
 def disarmed(scenario: Scenario) -> Scenario:
     """Return the scenario with arms that only a person arms."""
     ends = {side: replace(scenario.end(side), arm_automatically=False) for side in SIDES}
@@ -60,9 +68,7 @@ class ServiceTarget:
         self._name = name
         self._scenario = disarmed(scenario)
         self._lawful = lawful
-        self._corpus: dict[str, list[bytes]] = {}
-        for delivery in lawful:
-            self._corpus.setdefault(delivery.key, []).append(delivery.payload)
+        self._corpus = corpus_of(lawful)
         self._check = MessageCheck()
         self._now = START
         self._next = 0

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from benchmarks import fuzz
+from benchmarks.fuzz.arm_targets import ClientTarget, EmulatorTarget
 from benchmarks.fuzz.file_targets import FileTarget
+from benchmarks.fuzz.launcher_target import LauncherTarget
 from benchmarks.fuzz.message_targets import ServiceTarget, Totals
 from cli.__main__ import main
+from shared.cr5.packet import PacketReader
 from shared.scenario import load
 from shared.service import Inbox
 
@@ -52,6 +56,42 @@ def test_readers_of_files_refuse_in_one_way_only(
     # Resumed: what was read already is not read again.
     assert main(["bench", "fuzz", "--targets", *FILES, *options]) == 0
     assert json.loads(capsys.readouterr().out)["targets"] == rows
+
+
+@pytest.mark.parametrize(
+    ("build", "count"),
+    [(lambda: LauncherTarget(()), 200), (ClientTarget, 20), (EmulatorTarget, 200)],
+    ids=["launcher", "client", "emulator"],
+)
+def test_launcher_and_both_ends_of_an_arms_line_survive_hostile_bytes(
+    build: Callable[[], fuzz.Target], count: int
+) -> None:
+    totals = Totals()
+    target = build()
+    target.run_batch("test", count, totals)
+    target.close()
+    assert (totals.messages, totals.failures) == (count, [])
+
+
+def test_doors_of_a_bus_and_the_page_survive_hostile_messages(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["bench", "fuzz", "--targets", "bus", "page", "--count", "256", "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)["targets"]
+    assert {name: row["messages"] for name, row in rows.items()} == {"bus": 256, "page": 256}
+    assert 0 < rows["bus"]["accepted"] < 256
+
+
+def test_exception_of_the_arms_client_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(reader: PacketReader, data: bytes) -> None:
+        raise KeyError("found")
+
+    monkeypatch.setattr(PacketReader, "feed", fail)
+    totals = Totals()
+    target = ClientTarget()
+    target.run_batch("seed-5", 3, totals)
+    assert totals.failures
+    assert "cr5-client seed-5" in totals.failures[0]
 
 
 def test_another_exception_of_a_reader_is_a_failure() -> None:

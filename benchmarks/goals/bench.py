@@ -2,7 +2,7 @@
 
 Every goal is a rest shape of the true rope. Rope, cylinders and limits are those of
 `scenarios/three-cylinders.toml` unless the kind of scene says otherwise
-(`benchmarks.goals.scenes`); all services run as in `lariat run`.
+(`environments.scenes`); all services run as in `lariat run`.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from rich.table import Table
 
 from benchmarks.goals import campaign
 from benchmarks.goals.campaign import Trial, TrialSpec
-from benchmarks.goals.scenes import Kind
+from environments.scenes import Kind
 from shared.configuration import ConfigurationError
 from shared.scenario import Scenario, load
 from shared.scenario.sections import (

@@ -14,7 +14,7 @@ from jaxtyping import Float64
 from benchmarks import worker_pool
 from benchmarks.conditions import Conditions
 from benchmarks.goals.motion_metrics import MotionMetrics
-from benchmarks.goals.scenes import Kind, sample_scene
+from environments.scenes import Kind, sample_scene
 from lariat.geometry.obstacles import Obstacle
 from shared import topics
 from shared.messages import FAILED, scene_obstacles

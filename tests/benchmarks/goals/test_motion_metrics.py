@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from benchmarks.goals.campaign import TrialSpec, run_trial
 from benchmarks.goals.motion_metrics import gripper_clearance
-from benchmarks.goals.scenes import Kind
+from environments.scenes import Kind
 from lariat.geometry import poses
 from lariat.geometry.grippers import gripper_bodies
 from lariat.geometry.obstacles import Obstacle

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.goals.scenes import KINDS, Kind, sample_scene
+from environments.scenes import KINDS, Kind, sample_scene
 from lariat.geometry.obstacles import chain_clearance
 from shared.scenario import load
 from shared.scenario.shipped import find

@@ -1,0 +1,1 @@
+"""Environments to train policies in: seeded scenes, and rope shaping by Gymnasium's interface."""

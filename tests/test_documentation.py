@@ -11,9 +11,9 @@ from shared.topics import TOPICS
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("lariat/*.md")])
-FOLDERS = "|".join(
-    ("lariat", "shared", "services", "dashboard", "stack", "environments", "benchmarks", "cli")
-    + ("scenarios", "examples", "tests", "docs")
+FOLDERS = (
+    "lariat|shared|services|dashboard|stack|environments|benchmarks|cli|scenarios|examples|tests|"
+    "docs"
 )
 
 

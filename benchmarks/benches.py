@@ -16,6 +16,7 @@ class Bench(NamedTuple):
 BENCHES: dict[str, Bench] = {
     "cables": Bench("benchmarks.cables", "stiffness of real cables, from hanging and twisting"),
     "camera": Bench("benchmarks.camera", "cost of the simulated camera, accuracy of markers"),
+    "chunks": Bench("benchmarks.chunks", "time of the gateway's tick with the longest chunks"),
     "compose": Bench("benchmarks.compose", "every scenario in containers, up, run and down"),
     "faults": Bench("benchmarks.faults", "faults injected into the live stack, and how arms stop"),
     "fuzz": Bench("benchmarks.fuzz", "hostile messages and files for every process"),

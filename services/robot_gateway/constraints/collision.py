@@ -10,7 +10,8 @@ from services.robot_gateway.constraints.obstacle_scene import ObstacleScene
 from services.robot_gateway.constraints.slacks import Slacks
 
 EXACT_SLACK = 0.05
-"""Slack above which the distance to an obstacle's bounding sphere serves as a lower bound [m]."""
+"""Slack above which the distance from an obstacle's bounding sphere to the box around the path
+serves as a lower bound [m]."""
 
 
 class CollisionConstraint:
@@ -37,18 +38,37 @@ class CollisionConstraint:
             centres: Centres of the spheres in the world frame [m].
             radii: Radii of the spheres [m].
         """
-        scene = self.scene
         if not len(radii):
             free = np.full(len(centres), np.inf)
             return {"keep_out": free, "table": free}
-        table = [np.min(signed_distance(centres, o) - radii, axis=1) for o in scene.half_spaces]
-        gaps = np.linalg.norm(centres[:, :, None] - scene.centres, axis=-1)
-        slack = np.min(gaps - radii[:, None], axis=1) - scene.radii
-        slack -= self.keep_out
-        for k in np.flatnonzero(np.any(slack < EXACT_SLACK, axis=0)):
-            exact = signed_distance(centres, scene.solids[k]) - radii
-            slack[:, k] = np.min(exact, axis=1) - self.keep_out
+        table = [
+            np.min(signed_distance(centres, o) - radii, axis=1) for o in self.scene.half_spaces
+        ]
         return {
-            "keep_out": np.min(slack, axis=1, initial=np.inf),
+            "keep_out": self._solid_slack(centres, radii),
             "table": np.min(table, axis=0) if table else np.full(len(centres), np.inf),
         }
+
+    def _solid_slack(
+        self, centres: Float64[np.ndarray, "m k 3"], radii: Float64[np.ndarray, "k"]
+    ) -> Float64[np.ndarray, "m"]:
+        """Return the slack of the distance from the solid obstacles [m].
+
+        The box around each sphere's path rules out most obstacles for all poses at once.
+        """
+        scene = self.scene
+        low, high = np.min(centres, axis=0)[:, None], np.max(centres, axis=0)[:, None]
+        outside = np.maximum(np.maximum(low - scene.centres, scene.centres - high), 0.0)
+        reach = radii[:, None] + scene.radii + self.keep_out
+        bounds = np.linalg.norm(outside, axis=-1) - reach
+        near = bounds < EXACT_SLACK
+        slack = np.full(len(centres), np.min(bounds, where=~near, initial=np.inf))
+        for k in np.flatnonzero(np.any(near, axis=0)):
+            spheres = np.flatnonzero(near[:, k])
+            gaps = np.linalg.norm(centres[:, spheres] - scene.centres[k], axis=-1)
+            gaps -= reach[spheres, k]
+            if np.any(gaps < EXACT_SLACK):
+                gaps = signed_distance(centres[:, spheres], scene.solids[k])
+                gaps -= radii[spheres] + self.keep_out
+            slack = np.minimum(slack, np.min(gaps, axis=1))
+        return slack

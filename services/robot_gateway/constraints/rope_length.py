@@ -15,7 +15,7 @@ from services.robot_gateway.constraints.shortest_path import PathSearch, ShortPa
 
 KEPT_PATHS = 32
 """Number of paths that are remembered."""
-SEARCH_STEPS = 20
+SEARCH_STEPS = 10
 """Steps of a search in one evaluation of the constraint, some 0.1 ms each; a tick evaluates it
 a few times."""
 

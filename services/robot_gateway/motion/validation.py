@@ -22,7 +22,7 @@ class ChunkTolerances:
     """Most time between the first pose and the present, either way [s]."""
     dt: tuple[float, float] = (0.002, 0.2)
     """Least and most time between two poses [s]."""
-    poses: int = 64
+    poses: int = 40
     """Most poses of a writer's chunk; a controller's has up to 30."""
     longest_span: float = 2.0
     """Most time from the first pose of a writer's chunk to its last [s]. Poses and span bound the

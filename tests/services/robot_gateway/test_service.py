@@ -75,7 +75,7 @@ def step_with_setpoints(gateway: RobotGatewayService, *arrived: Received) -> Arm
     return state
 
 
-@pytest.mark.parametrize(("count", "dt"), [(2000, 2_000_000), (65, 10_000_000), (16, 200_000_000)])
+@pytest.mark.parametrize(("count", "dt"), [(2000, 2_000_000), (41, 10_000_000), (16, 200_000_000)])
 def test_chunk_that_takes_too_long_to_check_is_refused(
     gateway: RobotGatewayService, count: int, dt: int
 ) -> None:
@@ -85,7 +85,7 @@ def test_chunk_that_takes_too_long_to_check_is_refused(
 
 
 def test_longest_chunk_is_followed(gateway: RobotGatewayService) -> None:
-    assert step_with_setpoints(gateway, setpoints(1, 64)).refused_sequence == 0
+    assert step_with_setpoints(gateway, setpoints(1, 40)).refused_sequence == 0
 
 
 def test_only_the_newest_chunk_of_a_tick_is_checked(

@@ -1,0 +1,17 @@
+"""Bench of the gateway's tick: chunks are followed, and refused where they break a rule."""
+
+from __future__ import annotations
+
+from benchmarks.chunks import CHUNKS, SCENARIO_FOLDER, GatewayCell
+from shared.messages import ArmStates
+from shared.scenario import load
+
+
+def test_longest_chunk_is_followed_beside_one_that_is_refused() -> None:
+    cell = GatewayCell(load(SCENARIO_FOLDER / "three-cylinders.toml"), 0)
+    for count, dt, _ in CHUNKS.values():
+        good, bad = cell.chunk(count, dt), cell.chunk(count, dt, refused=True)
+        state, seconds = cell.step([good, bad])
+        assert (state.sequence, state.refused_sequence) == (good.sequence, bad.sequence)
+        assert state.mode == ArmStates.MOVING
+        assert seconds > 0.0

@@ -35,7 +35,9 @@ VERBS = {
     "resume": ("cli.arm:resume", "let acknowledged arms move again"),
     "grip": ("cli.arm:grip", "open or close a gripper"),
     "show": ("cli.show:main", "open a recording in the dashboard, with a time bar"),
+    "watch": ("cli.watch:main", "serve a running stack to Foxglove, live and read-only"),
     "replay": ("cli.replay:main", "rerun services on recorded inputs and compare their outputs"),
+    "export": ("cli.export:main", "write a recording for Foxglove, Rerun, ROS 2 or as tables"),
     "repair": ("cli.repair:main", "copy the readable part of a damaged recording"),
     "identify": ("cli.identify:main", "identify a rope's material from its measured motion"),
     "calibrate": (
@@ -61,6 +63,7 @@ CLIENT_VERBS = (
     "grip",
     "approach",
     "resume",
+    "watch",
 )
 """Verbs that talk to a running stack."""
 

@@ -95,6 +95,9 @@ def messages(cell: Scenario, now: int = NOW) -> list[tuple[Topic, Message]]:
             topics.CONTROLLER_PATH,
             PathMessage(
                 stamp=now,
+                dt=20_000_000,
+                left_orientations=[1.0, 0.0, 0.0, 0.0] * 3,
+                right_orientations=[1.0, 0.0, 0.0, 0.0] * 3,
                 left_positions=np.tile(line[0], 3),
                 right_positions=np.tile(line[-1], 3),
                 nodes=np.tile(line.ravel(), 3),

@@ -1,0 +1,78 @@
+"""Recording as a rosbag2 of standard ROS 2 messages, in MCAP.
+
+Messages are those of ROS 2 Humble, which later distributions read. A header's stamp is the time
+that the message describes, the bag's times are those of receipt.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from rosbags.interfaces import (
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
+from rosbags.rosbag2 import StoragePlugin, Writer
+
+from cli.export.drawn_messages import drawn_messages
+from cli.export.ros2_markers import Markers
+from cli.export.ros2_messages import converted, robot_description
+from cli.export.ros2_store import STORE
+from shared.cell_description import cell_urdf
+from shared.recording import Recording
+
+BAG_VERSION = 9
+"""Version of the bag's metadata."""
+FOREVER = QosTime(2147483647, 4294967295)
+"""Time that DDS takes as infinite."""
+LATCHED = Qos(
+    QosHistory.KEEP_LAST,
+    1,
+    QosReliability.RELIABLE,
+    QosDurability.TRANSIENT_LOCAL,
+    FOREVER,
+    FOREVER,
+    QosLiveliness.AUTOMATIC,
+    FOREVER,
+    False,
+)
+"""Quality of service of topics whose last message is for those who join later."""
+LATCHED_TOPICS = ("/tf_static", "/robot_description")
+
+
+def write(recording: Recording, folder: Path) -> str:
+    """Write the bag, a new folder; return one line about it.
+
+    Raises:
+        ValueError: The recording cannot be read or holds no scenario.
+        OSError: The folder cannot be written.
+    """
+    with tempfile.TemporaryDirectory() as files:
+        urdf = cell_urdf(recording.scenario(Path(files)))
+    connections: dict[str, Any] = {}
+    markers, count = Markers(), 0
+    with Writer(folder, version=BAG_VERSION, storage_plugin=StoragePlugin.MCAP) as bag:
+
+        def put(topic: str, message: Any, time: int) -> None:
+            nonlocal count
+            kind = message.__msgtype__
+            if topic not in connections:
+                qos = [LATCHED] if topic in LATCHED_TOPICS else []
+                connections[topic] = bag.add_connection(
+                    topic, kind, typestore=STORE, offered_qos_profiles=qos
+                )
+            bag.write(connections[topic], time, STORE.serialize_cdr(message, kind))
+            count += 1
+
+        for drawn in drawn_messages(recording):
+            if not count:
+                put("/robot_description", robot_description(urdf), drawn.log_time)
+            for topic, message in converted(drawn.key, drawn.message, markers):
+                put(topic, message, drawn.log_time)
+    return f"{folder}: {count} messages on {len(connections)} topics"

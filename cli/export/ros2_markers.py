@@ -1,0 +1,103 @@
+"""Markers of ROS 2 from the entities of a `foxglove.SceneUpdate`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from foxglove_schemas_protobuf.Color_pb2 import Color
+from foxglove_schemas_protobuf.Pose_pb2 import Pose
+from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+
+from cli.export.ros2_store import duration, header, point, quaternion, ros, vector
+from shared.messages import from_timestamp
+
+CUBE, SPHERE, CYLINDER, LINE_STRIP = 1, 2, 3, 4
+"""Types of visualization_msgs/Marker."""
+ADD, DELETE = 0, 2
+"""Actions of visualization_msgs/Marker."""
+
+
+@dataclass
+class Markers:
+    """Converter that deletes the markers which an entity no longer has.
+
+    An entity becomes a namespace, its primitives are numbered.
+    """
+
+    _counts: dict[str, int] = field(default_factory=dict)
+
+    def converted(self, update: SceneUpdate) -> Any:
+        """Return the visualization_msgs/MarkerArray of an update."""
+        found = []
+        for entity in update.entities:
+            shapes = list(_shapes(entity))
+            found += [_marker(entity, k, shape) for k, shape in enumerate(shapes)]
+            found += [
+                _marker(entity, k, None) for k in range(len(shapes), self._counts.get(entity.id, 0))
+            ]
+            self._counts[entity.id] = len(shapes)
+        return ros("visualization_msgs/msg/MarkerArray", markers=found)
+
+
+@dataclass(frozen=True)
+class _Shape:
+    type: int
+    pose: Pose
+    scale: tuple[float, float, float]
+    color: Color
+    points: tuple[Any, ...] = ()
+    colors: tuple[Color, ...] = ()
+
+
+def _shapes(entity: SceneEntity) -> Iterator[_Shape]:
+    for line in entity.lines:
+        scale = (line.thickness, 0.0, 0.0)
+        points, colors = tuple(line.points), tuple(line.colors)
+        yield _Shape(LINE_STRIP, line.pose, scale, line.color, points, colors)
+    bodies = (CUBE, entity.cubes), (SPHERE, entity.spheres), (CYLINDER, entity.cylinders)
+    for kind, found in bodies:
+        for body in found:
+            size = (body.size.x, body.size.y, body.size.z)
+            yield _Shape(kind, body.pose, size, body.color)
+
+
+def _marker(entity: SceneEntity, number: int, shape: _Shape | None) -> Any:
+    """Marker of a shape, or the deletion of the one with its number."""
+    heading = header(from_timestamp(entity.timestamp), entity.frame_id)
+    drawn = shape or _Shape(CUBE, Pose(), (0.0, 0.0, 0.0), Color())
+    p, q = drawn.pose.position, drawn.pose.orientation
+    nothing = np.zeros(0, np.uint8)
+    return ros(
+        "visualization_msgs/msg/Marker",
+        header=heading,
+        ns=entity.id,
+        id=number,
+        type=drawn.type,
+        action=ADD if shape else DELETE,
+        pose=ros(
+            "geometry_msgs/msg/Pose",
+            position=point((p.x, p.y, p.z)),
+            orientation=quaternion((q.w, q.x, q.y, q.z)),
+        ),
+        scale=vector(drawn.scale),
+        color=_color(drawn.color),
+        lifetime=duration(0),
+        frame_locked=entity.frame_locked,
+        points=[point((each.x, each.y, each.z)) for each in drawn.points],
+        colors=[_color(each) for each in drawn.colors],
+        texture_resource="",
+        texture=ros("sensor_msgs/msg/CompressedImage", header=heading, format="", data=nothing),
+        uv_coordinates=[],
+        text="",
+        mesh_resource="",
+        mesh_file=ros("visualization_msgs/msg/MeshFile", filename="", data=nothing),
+        mesh_use_embedded_materials=False,
+    )
+
+
+def _color(color: Color) -> Any:
+    return ros("std_msgs/msg/ColorRGBA", r=color.r, g=color.g, b=color.b, a=color.a)

@@ -1,0 +1,125 @@
+"""Tables of a recording: one for each topic, a row for each message, a column for each value."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from google.protobuf.descriptor import FieldDescriptor
+from google.protobuf.message import Message
+
+from shared import topics
+from shared.recording import Recording
+from shared.service import SECOND
+
+MAX_VALUES = 2000
+"""Most values of a repeated field that become columns; further ones are left out."""
+OMITTED = (topics.TRACE, topics.VIEW_SCENE, topics.VIEW_POINTS, topics.VIEW_TRANSFORMS)
+"""Topics without a table, beside those of images."""
+NAME_FIELDS = ("arm", "name", "service")
+"""Fields that name an element of a list; its columns carry the name in place of its index."""
+MESSAGE, BYTES, ENUM = (
+    FieldDescriptor.TYPE_MESSAGE,
+    FieldDescriptor.TYPE_BYTES,
+    FieldDescriptor.TYPE_ENUM,
+)
+
+Row = dict[str, Any]
+"""Values by column."""
+
+
+def write_csv(recording: Recording, folder: Path) -> str:
+    """Write the tables as CSV files into a new folder; return one line about them."""
+    found = tables(recording)
+    folder.mkdir(parents=True)
+    for key, rows in found.items():
+        with (folder / f"{_file_name(key)}.csv").open("w", newline="") as stream:
+            writer = csv.DictWriter(stream, columns(rows))
+            writer.writeheader()
+            writer.writerows(rows)
+    return _summary(found, folder)
+
+
+def write_parquet(recording: Recording, folder: Path) -> str:
+    """Write the tables as Parquet files into a new folder; return one line about them."""
+    # Imported late: only this format needs it.
+    import pyarrow
+    import pyarrow.parquet
+
+    found = tables(recording)
+    folder.mkdir(parents=True)
+    for key, rows in found.items():
+        table = pyarrow.table({name: [row.get(name) for row in rows] for name in columns(rows)})
+        pyarrow.parquet.write_table(table, folder / f"{_file_name(key)}.parquet")
+    return _summary(found, folder)
+
+
+def tables(recording: Recording) -> dict[str, list[Row]]:
+    """Return the rows of each topic, in the order of their log time.
+
+    A row begins with `log_time` and `publish_time` [ns] and `time`, the seconds since the
+    recording's first message. The names of the other columns are those of the message's fields;
+    lists have a number, or the name of the element, behind a dot.
+    """
+    found: dict[str, list[Row]] = {}
+    start = None
+    for entry in recording.messages():
+        start = entry.log_time if start is None else start
+        try:
+            topic = entry.topic
+        except KeyError:
+            continue  # A topic of another version.
+        if topic.large or any(t.matches(entry.key) for t in OMITTED):
+            continue
+        row: Row = {
+            "log_time": entry.log_time,
+            "publish_time": entry.publish_time,
+            "time": (entry.log_time - start) / SECOND,
+        }
+        row.update(_values(entry.parse(), ""))
+        found.setdefault(entry.key, []).append(row)
+    return found
+
+
+def columns(rows: list[Row]) -> list[str]:
+    """Return the columns of rows that may lack some, in the order in which they appear."""
+    return list(dict.fromkeys(name for row in rows for name in row))
+
+
+def _values(message: Message, prefix: str) -> Iterator[tuple[str, Any]]:
+    for field in message.DESCRIPTOR.fields:
+        value, name = getattr(message, field.name), f"{prefix}{field.name}"
+        if field.type == BYTES:
+            continue
+        if field.message_type is not None and field.message_type.GetOptions().map_entry:
+            yield from ((f"{name}.{key}", value[key]) for key in sorted(value))
+        elif field.is_repeated:
+            for k, element in enumerate(value[:MAX_VALUES]):
+                if field.type == MESSAGE:
+                    yield from _values(element, f"{name}.{_element_name(element, k)}.")
+                else:
+                    yield f"{name}.{k}", element
+        elif field.type == MESSAGE:
+            yield from _values(value, f"{name}.")
+        elif field.type == ENUM:
+            yield name, field.enum_type.values_by_number[value].name
+        else:
+            yield name, value
+
+
+def _element_name(element: Message, index: int) -> str:
+    for name in NAME_FIELDS:
+        if text := getattr(element, name, ""):
+            return text
+    return str(index)
+
+
+def _file_name(key: str) -> str:
+    return key.replace("/", "_")
+
+
+def _summary(found: dict[str, list[Row]], folder: Path) -> str:
+    rows = sum(map(len, found.values()))
+    return f"{folder}: {len(found)} tables with {rows} rows"

@@ -1,0 +1,73 @@
+"""`lariat watch`: a running stack in Foxglove or Lichtblick, live and read-only."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+import sys
+from pathlib import Path
+
+from cli.task import LOCAL, CellOptions
+from cli.watch.server import LiveServer
+from dashboard.door.secret_files import load_token
+from shared import bus as buses
+from shared.bus import Bus, BusOptions
+from shared.configuration import ConfigurationError
+from shared.live import Stopped, stopping_on_signals
+from stack.client import JOIN_TIMEOUT
+from stack.credentials.local_secret import find_local_secret
+
+POLL_PERIOD = 0.02
+"""Time between two looks for messages of the bus [s]."""
+
+
+def main(
+    port: int = 8765,
+    token_file: Path | None = None,
+    cell: CellOptions = LOCAL,
+) -> int:
+    """Serve a running stack to Foxglove or Lichtblick on this machine, until Ctrl-C.
+
+    Open the printed address there as a "Foxglove WebSocket" connection. Viewers only read: nothing
+    that they send reaches the cell. `lariat export FILE --to foxglove-layout` writes a layout.
+
+    Examples:
+      lariat watch
+      lariat watch --port 8766 --token-file ~/.lariat-token
+
+    Args:
+        port: Port on 127.0.0.1; 0 takes any free one.
+        token_file: File with the token that admits viewers; created if missing. Default: a new
+            token for each start.
+        cell: Address of the stack.
+    """
+    token = load_token(token_file)
+    options = BusOptions(
+        namespace=cell.namespace,
+        connect=cell.connect,
+        listen=() if cell.mode == "client" else ("tcp/127.0.0.1:0",),
+        mode=cell.mode,
+        settings=cell.settings or find_local_secret(cell.connect),
+    )
+    name = f"lariat-{secrets.token_hex(4)}"
+    with buses.open(options, name, timeout=JOIN_TIMEOUT) as bus:
+        try:
+            with stopping_on_signals():
+                asyncio.run(_serve(bus, LiveServer(cell.namespace, token), port))
+        except Stopped:
+            return 0
+        except OSError as error:
+            raise ConfigurationError(
+                f"port {port} cannot be opened ({error.strerror}); choose another --port"
+            ) from error
+    return 0
+
+
+async def _serve(bus: Bus, server: LiveServer, port: int) -> None:
+    messages = bus.subscribe_all()
+    async with server.listening(port) as address:
+        print(f"{address}  (Ctrl-C ends)", file=sys.stderr, flush=True)
+        while True:
+            for message in messages.take():
+                server.publish(message)
+            await asyncio.sleep(POLL_PERIOD)

@@ -1,0 +1,114 @@
+"""Export to ROS 2: a rosbag2 that a reader of its own decodes."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from rosbags.rosbag2 import Reader
+
+from cli.export import main
+from cli.export.ros2_store import STORE
+from shared.cr5.installation import scenario_joints
+from shared.service import SECOND
+from tests.cli.export.recorded import STEP, recording
+from tests.services.recorder.view import cell
+
+
+@pytest.fixture(scope="module", params=[True, False], ids=["drawn", "not drawn"])
+def bag(request, tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("bag")
+    assert main(recording(folder, drawn=request.param), "ros2", folder / "bag") == 0
+    return folder / "bag"
+
+
+def read(bag: Path) -> dict[str, list]:
+    """Decoded messages by topic."""
+    found = defaultdict(list)
+    with Reader(bag) as reader:
+        for connection, _, content in reader.messages():
+            message = STORE.deserialize_cdr(content, connection.msgtype)
+            found[connection.topic].append(message)
+    return found
+
+
+def test_every_kind_of_message_has_its_counterpart(bag: Path):
+    kinds = {topic: messages[0].__msgtype__ for topic, messages in read(bag).items()}
+    assert kinds == {
+        "/robot_description": "std_msgs/msg/String",
+        "/tf": "tf2_msgs/msg/TFMessage",
+        "/tf_static": "tf2_msgs/msg/TFMessage",
+        "/joint_states": "sensor_msgs/msg/JointState",
+        "/view/markers": "visualization_msgs/msg/MarkerArray",
+        **{
+            f"/view/points/{name}": "sensor_msgs/msg/PointCloud2"
+            for name in ("rope", "truth", "goal", "prediction", "path", "obstacles", "overhead")
+        },
+        "/camera/overhead/color/compressed": "sensor_msgs/msg/CompressedImage",
+        "/camera/overhead/depth": "sensor_msgs/msg/Image",
+        "/camera/overhead/camera_info": "sensor_msgs/msg/CameraInfo",
+        "/rosout": "rcl_interfaces/msg/Log",
+        "/controller/path": "trajectory_msgs/msg/MultiDOFJointTrajectory",
+        "/arm/setpoints": "trajectory_msgs/msg/MultiDOFJointTrajectory",
+    }
+
+
+def test_values_times_and_colours_are_those_of_the_recording(bag: Path, tmp_path: Path):
+    found = read(bag)
+    joints = found["/joint_states"][0]
+    assert joints.name[0] == "right/joint_1"
+    expected = np.radians(scenario_joints(cell.scenario(tmp_path), "right"))
+    np.testing.assert_allclose(joints.position, expected)
+    assert joints.header.stamp.sec == cell.NOW // SECOND
+    cloud = found["/view/points/rope"][0]
+    points = np.frombuffer(cloud.data.tobytes(), [("position", "<f4", 3), ("rgba", "<u4")])
+    np.testing.assert_allclose(points["position"][-1], [0.2, 0.0, 0.3], atol=1e-7)
+    # 0xAARRGGBB: orange where the rope is certain.
+    assert hex(points["rgba"][0]) == "0xffff9e1a"
+    depth = found["/camera/overhead/depth"][-1]
+    assert (depth.encoding, depth.width, depth.data[2:4].tolist()) == ("16UC1", 80, [0xE8, 0x03])
+    log = found["/rosout"][0]
+    assert (log.level, log.name, log.msg, log.line) == (30, "sim", "late", 7)
+    setpoints = found["/arm/setpoints"][2]
+    assert setpoints.joint_names == ["right/grip"]
+    starts = [p.time_from_start.sec * SECOND + p.time_from_start.nanosec for p in setpoints.points]
+    assert starts == [STEP, STEP + 20_000_000]
+    assert setpoints.points[1].transforms[0].translation.z == 0.4
+
+
+def test_markers_move_with_the_frames_of_the_arms(bag: Path):
+    found = read(bag)
+    markers = [m for array in found["/view/markers"] for m in array.markers]
+    link = next(m for m in markers if m.ns == "right/link_3")
+    assert (link.header.frame_id, link.frame_locked, link.type) == ("right/link_3", True, 3)
+    frames = {t.child_frame_id for m in found["/tf"] for t in m.transforms}
+    static = {t.child_frame_id for m in found["/tf_static"] for t in m.transforms}
+    assert static == {"overhead", "right/base_link"}
+    assert frames == {"left/grip", "right/grip", *(f"right/link_{k}" for k in range(1, 7))}
+    rope = next(m for m in markers if m.ns == "rope")
+    assert (len(rope.points), len(rope.colors)) == (4, 4)
+
+
+def test_the_bag_is_an_mcap_file_of_the_profile_ros2(bag: Path):
+    (file,) = bag.glob("*.mcap")
+    with file.open("rb") as stream:
+        reader = make_reader(stream)
+        assert reader.get_header().profile == "ros2"
+        encodings = {s.encoding for s in reader.get_summary().schemas.values()}
+    assert encodings == {"ros2msg"}
+
+
+def test_bodies_that_an_entity_no_longer_has_are_deleted():
+    from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+
+    from cli.export.ros2_markers import ADD, DELETE, Markers
+
+    markers, full, empty = Markers(), SceneUpdate(), SceneUpdate()
+    full.entities.add(id="obstacles").spheres.add()
+    empty.entities.add(id="obstacles")
+    assert [m.action for m in markers.converted(full).markers] == [ADD]
+    assert [(m.action, m.id) for m in markers.converted(empty).markers] == [(DELETE, 0)]
+    assert markers.converted(empty).markers == []

@@ -1,0 +1,71 @@
+"""Export to tables."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import pytest
+
+from cli.__main__ import main as lariat
+from cli.export import main
+from shared.service import SECOND
+from tests.cli.export.recorded import STEP, recording
+from tests.services.recorder.view import cell
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory) -> Path:
+    return recording(tmp_path_factory.mktemp("tables"))
+
+
+def test_csv_has_a_table_for_each_topic_with_values(file: Path, tmp_path: Path):
+    assert main(file, "csv", tmp_path / "tables") == 0
+    names = {path.stem for path in (tmp_path / "tables").iterdir()}
+    assert names == {
+        "rope_nodes",
+        "rope_truth",
+        "task_state",
+        "controller_plan",
+        "controller_path",
+        "scene_state",
+        "arm_state",
+        "arm_setpoints",
+        "camera_overhead_calibration",
+        "log_sim",
+        "view_joints",
+    }
+    with (tmp_path / "tables" / "arm_state.csv").open() as stream:
+        rows = list(csv.DictReader(stream))
+    assert len(rows) == 10
+    assert float(rows[3]["time"]) == pytest.approx(3 * STEP / SECOND)
+    assert int(rows[3]["log_time"]) == cell.NOW + 3 * STEP
+    assert int(rows[3]["publish_time"]) == cell.NOW + 3 * STEP - STEP // 10
+    assert float(rows[3]["arms.right.position.0"]) == 0.2
+    assert rows[3]["mode"] == "DISARMED"
+    with (tmp_path / "tables" / "rope_nodes.csv").open() as stream:
+        (row, *_) = csv.DictReader(stream)
+    assert float(row["positions.11"]) == 0.3
+    assert float(row["sigma.1"]) == 1e-3
+
+
+def test_parquet_has_the_same_columns(file: Path, tmp_path: Path):
+    parquet = pytest.importorskip(
+        "pyarrow.parquet", reason="no pyarrow; install the extra `viewers` of stack/pyproject.toml"
+    )
+    assert main(file, "parquet", tmp_path / "tables") == 0
+    table = parquet.read_table(tmp_path / "tables" / "arm_state.parquet")
+    assert table.num_rows == 10
+    assert table["arms.right.position.0"].to_pylist() == [0.2] * 10
+
+
+def test_an_export_replaces_nothing(file: Path, tmp_path: Path, capsys):
+    assert lariat(["export", str(file), "--to", "csv", "--output", str(tmp_path)]) == 2
+    assert f"{tmp_path} exists; name another --output" in capsys.readouterr().err
+
+
+def test_a_library_that_is_missing_is_named(file: Path, tmp_path: Path, monkeypatch, capsys):
+    monkeypatch.setitem(__import__("sys").modules, "pyarrow", None)
+    output = str(tmp_path / "out")
+    assert lariat(["export", str(file), "--to", "parquet", "--output", output]) == 2
+    assert "--to parquet needs pyarrow" in capsys.readouterr().err

@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float64
@@ -16,6 +17,10 @@ from jaxtyping import Float64
 from lariat.rod import Rod
 from lariat.trajectory import MotionState, SetpointChunk
 from services.controller.estimation.adaptation import apply_material
+from services.controller.estimation.observation_registration import (
+    away_from_grips,
+    registered_nodes,
+)
 from services.controller.estimation.prediction_monitor import PredictionMonitor
 from services.controller.messages import (
     RopeObservation,
@@ -248,8 +253,10 @@ class ControllerService:
             return
         if len(item.message.positions) != 3 * self._node_count:
             return  # A chain of another rope.
-        rope = rope_observation(item.message)
         estimator = self.estimator
+        rope = rope_observation(item.message)
+        if self.task.adapts:
+            rope = self._registered(rope)
         estimator.observe(rope.stamp, rope.nodes, rope.sigma, rope.observed)
         if estimator.diverged and self.controller.resting:
             self._restart_estimate(estimator.motion, estimator.time, rope.nodes, estimator.turns)
@@ -270,6 +277,12 @@ class ControllerService:
         estimate = estimator.model_nodes_at(rope.stamp) + estimator.offset
         self.progress.observe(rope.stamp, estimate, self.task.goal.nodes, self.scene.obstacles)
         self._detect_snag(rope)
+
+    def _registered(self, rope: RopeObservation) -> RopeObservation:
+        """Observation of a rope whose length and grips are being learnt."""
+        model = self.estimator.model_nodes_at(rope.stamp)
+        nodes = registered_nodes(rope.nodes, model, self.estimator.rod.properties.length)
+        return replace(rope, nodes=nodes, observed=away_from_grips(rope.observed))
 
     def _detect_snag(self, rope: RopeObservation) -> None:
         """Give up when the rope hangs on something, before the grips stretch it."""

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry import polylines
+from lariat.geometry import polylines, poses
 from lariat.geometry.obstacles import Obstacle, pack
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodState, add_turns, state_along
@@ -29,6 +29,7 @@ from shared.messages import (
     NodeChain,
     Parameters,
     Path,
+    RodParameters,
     Scene,
     TaskState,
     arm_pose,
@@ -37,6 +38,7 @@ from shared.messages import (
     poses_known,
     scene_obstacles,
 )
+from shared.messages.parameters import held_ends
 from shared.scenario import SIDES, Scenario
 from shared.scenario.rod_properties import rod_properties
 from shared.scenario.sections import PATH_PLANNERS
@@ -84,6 +86,8 @@ class PlannerService:
         self._rod = Rod(self._given, scenario.rope.node_count)
         self._variants: tuple[Rod, ...] = ()
         """Rods with one identified property off by its standard deviation each."""
+        self._held = held_ends(RodParameters())
+        """Poses of the rope's ends in the frames of the grips. Paths are planned for the ends."""
         self._moves = np.zeros((2, 6), dtype=bool)
         for row, side in zip(self._moves, SIDES, strict=True):
             row[:3] = scenario.end(side).driver != "fixed"
@@ -143,11 +147,12 @@ class PlannerService:
                 log.warning("identified properties are not used: %s", error)
                 return
             self._rod = self._rod.with_properties(properties)
+            self._held = held_ends(parameters.rod)
             self._variants = tuple(self._rod.with_properties(p) for p in unsure)
 
     def _plan(self, task: TaskState, scene: Scene, arms: ArmStates, rope: NodeChain | None) -> Path:
         """Message of a path from the current state to the goal."""
-        grips = (arm_pose(arms, "left"), arm_pose(arms, "right"))
+        grips = self._ends(arm_pose(arms, "left"), arm_pose(arms, "right"))
         message = Path(
             stamp=arms.stamp,
             goal_revision=task.goal_revision,
@@ -160,7 +165,7 @@ class PlannerService:
         except ValueError as error:
             message.reason = f"the rod has no shape at rest between the grips: {error}"
             return message
-        goal_grips = (grip_pose(task.goal.left), grip_pose(task.goal.right))
+        goal_grips = self._ends(grip_pose(task.goal.left), grip_pose(task.goal.right))
         problem = self.problem(
             state,
             grips,
@@ -175,8 +180,12 @@ class PlannerService:
         problem = replace(
             problem, clearance=problem.clearance + margin, pace=task.pace if task.pace else 1.0
         )
-        _write_path(message, self._find(problem))
+        _write_path(message, _grips_of(self._find(problem), self._held))
         return message
+
+    def _ends(self, left: Pose, right: Pose) -> tuple[Pose, Pose]:
+        """Poses of the rope's ends between two grips."""
+        return left @ self._held[0], right @ self._held[1]
 
     def _rest_state(
         self,
@@ -272,6 +281,23 @@ def _at_rest(arms: ArmStates) -> bool:
         np.linalg.norm(arm.linear_velocity) < MAX_START_SPEED
         and np.linalg.norm(arm.angular_velocity) < MAX_START_ANGULAR_SPEED
         for arm in arms.arms
+    )
+
+
+def _grips_of(path: WholePath, held: tuple[Pose, Pose]) -> WholePath:
+    """Path of the grips instead of the rope's ends.
+
+    Args:
+        path: Path of the ends.
+        held: Poses of the ends in the frames of the grips.
+    """
+    grips = [end.inverse() for end in held]
+    turns = np.array([grip.orientation for grip in grips])
+    arms = poses.rotate(path.orientations, np.array([grip.position for grip in grips]))
+    return replace(
+        path,
+        positions=path.positions + arms,
+        orientations=poses.multiply(path.orientations, turns),
     )
 
 

@@ -89,20 +89,24 @@ class Estimate(_message.Message):
     def __init__(self, value: _Optional[float] = ..., standard_deviation: _Optional[float] = ...) -> None: ...
 
 class RodParameters(_message.Message):
-    __slots__ = ("bending_stiffness", "twist_ratio", "damping", "length", "stiffness_profile", "rest_curvature")
+    __slots__ = ("bending_stiffness", "twist_ratio", "damping", "length", "stiffness_profile", "rest_curvature", "grip_offset", "grip_rotation")
     BENDING_STIFFNESS_FIELD_NUMBER: _ClassVar[int]
     TWIST_RATIO_FIELD_NUMBER: _ClassVar[int]
     DAMPING_FIELD_NUMBER: _ClassVar[int]
     LENGTH_FIELD_NUMBER: _ClassVar[int]
     STIFFNESS_PROFILE_FIELD_NUMBER: _ClassVar[int]
     REST_CURVATURE_FIELD_NUMBER: _ClassVar[int]
+    GRIP_OFFSET_FIELD_NUMBER: _ClassVar[int]
+    GRIP_ROTATION_FIELD_NUMBER: _ClassVar[int]
     bending_stiffness: Estimate
     twist_ratio: Estimate
     damping: Estimate
     length: Estimate
     stiffness_profile: _containers.RepeatedCompositeFieldContainer[Estimate]
     rest_curvature: _containers.RepeatedCompositeFieldContainer[Estimate]
-    def __init__(self, bending_stiffness: _Optional[_Union[Estimate, _Mapping]] = ..., twist_ratio: _Optional[_Union[Estimate, _Mapping]] = ..., damping: _Optional[_Union[Estimate, _Mapping]] = ..., length: _Optional[_Union[Estimate, _Mapping]] = ..., stiffness_profile: _Optional[_Iterable[_Union[Estimate, _Mapping]]] = ..., rest_curvature: _Optional[_Iterable[_Union[Estimate, _Mapping]]] = ...) -> None: ...
+    grip_offset: _containers.RepeatedCompositeFieldContainer[Estimate]
+    grip_rotation: _containers.RepeatedCompositeFieldContainer[Estimate]
+    def __init__(self, bending_stiffness: _Optional[_Union[Estimate, _Mapping]] = ..., twist_ratio: _Optional[_Union[Estimate, _Mapping]] = ..., damping: _Optional[_Union[Estimate, _Mapping]] = ..., length: _Optional[_Union[Estimate, _Mapping]] = ..., stiffness_profile: _Optional[_Iterable[_Union[Estimate, _Mapping]]] = ..., rest_curvature: _Optional[_Iterable[_Union[Estimate, _Mapping]]] = ..., grip_offset: _Optional[_Iterable[_Union[Estimate, _Mapping]]] = ..., grip_rotation: _Optional[_Iterable[_Union[Estimate, _Mapping]]] = ...) -> None: ...
 
 class XpbdParameters(_message.Message):
     __slots__ = ("mass", "inertia", "linear_damping", "angular_damping", "bending_compliance")

@@ -3,13 +3,24 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from shared.messages.control_pb2 import Estimate, Parameter, Parameters
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.geometry import poses
+from lariat.geometry.poses import Pose
+from shared.messages.control_pb2 import Estimate, Parameter, Parameters, RodParameters
 
 ROD_UNITS = {"bending_stiffness": "N m^2", "damping": "1/s", "length": "m", "twist_ratio": "-"}
 """Units of the rod's scalar parameters, in the order in which tables show them."""
-PROFILE_UNITS = {"stiffness_profile": "-", "rest_curvature": "1/m"}
+PROFILE_UNITS = {
+    "stiffness_profile": "-",
+    "rest_curvature": "1/m",
+    "grip_offset": "m",
+    "grip_rotation": "rad",
+}
 """Units of the rod's parameters that have several values."""
 XPBD_UNITS = {
     "mass": "kg",
@@ -52,6 +63,28 @@ def named_parameters(message: Parameters) -> list[NamedParameter]:
         for name, unit in XPBD_UNITS.items():
             rows.append(NamedParameter(name, getattr(message.xpbd, name), 0.0, unit))
     return rows
+
+
+def held_ends(rod: RodParameters) -> tuple[Pose, Pose]:
+    """Return the poses of the rope's ends in the frames of the grips: left, right.
+
+    Args:
+        rod: Parameters; grips without estimates are exact.
+    """
+    offsets, rotations = _pairs(rod.grip_offset), _pairs(rod.grip_rotation)
+    left, right = (
+        Pose(offset, poses.exponential(rotation))
+        for offset, rotation in zip(offsets, rotations, strict=True)
+    )
+    return left, right
+
+
+def _pairs(estimates: Sequence[Estimate]) -> Float64[np.ndarray, "2 3"]:
+    """Return the vectors of both grips; zero where they are given, not estimated."""
+    if not estimates:
+        return np.zeros((2, 3))
+    values = [e.value if e.standard_deviation > 0.0 else 0.0 for e in estimates]
+    return np.reshape(values, (2, 3))
 
 
 def fill_typed_fields(message: Parameters) -> None:

@@ -51,6 +51,10 @@ MAX_KNOTS = 256
 """Largest number of knots of a profile along the rope."""
 MAX_CURVATURE = 1e4
 """Largest component of a rest curvature [1/m]."""
+GRIP_ERROR_COUNT = 6
+"""Number of components of an error of both grips."""
+MAX_GRIP_OFFSET, MAX_GRIP_ROTATION = 0.1, 3.2
+"""Largest component of the error of a grip [m, rad]."""
 MATERIAL_BOUNDS = {
     "bending_stiffness": (1e-9, 1e6),
     "twist_ratio": (1e-3, 1e3),
@@ -304,6 +308,14 @@ def _check_parameters(message: messages.Parameters) -> None:
     profiles = (
         ("rod.stiffness_profile", rod.stiffness_profile, MAX_KNOTS, 1e-6, 1e6),
         ("rod.rest_curvature", rod.rest_curvature, 3 * MAX_KNOTS, -MAX_CURVATURE, MAX_CURVATURE),
+        ("rod.grip_offset", rod.grip_offset, GRIP_ERROR_COUNT, -MAX_GRIP_OFFSET, MAX_GRIP_OFFSET),
+        (
+            "rod.grip_rotation",
+            rod.grip_rotation,
+            GRIP_ERROR_COUNT,
+            -MAX_GRIP_ROTATION,
+            MAX_GRIP_ROTATION,
+        ),
     )
     for name, estimates, max_count, low, high in profiles:
         if len(estimates) > max_count:
@@ -311,6 +323,12 @@ def _check_parameters(message: messages.Parameters) -> None:
         for estimate in estimates:
             _check_estimate(name, estimate, low, high)
     _count_points("rod.rest_curvature", rod.rest_curvature)
+    for name, estimates in (
+        ("rod.grip_offset", rod.grip_offset),
+        ("rod.grip_rotation", rod.grip_rotation),
+    ):
+        if estimates:
+            _check_length(name, estimates, GRIP_ERROR_COUNT)
 
 
 def _check_estimate(name: str, estimate: messages.Estimate, low: float, high: float) -> None:

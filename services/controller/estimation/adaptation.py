@@ -9,6 +9,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from jaxtyping import Bool, Float64
 
+from services.controller.estimation.grip_errors import GripErrors
 from services.controller.estimation.state_estimator import StateEstimator
 
 
@@ -25,7 +26,7 @@ class ParameterEstimate:
 
 
 class Adaptation(Protocol):
-    """Estimator of the model's material from observations of the rope.
+    """Estimator of the model's material, and of its grips, from observations of the rope.
 
     Implementations: `estimation.material_filter.MaterialFilter` (default) and
     `paper.adaptation.PaperAdaptation` (eq. (15)).
@@ -43,6 +44,11 @@ class Adaptation(Protocol):
     @property
     def properties(self) -> Any:
         """Properties of the rod as far as they are known."""
+        ...
+
+    @property
+    def grip_errors(self) -> GripErrors:
+        """Errors of the grips as far as they are known."""
         ...
 
     @property
@@ -88,7 +94,7 @@ def apply_material(
     moving: bool,
     max_grip_share: float = 0.98,
 ) -> None:
-    """Give a state estimator's model the properties that were learnt.
+    """Give a state estimator's model the properties and grip errors that were learnt.
 
     Args:
         estimator: State estimator of the rope.
@@ -99,10 +105,11 @@ def apply_material(
             as a share of the rope's length [-].
     """
     rod = estimator.rod.with_properties(adaptation.properties)
-    positions = estimator.motion.positions
+    errors = adaptation.grip_errors
+    positions = errors.held(estimator.motion).positions
     distance = np.linalg.norm(positions[1] - positions[0])
     relaxed = distance < max_grip_share * rod.properties.length
     if adaptation.standing and not moving and relaxed:
-        estimator.rest_with_material(rod)
+        estimator.rest_with_material(rod, errors)
     else:
-        estimator.change_material(rod, change)
+        estimator.change_material(rod, change, errors)

@@ -50,7 +50,7 @@ class DampingSensitivity:
             self._jacobians.clear()
         else:
             steps = max(1, math.ceil(elapsed / MAX_MODEL_STEP))
-            action = mean_twists(self._motion, estimator.motion, elapsed).reshape(1, 2, 6)
+            action = mean_twists(self._motion, estimator.held_motion, elapsed).reshape(1, 2, 6)
             blocks = np.zeros(steps, dtype=np.int64)
             self._states = [
                 rod.rollout(
@@ -68,7 +68,7 @@ class DampingSensitivity:
             self._jacobians.append((estimator.time, (damped - present) / LOG_DAMPING_DIFFERENCE))
             while (estimator.time - self._jacobians[0][0]) * 1e-9 > HISTORY_TIME:
                 self._jacobians.popleft()
-        self._motion, self._time = estimator.motion, estimator.time
+        self._motion, self._time = estimator.held_motion, estimator.time
 
     def jacobian_at(self, stamp: int) -> Float64[np.ndarray, "n 3"] | None:
         """Derivative of the node positions at the time nearest to a stamp [m].

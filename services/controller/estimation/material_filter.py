@@ -22,40 +22,25 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from lariat.rod import RodProperties, RolloutSpec
+from lariat.geometry import poses
+from lariat.rod import RodProperties
 from lariat.rod.identification import posterior
-from lariat.rod.identification.material import Material
 from lariat.trajectory import MotionState, mean_twists
 from services.controller.estimation.adaptation import ParameterEstimate
 from services.controller.estimation.damping_sensitivity import DampingSensitivity
-from services.controller.estimation.observation_mean import ObservationMean
+from services.controller.estimation.observation_mean import MAX_OBSERVATIONS, ObservationMean
+from services.controller.estimation.rope_unknowns import (
+    MAX_CHANGES,
+    PRIOR_DEVIATIONS,
+    RopeUnknowns,
+)
+from services.controller.estimation.shape_evidence import (
+    ErrorScale,
+    ShapeObservation,
+    whiten,
+)
 from services.controller.estimation.state_estimator import StateEstimator
 
-PRIOR_DEVIATIONS = {
-    "stiffness": 1.5,
-    "twist_ratio": 0.7,
-    "damping": 0.7,
-    "internal_damping": 1e-3,
-    "length": 0.005,
-    "stiffness_profile": 0.2,
-    "density_profile": 1e-3,
-    "rest_curvature": 0.5,
-}
-"""Standard deviations before the first observation, of logarithms, and of curvature times length
-[rad]. Internal damping and an even density are taken as given."""
-MAX_CHANGES = {
-    "stiffness": math.log(50.0),
-    "twist_ratio": math.log(8.0),
-    "damping": math.log(20.0),
-    "internal_damping": 0.0,
-    "length": 0.02,
-    "stiffness_profile": math.log(4.0),
-    "density_profile": 0.0,
-    "rest_curvature": 3.0,
-}
-"""Largest change of an unknown from its given value."""
-PROFILE_KNOTS = 3
-"""Knots of the stiffness profile."""
 ROTATION_LEVER_ARM = 0.05
 """Lever arm that converts a grip's rotation into a displacement [m]."""
 
@@ -74,7 +59,9 @@ class MaterialFilterSettings:
     memory_time: float = 60.0
     """Time constant with which evidence decays [s]: a rope can be exchanged by hand."""
     model_error: float = 3e-4
-    """Error of rod and calibration, alike in neighbouring nodes and while nothing moves [m]."""
+    """Error of rod and sensor, alike in neighbouring nodes and while nothing moves [m]."""
+    error_scale_weight: float = 20.0
+    """Observed components that outweigh the assumed size of all errors."""
     independent_shape_distance: float = 0.04
     """Displacement of a grip after which the model error is independent [m]."""
     same_shape_distance: float = 0.01
@@ -85,20 +72,23 @@ class MaterialFilterSettings:
     """Mean speed of the model's nodes below which it rests [m/s]."""
     swinging_error_time: float = 0.05
     """Error of the model per node speed, because the Jacobian is that of a rope at rest [s]."""
-    independent_observations: float = 6.0
-    """Independent observations in one shape: errors of neighbouring nodes are correlated."""
+    outlier_deviations: float = 3.0
+    """Innovation of a node, in standard deviations, above which it is an outlier, and standard
+    deviation of an outlier relative to its excess [-]."""
+    new_evidence_share: float = 0.6
+    """Share of the evidence of a shape that is kept when the grips leave it [-]: the error of a
+    coarse rod repeats itself from shape to shape."""
     max_log_stiffness_step: float = math.log(2.0)
     """Largest change of the stiffness's logarithm in one update [-]."""
     min_shape_change: float = 2e-4
     """Change of the rest shape below which the model keeps its properties [m]."""
     settled_shape_change: float = 1e-3
     """Change of the rest shape in one update below which the material has settled [m]."""
+    converged_shape_change: float = 1e-4
+    """Change of the rest shape in one update below which a shape that has been observed for long
+    tells no more [m]."""
     known_share: float = 0.5
     """Share of its prior standard deviation below which an unknown counts as known [-]."""
-    static_duration: float = 2.0
-    """Duration of the steps that give the Jacobian of the rest shape [s]."""
-    static_steps: int = 3
-    """Number of the steps that give the Jacobian of the rest shape."""
 
 
 class MaterialFilter:
@@ -117,25 +107,29 @@ class MaterialFilter:
             settings: Periods, noise and thresholds.
         """
         self.settings = settings or MaterialFilterSettings()
-        self._material = Material(properties, PROFILE_KNOTS, curvature_knots=1)
-        self.properties = self._material.properties(np.zeros(self._material.count))
+        self._unknowns = RopeUnknowns.of(properties)
+        self._centre = np.zeros(self._unknowns.count)
+        self.properties = self._unknowns.properties(self._centre)
         """Properties of the rope as far as they are known."""
-        groups = self._material.groups
-        self._prior = self._material.prior_information(PRIOR_DEVIATIONS)
+        self.grip_errors = self._unknowns.grip_errors(self._centre)
+        """Errors of the grips as far as they are known."""
+        groups = self._unknowns.groups
+        self._prior = self._unknowns.prior_information()
         self._past_evidence = np.zeros_like(self._prior)
         """Evidence of earlier shapes, linearized at `_centre`."""
-        self._centre = np.zeros(self._material.count)
+        self._error_scale = ErrorScale(self.settings.error_scale_weight)
         self._shape_evidence = self._past_evidence
         """Evidence of the present shape."""
         self._x = self._centre
         self._applied = self._x
-        self._limits = self._material.per_unknown(MAX_CHANGES)
+        self._limits = self._unknowns.per_unknown(MAX_CHANGES)
         self._free = self._limits > 0.0
         self._free[groups["damping"]] = properties.damping > 0.0
         self._damping_sensitivity = DampingSensitivity()
         self._updated: int | None = None
         self.settled = False
         """Whether the last update has hardly changed the rope."""
+        self._converged = False
         self.standing = False
         """Whether grips and model rest, so that the model may be put into another shape."""
         self._shape_motion: MotionState | None = None
@@ -171,11 +165,11 @@ class MaterialFilter:
 
     @property
     def profiles(self) -> Mapping[str, Sequence[ParameterEstimate]]:
-        """Estimates of the stiffness profile and of the rest curvature."""
+        """Estimates of the stiffness profile, of the rest curvature and of the grip errors."""
         deviations = self._deviations()
         profile = self.properties.stiffness_profile
         curvature = np.ravel(self.properties.rest_curvature).tolist()
-        scale = 1.0 / self._material.mean.length
+        scale = 1.0 / self._unknowns.material.mean.length
         return {
             "stiffness_profile": [
                 self._estimate("stiffness_profile", k, value, value, deviations)
@@ -184,6 +178,14 @@ class MaterialFilter:
             "rest_curvature": [
                 self._estimate("rest_curvature", k, value, scale, deviations)
                 for k, value in enumerate(curvature)
+            ],
+            "grip_offset": [
+                self._estimate("grip_offset", k, value, 1.0, deviations)
+                for k, value in enumerate(np.ravel(self.grip_errors.offsets).tolist())
+            ],
+            "grip_rotation": [
+                self._estimate("grip_rotation", k, value, 1.0, deviations)
+                for k, value in enumerate(np.ravel(self.grip_errors.rotations).tolist())
             ],
         }
 
@@ -209,7 +211,7 @@ class MaterialFilter:
         return ParameterEstimate(value, float(scale * deviation), known)
 
     def _index(self, group: str) -> int:
-        return self._material.groups[group].start
+        return self._unknowns.groups[group].start
 
     def update(
         self,
@@ -229,7 +231,7 @@ class MaterialFilter:
             observed: Nodes that were seen, not bridged.
         """
         settings = self.settings
-        if self._free[self._material.groups["damping"]].all():
+        if self._free[self._unknowns.groups["damping"]].all():
             self._damping_sensitivity.follow(estimator)
         before = self._mean_motion
         if before is None or _displacement(before, estimator.motion) > settings.standing_distance:
@@ -247,58 +249,84 @@ class MaterialFilter:
         if used.sum() < 5:
             return None
         self._keep_evidence(estimator.motion, 1e-9 * elapsed)
-        if self.settled and self._shape_evidence.any():
+        # A shape at rest is observed until it tells no more.
+        told = self._converged if self.standing else self.settled
+        if told and self._shape_evidence.any():
             return None
         jacobian = self._jacobian(estimator, stamp)
         error = self._mean.nodes - estimator.model_nodes_at(stamp)
         node_speeds = np.linalg.norm(estimator.state.velocities, axis=1)
-        swinging = settings.swinging_error_time * node_speeds
-        model_error = self._model_error(estimator.motion)
-        noise = np.sqrt(self._mean.variance + model_error**2 + swinging**2)
-        # An outlier counts as an observation with more noise.
-        outlier = np.linalg.norm(error - estimator.offset, axis=1)
-        noise = noise * np.maximum(1.0, outlier / (3.0 * noise))
-        # The model has the properties that were applied last.
-        residuals = error - jacobian @ (self._x - self._applied)
-        weight = min(1.0, settings.independent_observations / used.sum())
-        seen = posterior.evidence(residuals[used], jacobian[used], noise[used], weight)
+        noise = np.sqrt(self._mean.variance)
+        # What is seen elsewhere than ever before may be wrong along the whole rope.
+        miss = np.linalg.norm(error - estimator.offset, axis=1)
+        excess = miss - settings.outlier_deviations * np.hypot(noise, settings.model_error)
+        swing = settings.swinging_error_time * node_speeds
+        swing = swing + settings.outlier_deviations * np.maximum(excess, 0.0)
+        shape = whiten(
+            ShapeObservation(
+                # The model has the properties that were applied last.
+                error - jacobian @ (self._x - self._applied),
+                jacobian,
+                noise,
+                used,
+                poses.normalized(np.gradient(estimator.state.positions, axis=0)),
+                self._model_error(estimator.motion),
+                swing,
+            ),
+            self._error_scale.factor,
+        )
+        seen = shape.evidence
         known = posterior.prior(self._x - self._centre, self._prior + self._past_evidence)
         dx = posterior.gauss_newton_step(seen + known, self._free)
-        (stiffness_step,) = np.abs(dx[self._material.groups["stiffness"]])
+        (stiffness_step,) = np.abs(dx[self._unknowns.groups["stiffness"]])
         dx = dx * min(1.0, settings.max_log_stiffness_step / max(stiffness_step, 1e-12))
         self._shape_evidence = seen.information
+        if self.standing:
+            self._error_scale.take(shape, dx, self._covariance())
         self._x = np.clip(self._x + dx, -self._limits, self._limits)
-        self.settled = _rms(jacobian @ dx) < settings.settled_shape_change
+        step = _rms(jacobian @ dx)
+        self.settled = step < settings.settled_shape_change
+        self._converged = (
+            step < settings.converged_shape_change and self._mean.count >= MAX_OBSERVATIONS
+        )
         change = jacobian @ (self._x - self._applied)
         if _rms(change) < settings.min_shape_change:
             return None
         self._applied = self._x
-        self.properties = self._material.properties(self._x)
+        self.properties = self._unknowns.properties(self._x)
+        self.grip_errors = self._unknowns.grip_errors(self._x)
         self._damping_sensitivity.reset()
         return change
 
     def _keep_evidence(self, motion: MotionState, elapsed: float) -> None:
         """Keep the evidence of a shape once the grips have left it."""
-        self._past_evidence = self._past_evidence * math.exp(-elapsed / self.settings.memory_time)
+        settings = self.settings
+        self._past_evidence = self._past_evidence * math.exp(-elapsed / settings.memory_time)
         shape_motion = self._shape_motion
         if (
             shape_motion is None
-            or _displacement(shape_motion, motion) > self.settings.same_shape_distance
+            or _displacement(shape_motion, motion) > settings.same_shape_distance
         ):
             self._previous_shape_motion, self._shape_motion = self._shape_motion, motion
             self._past_evidence, self._shape_evidence = (
-                self._past_evidence + self._shape_evidence,
+                self._past_evidence + settings.new_evidence_share * self._shape_evidence,
                 np.zeros_like(self._past_evidence),
             )
+            self._error_scale.keep()
             self._centre = self._x
 
-    def _deviations(self) -> Float64[np.ndarray, "P"]:
-        """Standard deviations of the unknowns: logarithms, or curvature times length [rad]."""
-        free = self._free
-        inner = (self._prior + self._past_evidence + self._shape_evidence)[np.ix_(free, free)]
-        found = np.zeros(len(free))
-        found[free] = np.sqrt(np.diag(np.linalg.inv(inner)))
+    def _covariance(self) -> Float64[np.ndarray, "P P"]:
+        """Covariance of the unknowns; zero where they are given."""
+        free = np.ix_(self._free, self._free)
+        found = np.zeros_like(self._prior)
+        found[free] = np.linalg.inv(
+            (self._prior + self._past_evidence + self._shape_evidence)[free]
+        )
         return found
+
+    def _deviations(self) -> Float64[np.ndarray, "P"]:
+        """Standard deviations of the unknowns."""
+        return np.sqrt(np.diag(self._covariance()))
 
     def _model_error(self, motion: MotionState) -> float:
         """Error of the model, noise apart; it is the same one in shapes that are alike [m]."""
@@ -311,24 +339,11 @@ class MaterialFilter:
     def _jacobian(self, estimator: StateEstimator, stamp: int) -> Float64[np.ndarray, "n 3 P"]:
         """Derivative of the node positions with respect to the unknowns [m]."""
         static = self._free.copy()
-        static[self._material.groups["damping"]] = False
-        rod = estimator.rod.with_properties(self.properties)
-        names, chain = self._material.parameter_jacobian(self.properties, static)
-        linear = rod.linearize(
-            RolloutSpec(
-                estimator.state.at_rest(),
-                np.zeros((1, 2, 6)),
-                self.settings.static_duration,
-                steps=self.settings.static_steps,
-                obstacles=estimator.supports,
-            ),
-            parameters=names,
-            with_actions=False,
-        )
-        jacobian = linear.d_positions_d_parameters[-1] @ chain
+        static[self._unknowns.groups["damping"]] = False
+        jacobian = self._unknowns.shape_jacobian(estimator, self._applied, static)
         swinging = self._damping_sensitivity.jacobian_at(stamp)
         if swinging is not None:
-            jacobian[..., self._material.groups["damping"]] = swinging[..., None]
+            jacobian[..., self._unknowns.groups["damping"]] = swinging[..., None]
         return jacobian
 
 

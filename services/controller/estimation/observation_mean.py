@@ -5,6 +5,10 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Bool, Float64
 
+OUTLIER_DEVIATIONS = 4.0
+"""Distance from the mean, in standard deviations, above which an observed node counts less [-]."""
+MIN_OBSERVATIONS = 3
+"""Observations before which none is an outlier."""
 MAX_OBSERVATIONS = 30
 """Observations after which the weight of a new one falls no further."""
 
@@ -36,8 +40,11 @@ class ObservationMean:
             self.nodes, self._noise, self._spread = nodes, *np.zeros((2, len(nodes)))
         self.count += 1
         self._weights = np.minimum(self._weights, MAX_OBSERVATIONS - 1) + observed
-        share = observed / np.maximum(self._weights, 1.0)
         miss = nodes - self.nodes
+        share = observed / np.maximum(self._weights, 1.0)
+        if self.count > MIN_OBSERVATIONS:
+            usual = OUTLIER_DEVIATIONS * np.sqrt(3.0 * (self._noise + self._spread))
+            share = share * np.minimum(1.0, usual / np.maximum(np.linalg.norm(miss, axis=1), 1e-12))
         self.nodes = self.nodes + share[:, None] * miss
         self._noise = self._noise + share * (np.maximum(sigma, 0.0) ** 2 - self._noise)
         found = (1.0 - share) * np.mean(miss**2, axis=1)

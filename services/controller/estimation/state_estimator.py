@@ -10,14 +10,19 @@ plus the offset, and at rest they agree with the observations.
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float64
 
+from lariat.geometry import poses
 from lariat.rod import Rod, RodState, RolloutSpec, add_turns, count_turns, state_along
 from lariat.rod.xpbd import XpbdRod
 from lariat.trajectory import MotionState, mean_twists
+from services.controller.estimation.grip_errors import GripErrors
+
+SETTLING_DURATIONS = (0.1, 1.0, 10.0)
+"""Durations of the steps without inertia that bring the model to rest [s]."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +74,8 @@ class StateEstimator:
         """
         self.settings = settings or EstimatorSettings()
         self.rod = rod
+        self.grip_errors = GripErrors.none()
+        """Errors of the grips with which the model is held."""
         self.supports: Float64[np.ndarray, "m 12"] | None = None
         """Obstacles that the rope may lean on, packed for the rod."""
         self.restart(motion, time)
@@ -83,7 +90,7 @@ class StateEstimator:
         """Restart the model at rest, without an offset.
 
         Args:
-            motion: Motion of the grips.
+            motion: Motion of the grips that the arms report.
             time: Time of that motion [ns].
             seen: Observed nodes near which the rest shape lies, if any [m].
             turns: Whole turns of twist.
@@ -91,13 +98,13 @@ class StateEstimator:
         Raises:
             ValueError: The rope does not reach from grip to grip.
         """
-        guess = None
+        guess, held = None, self.grip_errors.held(motion)
         if seen is not None:
-            guess = add_turns(state_along(seen, *motion.orientations), turns)
+            guess = add_turns(state_along(seen, *held.orientations), turns)
         elif turns:
-            guess = add_turns(self.rod.rest(*motion.grips, obstacles=self.supports).state, turns)
+            guess = add_turns(self.rod.rest(*held.grips, obstacles=self.supports).state, turns)
         self.state: RodState = self.rod.rest(
-            *motion.grips, guess=guess, obstacles=self.supports
+            *held.grips, guess=guess, obstacles=self.supports
         ).state
         self.motion, self.time = motion, time
         self.start_time = time
@@ -115,6 +122,11 @@ class StateEstimator:
         return self.state.positions + self.offset
 
     @property
+    def held_motion(self) -> MotionState:
+        """Motion of the model's ends, which the grips hold with their errors."""
+        return self.grip_errors.held(self.motion)
+
+    @property
     def turns(self) -> int:
         """Whole turns of twist in the rope; only the model has them, nodes do not show them."""
         return count_turns(self.state)
@@ -130,7 +142,8 @@ class StateEstimator:
             return
         dt = (time - self.time) * 1e-9
         steps = max(1, int(np.ceil(dt / self.settings.max_step)))
-        self.state = self._rollout(self.state, mean_twists(self.motion, motion, dt), dt, steps)
+        held = self.grip_errors.held(motion)
+        self.state = self._rollout(self.state, mean_twists(self.held_motion, held, dt), dt, steps)
         self.motion, self.time = motion, time
         self._history.append((time, self.state.positions))
         while (time - self._history[0][0]) * 1e-9 > self.settings.history_time:
@@ -147,32 +160,76 @@ class StateEstimator:
         if dt <= 0.0:
             return self.state
         steps = max(1, int(np.ceil(dt / self.settings.max_prediction_step)))
-        return self._rollout(self.state, mean_twists(self.motion, motion, dt), dt, steps)
+        held = self.grip_errors.held(motion)
+        return self._rollout(self.state, mean_twists(self.held_motion, held, dt), dt, steps)
 
-    def change_material(self, rod: Rod | XpbdRod, change: Float64[np.ndarray, "n 3"]) -> None:
-        """Continue with another material.
+    def change_material(
+        self,
+        rod: Rod | XpbdRod,
+        change: Float64[np.ndarray, "n 3"],
+        grip_errors: GripErrors | None = None,
+    ) -> None:
+        """Continue with another material, and with other errors of the grips.
 
-        The variance of the offset grows by the change and no more, because noise comes in with it.
+        The model is carried over to the shape that the new material has, with its motion: it would
+        swing there if it were left in the old one. The offset compensates for the change, so that
+        the estimated nodes stay where they are. Its variance grows by the change and no more,
+        because noise comes in with it.
 
         Args:
             rod: Rod with the new material.
             change: Expected change of the model's shape [m].
+            grip_errors: Errors of the grips; by default those that were known.
         """
-        self.rod = rod
+        before, held = self.rod, self.held_motion
+        self.rod, self.grip_errors = rod, grip_errors or self.grip_errors
         self._variance = self._variance + np.mean(change**2, axis=1)
+        if isinstance(before, Rod) and isinstance(rod, Rod):
+            self._carry_over(
+                self._settled(before, held, held), self._settled(rod, held, self.held_motion)
+            )
 
-    def rest_with_material(self, rod: Rod | XpbdRod) -> None:
+    def _settled(self, rod: Rod, held: MotionState, wanted: MotionState) -> RodState:
+        """Shape of a rod after long steps without inertia from the present one.
+
+        Args:
+            rod: The rod.
+            held: Present motion of the model's ends.
+            wanted: Motion of its ends with the poses to bring them to.
+        """
+        durations = np.array(SETTLING_DURATIONS)
+        actions = np.zeros((len(durations), 2, 6))
+        actions[0] = mean_twists(held, wanted, durations[0]).reshape(2, 6)
+        found, _ = rod.settle(self.state, actions, durations, self.supports)
+        return found.final
+
+    def _carry_over(self, before: RodState, after: RodState) -> None:
+        """Change the model by the difference of two shapes."""
+        moved = after.positions - before.positions
+        turned = poses.multiply(after.orientations, poses.conjugate(before.orientations))
+        state = self.state
+        self.state = replace(
+            state,
+            positions=state.positions + moved,
+            orientations=poses.normalized(poses.multiply(turned, state.orientations)),
+        )
+        self.offset = self.offset - moved
+        self.offset[[0, -1]] = 0.0
+        self._history = deque((time, nodes + moved) for time, nodes in self._history)
+
+    def rest_with_material(self, rod: Rod | XpbdRod, grip_errors: GripErrors | None = None) -> None:
         """Continue with another material in its rest shape, where the rope stands still.
 
         The offset compensates for the change, so that the estimated nodes stay where they are.
 
         Args:
             rod: Rod with the new material.
+            grip_errors: Errors of the grips; by default those that were known.
         """
-        self.rod = rod
+        self.rod, self.grip_errors = rod, grip_errors or self.grip_errors
         before = self.state.positions
         self.state = rod.rest(
-            *self.motion.grips, guess=self.state.at_rest(), obstacles=self.supports
+            *self.held_motion.grips, guess=self.state.at_rest(), obstacles=self.supports
         ).state
         self.offset = self.offset + before - self.state.positions
         self.offset[[0, -1]] = 0.0
@@ -195,9 +252,10 @@ class StateEstimator:
             Whether the equilibrium has been switched.
         """
         seen = np.where(observed[:, None], nodes, self.nodes)
-        guess = add_turns(state_along(seen, *self.motion.orientations), self.turns)
+        held = self.held_motion
+        guess = add_turns(state_along(seen, *held.orientations), self.turns)
         try:
-            found = self.rod.rest(*self.motion.grips, guess=guess, obstacles=self.supports)
+            found = self.rod.rest(*held.grips, guess=guess, obstacles=self.supports)
         except ValueError:
             # A taut rope has no other equilibrium.
             return False

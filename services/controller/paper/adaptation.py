@@ -20,6 +20,7 @@ from jaxtyping import Bool, Float64
 from lariat.rod import RodState, RolloutSpec
 from lariat.rod.xpbd import PARAMETERS, XpbdProperties, XpbdRod
 from services.controller.estimation.adaptation import ParameterEstimate
+from services.controller.estimation.grip_errors import GripErrors
 from services.controller.estimation.state_estimator import StateEstimator
 from services.controller.paper.policies import Adam
 from shared.scenario.sections import PaperControl
@@ -47,6 +48,8 @@ class PaperAdaptation:
 
     parameter_set: Literal["rod", "xpbd"] = "xpbd"
     informs_planner = False
+    grip_errors = GripErrors.none()
+    """Errors of the grips, which this method does not estimate."""
 
     def __init__(self, rod: XpbdRod, settings: PaperControl) -> None:
         """Create an adaptation that has learnt nothing.

@@ -11,6 +11,7 @@ from lariat.geometry.obstacles import TABLE, Obstacle
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties, RolloutSpec
 from lariat.trajectory import MotionState, mean_twists
+from services.controller.estimation.adaptation import apply_material
 from services.controller.estimation.material_filter import MaterialFilter
 from services.controller.estimation.state_estimator import StateEstimator
 from services.controller.model_factory import receding_horizon_controller
@@ -141,5 +142,4 @@ class Cell:
                 continue
             change = self.adaptation.update(self.estimator, stamp, nodes, sigma, observed)
             if change is not None:
-                rod = self.model.with_properties(self.adaptation.properties)
-                self.estimator.change_material(rod, change)
+                apply_material(self.estimator, self.adaptation, change, moving=True)

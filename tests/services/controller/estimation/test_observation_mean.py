@@ -49,5 +49,13 @@ def test_old_observations_fade() -> None:
     mean = ObservationMean()
     for _ in range(10 * MAX_OBSERVATIONS):
         mean.add(np.zeros((3, 3)), SIGMA, SEEN)
-    mean.add(np.ones((3, 3)), SIGMA, SEEN)
-    assert mean.nodes[0, 0] == pytest.approx(1.0 / MAX_OBSERVATIONS)
+    mean.add(np.full((3, 3), 1e-3), SIGMA, SEEN)
+    assert mean.nodes[0, 0] == pytest.approx(1e-3 / MAX_OBSERVATIONS)
+
+
+def test_one_bad_image_hardly_moves_the_mean() -> None:
+    mean = ObservationMean()
+    for _ in range(10):
+        mean.add(np.zeros((3, 3)), np.full(3, 1e-3), SEEN)
+    mean.add(np.full((3, 3), 0.1), np.full(3, 1e-3), SEEN)
+    assert np.all(np.linalg.norm(mean.nodes, axis=1) < 1e-3)

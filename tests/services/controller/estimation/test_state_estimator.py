@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from lariat.geometry import polylines
 from lariat.rod import Rod, RodProperties, state_along
 from lariat.trajectory import MotionState
+from services.controller.estimation.grip_errors import GripErrors
 from services.controller.estimation.state_estimator import StateEstimator
 from tests.services.controller.cell import grips
 
 ROD = Rod(RodProperties(0.45, 0.008, 0.044, 1e6), 24)
 NEAR = grips((-0.06, 0.0, 0.4), (0.06, 0.0, 0.4))
+WIDE = grips((-0.14, 0.0, 0.4), (0.14, 0.05, 0.42))
 ALL = np.ones(24, dtype=bool)
 
 
@@ -46,3 +50,18 @@ def test_offset_of_hidden_nodes_is_interpolated_between_seen_ones() -> None:
     for k in range(60):
         estimator.observe(k * 40_000_000, nodes, np.full(24, 1e-3), observed)
     np.testing.assert_allclose(estimator.offset[5:19], np.tile(shift, (14, 1)), atol=3e-4)
+
+
+def test_model_is_carried_to_its_new_shape_without_swinging() -> None:
+    estimator = StateEstimator(ROD, MotionState.at_rest(*WIDE), 0)
+    soft, nodes = replace(ROD.properties, youngs_modulus=2e5), estimator.nodes
+    errors = GripErrors(np.array([[0.002, 0.0, 0.001], [0.0, -0.002, 0.0]]), np.zeros((2, 3)))
+    rod = estimator.rod.with_properties(soft)
+    estimator.change_material(rod, np.zeros_like(nodes), errors)
+    rest = rod.rest(*errors.held(estimator.motion).grips).state.positions
+    assert np.abs(estimator.state.positions - rest).max() < 2e-4
+    # The estimated nodes stay where they are, except the ends, which the grips hold.
+    assert np.abs(estimator.nodes - nodes)[1:-1].max() < 1e-12
+    for _ in range(20):
+        estimator.advance(estimator.motion, estimator.time + 20_000_000)
+    assert np.abs(estimator.state.positions - rest).max() < 3e-4

@@ -1,0 +1,1 @@
+"""Coverage of the stated standard deviations of what is learnt about a rope."""

@@ -45,6 +45,12 @@ LENGTH_ERROR = 0.01
 """Largest error of the given length [-]."""
 GRIP_OFFSET, GRIP_ROTATION = 0.003, math.radians(2.0)
 """Distance [m] and angle [rad] by which each grip is off."""
+PLANT_SHARES: dict[PlantModel, float] = {"rod": 0.6, "mujoco": 0.3, "links": 0.1}
+"""Shares of the simulators among the trials; rigid links take by far the most time."""
+MIN_NOISE, MAX_NOISE = 2e-4, 2e-3
+"""Least and largest standard deviation of a coordinate of a seen node [m]."""
+MAX_SIMULATION_ERROR = 0.001
+"""Error of a simulated rope's length or ends above which a trial is left out [m]."""
 SHAPE_COUNT = 4
 """Number of shapes that are seen."""
 FRAMES, FRAME_PERIOD = 30, 33_000_000
@@ -96,23 +102,23 @@ def sample(number: int, seed: int) -> CoverageSpec:
     return CoverageSpec(
         number,
         str(random.choice(list(GIVEN_ROPES))),
-        random.choice(["rod", "mujoco", "links"]),
+        random.choice(list(PLANT_SHARES), p=list(PLANT_SHARES.values())),
         int(random.choice([120, 160])),
         float(STIFFNESS_FACTOR ** random.uniform(-1.0, 1.0)),
         1.0 + float(random.uniform(-LENGTH_ERROR, LENGTH_ERROR)),
         GripErrors(GRIP_OFFSET * directions[0], GRIP_ROTATION * directions[1]),
         bool(random.integers(2)),
-        float(random.uniform(2e-4, 2e-3)),
+        float(random.uniform(MIN_NOISE, MAX_NOISE)),
     )
 
 
-def run_trial(spec: CoverageSpec, seed: int) -> list[list[Stated]]:
-    """Return the estimates after each shape.
+def run_trial(task: tuple[CoverageSpec, int]) -> list[list[Stated]]:
+    """Return the estimates after each shape; none where the true rope was not simulated well.
 
     Args:
-        spec: True rope, and how it is seen.
-        seed: Seed of shapes and noise.
+        task: True rope and how it is seen, and the seed of shapes and noise.
     """
+    spec, seed = task
     random = np.random.default_rng((seed, spec.number, 1))
     given, count = GIVEN_ROPES[spec.rope]
     plant = build_plant(spec, given)
@@ -124,7 +130,10 @@ def run_trial(spec: CoverageSpec, seed: int) -> list[list[Stated]]:
     for _ in range(SHAPE_COUNT):
         now += MOTION_TIME
         estimator.restart(MotionState.at_rest(*grips), now)
-        plant.reset(*held_grips(spec.errors, grips))
+        ends = held_grips(spec.errors, grips)
+        plant.reset(*ends)
+        if not is_sound(plant.nodes, spec.length_factor * given.length, ends):
+            return []
         rope = polylines.resample_smooth(plant.nodes, count)
         for _ in range(FRAMES):
             now += FRAME_PERIOD
@@ -177,6 +186,16 @@ def held_grips(errors: GripErrors, grips: tuple[Pose, Pose]) -> tuple[Pose, Pose
     """Return the poses of the rope's ends."""
     left, right = errors.held(MotionState.at_rest(*grips)).grips
     return left, right
+
+
+def is_sound(nodes: Float64[np.ndarray, "m 3"], length: float, ends: tuple[Pose, Pose]) -> bool:
+    """Whether a simulated rope has its length, and its ends where they are held."""
+    errors = [abs(polylines.length(nodes) - length)]
+    errors += [
+        float(np.linalg.norm(nodes[k] - end.position)) for k, end in zip((0, -1), ends, strict=True)
+    ]
+    # Not a number is no sound length either.
+    return bool(np.all(np.array(errors) < MAX_SIMULATION_ERROR))
 
 
 def observe(

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float64
 
+from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle, pack
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodState
@@ -89,3 +90,18 @@ class WholePath:
     blocked: bool = False
     """Whether obstacles prevent it from reaching the goal, so that it ends at the nearest reachable
     shape."""
+
+    def of_grips(self, ends: tuple[Pose, Pose]) -> WholePath:
+        """Return the path of the grips that lead the rope's ends along this one.
+
+        Args:
+            ends: Poses of the rope's ends in the frames of the grips: left, right.
+        """
+        back = [end.inverse() for end in ends]
+        arms = poses.rotate(self.orientations, np.array([pose.position for pose in back]))
+        turns = np.array([pose.orientation for pose in back])
+        return replace(
+            self,
+            positions=self.positions + arms,
+            orientations=poses.multiply(self.orientations, turns),
+        )

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry import polylines, poses
+from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle, pack
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodState, add_turns, state_along
@@ -180,7 +180,7 @@ class PlannerService:
         problem = replace(
             problem, clearance=problem.clearance + margin, pace=task.pace if task.pace else 1.0
         )
-        _write_path(message, _grips_of(self._find(problem), self._held))
+        _write_path(message, self._find(problem).of_grips(self._held))
         return message
 
     def _ends(self, left: Pose, right: Pose) -> tuple[Pose, Pose]:
@@ -281,23 +281,6 @@ def _at_rest(arms: ArmStates) -> bool:
         np.linalg.norm(arm.linear_velocity) < MAX_START_SPEED
         and np.linalg.norm(arm.angular_velocity) < MAX_START_ANGULAR_SPEED
         for arm in arms.arms
-    )
-
-
-def _grips_of(path: WholePath, held: tuple[Pose, Pose]) -> WholePath:
-    """Path of the grips instead of the rope's ends.
-
-    Args:
-        path: Path of the ends.
-        held: Poses of the ends in the frames of the grips.
-    """
-    grips = [end.inverse() for end in held]
-    turns = np.array([grip.orientation for grip in grips])
-    arms = poses.rotate(path.orientations, np.array([grip.position for grip in grips]))
-    return replace(
-        path,
-        positions=path.positions + arms,
-        orientations=poses.multiply(path.orientations, turns),
     )
 
 

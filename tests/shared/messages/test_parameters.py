@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+import pytest
+
+from lariat.geometry import poses
 from shared import topics
 from shared.messages import Estimate, Parameter, Parameters, RodParameters, XpbdParameters
-from shared.messages.parameters import fill_typed_fields, named_parameters
+from shared.messages.parameters import fill_typed_fields, held_ends, named_parameters
 from shared.recording import Entry
 
 NAMES = (
@@ -57,3 +61,21 @@ def test_parameters_of_the_papers_rod_have_no_deviations() -> None:
     rows = named_parameters(Parameters(xpbd=XpbdParameters(mass=0.001, bending_compliance=0.02)))
     assert rows[0].name == "mass"
     assert all(p.standard_deviation == 0.0 for p in rows)
+
+
+def test_ends_are_where_the_grips_are_estimated_to_hold_them() -> None:
+    values = np.linspace(-0.02, 0.03, 12)
+    estimates = [Estimate(value=value, standard_deviation=1e-3) for value in values]
+    ends = held_ends(RodParameters(grip_offset=estimates[:6], grip_rotation=estimates[6:]))
+    for k, end in enumerate(ends):
+        assert end.position == pytest.approx(values[3 * k : 3 * k + 3])
+        turned = poses.logarithm(end.orientation)
+        assert turned == pytest.approx(values[6 + 3 * k : 9 + 3 * k])
+
+
+def test_grips_that_are_not_estimated_are_exact() -> None:
+    given = [Estimate(value=0.01)] * 6
+    for message in (RodParameters(), RodParameters(grip_offset=given, grip_rotation=given)):
+        for end in held_ends(message):
+            assert end.position == pytest.approx(np.zeros(3))
+            assert end.orientation == pytest.approx([1.0, 0.0, 0.0, 0.0])

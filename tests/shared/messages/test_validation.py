@@ -115,6 +115,11 @@ def test_every_message_of_a_run_is_valid(recording: FilePath) -> None:
         ),
         (
             topics.CONTROLLER_PARAMETERS,
+            Parameters(rod=RodParameters(grip_offset=[Estimate(value=0.0)] * 5)),
+            "rod.grip_offset",
+        ),
+        (
+            topics.CONTROLLER_PARAMETERS,
             Parameters(rod=RodParameters(length=Estimate(value=math.nan))),
             "length = nan",
         ),

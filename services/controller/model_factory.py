@@ -9,6 +9,7 @@ from lariat.rod import Rod
 from lariat.rod.xpbd import XpbdProperties, XpbdRod
 from lariat.trajectory import MotionLimits, MotionState
 from services.controller.estimation.adaptation import Adaptation
+from services.controller.estimation.arm_lag import CR5_LAG
 from services.controller.estimation.material_filter import MaterialFilter
 from services.controller.estimation.state_estimator import StateEstimator
 from services.controller.extensions.controller_adapter import ControllerAdapter
@@ -174,11 +175,18 @@ def horizon_optimizer(
     return PaperOptimizer(policy, paper, moves, limits)
 
 
+def expected_lag(scenario: Scenario) -> float:
+    """Lag behind their setpoints that a scenario's arms are expected to have [s]."""
+    drivers = [scenario.end(side).driver for side in SIDES]
+    return CR5_LAG if "cr5" in drivers else 0.0
+
+
 def receding_horizon_controller(
     control: Control,
     limits: Limits,
     moves: Bool[np.ndarray, "2 6"],
     estimator: StateEstimator,
+    expected_lag: float = 0.0,
 ) -> RecedingHorizonController:
     """Controller of a scenario.
 
@@ -187,6 +195,7 @@ def receding_horizon_controller(
         limits: Limits of the grippers.
         moves: Free components of each grip's velocity.
         estimator: State estimator of the rope.
+        expected_lag: Lag of the arms before they have moved [s].
 
     Raises:
         ConfigurationError: A controller from outside cannot be created.
@@ -202,4 +211,6 @@ def receding_horizon_controller(
         assert isinstance(rod, Rod)
         reach = limits.overstretch * rod.properties.length
         optimizer = ControllerAdapter(own, rod, moves, limits, control.clearance, reach)
-    return RecedingHorizonController(estimator, optimizer, moves, offset_limits, limits)
+    return RecedingHorizonController(
+        estimator, optimizer, moves, offset_limits, limits, expected_lag
+    )

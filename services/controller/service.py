@@ -39,6 +39,7 @@ from services.controller.messages import (
 from services.controller.model_factory import (
     adaptation,
     check,
+    expected_lag,
     free_components,
     prediction_rod,
     receding_horizon_controller,
@@ -123,7 +124,11 @@ class ControllerService:
         )
         self.adaptation = adaptation(scenario, rod)
         self.controller = receding_horizon_controller(
-            scenario.control, scenario.limits, self._moves, self.estimator
+            scenario.control,
+            scenario.limits,
+            self._moves,
+            self.estimator,
+            expected_lag(scenario),
         )
         self.predictions = PredictionMonitor()
         self.guard = ClearanceGuard(scenario.rope.diameter / 2.0)

@@ -16,6 +16,10 @@ import numpy as np
 from lariat.trajectory import NANOSECONDS, MotionState, mean_twists
 
 
+CR5_LAG = 0.1
+"""Lag of a CR5 behind its setpoints, as its emulator has it with default options [s]."""
+
+
 @dataclass(frozen=True)
 class ArmLagSettings:
     """Bounds and memory of the estimate."""
@@ -24,21 +28,23 @@ class ArmLagSettings:
     """Largest lag [s]."""
     memory_time: float = 2.0
     """Time constant with which evidence decays [s]."""
+    expected_lag: float = 0.0
+    """Lag before the arms have moved [s]."""
     prior_travel: float = 2e-5
-    """Weight of no lag: integral of the squared speed that outweighs it [m^2/s]."""
+    """Weight of the expected lag: integral of the squared speed that outweighs it [m^2/s]."""
 
 
 class ArmLag:
     """Estimator of one lag for all arms."""
 
     def __init__(self, settings: ArmLagSettings | None = None) -> None:
-        """Create an estimator of arms without lag.
+        """Create an estimator of arms that have not moved yet.
 
         Args:
             settings: Bounds and memory.
         """
         self.settings = settings or ArmLagSettings()
-        self.lag = 0.0
+        self.lag = self.settings.expected_lag
         """Lag [s]."""
         self._squares = self._products = 0.0
         self.restart()
@@ -69,7 +75,8 @@ class ArmLag:
         decay = math.exp(-elapsed / settings.memory_time)
         self._squares = decay * self._squares + elapsed * float(np.sum(velocity**2))
         self._products = decay * self._products + elapsed * float(np.sum(velocity * behind))
-        lag = self._products / (self._squares + settings.prior_travel)
+        expected = settings.prior_travel * settings.expected_lag
+        lag = (self._products + expected) / (self._squares + settings.prior_travel)
         self.lag = min(max(lag, 0.0), settings.max_lag)
 
     def executed(self, time: int) -> MotionState:

@@ -23,7 +23,7 @@ from lariat.trajectory import (
     SetpointChunk,
     mean_twists,
 )
-from services.controller.estimation.arm_lag import ArmLag
+from services.controller.estimation.arm_lag import ArmLag, ArmLagSettings
 from services.controller.estimation.state_estimator import StateEstimator
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
 from services.controller.mpc.horizon import (
@@ -67,6 +67,7 @@ class RecedingHorizonController:
         moves: Bool[np.ndarray, "2 6"],
         offset_limits: MotionLimits,
         limits: Limits,
+        expected_lag: float = 0.0,
     ) -> None:
         """Create a controller that follows nothing yet.
 
@@ -76,6 +77,7 @@ class RecedingHorizonController:
             moves: Free components of each grip's velocity.
             offset_limits: Limits on the motion relative to the reference trajectory.
             limits: Limits of the grippers.
+            expected_lag: Lag of the arms before they have moved [s].
         """
         self.estimator, self.optimizer = estimator, optimizer
         self.limits, self.offset_limits = limits, offset_limits
@@ -84,7 +86,7 @@ class RecedingHorizonController:
         self.oriented = (False, False)
         """Whether the orientation of each grip is part of the goal."""
         self._stream: SetpointStream | None = None
-        self._arm_lag = ArmLag()
+        self._arm_lag = ArmLag(ArmLagSettings(expected_lag=expected_lag))
         self._start_index = 0
         """Index in the stream of the reference's first point."""
         self._commit = 0

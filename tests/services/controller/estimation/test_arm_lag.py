@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lariat.trajectory import MotionState
-from services.controller.estimation.arm_lag import ArmLag
+from services.controller.estimation.arm_lag import ArmLag, ArmLagSettings
 from tests.services.controller.cell import grips
 
 REST = MotionState.at_rest(*grips((-0.2, 0.0, 0.3), (0.2, 0.0, 0.3)))
@@ -47,3 +47,14 @@ def test_lag_is_kept_while_the_arms_rest_and_begin_anew() -> None:
     for k in range(200, 210):
         found.observe(k * 20_000_000, REST, REST)
     assert found.lag == pytest.approx(0.1, abs=0.005)
+
+
+def test_expected_lag_holds_until_the_arms_have_moved() -> None:
+    found = ArmLag(ArmLagSettings(expected_lag=0.1))
+    for k in range(50):
+        found.observe(k * 20_000_000, REST, REST)
+    assert found.lag == 0.1
+    for k in range(50, 100):
+        moved = 0.02 * (k - 50)
+        found.observe(k * 20_000_000, motion(moved), motion(moved - 0.03))
+    assert found.lag == pytest.approx(0.03, abs=0.004)

@@ -15,7 +15,6 @@ import numpy as np
 
 from lariat.trajectory import NANOSECONDS, MotionState, mean_twists
 
-
 CR5_LAG = 0.1
 """Lag of a CR5 behind its setpoints, as its emulator has it with default options [s]."""
 

@@ -15,6 +15,8 @@ from shared.messages import (
     Consent,
     GoalDraft,
     Obstacle,
+    RunList,
+    RunListRequest,
     Scene,
     SceneRequest,
     TaskRequest,
@@ -31,6 +33,7 @@ RECEIVERS = {
     topics.TASK_REQUEST.key: "controller",
     topics.SCENE_REQUEST.key: "perception",
     topics.ARM_COMMAND.key: "robot gateway",
+    topics.RUN_LIST_REQUEST.key: "recorder",
 }
 """Service that answers the requests of a topic, by key."""
 
@@ -83,6 +86,13 @@ class Outbox:
         message = SceneRequest(action=action, obstacle=obstacle)
         return self._add(topics.SCENE_REQUEST, message, label)
 
+    def request_runs(
+        self, action: RunListRequest.Action, runs: Sequence[str], label: str, **fields: object
+    ) -> str:
+        """Queue a request about recorded runs, by their ids, and return its id."""
+        message = RunListRequest(action=action, runs=runs, **fields)
+        return self._add(topics.RUN_LIST_REQUEST, message, label)
+
     def command_arms(
         self, action: ArmCommand.Action, arms: ArmStates, label: str, **fields: object
     ) -> str:
@@ -133,7 +143,12 @@ class Outbox:
         self._unsent.clear()
 
     def notifications(
-        self, now: int, task: TaskState | None, scene: Scene | None, arms: Sequence[ArmStates]
+        self,
+        now: int,
+        task: TaskState | None,
+        scene: Scene | None,
+        arms: Sequence[ArmStates],
+        runs: RunList | None = None,
     ) -> list[Notification]:
         """Return refusals of this page's requests and missing answers, each of them once.
 
@@ -142,10 +157,13 @@ class Outbox:
             task: Newest state of the controller.
             scene: Newest state of perception.
             arms: States of the gateway since the last call.
+            runs: Newest list of the recorder.
         """
         answers = [("robot gateway", a.last_command, a.refusal) for a in arms]
         if task is not None:
             answers.append(("controller", task.last_request, task.refusal))
+        if runs is not None:
+            answers.append(("recorder", runs.last_request, runs.refusal))
         if scene is not None:
             answers.append(("perception", scene.last_request, scene.refusal))
         found = []

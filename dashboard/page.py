@@ -19,6 +19,7 @@ from dashboard.panels.camera_image import CameraImage
 from dashboard.panels.health_panel import HealthPanel
 from dashboard.panels.parameter_panel import ParameterPanel
 from dashboard.panels.run_plots import RunPlots
+from dashboard.panels.runs.runs_panel import RunsPanel
 from dashboard.scene.legend import legend_html
 from dashboard.scene.scene_view import INITIALLY_HIDDEN, LAYERS, SceneView
 from dashboard.subscriptions import latest_with_age
@@ -86,6 +87,10 @@ class Page:
         with panel.add_tab("Run", viser.Icon.CHART_LINE):
             self._camera = CameraFeed(CameraImage(server, scenario.camera_pose))
             self._plots = RunPlots(gui, scenario)
+        self._runs: RunsPanel | None = None
+        if live:
+            with panel.add_tab("Runs", viser.Icon.LIST):
+                self._runs = RunsPanel(gui, self._actions, outbox, self.notify)
         with panel.add_tab("Rope", viser.Icon.ADJUSTMENTS):
             self._parameters = ParameterPanel(gui)
         with panel.add_tab("Health", viser.Icon.HEARTBEAT):
@@ -126,7 +131,8 @@ class Page:
         task, task_age = latest_with_age(inbox, topics.TASK_STATE, now)
         arms = [r.message for r in inbox.every(topics.ARM_STATE)]
         scene, _ = latest_with_age(inbox, topics.SCENE_STATE, now)
-        for notification in self._outbox.notifications(now, task, scene, arms):
+        runs, _ = latest_with_age(inbox, topics.RUN_LIST, now)
+        for notification in self._outbox.notifications(now, task, scene, arms, runs):
             self.notify(notification)
         self._report_refused_setpoints(arms)
         for item in inbox.every(topics.TASK_STATE):
@@ -134,6 +140,9 @@ class Page:
             self._forget_past_motion(item.message)
         if fresh := inbox.fresh(topics.CONTROLLER_PARAMETERS):
             self._parameters.add(fresh.message)
+        if self._runs is not None:
+            for item in inbox.every(topics.RUN_CURVES):
+                self._runs.take_curves(item.message)
         # Published rarely: kept until the next drawing.
         for topic in (topics.SCENE_STATE, topics.CONTROLLER_PATH, topics.RUN_RESULT):
             if fresh := inbox.fresh(topic):
@@ -158,6 +167,8 @@ class Page:
             self._plots.show_result(result)
         self._plots.draw(now / SECOND)
         self._parameters.draw(now / SECOND)
+        if self._runs is not None:
+            self._runs.update(latest_with_age(inbox, topics.RUN_LIST, now)[0], now)
         self._camera.update(inbox, now)
         self._health.update(inbox, now)
 

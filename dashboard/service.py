@@ -26,6 +26,7 @@ class DashboardService:
         topics.SCENE_REQUEST,
         topics.ARM_COMMAND,
         topics.ARM_CONSENT,
+        topics.RUN_LIST_REQUEST,
     )
     rate = 30.0
     latency = 0.0

@@ -40,6 +40,8 @@ READS: tuple[Topic, ...] = (
     topics.ARM_STATE,
     topics.RUN_RESULT,
     topics.RUN_RECORD,
+    topics.RUN_LIST,
+    topics.RUN_CURVES,
     topics.STACK_STATE,
     *(topics.HEALTH.at(name) for name in SERVICES),
 )

@@ -32,6 +32,9 @@ from shared.messages import (
     Path,
     Plan,
     RecordState,
+    RunCurves,
+    RunList,
+    RunListRequest,
     RunResult,
     Scene,
     SceneRequest,
@@ -199,6 +202,9 @@ RUN_RESULT = Topic(
 )
 # The head of a file names version and commit, and compression depends on the library's version.
 RUN_RECORD = Topic("run/record", RecordState, "recorder", "latest", tolerance={"bytes": 16384})
+RUN_LIST = Topic("run/list", RunList, "recorder", "latest")
+RUN_LIST_REQUEST = Topic("run/list_request", RunListRequest, "dashboard", "every")
+RUN_CURVES = Topic("run/curves", RunCurves, "recorder", "every")
 HEALTH = Topic("health/{service}", Health, "every service", "latest")
 TRACE = Topic("trace/{service}", Trace, "every service", "latest")
 LOG = Topic("log/{service}", Log, "every service", "every")

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import viser
+from jaxtyping import Float64
 from viser import uplot
 
 from dashboard import palette
@@ -17,6 +20,19 @@ TEXT_FONT = "11px sans-serif"
 """CSS font of axes and labels."""
 CHART_HEIGHT = 185
 """Height of a chart [pixels]."""
+EMPTY_CHART_SPAN = 10.0
+"""Time that a chart spans before there is anything to draw [s]."""
+COMPARISON_COLORS = (
+    palette.BUSY,
+    palette.WARNING,
+    palette.GOOD,
+    palette.TRUTH,
+    palette.BAD,
+    palette.PATH,
+)
+"""Colours of the runs of a comparison."""
+Curve = tuple[Float64[np.ndarray, "n"], Float64[np.ndarray, "n"]]
+"""Times [s] and values of a line."""
 EARLIER_RUNS = 3
 """Number of earlier runs that are drawn behind the present one [-]."""
 
@@ -70,6 +86,64 @@ def add_chart(
                 "points": {"show": False},
             }
         )
+    return _plot(gui, title, tuple(series))
+
+
+def add_comparison_chart(gui: viser.GuiApi, title: str) -> viser.GuiUplotHandle:
+    """Add a chart of several runs, whose lines `comparison_series` names.
+
+    Args:
+        gui: The page's GUI.
+        title: Quantity and unit.
+    """
+    chart = _plot(gui, title, comparison_series([]), with_legend=True)
+    chart.data = overlay([])
+    return chart
+
+
+def comparison_series(names: Sequence[str]) -> tuple[uplot.Series, ...]:
+    """Lines of a comparison, one for each name, told apart by colour and dashes."""
+    series: list[uplot.Series] = [{"label": "t [s]"}]
+    for k, name in enumerate(names or ["no run"]):
+        line: uplot.Series = {
+            "label": name,
+            "stroke": palette.css(COMPARISON_COLORS[k % len(COMPARISON_COLORS)]),
+            "width": 2,
+            "points": {"show": False},
+        }
+        if k % 2:
+            line["dash"] = (8, 4)
+        series.append(line)
+    return tuple(series)
+
+
+def overlay(curves: Sequence[Curve]) -> tuple[np.ndarray, ...]:
+    """Columns of a chart whose curves have times of their own.
+
+    Args:
+        curves: Times [s] and values of each curve.
+
+    Returns:
+        Times of all curves, and values of each of them. Between its own times a curve is
+        interpolated, before them it has its first value, after them it is NaN: the charts' library
+        finds no range where a first value is NaN. Without any curve, axes with nothing on them.
+    """
+    finite = [(t, values, np.isfinite(values)) for t, values in curves]
+    known = [(t[mask], values[mask]) for t, values, mask in finite if np.any(mask)]
+    times = np.unique(np.concatenate([np.zeros(0), *(t for t, _ in known)]))
+    if not known:
+        nothing = np.array([0.0, np.nan])
+        return np.array([0.0, EMPTY_CHART_SPAN]), *[nothing] * max(len(curves), 1)
+    rows = [
+        np.interp(times, t[mask], values[mask], right=np.nan) if np.any(mask) else times * 0.0
+        for t, values, mask in finite
+    ]
+    return times, *rows
+
+
+def _plot(
+    gui: viser.GuiApi, title: str, series: tuple[uplot.Series, ...], with_legend: bool = False
+) -> viser.GuiUplotHandle:
     grid: uplot.Axis_Grid = {"stroke": "rgba(255,255,255,0.07)", "width": 1}
     axis: uplot.Axis = {
         "stroke": TEXT_COLOR,
@@ -79,14 +153,14 @@ def add_chart(
     }
     return gui.add_uplot(
         data=tuple(np.zeros(0) for _ in series),
-        series=tuple(series),
+        series=series,
         title=title,
         scales={"x": {"time": False, "auto": True}, "y": {"auto": True}},
         axes=(
             {**axis, "size": 24, "label": "time [s]", "labelSize": 16, "labelFont": TEXT_FONT},
             {**axis, "size": 42},
         ),
-        legend={"show": False},
+        legend={"show": with_legend},
         cursor={"drag": {"x": True, "y": False}},
         height=CHART_HEIGHT,
         padding=(8, 14, 4, 0),

@@ -9,8 +9,8 @@ import viser
 
 from dashboard import palette
 from dashboard.panels.chart import REFRESH_PERIOD, add_chart
-from dashboard.panels.history import History
 from dashboard.panels.note import note_html
+from shared.history import History
 from shared.messages import Parameters
 from shared.messages.parameters import named_parameters
 from shared.service import SECOND

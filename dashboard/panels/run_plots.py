@@ -8,18 +8,14 @@ from collections.abc import Sequence
 
 import numpy as np
 import viser
-from jaxtyping import Float64
 
 from dashboard import palette
-from dashboard.panels.chart import EARLIER_RUNS, REFRESH_PERIOD, add_chart
-from dashboard.panels.history import History
+from dashboard.panels.chart import EARLIER_RUNS, REFRESH_PERIOD, Curve, add_chart, overlay
 from dashboard.panels.note import note_html
+from shared.history import History
 from shared.messages import FAILED, PAUSED, REACHED, RUNNING, RunResult, TaskState
 from shared.scenario import Scenario
 from shared.service import SECOND
-
-EMPTY_CHART_SPAN = 10.0
-"""Time that a chart spans before there is anything to draw [s]."""
 
 
 class RunPlots:
@@ -95,30 +91,21 @@ class RunPlots:
         for column, (chart, limit) in enumerate(
             zip((self.error_chart, self.clearance_chart), self._limits_mm, strict=True), start=1
         ):
-            chart.data = overlaid([(run[0], run[column]) for run in runs], limit)
+            chart.data = over_earlier_runs([(run[0], run[column]) for run in runs], limit)
 
 
-def overlaid(
-    curves: Sequence[tuple[Float64[np.ndarray, "n"], Float64[np.ndarray, "n"]]], limit: float
-) -> tuple[np.ndarray, ...]:
-    """Columns of a chart whose curves have times of their own.
+def over_earlier_runs(curves: Sequence[Curve], limit: float) -> tuple[np.ndarray, ...]:
+    """Columns of a chart of runs.
 
     Args:
-        curves: Times [s] and values of the present run, then of earlier ones, newest first.
+        curves: The present run, then earlier ones, newest first.
         limit: Value of the limit line.
 
     Returns:
         Times of all curves, the limit, and values of the present run and `EARLIER_RUNS` earlier
-        ones. Between its own times a curve is interpolated, before them it has its first value,
-        after them it is NaN. Where there are fewer runs, the present one stands in their place. The
-        charts' library finds no range where a first value is NaN.
+        ones; where there are fewer, the present one stands in their place.
     """
-    known = [(t, values, np.isfinite(values)) for t, values in curves]
-    curves = [(t[mask], values[mask]) for t, values, mask in known if np.any(mask)]
-    times = np.unique(np.concatenate([np.zeros(0), *(t for t, _ in curves)]))
-    if not curves:
-        times, curves = np.array([0.0, EMPTY_CHART_SPAN]), [(np.zeros(1), np.zeros(1))]
-    rows = [np.interp(times, t, values, right=math.nan) for t, values in curves]
+    times, *rows = overlay(curves)
     rows += rows[:1] * (1 + EARLIER_RUNS - len(rows))
     return times, np.full(len(times), limit), *rows
 

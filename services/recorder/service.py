@@ -9,9 +9,10 @@ from typing import Protocol
 from services.recorder.options import RecorderOptions
 from services.recorder.pre_roll import QueuedMessage
 from services.recorder.run_files import RunFiles
+from services.recorder.runs.runs import Runs
 from services.recorder.view.cell_view import WRITES, CellView
 from shared import topics
-from shared.messages import ArmStates, RecordState, TaskState
+from shared.messages import ArmStates, RecordState, RunResult, TaskState
 from shared.scenario import Scenario
 from shared.service import SECOND, Inbox, Publication
 from shared.topics import Topic
@@ -45,13 +46,14 @@ class RecorderService:
     """Recorder whose `tap` writes messages and whose steps open, flush and close files."""
 
     name = "recorder"
-    reads = ()
-    writes = (topics.RUN_RECORD, *WRITES)
+    reads = (topics.RUN_LIST_REQUEST,)
+    writes = (topics.RUN_RECORD, topics.RUN_LIST, topics.RUN_CURVES, *WRITES)
     rate = 30.0
     latency = 0.0
 
     def __init__(self, scenario: Scenario, options: RecorderOptions) -> None:
         self._files = RunFiles(scenario, options)
+        self._runs = Runs(scenario, options.folder)
         self._view = CellView(scenario)
         self._topics: dict[str, Topic | None] = {}
         self._next_sequence: dict[tuple[str, str], int] = {}
@@ -61,7 +63,8 @@ class RecorderService:
         self.note = ""
 
     def warm_up(self) -> None:
-        """Do nothing: no code is compiled here."""
+        """List the runs of the folder."""
+        self._runs.load()
 
     def tap(self, message: EncodedMessage) -> None:
         """Take a message of the bus."""
@@ -70,7 +73,11 @@ class RecorderService:
             return
         self._count_drops(message)
         if message.key == topics.TASK_STATE.key:
-            self._files.take_task(TaskState.FromString(message.payload), message.received)
+            task = TaskState.FromString(message.payload)
+            self._files.take_task(task, message.received)
+            self._runs.take_task(task)
+        elif message.key == topics.RUN_RESULT.key:
+            self._runs.take_result(RunResult.FromString(message.payload))
         elif message.key == topics.ARM_STATE.key and _is_moving(message.payload):
             self._files.take_motion(message.received)
         self._files.put(
@@ -102,6 +109,8 @@ class RecorderService:
                 log.error("not recording: %s", self.note)
         yield from self._view.draw(now)
         writer = self._files.writer
+        requests = [item.message for item in inbox.every(topics.RUN_LIST_REQUEST)]
+        yield from self._runs.step(requests, writer.path.name if writer else "", now)
         state = (writer is not None, str(writer.path) if writer else "", self._files.run)
         if state != self._published or now - self._publish_time >= SECOND:
             if state != self._published and writer:
@@ -122,8 +131,9 @@ class RecorderService:
             )
 
     def close(self) -> None:
-        """Close the open file."""
+        """Close the open file, and keep the run that goes on."""
         self._files.close()
+        self._runs.close()
 
     def _topic(self, key: str) -> Topic | None:
         if key not in self._topics:

@@ -32,6 +32,7 @@ from shared.messages.control_pb2 import (
     XpbdParameters,
 )
 from shared.messages.rope_pb2 import NodeChain
+from shared.messages.runs_pb2 import RunCurves, RunFile, RunList, RunListRequest, RunSummary
 from shared.messages.scene_pb2 import Obstacle, Scene, SceneRequest
 from shared.messages.system_pb2 import (
     Health,
@@ -83,8 +84,13 @@ __all__ = [
     "ProcessState",
     "RecordState",
     "RodParameters",
+    "RunCurves",
+    "RunFile",
+    "RunList",
+    "RunListRequest",
     "RunResult",
     "RunState",
+    "RunSummary",
     "Scene",
     "SceneRequest",
     "Setpoints",

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from dashboard.door.private_viser import PrivateViser
-from dashboard.panels.run_plots import RunPlots, overlaid, result_text
+from dashboard.panels.run_plots import RunPlots, over_earlier_runs, result_text
 from shared.messages import REACHED, RUNNING, RunResult, TaskState
 from shared.scenario import load
 from shared.service import SECOND
@@ -67,7 +67,7 @@ def test_next_run_is_drawn_over_the_one_before(plots: RunPlots) -> None:
 def test_curves_begin_with_a_number_and_end_with_their_last_one() -> None:
     a = np.array([0.0, 2.0]), np.array([0.0, 4.0])
     b = np.array([1.0]), np.array([7.0])
-    times, limit, first, second, *_ = overlaid([a, b], 5.0)
+    times, limit, first, second, *_ = over_earlier_runs([a, b], 5.0)
     np.testing.assert_allclose(times, [0.0, 1.0, 2.0])
     np.testing.assert_allclose(first, [0.0, 2.0, 4.0])
     np.testing.assert_allclose(second, [7.0, 7.0, np.nan])
@@ -76,6 +76,6 @@ def test_curves_begin_with_a_number_and_end_with_their_last_one() -> None:
 
 def test_chart_without_a_run_spans_the_limit() -> None:
     empty = np.zeros(0), np.zeros(0)
-    times, limit, *rows = overlaid([empty], 5.0)
+    times, limit, *rows = over_earlier_runs([empty], 5.0)
     assert len(times) == len(limit) == 2
     assert all(row[0] == 0.0 and np.isnan(row[1]) for row in rows)

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dashboard.panels.history import History
+from shared.history import History
 
 
 @given(st.integers(2, 4000), st.integers(8, 64))

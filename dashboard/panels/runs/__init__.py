@@ -1,0 +1,1 @@
+"""Tab with the runs that the recorder has kept."""

@@ -1,0 +1,93 @@
+"""Table of runs, and what is said of one of them."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Collection, Sequence
+from datetime import UTC, datetime
+
+from dashboard import palette
+from dashboard.controls.status_text import format_millimeters
+from shared.messages import RunSummary
+from shared.service import SECOND
+
+MAX_ROWS = 100
+"""Largest number of rows of the table [-]."""
+
+
+def time_text(run: RunSummary) -> str:
+    """Start of a run in the time zone of this machine."""
+    at = datetime.fromtimestamp(run.started / SECOND, UTC).astimezone()
+    return f"{at:%Y-%m-%d %H:%M:%S}"
+
+
+def label(run: RunSummary) -> str:
+    """Name of a run in a list; unique, because its start is part of it."""
+    return f"{'★ ' if run.star else ''}{time_text(run)} {run.scenario} {run.run}"
+
+
+def verdict(run: RunSummary) -> str:
+    """Outcome of a run in a word or two."""
+    if run.reached:
+        return "reached"
+    return "not reached" if run.over else "goes on"
+
+
+def table_html(runs: Sequence[RunSummary], selected: Collection[str]) -> str:
+    """HTML table of runs, newest first; those that are selected are highlighted."""
+    if not runs:
+        return "<div style='margin:.5em 1em;opacity:.8'>No run has been kept yet.</div>"
+    heads = ("", "start", "scenario", "verdict", "error", "clearance", "time", "note")
+    head = "".join(
+        f"<th style='text-align:left;font-weight:500;opacity:.6'>{h}</th>" for h in heads
+    )
+    rows = []
+    for run in runs[:MAX_ROWS]:
+        color = palette.GOOD if run.reached else palette.QUIET if not run.over else palette.WARNING
+        number = "text-align:right;white-space:nowrap"
+        cells = (
+            ("", "★" if run.star else ""),
+            ("white-space:nowrap", time_text(run)[5:]),
+            ("", run.scenario),
+            (f"color:{palette.css(color)};white-space:nowrap", verdict(run)),
+            (number, format_millimeters(run.error)),
+            (number, format_millimeters(run.min_clearance)),
+            (number, f"{run.duration:.1f} s"),
+            ("", run.note),
+        )
+        shade = "background:rgba(92,170,255,.15)" if run.id in selected else ""
+        row = "".join(f"<td style='{style}'>{html.escape(text)}</td>" for style, text in cells)
+        rows.append(f"<tr style='{shade}'>{row}</tr>")
+    return (
+        "<div style='margin:.4em .6em;max-height:260px;overflow:auto'><table style='"
+        "font-size:.78em;border-spacing:.5em .25em;line-height:1.25;"
+        "font-variant-numeric:tabular-nums'>"
+        f"<tr>{head}</tr>{''.join(rows)}</table></div>"
+    )
+
+
+def detail_html(run: RunSummary | None) -> str:
+    """HTML of everything that is known of a run."""
+    if run is None:
+        return ""
+    replans = f"{run.replans} replan{'' if run.replans == 1 else 's'}"
+    lines = [
+        f"{verdict(run)}: {run.reason or 'no reason given'}; {replans}; "
+        f"largest node error {format_millimeters(run.max_node_error)}",
+        f"{run.method}, Lariat {run.version}",
+    ]
+    size = f" ({run.bytes / 1e6:.1f} MB)" if run.bytes else " (deleted)"
+    lines.append(f"Recording: {', '.join(run.files) or 'none'}{size if run.files else ''}")
+    if run.files and run.bytes:
+        lines.append(f"lariat show recordings/{run.files[0]}")
+    text = "<br>".join(html.escape(line) for line in lines)
+    style = "margin:.3em 1em;font-size:.8em;opacity:.85;word-break:break-word"
+    return f"<div style='{style}'>{text}</div>"
+
+
+def csv_text(time: Sequence[float], error: Sequence[float], clearance: Sequence[float]) -> str:
+    """Curves of a run as CSV, in SI units; a clearance that is none stays empty."""
+    rows = ["time [s],error [m],clearance [m]"]
+    for t, e, c in zip(time, error, clearance, strict=True):
+        rows.append(f"{t:.4f},{e:.7f},{f'{c:.7f}' if c >= 0.0 else ''}")
+    return "\n".join(rows) + "\n"

@@ -1,0 +1,224 @@
+"""Runs that the recorder has kept: compare, note, star, export, delete."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+import viser
+
+from dashboard import palette
+from dashboard.action_queue import ActionQueue
+from dashboard.outbox import Notification, Outbox
+from dashboard.panels.chart import add_comparison_chart, comparison_series, overlay
+from dashboard.panels.runs.run_table import csv_text, detail_html, label, table_html
+from shared.messages import RunCurves, RunList, RunListRequest, RunSummary
+from shared.service import SECOND
+
+NO_RUN = "(none)"
+"""Option of the selection that stands for no run."""
+NOTE_DELAY = SECOND
+"""Time after the last change of a note until it is sent [ns]."""
+MAX_COMPARED = 6
+"""Largest number of runs that are drawn together [-]."""
+
+
+@dataclass
+class _TypedNote:
+    """Note that a person is typing."""
+
+    run: str
+    """Id of its run."""
+    text: str
+    """Text so far."""
+    since: int = 0
+    """Time of the first step that has seen this text [ns]."""
+
+
+class RunsPanel:
+    """Table of runs, one of which is selected, and the curves of those that are compared."""
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        actions: ActionQueue,
+        outbox: Outbox,
+        notify: Callable[[Notification], None],
+    ) -> None:
+        """Add the elements to the page.
+
+        Args:
+            gui: The page's GUI.
+            actions: Queue for clicks.
+            outbox: Destination of requests to the recorder.
+            notify: Shows a notification on the page.
+        """
+        self._outbox, self._notify = outbox, notify
+        self._runs: dict[str, RunSummary] = {}
+        self._ids: dict[str, str] = {}
+        """Ids of the runs by their labels."""
+        self._selected = ""
+        self._compared: list[str] = []
+        self._curves: dict[str, RunCurves] = {}
+        self._downloads: dict[str, list[viser.ClientHandle]] = {}
+        self._typed: _TypedNote | None = None
+        self._stamp = -1
+        self._table = gui.add_html(table_html((), ()))
+        self._selection = gui.add_dropdown("Run", (NO_RUN,))
+        self._selection.on_update(
+            lambda event: (
+                event.client is not None
+                and actions.put(
+                    lambda name=event.target.value: self._select(self._ids.get(name, ""))
+                )
+            )
+        )
+        self._detail = gui.add_html("")
+        self._compare = gui.add_button("Compare", icon=viser.Icon.CHART_LINE, disabled=True)
+        self._compare.on_click(lambda _: actions.put(self._toggle_compared))
+        self._star = gui.add_button("Star", icon=viser.Icon.STAR, disabled=True)
+        self._star.on_click(lambda _: actions.put(self._toggle_star))
+        self._note = gui.add_text("Note", "", disabled=True)
+        self._note.on_update(
+            lambda event: (
+                event.client is not None
+                and actions.put(lambda text=event.target.value: self._take_note(text))
+            )
+        )
+        self._export = gui.add_button("Export CSV", icon=viser.Icon.DOWNLOAD, disabled=True)
+        self._export.on_click(
+            lambda event: actions.put(partial(self._request_export, event.client))
+        )
+        self._delete = gui.add_button("Delete …", icon=viser.Icon.TRASH, disabled=True)
+        self._delete.on_click(lambda event: actions.put(partial(self._confirm, event.client)))
+        self._actions = actions
+        self._error = add_comparison_chart(gui, "Error of the compared runs [mm]")
+        self._clearance = add_comparison_chart(gui, "Clearance of the compared runs [mm]")
+
+    def update(self, runs: RunList | None, now: int) -> None:
+        """Show the recorder's list, and send a note that a person has finished typing.
+
+        Args:
+            runs: Newest list; None before the first.
+            now: Present time [ns].
+        """
+        self._send_note(now)
+        if runs is None or runs.stamp == self._stamp:
+            return
+        self._stamp = runs.stamp
+        found = {run.id: run for run in runs.runs}
+        if found == self._runs:
+            return
+        self._runs = found
+        self._ids = {label(run): run.id for run in runs.runs}
+        options = (NO_RUN, *self._ids)
+        if tuple(self._selection.options) != options:
+            self._selection.options = options
+        self._compared = [id for id in self._compared if id in found]
+        self._select(self._selected if self._selected in found else "")
+        self._draw()
+
+    def take_curves(self, curves: RunCurves) -> None:
+        """Take curves that were requested, to draw or to download them."""
+        self._curves[curves.run] = curves
+        for client in self._downloads.pop(curves.run, ()):
+            text = csv_text(curves.time, curves.error, curves.clearance)
+            client.send_file_download(f"{curves.run}.csv", text.encode())
+        self._draw()
+
+    def _select(self, id: str) -> None:
+        run = self._runs.get(id)
+        changed, self._selected = id != self._selected, id if run else ""
+        self._selection.value = label(run) if run else NO_RUN
+        for handle in (self._compare, self._star, self._note, self._export, self._delete):
+            handle.disabled = run is None
+        self._detail.content = detail_html(run)
+        self._star.label = "Remove the star" if run and run.star else "Star"
+        self._compare.label = "Compare no more" if id and id in self._compared else "Compare"
+        if changed:
+            self._note.value = run.note if run else ""
+        self._show_table()
+
+    def _select_label(self, name: str) -> None:
+        self._select(self._ids.get(name, ""))
+
+    def _show_table(self) -> None:
+        selected = {self._selected, *self._compared}
+        self._table.content = table_html(list(self._runs.values()), selected)
+
+    def _toggle_compared(self) -> None:
+        if not (id := self._selected):
+            return
+        if id in self._compared:
+            self._compared.remove(id)
+        elif len(self._compared) == MAX_COMPARED:
+            text = f"{MAX_COMPARED} runs are drawn together at most; take one out first."
+            self._notify(Notification("Compare", text))
+            return
+        else:
+            self._compared.append(id)
+            self._request_curves(id)
+        self._select(id)
+        self._draw()
+
+    def _request_curves(self, id: str) -> None:
+        self._outbox.request_runs(RunListRequest.SEND_CURVES, [id], "Curves")
+
+    def _request_export(self, client: viser.ClientHandle | None) -> None:
+        if self._selected and client is not None:
+            self._downloads.setdefault(self._selected, []).append(client)
+            self._request_curves(self._selected)
+
+    def _toggle_star(self) -> None:
+        if run := self._runs.get(self._selected):
+            self._annotate(run, run.note, not run.star)
+
+    def _take_note(self, text: str) -> None:
+        self._typed = _TypedNote(self._selected, text)
+
+    def _send_note(self, now: int) -> None:
+        """Send the note once nothing has been typed for a while, or another run is selected."""
+        typed = self._typed
+        if typed is None:
+            return
+        typed.since = typed.since or now
+        if now - typed.since < NOTE_DELAY and typed.run == self._selected:
+            return
+        self._typed = None
+        if run := self._runs.get(typed.run):
+            self._annotate(run, typed.text, run.star)
+
+    def _annotate(self, run: RunSummary, note: str, star: bool) -> None:
+        fields = {"note": note, "star": star}
+        self._outbox.request_runs(RunListRequest.ANNOTATE, [run.id], "Note", **fields)
+
+    def _confirm(self, client: viser.ClientHandle | None) -> None:
+        """Ask in the window where deleting was pressed: a recording does not come back."""
+        run = self._runs.get(self._selected)
+        if run is None or client is None:
+            return
+        modal = client.gui.add_modal("Delete this run?")
+        with modal:
+            client.gui.add_markdown(f"{label(run)} and its recording of {run.bytes / 1e6:.1f} MB.")
+            delete = client.gui.add_button("Delete", color=palette.BAD)
+            keep = client.gui.add_button("Keep", color=palette.NEUTRAL)
+        request = partial(self._outbox.request_runs, RunListRequest.DELETE, [run.id], "Delete")
+        delete.on_click(lambda _: self._actions.put(request))
+        for button in (delete, keep):
+            button.on_click(lambda _: modal.close())
+
+    def _draw(self) -> None:
+        known: Sequence[RunCurves] = [
+            self._curves[id] for id in self._compared if id in self._curves
+        ]
+        names = [label(self._runs[curves.run]) for curves in known]
+        for chart, column in ((self._error, "error"), (self._clearance, "clearance")):
+            rows = []
+            for curves in known:
+                values = np.array(getattr(curves, column))
+                values = np.where(values < 0.0, np.nan, 1e3 * values)
+                rows.append((np.array(curves.time), values))
+            chart.series = comparison_series(names)
+            chart.data = overlay(rows)

@@ -1,0 +1,1 @@
+"""Runs that the recorder knows: their results, curves, notes and files."""

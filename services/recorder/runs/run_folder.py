@@ -1,0 +1,138 @@
+"""Runs as files: a JSON file for each run, in a folder beside the recordings."""
+
+from __future__ import annotations
+
+import logging
+import os
+from contextlib import suppress
+from pathlib import Path
+
+from google.protobuf.json_format import MessageToJson, Parse, ParseError
+
+from shared.bounded_file import path_inside, read_file
+from shared.messages import RunFile, RunSummary
+
+log = logging.getLogger(__name__)
+
+FOLDER = "runs"
+"""Name of the folder inside that of the recordings."""
+MAX_RUNS = 100
+"""Largest number of runs that are listed, newest first [-]."""
+MAX_FILE_SIZE = 2**20
+"""Largest size of a run's file [bytes]."""
+MAX_NOTE_LENGTH = 200
+"""Largest length of a note [characters]."""
+
+
+class RunRefused(ValueError):
+    """Refusal of a request, with the reason for the person who made it."""
+
+
+class RunFolder:
+    """Runs of a folder of recordings."""
+
+    def __init__(self, recordings: Path) -> None:
+        """Create an empty list.
+
+        Args:
+            recordings: Folder of the recordings; it need not exist.
+        """
+        self._recordings = recordings
+        self._folder = recordings / FOLDER
+        self._runs: dict[str, RunFile] = {}
+        self.revision = 0
+        """Number of changes."""
+
+    def load(self) -> None:
+        """List the newest runs; a file that is none is left out and logged."""
+        if not self._folder.is_dir():
+            return
+        for path in sorted(self._folder.glob("*.json"), reverse=True)[:MAX_RUNS]:
+            try:
+                run = Parse(read_file(path, MAX_FILE_SIZE), RunFile(), ignore_unknown_fields=True)
+                if run.summary.id != path.stem:
+                    raise ValueError(f"it holds the run {run.summary.id[:100]!r}")
+            except (OSError, ValueError, ParseError) as error:
+                log.warning("%s is left out of the list of runs: %s", path, error)
+                continue
+            self._runs[run.summary.id] = run
+        self.revision += 1
+
+    def summaries(self) -> list[RunSummary]:
+        """Return the runs, newest first, with the size of what is left of their recordings."""
+        runs = sorted(self._runs.values(), key=lambda run: run.summary.started, reverse=True)
+        for run in runs:
+            run.summary.bytes = sum(self._size(name) for name in run.summary.files)
+        return [run.summary for run in runs]
+
+    def keep(self, run: RunFile) -> None:
+        """Write a run; note and star that it has already stay.
+
+        Raises:
+            OSError: It cannot be written.
+        """
+        if known := self._runs.get(run.summary.id):
+            run.summary.note, run.summary.star = known.summary.note, known.summary.star
+        self._write(run)
+        for old in self.summaries()[MAX_RUNS:]:
+            del self._runs[old.id]
+
+    def annotate(self, id: str, note: str, star: bool) -> None:
+        """Set note and star of a run.
+
+        Raises:
+            RunRefused: There is no such run, or the note is too long.
+            OSError: It cannot be written.
+        """
+        if len(note) > MAX_NOTE_LENGTH:
+            raise RunRefused(f"the note has {len(note)} characters, more than {MAX_NOTE_LENGTH}")
+        run = RunFile()
+        run.CopyFrom(self.named(id))
+        run.summary.note, run.summary.star = note, star
+        self._write(run)
+
+    def delete(self, id: str, open_file: str = "") -> None:
+        """Delete a run, and its recordings unless another run is in them.
+
+        Args:
+            id: Id of the run.
+            open_file: Name of the recording that is being written.
+
+        Raises:
+            RunRefused: There is no such run, or it is being recorded.
+            OSError: A file cannot be deleted.
+        """
+        summary = self.named(id).summary
+        if not summary.over or open_file in summary.files:
+            raise RunRefused(f"{id} is being recorded; wait until its file is closed")
+        others = [run.summary for run in self._runs.values() if run.summary.id != id]
+        shared = {name for other in others for name in other.files}
+        for name in set(summary.files) - shared:
+            path_inside(self._recordings, name).unlink(missing_ok=True)
+        (self._folder / f"{id}.json").unlink(missing_ok=True)
+        del self._runs[id]
+        self.revision += 1
+
+    def named(self, id: str) -> RunFile:
+        """Return a run.
+
+        Raises:
+            RunRefused: There is no such run.
+        """
+        if id not in self._runs:
+            raise RunRefused(f"there is no run {id[:100]!r}")
+        return self._runs[id]
+
+    def _size(self, name: str) -> int:
+        with suppress(OSError, ValueError):
+            return path_inside(self._recordings, name).stat().st_size
+        return 0
+
+    def _write(self, run: RunFile) -> None:
+        self._folder.mkdir(parents=True, exist_ok=True)
+        path = self._folder / f"{run.summary.id}.json"
+        part = path.with_suffix(".part")
+        part.write_text(MessageToJson(run, preserving_proto_field_name=True))
+        os.replace(part, path)
+        self._runs[run.summary.id] = run
+        self.revision += 1

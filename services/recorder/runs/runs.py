@@ -1,0 +1,107 @@
+"""Runs of the recorder: logged as they go, listed, and changed by requests."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from services.recorder.runs.run_folder import RunFolder, RunRefused
+from services.recorder.runs.run_log import RunLog
+from shared import topics
+from shared.messages import RunFile, RunList, RunListRequest, RunResult, TaskState
+from shared.scenario import Scenario
+from shared.service import SECOND, Publication
+
+log = logging.getLogger(__name__)
+
+MAX_SELECTED = 8
+"""Largest number of runs that one request may name [-]."""
+
+
+class Runs:
+    """Runs of one folder of recordings."""
+
+    def __init__(self, scenario: Scenario, recordings: Path) -> None:
+        """Create an empty list.
+
+        Args:
+            scenario: Scenario of the cell.
+            recordings: Folder of the recordings; it need not exist.
+        """
+        self._log = RunLog(scenario)
+        self._folder = RunFolder(recordings)
+        self._last_request = self._refusal = ""
+        self._published: tuple[int, str] = (-1, "")
+        self._publish_time = -SECOND
+
+    def load(self) -> None:
+        """List the runs of the folder."""
+        self._folder.load()
+
+    def take_task(self, task: TaskState) -> None:
+        """Follow the task; the run before is final when another one begins."""
+        if (final := self._log.take_task(task)) is not None:
+            self._keep(final)
+
+    def take_result(self, result: RunResult) -> None:
+        """Take a result of the run, which is kept at its end."""
+        if self._log.take_result(result) and (run := self._log.present):
+            self._keep(run)
+
+    def step(
+        self, requests: Sequence[RunListRequest], open_file: str, now: int
+    ) -> Iterator[Publication]:
+        """Carry out requests; publish the list on change and once a second, curves on request.
+
+        Args:
+            requests: Requests since the last step.
+            open_file: Name of the recording that is being written; empty without one.
+            now: Present time [ns].
+        """
+        if open_file:
+            self._log.take_file(open_file)
+        for request in requests:
+            curves: list[RunFile] = []
+            self._last_request, self._refusal = request.id, ""
+            try:
+                curves = self._carry_out(request, open_file)
+            except (RunRefused, OSError) as error:
+                self._refusal = str(error)
+            for run in curves:
+                run.curves.stamp = now
+                yield Publication(topics.RUN_CURVES, run.curves)
+        state = self._folder.revision, self._last_request
+        if state != self._published or now - self._publish_time >= SECOND:
+            self._published, self._publish_time = state, now
+            message = RunList(stamp=now, last_request=self._last_request, refusal=self._refusal)
+            message.runs.extend(self._folder.summaries())
+            yield Publication(topics.RUN_LIST, message)
+
+    def close(self) -> None:
+        """Keep the present run as it stands."""
+        if (run := self._log.present) is not None:
+            run.summary.over = True
+            self._keep(run)
+
+    def _carry_out(self, request: RunListRequest, open_file: str) -> list[RunFile]:
+        if not 1 <= len(request.runs) <= MAX_SELECTED:
+            raise RunRefused(f"the request names {len(request.runs)} runs; 1 to {MAX_SELECTED}")
+        match request.action:
+            case RunListRequest.ANNOTATE:
+                for id in request.runs:
+                    self._folder.annotate(id, request.note, request.star)
+            case RunListRequest.DELETE:
+                for id in request.runs:
+                    self._folder.delete(id, open_file)
+            case RunListRequest.SEND_CURVES:
+                return [self._folder.named(id) for id in request.runs]
+            case unknown:
+                raise RunRefused(f"there is no action {unknown}")
+        return []
+
+    def _keep(self, run: RunFile) -> None:
+        try:
+            self._folder.keep(run)
+        except OSError as error:
+            log.error("the run %s cannot be kept: %s", run.summary.id, error)

@@ -1,0 +1,171 @@
+"""Runs of the recorder: what is kept of them, and what people ask for."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from services.recorder.runs.runs import Runs
+from shared.messages import (
+    IDLE,
+    REACHED,
+    RUNNING,
+    Message,
+    RunCurves,
+    RunList,
+    RunListRequest,
+    RunResult,
+    TaskState,
+)
+from shared.scenario import load
+from shared.service import SECOND
+
+SCENARIO = load(Path(__file__).parents[4] / "scenarios" / "three-cylinders.toml")
+START = 1_790_000_000 * SECOND
+
+
+class Recorder:
+    """Runs of a folder, fed with what a controller publishes."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.runs = Runs(SCENARIO, folder)
+        self.runs.load()
+        self.now = START
+        self.file = ""
+
+    def step(self, *requests: RunListRequest) -> list[Message]:
+        self.now += SECOND
+        return [p.message for p in self.runs.step(requests, self.file, self.now)]
+
+    def listed(self, *requests: RunListRequest) -> RunList:
+        (found,) = (m for m in self.step(*requests) if isinstance(m, RunList))
+        return found
+
+    def run(self, name: str, started: float, clearances: tuple[float, ...] = (0.03, 0.02)) -> str:
+        """One run from its start to its goal, in a recording of its own; its id."""
+        at = START + round(started * SECOND)
+        self.file = f"{name}.mcap"
+        (self.folder / self.file).write_bytes(b"0" * 1000)
+        task = TaskState(run=name, run_started=at, state=RUNNING, stamp=at, error=0.1)
+        for k, clearance in enumerate(clearances):
+            task.stamp, task.clearance = at + k * SECOND, clearance
+            self.runs.take_task(task)
+            self.step()
+            self.runs.take_result(RunResult(run=name, min_clearance=min(clearances)))
+        task.state = REACHED
+        self.runs.take_task(task)
+        result = RunResult(run=name, reached=True, duration=2.0, error=0.0004, min_clearance=0.02)
+        self.runs.take_result(result)
+        self.file = ""
+        return self.listed().runs[0].id
+
+
+def test_run_is_listed_with_its_result_and_its_recording(tmp_path: Path) -> None:
+    recorder = Recorder(tmp_path)
+    id = recorder.run("run-1", 0.0)
+    (run,) = recorder.listed().runs
+    assert (run.run, run.scenario, run.reached, run.over) == (
+        "run-1",
+        "three-cylinders",
+        True,
+        True,
+    )
+    assert (run.error, run.min_clearance, run.duration) == (0.0004, 0.02, 2.0)
+    assert (list(run.files), run.bytes) == (["run-1.mcap"], 1000)
+    assert run.method == SCENARIO.control.method
+    # As another start of the recorder lists it.
+    (again,) = Recorder(tmp_path).listed().runs
+    assert again == run
+    assert id == run.id
+
+
+def test_newest_run_comes_first_and_is_not_mixed_up_with_one_of_its_name(tmp_path: Path) -> None:
+    recorder = Recorder(tmp_path)
+    ids = [recorder.run("run-1", 0.0), recorder.run("run-2", 60.0), recorder.run("run-1", 120.0)]
+    assert [run.id for run in recorder.listed().runs] == ids[::-1]
+
+
+def test_curves_hold_every_state_and_say_where_there_was_no_clearance(tmp_path: Path) -> None:
+    recorder = Recorder(tmp_path)
+    id = recorder.run("run-1", 0.0, clearances=(math.inf, 0.03, 0.02))
+    request = RunListRequest(id="a", action=RunListRequest.SEND_CURVES, runs=[id])
+    (curves,) = (m for m in recorder.step(request) if isinstance(m, RunCurves))
+    np.testing.assert_allclose(curves.time, [0.0, 1.0, 2.0])
+    np.testing.assert_allclose(curves.clearance, [-1.0, 0.03, 0.02])
+
+
+def test_note_and_star_stay_with_the_run(tmp_path: Path) -> None:
+    recorder = Recorder(tmp_path)
+    id = recorder.run("run-1", 0.0)
+    request = RunListRequest(
+        id="a", action=RunListRequest.ANNOTATE, runs=[id], note="stiff cable", star=True
+    )
+    (run,) = recorder.listed(request).runs
+    assert (run.note, run.star) == ("stiff cable", True)
+    # A later result of the same run does not take them away.
+    recorder.runs.close()
+    (again,) = Recorder(tmp_path).listed().runs
+    assert (again.note, again.star) == ("stiff cable", True)
+
+
+def test_deleted_run_leaves_nothing_but_the_recordings_that_others_need(tmp_path: Path) -> None:
+    recorder = Recorder(tmp_path)
+    first, second = recorder.run("run-1", 0.0), recorder.run("run-2", 60.0)
+    answer = recorder.listed(RunListRequest(id="a", action=RunListRequest.DELETE, runs=[first]))
+    assert (answer.last_request, answer.refusal) == ("a", "")
+    assert [run.id for run in answer.runs] == [second]
+    assert [p.name for p in tmp_path.rglob("*") if p.is_file()] == ["run-2.mcap", f"{second}.json"]
+
+
+@pytest.mark.parametrize(
+    ("action", "runs", "fields", "words"),
+    [
+        (RunListRequest.DELETE, ["../../etc/passwd"], {}, "no run '../../etc/passwd'"),
+        (RunListRequest.DELETE, [], {}, "names 0 runs"),
+        (RunListRequest.SEND_CURVES, ["x"] * 9, {}, "names 9 runs"),
+        (RunListRequest.UNSPECIFIED, ["ID"], {}, "no action 0"),
+        (RunListRequest.ANNOTATE, ["ID"], {"note": "n" * 201}, "201 characters"),
+    ],
+)
+def test_request_that_cannot_be_carried_out_is_refused_with_its_reason(
+    tmp_path: Path, action: RunListRequest.Action, runs: list[str], fields: dict, words: str
+) -> None:
+    recorder = Recorder(tmp_path)
+    id = recorder.run("run-1", 0.0)
+    named = [id if run == "ID" else run for run in runs]
+    answer = recorder.listed(RunListRequest(id="a", action=action, runs=named, **fields))
+    assert words in answer.refusal
+    assert len(answer.runs) == 1
+
+
+def test_run_that_is_being_recorded_is_not_deleted(tmp_path: Path) -> None:
+    recorder = Recorder(tmp_path)
+    id = recorder.run("run-1", 0.0)
+    recorder.file = "run-1.mcap"
+    answer = recorder.listed(RunListRequest(id="a", action=RunListRequest.DELETE, runs=[id]))
+    assert "being recorded" in answer.refusal
+
+
+def test_result_of_a_stranger_and_a_task_without_a_run_are_no_run(tmp_path: Path) -> None:
+    recorder = Recorder(tmp_path)
+    recorder.runs.take_task(TaskState(state=IDLE))
+    recorder.runs.take_result(RunResult(run="run-9", reached=True))
+    for k in range(5):
+        recorder.runs.take_task(TaskState(state=RUNNING, run=f"forged-{k}", run_started=START))
+    assert list(recorder.listed().runs) == []
+    assert not (tmp_path / "runs").exists()
+
+
+def test_file_that_is_no_run_is_left_out(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    recorder = Recorder(tmp_path)
+    id = recorder.run("run-1", 0.0)
+    (tmp_path / "runs" / "broken.json").write_text("{")
+    (tmp_path / "runs" / "copied.json").write_text((tmp_path / "runs" / f"{id}.json").read_text())
+    again = Recorder(tmp_path)
+    assert [run.id for run in again.listed().runs] == [id]
+    assert "broken.json" in caplog.text
+    assert "copied.json" in caplog.text

@@ -74,6 +74,8 @@ class Topic:
     """Whether it is sent before all other topics and without batching."""
     large: bool = False
     """Whether it carries images, which are sent after all other topics."""
+    recorded: bool = True
+    """Whether recordings hold it; what concerns other runs does not belong to a run's file."""
     tolerance: dict[str, float] = field(default_factory=dict, hash=False)
     """Largest absolute difference in a replay, by field; fields that are not named must be
     equal."""
@@ -202,9 +204,9 @@ RUN_RESULT = Topic(
 )
 # The head of a file names version and commit, and compression depends on the library's version.
 RUN_RECORD = Topic("run/record", RecordState, "recorder", "latest", tolerance={"bytes": 16384})
-RUN_LIST = Topic("run/list", RunList, "recorder", "latest")
+RUN_LIST = Topic("run/list", RunList, "recorder", "latest", recorded=False)
 RUN_LIST_REQUEST = Topic("run/list_request", RunListRequest, "dashboard", "every")
-RUN_CURVES = Topic("run/curves", RunCurves, "recorder", "every")
+RUN_CURVES = Topic("run/curves", RunCurves, "recorder", "every", recorded=False)
 HEALTH = Topic("health/{service}", Health, "every service", "latest")
 TRACE = Topic("trace/{service}", Trace, "every service", "latest")
 LOG = Topic("log/{service}", Log, "every service", "every")

@@ -121,10 +121,15 @@ class RecorderSubject:
             self.service.tap(_Heard(entry))
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
-        """Step the recorder; its file is named in the folder of the recorded one."""
+        """Step the recorder; its file is named in the folder of the recorded one.
+
+        What no recording holds is left out.
+        """
         for topic, message in self.service.step(inbox, now):
             if topic.key == topics.RUN_RECORD.key and message.file:
                 message.file = str(Path(self.folder) / Path(message.file).name)
+            if not topic.recorded:
+                continue
             yield Publication(topic, message)
 
 
@@ -134,7 +139,7 @@ class _Heard:
     def __init__(self, entry: Entry) -> None:
         self.key, self.payload = entry.key, entry.payload
         self.publisher, self.sequence = entry.publisher, entry.sequence
-        self.received = entry.log_time
+        self.received, self.published = entry.log_time, entry.publish_time
 
 
 @contextmanager

@@ -20,6 +20,9 @@ from shared.messages import (
     GoalDraft,
     GoalPreview,
     Message,
+    RunList,
+    RunListRequest,
+    RunSummary,
     SceneRequest,
     TaskRequest,
     TaskState,
@@ -52,6 +55,8 @@ class Cell(threading.Thread):
         """Address of the page."""
         self.dead = False
         """Whether nothing is played any more."""
+        self.runs: RunList | None = None
+        """List of the recorder."""
         self.deaf = False
         """Whether commands to the arms are not answered."""
         self._arms: dict = {"mode": ArmStates.MOVING}
@@ -65,6 +70,8 @@ class Cell(threading.Thread):
             with self._news:
                 arms = self._stage.arms(self._stage.nodes(0.3), **self._arms)
                 self._stage.send(topics.ARM_STATE, arms)
+                if self.runs is not None:
+                    self._stage.send(topics.RUN_LIST, self.runs)
                 for topic, message in self._stage.step(1.0 / 15.0):
                     self._sent.append((topic, message))
                     self._answer(message)
@@ -328,6 +335,37 @@ def test_page_says_that_it_shows_the_past_and_comes_back_with_the_server(tmp_pat
         finally:
             cell.end()
             service.close()
+
+
+def test_runs_are_compared_noted_and_deleted_after_a_question(cell: tuple[Cell, Page]) -> None:
+    stage, page = cell
+    stage.forget()
+    runs = [
+        RunSummary(
+            id=f"id-{k}", scenario="rope", run=f"run-{k}", started=k, over=True, reached=True
+        )
+        for k in (2, 1)
+    ]
+    stage.runs = RunList(stamp=1, runs=runs)
+    page.get_by_role("tab", name="Runs").dispatch_event("click")
+    page.get_by_role("textbox", name="Run", exact=True).dispatch_event("click")
+    page.get_by_role("option", name="run-1").dispatch_event("click")
+    page.get_by_role("button", name="Compare").dispatch_event("click")
+    request = stage.asked(topics.RUN_LIST_REQUEST)
+    assert (request.action, list(request.runs)) == (RunListRequest.SEND_CURVES, ["id-1"])
+    note = page.get_by_role("textbox", name="Note")
+    note.fill("stiff")
+    request = stage.asked(topics.RUN_LIST_REQUEST)
+    assert (request.action, request.note, request.star) == (RunListRequest.ANNOTATE, "stiff", False)
+    page.get_by_role("button", name="Delete …").dispatch_event("click")
+    delete = page.get_by_role("dialog").get_by_role("button", name="Delete")
+    stage.forget()
+    with pytest.raises(AssertionError, match="nothing on"):
+        stage.asked(topics.RUN_LIST_REQUEST, timeout=0.5)
+    delete.dispatch_event("click")
+    request = stage.asked(topics.RUN_LIST_REQUEST)
+    assert (request.action, list(request.runs)) == (RunListRequest.DELETE, ["id-1"])
+    page.get_by_role("tab", name="Run", exact=True).dispatch_event("click")
 
 
 def test_each_gripper_opens_and_closes_by_its_own_buttons(cell: tuple[Cell, Page]) -> None:

@@ -25,9 +25,13 @@ STOP_LIMIT_SHARE = 0.9
 """Share of each limit for the stop at the end of a chunk [-]."""
 
 PATH_STRETCH_SHARE = 0.985
-"""Fraction of the permitted distance between the grips that a path uses [-]."""
+"""Fraction of the permitted distance between the grips that a path uses [-], unless start or goal
+need more (`longest_grip_distance`)."""
 CONTROL_STRETCH_SHARE = 0.99
-"""Fraction of the permitted distance between the grips that the controller uses [-]."""
+"""Fraction of the permitted distance between the grips that the controller uses [-], unless the
+goal needs more."""
+STRETCH_MARGIN = 5e-4
+"""Margin below the longest distance between the grips that the gateway accepts in a chunk [m]."""
 PATH_WORKSPACE_MARGIN = 0.003
 """Distance that a path keeps from the faces of the workspace [m]."""
 PATH_SPACING_MARGIN = 0.005
@@ -35,3 +39,17 @@ PATH_SPACING_MARGIN = 0.005
 CHUNK_BOUNDARY_MARGIN = 0.0015
 """Margin from every boundary that the gateway requires of a chunk, so that following it touches
 none; the planner requires it of the distance between the grips [m]."""
+
+
+def longest_grip_distance(share: float, permitted: float, needed: float) -> float:
+    """Return the distance of the grips up to which a motion goes [m].
+
+    A share of the permitted distance, or what a taut shape needs where that is more, as far as the
+    gateway accepts it.
+
+    Args:
+        share: Share of the permitted distance that is used without need [-].
+        permitted: Permitted distance, round obstacles too [m].
+        needed: Distance at the goal, or at the start [m].
+    """
+    return min(permitted - CHUNK_BOUNDARY_MARGIN - STRETCH_MARGIN, max(share * permitted, needed))

@@ -11,6 +11,7 @@ from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle, pack
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodState
+from shared.motion_contract import PATH_STRETCH_SHARE, longest_grip_distance
 from shared.scenario.sections import Limits
 
 
@@ -62,9 +63,23 @@ class Problem:
         return pack(self.supports) if self.supports else None
 
     @property
+    def longest_grip_distance(self) -> float:
+        """Distance of the grips that a path does not exceed [m]."""
+        return longest_grip_distance(
+            PATH_STRETCH_SHARE,
+            self.limits.overstretch * self.rod.properties.length,
+            max(grip_distance(self.grips), grip_distance(self.goal_grips)),
+        )
+
+    @property
     def radius(self) -> float:
         """Radius of the rope [m]."""
         return self.rod.properties.diameter / 2.0
+
+
+def grip_distance(grips: tuple[Pose, Pose]) -> float:
+    """Return the distance between two grips [m]."""
+    return float(np.linalg.norm(grips[1].position - grips[0].position))
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from lariat.trajectory import NANOSECONDS
 from services.planner.collision_check import gripper_overlap, path_clearance
 from services.planner.dynamic_check import simulate_path
 from services.planner.path_optimization.optimizer import PathCandidate, PathOptimizer
-from services.planner.problem import Problem, WholePath
+from services.planner.problem import Problem, WholePath, grip_distance
 from services.planner.time_parameterization import Pace, time_parameterize
 from shared.motion_contract import SETPOINT_PERIOD
 
@@ -124,6 +124,13 @@ def _failure(
         return (
             f"blocked: every path found comes within {1e3 * clearance:.1f} mm of an obstacle "
             f"({1e3 * least:.1f} mm needed)"
+        )
+    needed = grip_distance(problem.goal_grips)
+    if candidate.error > problem.tolerance and needed > problem.longest_grip_distance:
+        return (
+            f"unreachable: the grips of the goal are {needed:.4f} m apart, and a path brings them "
+            f"{problem.longest_grip_distance:.4f} m apart at most; bring them closer, or raise "
+            "limits.overstretch"
         )
     if candidate.error > problem.tolerance:
         return (

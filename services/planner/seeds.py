@@ -168,11 +168,22 @@ def _relevant_obstacles(problem: Problem, settings: SeedSettings) -> list[Obstac
     s = np.linspace(0.0, 1.0, 9)[:, None, None]
     swept = problem.state.positions + s * (problem.goal - problem.state.positions)
     reach = settings.relevant_distance + problem.clearance
+    lowest = float(swept[..., 2].min()) - problem.radius
     return [
         o
         for o in problem.solid
-        if o.shape != "half_space" and np.min(signed_distance(swept.reshape(-1, 3), o)) < reach
+        # The rope passes above a floor, which needs neither a lift nor a sidestep.
+        if o.shape != "half_space"
+        and not (_extent(o, 2)[1] <= lowest and _is_wide(o, swept.reshape(-1, 3)))
+        and np.min(signed_distance(swept.reshape(-1, 3), o)) < reach
     ]
+
+
+def _is_wide(obstacle: Obstacle, points: Float64[np.ndarray, "p 3"]) -> bool:
+    """Whether an obstacle extends below all points."""
+    extents = np.array([_extent(obstacle, axis) for axis in (0, 1)])
+    low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
+    return bool(np.all(extents[:, 0] <= low) and np.all(extents[:, 1] >= high))
 
 
 def _extent(obstacle: Obstacle, axis: int) -> tuple[float, float]:

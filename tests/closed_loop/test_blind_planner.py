@@ -23,8 +23,8 @@ from tests.closed_loop.loop import SCENARIOS
 class BlindPlanner(PlannerService):
     """Planner that plans as if there were no obstacles."""
 
-    def _problem(self, *args: Any, **kwargs: Any) -> Problem:
-        return replace(super()._problem(*args, **kwargs), obstacles=())
+    def problem(self, *args: Any, **kwargs: Any) -> Problem:
+        return replace(super().problem(*args, **kwargs), obstacles=())
 
 
 def run_blind(seconds: float) -> RunOutcome:

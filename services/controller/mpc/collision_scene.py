@@ -10,7 +10,7 @@ from lariat.geometry.grippers import axis_clearance, gripper_points
 from lariat.geometry.obstacles import Obstacle, signed_distance
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
 from services.controller.run.task import Task
-from shared.motion_contract import CONTROL_STRETCH_SHARE
+from shared.motion_contract import CONTROL_STRETCH_SHARE, longest_grip_distance
 from shared.scenario import Scenario
 
 GOAL_CLEARANCE_RADIUS = 0.03
@@ -67,7 +67,11 @@ class CollisionScene:
             # The whole clearance on the way, at the end no more than the goal itself has.
             min(wanted, self.goal_clearance(task)) if error < GOAL_CLEARANCE_RADIUS else wanted,
             rope.diameter / 2.0,
-            CONTROL_STRETCH_SHARE * limits.overstretch * rope.length,
+            longest_grip_distance(
+                CONTROL_STRETCH_SHARE,
+                limits.overstretch * rope.length,
+                float(np.linalg.norm(task.goal.right.position - task.goal.left.position)),
+            ),
             MAX_STRETCH,
             self.obstacles,
             limits.gripper_reach,

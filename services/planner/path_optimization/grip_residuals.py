@@ -11,7 +11,6 @@ from services.planner.path_optimization.settings import PathOptimizationSettings
 from services.planner.problem import Problem
 from shared.motion_contract import (
     PATH_SPACING_MARGIN,
-    PATH_STRETCH_SHARE,
     PATH_WORKSPACE_MARGIN,
 )
 
@@ -96,7 +95,7 @@ def _distance_residuals(
     chord = positions[:, 1] - positions[:, 0]
     distance = np.linalg.norm(chord, axis=1)
     direction = chord / np.maximum(distance, 1e-9)[:, None]
-    longest = PATH_STRETCH_SHARE * limits.overstretch * problem.rod.properties.length
+    longest = problem.longest_grip_distance
     bodies = gripper_axis_distance(positions, orientations, limits.gripper_reach)
     spacing = axis_spacing(limits.gripper_radius, limits.keep_out)
     found = []

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from lariat.geometry.obstacles import Obstacle
 from services.planner.problem import Problem
 from services.planner.seeds import (
     lift_offsets,
@@ -49,6 +50,15 @@ def test_a_free_scene_has_neither_lifts_nor_sidesteps(behind_the_wall: Problem) 
     free = replace(behind_the_wall, obstacles=behind_the_wall.obstacles[:1])
     assert lift_offsets(free) == []
     assert sidestep_offsets(free) == []
+
+
+def test_a_floor_is_not_lifted_over_and_hides_no_sidestep(behind_the_wall: Problem) -> None:
+    floor = Obstacle("box", (0.0, 0.0, -0.025), size=(2.0, 2.0, 0.05), name="floor")
+    near = replace(floor, position=(0.0, 0.0, behind_the_wall.goal[:, 2].min() - 0.03))
+    for body in (floor, near):
+        problem = replace(behind_the_wall, obstacles=(*behind_the_wall.obstacles, body))
+        assert np.array_equal(lift_offsets(problem), lift_offsets(behind_the_wall))
+        assert np.array_equal(sidestep_offsets(problem), sidestep_offsets(behind_the_wall))
 
 
 def test_a_fixed_grip_stays_in_every_seed(behind_the_wall: Problem) -> None:

@@ -13,6 +13,7 @@ from lariat.rod import Rod, RodProperties
 from services.planner.dynamic_check import simulate_path
 from services.planner.problem import Problem, WholePath
 from services.planner.whole_path import plan
+from shared.motion_contract import CHUNK_BOUNDARY_MARGIN
 from shared.scenario.sections import Limits
 
 LEVEL = np.array([0.5, 0.5, 0.5, 0.5])
@@ -75,6 +76,39 @@ def test_path_reaches_a_goal_behind_and_below_a_wall(
     assert path.clearance <= min(swept) + 1e-6
     # The true rod in motion, not the quasi-static one, ends there and does not swing.
     assert np.abs(path.nodes[-1] - behind_the_wall.goal).max() < 5e-3
+
+
+def taut(problem: Problem, share: float, overstretch: float) -> Problem:
+    """Problem whose goal holds the grips at a share of the rope's length."""
+    half = 0.5 * share * problem.rod.properties.length
+    goal = tuple(Pose(np.array([x, 0.1, 0.3]), LEVEL) for x in (-half, half))
+    return replace(
+        problem,
+        goal=problem.rod.rest(*goal).state.positions,
+        goal_grips=(goal[0], goal[1]),
+        limits=replace(Limits(), overstretch=overstretch),
+        tolerance=0.001,
+    )
+
+
+@pytest.mark.parametrize(("share", "overstretch"), [(0.985, 0.99), (0.993, 1.0)])
+def test_path_to_a_taut_goal_uses_what_is_permitted(
+    behind_the_wall: Problem, share: float, overstretch: float
+) -> None:
+    path = plan(taut(behind_the_wall, share, overstretch))
+    assert path.reached, path.reason
+    assert path.final_error < 3e-4
+    apart = np.linalg.norm(path.positions[:, 1] - path.positions[:, 0], axis=1)
+    assert apart.max() < overstretch * 0.45 - CHUNK_BOUNDARY_MARGIN
+
+
+def test_path_to_a_goal_more_taut_than_permitted_names_both_distances(
+    behind_the_wall: Problem,
+) -> None:
+    path = plan(taut(behind_the_wall, 0.99, 0.97))
+    assert not path.reached
+    assert "0.4455 m apart" in path.reason
+    assert "0.4345 m apart at most" in path.reason
 
 
 def test_path_keeps_the_limits_of_the_grippers(path: WholePath) -> None:

@@ -67,10 +67,9 @@ def signed_distance(
     points: Float64[np.ndarray, "*b 3"], obstacle: Obstacle
 ) -> Float64[np.ndarray, "*b"]:
     """Return the distance of points from the surface of an obstacle, negative inside [m]."""
-    local = poses.rotate(
-        poses.conjugate(np.array(obstacle.orientation)),
-        np.asarray(points, float) - np.array(obstacle.position),
-    )
+    local = np.asarray(points, float) - np.array(obstacle.position)
+    if obstacle.orientation != (1.0, 0.0, 0.0, 0.0):
+        local = poses.rotate(poses.conjugate(np.array(obstacle.orientation)), local)
     match obstacle.shape:
         case "sphere":
             return np.linalg.norm(local, axis=-1) - obstacle.radius

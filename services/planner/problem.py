@@ -63,6 +63,18 @@ class Problem:
         return pack(self.supports) if self.supports else None
 
     @property
+    def feasible_goal_grips(self) -> tuple[Pose, Pose]:
+        """Grips of the goal, as far as the ends can move and rotate."""
+        left, right = (
+            Pose(
+                goal.position if moves[:3].any() else now.position,
+                goal.orientation if moves[3:].any() else now.orientation,
+            )
+            for now, goal, moves in zip(self.grips, self.goal_grips, self.moves, strict=True)
+        )
+        return left, right
+
+    @property
     def longest_grip_distance(self) -> float:
         """Distance of the grips that a path does not exceed [m]."""
         return longest_grip_distance(

@@ -10,11 +10,14 @@ from jaxtyping import Float64
 
 from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines
+from lariat.rod import state_along
+from services.planner.grid_search.relaxation import proof_of_no_path
 from services.planner.grid_search.search import GridPath, block_displacements, search_grid
 from services.planner.path_optimization.optimizer import PathCandidate, PathOptimizer
-from services.planner.problem import Problem, WholePath
+from services.planner.problem import Problem, WholePath, grip_distance
 from services.planner.retiming import PATH_PERIOD, RETIMING_SETTINGS, required_clearance, retime
 from services.planner.seeds import random_via_paths, seed_paths
+from services.planner.tree_search.search import TreeSearch, pose_displacements
 
 
 @dataclass(frozen=True)
@@ -33,6 +36,11 @@ class PlannerSettings:
     """Distance of the grips halfway above which two candidates are different paths [m]."""
     grid_search_shortfall: float = 0.01
     """Shortfall of the best seed above which a path is searched on the grid [m]."""
+    tree_clearances: tuple[float, ...] = (0.8, 0.5, 0.65)
+    """Clearances of the tree searches, relative to the wanted one, in the order of trial."""
+    max_rest_error: float = 0.02
+    """Mean node distance of the goal from a rest shape between its grips above which the trees are
+    not tried, because the goal is not a shape that the rope takes [m]."""
     grid_clearances: tuple[float, ...] = (1.0, 0.4)
     """Clearances of the grid search, relative to the wanted one, in the order of trial."""
     max_parts: int = 8
@@ -64,20 +72,91 @@ def plan(problem: Problem, settings: PlannerSettings = PLANNER_SETTINGS) -> Whol
         found = optimizer.evaluate([block_displacements(grid_path.grips, blocks)])
         candidates = found + candidates
     elif grid_path is not None:
+        # No cheap guess leads through: the trees are tried before one is refined in vain.
         candidates = candidates[:1]
+        proof = proof_of_no_path(problem)
+        turned = None if proof else _search_trees(problem, optimizer, settings)
+        if proof:
+            return _nearest(problem, optimizer, grid_path, candidates, proof, settings)
+        if turned is not None and turned.reached:
+            return turned
     best = _best_path(problem, optimizer, candidates, settings)
-    if best.clearance < required_clearance(optimizer) - RETIMING_SETTINGS.clearance_tolerance:
-        grid_path = grid_path or _search_grid(problem, optimizer, settings)
-        near = _nearest_reachable(problem, grid_path, settings)
-        return near or _clear_part(problem, optimizer, candidates, best.reason, settings)
-    if not best.reached:
+    if best.reached:
+        return best
+    if _is_clear(best, optimizer):
         more = sorted(optimizer.evaluate(random_via_paths(problem, blocks)), key=lambda c: c.cost)
         # A rope with wrong properties misses its goal by the same distance on all paths.
         more = [c for c in more if c.error < settings.max_via_error_ratio * best.final_error]
         distinct = _distinct(more, settings)[: settings.max_refined]
         found = [_best_path(problem, optimizer, distinct, settings)] if more else []
         best = max([best, *found], key=lambda path: _rank(path, optimizer))
+    proof = ""
+    if not best.reached and grid_path is None:
+        proof = proof_of_no_path(problem)
+        turned = None if proof else _search_trees(problem, optimizer, settings)
+        best = max([best, turned or best], key=lambda path: _rank(path, optimizer))
+    if not _is_clear(best, optimizer):
+        grid_path = grid_path or _search_grid(problem, optimizer, settings)
+        reason = proof or best.reason
+        return _nearest(problem, optimizer, grid_path, candidates, reason, settings)
     return best
+
+
+def _nearest(
+    problem: Problem,
+    optimizer: PathOptimizer,
+    grid_path: GridPath | None,
+    candidates: Sequence[PathCandidate],
+    reason: str,
+    settings: PlannerSettings,
+) -> WholePath:
+    """Path to the nearest shape that can be reached, where no path to the goal was found."""
+    near = _nearest_reachable(problem, grid_path, reason, settings)
+    return near or _clear_part(problem, optimizer, candidates, reason, settings)
+
+
+def _search_trees(
+    problem: Problem, optimizer: PathOptimizer, settings: PlannerSettings
+) -> WholePath | None:
+    """Path along which the grips turn, by tree searches; None where they do not find any."""
+    if not _is_rest_shape(problem, settings):
+        return None
+    low, high = np.array(problem.limits.workspace)
+    ends = np.stack([grip.position for grip in problem.feasible_goal_grips])
+    apart = grip_distance(problem.feasible_goal_grips)
+    if np.any(ends < low) or np.any(ends > high) or apart > problem.longest_grip_distance:
+        return None
+    paths: list[WholePath] = []
+    for seed, share in enumerate(settings.tree_clearances):
+        found = TreeSearch(problem, share * optimizer.wanted_clearance, seed).run()
+        if not found.reaches_goal:
+            continue
+        lengths = found.step_lengths
+        finer = optimizer.settings.for_length(float(np.sum(lengths)))
+        follower = PathOptimizer(problem, settings=finer)
+        start = follower.follow(pose_displacements(found.grips, lengths, finer.blocks))
+        paths.append(_refined_path(problem, follower, start, settings))
+        if paths[-1].reached and _is_clear(paths[-1], optimizer):
+            break
+    return max(paths, key=lambda path: _rank(path, optimizer), default=None)
+
+
+def _is_rest_shape(problem: Problem, settings: PlannerSettings) -> bool:
+    """Whether the goal is near a shape that the rope takes between its grips."""
+    left, right = problem.feasible_goal_grips
+    guess = state_along(problem.goal, left.orientation, right.orientation)
+    try:
+        rest = problem.rod.rest(left, right, guess=guess, obstacles=problem.packed_supports)
+    except ValueError:
+        return False
+    apart = polylines.mean_node_distance(rest.state.positions, problem.goal)
+    return apart < settings.max_rest_error
+
+
+def _is_clear(path: WholePath, optimizer: PathOptimizer) -> bool:
+    """Whether a path has the clearance below which it is blocked."""
+    least = required_clearance(optimizer) - RETIMING_SETTINGS.clearance_tolerance
+    return path.clearance >= least
 
 
 def _best_path(
@@ -123,7 +202,8 @@ def _refined_path(
     if path.clearance < wanted - RETIMING_SETTINGS.clearance_tolerance:
         # Smoothing and swing reduce the clearance: refine with a larger reserve.
         lack = settings.reserve_per_shortfall * (wanted - path.clearance)
-        wider = PathOptimizer(problem, optimizer.settings.clearance_reserve + lack)
+        reserve = optimizer.settings.clearance_reserve + lack
+        wider = PathOptimizer(problem, reserve, optimizer.settings)
         again = wider.refine(wider.allow_for_uncertainty(candidate), settings.wider_iterations)
         found = retime(problem, wider, again)
         path = max(path, found, key=lambda p: _rank(p, optimizer))
@@ -131,7 +211,7 @@ def _refined_path(
 
 
 def _nearest_reachable(
-    problem: Problem, grid_path: GridPath | None, settings: PlannerSettings
+    problem: Problem, grid_path: GridPath | None, reason: str, settings: PlannerSettings
 ) -> WholePath | None:
     """Path to the shape nearest to the goal that the grid search found without collision."""
     if grid_path is None or grid_path.reaches_goal or len(grid_path.grips) < 2:
@@ -145,13 +225,13 @@ def _nearest_reachable(
     optimizer = PathOptimizer(near)
     displacements = block_displacements(grid_path.grips, optimizer.settings.blocks)
     path = _refined_path(near, optimizer, optimizer.evaluate([displacements])[0], settings)
-    if path.clearance < required_clearance(optimizer) - RETIMING_SETTINGS.clearance_tolerance:
+    if not _is_clear(path, optimizer) or path.clearance < 0.0:
         return None
     return _ending_short(
         problem,
         path,
-        "blocked: no path to the goal was found; the nearest shape that can be reached is "
-        "{left_mm:.0f} mm from it on average",
+        f"{reason}; the nearest shape that can be reached is {{left_mm:.0f}} mm from the goal on "
+        "average",
     )
 
 
@@ -225,7 +305,7 @@ def _obstacle_at_goal(problem: Problem) -> str:
 
 def _rank(path: WholePath, optimizer: PathOptimizer) -> tuple[bool, bool, float]:
     """Sort key: reached, then clear, then clearance or nearness to the goal."""
-    clear = path.clearance >= required_clearance(optimizer) - RETIMING_SETTINGS.clearance_tolerance
+    clear = _is_clear(path, optimizer)
     value = path.clearance if path.reached or not clear else -path.final_error
     return path.reached, clear, value
 

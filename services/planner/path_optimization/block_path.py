@@ -58,6 +58,12 @@ class BlockPath:
             orientations.append(q)
         return np.concatenate([begin[None], positions]), np.array(orientations)
 
+    def block_ends(
+        self, orientations: Float64[np.ndarray, "s 2 4"]
+    ) -> Float64[np.ndarray, "k 2 4"]:
+        """Return the orientations after each block, out of those of `grips`."""
+        return orientations[self._settings.steps_per_block :: self._settings.steps_per_block]
+
     def translation_to_goal(self) -> Float64[np.ndarray, "k 2 3"]:
         """Return the even translation to the goal's grips [m]."""
         problem, blocks = self._problem, self._settings.blocks

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.geometry import poses
 from lariat.geometry.grippers import axis_spacing, gripper_axis_distance
+from lariat.rod.so3 import left_jacobian
 from services.planner.path_optimization.block_path import BlockDisplacements, BlockPath
 from services.planner.path_optimization.settings import PathOptimizationSettings
 from services.planner.problem import Problem
@@ -26,7 +28,6 @@ def grip_residuals(
     settings: PathOptimizationSettings,
     path: BlockPath,
     displacements: BlockDisplacements,
-    rotation_to_goal: Float64[np.ndarray, "k 2 3"],
     reserve: float,
 ) -> list[Residuals]:
     """Return all residuals of the grips, weighted, and their Jacobians.
@@ -36,7 +37,6 @@ def grip_residuals(
         settings: Weights.
         path: Discretisation.
         displacements: Displacements of the grips.
-        rotation_to_goal: Rotations whose sum must be kept where an orientation is prescribed [rad].
         reserve: Distance of the grippers beyond their limit [m].
     """
     # Lever arm that converts a rotation into a displacement: the rope's length over two pi.
@@ -44,12 +44,13 @@ def grip_residuals(
     unit = unit * MILLIMETRES
     scaled = _scaled_identity(len(displacements), unit)
     found = _motion_residuals(settings, displacements, unit, scaled)
-    for end, oriented in enumerate(problem.oriented):
-        if oriented:
-            jacobian = scaled[:, end, 3:].sum(axis=0)
-            off = displacements - np.pad(rotation_to_goal, ((0, 0), (0, 0), (3, 0)))
-            found.append((unit[3:] * off[:, end, 3:].sum(axis=0), jacobian))
-    positions, orientations = (part[1:] for part in path.grips(displacements))
+    whole = path.grips(displacements)
+    found += [
+        _orientation_residual(problem, unit[3:], path.block_ends(whole[1]), displacements, end)
+        for end, oriented in enumerate(problem.oriented)
+        if oriented
+    ]
+    positions, orientations = (part[1:] for part in whole)
     found += _distance_residuals(problem, settings, path.share, positions, orientations, reserve)
     return found + _workspace_residuals(problem, path.share, positions)
 
@@ -80,6 +81,26 @@ def _motion_residuals(
             smoothness * np.diff(change, axis=0).reshape(size),
         ),
     ]
+
+
+def _orientation_residual(
+    problem: Problem,
+    unit: Float64[np.ndarray, "3"],
+    block_ends: Float64[np.ndarray, "k 2 4"],
+    displacements: BlockDisplacements,
+    end: int,
+) -> Residuals:
+    """Rotation from the goal's orientation of one grip to that at the end of the path."""
+    last = block_ends[-1, end]
+    goal = problem.goal_grips[end].orientation
+    residual = poses.logarithm(poses.multiply(last, poses.conjugate(goal)))
+    # A rotation after block k rotates the change of that block with it.
+    after = poses.multiply(last, poses.conjugate(block_ends[:, end]))
+    change = left_jacobian(displacements[:, end, 3:], np.eye(3)[:, None, :])
+    turned = poses.rotate(after, change)
+    jacobian = np.zeros((3, len(displacements), 2, 6))
+    jacobian[:, :, end, 3:] = np.einsum("r,dkr->rkd", unit, turned)
+    return unit * residual, jacobian
 
 
 def _distance_residuals(

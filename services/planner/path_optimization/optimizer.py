@@ -265,9 +265,7 @@ class PathOptimizer:
     def _grip_residuals(
         self, displacements: BlockDisplacements
     ) -> list[tuple[np.ndarray, np.ndarray]]:
-        return grip_residuals(
-            self._problem, self.settings, self._path, displacements, self._rotation, self.reserve
-        )
+        return grip_residuals(self._problem, self.settings, self._path, displacements, self.reserve)
 
     def _normal_equations(
         self, candidate: PathCandidate

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 
 @dataclass(frozen=True)
@@ -58,3 +59,16 @@ class PathOptimizationSettings:
     """Relative gain of an iteration below which the optimisation has converged."""
     absolute_tolerance: float = 1e-4
     """Absolute gain that is added to the relative one [mm^2]."""
+    block_length: float = 0.12
+    """Motion of a grip above which a path has more blocks, one for each such length [m]."""
+    max_blocks: int = 24
+    """Largest number of blocks."""
+
+    def for_length(self, length: float) -> PathOptimizationSettings:
+        """Return the settings with as many blocks as a path needs.
+
+        Args:
+            length: Motion of the grip that moves further, rotation included [m].
+        """
+        wanted = math.ceil(length / self.block_length)
+        return replace(self, blocks=min(max(self.blocks, wanted), self.max_blocks))

@@ -157,7 +157,7 @@ def test_path_to_a_goal_behind_a_closed_wall_ends_at_the_nearest_reachable_shape
     assert path.clearance > 0.0045
     before = np.mean(np.linalg.norm(path.nodes[0] - behind_the_wall.goal, axis=1))
     assert path.final_error < before - 0.03
-    assert f"{1e3 * path.final_error:.0f} mm from it" in path.reason
+    assert f"{1e3 * path.final_error:.0f} mm from the goal" in path.reason
 
 
 def test_path_through_a_thin_wall_between_two_steps_is_refused(behind_the_wall: Problem) -> None:

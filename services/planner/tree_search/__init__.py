@@ -1,0 +1,1 @@
+"""Bidirectional search for a path of both grips, with turns and bends, by random trees."""

@@ -7,6 +7,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+from benchmarks.benches import BENCHES
+from cli.__main__ import VERBS
+
 ROOT = Path(__file__).parents[1]
 
 
@@ -16,3 +19,9 @@ def test_site_builds_without_a_warning(tmp_path: Path):
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
     assert (tmp_path / "index.html").is_file()
+    # A page of the reference is not empty: it documents what its module offers.
+    for name, member in (("rod", "lariat.rod.Rod.rollout"), ("geometry", "lariat.geometry.Pose")):
+        assert f'id="{member}"' in (tmp_path / "reference" / "library" / f"{name}.html").read_text()
+    commands = (tmp_path / "reference" / "commands.html").read_text()
+    assert all(f'id="lariat-{verb}"' in commands for verb in VERBS)
+    assert all(f'id="lariat-bench-{name}"' in commands for name in BENCHES)

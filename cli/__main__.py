@@ -11,6 +11,7 @@ import select
 import sys
 from collections.abc import Callable, Sequence
 
+from shared.suggestion import did_you_mean
 from stack.launcher.library_environment import LIBRARY_ENVIRONMENT
 
 SUCCESS, FAILURE, BAD_INPUT, INTERRUPTED, PIPE_CLOSED = 0, 1, 2, 130, 141
@@ -114,7 +115,8 @@ def _run(arguments: Sequence[str] | None) -> int:
     argv = _verb_first(argv)
     verb, *rest = argv
     if verb not in VERBS:
-        return _refuse(f"unknown verb {verb!r}; `lariat --help` lists them")
+        way_out = did_you_mean(verb, VERBS) or " `lariat --help` lists them"
+        return _refuse(f"unknown verb {verb!r};{way_out}")
     if verb == "bench":
         return _bench(rest)
     return _call(VERBS[verb][0], f"lariat {verb}", rest)
@@ -160,7 +162,8 @@ def _bench(arguments: Sequence[str]) -> int:
         return SUCCESS if arguments else BAD_INPUT
     name, *rest = arguments
     if name not in BENCHES:
-        return _refuse(f"unknown benchmark {name!r}; choose one of {', '.join(BENCHES)}")
+        way_out = did_you_mean(name, BENCHES) or f" choose one of {', '.join(BENCHES)}"
+        return _refuse(f"unknown benchmark {name!r};{way_out}")
     return _call(f"{BENCHES[name].module}:run", f"lariat bench {name}", rest)
 
 

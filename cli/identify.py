@@ -30,6 +30,8 @@ from lariat.rod.identification import (
     undetermined,
 )
 from shared.configuration import ConfigurationError
+from shared.file_kind import kind_of
+from shared.suggestion import did_you_mean_file
 
 MOTION_KEYS = ("vertices", "dt", "prescribed")
 
@@ -128,9 +130,14 @@ def read(path: Path) -> Motion:
                 )
             values = [stored[key] for key in MOTION_KEYS]
     except FileNotFoundError as error:
-        raise ConfigurationError(f"{path}: there is no such file") from error
+        meant = did_you_mean_file(path)
+        way_out = f";{meant}" if meant else ""
+        raise ConfigurationError(f"{path}: there is no such file{way_out}") from error
     except (OSError, ValueError, EOFError, AttributeError, TypeError, zipfile.BadZipFile) as error:
-        raise ConfigurationError(f"{path} is not a .npz of plain arrays: {error}") from error
+        raise ConfigurationError(
+            f"{path} is {kind_of(path)}, not a .npz of plain arrays; "
+            "see docs/concepts/identification.md"
+        ) from error
     try:
         return check_motion(*values)
     except ValueError as error:

@@ -21,6 +21,7 @@ from shared.extensions import require_allowed
 from shared.recording import Recording, Writer
 from shared.scenario import Scenario
 from shared.service import SECOND
+from shared.suggestion import did_you_mean
 from stack import services
 from stack.replay.outside_inputs import NotReplayable, subject
 from stack.replay.recorded_service import RecordedService
@@ -59,7 +60,7 @@ def main(
     Examples:
       lariat replay recordings/run.mcap
       lariat replay run.mcap --service controller --service planner --json
-      lariat replay tests/replay/reference.mcap --update
+      lariat replay tests/replay/three-cylinders.mcap --update
 
     Args:
         file: The recording, whole or cut.
@@ -127,8 +128,8 @@ def replay(
     results = []
     for name in names:
         if name not in services.ALL:
-            known = ", ".join(services.ALL)
-            raise ConfigurationError(f"--service {name}: no such service; use one of {known}")
+            way_out = did_you_mean(name, services.ALL) or f" use one of {', '.join(services.ALL)}"
+            raise ConfigurationError(f"--service {name}: no such service;{way_out}")
         recorded = RecordedService(recording, name)
         if not recorded.starts:
             raise ConfigurationError(

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json as jsons
+import sys
+from pathlib import Path
 from typing import Annotated
 
 import tyro
 
-from shared.messages import RunState, TaskRequest, TaskState
-from stack.client import Cell, connect
+from shared.messages import ArmStates, RunState, TaskRequest, TaskState
+from shared.scenario import load
+from stack.client import Cell, RequestFailed, connect
 
 CellOptions = Annotated[Cell, tyro.conf.arg(name="")]
 """Options of every verb that talks to a running stack."""
@@ -16,18 +19,86 @@ LOCAL = Cell()
 """Stack on this machine."""
 
 
-def start(json: bool = False, cell: CellOptions = LOCAL) -> int:
-    """Start the run towards the goal, or resume a paused one.
+def start(
+    scenario: Path | None = None,
+    yes: bool = False,
+    json: bool = False,
+    cell: CellOptions = LOCAL,
+) -> int:
+    """Start the run towards the goal, or resume a paused one. Real arms move only after a yes.
+
+    Cell, scenario and arms are named on standard error before anything moves.
 
     Examples:
       lariat start
-      lariat start --connect tcp/192.168.5.2:7447
+      lariat start --scenario three-cylinders
+      lariat start --connect tcp/192.168.5.2:7447 --yes
 
     Args:
+        scenario: Refuse unless the stack runs this scenario, a TOML file or a shipped one's name.
+        yes: Answer yes to whether real arms may move, e.g. in a script.
         json: Answer with one JSON object on standard output.
         cell: Address of the stack.
     """
-    return _request(TaskRequest.START, json, cell)
+    wanted = load(scenario).name if scenario else ""
+    with connect(cell) as client:
+        arms = client.newest_arm_state()
+        check_scenario(arms.scenario, wanted)
+        print(f"cell {cell.namespace!r}, {description(arms)}", file=sys.stderr)
+        confirm_real_arms(arms, yes)
+        print_state(client.request_task(TaskRequest.START), json)
+    return 0
+
+
+def check_scenario(running: str, wanted: str) -> None:
+    """Refuse a stack that runs another scenario than the one that is wanted.
+
+    Args:
+        running: Name of the scenario that the stack runs.
+        wanted: Name of the wanted one; empty for any.
+
+    Raises:
+        RequestFailed: They differ.
+    """
+    if wanted and running != wanted:
+        raise RequestFailed(
+            f"the stack runs scenario {running!r}, not {wanted!r}; nothing was started: "
+            "end it with Ctrl-C and start the other, or leave --scenario out"
+        )
+
+
+def description(arms: ArmStates) -> str:
+    """Return scenario and kinds of arms in words."""
+    kinds = ", ".join(
+        f"{arm.arm} {arm.driver}{f' at {arm.address}' if arm.address else ' (not real)'}"
+        for arm in arms.arms
+    )
+    return f"scenario {arms.scenario!r}: {kinds}"
+
+
+def confirm_real_arms(arms: ArmStates, yes: bool) -> None:
+    """Ask a person whether the real arms of a cell may move; do nothing where none is real.
+
+    Args:
+        arms: State of the arms.
+        yes: Whether the answer was given on the command line.
+
+    Raises:
+        RequestFailed: The answer is not yes, or nobody can be asked.
+    """
+    real = [arm.arm for arm in arms.arms if arm.address]
+    if not real or yes:
+        return
+    who = " and ".join(real) + (" arms" if len(real) > 1 else " arm")
+    if not sys.stdin.isatty():
+        raise RequestFailed(
+            f"this would move the real {who}, and nobody can be asked; look at the cell and add "
+            "--yes"
+        )
+    print(f"this moves the real {who}; is the cell clear? [y/N] ", end="", file=sys.stderr)
+    sys.stderr.flush()
+    if sys.stdin.readline().strip().lower() not in ("y", "yes"):
+        raise RequestFailed("nothing was started")
 
 
 def pause(json: bool = False, cell: CellOptions = LOCAL) -> int:

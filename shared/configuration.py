@@ -6,12 +6,13 @@ annotation: `length: Annotated[float, Bounds(0.01, 100.0, "m")]`.
 
 from __future__ import annotations
 
-import difflib
 import types
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from importlib.metadata import entry_points
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+
+from shared.suggestion import did_you_mean
 
 T = TypeVar("T")
 
@@ -55,10 +56,9 @@ class Extensible:
         parts = [*module.split("."), attribute] if colon else []
         if name in known or (colon and all(part.isidentifier() for part in parts)):
             return
-        close = difflib.get_close_matches(name, known, n=1)
-        way_out = f"did you mean {close[0]!r}?" if close else "or give 'package.module:Class'"
+        way_out = did_you_mean(name, known) or " or give 'package.module:Class'"
         options = ", ".join(repr(each) for each in known)
-        raise ConfigurationError(f"{key} = {name!r} is not one of {options}; {way_out}")
+        raise ConfigurationError(f"{key} = {name!r} is not one of {options};{way_out}")
 
 
 def read(kind: type[T], table: Mapping[str, Any], path: str = "") -> T:
@@ -94,9 +94,8 @@ def read(kind: type[T], table: Mapping[str, Any], path: str = "") -> T:
 
 
 def _unknown(key: str, known: list[str], path: str) -> str:
-    close = difflib.get_close_matches(key, known, n=1)
-    way_out = f"did you mean {close[0]!r}?" if close else f"known keys: {', '.join(known)}"
-    return f"unknown key {key!r} in [{path or 'top level'}]; {way_out}"
+    way_out = did_you_mean(key, known) or f" known keys: {', '.join(known)}"
+    return f"unknown key {key!r} in [{path or 'top level'}];{way_out}"
 
 
 def _value(hint: Any, value: Any, key: str) -> Any:
@@ -118,7 +117,9 @@ def _value(hint: Any, value: Any, key: str) -> Any:
     if origin is Literal:
         if value not in get_args(hint):
             options = ", ".join(repr(a) for a in get_args(hint))
-            raise ConfigurationError(f"{key} = {value!r} is not one of {options}")
+            meant = did_you_mean(str(value), [str(a) for a in get_args(hint)])
+            way_out = f";{meant}" if meant else ""
+            raise ConfigurationError(f"{key} = {value!r} is not one of {options}{way_out}")
         return value
     if origin is tuple:
         return _tuple(get_args(hint), bounds, value, key)

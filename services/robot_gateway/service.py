@@ -55,17 +55,27 @@ class RobotGatewayService:
     rate = 125.0
     latency = 0.002
 
-    def __init__(self, cell: Cell, simulated: bool, scene_guard: SceneGuard) -> None:
+    def __init__(
+        self,
+        cell: Cell,
+        simulated: bool,
+        scene_guard: SceneGuard,
+        scenario: str = "",
+        addresses: Mapping[str, str] | None = None,
+    ) -> None:
         """Create the service.
 
         Args:
             cell: The cell.
             simulated: Whether a reset may put the ends back to the start.
             scene_guard: Admission of scenes.
+            scenario: Name of the scenario, for those who command the cell.
+            addresses: Hosts of real arms by side.
         """
         self.cell = cell
         self.simulated = simulated
         self._scene_guard = scene_guard
+        self._scenario, self._addresses = scenario, dict(addresses or {})
         self._logger = StateLogger()
         self._scene_revision: int | None = None
 
@@ -92,6 +102,9 @@ class RobotGatewayService:
         if task is not None and self.simulated:
             self.cell.take_reset(task.message.reset_count)
         state = arm_states(self.cell.step(now), self.cell.arms.drivers, now)
+        state.scenario = self._scenario
+        for arm in state.arms:
+            arm.address = self._addresses.get(arm.arm, "")
         self._logger.take(state)
         yield Publication(topics.ARM_STATE, state)
 
@@ -174,4 +187,5 @@ def build(
     cell = Cell(follower, drivers, starts, session, arm_automatically, ForceLimit(limits.pull))
     removed = {event.remove_obstacle for event in scenario.events}
     guard = SceneGuard([body for body in scenario.bodies if body.name not in removed])
-    return RobotGatewayService(cell, not real, guard)
+    addresses = {side: scenario.end(side).address for side in SIDES}
+    return RobotGatewayService(cell, not real, guard, scenario.name, addresses)

@@ -40,7 +40,7 @@ class Setpoints(_message.Message):
     def __init__(self, stamp: _Optional[int] = ..., session: _Optional[str] = ..., sequence: _Optional[int] = ..., t0: _Optional[int] = ..., dt: _Optional[int] = ..., arms: _Optional[_Iterable[_Union[ArmSetpoints, _Mapping]]] = ..., image_stamp: _Optional[int] = ..., hold: _Optional[bool] = ..., reason: _Optional[str] = ...) -> None: ...
 
 class ArmState(_message.Message):
-    __slots__ = ("arm", "driver", "position", "orientation", "linear_velocity", "angular_velocity", "joints", "gripper_closed", "alarms", "tracking_error", "link_age", "mode", "link_rate", "link_gap", "pull", "powered", "tracking_angle")
+    __slots__ = ("arm", "driver", "position", "orientation", "linear_velocity", "angular_velocity", "joints", "gripper_closed", "alarms", "tracking_error", "link_age", "mode", "link_rate", "link_gap", "pull", "powered", "tracking_angle", "address")
     ARM_FIELD_NUMBER: _ClassVar[int]
     DRIVER_FIELD_NUMBER: _ClassVar[int]
     POSITION_FIELD_NUMBER: _ClassVar[int]
@@ -58,6 +58,7 @@ class ArmState(_message.Message):
     PULL_FIELD_NUMBER: _ClassVar[int]
     POWERED_FIELD_NUMBER: _ClassVar[int]
     TRACKING_ANGLE_FIELD_NUMBER: _ClassVar[int]
+    ADDRESS_FIELD_NUMBER: _ClassVar[int]
     arm: str
     driver: str
     position: _containers.RepeatedScalarFieldContainer[float]
@@ -75,10 +76,11 @@ class ArmState(_message.Message):
     pull: float
     powered: bool
     tracking_angle: float
-    def __init__(self, arm: _Optional[str] = ..., driver: _Optional[str] = ..., position: _Optional[_Iterable[float]] = ..., orientation: _Optional[_Iterable[float]] = ..., linear_velocity: _Optional[_Iterable[float]] = ..., angular_velocity: _Optional[_Iterable[float]] = ..., joints: _Optional[_Iterable[float]] = ..., gripper_closed: _Optional[bool] = ..., alarms: _Optional[_Iterable[str]] = ..., tracking_error: _Optional[float] = ..., link_age: _Optional[float] = ..., mode: _Optional[str] = ..., link_rate: _Optional[float] = ..., link_gap: _Optional[float] = ..., pull: _Optional[float] = ..., powered: _Optional[bool] = ..., tracking_angle: _Optional[float] = ...) -> None: ...
+    address: str
+    def __init__(self, arm: _Optional[str] = ..., driver: _Optional[str] = ..., position: _Optional[_Iterable[float]] = ..., orientation: _Optional[_Iterable[float]] = ..., linear_velocity: _Optional[_Iterable[float]] = ..., angular_velocity: _Optional[_Iterable[float]] = ..., joints: _Optional[_Iterable[float]] = ..., gripper_closed: _Optional[bool] = ..., alarms: _Optional[_Iterable[str]] = ..., tracking_error: _Optional[float] = ..., link_age: _Optional[float] = ..., mode: _Optional[str] = ..., link_rate: _Optional[float] = ..., link_gap: _Optional[float] = ..., pull: _Optional[float] = ..., powered: _Optional[bool] = ..., tracking_angle: _Optional[float] = ..., address: _Optional[str] = ...) -> None: ...
 
 class ArmStates(_message.Message):
-    __slots__ = ("stamp", "boot", "mode", "reason", "rule", "needs_acknowledgement", "session", "sequence", "refused_sequence", "last_command", "refusal", "arms", "braking", "reset_count", "cause", "may_move", "needs_resume", "next_session", "approach_distance", "approach_angle", "approaching", "needs_approach")
+    __slots__ = ("stamp", "boot", "mode", "reason", "rule", "needs_acknowledgement", "session", "sequence", "refused_sequence", "last_command", "refusal", "arms", "braking", "reset_count", "cause", "may_move", "needs_resume", "next_session", "approach_distance", "approach_angle", "approaching", "needs_approach", "scenario")
     class Mode(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
         __slots__ = ()
         DISARMED: _ClassVar[ArmStates.Mode]
@@ -113,6 +115,7 @@ class ArmStates(_message.Message):
     APPROACH_ANGLE_FIELD_NUMBER: _ClassVar[int]
     APPROACHING_FIELD_NUMBER: _ClassVar[int]
     NEEDS_APPROACH_FIELD_NUMBER: _ClassVar[int]
+    SCENARIO_FIELD_NUMBER: _ClassVar[int]
     stamp: int
     boot: str
     mode: ArmStates.Mode
@@ -135,7 +138,8 @@ class ArmStates(_message.Message):
     approach_angle: float
     approaching: bool
     needs_approach: bool
-    def __init__(self, stamp: _Optional[int] = ..., boot: _Optional[str] = ..., mode: _Optional[_Union[ArmStates.Mode, str]] = ..., reason: _Optional[str] = ..., rule: _Optional[str] = ..., needs_acknowledgement: _Optional[bool] = ..., session: _Optional[str] = ..., sequence: _Optional[int] = ..., refused_sequence: _Optional[int] = ..., last_command: _Optional[str] = ..., refusal: _Optional[str] = ..., arms: _Optional[_Iterable[_Union[ArmState, _Mapping]]] = ..., braking: _Optional[bool] = ..., reset_count: _Optional[int] = ..., cause: _Optional[str] = ..., may_move: _Optional[bool] = ..., needs_resume: _Optional[bool] = ..., next_session: _Optional[str] = ..., approach_distance: _Optional[float] = ..., approach_angle: _Optional[float] = ..., approaching: _Optional[bool] = ..., needs_approach: _Optional[bool] = ...) -> None: ...
+    scenario: str
+    def __init__(self, stamp: _Optional[int] = ..., boot: _Optional[str] = ..., mode: _Optional[_Union[ArmStates.Mode, str]] = ..., reason: _Optional[str] = ..., rule: _Optional[str] = ..., needs_acknowledgement: _Optional[bool] = ..., session: _Optional[str] = ..., sequence: _Optional[int] = ..., refused_sequence: _Optional[int] = ..., last_command: _Optional[str] = ..., refusal: _Optional[str] = ..., arms: _Optional[_Iterable[_Union[ArmState, _Mapping]]] = ..., braking: _Optional[bool] = ..., reset_count: _Optional[int] = ..., cause: _Optional[str] = ..., may_move: _Optional[bool] = ..., needs_resume: _Optional[bool] = ..., next_session: _Optional[str] = ..., approach_distance: _Optional[float] = ..., approach_angle: _Optional[float] = ..., approaching: _Optional[bool] = ..., needs_approach: _Optional[bool] = ..., scenario: _Optional[str] = ...) -> None: ...
 
 class ArmCommand(_message.Message):
     __slots__ = ("id", "stamp", "boot", "action", "arm", "close", "answers", "approach_distance", "approach_angle", "session")

@@ -18,9 +18,11 @@ from zstandard import ZstdDecompressor, ZstdError
 from shared import topics
 from shared.aliases import current_topic_key
 from shared.bounded_file import path_inside
+from shared.file_kind import kind_of
 from shared.messages.upgrade import upgrade
 from shared.recording.layout import METADATA_NAME, PROTOBUF, SCENARIO_ATTACHMENT
 from shared.scenario import Scenario, parse
+from shared.suggestion import did_you_mean_file
 from shared.topics import Topic
 from shared.version import MESSAGE_VERSION, RECORDING_VERSION
 
@@ -204,7 +206,11 @@ class Recording:
         try:
             stream = self.path.open("rb")
         except OSError as error:
-            raise ValueError(f"cannot read recording {self.path}: {error}") from error
+            way_out = did_you_mean_file(self.path) if isinstance(error, FileNotFoundError) else ""
+            raise ValueError(
+                f"cannot read recording {self.path}: {error.strerror or error}"
+                f"{way_out and f';{way_out}'}"
+            ) from error
         with stream:
             bounded: Any = _BoundedStream(stream)
             reader = StreamReader(bounded, emit_chunks=True, record_size_limit=MAX_RECORD_SIZE)
@@ -215,7 +221,9 @@ class Recording:
                     record = next(source, None)
                 except DAMAGE_ERRORS as error:
                     if position == 0:
-                        raise ValueError(f"{self.path} is not an MCAP file: {error}") from error
+                        raise ValueError(
+                            f"{self.path} is {kind_of(self.path)}, not an MCAP file: {error}"
+                        ) from error
                     self.damage = f"ends after {position} bytes of whole records"
                     return
                 if record is None:

@@ -14,6 +14,7 @@ from typing import Any
 from shared.aliases import with_current_keys
 from shared.bounded_file import read_file
 from shared.configuration import ConfigurationError, read
+from shared.file_kind import kind_of
 from shared.scenario.checks import check
 from shared.scenario.scenario import Scenario
 from shared.scenario.sections import SIDES, Event, Obstacle, Rope, Shape, Side
@@ -52,6 +53,10 @@ def load(path: Path | str) -> Scenario:
     path = find(path)
     try:
         text = read_file(path, MAX_SCENARIO_SIZE).decode()
+    except UnicodeDecodeError as error:
+        raise ConfigurationError(
+            f"cannot read scenario {path}: it is {kind_of(path)}, not a TOML file"
+        ) from error
     except (OSError, ValueError) as error:
         raise ConfigurationError(f"cannot read scenario {path}: {error}") from error
     return parse(text, folder=path.parent, source=str(path))

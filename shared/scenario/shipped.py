@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from shared.configuration import ConfigurationError
+from shared.suggestion import did_you_mean, did_you_mean_file
 
 SHIPPED_FOLDER = Path(__file__).parents[2] / "scenarios"
 """Folder of the shipped scenarios, in a clone and in images."""
@@ -28,10 +29,12 @@ def find(name_or_path: Path | str) -> Path:
     if path.is_file():
         return path
     is_name = path.name == str(path)
-    shipped = SHIPPED_FOLDER / path.with_suffix(".toml").name
-    if is_name and path.suffix in ("", ".toml") and shipped.is_file():
-        return shipped
+    shipped_file = SHIPPED_FOLDER / path.with_suffix(".toml").name
+    if is_name and path.suffix in ("", ".toml") and shipped_file.is_file():
+        return shipped_file
     problem = "it is a folder" if path.is_dir() else "no such file"
-    names = ", ".join(shipped_names())
-    hint = f"; shipped scenarios: {names}" if names else ""
+    names = shipped_names()
+    meant = did_you_mean(path.stem, names) if is_name else did_you_mean_file(path)
+    shipped = f" shipped scenarios: {', '.join(names)}" if names else ""
+    hint = f";{meant}{shipped}" if meant or shipped else ""
     raise ConfigurationError(f"cannot read scenario {path}: {problem}{hint}")

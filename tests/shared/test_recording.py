@@ -204,7 +204,7 @@ def test_a_damaged_chunk_is_skipped(tmp_path: Path, scenario):
 
 def test_another_file_is_refused_by_name(tmp_path: Path):
     (tmp_path / "a.txt").write_text("no recording at all")
-    with pytest.raises(ValueError, match=r"a\.txt is not an MCAP file"):
+    with pytest.raises(ValueError, match=r"a\.txt is a text, not an MCAP file"):
         Recording.open(tmp_path / "a.txt")
     with pytest.raises(ValueError, match=r"cannot read recording .*missing\.mcap"):
         Recording.open(tmp_path / "missing.mcap")

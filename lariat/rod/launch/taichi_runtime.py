@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import sys
+import io
 from typing import Any
 
 import numpy as np
@@ -32,8 +32,8 @@ def start(*, writes_assembly: bool = False) -> None:
     global _started
     if not _started:
         _skip_source_positions()
-        # Taichi prints its version to standard output, which belongs to results.
-        with contextlib.redirect_stdout(sys.stderr):
+        # Taichi prints that it starts, into results and progress bars.
+        with contextlib.redirect_stdout(io.StringIO()):
             ti.init(
                 arch=ti.cpu,
                 default_fp=ti.f64,

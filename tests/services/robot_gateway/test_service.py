@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from services.robot_gateway.safety.scene_guard import SceneGuard
 from services.robot_gateway.service import RobotGatewayService, build
 from shared import topics
 from shared.messages import ArmCommand, ArmSetpoints, ArmStates, Obstacle, Scene, Setpoints
@@ -270,3 +271,15 @@ def test_command_that_arrives_twice_is_carried_out_once(speaker: Speaker) -> Non
     assert speaker.command(ArmCommand.ARM, id="arm-1") == ""
     assert speaker.command(ArmCommand.ARM, id="arm-1") == ""
     assert "armed already" in speaker.command(ArmCommand.ARM, id="arm-2")
+
+
+def test_states_name_the_scenario_and_the_hosts_of_real_arms(gateway: RobotGatewayService) -> None:
+    ((_, state),) = gateway.step(Inbox({}, {}), START)
+    assert state.scenario == SCENARIO.name
+    assert [arm.address for arm in state.arms] == ["", ""]
+    real = RobotGatewayService(
+        gateway.cell, False, SceneGuard([]), "lab", addresses={"right": "192.168.5.1"}
+    )
+    ((_, state),) = real.step(Inbox({}, {}), START + 8_000_000)
+    assert state.scenario == "lab"
+    assert {arm.arm: arm.address for arm in state.arms} == {"left": "", "right": "192.168.5.1"}

@@ -15,8 +15,8 @@ import numpy as np
 
 from lariat.trajectory import NANOSECONDS, MotionState, mean_twists
 
-CR5_LAG = 0.1
-"""Lag of a CR5 behind its setpoints, as its emulator has it with default options [s]."""
+CR5_LAG = 0.065
+"""Lag of a CR5 behind its setpoints, as measured with its emulator [s]."""
 
 
 @dataclass(frozen=True)

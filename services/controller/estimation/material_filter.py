@@ -127,6 +127,7 @@ class MaterialFilter:
         self._free[groups["damping"]] = properties.damping > 0.0
         self._damping_sensitivity = DampingSensitivity()
         self._updated: int | None = None
+        self._stated: Float64[np.ndarray, "P"] | None = None
         self.settled = False
         """Whether the last update has hardly changed the rope."""
         self._converged = False
@@ -243,7 +244,7 @@ class MaterialFilter:
         elapsed = settings.update_period if self._updated is None else stamp - self._updated
         if elapsed < (settings.update_period_at_rest if self.standing else settings.update_period):
             return None
-        self._updated = stamp
+        self._updated, self._stated = stamp, None
         used = self._mean.observed.copy()
         used[[0, -1]] = False
         if used.sum() < 5:
@@ -325,8 +326,10 @@ class MaterialFilter:
         return found
 
     def _deviations(self) -> Float64[np.ndarray, "P"]:
-        """Standard deviations of the unknowns."""
-        return np.sqrt(np.diag(self._covariance()))
+        """Standard deviations of the unknowns, as of the last update."""
+        if self._stated is None:
+            self._stated = np.sqrt(np.diag(self._covariance()))
+        return self._stated
 
     def _model_error(self, motion: MotionState) -> float:
         """Error of the model, noise apart; it is the same one in shapes that are alike [m]."""

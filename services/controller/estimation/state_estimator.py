@@ -21,7 +21,7 @@ from lariat.rod.xpbd import XpbdRod
 from lariat.trajectory import MotionState, mean_twists
 from services.controller.estimation.grip_errors import GripErrors
 
-SETTLING_DURATIONS = (0.1, 1.0, 10.0)
+SETTLING_DURATIONS = (10.0,)
 """Durations of the steps without inertia that bring the model to rest [s]."""
 
 

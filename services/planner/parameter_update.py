@@ -52,6 +52,9 @@ def updated_properties(given: RodProperties, learnt: RodParameters) -> RodProper
 def unsure_properties(rope: RodProperties, learnt: RodParameters) -> list[RodProperties]:
     """Properties with stiffness or length off by its standard deviation each.
 
+    Where the grips are estimated too, an error of the length is made up by theirs, so that the
+    shape that is seen is kept: a longer rope alone would hang lower than it can.
+
     Args:
         rope: Rope with the learnt parameters.
         learnt: Parameters of the controller; those without a standard deviation are given.
@@ -64,7 +67,7 @@ def unsure_properties(rope: RodProperties, learnt: RodParameters) -> list[RodPro
         found.append(
             rope.with_stiffness(factor * rope.bending_stiffness, factor * rope.twisting_stiffness)
         )
-    if length.standard_deviation > 0.0:
+    if length.standard_deviation > 0.0 and not learnt.grip_offset:
         found.append(replace(rope, length=rope.length + length.standard_deviation))
     return found
 

@@ -56,5 +56,8 @@ def test_unsure_properties_are_off_by_one_standard_deviation_each() -> None:
     assert stiffer.length == PROPERTIES.length
     assert np.isclose(longer.length, PROPERTIES.length + 0.002)
     assert longer.bending_stiffness == stiffness
+    message.grip_offset.extend([Estimate(value=0.0, standard_deviation=1e-3)] * 6)
+    (only,) = unsure_properties(PROPERTIES, message)
+    assert only == stiffer
     given = RodParameters(bending_stiffness=Estimate(value=stiffness))
     assert unsure_properties(PROPERTIES, given) == []

@@ -16,6 +16,7 @@ from dashboard.editors.obstacle_editor import ObstacleEditor
 from dashboard.outbox import Notification, Outbox
 from dashboard.panels.camera_feed import CameraFeed
 from dashboard.panels.camera_image import CameraImage
+from dashboard.panels.events.events_panel import EventsPanel
 from dashboard.panels.health_panel import HealthPanel
 from dashboard.panels.parameter_panel import ParameterPanel
 from dashboard.panels.run_plots import RunPlots
@@ -92,7 +93,9 @@ class Page:
             with panel.add_tab("Runs", viser.Icon.LIST):
                 self._runs = RunsPanel(gui, self._actions, outbox, self.notify)
         with panel.add_tab("Rope", viser.Icon.ADJUSTMENTS):
-            self._parameters = ParameterPanel(gui)
+            self._parameters = ParameterPanel(gui, scenario, self._actions)
+        with panel.add_tab("Events", viser.Icon.LIST_DETAILS):
+            self._events = EventsPanel(gui, self._actions)
         with panel.add_tab("Health", viser.Icon.HEARTBEAT):
             self._health = HealthPanel(gui)
         panel.dock_right()
@@ -135,6 +138,7 @@ class Page:
         for notification in self._outbox.notifications(now, task, scene, arms, runs):
             self.notify(notification)
         self._report_refused_setpoints(arms)
+        self._events.take(inbox)
         for item in inbox.every(topics.TASK_STATE):
             self._plots.add(item.message)
             self._forget_past_motion(item.message)
@@ -170,6 +174,7 @@ class Page:
         if self._runs is not None:
             self._runs.update(latest_with_age(inbox, topics.RUN_LIST, now)[0], now)
         self._camera.update(inbox, now)
+        self._events.draw(now)
         self._health.update(inbox, now)
 
     def _draw_scene(self, inbox: Inbox, rope: NodeChain | None, arms: ArmStates | None) -> None:
@@ -214,6 +219,7 @@ class Page:
         """Drop everything that was drawn over time, for a jump in a recording."""
         self._camera.clear()
         self._health.clear()
+        self._events.clear()
         self._draw_time = self._reset_count = 0
         self._plots.clear()
         self._parameters.clear()

@@ -20,6 +20,8 @@ SERVICES = (
 )
 """Services whose health is shown, in the order of their rows."""
 
+LOGS = tuple(topics.LOG.at(name) for name in SERVICES)
+"""Logs of the services."""
 CAMERA_COLOR = topics.CAMERA_COLOR.at(topics.CAMERA)
 """Topic of the colour images that are shown."""
 CAMERA_CALIBRATION = topics.CAMERA_CALIBRATION.at(topics.CAMERA)
@@ -44,6 +46,7 @@ READS: tuple[Topic, ...] = (
     topics.RUN_CURVES,
     topics.STACK_STATE,
     *(topics.HEALTH.at(name) for name in SERVICES),
+    *LOGS,
 )
 """Topics that the dashboard reads."""
 

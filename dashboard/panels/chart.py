@@ -101,6 +101,43 @@ def add_comparison_chart(gui: viser.GuiApi, title: str) -> viser.GuiUplotHandle:
     return chart
 
 
+def add_estimate_chart(gui: viser.GuiApi, title: str, color: Color) -> viser.GuiUplotHandle:
+    """Add a chart of an estimate: time, true value, estimate, estimate plus and minus sigma.
+
+    Args:
+        gui: The page's GUI.
+        title: Quantity and unit.
+        color: Colour of the estimate and of its band.
+    """
+    edge: uplot.Series = {
+        "label": "± σ",
+        "stroke": palette.css(color, 0.35),
+        "width": 1,
+        "points": {"show": False},
+    }
+    series: tuple[uplot.Series, ...] = (
+        {"label": "t [s]"},
+        {
+            "label": "true value (simulation)",
+            "stroke": palette.css(palette.TRUTH),
+            "width": 1,
+            "dash": (6, 5),
+            "points": {"show": False},
+        },
+        {
+            "label": "estimate",
+            "stroke": palette.css(color),
+            "width": 2,
+            "points": {"show": False},
+        },
+        edge,
+        edge,
+    )
+    chart = _plot(gui, title, series)
+    chart.bands = ({"series": (3, 4), "fill": palette.css(color, 0.15)},)
+    return chart
+
+
 def comparison_series(names: Sequence[str]) -> tuple[uplot.Series, ...]:
     """Lines of a comparison, one for each name, told apart by colour and dashes."""
     series: list[uplot.Series] = [{"label": "t [s]"}]

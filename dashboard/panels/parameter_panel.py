@@ -5,31 +5,55 @@ from __future__ import annotations
 import html
 import math
 
+import numpy as np
 import viser
 
 from dashboard import palette
-from dashboard.panels.chart import REFRESH_PERIOD, add_chart
+from dashboard.action_queue import ActionQueue
+from dashboard.panels.chart import REFRESH_PERIOD, add_chart, add_estimate_chart, overlay
 from dashboard.panels.note import note_html
 from shared.history import History
 from shared.messages import Parameters
-from shared.messages.parameters import named_parameters
+from shared.messages.parameters import NamedParameter, named_parameters
+from shared.scenario import SIDES, Scenario
+from shared.scenario.rod_properties import rod_properties
 from shared.service import SECOND
+
+FIRST_PARAMETER = "bending_stiffness"
+"""Parameter that is drawn first."""
 
 
 class ParameterPanel:
-    """Table of the parameters with standard deviations, and a chart of the prediction error."""
+    """Table of the parameters, chart of one over time with its deviation, and of the prediction."""
 
-    def __init__(self, gui: viser.GuiApi) -> None:
+    def __init__(self, gui: viser.GuiApi, scenario: Scenario, actions: ActionQueue) -> None:
+        """Add the elements to the page.
+
+        Args:
+            gui: The page's GUI.
+            scenario: Cell, whose simulated rope's true values are drawn.
+            actions: Queue for clicks.
+        """
+        self._truth = true_values(scenario)
         self._table = gui.add_html(note_html("No parameters yet."))
+        self._selection = gui.add_dropdown("Over time", (FIRST_PARAMETER,))
+        self._selection.on_update(
+            lambda event: actions.put(lambda name=event.target.value: self._select(name))
+        )
+        self._estimate = add_estimate_chart(gui, FIRST_PARAMETER, palette.ROPE)
+        self._histories: dict[str, History] = {}
+        self._selected = FIRST_PARAMETER
         self._history = History(1)
         self._chart = add_chart(gui, "Prediction error [mm]", "prediction error", palette.WARNING)
         self._first_stamp = 0
         self._draw_time = -math.inf
         self._undrawn: Parameters | None = None
+        self._newest: Parameters | None = None
 
     def clear(self) -> None:
         """Drop the history, for a jump in a recording."""
         self._history.clear()
+        self._histories.clear()
         self._first_stamp = 0
         self._draw_time = -math.inf
 
@@ -38,10 +62,13 @@ class ParameterPanel:
         self._first_stamp = self._first_stamp or message.stamp
         seconds = (message.stamp - self._first_stamp) / SECOND
         self._history.add(seconds, 1e3 * message.prediction_error)
-        self._undrawn = message
+        for parameter in named_parameters(message):
+            history = self._histories.setdefault(parameter.name, History(2))
+            history.add(seconds, parameter.value, parameter.standard_deviation)
+        self._undrawn = self._newest = message
 
     def draw(self, now: float) -> None:
-        """Draw table and chart if they have changed, at most every `REFRESH_PERIOD`.
+        """Draw table and charts if they have changed, at most every `REFRESH_PERIOD`.
 
         Args:
             now: Present time [s].
@@ -50,18 +77,53 @@ class ParameterPanel:
             return
         self._draw_time = now
         self._chart.data = self._history.columns
-        self._table.content = table_html(self._undrawn)
+        parameters = named_parameters(self._undrawn)
+        self._table.content = table_html(parameters)
+        names = tuple(p.name for p in parameters)
+        if names and tuple(self._selection.options) != names:
+            self._selection.options = names
+            self._selected = self._selection.value
+        self._draw_estimate({p.name: p.unit for p in parameters})
         self._undrawn = None
 
+    def _select(self, name: str) -> None:
+        self._selected = name
+        self._undrawn, self._draw_time = self._newest, -math.inf
 
-def table_html(message: Parameters) -> str:
+    def _draw_estimate(self, units: dict[str, str]) -> None:
+        history = self._histories.get(self._selected)
+        if history is None or not len(history):
+            return
+        time, value, sigma = history.columns
+        truth = self._truth.get(self._selected, math.nan)
+        truth_line = np.full(len(time), truth) if math.isfinite(truth) else value
+        rows = (truth_line, value, value + sigma, value - sigma)
+        title = f"{self._selected.replace('_', ' ')} [{units.get(self._selected, '')}]"
+        if self._estimate.title != title:
+            self._estimate.title = title
+        self._estimate.data = overlay([(time, row) for row in rows])
+
+
+def true_values(scenario: Scenario) -> dict[str, float]:
+    """Return the true parameters of the simulated rope by name; none where an arm is real."""
+    if any(scenario.end(side).address for side in SIDES):
+        return {}
+    rope = rod_properties(scenario.plant_rope)
+    return {
+        "bending_stiffness": rope.bending_stiffness,
+        "twist_ratio": 1.0 / (1.0 + rope.poisson_ratio),
+        "length": rope.length,
+    }
+
+
+def table_html(parameters: list[NamedParameter]) -> str:
     """HTML table of values, standard deviations and units."""
     rows = "".join(
         f"<tr><td>{html.escape(p.name.replace('_', ' '))}</td>"
         f"<td style='text-align:right'>{p.value:.4g}</td>"
         f"<td style='opacity:.7'>{f'± {p.standard_deviation:.2g}' if p.standard_deviation else ''}"
         f"</td><td style='opacity:.7'>{html.escape(p.unit)}</td></tr>"
-        for p in named_parameters(message)
+        for p in parameters
     )
     return (
         "<table style='margin:.5em 1em;font-size:.85em;border-spacing:.9em .25em;"

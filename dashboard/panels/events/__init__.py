@@ -1,0 +1,1 @@
+"""Tab with what happened: log lines, holds, refusals, ends of runs."""

@@ -1,0 +1,94 @@
+from __future__ import annotations
+
+from typing import get_args
+
+import pytest
+from foxglove_schemas_protobuf.Log_pb2 import Log
+
+from dashboard.panels.events.advice import ACKNOWLEDGE, ADVICE, APPROACH, advice
+from dashboard.panels.events.event_list import EventList, Level, list_html
+from services.robot_gateway.constraints.rule import Rule
+from shared.messages import FAILED, IDLE, RUNNING, ArmStates, TaskState, timestamp
+from shared.service import SECOND
+
+
+def log(text: str, level: int = Log.Level.INFO, name: str = "sim", second: int = 1) -> Log:
+    return Log(timestamp=timestamp(second * SECOND), level=level, message=text, name=name)
+
+
+def texts(events: EventList, level: Level = Level.INFORMATION, words: str = "") -> list[str]:
+    return [event.text for event in events.selected(level, words)]
+
+
+def test_events_are_listed_newest_first_and_chosen_by_level_and_words() -> None:
+    events = EventList()
+    events.take_log(log("ready"))
+    events.take_log(log("slow", Log.Level.WARNING, "controller"))
+    events.take_log(log("gone", Log.Level.ERROR, "recorder"))
+    assert texts(events) == ["gone", "slow", "ready"]
+    assert texts(events, Level.WARNING) == ["gone", "slow"]
+    assert texts(events, Level.ERROR) == ["gone"]
+    assert texts(events, words="CONTROLLER") == ["slow"]
+    assert texts(events, words="nothing") == []
+
+
+def test_what_repeats_itself_is_counted() -> None:
+    events = EventList()
+    for second in range(1, 6):
+        events.take_log(log("again", second=second))
+    (event,) = events.selected(Level.INFORMATION, "")
+    assert (event.count, event.time) == (5, 5 * SECOND)
+
+
+def test_hold_is_listed_once_with_what_to_do() -> None:
+    events = EventList()
+    held = ArmStates(mode=ArmStates.HOLDING, reason="no fresh setpoints", rule="fresh")
+    held.needs_acknowledgement = True
+    events.take_arms(ArmStates(mode=ArmStates.MOVING, reason="following setpoints"))
+    for _ in range(100):
+        events.take_arms(held)
+    (event,) = events.selected(Level.WARNING, "")
+    assert event.text == "no fresh setpoints (rule fresh)"
+    assert "acknowledge" in event.advice
+    assert "acknowledge" in list_html([event])
+
+
+def test_hold_of_the_controller_that_ends_by_itself_is_no_event() -> None:
+    events = EventList()
+    events.take_arms(ArmStates(mode=ArmStates.HOLDING, reason="waiting for a start"))
+    assert texts(events) == []
+
+
+def test_run_and_refusals_are_listed_as_they_change() -> None:
+    events = EventList()
+    events.take_task(TaskState(state=IDLE))
+    for _ in range(3):
+        events.take_task(TaskState(state=RUNNING, run="run-1", reason="started"))
+    for _ in range(3):
+        events.take_task(TaskState(state=FAILED, run="run-1", reason="no way"))
+    for _ in range(3):
+        refused = {"last_request": "a-1", "refusal": "already running"}
+        events.take_task(TaskState(state=FAILED, run="run-1", reason="no way", **refused))
+    assert texts(events) == [
+        "request refused: already running",
+        "run-1: run failed: no way",
+        "run-1: run goes on: started",
+    ]
+    assert texts(events, Level.WARNING) == texts(events)[:2]
+
+
+def test_text_of_a_stranger_is_no_html() -> None:
+    events = EventList()
+    events.take_log(log("<script>alert(1)</script>"))
+    assert "<script>" not in list_html(events.selected(Level.INFORMATION, ""))
+
+
+@pytest.mark.parametrize("rule", get_args(Rule))
+def test_every_rule_of_the_gateway_has_advice(rule: str) -> None:
+    assert advice(rule, True, False) == ADVICE[rule]
+
+
+def test_advice_without_a_rule_is_that_of_the_next_step() -> None:
+    assert advice("", True, False) == ACKNOWLEDGE
+    assert advice("fresh", True, True) == APPROACH
+    assert advice("", False, False) == ""

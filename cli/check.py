@@ -8,11 +8,14 @@ from pathlib import Path
 import tyro
 
 from shared.scenario import SIDES, Scenario, load
+from shared.scenario.plausibility import doubts
 from stack import dependencies, preflight, services
 
 
 def main(scenario: tyro.conf.Positional[Path], /, json: bool = False) -> int:
     """Check a scenario: its values, and the rope at rest at its start and goal.
+
+    Values that are allowed but plausible only by mistake, e.g. of a unit, are named.
 
     Examples:
       lariat check three-cylinders
@@ -35,10 +38,18 @@ def main(scenario: tyro.conf.Positional[Path], /, json: bool = False) -> int:
             for key, r in reports.items()
             if r.nearest
         }
-        answer = {"scenario": cell.name, "ok": True, "shapes": shapes, "start_joints_deg": starts}
+        answer = {
+            "scenario": cell.name,
+            "ok": True,
+            "doubts": list(doubts(cell)),
+            "shapes": shapes,
+            "start_joints_deg": starts,
+        }
         print(jsons.dumps(answer))
         return 0
     print(f"{scenario} is in order: {cell.description or cell.name}")
+    for line in doubts(cell):
+        print(f"  plausible only by mistake: {line}")
     for key, report in reports.items():
         near = (
             f"{1e3 * report.clearance:.1f} mm from {report.nearest}" if report.nearest else "free"

@@ -19,6 +19,7 @@ from shared import topics
 from shared.configuration import ConfigurationError
 from shared.messages import RunState
 from shared.scenario import SIDES, Scenario
+from shared.scenario.plausibility import doubts
 from shared.service import SECOND
 from stack import preflight
 from stack.scenario_overrides import load_with
@@ -71,6 +72,8 @@ def main(
     messages = Console(stderr=True, highlight=False)
     for side, address in real.items():
         messages.print(f"{side} arm: emulated, in the place of the one at {address}")
+    for line in doubts(loaded):
+        messages.print(f"plausible only by mistake: {line}", markup=False)
     with _progress(loaded, messages) as watch:
         preflight.check(loaded)
         try:

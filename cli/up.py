@@ -19,6 +19,7 @@ from shared import bus as buses
 from shared.bus import BusOptions
 from shared.configuration import ConfigurationError
 from shared.scenario import Side, find, load
+from shared.scenario.plausibility import doubts
 from stack import dependencies, services
 from stack.credentials.local_secret import local_secret
 from stack.launcher import module_entry
@@ -72,6 +73,8 @@ def main(
     emulated = emulated_sides(cell)
     for side in emulated:
         _check_emulator_ports(side)
+    for line in doubts(cell):
+        print(f"lariat: plausible only by mistake: {line}", file=sys.stderr)
     _preflight(scenario)
     console = ProcessConsole()
     logging.basicConfig(level=logging.INFO, handlers=[ConsoleHandler(console)], force=True)

@@ -43,7 +43,7 @@ def write(recording: Recording, path: Path) -> str:
     scene = views.Spatial3DView(
         name="Cell",
         origin="/",
-        contents=["/cell/**", topics.VIEW_TRANSFORMS.key, *clouds],
+        contents=["/cell/visual_geometries/**", f"/{topics.VIEW_TRANSFORMS.key}", *clouds],
         spatial_information=views.SpatialInformation(target_frame=WORLD_FRAME),
     )
     pictures = [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import viser
 
@@ -22,6 +23,7 @@ from dashboard.panels.parameter_panel import ParameterPanel
 from dashboard.panels.run_plots import RunPlots
 from dashboard.panels.runs.runs_panel import RunsPanel
 from dashboard.scene.legend import legend_html
+from dashboard.scene.scene_setup import initial_viewpoint
 from dashboard.scene.scene_view import INITIALLY_HIDDEN, LAYERS, SceneView
 from dashboard.subscriptions import latest_with_age
 from shared import topics
@@ -61,6 +63,7 @@ class Page:
             live: Whether there is a cell to control; a recording can only be watched.
         """
         self._server = server
+        self._scenario = scenario
         self._outbox = outbox
         self._actions = ActionQueue()
         gui = server.gui
@@ -114,7 +117,19 @@ class Page:
                     lambda: self._scene.set_layer_visible(layer, event.target.value)
                 )
             )
+        frame = gui.add_button(
+            "Frame everything", icon=viser.Icon.MAXIMIZE, hint="See start, goal and obstacles whole"
+        )
+        frame.on_click(
+            lambda event: self._actions.put(partial(self._frame_everything, event.client))
+        )
         gui.add_html(legend_html())
+
+    def _frame_everything(self, client: viser.ClientHandle | None) -> None:
+        if client is not None:
+            viewpoint = initial_viewpoint(self._scenario)
+            client.camera.position = viewpoint.position
+            client.camera.look_at = viewpoint.target
 
     def notify(self, notification: Notification) -> None:
         """Show a notification in every open browser."""

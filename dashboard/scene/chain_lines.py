@@ -9,6 +9,9 @@ from jaxtyping import Float64, UInt8
 from dashboard import palette
 from dashboard.palette import Color
 
+DASH_LENGTH = 0.01
+"""Length of a dash and of the gap after it [m]."""
+
 
 class LinesView:
     """Set of coloured line segments, created when it first has some."""
@@ -80,3 +83,14 @@ def chain_segments(
     )
     colors = np.broadcast_to(faded[:, None, None], segments.shape)
     return segments.reshape(-1, 2, 3), colors.reshape(-1, 2, 3).round().astype(np.uint8)
+
+
+def dashed(points: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "m 2 3"]:
+    """Return the segments of a dashed line, told apart from other lines without its colour.
+
+    Args:
+        points: Points along the line [m].
+    """
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    segments = np.stack([points[:-1], points[1:]], axis=1)
+    return segments[(along[:-1] // DASH_LENGTH) % 2 == 0]

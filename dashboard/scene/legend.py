@@ -10,8 +10,9 @@ LEGEND_ENTRIES = (
     (palette.UNCERTAIN, f"rope, uncertain by {1e3 * UNCERTAIN_SIGMA:.0f} mm or more"),
     (palette.UNOBSERVED, "rope, not observed but estimated"),
     (palette.PREDICTION, "prediction (brighter is later)"),
-    (palette.PATH, "planned path of the grips"),
-    (palette.GOAL, "goal"),
+    (palette.PATH, "planned path of the grips (dashed), and ropes along it"),
+    (palette.GOAL, "goal (thinner than the rope)"),
+    (palette.TRUTH, "true rope of the simulation (inside the perceived one)"),
     (palette.SUPPORT, "support: the rope may rest on it"),
 )
 """Colours and their meanings."""

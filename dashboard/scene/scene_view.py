@@ -11,7 +11,7 @@ from jaxtyping import Float64
 from dashboard import palette
 from dashboard.scene import scene_setup
 from dashboard.scene.certainty import certainty_colors
-from dashboard.scene.chain_lines import LinesView, chain_segments
+from dashboard.scene.chain_lines import LinesView, chain_segments, dashed
 from dashboard.scene.gripper_view import GripperView
 from dashboard.scene.obstacle_view import ObstacleView
 from dashboard.scene.tube_view import TubeView
@@ -132,7 +132,7 @@ class SceneView:
     def show_path(self, message: Path) -> None:
         """Draw the planned path of both grips, and a few ropes along it."""
         grips = [chain(message.left_positions), chain(message.right_positions)]
-        segments = [np.stack([g[:-1], g[1:]], axis=1) for g in grips if len(g) > 1]
+        segments = [dashed(g) for g in grips if len(g) > 1]
         path_color = np.uint8(palette.linear(palette.PATH))
         colors = [np.broadcast_to(path_color, s.shape) for s in segments]
         if message.nodes and message.node_count:

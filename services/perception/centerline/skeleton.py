@@ -45,11 +45,13 @@ class Strand:
 
 
 @dataclass
-class _Branch:
-    """Skeleton pixels between two ends; an end is the number of a junction, or -1 if free."""
+class Branch:
+    """Skeleton pixels between two ends."""
 
     pixels: list[Pixel]
+    """Rows and columns, in order."""
     ends: tuple[int, int]
+    """Number of the junction at its first and at its last pixel; -1 where it is free."""
 
 
 def trace_strands(mask: UInt8[np.ndarray, "h w"], width: float) -> list[Strand]:
@@ -62,7 +64,7 @@ def trace_strands(mask: UInt8[np.ndarray, "h w"], width: float) -> list[Strand]:
     skeleton = skeletonize(mask.view(bool))
     rows, columns = np.nonzero(skeleton)
     pixels = set(zip(rows.tolist(), columns.tolist(), strict=True))
-    branches = _remove_spurs(_trace_branches(pixels), MAX_SPUR_WIDTHS * width)
+    branches = _remove_spurs(trace_branches(pixels), MAX_SPUR_WIDTHS * width)
     chains = _pair_branches(branches, width)
     found = [_strand(chain, width) for chain in chains]
     long = [s for s in found if len(s.pixels) >= MIN_STRAND_PIXELS]
@@ -79,15 +81,19 @@ def _neighbours(pixels: set[Pixel], p: Pixel) -> list[Pixel]:
     ]
 
 
-def _trace_branches(pixels: set[Pixel]) -> list[_Branch]:
-    """Branches of a skeleton, cut at its junctions."""
+def trace_branches(pixels: set[Pixel]) -> list[Branch]:
+    """Return the branches of a skeleton, cut at its junctions.
+
+    Args:
+        pixels: Rows and columns of the skeleton's pixels.
+    """
     near = {p: _neighbours(pixels, p) for p in pixels}
     crossing = {p for p, q in near.items() if len(q) > 2}
     junction = _clusters(crossing)
-    branches: list[_Branch] = []
+    branches: list[Branch] = []
     used: set[Pixel] = set()
 
-    def follow(start: Pixel, first: Pixel | None) -> _Branch:
+    def follow(start: Pixel, first: Pixel | None) -> Branch:
         path, end = [start], -1
         used.add(start)
         before, here = first, start
@@ -103,7 +109,7 @@ def _trace_branches(pixels: set[Pixel]) -> list[_Branch]:
             before, here = here, onward[0]
             used.add(here)
             path.append(here)
-        return _Branch(path, (junction[first] if first is not None else -1, end))
+        return Branch(path, (junction[first] if first is not None else -1, end))
 
     for p in sorted(crossing):
         for q in near[p]:
@@ -137,7 +143,7 @@ def _clusters(crossing: set[Pixel]) -> dict[Pixel, int]:
     return number
 
 
-def _remove_spurs(branches: list[_Branch], longest: float) -> list[_Branch]:
+def _remove_spurs(branches: list[Branch], longest: float) -> list[Branch]:
     """Branches without the short ones that have one free end, unless a junction needs them."""
     kept = [
         b for b in branches if len(b.pixels) > longest or (min(b.ends) == -1) == (max(b.ends) == -1)
@@ -152,7 +158,7 @@ def _remove_spurs(branches: list[_Branch], longest: float) -> list[_Branch]:
     return kept
 
 
-def _pair_branches(branches: list[_Branch], width: float) -> list[list[_Branch]]:
+def _pair_branches(branches: list[Branch], width: float) -> list[list[Branch]]:
     """Chains of branches, joined across junctions as straight as possible."""
     # Two junctions with a short branch between them are one crossing.
     alias: dict[int, int] = {}
@@ -162,7 +168,7 @@ def _pair_branches(branches: list[_Branch], width: float) -> list[list[_Branch]]
             k = alias[k]
         return k
 
-    solid: list[_Branch] = []
+    solid: list[Branch] = []
     for b in branches:
         if min(b.ends) >= 0 and len(b.pixels) < MAX_BRIDGE_WIDTHS * width:
             if root(b.ends[0]) != root(b.ends[1]):
@@ -187,7 +193,7 @@ def _pair_branches(branches: list[_Branch], width: float) -> list[list[_Branch]]
 
 
 def _straightest_pairs(
-    meeting_ends: list[BranchEnd], branches: list[_Branch], width: float
+    meeting_ends: list[BranchEnd], branches: list[Branch], width: float
 ) -> list[tuple[BranchEnd, BranchEnd]]:
     """Pairs of branch ends with the least turning, chosen greedily."""
     reach = max(3, round(DIRECTION_WIDTHS * width))
@@ -214,29 +220,29 @@ def _straightest_pairs(
 
 
 def _chain_branches(
-    branches: list[_Branch], partner: dict[BranchEnd, BranchEnd]
-) -> list[list[_Branch]]:
+    branches: list[Branch], partner: dict[BranchEnd, BranchEnd]
+) -> list[list[Branch]]:
     """Chains of partners, followed from open ends; rings are opened anywhere."""
-    chains: list[list[_Branch]] = []
+    chains: list[list[Branch]] = []
     used: set[int] = set()
     starts = [(k, s) for k in range(len(branches)) for s in (0, 1) if (k, s) not in partner]
     starts += [(k, 0) for k in range(len(branches))]
     for start in starts:
         if start[0] in used:
             continue
-        chain: list[_Branch] = []
+        chain: list[Branch] = []
         at: BranchEnd | None = start
         while at is not None and at[0] not in used:
             k, side = at
             used.add(k)
             b = branches[k]
-            chain.append(b if side == 0 else _Branch(b.pixels[::-1], (b.ends[1], b.ends[0])))
+            chain.append(b if side == 0 else Branch(b.pixels[::-1], (b.ends[1], b.ends[0])))
             at = partner.get((k, 1 - side))
         chains.append(chain)
     return chains
 
 
-def _strand(chain: list[_Branch], width: float) -> Strand:
+def _strand(chain: list[Branch], width: float) -> Strand:
     """Strand of a chain of branches, not clear within a rope width of junctions."""
     pixels: list[Pixel] = []
     clear: list[bool] = []

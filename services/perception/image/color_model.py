@@ -51,7 +51,7 @@ def learn_rope_mask(
     """
     width, _ = measure_width(piece)
     mask = _without_shadow(lab, piece, width)
-    likelihood = _log_likelihood_ratio(_histogram_cells(lab), mask, width)
+    likelihood = log_likelihood_ratio(histogram_cells(lab), mask, mask, width)
     mask, skeleton, radii = _rope_like((likelihood > ROPE_LOG_RATIO).view(np.uint8), width)
     if not np.any(skeleton):
         return None
@@ -89,8 +89,12 @@ def _without_shadow(
     return cv2.morphologyEx(core, cv2.MORPH_CLOSE, kernel) * mask
 
 
-def _histogram_cells(lab: UInt8[np.ndarray, "h w 3"]) -> np.ndarray:
-    """Histogram cell of every pixel."""
+def histogram_cells(lab: UInt8[np.ndarray, "h w 3"]) -> np.ndarray:
+    """Return the histogram cell of every pixel.
+
+    Args:
+        lab: Image in Lab, as OpenCV scales it.
+    """
     bits = HISTOGRAM_BITS
     cells = (lab[..., 0] >> (8 - bits[0])).astype(np.int32) << (bits[1] + bits[2])
     # The chroma of photographs lies in the middle half of its scale.
@@ -98,12 +102,19 @@ def _histogram_cells(lab: UInt8[np.ndarray, "h w 3"]) -> np.ndarray:
     return cells | (a >> (7 - bits[1])) << bits[2] | (b >> (7 - bits[2]))
 
 
-def _log_likelihood_ratio(
-    cells: np.ndarray, mask: UInt8[np.ndarray, "h w"], width: float
+def log_likelihood_ratio(
+    cells: np.ndarray, mask: UInt8[np.ndarray, "h w"], ropes: UInt8[np.ndarray, "h w"], width: float
 ) -> Float32[np.ndarray, "h w"]:
-    """Smoothed log likelihood ratio of rope against background for every pixel."""
+    """Return the smoothed log likelihood ratio of rope against background for every pixel.
+
+    Args:
+        cells: Histogram cell of every pixel.
+        mask: 1 at pixels of the rope.
+        ropes: 1 at pixels of any rope, which are no background.
+        width: Width of the rope [pixels].
+    """
     outer, inner = 2.5 * width + 3.0, 0.3 * width + 1.0
-    distance = cv2.distanceTransform(1 - mask, cv2.DIST_L2, 5)
+    distance = cv2.distanceTransform(1 - ropes, cv2.DIST_L2, 5)
     near = (distance > inner) & (distance < outer)
     far = distance >= outer
     rope = _density(cells[mask > 0])
@@ -123,16 +134,29 @@ def _density(cells: np.ndarray) -> np.ndarray:
     return gaussian_filter(count.reshape(shape), HISTOGRAM_SIGMA) / max(len(cells), 1)
 
 
+def without_wide_regions(
+    mask: UInt8[np.ndarray, "h w"], width: float
+) -> UInt8[np.ndarray, "h w"]:
+    """Return a mask without the regions that are much wider than a rope.
+
+    Args:
+        mask: 1 at pixels with the colours of a rope.
+        width: Width of the rope [pixels].
+    """
+    radii = cv2.distanceTransform(mask, cv2.DIST_L2, 5)
+    wide = (radii > max(MAX_RADIUS_WIDTHS * width, 2.5)).view(np.uint8)
+    if not np.any(wide):
+        return mask
+    from_wide = cv2.distanceTransform(1 - wide, cv2.DIST_L2, 5)
+    return mask * (from_wide > 1.6 * width + 1.0)
+
+
 def _rope_like(
     mask: UInt8[np.ndarray, "h w"], width: float
 ) -> tuple[UInt8[np.ndarray, "h w"], Bool[np.ndarray, "h w"], Float32[np.ndarray, "h w"]]:
     """Mask without too wide, thin or short regions, its skeleton, and its distance transform."""
+    mask = without_wide_regions(mask, width)
     radii = cv2.distanceTransform(mask, cv2.DIST_L2, 5)
-    wide = (radii > max(MAX_RADIUS_WIDTHS * width, 2.5)).view(np.uint8)
-    if np.any(wide):
-        from_wide = cv2.distanceTransform(1 - wide, cv2.DIST_L2, 5)
-        mask = mask * (from_wide > 1.6 * width + 1.0)
-        radii = cv2.distanceTransform(mask, cv2.DIST_L2, 5)
     count, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
     kept = stats[:, cv2.CC_STAT_AREA] > 0.7 * MIN_LENGTH_WIDTHS * width * MIN_WIDTH_RATIO * width
     kept[0] = False

@@ -1,8 +1,7 @@
 """Detection of ropes in a single image of any camera: no calibration, no cell, no rope model.
 
-Long thin regions that stand out, or that have the given colour, are proposals; from each, the
-colours of rope and background are learnt. The proposal whose mask is longest and differs most from
-both of its sides is the rope; further masks that do not overlap it are ropes as well.
+The foreground is cut into fragments at its crossings, the fragments are joined to ropes by the
+least total bending, and every rope is measured along its axis.
 """
 
 from __future__ import annotations
@@ -15,56 +14,23 @@ from jaxtyping import Float64, UInt8
 
 from services.perception.centerline.ridge import Ridge, extract_ridge
 from services.perception.centerline.segmentation import Color, Region
-from services.perception.centerline.skeleton import trace_strands
-from services.perception.image.color_model import ROPE_LOG_RATIO, learn_rope_mask
-from services.perception.image.contrast import Component, RopeMask, component_contrasts
-from services.perception.image.proposals import color_distance, propose, propose_by_color
-from services.perception.image.width import measure_width
+from services.perception.centerline.skeleton import Strand
+from services.perception.image.assembly import AssembledRope, assemble
+from services.perception.image.color_model import ROPE_LOG_RATIO
+from services.perception.image.foreground import Foreground, find_foreground
+from services.perception.image.fragments import cut_fragments
+from services.perception.image.width import width_from_radii
 
 MIN_IMAGE_SIDE = 48
 """Least shorter side of an image [pixels]."""
-SEARCH_SIDE = 480
-"""Longer side of the image in which ropes are searched [pixels]."""
-MEASUREMENT_SIDE = 1600
-"""Longer side of the image in which ropes are measured, if they are wide enough there [pixels]."""
-MEASUREMENT_WIDTH = 6.0
-"""Width of a rope that is sufficient for its measurement [pixels]."""
-MIN_CONTRAST = 6.0
-"""Least distance of a rope from both of its sides [Lab, as OpenCV scales it]."""
-MAX_CONTRAST = 60.0
-"""Distance above which more contrast does not raise the score [Lab]."""
-SAME_COLOR_DISTANCE = 12.0
-"""Distance from the given colour that halves the score [Lab]."""
-OTHER_COLOR_DISTANCE = 45.0
-"""Distance from the given colour from which a proposal is dropped [Lab]."""
-COLOR_PERCENTILE = 30.0
-"""Percentile of the colour distances along a rope that is compared with the limits [%]; low, since
-only part of a striped rope has the colour."""
-MAX_SHADOW_SHARE = 0.5
-"""Share of a proposal that could be a shadow, above which it scores less."""
-SHADOW_FACTOR = 0.2
-"""Factor on the score of a proposal that could be a shadow."""
-JUNCTION_PENALTY = 0.3
-"""Weight of each junction in the divisor of a component's effective length [-]: a rope has few, a
-grid many."""
-MAX_CANDIDATES = 10
-"""Number of proposals whose colours are learnt."""
-SAME_OVERLAP, ROPE_OVERLAP = 0.7, 0.25
-"""Overlap of two skeletons above which two proposals, or two ropes, are the same [-]."""
-MIN_RELATIVE_CONTRAST = 0.4
-"""Least contrast of a component, relative to the longest one's."""
-MIN_RELATIVE_LENGTH = 0.04
-"""Least length of a component, relative to the longest one's."""
-MIN_RELATIVE_SCORE = 0.5
-"""Least score of a further rope, relative to the best one's."""
-MAX_FURTHER_PIECES = 6
-"""Largest number of pieces of a further rope."""
-SEARCH_ROUNDS, MEASUREMENT_ROUNDS = 3, 2
-"""Rounds of learning in the small and in the large image."""
 LIKENESS_PER_LOG_RATIO = 31.0
 """Likeness per unit of the log likelihood ratio."""
-MIN_LINE_WIDTHS = 3.0
-"""Length above which a piece is kept, since it has a direction [rope widths]."""
+MIN_LENGTH_WIDTHS = 6.0
+"""Least length of a rope [rope widths]."""
+MIN_RELATIVE_LENGTH = 0.06
+"""Least length of a rope, relative to the image's longer side."""
+LABEL_REACH_WIDTHS = 0.85
+"""Distance from its axis up to which a pixel of the foreground belongs to a rope [rope widths]."""
 
 
 @dataclass(frozen=True)
@@ -76,30 +42,29 @@ class DetectedRope:
     width: float
     """Width [pixels]."""
     lines: list[Ridge]
-    """Sub-pixel centrelines of its pieces, longest first."""
-    shadow: float
-    """Share of it that could be a shadow, 0..1: the colours of its sides, only darker."""
-    likeness: UInt8[np.ndarray, "h w"]
-    """Likeness of every pixel to this rope; 128 separates rope and background."""
-    others: tuple[DetectedRope, ...] = ()
-    """Further ropes, which stand out less."""
+    """Sub-pixel centrelines, in order along the rope."""
 
 
 @dataclass(frozen=True)
-class _Candidate:
-    """Mask that may be a rope."""
+class Detection:
+    """Ropes in an image."""
 
-    score: float
-    rope: RopeMask
+    ropes: list[DetectedRope]
+    """Ropes, longest first."""
+    labels: UInt8[np.ndarray, "h w"]
+    """0 at the background, k where rope k is seen, from 1."""
+    likeness: UInt8[np.ndarray, "h w"]
+    """Likeness of every pixel to a rope; 128 separates ropes and background."""
     shadow: float
+    """Share of the ropes that could be a shadow, 0..1: the colours of their sides, only darker."""
 
 
-def detect_rope(color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = None) -> DetectedRope:
-    """Return the rope in an image, the most distinct one where there are several.
+def detect_ropes(color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = None) -> Detection:
+    """Return the ropes in an image.
 
     Args:
         color: Red, green, blue.
-        rope_color: Colour of the rope; None: the rope that stands out most.
+        rope_color: Colour of the ropes; None: all that stand out.
 
     Raises:
         ValueError: Nothing in the image looks like a rope.
@@ -109,12 +74,10 @@ def detect_rope(color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = No
             f"the image has {color.shape[1]} x {color.shape[0]} pixels, too few for a rope; give "
             f"at least {MIN_IMAGE_SIDE} x {MIN_IMAGE_SIDE}"
         )
-    candidates = _candidates(_to_lab(_shrunk(color, SEARCH_SIDE)), rope_color)
-    ropes = [rope for rope in (_measure(color, c) for c in candidates) if rope is not None]
-    if ropes:
-        # Patterns have many pieces: further candidates with many are rejected.
-        others = (rope for rope in ropes[1:] if len(rope.lines) <= MAX_FURTHER_PIECES)
-        return replace(ropes[0], others=tuple(others))
+    foreground = find_foreground(color, rope_color)
+    found = None if foreground is None else _detection(color, foreground)
+    if found is not None:
+        return found
     if rope_color is None:
         raise ValueError(
             "nothing in the image is long, thin and distinct from both of its sides; give the "
@@ -126,163 +89,91 @@ def detect_rope(color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = No
     )
 
 
-def _shrunk(color: UInt8[np.ndarray, "h w 3"], longer: int) -> UInt8[np.ndarray, "h w 3"]:
-    """Image with at most a given longer side [pixels]."""
-    scale = min(1.0, longer / max(color.shape[:2]))
-    if scale == 1.0:
-        return color
-    return cv2.resize(color, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-
-
-def _to_lab(color: UInt8[np.ndarray, "h w 3"]) -> UInt8[np.ndarray, "h w 3"]:
-    return cv2.cvtColor(color, cv2.COLOR_RGB2LAB)
-
-
-def _candidates(lab: UInt8[np.ndarray, "h w 3"], rope_color: Color | None) -> list[_Candidate]:
-    """Candidates that do not overlap, best first."""
-    wanted = None if rope_color is None else _to_lab(np.array([[rope_color]], np.uint8))[0, 0] * 1.0
-    proposals: list[_Candidate] = []
-    for mask in propose(lab) if wanted is None else propose_by_color(lab, wanted):
-        width, skeleton = measure_width(mask)
-        proposal = _scored(lab, RopeMask(np.zeros(0, np.float32), mask, skeleton, width), wanted)
-        if proposal is not None:
-            proposals.append(proposal)
-    found: list[_Candidate] = []
-    for proposal in _without_overlap(proposals, SAME_OVERLAP)[:MAX_CANDIDATES]:
-        rope = _learn(lab, proposal.rope.mask, SEARCH_ROUNDS)
-        candidate = None if rope is None else _scored(lab, rope, wanted)
-        if candidate is not None:
-            found.append(candidate)
-    kept = _without_overlap(found, ROPE_OVERLAP)
-    if wanted is not None:
-        return kept[:1]
-    return kept[:1] + [
-        c
-        for c in kept[1:]
-        if c.score > MIN_RELATIVE_SCORE * kept[0].score and c.shadow <= MAX_SHADOW_SHARE
-    ]
-
-
-def _without_overlap(candidates: list[_Candidate], most: float) -> list[_Candidate]:
-    """Candidates that share less than a given share with a better one, best first."""
-    kept: list[_Candidate] = []
-    for candidate in sorted(candidates, key=lambda c: -c.score):
-        if all(_overlap(candidate.rope, k.rope) < most for k in kept):
-            kept.append(candidate)
-    return kept
-
-
-def _overlap(one: RopeMask, other: RopeMask) -> float:
-    """Share of the longer skeleton that lies in both masks."""
-    near = cv2.dilate(other.mask, np.ones((5, 5), np.uint8))
-    both = np.count_nonzero(near[one.skeleton])
-    return both / max(np.count_nonzero(one.skeleton), np.count_nonzero(other.skeleton))
-
-
-def _scored(
-    lab: UInt8[np.ndarray, "h w 3"], rope: RopeMask, wanted: Float64[np.ndarray, "3"] | None
-) -> _Candidate | None:
-    """Mask with its score; None when it cannot be a rope.
-
-    Args:
-        lab: Image in Lab.
-        rope: Mask of the same size.
-        wanted: Colour of the rope in Lab.
-    """
-    found = component_contrasts(lab, rope) if np.any(rope.skeleton) else []
-    contrast = _length_mean(found, [c.contrast for c in found]) if found else 0.0
-    if contrast < MIN_CONTRAST:
-        return None
-    # Grain and print have many short components, a grid has one with many junctions.
-    run = _length_mean(found, [c.length / (1.0 + JUNCTION_PENALTY * c.junctions) for c in found])
-    steadiness = _length_mean(found, [c.steadiness for c in found])
-    shadow = _length_mean(found, [c.shadow for c in found])
-    score = run * min(contrast, MAX_CONTRAST) * steadiness**2
-    if shadow > MAX_SHADOW_SHARE:
-        score *= SHADOW_FACTOR
-    if wanted is not None:
-        distances = color_distance(lab[rope.skeleton], wanted)
-        distance = float(np.percentile(distances, COLOR_PERCENTILE))
-        if distance > OTHER_COLOR_DISTANCE:
-            return None
-        score /= 1.0 + (distance / SAME_COLOR_DISTANCE) ** 2
-    return _Candidate(score, rope, shadow)
-
-
-def _measure(color: UInt8[np.ndarray, "h w 3"], candidate: _Candidate) -> DetectedRope | None:
-    """Rope of a candidate, measured in an image of sufficient resolution."""
+def _detection(color: UInt8[np.ndarray, "h w 3"], foreground: Foreground) -> Detection | None:
+    """Ropes of a foreground; None when all are too short."""
     height, width = color.shape[:2]
-    rope_width = candidate.rope.width * width / candidate.rope.mask.shape[1]
-    longer = max(height, width)
-    enough = round(longer * min(1.0, MEASUREMENT_WIDTH / rope_width))
-    image = _shrunk(color, max(MEASUREMENT_SIDE, enough))
-    scale = width / image.shape[1]
-    size = (image.shape[1], image.shape[0])
-    lab = _to_lab(image)
-    piece = cv2.resize(candidate.rope.mask, size, interpolation=cv2.INTER_NEAREST)
-    rope = _learn(lab, piece, MEASUREMENT_ROUNDS)
-    if rope is None:
+    rope = foreground.rope
+    smooth = cv2.GaussianBlur(foreground.lab, (0, 0), max(0.5, 0.2 * rope.width))
+    smooth = smooth.astype(np.float32)
+    fragments = cut_fragments(rope.skeleton, foreground.radii, smooth, rope.width)
+    assembly = assemble(fragments, rope.mask, rope.width)
+    longer = max(rope.mask.shape)
+    least = max(MIN_LENGTH_WIDTHS * rope.width, MIN_RELATIVE_LENGTH * longer)
+    kept = [r for r in assembly.ropes if len(r.points) > least]
+    if not kept:
         return None
-    mask = rope.mask
-    found = component_contrasts(lab, rope)
-    shadow = _length_mean(found, [c.shadow for c in found])
     likeness = 128.0 + LIKENESS_PER_LOG_RATIO * (rope.likelihood - ROPE_LOG_RATIO)
     likeness = np.clip(likeness, 0.0, 255.0).astype(np.uint8)
     # Likeness outside the mask and its margin must not attract the sub-pixel lines.
-    likeness *= cv2.dilate(mask, np.ones((5, 5), np.uint8))
-    region, no_depth = Region(likeness, mask, 0, 0), np.zeros(likeness.shape, np.uint16)
-    lines = [
-        extract_ridge(s, region, no_depth, rope.width) for s in trace_strands(mask, rope.width)
-    ]
-    lines = [_scaled(r, scale) for r in lines if len(r.pixels) > MIN_LINE_WIDTHS * rope.width]
-    if not lines:
-        return None
-    red, green, blue = np.median(image[rope.skeleton & (mask > 0)], axis=0)
-    return DetectedRope(
-        (int(red), int(green), int(blue)),
-        rope.width * scale,
-        lines,
-        shadow,
-        cv2.resize(likeness, (width, height), interpolation=cv2.INTER_LINEAR),
+    likeness *= cv2.dilate(rope.mask, np.ones((5, 5), np.uint8))
+    ropes = [_measured(foreground, likeness, r) for r in kept]
+    labels = _labels(ropes, rope.mask)
+    scale = width / rope.mask.shape[1]
+    size = (width, height)
+    return Detection(
+        [_scaled(r, scale) for r in ropes],
+        cv2.resize(labels, size, interpolation=cv2.INTER_NEAREST),
+        cv2.resize(likeness, size, interpolation=cv2.INTER_LINEAR),
+        foreground.kinds[0].shadow,
     )
 
 
-def _learn(
-    lab: UInt8[np.ndarray, "h w 3"], piece: UInt8[np.ndarray, "h w"], rounds: int
-) -> RopeMask | None:
-    """Mask of the rope that a piece belongs to, learnt repeatedly from its distinct components."""
-    rope = None
-    for _ in range(rounds):
-        rope = learn_rope_mask(lab, piece)
-        if rope is None:
-            return None
-        rope = _distinct_components(lab, rope)
-        piece = rope.mask
-    return rope
+def _measured(
+    foreground: Foreground, likeness: UInt8[np.ndarray, "h w"], found: AssembledRope
+) -> DetectedRope:
+    """Rope with its sub-pixel axis, width and colour."""
+    seen = np.rint(found.points[found.clear]).astype(int)
+    radii = foreground.radii[seen[:, 1], seen[:, 0]]
+    width = width_from_radii(radii)
+    points, clear = _to_tips(found, foreground.rope.mask, width)
+    region, no_depth = Region(likeness, foreground.rope.mask, 0, 0), np.zeros((1, 1), np.uint16)
+    line = extract_ridge(Strand(points, clear), region, no_depth, width)
+    red, green, blue = np.median(foreground.image[seen[:, 1], seen[:, 0]], axis=0)
+    return DetectedRope((int(red), int(green), int(blue)), width, [line])
 
 
-def _distinct_components(lab: UInt8[np.ndarray, "h w 3"], rope: RopeMask) -> RopeMask:
-    """Mask without components that hardly differ from their sides, or that are shadows."""
-    found = component_contrasts(lab, rope)
-    longest = max(found, key=lambda c: c.length)
-    kept = [longest.label] + [
-        c.label
-        for c in found
-        if c.contrast * c.steadiness > MIN_RELATIVE_CONTRAST * longest.contrast
-        and c.length > MIN_RELATIVE_LENGTH * longest.length
-        and (c.shadow <= MAX_SHADOW_SHARE or longest.shadow > MAX_SHADOW_SHARE)
-    ]
-    _, labels = cv2.connectedComponents(rope.mask, connectivity=8)
-    mask = np.isin(labels, kept)
-    return replace(rope, mask=mask.view(np.uint8), skeleton=rope.skeleton & mask)
+def _to_tips(
+    found: AssembledRope, mask: UInt8[np.ndarray, "h w"], width: float
+) -> tuple[Float64[np.ndarray, "k 2"], np.ndarray]:
+    """Axis up to both tips of the rope, which a skeleton does not reach."""
+    points, clear = found.points, found.clear
+    for _ in range(2):
+        reach = max(2, round(width))
+        way = points[-1] - points[-min(reach, len(points))]
+        way = way / max(float(np.linalg.norm(way)), 1e-9)
+        ahead = points[-1] + np.arange(1, reach + 1)[:, None] * way
+        at = np.rint(ahead).astype(int)
+        inside = (at >= 0).all(axis=1) & (at[:, 0] < mask.shape[1]) & (at[:, 1] < mask.shape[0])
+        on = inside & (mask[at[:, 1] * inside, at[:, 0] * inside] > 0)
+        count = int(np.argmin(on)) if not np.all(on) else len(on)
+        points = np.concatenate([points, ahead[:count]])[::-1]
+        clear = np.concatenate([clear, np.zeros(count, bool)])[::-1]
+    return points, clear
 
 
-def _length_mean(components: list[Component], values: list[float]) -> float:
-    """Mean of values, weighted with the components' lengths."""
-    return float(np.average(values, weights=[c.length for c in components]))
+def _labels(
+    ropes: list[DetectedRope], mask: UInt8[np.ndarray, "h w"]
+) -> UInt8[np.ndarray, "h w"]:
+    """Label of the nearest rope for every pixel of the mask."""
+    nearest = np.full(mask.shape, LABEL_REACH_WIDTHS, np.float32)
+    labels = np.zeros(mask.shape, np.uint8)
+    for k, rope in enumerate(ropes, 1):
+        free = np.ones(mask.shape, np.uint8)
+        for line in rope.lines:
+            points = np.rint(8.0 * line.pixels).astype(np.int32)[:, None]
+            cv2.polylines(free, [points], False, 0, 1, cv2.LINE_8, 3)
+        distance = cv2.distanceTransform(free, cv2.DIST_L2, 5) / rope.width
+        closer = distance < nearest
+        labels[closer] = k
+        nearest[closer] = distance[closer]
+    return labels * mask
 
 
-def _scaled(line: Ridge, scale: float) -> Ridge:
-    """Ridge in an image that is larger by a factor."""
+def _scaled(rope: DetectedRope, scale: float) -> DetectedRope:
+    """Rope in an image that is larger by a factor."""
     # The centre of the first pixel is at zero in every size.
-    return Ridge((line.pixels + 0.5) * scale - 0.5, line.normals, line.clear, line.depth)
+    lines = [
+        Ridge((line.pixels + 0.5) * scale - 0.5, line.normals, line.clear, line.depth)
+        for line in rope.lines
+    ]
+    return replace(rope, width=rope.width * scale, lines=lines)

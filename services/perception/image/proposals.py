@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from jaxtyping import Float64, UInt8
 
-from services.perception.image.width import measure_width
+from services.perception.image.width import MIN_WIDTH
 
 MEDIAN_WINDOWS = (0.04, 0.1, 0.25)
 """Widths of the windows of the median with which a pixel is compared, as shares of the image's
@@ -96,17 +96,20 @@ def _long_components(mask: np.ndarray) -> Iterator[UInt8[np.ndarray, "h w"]]:
     whole = mask.astype(np.uint8)
     count, labels, stats, _ = cv2.connectedComponentsWithStats(whole, connectivity=8)
     longer = max(mask.shape)
+    area = stats[:, cv2.CC_STAT_AREA]
     extent = np.maximum(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT])
-    likely = [k for k in range(1, count) if extent[k] > 0.5 * MIN_LENGTH * longer]
-    found = []
-    for k in sorted(likely, key=lambda k: -extent[k])[: 2 * MAX_PROPOSALS]:
-        x, y, w, h = stats[k, :4]
-        part = (labels[y : y + h, x : x + w] == k).view(np.uint8)
-        width, skeleton = measure_width(np.pad(part, 1))
-        length = int(np.count_nonzero(skeleton))
-        if length > max(MIN_ASPECT * width, MIN_LENGTH * longer):
-            found.append((length / width**0.5, k))
-    for _, k in sorted(found, reverse=True)[:MAX_PROPOSALS]:
+    likely = (extent > 0.5 * MIN_LENGTH * longer) & (area > MIN_LENGTH * longer)
+    likely[0] = False
+    if not np.any(likely):
+        return
+    # The mean distance from both sides of a strip is a quarter of its width.
+    distance = cv2.distanceTransform(whole, cv2.DIST_L2, 3)
+    total = np.bincount(labels.ravel(), distance.ravel(), minlength=count)
+    width = np.maximum(4.0 * total / np.maximum(area, 1) - 1.0, MIN_WIDTH)
+    length = area / width
+    likely &= length > np.maximum(MIN_ASPECT * width, MIN_LENGTH * longer)
+    found = np.flatnonzero(likely)
+    for k in found[np.argsort(-length[found] / width[found] ** 0.5)][:MAX_PROPOSALS]:
         yield (labels == k).view(np.uint8)
 
 

@@ -1,0 +1,1 @@
+"""Rendered pictures of cables with instance labels, for tests and `lariat bench perception`."""

@@ -1,0 +1,228 @@
+"""Assembly of fragments into ropes, each with one ordered axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float64, UInt8
+
+from lariat.geometry import polylines
+from services.perception.image.fragments import EndPose, Fragment, FragmentEnd, end_pose
+from services.perception.image.pairing import (
+    FREE_END_COST,
+    bending,
+    cheapest_pairing,
+    color_cost,
+)
+
+SHARED_COST = 0.1
+"""Cost of a fragment that two ropes share, because they lie on each other [-]."""
+MAX_THIN_SHARED_WIDTHS = 3.0
+"""Length up to which two ropes may share a fragment that is no wider than one [rope widths]."""
+SHARED_RADIUS_WIDTHS = 0.6
+"""Radius from which two ropes may share a fragment of any length [rope widths]."""
+MAX_GAP_WIDTHS = 5.0
+"""Length of background up to which a gap in a rope is bridged [rope widths]."""
+GAP_COST_PER_WIDTH = 0.12
+"""Cost of a bridged gap for each rope width of background in it [-]."""
+MAX_GAP_SEARCH_WIDTHS = 12.0
+"""Distance up to which the ends of a gap are compared [rope widths]."""
+
+
+@dataclass(frozen=True)
+class AssembledRope:
+    """Rope made of fragments."""
+
+    points: Float64[np.ndarray, "k 2"]
+    """Columns and rows of its axis, in order [pixels]."""
+    clear: Bool[np.ndarray, "k"]
+    """Whether the axis is seen there; False on the bridges between fragments."""
+    fragments: tuple[int, ...]
+    """Indices of its fragments, in order."""
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """Ropes of an image, and how clear their crossings are."""
+
+    ropes: list[AssembledRope]
+    """Ropes, longest first."""
+    ambiguity: float
+    """Least difference between the costs of the chosen and of the next pairing at a crossing [-]."""
+    worst_bending: float
+    """Largest cost of a chosen pair [-]."""
+    loose_end_count: int
+    """Number of ends that lie at a crossing and found no partner."""
+
+
+def assemble(fragments: list[Fragment], mask: UInt8[np.ndarray, "h w"], width: float) -> Assembly:
+    """Return the ropes that fragments belong to.
+
+    Args:
+        fragments: Fragments of the mask's skeleton.
+        mask: 1 at rope pixels.
+        width: Width of the ropes [pixels].
+    """
+    if not fragments:
+        return Assembly([], np.inf, 0.0, 0)
+    poses = {
+        (k, side): end_pose(f, side, width) for k, f in enumerate(fragments) for side in (0, 1)
+    }
+
+    def cost(a: FragmentEnd, b: FragmentEnd) -> float:
+        if a[0] == b[0]:
+            return np.inf
+        colors = color_cost(fragments[a[0]], fragments[b[0]])
+        return bending(poses[a], poses[b], width) + colors
+
+    crossings, shared = _crossings(fragments, cost, width)
+    pairs: list[tuple[FragmentEnd, FragmentEnd]] = []
+    ambiguity = np.inf
+    for ends in crossings:
+        best, second, chosen = cheapest_pairing(ends, cost)
+        pairs += chosen
+        if len(ends) > 2:
+            ambiguity = min(ambiguity, second - best)
+    at_crossings = {e for ends in crossings for e in ends}
+    taken = {e for pair in pairs for e in pair}
+    open_ends = [e for e in poses if e not in taken and e[0] not in shared]
+    gaps = _gap_pairs(open_ends, poses, cost, mask, width)
+    pairs += gaps
+    taken |= {e for pair in gaps for e in pair}
+    partner = {a: b for pair in pairs for a, b in (pair, pair[::-1])}
+    ropes = _chain(fragments, partner, shared, poses)
+    return Assembly(
+        sorted(ropes, key=lambda r: -polylines.length(r.points)),
+        ambiguity,
+        max((cost(*p) for p in pairs), default=0.0),
+        len(at_crossings - taken),
+    )
+
+
+def _crossings(
+    fragments: list[Fragment], cost, width: float
+) -> tuple[list[list[FragmentEnd]], set[int]]:
+    """Ends that meet at each crossing, and the fragments that two ropes share."""
+    meeting: dict[int, list[FragmentEnd]] = {}
+    for k, fragment in enumerate(fragments):
+        for side, junction in enumerate(fragment.junctions):
+            if junction >= 0:
+                meeting.setdefault(junction, []).append((k, side))
+    price = {j: cheapest_pairing(ends, cost)[0] for j, ends in meeting.items()}
+    place = {j: j for j in meeting}
+    shared: set[int] = set()
+    while True:
+        best: tuple[float, int, list[FragmentEnd]] | None = None
+        for k, fragment in enumerate(fragments):
+            if k in shared or min(fragment.junctions) < 0:
+                continue
+            a, b = (place[j] for j in fragment.junctions)
+            if a == b or not _may_be_shared(fragment, width):
+                continue
+            if len(meeting[a]) % 2 == 0 or len(meeting[b]) % 2 == 0:
+                continue
+            rest = [e for e in meeting[a] + meeting[b] if e[0] != k]
+            gain = price[a] + price[b] - cheapest_pairing(rest, cost)[0] - SHARED_COST
+            if gain > 0.0 and (best is None or gain > best[0]):
+                best = gain, k, rest
+        if best is None:
+            return list(meeting.values()), shared
+        _, k, rest = best
+        a, b = (place[j] for j in fragments[k].junctions)
+        shared.add(k)
+        meeting[a] = rest
+        price[a] = cheapest_pairing(rest, cost)[0]
+        del meeting[b]
+        place = {j: a if at == b else at for j, at in place.items()}
+
+
+def _may_be_shared(fragment: Fragment, width: float) -> bool:
+    short = len(fragment.points) < MAX_THIN_SHARED_WIDTHS * width
+    return short or fragment.radius > SHARED_RADIUS_WIDTHS * width
+
+
+def _gap_pairs(
+    ends: list[FragmentEnd],
+    poses: dict[FragmentEnd, EndPose],
+    cost,
+    mask: UInt8[np.ndarray, "h w"],
+    width: float,
+) -> list[tuple[FragmentEnd, FragmentEnd]]:
+    """Pairs of ends across gaps of a rope, the best ones first."""
+    ranked = []
+    for k, a in enumerate(ends):
+        for b in ends[k + 1 :]:
+            gap = poses[b].position - poses[a].position
+            distance = float(np.linalg.norm(gap))
+            if a[0] == b[0] or distance > MAX_GAP_SEARCH_WIDTHS * width:
+                continue
+            steps = np.linspace(0.0, 1.0, max(2, round(distance)))[:, None]
+            at = np.rint(poses[a].position + steps * gap).astype(int)
+            background = float(np.sum(mask[at[:, 1], at[:, 0]] == 0)) / width
+            total = cost(a, b) + GAP_COST_PER_WIDTH * background
+            if background < MAX_GAP_WIDTHS and total < FREE_END_COST:
+                ranked.append((total, a, b))
+    taken: set[FragmentEnd] = set()
+    pairs = []
+    for _, a, b in sorted(ranked):
+        if a not in taken and b not in taken:
+            taken |= {a, b}
+            pairs.append((a, b))
+    return pairs
+
+
+def _chain(
+    fragments: list[Fragment],
+    partner: dict[FragmentEnd, FragmentEnd],
+    shared: set[int],
+    poses: dict[FragmentEnd, EndPose],
+) -> list[AssembledRope]:
+    """Ropes, followed from open ends; rings are opened anywhere."""
+    used = set(shared)
+    whole = range(len(fragments))
+    starts = [(k, s) for k in whole for s in (0, 1) if (k, s) not in partner]
+    starts += [(k, 0) for k in whole]
+    ropes = []
+    for start in starts:
+        if start[0] in used:
+            continue
+        points: list[np.ndarray] = []
+        clear: list[np.ndarray] = []
+        members: list[int] = []
+        at: FragmentEnd | None = start
+        before: FragmentEnd | None = None
+        while at is not None and at[0] not in used:
+            k, side = at
+            used.add(k)
+            members.append(k)
+            ahead = fragments[k].points if side == 0 else fragments[k].points[::-1]
+            if before is not None:
+                bridge = _bridge(points[-1][-1], poses[before], ahead[0], poses[at])
+                points.append(bridge)
+                clear.append(np.zeros(len(bridge), bool))
+            points.append(ahead)
+            clear.append(np.ones(len(ahead), bool))
+            before = (k, 1 - side)
+            at = partner.get(before)
+        ropes.append(
+            AssembledRope(np.concatenate(points), np.concatenate(clear), tuple(members))
+        )
+    return ropes
+
+
+def _bridge(
+    start: Float64[np.ndarray, "2"], leaving: EndPose, stop: Float64[np.ndarray, "2"],
+    entering: EndPose,
+) -> Float64[np.ndarray, "k 2"]:
+    """Cubic from the last point of a fragment to the first one of the next, a pixel apart."""
+    length = float(np.linalg.norm(stop - start))
+    t = np.linspace(0.0, 1.0, max(2, int(np.ceil(length)) + 1))[1:-1, None]
+    first, last = length * leaving.outward, -length * entering.outward
+    return (
+        (2.0 * t**3 - 3.0 * t**2 + 1.0) * start
+        + (t**3 - 2.0 * t**2 + t) * first
+        + (3.0 * t**2 - 2.0 * t**3) * stop
+        + (t**3 - t**2) * last
+    )
+

@@ -1,0 +1,261 @@
+"""Foreground of an image: all pixels that show a rope, of whatever colour.
+
+Proposals are taken up one after the other, the most distinct first. Each teaches the colours of a
+kind of rope; what it explains is not taken up again. The kinds are then measured together in an
+image of sufficient resolution.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float32, Float64, UInt8
+from skimage.morphology import skeletonize
+
+from services.perception.centerline.segmentation import Color
+from services.perception.image.color_model import (
+    ROPE_LOG_RATIO,
+    histogram_cells,
+    learn_rope_mask,
+    log_likelihood_ratio,
+    without_wide_regions,
+)
+from services.perception.image.contrast import Component, RopeMask, component_contrasts
+from services.perception.image.proposals import color_distance, propose, propose_by_color
+from services.perception.image.width import measure_width, width_from_radii
+
+SEARCH_SIDE = 480
+"""Longer side of the image in which ropes are searched [pixels]."""
+MEASUREMENT_SIDE = 1000
+"""Longer side of the image in which ropes are measured, if they are wide enough there [pixels]."""
+MEASUREMENT_WIDTH = 6.0
+"""Width of a rope that is sufficient for its measurement [pixels]."""
+MIN_CONTRAST = 6.0
+"""Least distance of a rope from both of its sides [Lab, as OpenCV scales it]."""
+MAX_CONTRAST = 60.0
+"""Distance above which more contrast does not raise the score [Lab]."""
+SAME_COLOR_DISTANCE = 12.0
+"""Distance from the given colour that halves the score [Lab]."""
+OTHER_COLOR_DISTANCE = 45.0
+"""Distance from the given colour from which a proposal is dropped [Lab]."""
+COLOR_PERCENTILE = 30.0
+"""Percentile of the colour distances along a proposal that is compared with the limits [%]; low,
+since only part of a striped rope has the colour."""
+MAX_SHADOW_SHARE = 0.5
+"""Share of a proposal that could be a shadow, above which it scores less."""
+SHADOW_FACTOR = 0.2
+"""Factor on the score of a proposal that could be a shadow."""
+JUNCTION_PENALTY = 0.3
+"""Weight of each junction in the divisor of a component's effective length [-]: a rope has few, a
+grid many."""
+MAX_SCORED = 14
+"""Number of proposals that are scored."""
+MAX_LEARNT = 5
+"""Number of proposals whose colours are learnt."""
+SAME_OVERLAP = 0.7
+"""Share of a proposal's skeleton in another mask above which it is explained by it [-]."""
+MIN_RELATIVE_CONTRAST = 0.4
+"""Least contrast of a component, relative to the longest one's."""
+MIN_RELATIVE_LENGTH = 0.04
+"""Least length of a component, relative to the longest one's."""
+MIN_RELATIVE_SCORE = 0.2
+"""Least score of a further kind of rope, relative to the best one's."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """Ropes of one colour."""
+
+    score: float
+    """Length times distinctness."""
+    rope: RopeMask
+    """Mask in the small image."""
+    shadow: float
+    """Share of it that could be a shadow, 0..1."""
+
+
+@dataclass(frozen=True)
+class Foreground:
+    """All ropes of an image, in the resolution in which they are measured."""
+
+    image: UInt8[np.ndarray, "h w 3"]
+    """Red, green, blue."""
+    lab: UInt8[np.ndarray, "h w 3"]
+    """The same in Lab, as OpenCV scales it."""
+    rope: RopeMask
+    """Mask of all ropes."""
+    radii: Float32[np.ndarray, "h w"]
+    """Distance of every pixel of the mask from its outside [pixels]."""
+    kinds: tuple[Kind, ...]
+    """Kinds of ropes, the most distinct first."""
+
+
+def find_foreground(
+    color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = None
+) -> Foreground | None:
+    """Return the foreground of an image; None when nothing in it looks like a rope.
+
+    Args:
+        color: Red, green, blue.
+        rope_color: Colour of the ropes; None: whatever stands out.
+    """
+    lab = _to_lab(_shrunk(color, SEARCH_SIDE))
+    kinds = _kinds(lab, None if rope_color is None else _lab_of(rope_color))
+    if not kinds:
+        return None
+    scale = max(color.shape[:2]) / max(lab.shape[:2])
+    narrowest = min(k.rope.width for k in kinds) * scale
+    longer = max(color.shape[:2])
+    enough = round(longer * min(1.0, MEASUREMENT_WIDTH / narrowest))
+    image = _shrunk(color, max(MEASUREMENT_SIDE, enough))
+    return _measured(image, kinds)
+
+
+def _kinds(lab: UInt8[np.ndarray, "h w 3"], wanted: Float64[np.ndarray, "3"] | None) -> list[Kind]:
+    """Kinds of ropes, the most distinct first."""
+    explained = np.zeros(lab.shape[:2], np.uint8)
+    scored: list[Kind] = []
+    for mask in propose(lab) if wanted is None else propose_by_color(lab, wanted):
+        width, skeleton = measure_width(mask)
+        if any(_covered(skeleton, k.rope) > 0.9 and _covered(k.rope.skeleton, mask) > 0.9
+               for k in scored):
+            continue
+        kind = _scored(lab, RopeMask(np.zeros(0, np.float32), mask, skeleton, width), wanted)
+        if kind is not None:
+            scored.append(kind)
+    kinds: list[Kind] = []
+    learnt = 0
+    for proposal in sorted(scored, key=lambda k: -k.score)[:MAX_SCORED]:
+        if _covered(proposal.rope.skeleton, explained) > SAME_OVERLAP:
+            continue
+        if kinds and proposal.score < 0.5 * MIN_RELATIVE_SCORE * kinds[0].score:
+            break
+        rope = _learn(lab, proposal.rope.mask)
+        learnt += 1
+        kind = None if rope is None else _scored(lab, rope, wanted)
+        if kind is None or (kinds and kind.score < MIN_RELATIVE_SCORE * kinds[0].score):
+            continue
+        if kinds and kind.shadow > MAX_SHADOW_SHARE:
+            continue
+        kinds.append(kind)
+        explained |= cv2.dilate(kind.rope.mask, np.ones((5, 5), np.uint8))
+        if learnt == MAX_LEARNT:
+            break
+    return sorted(kinds, key=lambda k: -k.score)
+
+
+def _covered(skeleton: Bool[np.ndarray, "h w"], rope: RopeMask | UInt8[np.ndarray, "h w"]) -> float:
+    """Share of a skeleton that lies in a mask."""
+    mask = rope.mask if isinstance(rope, RopeMask) else rope
+    return float(np.mean(mask[skeleton])) if np.any(skeleton) else 0.0
+
+
+def _scored(
+    lab: UInt8[np.ndarray, "h w 3"], rope: RopeMask, wanted: Float64[np.ndarray, "3"] | None
+) -> Kind | None:
+    """Mask with its score; None when it cannot be a rope.
+
+    Args:
+        lab: Image in Lab.
+        rope: Mask of the same size.
+        wanted: Colour of the rope in Lab.
+    """
+    found = component_contrasts(lab, rope) if np.any(rope.skeleton) else []
+    contrast = _length_mean(found, [c.contrast for c in found]) if found else 0.0
+    if contrast < MIN_CONTRAST:
+        return None
+    # Grain and print have many short components, a grid has one with many junctions.
+    run = _length_mean(found, [c.length / (1.0 + JUNCTION_PENALTY * c.junctions) for c in found])
+    steadiness = _length_mean(found, [c.steadiness for c in found])
+    shadow = _length_mean(found, [c.shadow for c in found])
+    score = run * min(contrast, MAX_CONTRAST) * steadiness**2
+    if shadow > MAX_SHADOW_SHARE:
+        score *= SHADOW_FACTOR
+    if wanted is not None:
+        distances = color_distance(lab[rope.skeleton], wanted)
+        distance = float(np.percentile(distances, COLOR_PERCENTILE))
+        if distance > OTHER_COLOR_DISTANCE:
+            return None
+        score /= 1.0 + (distance / SAME_COLOR_DISTANCE) ** 2
+    return Kind(score, rope, shadow)
+
+
+def _learn(lab: UInt8[np.ndarray, "h w 3"], piece: UInt8[np.ndarray, "h w"]) -> RopeMask | None:
+    """Mask of the ropes that a piece belongs to, learnt again from their distinct components."""
+    rope = None
+    for _ in range(2):
+        rope = learn_rope_mask(lab, piece)
+        if rope is None:
+            return None
+        rope = _distinct_components(lab, rope)
+        piece = rope.mask
+    return rope
+
+
+def _distinct_components(lab: UInt8[np.ndarray, "h w 3"], rope: RopeMask) -> RopeMask:
+    """Mask without components that hardly differ from their sides, or that are shadows."""
+    found = component_contrasts(lab, rope)
+    longest = max(found, key=lambda c: c.length)
+    kept = [longest.label] + [
+        c.label
+        for c in found
+        if c.contrast * c.steadiness > MIN_RELATIVE_CONTRAST * longest.contrast
+        and c.length > MIN_RELATIVE_LENGTH * longest.length
+        and (c.shadow <= MAX_SHADOW_SHARE or longest.shadow > MAX_SHADOW_SHARE)
+    ]
+    _, labels = cv2.connectedComponents(rope.mask, connectivity=8)
+    mask = np.isin(labels, kept)
+    return replace(rope, mask=mask.view(np.uint8), skeleton=rope.skeleton & mask)
+
+
+def _measured(image: UInt8[np.ndarray, "h w 3"], kinds: list[Kind]) -> Foreground | None:
+    """Foreground of an image, with the colours of kinds found in a smaller one."""
+    lab = _to_lab(image)
+    size = (image.shape[1], image.shape[0])
+    scale = size[0] / kinds[0].rope.mask.shape[1]
+    cells = histogram_cells(lab)
+    pieces = [cv2.resize(k.rope.mask, size, interpolation=cv2.INTER_NEAREST) for k in kinds]
+    every = np.bitwise_or.reduce(pieces)
+    likelihood = np.full(every.shape, -np.inf, np.float32)
+    mask = np.zeros_like(every)
+    for kind, piece in zip(kinds, pieces, strict=True):
+        width = kind.rope.width * scale
+        own = log_likelihood_ratio(cells, piece, every, width)
+        likelihood = np.maximum(likelihood, own)
+        mask |= without_wide_regions((own > ROPE_LOG_RATIO).view(np.uint8), width)
+    # A pixel of a component that no kind has touched is of a colour by chance.
+    count, labels = cv2.connectedComponents(mask, connectivity=8)
+    touched = np.bincount(labels[every > 0], minlength=count)
+    area = np.bincount(labels.ravel(), minlength=count)
+    kept = touched > 0.3 * area
+    kept[0] = False
+    mask = kept[labels].view(np.uint8)
+    radii = cv2.distanceTransform(mask, cv2.DIST_L2, 5)
+    skeleton = skeletonize(mask.view(bool))
+    if not np.any(skeleton):
+        return None
+    rope = RopeMask(likelihood, mask, skeleton, width_from_radii(radii[skeleton]))
+    return Foreground(image, lab, rope, radii, tuple(kinds))
+
+
+def _shrunk(color: UInt8[np.ndarray, "h w 3"], longer: int) -> UInt8[np.ndarray, "h w 3"]:
+    """Image with at most a given longer side [pixels]."""
+    scale = min(1.0, longer / max(color.shape[:2]))
+    if scale == 1.0:
+        return color
+    return cv2.resize(color, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+
+
+def _to_lab(color: UInt8[np.ndarray, "h w 3"]) -> UInt8[np.ndarray, "h w 3"]:
+    return cv2.cvtColor(color, cv2.COLOR_RGB2LAB)
+
+
+def _lab_of(color: Color) -> Float64[np.ndarray, "3"]:
+    return _to_lab(np.array([[color]], np.uint8))[0, 0].astype(float)
+
+
+def _length_mean(components: list[Component], values: list[float]) -> float:
+    """Mean of values, weighted with the components' lengths."""
+    return float(np.average(values, weights=[c.length for c in components]))

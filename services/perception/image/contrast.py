@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float32, Float64, UInt8
+from jaxtyping import Bool, Float, Float32, Float64, UInt8
 
 SIDE_OFFSET_WIDTHS = 1.4
 """Distance from the axis at which the sides are sampled [rope widths]."""
@@ -102,15 +102,33 @@ def component_contrasts(lab: UInt8[np.ndarray, "h w 3"], rope: RopeMask) -> list
 
 
 def could_be_shadow(
-    here: Float64[np.ndarray, "*k 3"], beside: Float64[np.ndarray, "*k 3"]
+    here: Float[np.ndarray, "*k 3"], beside: Float[np.ndarray, "*k 3"]
 ) -> Bool[np.ndarray, "*k"]:
-    """Whether colours are darker shades of those beside them [Lab]."""
+    """Return whether colours are darker shades of those beside them.
+
+    Args:
+        here: Colours in Lab.
+        beside: Colours of the surface beside them in Lab.
+    """
     ratio = here[..., 0] / np.maximum(beside[..., 0], 1.0)
-    # Chroma shrinks with the light, if at all.
-    tint = here[..., 1:] - 128.0 - ratio[..., None] * (beside[..., 1:] - 128.0)
-    distance = np.linalg.norm(tint, axis=-1)
     darkest, brightest = SHADOW_BRIGHTNESS
-    return (ratio > darkest) & (ratio < brightest) & (distance < MAX_SHADOW_TINT)
+    tint, _ = tint_and_brightness(here, beside)
+    return (ratio > darkest) & (ratio < brightest) & (tint < MAX_SHADOW_TINT)
+
+
+def tint_and_brightness(
+    here: Float[np.ndarray, "*k 3"], beside: Float[np.ndarray, "*k 3"]
+) -> tuple[Float[np.ndarray, "*k"], Float[np.ndarray, "*k"]]:
+    """Return the difference of chroma from a shade of the surface beside, and that of lightness.
+
+    Args:
+        here: Colours in Lab.
+        beside: Colours of the surface beside them in Lab.
+    """
+    # Chroma shrinks with the light, if at all.
+    ratio = here[..., :1] / np.maximum(beside[..., :1], 1.0)
+    tint = here[..., 1:] - 128.0 - ratio * (beside[..., 1:] - 128.0)
+    return np.linalg.norm(tint, axis=-1), here[..., 0] - beside[..., 0]
 
 
 def _junctions(skeleton: Bool[np.ndarray, "h w"], spur: int) -> Bool[np.ndarray, "h w"]:

@@ -10,13 +10,14 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from jaxtyping import Float64, UInt8
+from jaxtyping import Float32, Float64, UInt8
 
 from services.perception.centerline.ridge import Ridge, extract_ridge
 from services.perception.centerline.segmentation import Color, Region
 from services.perception.centerline.skeleton import Strand
 from services.perception.image.assembly import AssembledRope, assemble
 from services.perception.image.color_model import ROPE_LOG_RATIO
+from services.perception.image.flanks import center_between_flanks
 from services.perception.image.foreground import Foreground, find_foreground
 from services.perception.image.fragments import cut_fragments
 from services.perception.image.width import width_from_radii
@@ -29,8 +30,6 @@ MIN_LENGTH_WIDTHS = 6.0
 """Least length of a rope [rope widths]."""
 MIN_RELATIVE_LENGTH = 0.06
 """Least length of a rope, relative to the image's longer side."""
-LABEL_REACH_WIDTHS = 0.85
-"""Distance from its axis up to which a pixel of the foreground belongs to a rope [rope widths]."""
 
 
 @dataclass(frozen=True)
@@ -106,8 +105,9 @@ def _detection(color: UInt8[np.ndarray, "h w 3"], foreground: Foreground) -> Det
     likeness = np.clip(likeness, 0.0, 255.0).astype(np.uint8)
     # Likeness outside the mask and its margin must not attract the sub-pixel lines.
     likeness *= cv2.dilate(rope.mask, np.ones((5, 5), np.uint8))
-    ropes = [_measured(foreground, likeness, r) for r in kept]
-    labels = _labels(ropes, rope.mask)
+    lab = cv2.GaussianBlur(foreground.lab, (0, 0), 0.7).astype(np.float32)
+    ropes = [_measured(foreground, lab, likeness, r) for r in kept]
+    labels = _labels(ropes, rope.mask.shape)
     scale = width / rope.mask.shape[1]
     size = (width, height)
     return Detection(
@@ -119,7 +119,10 @@ def _detection(color: UInt8[np.ndarray, "h w 3"], foreground: Foreground) -> Det
 
 
 def _measured(
-    foreground: Foreground, likeness: UInt8[np.ndarray, "h w"], found: AssembledRope
+    foreground: Foreground,
+    smooth: Float32[np.ndarray, "h w 3"],
+    likeness: UInt8[np.ndarray, "h w"],
+    found: AssembledRope,
 ) -> DetectedRope:
     """Rope with its sub-pixel axis, width and colour."""
     seen = np.rint(found.points[found.clear]).astype(int)
@@ -128,6 +131,8 @@ def _measured(
     points, clear = _to_tips(found, foreground.rope.mask, width)
     region, no_depth = Region(likeness, foreground.rope.mask, 0, 0), np.zeros((1, 1), np.uint16)
     line = extract_ridge(Strand(points, clear), region, no_depth, width)
+    axis, width = center_between_flanks(smooth, line.pixels, line.normals, line.clear, width)
+    line = replace(line, pixels=axis)
     red, green, blue = np.median(foreground.image[seen[:, 1], seen[:, 0]], axis=0)
     return DetectedRope((int(red), int(green), int(blue)), width, [line])
 
@@ -152,13 +157,13 @@ def _to_tips(
 
 
 def _labels(
-    ropes: list[DetectedRope], mask: UInt8[np.ndarray, "h w"]
+    ropes: list[DetectedRope], shape: tuple[int, ...]
 ) -> UInt8[np.ndarray, "h w"]:
-    """Label of the nearest rope for every pixel of the mask."""
-    nearest = np.full(mask.shape, LABEL_REACH_WIDTHS, np.float32)
-    labels = np.zeros(mask.shape, np.uint8)
+    """Label of the nearest rope for every pixel within half a width of an axis."""
+    nearest = np.full(shape, 0.5, np.float32)
+    labels = np.zeros(shape, np.uint8)
     for k, rope in enumerate(ropes, 1):
-        free = np.ones(mask.shape, np.uint8)
+        free = np.ones(shape, np.uint8)
         for line in rope.lines:
             points = np.rint(8.0 * line.pixels).astype(np.int32)[:, None]
             cv2.polylines(free, [points], False, 0, 1, cv2.LINE_8, 3)
@@ -166,7 +171,7 @@ def _labels(
         closer = distance < nearest
         labels[closer] = k
         nearest[closer] = distance[closer]
-    return labels * mask
+    return labels
 
 
 def _scaled(rope: DetectedRope, scale: float) -> DetectedRope:

@@ -22,9 +22,16 @@ from services.perception.image.color_model import (
     log_likelihood_ratio,
     without_wide_regions,
 )
-from services.perception.image.contrast import Component, RopeMask, component_contrasts
+from services.perception.image.contrast import (
+    Component,
+    RopeMask,
+    component_contrasts,
+    could_be_shadow,
+    tint_and_brightness,
+)
+from services.perception.image.ground import StandingOut, stand_out, thin_parts
 from services.perception.image.proposals import color_distance, propose, propose_by_color
-from services.perception.image.width import measure_width, width_from_radii
+from services.perception.image.width import measure_width, width_from_radii, width_of_most_area
 
 SEARCH_SIDE = 480
 """Longer side of the image in which ropes are searched [pixels]."""
@@ -60,6 +67,20 @@ MIN_RELATIVE_CONTRAST = 0.4
 """Least contrast of a component, relative to the longest one's."""
 MIN_RELATIVE_LENGTH = 0.04
 """Least length of a component, relative to the longest one's."""
+MIN_PIECE_LENGTH = 0.05
+"""Least extent of a piece that stands out, as a share of the image's longer side."""
+MAX_HALF_WIDTH = 1.3
+"""Half width above which what stands out is no rope and no crossing of two [rope widths]."""
+SHADOW_REACH_WIDTHS = 1.6
+"""Distance from a rope up to which a dark region is its shadow [rope widths]."""
+MIN_ROPE_TINT = 12.0
+"""Difference of chroma from that of the darkened ground that no shadow has [Lab]."""
+MIN_ROPE_BRIGHTNESS = 10.0
+"""Brightness above the ground's that no shadow has [Lab]."""
+MIN_DARK_LENGTH = 0.15
+"""Least extent of a dark rope, as a share of the image's longer side: shorter ones are shadows."""
+MIN_EDGE_SLOPE = 0.35
+"""Slope of a dark rope's edges, relative to its darkness, below which it is a shadow [1/pixel]."""
 MIN_RELATIVE_SCORE = 0.2
 """Least score of a further kind of rope, relative to the best one's."""
 
@@ -115,6 +136,103 @@ def find_foreground(
 
 def _kinds(lab: UInt8[np.ndarray, "h w 3"], wanted: Float64[np.ndarray, "3"] | None) -> list[Kind]:
     """Kinds of ropes, the most distinct first."""
+    if wanted is None:
+        out = stand_out(lab)
+        kinds = [] if out is None else _kinds_on_ground(lab, out)
+        if kinds:
+            return kinds
+    return _kinds_anywhere(lab, wanted)
+
+
+def _kinds_on_ground(lab: UInt8[np.ndarray, "h w 3"], out: StandingOut) -> list[Kind]:
+    """Kinds of ropes on a ground that most of the image shows: lit ones, and dark ones."""
+    smooth = cv2.GaussianBlur(lab, (0, 0), 0.7).astype(np.float32)
+    shaded = could_be_shadow(smooth, out.ground) & (out.mask > 0)
+    tint, brighter = tint_and_brightness(smooth, out.ground)
+    certain = out.strong | (tint > MIN_ROPE_TINT) | (brighter > MIN_ROPE_BRIGHTNESS)
+    lit = _thin_components(out, out.mask * ~shaded * certain, shaded, None)
+    kinds = [] if lit is None else [lit]
+    # A shadow lies beside what throws it, and its edges are soft; a dark rope lies anywhere.
+    width = lit.rope.width if lit is not None else None
+    if lit is not None:
+        from_lit = cv2.distanceTransform(1 - lit.rope.mask, cv2.DIST_L2, 5)
+        shaded &= from_lit > SHADOW_REACH_WIDTHS * lit.rope.width
+    sharp = _sharp_components(lab, shaded.view(np.uint8), out)
+    dark = _thin_components(out, sharp, shaded, width)
+    if dark is not None and (lit is None or dark.score > MIN_RELATIVE_SCORE * lit.score):
+        kinds.append(dark)
+    return kinds
+
+
+def _sharp_components(
+    lab: UInt8[np.ndarray, "h w 3"], mask: UInt8[np.ndarray, "h w"], out: StandingOut
+) -> UInt8[np.ndarray, "h w"]:
+    """Long components of a mask whose edges are as sharp as those of a thing, not of a shadow."""
+    mask = _long_enough(mask, MIN_DARK_LENGTH * max(mask.shape))
+    count, labels = cv2.connectedComponents(mask, connectivity=8)
+    light = cv2.GaussianBlur(lab[..., 0], (0, 0), 0.7).astype(np.float32)
+    depth = out.ground[..., 0] - light
+    across, down = cv2.Sobel(depth, -1, 1, 0), cv2.Sobel(depth, -1, 0, 1)
+    slope = cv2.dilate(np.hypot(across, down) / 8.0, np.ones((3, 3), np.uint8)) * (mask > 0)
+    kept = np.zeros_like(mask)
+    for k in range(1, count):
+        on = labels == k
+        # The steepest slope near each pixel against the depth of the darkness.
+        steep = float(np.percentile(slope[on], 70.0))
+        if steep < MIN_EDGE_SLOPE * float(np.percentile(depth[on], 80.0)):
+            continue
+        # A dark rope is darker than its own shadow.
+        levels = np.minimum(out.distance[on], 255.0).astype(np.uint8)
+        core = on & (out.distance > cv2.threshold(levels, 0, 255, cv2.THRESH_OTSU)[0])
+        core = _long_enough(core.view(np.uint8), 0.5 * MIN_DARK_LENGTH * max(mask.shape))
+        kept |= core if 2 * np.count_nonzero(core) > 0.5 * np.count_nonzero(on) else on
+    return kept
+
+
+def _thin_components(
+    out: StandingOut,
+    mask: UInt8[np.ndarray, "h w"],
+    shaded: Bool[np.ndarray, "h w"],
+    width: float | None,
+) -> Kind | None:
+    """Kind of rope made of the long thin components of a mask; None when there are none."""
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (3, 3))
+    mask = cv2.morphologyEx(np.ascontiguousarray(mask), cv2.MORPH_CLOSE, kernel)
+    mask = _long_enough(mask, MIN_PIECE_LENGTH * max(mask.shape))
+    if not np.any(mask):
+        return None
+    own = _usual_width(mask)
+    mask = thin_parts(mask, own, MAX_HALF_WIDTH).view(np.uint8)
+    mask = _long_enough(mask, max(MIN_PIECE_LENGTH * max(mask.shape), 3.0 * own))
+    if not np.any(mask):
+        return None
+    own, skeleton = _usual_width(mask), skeletonize(mask.view(bool))
+    if width is not None and not 0.4 < own / width < 2.5:
+        return None
+    rope = RopeMask(np.zeros(0, np.float32), mask, skeleton, own)
+    score = float(np.sum(np.minimum(out.distance[skeleton], MAX_CONTRAST)))
+    return Kind(score, rope, float(np.mean(shaded[skeleton])))
+
+
+def _usual_width(mask: UInt8[np.ndarray, "h w"]) -> float:
+    """Width of most of a mask's area [pixels]."""
+    radii = cv2.distanceTransform(mask, cv2.DIST_L2, 5)
+    return width_of_most_area(radii[skeletonize(mask.view(bool))])
+
+
+def _long_enough(mask: UInt8[np.ndarray, "h w"], least: float) -> UInt8[np.ndarray, "h w"]:
+    """Mask without components of less than a given extent [pixels]."""
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
+    extent = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT])
+    kept = extent > least
+    kept[0] = False
+    return kept[labels].view(np.uint8)
+
+
+def _kinds_anywhere(
+    lab: UInt8[np.ndarray, "h w 3"], wanted: Float64[np.ndarray, "3"] | None
+) -> list[Kind]:
+    """Kinds of ropes on any ground, learnt from one proposal after the other."""
     explained = np.zeros(lab.shape[:2], np.uint8)
     scored: list[Kind] = []
     for mask in propose(lab) if wanted is None else propose_by_color(lab, wanted):

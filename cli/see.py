@@ -1,4 +1,4 @@
-"""`lariat see IMAGE`: the rope in a single image of any camera."""
+"""`lariat see IMAGE`: the ropes in a single image of any camera."""
 
 from __future__ import annotations
 
@@ -21,18 +21,16 @@ from shared.image_header import check_image
 
 if TYPE_CHECKING:
     from services.perception.centerline.estimate import CenterlineEstimate
-    from services.perception.image.detector import DetectedRope
+    from services.perception.image.detector import Detection
 
-LINE_COLOR = (255, 0, 255)
-"""Colour of drawn centrelines."""
+LINE_COLORS = ((255, 0, 255), (0, 255, 255), (255, 255, 0), (0, 255, 0), (255, 128, 0))
+"""Colours of drawn centrelines, one rope after the other."""
 OBSERVED_COLOR, HIDDEN_COLOR = (0, 120, 255), (255, 160, 0)
 """Colours of observed and of hidden nodes."""
 PIXELS_PER_THICKNESS = 640
 """Longer side of an image per pixel of a line's thickness [pixels]; lines have at least two."""
 SHADOW_NOTE_SHARE = 0.5
-"""Share of a rope that could be a shadow, above which a note warns."""
-PIECES_NOTE_COUNT = 12
-"""Number of pieces of a rope above which a note warns."""
+"""Share of the ropes that could be a shadow, above which a note warns."""
 MAX_PICTURE_PIXEL_COUNT = 2**27
 """Largest number of pixels of a picture; it takes 0.4 GB."""
 MAX_PICTURE_FILE_SIZE = 2**28
@@ -53,13 +51,16 @@ def main(
     diameter: float | None = None,
     nodes: int = 40,
     out: Path | None = None,
+    labels: Path | None = None,
 ) -> int:
-    """Find the rope in an image: its centrelines, and with depth its nodes in space.
+    """Find the ropes in an image: their centrelines, and with depth one rope's nodes in space.
 
-    Prints one JSON object: `lines`, columns and rows of the pixels along each piece of the most
-    distinct rope, its `color` and `width`, `others` where there are more ropes, and `notes` on
-    what may be wrong. With depth, camera, length and diameter also `nodes`, in metres in the
-    camera's optical frame (x right, y down, z forward), each with `sigma` and `observed`.
+    Prints one JSON object: `ropes`, longest first, each with `lines` (columns and rows in order
+    along it, bridged where another rope covers it), `width` and `color`; `crossings`, each with
+    its place, the two ropes, the upper one first, and whether that is `known`; `notes` on what
+    may be wrong. With depth, camera, length and diameter also `nodes` of the longest rope, in
+    metres in the camera's optical frame (x right, y down, z forward), each with `sigma` and
+    `observed`.
 
     Examples:
       lariat see cable.jpg --color 230 110 30 --out seen.png
@@ -67,13 +68,14 @@ def main(
 
     Args:
         image: Colour image, PNG or JPEG.
-        color: Red, green and blue of the rope; by default the most distinct rope is found.
+        color: Red, green and blue of the ropes to find; by default all ropes are found.
         depth: 16-bit depth image of the same pixels [mm], 0 where nothing was measured.
         camera: JSON file with fx, fy, cx and cy in pixels.
         length: Length of the rope [m].
         diameter: Diameter of the rope [m].
         nodes: Number of nodes, evenly spaced along the rope.
         out: Image file to write, with the result drawn over the image.
+        labels: Image file to write: 0 at the background, k where the k-th rope is seen.
     """
     from services.perception.centerline.estimate import RopeModel
     from services.perception.centerline.estimator import CenterlineEstimator
@@ -90,23 +92,26 @@ def main(
     picture = _read_image(image)
     drawn = picture.copy()
     try:
-        rope = detector.detect_rope(picture, color)
+        detection = detector.detect_ropes(picture, color)
     except ValueError as error:
         raise ConfigurationError(f"{image}: {error}") from error
-    answer = _rope_answer(rope)
-    answer["notes"] = notes = _notes(rope)
+    answer = _answer(detection)
+    answer["notes"] = notes = _notes(detection)
     for note in notes:
         print(f"lariat: {image}: {note}", file=sys.stderr)
+    if labels is not None and not _write_image(labels, detection.labels):
+        raise ConfigurationError(f"{labels}: cannot be written; use the ending .png")
     if measured is None:
-        answer["others"] = [_rope_answer(other) for other in rope.others]
         thick = max(2, round(max(picture.shape) / PIXELS_PER_THICKNESS))
-        for line in [line for found in (rope, *rope.others) for line in found.lines]:
-            _draw(drawn, line.pixels, LINE_COLOR, thick)
+        for k, rope in enumerate(detection.ropes):
+            for line in rope.lines:
+                _draw(drawn, line.pixels, LINE_COLORS[k % len(LINE_COLORS)], thick)
     else:
         ranges, known, model = measured
         view = Camera(_read_intrinsics(known, picture), Pose(np.zeros(3), poses.IDENTITY))
         # The rope's pixels are known already: pass their likeness as brightness.
-        likeness = cv2.cvtColor(rope.likeness, cv2.COLOR_GRAY2RGB)
+        own = cv2.dilate((detection.labels == 1).view(np.uint8), np.ones((5, 5), np.uint8))
+        likeness = cv2.cvtColor(detection.likeness * own, cv2.COLOR_GRAY2RGB)
         estimator = CenterlineEstimator(view, model, CenterlineSettings())
         found = estimator.estimate(np.asarray(likeness, np.uint8), ranges)
         answer |= _node_answer(found)
@@ -118,34 +123,35 @@ def main(
     return 1 if answer.get("lost") else 0
 
 
-def _rope_answer(rope: DetectedRope) -> dict[str, object]:
-    return {
-        "color": list(rope.color),
-        "width": round(rope.width, 2),
-        "shadow": round(rope.shadow, 2),
-        "lines": [np.round(line.pixels, 2).tolist() for line in rope.lines],
-    }
+def _answer(detection: Detection) -> dict[str, object]:
+    ropes = [
+        {
+            "color": list(rope.color),
+            "width": round(rope.width, 2),
+            "lines": [np.round(line.pixels, 2).tolist() for line in rope.lines],
+        }
+        for rope in detection.ropes
+    ]
+    crossings = [
+        {"at": np.round(c.position, 1).tolist(), "ropes": list(c.ropes), "known": c.known}
+        for c in detection.crossings
+    ]
+    return {"ropes": ropes, "crossings": crossings}
 
 
-def _notes(rope: DetectedRope) -> list[str]:
+def _notes(detection: Detection) -> list[str]:
     """Reasons why the result may be no rope."""
-    notes = []
-    if rope.shadow > SHADOW_NOTE_SHARE:
-        notes.append(
-            "the result has the colours of its surroundings, only darker: it may be a shadow; if "
-            "so, give the rope's --color"
-        )
-    if len(rope.lines) > PIECES_NOTE_COUNT:
-        notes.append(
-            f"the result has {len(rope.lines)} pieces: it may be a pattern; if so, give the "
-            "rope's --color"
-        )
-    return notes
+    if detection.shadow <= SHADOW_NOTE_SHARE:
+        return []
+    return [
+        "the result has the colours of its surroundings, only darker: it may be a shadow; if so, "
+        "give the rope's --color"
+    ]
 
 
-def _write_image(path: Path, picture: UInt8[np.ndarray, "h w 3"]) -> bool:
+def _write_image(path: Path, picture: UInt8[np.ndarray, "h w *c"]) -> bool:
     try:
-        return cv2.imwrite(str(path), picture[..., ::-1])
+        return cv2.imwrite(str(path), picture[..., ::-1] if picture.ndim == 3 else picture)
     except cv2.error:
         # OpenCV has no encoder for this file ending.
         return False
@@ -217,7 +223,7 @@ def _draw_nodes(
     pixels: Float64[np.ndarray, "n 2"],
     found: CenterlineEstimate,
 ) -> None:
-    _draw(picture, pixels, LINE_COLOR)
+    _draw(picture, pixels, LINE_COLORS[0])
     for pixel, seen in zip(np.rint(pixels).astype(int).tolist(), found.observed, strict=True):
         cv2.circle(
             picture, tuple(pixel), 3, OBSERVED_COLOR if seen else HIDDEN_COLOR, -1, cv2.LINE_AA

@@ -31,8 +31,20 @@ def test_lines_are_drawn_over_the_picture(folder: Path, capsys: pytest.CaptureFi
     answer = json.loads(capsys.readouterr().out)
     seen = cv2.imread(str(folder / "seen.png"))
     assert seen is not None
-    for column, row in np.rint(answer["lines"][0][5:-5:10]).astype(int):
+    for column, row in np.rint(answer["ropes"][0]["lines"][0][5:-5:10]).astype(int):
         assert seen[row, column].tolist() == [255, 0, 255]
+
+
+def test_labels_are_written_for_every_rope(
+    folder: Path, capsys: pytest.CaptureFixture
+) -> None:
+    assert main(["see", str(folder / "rope.png"), "--labels", str(folder / "labels.png")]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    labels = cv2.imread(str(folder / "labels.png"), cv2.IMREAD_UNCHANGED)
+    assert labels is not None
+    assert set(np.unique(labels)) == {0, *range(1, len(answer["ropes"]) + 1)}
+    axis = np.rint(answer["ropes"][0]["lines"][0]).astype(int)
+    assert np.mean(labels[axis[:, 1], axis[:, 0]] == 1) > 0.95
 
 
 def test_nodes_with_depth_are_in_the_cameras_frame(
@@ -60,7 +72,7 @@ def test_pictures_of_any_kind_are_read(folder: Path, capsys: pytest.CaptureFixtu
     grey = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
     cv2.imwrite(str(folder / "grey.png"), grey.astype(np.uint16) * 16)
     assert main(["see", str(folder / "grey.png")]) == 0
-    assert len(json.loads(capsys.readouterr().out)["lines"][0]) > 100
+    assert len(json.loads(capsys.readouterr().out)["ropes"][0]["lines"][0]) > 100
     assert main(["see", str(folder / "k.json")]) == 2
     cv2.imwrite(str(folder / "small.png"), picture[:9, :9])
     assert main(["see", str(folder / "small.png")]) == 2

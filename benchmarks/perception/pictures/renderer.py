@@ -99,7 +99,7 @@ def paint_cables(
     picture[at[:, 1], at[:, 0]] = colors
     labels[at[:, 1], at[:, 0]] = label
     small = cv2.resize(picture, (columns, rows), interpolation=cv2.INTER_AREA)
-    return small, labels[::SUPERSAMPLING, ::SUPERSAMPLING].copy()
+    return small, _most_frequent(labels, len(cables), (columns, rows))
 
 
 def as_photograph(
@@ -137,6 +137,17 @@ def as_photograph(
     image = cv2.imdecode(data, cv2.IMREAD_COLOR)
     assert image is not None
     return np.ascontiguousarray(image[..., ::-1], np.uint8)
+
+
+def _most_frequent(
+    labels: UInt8[np.ndarray, "h w"], count: int, size: tuple[int, int]
+) -> UInt8[np.ndarray, "i j"]:
+    """Label that covers most of each pixel of a smaller picture."""
+    shares = [
+        cv2.resize((labels == k).astype(np.float32), size, interpolation=cv2.INTER_AREA)
+        for k in range(count + 1)
+    ]
+    return np.argmax(shares, axis=0).astype(np.uint8)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +30,9 @@ GAP_COST_PER_WIDTH = 0.12
 MAX_GAP_SEARCH_WIDTHS = 12.0
 """Distance up to which the ends of a gap are compared [rope widths]."""
 
+EndCost = Callable[[FragmentEnd, FragmentEnd], float]
+"""Cost of a pair of ends."""
+
 
 @dataclass(frozen=True)
 class AssembledRope:
@@ -38,26 +42,19 @@ class AssembledRope:
     """Columns and rows of its axis, in order [pixels]."""
     clear: Bool[np.ndarray, "k"]
     """Whether the axis is seen there; False on the bridges between fragments."""
-    fragments: tuple[int, ...]
-    """Indices of its fragments, in order."""
-
-
-@dataclass(frozen=True)
-class Assembly:
-    """Ropes of an image, and how clear their crossings are."""
-
-    ropes: list[AssembledRope]
-    """Ropes, longest first."""
-    ambiguity: float
-    """Least difference between the costs of the chosen and of the next pairing at a crossing [-]."""
-    worst_bending: float
-    """Largest cost of a chosen pair [-]."""
+    worst_pair: float
+    """Largest cost of a pair of its fragments [-]."""
+    margin: float
+    """Least difference between the costs of the chosen and of the next pairing at its crossings [-];
+    infinite without crossings."""
     loose_end_count: int
-    """Number of ends that lie at a crossing and found no partner."""
+    """Number of its ends that lie at a crossing and found no partner."""
 
 
-def assemble(fragments: list[Fragment], mask: UInt8[np.ndarray, "h w"], width: float) -> Assembly:
-    """Return the ropes that fragments belong to.
+def assemble(
+    fragments: list[Fragment], mask: UInt8[np.ndarray, "h w"], width: float
+) -> list[AssembledRope]:
+    """Return the ropes that fragments belong to, longest first.
 
     Args:
         fragments: Fragments of the mask's skeleton.
@@ -65,7 +62,7 @@ def assemble(fragments: list[Fragment], mask: UInt8[np.ndarray, "h w"], width: f
         width: Width of the ropes [pixels].
     """
     if not fragments:
-        return Assembly([], np.inf, 0.0, 0)
+        return []
     poses = {
         (k, side): end_pose(f, side, width) for k, f in enumerate(fragments) for side in (0, 1)
     }
@@ -78,30 +75,34 @@ def assemble(fragments: list[Fragment], mask: UInt8[np.ndarray, "h w"], width: f
 
     crossings, shared = _crossings(fragments, cost, width)
     pairs: list[tuple[FragmentEnd, FragmentEnd]] = []
-    ambiguity = np.inf
+    margins: dict[FragmentEnd, float] = {}
     for ends in crossings:
         best, second, chosen = cheapest_pairing(ends, cost)
         pairs += chosen
-        if len(ends) > 2:
-            ambiguity = min(ambiguity, second - best)
-    at_crossings = {e for ends in crossings for e in ends}
+        margins |= {end: second - best for end in ends if len(ends) > 2}
     taken = {e for pair in pairs for e in pair}
     open_ends = [e for e in poses if e not in taken and e[0] not in shared]
-    gaps = _gap_pairs(open_ends, poses, cost, mask, width)
-    pairs += gaps
-    taken |= {e for pair in gaps for e in pair}
+    pairs += _gap_pairs(open_ends, poses, cost, mask, width)
     partner = {a: b for pair in pairs for a, b in (pair, pair[::-1])}
-    ropes = _chain(fragments, partner, shared, poses)
-    return Assembly(
-        sorted(ropes, key=lambda r: -polylines.length(r.points)),
-        ambiguity,
-        max((cost(*p) for p in pairs), default=0.0),
-        len(at_crossings - taken),
-    )
+    ropes = []
+    for chain, points, clear in _chain(fragments, partner, shared, poses):
+        inner = [(k, 1 - s) for k, s in chain[:-1]]
+        outer = (chain[0], (chain[-1][0], 1 - chain[-1][1]))
+        every = [(k, s) for k, _ in chain for s in (0, 1)]
+        ropes.append(
+            AssembledRope(
+                points,
+                clear,
+                max((cost(e, partner[e]) for e in inner), default=0.0),
+                min((margins[e] for e in every if e in margins), default=np.inf),
+                sum(e in margins and e not in partner for e in outer),
+            )
+        )
+    return sorted(ropes, key=lambda r: -polylines.length(r.points))
 
 
 def _crossings(
-    fragments: list[Fragment], cost, width: float
+    fragments: list[Fragment], cost: EndCost, width: float
 ) -> tuple[list[list[FragmentEnd]], set[int]]:
     """Ends that meet at each crossing, and the fragments that two ropes share."""
     meeting: dict[int, list[FragmentEnd]] = {}
@@ -145,7 +146,7 @@ def _may_be_shared(fragment: Fragment, width: float) -> bool:
 def _gap_pairs(
     ends: list[FragmentEnd],
     poses: dict[FragmentEnd, EndPose],
-    cost,
+    cost: EndCost,
     mask: UInt8[np.ndarray, "h w"],
     width: float,
 ) -> list[tuple[FragmentEnd, FragmentEnd]]:
@@ -177,25 +178,29 @@ def _chain(
     partner: dict[FragmentEnd, FragmentEnd],
     shared: set[int],
     poses: dict[FragmentEnd, EndPose],
-) -> list[AssembledRope]:
-    """Ropes, followed from open ends; rings are opened anywhere."""
+) -> Iterator[
+    tuple[list[FragmentEnd], Float64[np.ndarray, "k 2"], Bool[np.ndarray, "k"]]
+]:
+    """Ends by which each rope's fragments are entered, its axis, and where that is seen.
+
+    Ropes are followed from open ends; rings are opened anywhere.
+    """
     used = set(shared)
     whole = range(len(fragments))
     starts = [(k, s) for k in whole for s in (0, 1) if (k, s) not in partner]
     starts += [(k, 0) for k in whole]
-    ropes = []
     for start in starts:
         if start[0] in used:
             continue
         points: list[np.ndarray] = []
         clear: list[np.ndarray] = []
-        members: list[int] = []
+        entered: list[FragmentEnd] = []
         at: FragmentEnd | None = start
         before: FragmentEnd | None = None
         while at is not None and at[0] not in used:
             k, side = at
             used.add(k)
-            members.append(k)
+            entered.append(at)
             ahead = fragments[k].points if side == 0 else fragments[k].points[::-1]
             if before is not None:
                 bridge = _bridge(points[-1][-1], poses[before], ahead[0], poses[at])
@@ -205,10 +210,7 @@ def _chain(
             clear.append(np.ones(len(ahead), bool))
             before = (k, 1 - side)
             at = partner.get(before)
-        ropes.append(
-            AssembledRope(np.concatenate(points), np.concatenate(clear), tuple(members))
-        )
-    return ropes
+        yield entered, np.concatenate(points), np.concatenate(clear)
 
 
 def _bridge(

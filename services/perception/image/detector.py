@@ -17,17 +17,36 @@ from services.perception.centerline.segmentation import Color, Region
 from services.perception.centerline.skeleton import Strand
 from services.perception.image.assembly import AssembledRope, assemble
 from services.perception.image.color_model import ROPE_LOG_RATIO
+from services.perception.image.contrast import could_be_shadow
+from services.perception.image.doubt import (
+    ImageFeatures,
+    RopeFeatures,
+    ambiguity_of_margin,
+    believed,
+    doubt,
+    image_features,
+)
 from services.perception.image.flanks import center_between_flanks
-from services.perception.image.foreground import Foreground, find_foreground
+from services.perception.image.foreground import Foreground, find_foregrounds
 from services.perception.image.fragments import cut_fragments
+from services.perception.image.layers import Crossing, RopeBand, layer_ropes
+from services.perception.image.proposals import color_distance
 from services.perception.image.width import width_from_radii
 
 MIN_IMAGE_SIDE = 48
 """Least shorter side of an image [pixels]."""
 LIKENESS_PER_LOG_RATIO = 31.0
 """Likeness per unit of the log likelihood ratio."""
+SURE_DOUBT = 0.25
+"""Doubt below which no other way of finding the foreground is tried."""
+SIDE_OFFSET = 3.0
+"""Distance from a flank at which the side of a rope is sampled [pixels]."""
 MIN_LENGTH_WIDTHS = 6.0
 """Least length of a rope [rope widths]."""
+MAX_COLOR_DISTANCE = 34.0
+"""Distance from the wanted colour up to which a pixel has it [Lab]."""
+MIN_COLOR_SHARE = 0.4
+"""Least share of a rope's axis that has the wanted colour [-]; a striped rope has it in parts."""
 MIN_RELATIVE_LENGTH = 0.06
 """Least length of a rope, relative to the image's longer side."""
 
@@ -42,6 +61,13 @@ class DetectedRope:
     """Width [pixels]."""
     lines: list[Ridge]
     """Sub-pixel centrelines, in order along the rope."""
+    features: RopeFeatures
+    """Evidence that its doubt rests on."""
+
+    @property
+    def doubt(self) -> float:
+        """Probability that this is not exactly one whole rope, 0..1."""
+        return doubt(self.features)
 
 
 @dataclass(frozen=True)
@@ -50,12 +76,40 @@ class Detection:
 
     ropes: list[DetectedRope]
     """Ropes, longest first."""
+    crossings: list[Crossing]
+    """Places where two of the ropes cross."""
     labels: UInt8[np.ndarray, "h w"]
     """0 at the background, k where rope k is seen, from 1."""
     likeness: UInt8[np.ndarray, "h w"]
     """Likeness of every pixel to a rope; 128 separates ropes and background."""
-    shadow: float
-    """Share of the ropes that could be a shadow, 0..1: the colours of their sides, only darker."""
+    features: ImageFeatures
+    """Evidence that its doubt rests on."""
+
+    @property
+    def doubt(self) -> float:
+        """Probability that a rope is missing, too much, or wrong, 0..1."""
+        return doubt(self.features)
+
+    @property
+    def shadow(self) -> float:
+        """Largest share of a rope that could be a shadow: the colours of its sides, darker."""
+        return max(rope.features.shadow for rope in self.ropes)
+
+
+@dataclass(frozen=True)
+class RopeCandidates:
+    """All that may be a rope in a foreground, in the pixels of the foreground."""
+
+    ropes: list[DetectedRope]
+    """Ropes, longest first."""
+    shares: list[float]
+    """Share of the skeleton that each of them explains, 0..1."""
+    fragment_count: int
+    """Number of fragments of the skeleton."""
+    lab: Float32[np.ndarray, "h w 3"]
+    """Slightly smoothed image in Lab."""
+    likeness: UInt8[np.ndarray, "h w"]
+    """Likeness of every pixel to a rope."""
 
 
 def detect_ropes(color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = None) -> Detection:
@@ -73,10 +127,20 @@ def detect_ropes(color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = N
             f"the image has {color.shape[1]} x {color.shape[0]} pixels, too few for a rope; give "
             f"at least {MIN_IMAGE_SIDE} x {MIN_IMAGE_SIDE}"
         )
-    foreground = find_foreground(color, rope_color)
-    found = None if foreground is None else _detection(color, foreground)
-    if found is not None:
-        return found
+    wanted = None if rope_color is None else _to_lab(rope_color)
+    # With a colour, everything is looked for first: other ropes are bridged, not followed.
+    best: Detection | None = None
+    for foreground in find_foregrounds(color, rope_color):
+        candidates = measure_candidates(foreground, wanted)
+        if candidates is None:
+            continue
+        found = _detection((color.shape[1], color.shape[0]), candidates, foreground.on_ground)
+        if best is None or found.doubt < best.doubt:
+            best = found
+        if best.doubt < SURE_DOUBT:
+            break
+    if best is not None:
+        return best
     if rope_color is None:
         raise ValueError(
             "nothing in the image is long, thin and distinct from both of its sides; give the "
@@ -88,17 +152,24 @@ def detect_ropes(color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = N
     )
 
 
-def _detection(color: UInt8[np.ndarray, "h w 3"], foreground: Foreground) -> Detection | None:
-    """Ropes of a foreground; None when all are too short."""
-    height, width = color.shape[:2]
+def measure_candidates(
+    foreground: Foreground, wanted: Float64[np.ndarray, "3"] | None = None
+) -> RopeCandidates | None:
+    """Return all that may be a rope in a foreground; None when everything is too short.
+
+    Args:
+        foreground: Foreground of an image.
+        wanted: Colour of the ropes in Lab; None: any.
+    """
     rope = foreground.rope
     smooth = cv2.GaussianBlur(foreground.lab, (0, 0), max(0.5, 0.2 * rope.width))
     smooth = smooth.astype(np.float32)
     fragments = cut_fragments(rope.skeleton, foreground.radii, smooth, rope.width)
-    assembly = assemble(fragments, rope.mask, rope.width)
-    longer = max(rope.mask.shape)
-    least = max(MIN_LENGTH_WIDTHS * rope.width, MIN_RELATIVE_LENGTH * longer)
-    kept = [r for r in assembly.ropes if len(r.points) > least]
+    assembled = assemble(fragments, rope.mask, rope.width)
+    least = max(MIN_LENGTH_WIDTHS * rope.width, MIN_RELATIVE_LENGTH * max(rope.mask.shape))
+    kept = [r for r in assembled if len(r.points) > least]
+    if wanted is not None:
+        kept = [r for r in kept if _has_color(r, foreground.lab, wanted)]
     if not kept:
         return None
     likeness = 128.0 + LIKENESS_PER_LOG_RATIO * (rope.likelihood - ROPE_LOG_RATIO)
@@ -106,16 +177,92 @@ def _detection(color: UInt8[np.ndarray, "h w 3"], foreground: Foreground) -> Det
     # Likeness outside the mask and its margin must not attract the sub-pixel lines.
     likeness *= cv2.dilate(rope.mask, np.ones((5, 5), np.uint8))
     lab = cv2.GaussianBlur(foreground.lab, (0, 0), 0.7).astype(np.float32)
-    ropes = [_measured(foreground, lab, likeness, r) for r in kept]
-    labels = _labels(ropes, rope.mask.shape)
-    scale = width / rope.mask.shape[1]
-    size = (width, height)
+    total = sum(len(r.points) for r in (kept if wanted is not None else assembled))
+    return RopeCandidates(
+        [_measured(foreground, lab, likeness, r) for r in kept],
+        [len(r.points) / total for r in kept],
+        len(fragments),
+        lab,
+        likeness,
+    )
+
+
+def label_ropes(
+    ropes: list[DetectedRope], lab: Float32[np.ndarray, "h w 3"]
+) -> tuple[UInt8[np.ndarray, "h w"], list[Crossing]]:
+    """Return the rope that each pixel shows, counted from 1, and the crossings.
+
+    Args:
+        ropes: Ropes.
+        lab: Slightly smoothed image in Lab.
+    """
+    bands = [
+        RopeBand(r.lines[0].pixels, r.lines[0].normals, r.width, _to_lab(r.color)) for r in ropes
+    ]
+    return layer_ropes(bands, lab)
+
+
+def _detection(
+    size: tuple[int, int], candidates: RopeCandidates, on_ground: bool
+) -> Detection:
+    """Credible ropes among candidates, in the pixels of the whole image."""
+    credible = believed([r.features for r in candidates.ropes])
+    ropes = [candidates.ropes[k] for k in credible]
+    labels, crossings = label_ropes(ropes, candidates.lab)
+    scale = size[0] / labels.shape[1]
+    explained = sum(candidates.shares[k] for k in credible)
     return Detection(
         [_scaled(r, scale) for r in ropes],
+        [replace(c, position=_scaled_position(c.position, scale)) for c in crossings],
         cv2.resize(labels, size, interpolation=cv2.INTER_NEAREST),
-        cv2.resize(likeness, size, interpolation=cv2.INTER_LINEAR),
-        foreground.kinds[0].shadow,
+        cv2.resize(candidates.likeness, size, interpolation=cv2.INTER_LINEAR),
+        image_features(
+            [r.features for r in ropes], explained, candidates.fragment_count, on_ground
+        ),
     )
+
+
+def _rope_features(
+    found: AssembledRope,
+    lab: Float32[np.ndarray, "h w 3"],
+    line: Ridge,
+    width: float,
+    radii: Float32[np.ndarray, "k"],
+) -> RopeFeatures:
+    here = _sampled(lab, line.pixels[line.clear])
+    contrasts, shadows = [], []
+    for sign in (-1.0, 1.0):
+        offset = sign * (width / 2.0 + SIDE_OFFSET) * line.normals[line.clear]
+        beside = _sampled(lab, line.pixels[line.clear] + offset)
+        contrasts.append(float(np.median(np.linalg.norm(here - beside, axis=1))))
+        shadows.append(float(np.mean(could_be_shadow(here, beside))))
+    return RopeFeatures(
+        length=float(np.log(len(found.points) / width)),
+        unevenness=float(np.std(radii) / np.mean(radii)),
+        worst_pair=found.worst_pair,
+        ambiguity=ambiguity_of_margin(found.margin),
+        loose_ends=float(found.loose_end_count),
+        contrast=float(np.log(1.0 + min(contrasts))),
+        hidden=1.0 - float(np.mean(found.clear)),
+        shadow=max(shadows),
+    )
+
+
+def _sampled(
+    lab: Float32[np.ndarray, "h w 3"], pixels: Float64[np.ndarray, "k 2"]
+) -> Float32[np.ndarray, "k 3"]:
+    """Colours at the nearest pixels of an image."""
+    at = np.clip(np.rint(pixels).astype(int), 0, np.array(lab.shape[1::-1]) - 1)
+    return lab[at[:, 1], at[:, 0]]
+
+
+def _has_color(
+    rope: AssembledRope, lab: UInt8[np.ndarray, "h w 3"], wanted: Float64[np.ndarray, "3"]
+) -> bool:
+    """Whether enough of a rope's axis has a colour; the rest may be stripes and highlights."""
+    at = np.rint(rope.points[rope.clear]).astype(int)
+    distance = color_distance(lab[at[:, 1], at[:, 0]], wanted)
+    return float(np.mean(distance < MAX_COLOR_DISTANCE)) > MIN_COLOR_SHARE
 
 
 def _measured(
@@ -134,7 +281,8 @@ def _measured(
     axis, width = center_between_flanks(smooth, line.pixels, line.normals, line.clear, width)
     line = replace(line, pixels=axis)
     red, green, blue = np.median(foreground.image[seen[:, 1], seen[:, 0]], axis=0)
-    return DetectedRope((int(red), int(green), int(blue)), width, [line])
+    features = _rope_features(found, smooth, line, width, radii)
+    return DetectedRope((int(red), int(green), int(blue)), width, [line], features)
 
 
 def _to_tips(
@@ -156,22 +304,13 @@ def _to_tips(
     return points, clear
 
 
-def _labels(
-    ropes: list[DetectedRope], shape: tuple[int, ...]
-) -> UInt8[np.ndarray, "h w"]:
-    """Label of the nearest rope for every pixel within half a width of an axis."""
-    nearest = np.full(shape, 0.5, np.float32)
-    labels = np.zeros(shape, np.uint8)
-    for k, rope in enumerate(ropes, 1):
-        free = np.ones(shape, np.uint8)
-        for line in rope.lines:
-            points = np.rint(8.0 * line.pixels).astype(np.int32)[:, None]
-            cv2.polylines(free, [points], False, 0, 1, cv2.LINE_8, 3)
-        distance = cv2.distanceTransform(free, cv2.DIST_L2, 5) / rope.width
-        closer = distance < nearest
-        labels[closer] = k
-        nearest[closer] = distance[closer]
-    return labels
+def _to_lab(color: Color) -> Float64[np.ndarray, "3"]:
+    return cv2.cvtColor(np.array([[color]], np.uint8), cv2.COLOR_RGB2LAB)[0, 0].astype(float)
+
+
+def _scaled_position(position: tuple[float, float], scale: float) -> tuple[float, float]:
+    # The centre of the first pixel is at zero in every size.
+    return (position[0] + 0.5) * scale - 0.5, (position[1] + 0.5) * scale - 0.5
 
 
 def _scaled(rope: DetectedRope, scale: float) -> DetectedRope:

@@ -17,6 +17,9 @@ SHIFT_WINDOW_WIDTHS = 3.0
 """Length of the running median over the axis's shift [rope widths]."""
 MAX_SHIFT_WIDTHS = 0.3
 """Largest shift of the axis [rope widths]."""
+DISTINCT_SLOPE = 0.45
+"""Slope of a flank, relative to the largest one on its side [-]: the lit half of a rope may differ
+more from its dark half than that from the table."""
 MIN_CLEAR_SHARE = 0.2
 """Share of the axis that must be clear for its flanks to be measured [-]."""
 
@@ -53,7 +56,8 @@ def center_between_flanks(
     flanks = []
     for sign in (-1.0, 1.0):
         searched = (sign * offsets > nearest * width) & (sign * offsets < farthest * width)
-        flanks.append(_steepest(slope[:, searched], offsets[searched]))
+        outward = np.flatnonzero(searched)[:: int(sign)]
+        flanks.append(_outermost(slope[:, outward], offsets[outward]))
     left, right = flanks
     measured = float(np.median((right - left)[clear]))
     # Where one flank has no contrast, the other and the width tell the axis.
@@ -68,15 +72,20 @@ def center_between_flanks(
     return pixels + shift[:, None] * normals, measured
 
 
-def _steepest(
+def _outermost(
     slope: Float64[np.ndarray, "k m"], offsets: Float64[np.ndarray, "m"]
 ) -> Float64[np.ndarray, "k"]:
-    """Sub-sample place of the largest slope in every row."""
-    best = np.argmax(slope, axis=1)
-    inner = np.clip(best, 1, slope.shape[1] - 2)
+    """Sub-sample place of the outermost distinct peak of the slope in every row."""
     rows = np.arange(len(slope))
+    before, here, after = slope[:, :-2], slope[:, 1:-1], slope[:, 2:]
+    top = slope.max(axis=1, keepdims=True)
+    peaks = (here >= before) & (here >= after) & (here > DISTINCT_SLOPE * top)
+    # The last one in the order outwards; the largest slope where there is no peak.
+    best = peaks.shape[1] - np.argmax(peaks[:, ::-1], axis=1)
+    best = np.where(np.any(peaks, axis=1), best, np.argmax(slope, axis=1))
+    inner = np.clip(best, 1, slope.shape[1] - 2)
     before, here, after = (slope[rows, inner + d] for d in (-1, 0, 1))
     curvature = before - 2.0 * here + after
     peak = np.where(curvature < -1e-6, 0.5 * (before - after) / np.minimum(curvature, -1e-6), 0.0)
-    peak = np.where(best == inner, np.clip(peak, -0.5, 0.5), best - inner)
-    return offsets[inner] + peak * (offsets[1] - offsets[0])
+    peak = np.where(best == inner, np.clip(peak, -0.5, 0.5), 0.0)
+    return offsets[best] + peak * (offsets[1] - offsets[0])

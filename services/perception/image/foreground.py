@@ -7,6 +7,7 @@ image of sufficient resolution.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import cv2
@@ -109,39 +110,29 @@ class Foreground:
     """Mask of all ropes."""
     radii: Float32[np.ndarray, "h w"]
     """Distance of every pixel of the mask from its outside [pixels]."""
-    kinds: tuple[Kind, ...]
-    """Kinds of ropes, the most distinct first."""
+    on_ground: bool
+    """Whether it is what stands out from the ground, not what has the colours of proposals."""
 
 
-def find_foreground(
+def find_foregrounds(
     color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = None
-) -> Foreground | None:
-    """Return the foreground of an image; None when nothing in it looks like a rope.
+) -> Iterator[Foreground]:
+    """Yield foregrounds of an image: what stands out from its ground, then what any colour tells.
 
     Args:
         color: Red, green, blue.
         rope_color: Colour of the ropes; None: whatever stands out.
     """
     lab = _to_lab(_shrunk(color, SEARCH_SIDE))
-    kinds = _kinds(lab, None if rope_color is None else _lab_of(rope_color))
-    if not kinds:
-        return None
-    scale = max(color.shape[:2]) / max(lab.shape[:2])
-    narrowest = min(k.rope.width for k in kinds) * scale
-    longer = max(color.shape[:2])
-    enough = round(longer * min(1.0, MEASUREMENT_WIDTH / narrowest))
-    image = _shrunk(color, max(MEASUREMENT_SIDE, enough))
-    return _measured(image, kinds)
-
-
-def _kinds(lab: UInt8[np.ndarray, "h w 3"], wanted: Float64[np.ndarray, "3"] | None) -> list[Kind]:
-    """Kinds of ropes, the most distinct first."""
-    if wanted is None:
-        out = stand_out(lab)
-        kinds = [] if out is None else _kinds_on_ground(lab, out)
-        if kinds:
-            return kinds
-    return _kinds_anywhere(lab, wanted)
+    # With a colour, everything on the ground is ropes as well: others are bridged, not followed.
+    out = stand_out(lab)
+    found = None if out is None else _measured(color, lab, _kinds_on_ground(lab, out), True)
+    if found is not None:
+        yield found
+    wanted = None if rope_color is None else _lab_of(rope_color)
+    found = _measured(color, lab, _kinds_anywhere(lab, wanted), False)
+    if found is not None:
+        yield found
 
 
 def _kinds_on_ground(lab: UInt8[np.ndarray, "h w 3"], out: StandingOut) -> list[Kind]:
@@ -328,11 +319,22 @@ def _distinct_components(lab: UInt8[np.ndarray, "h w 3"], rope: RopeMask) -> Rop
     return replace(rope, mask=mask.view(np.uint8), skeleton=rope.skeleton & mask)
 
 
-def _measured(image: UInt8[np.ndarray, "h w 3"], kinds: list[Kind]) -> Foreground | None:
+def _measured(
+    color: UInt8[np.ndarray, "h w 3"],
+    small: UInt8[np.ndarray, "i j 3"],
+    kinds: list[Kind],
+    on_ground: bool,
+) -> Foreground | None:
     """Foreground of an image, with the colours of kinds found in a smaller one."""
+    if not kinds:
+        return None
+    longer = max(color.shape[:2])
+    narrowest = min(k.rope.width for k in kinds) * longer / max(small.shape[:2])
+    enough = round(longer * min(1.0, MEASUREMENT_WIDTH / narrowest))
+    image = _shrunk(color, max(MEASUREMENT_SIDE, enough))
     lab = _to_lab(image)
     size = (image.shape[1], image.shape[0])
-    scale = size[0] / kinds[0].rope.mask.shape[1]
+    scale = size[0] / small.shape[1]
     cells = histogram_cells(lab)
     pieces = [cv2.resize(k.rope.mask, size, interpolation=cv2.INTER_NEAREST) for k in kinds]
     every = np.bitwise_or.reduce(pieces)
@@ -355,7 +357,7 @@ def _measured(image: UInt8[np.ndarray, "h w 3"], kinds: list[Kind]) -> Foregroun
     if not np.any(skeleton):
         return None
     rope = RopeMask(likelihood, mask, skeleton, width_from_radii(radii[skeleton]))
-    return Foreground(image, lab, rope, radii, tuple(kinds))
+    return Foreground(image, lab, rope, radii, on_ground)
 
 
 def _shrunk(color: UInt8[np.ndarray, "h w 3"], longer: int) -> UInt8[np.ndarray, "h w 3"]:

@@ -30,13 +30,15 @@ def axis_errors(
 )
 def test_colour_and_centreline_of_a_rope_are_detected(rope: Color, table: Color) -> None:
     picture = taken(rope, table, seed=3).color
-    read = detector.detect_rope(picture)
+    read = detector.detect_ropes(picture)
     # The light at the camera darkens the flanks of a rope.
-    assert np.max(np.abs(np.subtract(read.color, rope))) < 60
-    error = axis_errors([line.pixels for line in read.lines], curve(3))
+    assert len(read.ropes) == 1
+    (line,) = read.ropes[0].lines
+    assert np.max(np.abs(np.subtract(read.ropes[0].color, rope))) < 60
+    error = axis_errors([line.pixels], curve(3))
     assert np.median(error) < 0.3
     assert np.percentile(error, 95) < 1.0
-    along = sum(polylines.length(line.pixels) for line in read.lines)
+    along = polylines.length(line.pixels)
     assert along == pytest.approx(polylines.length(CAMERA.project(curve(3))[0]), rel=0.06)
 
 
@@ -44,14 +46,14 @@ def test_a_given_colour_selects_one_of_two_ropes() -> None:
     one, other = taken(ORANGE, GREY, seed=3).color, taken((40, 60, 160), GREY, seed=5).color
     blue = other[..., 2].astype(int) - other[..., 0] > 50
     picture = np.where(blue[..., None], other, one)
-    read = detector.detect_rope(picture, (40, 60, 160))
-    error = axis_errors([line.pixels for line in read.lines], curve(5))
+    read = detector.detect_ropes(picture, (40, 60, 160))
+    error = axis_errors([line.pixels for rope in read.ropes for line in rope.lines], curve(5))
     assert np.percentile(error, 95) < 1.0
 
 
 def test_an_image_without_a_rope_is_refused() -> None:
     with pytest.raises(ValueError, match="long, thin"):
-        detector.detect_rope(np.full((240, 320, 3), 120, np.uint8))
+        detector.detect_ropes(np.full((240, 320, 3), 120, np.uint8))
 
 
 @pytest.mark.parametrize(
@@ -69,8 +71,8 @@ def test_the_centreline_of_a_glossy_cable_is_complete_on_every_table(
 ) -> None:
     axis = random_axis(shape)
     picture = render_photograph(axis, rope, table, shape)
-    for read in (detector.detect_rope(picture), detector.detect_rope(picture, rope.color)):
-        found = np.concatenate([line.pixels for line in read.lines])
+    for read in (detector.detect_ropes(picture), detector.detect_ropes(picture, rope.color)):
+        found = np.concatenate([r.lines[0].pixels for r in read.ropes])
         gap = np.linalg.norm(found[:, None] - axis[None, ::4], axis=2)
         # The dark side of a bright cable may have the colour of the table.
         assert np.percentile(np.min(gap, axis=1), 98) < 0.25 * rope.width + 1.0
@@ -81,8 +83,8 @@ def test_two_cables_of_different_colours_are_both_detected() -> None:
     red, black = random_axis(6), random_axis(7)
     picture = render_photograph(red, CableAppearance((190, 35, 40)), "white", 6)
     picture = render_photograph(black, CableAppearance((230, 200, 40)), "wood", 7, over=picture)
-    read = detector.detect_rope(picture)
-    seen = [line.pixels for rope in (read, *read.others) for line in rope.lines]
+    read = detector.detect_ropes(picture)
+    seen = [line.pixels for rope in read.ropes for line in rope.lines]
     for axis in (red, black):
         gap = np.linalg.norm(np.concatenate(seen)[:, None] - axis[None, ::8], axis=2)
         assert np.mean(np.min(gap, axis=0) < 4.0) > 0.9
@@ -91,9 +93,9 @@ def test_two_cables_of_different_colours_are_both_detected() -> None:
 def test_a_shadow_without_a_rope_has_a_high_shadow_share() -> None:
     axis = random_axis(8)
     shadow = render_photograph(axis, None, "white", 8)
-    assert detector.detect_rope(shadow).shadow > 0.8
+    assert detector.detect_ropes(shadow).shadow > 0.8
     assert (
-        detector.detect_rope(
+        detector.detect_ropes(
             render_photograph(axis, CableAppearance((28, 28, 30)), "white", 8)
         ).shadow
         < 0.3

@@ -1,0 +1,1 @@
+"""Ropes as instances in single pictures: judgement, calibration of doubt, tables."""

@@ -1,0 +1,114 @@
+"""Doubt: the probability that a rope, or the answer about a whole image, is wrong.
+
+Logistic models of what is known without the truth: how sharply ropes bend from one fragment to the
+next, how much worse the next pairing is, how even the width is, how distinct both sides are. The
+coefficients are fitted by `lariat bench pictures --fit` on rendered pictures that nothing else was
+tuned on, and checked on those of another generator (docs/perception.md).
+"""
+
+from __future__ import annotations
+
+from dataclasses import astuple, dataclass
+
+import numpy as np
+
+MAX_MARGIN = 2.0
+"""Margin of a pairing above which it is certain [-]."""
+MAX_LOG_ODDS = 6.0
+"""Limit of the log odds of a rope among the features of its image [-]."""
+DROPPED_LOG_ODDS = 1.0
+"""Log odds of being wrong above which a rope is dropped [-]."""
+ROPE_COEFFICIENTS = (0.0,) * 9
+"""Intercept, and one coefficient for each feature of a rope."""
+IMAGE_COEFFICIENTS = (0.0,) * 8
+"""Intercept, and one coefficient for each feature of an image."""
+
+
+@dataclass(frozen=True)
+class RopeFeatures:
+    """What is known of a rope without the truth."""
+
+    length: float
+    """Logarithm of its length in widths."""
+    unevenness: float
+    """Standard deviation of its width, relative to its mean [-]."""
+    worst_pair: float
+    """Largest cost of a pair of its fragments [-]."""
+    ambiguity: float
+    """Exponential of minus the margin of its least clear crossing, 0..1."""
+    loose_ends: float
+    """Number of its ends that lie at a crossing and found no partner."""
+    contrast: float
+    """Logarithm of its distance from the more similar of its sides [Lab]."""
+    hidden: float
+    """Share of its axis that is bridged, 0..1."""
+    shadow: float
+    """Share of its axis that could be a shadow of its sides, 0..1."""
+
+
+@dataclass(frozen=True)
+class ImageFeatures:
+    """What is known of the answer about an image without the truth."""
+
+    worst_rope: float
+    """Log odds of the most doubtful rope being wrong, limited."""
+    mean_rope: float
+    """Mean of the log odds of all ropes, limited."""
+    unexplained: float
+    """Share of the skeleton that belongs to no rope, 0..1."""
+    count: float
+    """Logarithm of the number of ropes."""
+    cluttered: float
+    """1 without a ground that most of the image shows, else 0."""
+    pieces: float
+    """Logarithm of the number of fragments for each rope."""
+    weakest: float
+    """Least contrast of a rope, relative to the largest one [-]."""
+
+
+def believed(ropes: list[RopeFeatures]) -> list[int]:
+    """Return the indices of the ropes that are kept: all but the incredible, at least one."""
+    odds = [log_odds(r) for r in ropes]
+    likely = [k for k, o in enumerate(odds) if o < DROPPED_LOG_ODDS]
+    return likely or [int(np.argmin(odds))]
+
+
+def image_features(
+    ropes: list[RopeFeatures], explained: float, fragment_count: int, on_ground: bool
+) -> ImageFeatures:
+    """Return what is known of the answer about an image.
+
+    Args:
+        ropes: Features of its ropes, at least one.
+        explained: Share of the skeleton that belongs to these ropes, 0..1.
+        fragment_count: Number of fragments that the skeleton was cut into.
+        on_ground: Whether most of the image shows one ground.
+    """
+    odds = np.clip([log_odds(r) for r in ropes], -MAX_LOG_ODDS, MAX_LOG_ODDS)
+    contrasts = [r.contrast for r in ropes]
+    return ImageFeatures(
+        worst_rope=float(np.max(odds)),
+        mean_rope=float(np.mean(odds)),
+        unexplained=1.0 - explained,
+        count=float(np.log(len(ropes))),
+        cluttered=0.0 if on_ground else 1.0,
+        pieces=float(np.log(fragment_count / len(ropes))),
+        weakest=float(np.exp(min(contrasts) - max(contrasts))),
+    )
+
+
+def ambiguity_of_margin(margin: float) -> float:
+    """Return the ambiguity of a crossing from the margin of its pairing, 0..1."""
+    return float(np.exp(-3.0 * min(margin, MAX_MARGIN)))
+
+
+def log_odds(features: RopeFeatures | ImageFeatures) -> float:
+    """Return the logarithm of the odds that a rope, or the answer about an image, is wrong."""
+    rope = isinstance(features, RopeFeatures)
+    intercept, *slopes = ROPE_COEFFICIENTS if rope else IMAGE_COEFFICIENTS
+    return float(intercept + np.dot(slopes, astuple(features)))
+
+
+def doubt(features: RopeFeatures | ImageFeatures) -> float:
+    """Return the probability that a rope, or the answer about an image, is wrong."""
+    return float(1.0 / (1.0 + np.exp(-log_odds(features))))

@@ -23,6 +23,10 @@ BENCHES: dict[str, Bench] = {
     "fuzz": Bench("benchmarks.fuzz", "hostile messages and files for every process"),
     "goals": Bench("benchmarks.goals.bench", "closed-loop runs to random goals in random scenes"),
     "horizon": Bench("benchmarks.horizon.bench", "time to plan one horizon, and its error"),
+    "horizon": Bench("benchmarks.horizon", "time to plan one horizon, by method"),
+    "instances": Bench(
+        "benchmarks.perception.instances.bench", "ropes told apart in pictures, and true doubt"
+    ),
     "live": Bench("benchmarks.live", "step times of the live stack, from a recording"),
     "machines": Bench("benchmarks.machines", "a cell on two machines whose line is cut and healed"),
     "network": Bench("benchmarks.network", "runs while messages are lost, doubled and late"),

@@ -9,8 +9,8 @@ from scipy.ndimage import median_filter, uniform_filter1d
 
 SEARCH_WIDTHS = (0.28, 0.85)
 """Range of the distance from the axis in which a flank is searched [rope widths]."""
-SAMPLE_SPACING = 0.5
-"""Distance of the samples across the rope [pixels]."""
+SAMPLE_SPACING, MIN_SAMPLES_PER_WIDTH = 0.5, 12.0
+"""Largest distance of the samples across the rope [pixels], and their least number per width."""
 SMOOTHING_WIDTHS = 1.5
 """Length over which profiles are averaged along the rope [rope widths]."""
 SHIFT_WINDOW_WIDTHS = 3.0
@@ -44,7 +44,8 @@ def center_between_flanks(
         return pixels, width
     nearest, farthest = SEARCH_WIDTHS
     reach = farthest * width + 1.0
-    offsets = np.arange(-reach, reach + SAMPLE_SPACING, SAMPLE_SPACING)
+    spacing = min(SAMPLE_SPACING, width / MIN_SAMPLES_PER_WIDTH)
+    offsets = np.arange(-reach, reach + spacing, spacing)
     around = (pixels[:, None] + offsets[:, None] * normals[:, None]).astype(np.float32)
     profile = cv2.remap(lab, around[..., 0], around[..., 1], cv2.INTER_LINEAR)
     window = max(3, round(SMOOTHING_WIDTHS * width))

@@ -14,7 +14,7 @@ from jaxtyping import Float32, Float64, UInt8
 
 MIN_COLOR_DIFFERENCE = 18.0
 """Distance of the colours of two ropes above which the colour tells the upper one [Lab]."""
-MIN_EVIDENCE = 0.2
+MIN_EVIDENCE = 0.1
 """Difference of the evidence for both ropes, relative to its sum, below which it is unknown."""
 FLANK_REACH = 1.5
 """Distance from a flank in which its slope is taken [pixels]."""
@@ -134,9 +134,13 @@ def _evidence(
     window = np.s_[low[0] : high[0], low[1] : high[1]]
     across = cv2.Sobel(lab[window], -1, 1, 0)
     down = cv2.Sobel(lab[window], -1, 0, 1)
-    slope = np.sqrt(np.sum(across**2 + down**2, axis=2))
+    middle = np.array([columns.mean(), rows.mean()])
     strength = []
     for own, other in (pair, pair[::-1]):
+        nearest = np.argmin(np.linalg.norm(ropes[own].pixels - middle, axis=1))
+        normal = ropes[own].normals[nearest]
+        # Only across the rope: highlights and flanks of the other one run along it.
+        slope = np.linalg.norm(normal[0] * across + normal[1] * down, axis=2)
         flank = np.abs(distances[own][window] - ropes[own].width / 2.0) < FLANK_REACH
         flank &= distances[other][window] < INNER_SHARE * ropes[other].width / 2.0
         strength.append(float(np.mean(slope[flank])) if np.any(flank) else 0.0)

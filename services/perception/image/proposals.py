@@ -33,7 +33,7 @@ DARKENING_DISTANCE = 45.0
 """Distance between a colour and its shade of brightness zero [Lab]."""
 STRIPE_LENGTH = 11
 """Length of gaps between regions of a colour that are closed [pixels]."""
-MAX_PROPOSALS = 5
+MAX_PROPOSALS = 3
 """Largest number of proposals from one mask."""
 
 

@@ -1,0 +1,102 @@
+"""Several ropes in one image: number, order along each, and who lies on top."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from jaxtyping import Float64
+
+from benchmarks.perception.pictures import grounds
+from benchmarks.perception.pictures.renderer import Cable, Lighting, as_photograph, paint_cables
+from services.perception.centerline.segmentation import Color
+from services.perception.image.detector import Detection, detect_ropes
+
+LIGHT = Lighting((-0.45, -0.45, 0.77), 0.45, 40.0, 30.0, 0.25, 0.5)
+RED, BLUE, YELLOW = (200, 50, 50), (50, 80, 200), (230, 200, 60)
+GREY = (120, 122, 124)
+
+
+def wave(
+    start: tuple[float, float], stop: tuple[float, float], amplitude: float, turns: float = 1.0
+) -> Float64[np.ndarray, "k 2"]:
+    t = np.linspace(0.0, 1.0, 700)[:, None]
+    way = np.subtract(stop, start)
+    across = np.array([-way[1], way[0]]) / np.linalg.norm(way)
+    return start + t * way + amplitude * np.sin(2.0 * np.pi * turns * t) * across
+
+
+def taken(cables: list[Cable], seed: int = 0) -> np.ndarray:
+    random = np.random.default_rng(seed)
+    ground = grounds.plain_ground(random, (640, 480), GREY, 0.01)
+    picture, _ = paint_cables(ground, cables, LIGHT)
+    return as_photograph(picture, random, 0.7, 0.0, 3.0, 90)
+
+
+def cable(axis: Float64[np.ndarray, "k 2"], color: Color, height: float = 0.0) -> Cable:
+    return Cable(axis, np.full(len(axis), height), 12.0, color)
+
+
+def worst_distance(axis: Float64[np.ndarray, "k 2"], found: Detection) -> float:
+    """Largest distance between an axis and the line of the rope that lies nearest to it."""
+    worst = []
+    for rope in found.ropes:
+        (line,) = rope.lines
+        gap = np.linalg.norm(axis[::5, None] - line.pixels[None], axis=2)
+        worst.append(max(float(gap.min(axis=1).max()), float(gap.min(axis=0).max())))
+    return min(worst)
+
+
+@pytest.mark.parametrize("colors", [(RED, BLUE), (YELLOW, YELLOW)])
+@pytest.mark.parametrize("rise", [110.0, 330.0])
+def test_two_crossing_cables_are_two_ropes_with_one_line_each(
+    colors: tuple[Color, Color], rise: float
+) -> None:
+    one = wave((60.0, 240.0 - rise / 2.0), (580.0, 240.0 + rise / 2.0), 20.0)
+    two = wave((60.0, 240.0 + rise / 2.0), (580.0, 240.0 - rise / 2.0), 15.0)
+    found = detect_ropes(taken([cable(one, colors[0]), cable(two, colors[1], 2.0)]))
+    assert len(found.ropes) == 2
+    assert worst_distance(one, found) < 6.0
+    assert worst_distance(two, found) < 6.0
+
+
+def test_points_are_in_order_through_a_loop() -> None:
+    t = np.linspace(0.0, 1.0, 900)
+    x = 80.0 + 480.0 * t + 90.0 * np.sin(2.0 * np.pi * 2.0 * (t - 0.25)) * np.sin(np.pi * t)
+    y = 260.0 - 110.0 * np.cos(2.0 * np.pi * 2.0 * (t - 0.25)) * np.sin(np.pi * t)
+    axis = np.stack([x, y], axis=1)
+    found = detect_ropes(taken([Cable(axis, 3.0 * t, 12.0, YELLOW)]))
+    (rope,) = found.ropes
+    (line,) = rope.lines
+    nearest = np.argmin(np.linalg.norm(line.pixels[::6, None] - axis[None], axis=2), axis=1)
+    # At a crossing two parts of the axis are as near: the order holds beside it.
+    steps = np.diff(nearest) * np.sign(nearest[-1] - nearest[0])
+    assert np.mean(steps > 0) > 0.97
+
+
+@pytest.mark.parametrize("upper", [0, 1])
+@pytest.mark.parametrize("colors", [(RED, BLUE), (YELLOW, YELLOW)])
+def test_upper_rope_of_a_crossing_is_named(colors: tuple[Color, Color], upper: int) -> None:
+    one, two = wave((60.0, 100.0), (580.0, 380.0), 20.0), wave((100.0, 420.0), (560.0, 60.0), 10.0)
+    heights = (2.0, 0.0) if upper == 0 else (0.0, 2.0)
+    cables = [cable(one, colors[0], heights[0]), cable(two, colors[1], heights[1])]
+    found = detect_ropes(taken(cables))
+    (crossing,) = found.crossings
+    assert crossing.known
+    on_top = found.ropes[crossing.ropes[0]].lines[0].pixels
+    distance = [np.min(np.linalg.norm(on_top[5] - axis, axis=1)) for axis in (one, two)]
+    assert int(np.argmin(distance)) == upper
+
+
+def test_a_given_colour_selects_its_rope_though_another_crosses_it() -> None:
+    one, two = wave((60.0, 100.0), (580.0, 380.0), 20.0), wave((100.0, 420.0), (560.0, 60.0), 10.0)
+    picture = taken([cable(one, RED), cable(two, BLUE, 2.0)])
+    for color, axis in ((RED, one), (BLUE, two)):
+        found = detect_ropes(picture, color)
+        assert len(found.ropes) == 1
+        assert worst_distance(axis, found) < 6.0
+
+
+def test_width_of_a_clean_cable_is_measured() -> None:
+    axis = wave((60.0, 240.0), (580.0, 240.0), 60.0)
+    (rope,) = detect_ropes(taken([cable(axis, BLUE)])).ropes
+    assert abs(rope.width - 12.0) < 1.0

@@ -35,9 +35,7 @@ def test_lines_are_drawn_over_the_picture(folder: Path, capsys: pytest.CaptureFi
         assert seen[row, column].tolist() == [255, 0, 255]
 
 
-def test_labels_are_written_for_every_rope(
-    folder: Path, capsys: pytest.CaptureFixture
-) -> None:
+def test_labels_are_written_for_every_rope(folder: Path, capsys: pytest.CaptureFixture) -> None:
     assert main(["see", str(folder / "rope.png"), "--labels", str(folder / "labels.png")]) == 0
     answer = json.loads(capsys.readouterr().out)
     labels = cv2.imread(str(folder / "labels.png"), cv2.IMREAD_UNCHANGED)

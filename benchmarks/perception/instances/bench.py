@@ -153,7 +153,9 @@ def _taken(
         picture = cv2.imread(str(path), cv2.IMREAD_COLOR_RGB)
         labels = cv2.imread(str(labelled), cv2.IMREAD_GRAYSCALE)
         if picture is None or labels is None or labels.shape != picture.shape[:2]:
-            raise ValueError(f"{path}: picture and {labelled.name} cannot be read or differ in size")
+            raise ValueError(
+                f"{path}: picture and {labelled.name} cannot be read or differ in size"
+            )
         yield f"photographs, {labels.max()}", np.asarray(picture, np.uint8), labels.astype(np.uint8)
 
 

@@ -15,6 +15,7 @@ from matplotlib import pyplot as plt
 BIN_COUNT = 6
 """Number of bins, with as many answers in each."""
 
+
 def reliability(judged: list[Judgement]) -> list[tuple[float, float, int]]:
     """Return mean stated doubt, share of wrong answers and their number, by rising doubt."""
     ordered = sorted(judged, key=lambda j: j.doubt)

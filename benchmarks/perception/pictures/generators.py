@@ -7,7 +7,7 @@ They share the renderer, but neither curves nor colours nor light:
 | axes | random Fourier series of the heading | splines through random points, arcs and loops |
 | heights | random smooth functions | whole cables above others, or woven |
 | colours | full hues | measured hues of sheaths, pastel and dark ones |
-| light | a lamp at the upper left, large soft shadow | any direction, hard or no shadow, strong gloss |
+| light | a lamp at the upper left, soft shadow | any direction, hard or no shadow, gloss |
 | ground | plain, wood, cloth | plain, wood, cloth, of other colours and periods |
 | camera | noise up to 5 levels, JPEG 75 to 95 | motion, noise up to 8 levels, JPEG 50 to 95 |
 """
@@ -128,9 +128,7 @@ def held_out_picture(seed: int, cable_count: int, ground: Ground) -> LabelledPic
     base = HELD_OUT_GROUNDS[int(random.integers(len(HELD_OUT_GROUNDS)))]
     width = random.uniform(7.0, 24.0)
     axes = _apart(random, cable_count, width, _spline_axis)
-    colors = _colors(
-        random, cable_count, base, lambda: SHEATHS[int(random.integers(len(SHEATHS)))]
-    )
+    colors = _colors(random, cable_count, base, lambda: SHEATHS[int(random.integers(len(SHEATHS)))])
     woven = random.random() < 0.5
     cables = []
     for k, (axis, color) in enumerate(zip(axes, colors, strict=True)):

@@ -69,7 +69,9 @@ def add_things(
         kind = random.choice(["board", "disc", "sheet"])
         if kind == "disc":
             radius = random.uniform(0.03, 0.12) * width
-            cv2.circle(mask, np.rint(middle).astype(int).tolist(), int(radius), 1.0, -1, cv2.LINE_AA)
+            cv2.circle(
+                mask, np.rint(middle).astype(int).tolist(), int(radius), 1.0, -1, cv2.LINE_AA
+            )
         else:
             sides = random.uniform(0.08, 0.35, 2) * width
             box = cv2.boxPoints((middle.tolist(), sides.tolist(), float(random.uniform(0, 180))))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float32, Float64, UInt8
+from jaxtyping import Float32, Float64, UInt8
 
 from lariat.geometry import polylines
 from services.perception.centerline.segmentation import Color
@@ -186,9 +186,7 @@ def _samples(cables: list[Cable], index: int, lighting: Lighting) -> _Samples:
     color += (lighting.gloss * shine**lighting.gloss_exponent)[..., None]
     at = axis[:, None] + half * u[:, None] * normals[:, None]
     total = height[:, None] * cable.width + half * up
-    return _Samples(
-        at.reshape(-1, 2), color.reshape(-1, 3).astype(np.float32), total.reshape(-1)
-    )
+    return _Samples(at.reshape(-1, 2), color.reshape(-1, 3).astype(np.float32), total.reshape(-1))
 
 
 def _contact_shade(
@@ -237,28 +235,3 @@ def _resampled(points: Float64[np.ndarray, "k 3"], count: int) -> Float64[np.nda
     s = np.concatenate([[0.0], np.cumsum(steps)])
     at = np.linspace(0.0, s[-1], count)
     return np.stack([np.interp(at, s, points[:, k]) for k in range(3)], axis=1)
-
-
-def crossing_count(cables: list[Cable] | tuple[Cable, ...]) -> int:
-    """Return the number of places where axes cross, self-crossings included."""
-    count = 0
-    for i, one in enumerate(cables):
-        for other in cables[i:]:
-            count += int(np.count_nonzero(_crossings(one.axis, other.axis, one is other)))
-    return count
-
-
-def _crossings(
-    a: Float64[np.ndarray, "k 2"], b: Float64[np.ndarray, "m 2"], same: bool
-) -> Bool[np.ndarray, "i j"]:
-    """Pairs of segments that cross, of axes thinned to a few hundred points."""
-    a, b = a[:: max(1, len(a) // 300)], b[:: max(1, len(b) // 300)]
-    p, r = a[:-1, None], np.diff(a, axis=0)[:, None]
-    q, s = b[None, :-1], np.diff(b, axis=0)[None]
-    cross = r[..., 0] * s[..., 1] - r[..., 1] * s[..., 0]
-    cross = np.where(np.abs(cross) < 1e-12, np.inf, cross)
-    gap = q - p
-    t = (gap[..., 0] * s[..., 1] - gap[..., 1] * s[..., 0]) / cross
-    u = (gap[..., 0] * r[..., 1] - gap[..., 1] * r[..., 0]) / cross
-    hit = (t >= 0.0) & (t < 1.0) & (u >= 0.0) & (u < 1.0)
-    return np.triu(hit, 2) if same else hit

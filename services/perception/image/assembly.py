@@ -45,8 +45,8 @@ class AssembledRope:
     worst_pair: float
     """Largest cost of a pair of its fragments [-]."""
     margin: float
-    """Least difference between the costs of the chosen and of the next pairing at its crossings [-];
-    infinite without crossings."""
+    """Least difference between the costs of the chosen and of the next pairing at a crossing of it
+    [-]; infinite without crossings."""
     loose_end_count: int
     """Number of its ends that lie at a crossing and found no partner."""
 
@@ -178,9 +178,7 @@ def _chain(
     partner: dict[FragmentEnd, FragmentEnd],
     shared: set[int],
     poses: dict[FragmentEnd, EndPose],
-) -> Iterator[
-    tuple[list[FragmentEnd], Float64[np.ndarray, "k 2"], Bool[np.ndarray, "k"]]
-]:
+) -> Iterator[tuple[list[FragmentEnd], Float64[np.ndarray, "k 2"], Bool[np.ndarray, "k"]]]:
     """Ends by which each rope's fragments are entered, its axis, and where that is seen.
 
     Ropes are followed from open ends; rings are opened anywhere.
@@ -214,7 +212,9 @@ def _chain(
 
 
 def _bridge(
-    start: Float64[np.ndarray, "2"], leaving: EndPose, stop: Float64[np.ndarray, "2"],
+    start: Float64[np.ndarray, "2"],
+    leaving: EndPose,
+    stop: Float64[np.ndarray, "2"],
     entering: EndPose,
 ) -> Float64[np.ndarray, "k 2"]:
     """Cubic from the last point of a fragment to the first one of the next, a pixel apart."""
@@ -227,4 +227,3 @@ def _bridge(
         + (3.0 * t**2 - 2.0 * t**3) * stop
         + (t**3 - t**2) * last
     )
-

@@ -134,9 +134,7 @@ def _density(cells: np.ndarray) -> np.ndarray:
     return gaussian_filter(count.reshape(shape), HISTOGRAM_SIGMA) / max(len(cells), 1)
 
 
-def without_wide_regions(
-    mask: UInt8[np.ndarray, "h w"], width: float
-) -> UInt8[np.ndarray, "h w"]:
+def without_wide_regions(mask: UInt8[np.ndarray, "h w"], width: float) -> UInt8[np.ndarray, "h w"]:
     """Return a mask without the regions that are much wider than a rope.
 
     Args:

@@ -128,7 +128,6 @@ def detect_ropes(color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = N
             f"at least {MIN_IMAGE_SIDE} x {MIN_IMAGE_SIDE}"
         )
     wanted = None if rope_color is None else _to_lab(rope_color)
-    # With a colour, everything is looked for first: other ropes are bridged, not followed.
     best: Detection | None = None
     for foreground in find_foregrounds(color, rope_color):
         candidates = measure_candidates(foreground, wanted)
@@ -202,9 +201,7 @@ def label_ropes(
     return layer_ropes(bands, lab)
 
 
-def _detection(
-    size: tuple[int, int], candidates: RopeCandidates, on_ground: bool
-) -> Detection:
+def _detection(size: tuple[int, int], candidates: RopeCandidates, on_ground: bool) -> Detection:
     """Credible ropes among candidates, in the pixels of the whole image."""
     credible = believed([r.features for r in candidates.ropes])
     ropes = [candidates.ropes[k] for k in credible]

@@ -18,9 +18,28 @@ MAX_LOG_ODDS = 6.0
 """Limit of the log odds of a rope among the features of its image [-]."""
 DROPPED_LOG_ODDS = 1.0
 """Log odds of being wrong above which a rope is dropped [-]."""
-ROPE_COEFFICIENTS = (0.0,) * 9
+ROPE_COEFFICIENTS = (
+    2.644,
+    -1.055,
+    15.272,
+    -1.577,
+    1.813,
+    1.918,
+    -0.536,
+    3.891,
+    1.442,
+)
 """Intercept, and one coefficient for each feature of a rope."""
-IMAGE_COEFFICIENTS = (0.0,) * 8
+IMAGE_COEFFICIENTS = (
+    5.374,
+    0.380,
+    2.444,
+    0.456,
+    -2.352,
+    -0.231,
+    -0.663,
+    0.666,
+)
 """Intercept, and one coefficient for each feature of an image."""
 
 

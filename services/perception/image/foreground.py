@@ -117,22 +117,24 @@ class Foreground:
 def find_foregrounds(
     color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = None
 ) -> Iterator[Foreground]:
-    """Yield foregrounds of an image: what stands out from its ground, then what any colour tells.
+    """Yield foregrounds of an image, the most likely way of finding one first.
+
+    What stands out from the ground comes first, then what has the colours of proposals. With a
+    colour, everything is still foreground at first: other ropes are then bridged, not followed.
 
     Args:
         color: Red, green, blue.
-        rope_color: Colour of the ropes; None: whatever stands out.
+        rope_color: Colour of the ropes; None: any.
     """
     lab = _to_lab(_shrunk(color, SEARCH_SIDE))
-    # With a colour, everything on the ground is ropes as well: others are bridged, not followed.
     out = stand_out(lab)
     found = None if out is None else _measured(color, lab, _kinds_on_ground(lab, out), True)
     if found is not None:
         yield found
-    wanted = None if rope_color is None else _lab_of(rope_color)
-    found = _measured(color, lab, _kinds_anywhere(lab, wanted), False)
-    if found is not None:
-        yield found
+    for wanted in (None,) if rope_color is None else (None, _lab_of(rope_color)):
+        found = _measured(color, lab, _kinds_anywhere(lab, wanted), False)
+        if found is not None:
+            yield found
 
 
 def _kinds_on_ground(lab: UInt8[np.ndarray, "h w 3"], out: StandingOut) -> list[Kind]:
@@ -228,8 +230,10 @@ def _kinds_anywhere(
     scored: list[Kind] = []
     for mask in propose(lab) if wanted is None else propose_by_color(lab, wanted):
         width, skeleton = measure_width(mask)
-        if any(_covered(skeleton, k.rope) > 0.9 and _covered(k.rope.skeleton, mask) > 0.9
-               for k in scored):
+        if any(
+            _covered(skeleton, k.rope) > 0.9 and _covered(k.rope.skeleton, mask) > 0.9
+            for k in scored
+        ):
             continue
         kind = _scored(lab, RopeMask(np.zeros(0, np.float32), mask, skeleton, width), wanted)
         if kind is not None:

@@ -150,10 +150,8 @@ def _join_pairs(branches: list[Branch]) -> list[Branch]:
         at = [b for b in branches if junction in b.ends]
         if len(at) == 1 and at[0].ends[0] != at[0].ends[1]:
             (b,) = at
-            ends = (-1 if b.ends[0] == junction else b.ends[0],) + (
-                -1 if b.ends[1] == junction else b.ends[1],
-            )
-            branches[branches.index(b)] = Branch(b.pixels, ends)
+            first, last = (-1 if end == junction else end for end in b.ends)
+            branches[branches.index(b)] = Branch(b.pixels, (first, last))
         elif len(at) == 2:
             one, two = at
             first = one.pixels if one.ends[1] == junction else one.pixels[::-1]

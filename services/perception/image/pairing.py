@@ -85,9 +85,7 @@ def _all_pairings(
         pair = costs.get((first, partner))
         if pair is not None:
             others = [e for e in rest if e != partner]
-            found += [
-                (pair + c, ((first, partner), *p)) for c, p in _all_pairings(others, costs)
-            ]
+            found += [(pair + c, ((first, partner), *p)) for c, p in _all_pairings(others, costs)]
     return found
 
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from benchmarks.perception.pictures.generators import held_out_picture, tuning_picture
-from benchmarks.perception.pictures.renderer import Cable, Lighting, crossing_count, paint_cables
+from benchmarks.perception.pictures.renderer import Cable, Lighting, paint_cables
 
 LIGHT = Lighting((0.0, 0.0, 1.0), 0.5, 0.0, 30.0, 0.0, 0.5)
 
@@ -31,13 +29,6 @@ def test_higher_cable_covers_the_lower_one_whatever_their_order() -> None:
     assert labels[120, 160] == 2
     _, labels = paint_cables(ground, [high, low], LIGHT)
     assert labels[120, 160] == 1
-
-
-def test_crossings_are_counted() -> None:
-    low, high = straight(0.3, 0.0), straight(-0.9, 2.0)
-    aside = replace(low, axis=low.axis + np.array([0.3, 31.7]))
-    assert crossing_count([low, high]) == 1
-    assert crossing_count([low, high, aside]) == 2
 
 
 def test_pictures_are_those_of_their_seed() -> None:

@@ -18,9 +18,7 @@ def end(x: float, y: float, angle: float) -> EndPose:
 def test_bending_of_an_arc_is_its_turning_squared_over_its_length() -> None:
     turning, radius = 0.6, 100.0
     start = end(0.0, 0.0, 0.0)
-    stop = end(
-        radius * np.sin(turning), radius * (1.0 - np.cos(turning)), turning + np.pi
-    )
+    stop = end(radius * np.sin(turning), radius * (1.0 - np.cos(turning)), turning + np.pi)
     chord = 2.0 * radius * np.sin(turning / 2.0)
     assert bending(start, stop, WIDTH) == pytest.approx(turning**2 / (chord / WIDTH))
 

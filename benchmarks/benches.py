@@ -23,7 +23,6 @@ BENCHES: dict[str, Bench] = {
     "fuzz": Bench("benchmarks.fuzz", "hostile messages and files for every process"),
     "goals": Bench("benchmarks.goals.bench", "closed-loop runs to random goals in random scenes"),
     "horizon": Bench("benchmarks.horizon.bench", "time to plan one horizon, and its error"),
-    "horizon": Bench("benchmarks.horizon", "time to plan one horizon, by method"),
     "instances": Bench(
         "benchmarks.perception.instances.bench", "ropes told apart in pictures, and true doubt"
     ),

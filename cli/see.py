@@ -29,6 +29,8 @@ OBSERVED_COLOR, HIDDEN_COLOR = (0, 120, 255), (255, 160, 0)
 """Colours of observed and of hidden nodes."""
 PIXELS_PER_THICKNESS = 640
 """Longer side of an image per pixel of a line's thickness [pixels]; lines have at least two."""
+DOUBT_NOTE = 0.5
+"""Doubt above which a note warns."""
 SHADOW_NOTE_SHARE = 0.5
 """Share of the ropes that could be a shadow, above which a note warns."""
 MAX_PICTURE_PIXEL_COUNT = 2**27
@@ -56,11 +58,11 @@ def main(
     """Find the ropes in an image: their centrelines, and with depth one rope's nodes in space.
 
     Prints one JSON object: `ropes`, longest first, each with `lines` (columns and rows in order
-    along it, bridged where another rope covers it), `width` and `color`; `crossings`, each with
-    its place, the two ropes, the upper one first, and whether that is `known`; `notes` on what
-    may be wrong. With depth, camera, length and diameter also `nodes` of the longest rope, in
-    metres in the camera's optical frame (x right, y down, z forward), each with `sigma` and
-    `observed`.
+    along it, bridged where another rope covers it), `width`, `color` and `doubt`; `crossings`, each
+    with its place, the two ropes, the upper one first, and whether that is `known`; `doubt`, the
+    probability that a rope is missing, too much or wrong; `notes` on what may be wrong. With depth,
+    camera, length and diameter also `nodes` of the longest rope, in metres in the camera's optical
+    frame (x right, y down, z forward), each with `sigma` and `observed`, and `node_doubt`.
 
     Examples:
       lariat see cable.jpg --color 230 110 30 --out seen.png
@@ -128,6 +130,7 @@ def _answer(detection: Detection) -> dict[str, object]:
         {
             "color": list(rope.color),
             "width": round(rope.width, 2),
+            "doubt": round(rope.doubt, 3),
             "lines": [np.round(line.pixels, 2).tolist() for line in rope.lines],
         }
         for rope in detection.ropes
@@ -136,17 +139,25 @@ def _answer(detection: Detection) -> dict[str, object]:
         {"at": np.round(c.position, 1).tolist(), "ropes": list(c.ropes), "known": c.known}
         for c in detection.crossings
     ]
-    return {"ropes": ropes, "crossings": crossings}
+    return {"ropes": ropes, "crossings": crossings, "doubt": round(detection.doubt, 3)}
 
 
 def _notes(detection: Detection) -> list[str]:
-    """Reasons why the result may be no rope."""
-    if detection.shadow <= SHADOW_NOTE_SHARE:
-        return []
-    return [
-        "the result has the colours of its surroundings, only darker: it may be a shadow; if so, "
-        "give the rope's --color"
-    ]
+    """Reasons why the result may be wrong."""
+    notes = []
+    if detection.doubt > DOUBT_NOTE:
+        doubtful = [str(k) for k, rope in enumerate(detection.ropes) if rope.doubt > DOUBT_NOTE]
+        which = f", rope {' and '.join(doubtful)} above all" if doubtful else ""
+        notes.append(
+            f"the answer is wrong with a probability of {detection.doubt:.2f}{which}; give the "
+            "ropes' --color, or an image with a plainer ground"
+        )
+    if detection.shadow > SHADOW_NOTE_SHARE:
+        notes.append(
+            "the result has the colours of its surroundings, only darker: it may be a shadow; if "
+            "so, give the rope's --color"
+        )
+    return notes
 
 
 def _write_image(path: Path, picture: UInt8[np.ndarray, "h w *c"]) -> bool:
@@ -164,7 +175,7 @@ def _node_answer(found: CenterlineEstimate) -> dict[str, object]:
         "nodes": np.round(found.positions, 5).tolist(),
         "sigma": np.round(found.sigma, 5).tolist(),
         "observed": found.observed.tolist(),
-        "doubt": round(found.doubt, 3),
+        "node_doubt": round(found.doubt, 3),
     }
 
 

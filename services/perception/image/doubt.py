@@ -19,26 +19,26 @@ MAX_LOG_ODDS = 6.0
 DROPPED_LOG_ODDS = 1.0
 """Log odds of being wrong above which a rope is dropped [-]."""
 ROPE_COEFFICIENTS = (
-    2.644,
-    -1.055,
-    15.272,
-    -1.577,
-    1.813,
-    1.918,
-    -0.536,
-    3.891,
-    1.442,
+    4.394,
+    -0.981,
+    8.686,
+    2.007,
+    2.067,
+    1.716,
+    -0.946,
+    1.742,
+    1.215,
 )
 """Intercept, and one coefficient for each feature of a rope."""
 IMAGE_COEFFICIENTS = (
-    5.374,
-    0.380,
-    2.444,
-    0.456,
-    -2.352,
-    -0.231,
-    -0.663,
-    0.666,
+    -0.779,
+    0.691,
+    0.389,
+    3.587,
+    -0.337,
+    -0.444,
+    0.822,
+    0.886,
 )
 """Intercept, and one coefficient for each feature of an image."""
 

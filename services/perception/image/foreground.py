@@ -253,7 +253,8 @@ def _kinds_anywhere(
         if kinds and kind.shadow > MAX_SHADOW_SHARE:
             continue
         kinds.append(kind)
-        explained |= cv2.dilate(kind.rope.mask, np.ones((5, 5), np.uint8))
+        near = cv2.dilate(kind.rope.mask, np.ones((5, 5), np.uint8))
+        explained = np.maximum(explained, near).astype(np.uint8)
         if learnt == MAX_LEARNT:
             break
     return sorted(kinds, key=lambda k: -k.score)

@@ -111,7 +111,9 @@ class ShapeControl(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         )
         self._kind: Kind = scene
         self._scene_count, self._scene_seed = scene_count, scene_seed
-        self._period, self._time_limit = period, time_limit
+        self.period = period
+        """Duration of a step [s]."""
+        self._time_limit = time_limit
         self._observes_images = observation == "camera"
         self.render_mode = render_mode
         self._folder = tempfile.TemporaryDirectory()
@@ -153,19 +155,19 @@ class ShapeControl(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         command.reshape(2, 6)[:, : action.shape[1]] = np.clip(action, -1.0, 1.0)
         self._motion = self._motion.after(
             command * limits.speed_bounds,
-            self._period,
+            self.period,
             limits,
             limits.overstretch * self._scenario.rope.length,
         )
         self._steps += 1
-        self._world.advance(*self._motion.ends, round(self._steps * self._period * SECOND))
+        self._world.advance(*self._motion.ends, round(self._steps * self.period * SECOND))
         measured = self._measured()
         reward = (
             -measured["error"] / self._scenario.rope.length
             - TOUCH_PENALTY * measured["touched"]
             - EFFORT_WEIGHT * float(np.mean(np.square(action)))
         )
-        truncated = self._steps * self._period >= self._time_limit - 1e-9
+        truncated = self._steps * self.period >= self._time_limit - 1e-9
         return self._observe(), reward, False, truncated, measured
 
     def render(self) -> UInt8[np.ndarray, "h w 3"] | None:  # pyright: ignore

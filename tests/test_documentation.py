@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 
 from docs.generator.reference_pages import PATHS
+from shared.scenario import parse
 from shared.topics import TOPICS
+from stack import preflight
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("lariat/*.md")])
@@ -41,3 +43,20 @@ def test_the_topic_table_of_the_readme_is_the_one_of_the_code():
     assert [row for row in written if row[1].count(".") == 1] == [
         (f"`{t.key}`", t.type.DESCRIPTOR.full_name, t.owner) for t in TOPICS
     ]
+
+
+def test_the_cell_of_the_first_steps_is_in_order(tmp_path: Path):
+    page = (ROOT / "docs" / "guide" / "first-steps.md").read_text()
+    cell, goal, other_rope = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    assert set(preflight.check(parse(cell, tmp_path))) == {"start", "goal"}
+    assert parse(cell + other_rope, tmp_path).control.adapt
+    (tmp_path / "goal.csv").write_text("-0.2,0.2,0.3\n0.0,0.2,0.0946\n0.2,0.2,0.3\n")
+    without_goal = re.sub(r"\[goal\].*?\n\n", goal + "\n", cell, flags=re.DOTALL)
+    assert parse(without_goal, tmp_path).goal.nodes == "goal.csv"
+
+
+def test_the_code_of_the_page_on_environments_runs(capsys: pytest.CaptureFixture[str]):
+    page = (ROOT / "docs" / "guide" / "environments.md").read_text()
+    for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
+        exec(compile(block, "environments.md", "exec"), {})
+    assert 0.0 < float(capsys.readouterr().out) < 0.1

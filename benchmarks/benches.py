@@ -19,6 +19,7 @@ BENCHES: dict[str, Bench] = {
     "chunks": Bench("benchmarks.chunks", "time of the gateway's tick with the longest chunks"),
     "compose": Bench("benchmarks.compose", "every scenario in containers, up, run and down"),
     "coverage": Bench("benchmarks.coverage.bench", "truth of the stated standard deviations"),
+    "endurance": Bench("benchmarks.endurance.bench", "hours of runs: memory, files, step times"),
     "faults": Bench("benchmarks.faults", "faults injected into the live stack, and how arms stop"),
     "fuzz": Bench("benchmarks.fuzz", "hostile messages and files for every process"),
     "goals": Bench("benchmarks.goals.bench", "closed-loop runs to random goals in random scenes"),

@@ -34,8 +34,9 @@ def run(
 ) -> int:
     """Inject faults into a moving cell and measure how the arm stops.
 
-    Processes are killed or frozen, and the arm's connection is disturbed. Needs the loopback
-    addresses 127.0.0.41 to 127.0.0.43 and about 12 s for each case.
+    Processes are killed, frozen or slowed, the arm's connection is disturbed, another gateway is
+    started, hostile messages are sent. Needs the loopback addresses 127.0.0.41 to 127.0.0.43 and
+    about 12 s for each case.
 
     Args:
         cases: Names of the faults, as in the first column; by default all that the scenario allows.

@@ -12,6 +12,10 @@ from benchmarks.faults.line_condition import LineCommand, LineCondition
 Action = Callable[[FaultCell], None]
 """Injection or repair of a fault."""
 
+SLOWED_CAUSES = ("", "silence", "left_behind", "stalled", "lost_link", "tracking")
+"""Stop causes of a process that runs half of the time: it may still keep up."""
+BOOT_TIME = 3.0
+"""Time that a gateway takes to start [s]."""
 BLIND_TIME = 0.5
 """Time for which the controller continues without observing the rope [s]."""
 
@@ -42,6 +46,8 @@ class FaultCase:
     """Whether a servo point in flight still reaches the arm."""
     silence: str = "hold"
     """Reaction of the arm when servo points stop."""
+    persists: bool = False
+    """Whether it is repaired only after the goal has been reached."""
     two_arms: bool = False
     """Whether the fault is that of the other arm."""
     promised: bool = True
@@ -83,6 +89,15 @@ def _frozen(
     )
 
 
+def _slowed(name: str) -> FaultCase:
+    return FaultCase(
+        f"{name}: runs half of the time for 1 s, 20 ms on and 20 ms off",
+        lambda cell: cell.slow_down(name, 1.0),
+        SLOWED_CAUSES,
+        promised=False,
+    )
+
+
 def _line(
     condition: LineCondition, description: str, *causes: str, promised: bool = True
 ) -> FaultCase:
@@ -110,6 +125,23 @@ CASES: dict[str, FaultCase] = {
     "gateway-killed": _killed("robot_gateway", "boot"),
     "gateway-killed-coast": _killed("robot_gateway", "boot", silence="coast", promised=False),
     "gateway-killed-alarm": _killed("robot_gateway", "boot", silence="alarm", promised=False),
+    "controller-slowed": _slowed("controller"),
+    "gateway-slowed": _slowed("robot_gateway"),
+    "second-gateway": FaultCase(
+        "another gateway of the same cell is started",
+        lambda cell: cell.processes.start_second_gateway(),
+        ("second_gateway", "lost_link", "alarm"),
+        repair=lambda cell: cell.processes.end("second_gateway"),
+        effect=BOOT_TIME,
+        promised=False,
+    ),
+    "hostile-traffic": FaultCase(
+        "1000 hostile messages a second over all topics, until the goal is reached",
+        lambda cell: cell.processes.start_hostile_publisher(),
+        (),
+        repair=lambda cell: cell.processes.end("hostile"),
+        persists=True,
+    ),
     "arm-killed": FaultCase(
         "arm: its controller dies",
         lambda cell: cell.processes.kill_emulator(),

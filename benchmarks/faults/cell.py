@@ -35,6 +35,8 @@ STOP_TIMEOUT = 5.0
 """Time limit for the gateway to stop after an arm has been replaced [s]."""
 RETRY_PERIOD = 0.2
 """Time between two requests to resume while the arms are being made ready [s]."""
+SLICE = 0.02
+"""Time for which a process that is slowed down runs, and stands, in turn [s]."""
 SPEED_TIMEOUT = 15.0
 """Time limit for the gripper to reach a speed [s]."""
 GOAL_TIMEOUT = 45.0
@@ -108,6 +110,19 @@ class FaultCell:
             self.update()
             pid = self._service_pids[name]
         os.kill(pid, number)
+
+    def slow_down(self, name: str, seconds: float) -> None:
+        """Freeze a process for half of the time.
+
+        Args:
+            name: A service.
+            seconds: Duration [s].
+        """
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            for number in (signal.SIGSTOP, signal.SIGCONT):
+                self.send_signal(name, number)
+                time.sleep(SLICE)
 
     # State
 

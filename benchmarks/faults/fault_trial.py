@@ -100,7 +100,7 @@ def run_trial(cell: FaultCell, name: str) -> FaultResult:
     if case.stack_ends:
         cell.disconnect()
     ended = cell.now()
-    if case.repair:
+    if case.repair and not case.persists:
         case.repair(cell)
     repaired, count = cell.now(), len(cell.states)
     observe(cell, repaired + OBSERVATION_TIME)
@@ -126,6 +126,8 @@ def run_trial(cell: FaultCell, name: str) -> FaultResult:
         reached = True
     except (DeadlineMissed, RequestFailed) as error:
         failure = str(error)
+    if case.repair and case.persists:
+        case.repair(cell)
     log = cell.joint_log()
     braking = log.braking_after(effect, ended) if cause else None
     rest = log.rest_after(effect, ended) if cause else None

@@ -18,6 +18,7 @@ from pathlib import Path
 from benchmarks.faults.line_condition import LineCommand
 from shared.scenario import Scenario, Side
 from stack import services
+from stack.credentials.local_secret import find_local_secret
 from stack.launcher import module_entry
 from stack.launcher.library_environment import LIBRARY_ENVIRONMENT
 from stack.launcher.process import child_command
@@ -44,6 +45,8 @@ ROUTER_TIMEOUT = 20.0
 """Time limit for the router to listen [s]."""
 EXIT_TIMEOUT = 8.0
 """Time limit for a process to end before it is killed [s]."""
+HOSTILE_RATE = 1000.0
+"""Hostile messages in a second [Hz]."""
 POLL_INTERVAL = 0.01
 """Time between two checks of a condition [s]."""
 
@@ -175,6 +178,24 @@ class CellProcesses:
         self._services["router"].kill()
         self._services["router"].wait()
 
+    def start_second_gateway(self) -> None:
+        """Start another gateway of the same cell, on the same bus."""
+        self._start_service("robot_gateway", "second_gateway", "--restarted")
+
+    def start_hostile_publisher(self) -> None:
+        """Start to publish hostile messages on the bus, `HOSTILE_RATE` in a second."""
+        hub = f"tcp/127.0.0.1:{self.port}"
+        options = ["--hub", hub, "--namespace", self.namespace, "--rate", str(HOSTILE_RATE)]
+        if secret := find_local_secret((hub,)):
+            options += ["--settings", str(secret)]
+        self._run("hostile", module_entry.command("benchmarks.fuzz.hostile_publisher", *options))
+
+    def end(self, name: str) -> None:
+        """End a process that was started here, and wait until it is gone."""
+        process = self._services.pop(name)
+        process.terminate()
+        process.wait(EXIT_TIMEOUT)
+
     def pid(self, name: str) -> int | None:
         """Return the id of a process that is started here; None for one of the launcher's.
 
@@ -204,11 +225,21 @@ class CellProcesses:
                 process.kill()
                 process.wait()
 
-    def _start_service(self, name: str) -> None:
-        scenario = str(self._cell_scenario)
-        command = [*module_entry.command(f"services.{name}", "--scenario", scenario)]
-        command += ["--connect", f"tcp/127.0.0.1:{self.port}", "--namespace", self.namespace]
-        self._run(name, [*command, "--mode", "client", "--listen"])
+    def _start_service(self, service: str, name: str = "", *options: str) -> None:
+        """Start a service.
+
+        Args:
+            service: Name of the service.
+            name: Name of the process; by default that of the service.
+            options: Further options of the command line.
+        """
+        hub = f"tcp/127.0.0.1:{self.port}"
+        command = [*module_entry.command(f"services.{service}", *options)]
+        command += ["--scenario", str(self._cell_scenario)]
+        command += ["--connect", hub, "--namespace", self.namespace]
+        if secret := find_local_secret((hub,)):
+            command += ["--settings", str(secret)]
+        self._run(name or service, [*command, "--mode", "client", "--listen"])
 
     def _run(self, name: str, arguments: Sequence[str]) -> None:
         """Start a process that ends with this one."""

@@ -1,0 +1,1 @@
+"""Hours of operation, to see whether memory, files, threads and step times grow."""

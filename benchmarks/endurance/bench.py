@@ -1,0 +1,147 @@
+"""Long operation, simulated or live: `lariat bench endurance`."""
+
+from __future__ import annotations
+
+import json as encoder
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from benchmarks.conditions import Conditions
+from benchmarks.endurance.live import LiveOperation
+from benchmarks.endurance.samples import Sample, Trend, trends
+from benchmarks.endurance.simulated import SimulatedOperation
+from shared.configuration import ConfigurationError
+from shared.scenario import Scenario, load
+
+DEFAULT_SCENARIO = Path(__file__).parents[2] / "scenarios" / "three-cylinders.toml"
+"""Scenario of the runs."""
+
+
+def run(
+    hours: float = 1.0,
+    live_minutes: float = 0.0,
+    pages: int = 20,
+    scenario: Path = DEFAULT_SCENARIO,
+    progress: Path | None = None,
+    json: bool = False,
+) -> int:
+    """Run back to back for hours, and show whether memory, files, threads or step times grow.
+
+    Simulated: all services in one process, true nodes sensed, a reset after every run. Live:
+    `lariat up` with dashboard and recorder, pages open all the time. Its recordings go to a
+    temporary folder.
+
+    Examples:
+      lariat bench endurance --hours 8 --progress endurance.json
+      lariat bench endurance --hours 0 --live-minutes 30 --pages 20
+
+    Args:
+        hours: Simulated time of operation [h].
+        live_minutes: Time of live operation [min].
+        pages: Number of pages that are open during it.
+        scenario: Scenario of the runs.
+        progress: File of the samples so far; an interrupted simulated operation goes on from it,
+            in a new process.
+        json: Print one JSON object instead of tables.
+
+    Returns:
+        0 when every run reached its goal, 1 otherwise.
+    """
+    loaded = load(scenario)
+    answers: dict[str, Any] = {}
+    if hours > 0.0:
+        answers["simulated"] = _simulated(loaded, 60.0 * hours, progress)
+    if live_minutes > 0.0:
+        answers["live"] = _live(scenario, live_minutes, pages)
+    if json:
+        print(encoder.dumps(answers))
+    else:
+        for name, answer in answers.items():
+            _print(name, answer, Conditions.of(loaded))
+    return 1 if any(answer["failures"] for answer in answers.values()) else 0
+
+
+def _simulated(scenario: Scenario, minutes: float, progress: Path | None) -> dict[str, Any]:
+    known = _read(progress)
+    samples = [Sample(**row) for row in known["samples"]]
+    before = max((sample.minutes for sample in samples), default=0.0)
+    runs, failures = known["runs"], known["failures"]
+    if before < minutes:
+        operation = SimulatedOperation(scenario)
+        for new in operation.run_until(minutes, before):
+            samples += new
+            _report(new[-1], operation.runs + runs)
+            _write(progress, samples, runs + operation.runs, failures + operation.failures)
+        runs, failures = runs + operation.runs, failures + operation.failures
+    return _answer(samples, runs, failures)
+
+
+def _live(scenario: Path, minutes: float, pages: int) -> dict[str, Any]:
+    with LiveOperation(scenario, pages) as operation:
+        samples: list[Sample] = []
+        for new in operation.run_until(minutes):
+            samples += new
+            _report(new[-1], operation.runs)
+        return _answer(samples, operation.runs, operation.failures)
+
+
+def _answer(samples: list[Sample], runs: int, failures: list[str]) -> dict[str, Any]:
+    return {
+        "minutes": max((sample.minutes for sample in samples), default=0.0),
+        "runs": runs,
+        "failures": failures,
+        "trends": [asdict(trend) for trend in trends(samples)],
+    }
+
+
+def _read(progress: Path | None) -> dict[str, Any]:
+    if progress is None or not progress.exists():
+        return {"samples": [], "runs": 0, "failures": []}
+    try:
+        known = encoder.loads(progress.read_text(encoding="utf-8"))
+        return {key: known[key] for key in ("samples", "runs", "failures")}
+    except (OSError, KeyError, TypeError, encoder.JSONDecodeError) as error:
+        raise ConfigurationError(f"cannot read {progress}: {error}; remove it") from error
+
+
+def _write(progress: Path | None, samples: list[Sample], runs: int, failures: list[str]) -> None:
+    if progress is None:
+        return
+    rows = [asdict(sample) for sample in samples]
+    new = progress.with_suffix(".new")
+    new.write_text(encoder.dumps({"samples": rows, "runs": runs, "failures": failures}))
+    new.replace(progress)
+
+
+def _report(sample: Sample, runs: int) -> None:
+    line = f"{sample.minutes:.1f} min, {runs} runs reached, {sample.memory_mb:.0f} MB"
+    print(line, file=sys.stderr, flush=True)
+
+
+def _print(name: str, answer: dict[str, Any], conditions: Conditions) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    title = f"{name}: {answer['minutes']:.0f} min, {answer['runs']} runs reached"
+    sensed = "true nodes sensed" if name == "simulated" else str(conditions)
+    table = Table(box=None, title=title, caption=sensed, title_justify="left")
+    heads = ("process", "samples", "memory MB", "MB/h", "files", "threads", "step p99 ms")
+    for head in heads:
+        table.add_column(head, justify="left" if head == "process" else "right")
+    for row in answer["trends"]:
+        trend = Trend(**row)
+        table.add_row(
+            trend.process,
+            str(trend.samples),
+            " → ".join(f"{value:.0f}" for value in trend.memory_mb),
+            f"{trend.memory_mb_per_hour:+.1f}",
+            "–".join(map(str, trend.files)),
+            "–".join(map(str, trend.threads)),
+            " → ".join(f"{value:.1f}" for value in trend.step_p99_ms),
+        )
+    console = Console(file=sys.stdout, width=120)
+    console.print(table)
+    for failure in answer["failures"][:10]:
+        console.print(failure, markup=False)

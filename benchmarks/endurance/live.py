@@ -1,0 +1,181 @@
+"""Runs back to back in a live stack, with pages open."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, suppress
+from pathlib import Path
+from types import TracebackType
+
+from benchmarks.endurance.pages import OpenPages
+from benchmarks.endurance.samples import Sample, sample_of
+from shared import topics
+from shared.messages import FAILED, IDLE, REACHED, ArmCommand, ArmStates, Health, TaskRequest
+from shared.scenario import load
+from stack import client
+from stack.client import RequestFailed
+from stack.launcher import module_entry
+from stack.launcher.library_environment import LIBRARY_ENVIRONMENT
+
+SAMPLE_PERIOD = 10.0
+"""Time between two samples [s]."""
+START_TIMEOUT = 200.0
+"""Longest wait for the stack; kernels may have to be compiled [s]."""
+EXIT_TIMEOUT = 10.0
+"""Longest wait for the stack to end before it is killed [s]."""
+RESET_TIMEOUT = 10.0
+"""Longest wait for a reset [s]."""
+POLL_PERIOD = 0.05
+"""Time between two looks at the state of the task [s]."""
+
+
+class LiveOperation:
+    """`lariat up` and a person who starts a run, resets it and starts the next one."""
+
+    def __init__(self, scenario: Path, pages: int) -> None:
+        """Create an operation that begins with its `with` block.
+
+        Args:
+            scenario: The scenario.
+            pages: Number of pages that are open.
+        """
+        self._scenario, self._page_count = scenario, pages
+        self._time_limit = load(scenario).run.time_limit
+        self._health: dict[str, Health] = {}
+        self._resources = ExitStack()
+        self.runs = 0
+        """Number of runs that reached their goal."""
+        self.failures: list[str] = []
+        """Runs that did not, in words."""
+        self.holds = 0
+        """Number of stops that had to be acknowledged."""
+
+    def __enter__(self) -> LiveOperation:
+        """Start stack and pages."""
+        folder = self._resources.enter_context(tempfile.TemporaryDirectory())
+        port, page_port = _free_port(), _free_port()
+        namespace = f"endurance-{secrets.token_hex(4)}"
+        arguments = [str(self._scenario.resolve()), "--port", str(port), "--namespace", namespace]
+        arguments += ["--dashboard-port", str(page_port)]
+        log = Path(folder) / "up.txt"
+        with log.open("wb") as output:
+            self._launcher = subprocess.Popen(
+                [sys.executable, *module_entry.command("cli", "up", *arguments)],
+                cwd=folder,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                env={**os.environ, **LIBRARY_ENVIRONMENT},
+            )
+        self._resources.callback(self._end)
+        address = self._wait_for_address(log)
+        self._client = self._resources.enter_context(
+            client.connect(client.Cell((f"tcp/127.0.0.1:{port}",), namespace))
+        )
+        bus = self._client.bus
+        self._arm, self._task = bus.subscribe(topics.ARM_STATE), bus.subscribe(topics.TASK_STATE)
+        self._healths = bus.subscribe(topics.HEALTH)
+        if self._page_count:
+            pages = OpenPages(address, self._page_count)
+            self._resources.callback(pages.close)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """End everything."""
+        self._resources.close()
+
+    def run_until(self, minutes: float) -> Iterator[list[Sample]]:
+        """Run back to back for a time [min], and yield samples of all processes."""
+        begun = sampled = time.monotonic()
+        while (now := time.monotonic()) - begun < 60.0 * minutes:
+            self._run_once()
+            if now - sampled >= SAMPLE_PERIOD:
+                sampled = now
+                yield list(self._samples((now - begun) / 60.0))
+
+    def _samples(self, minutes: float) -> Iterator[Sample]:
+        self._update()
+        yield sample_of("lariat up", self._launcher.pid, minutes, 0.0)
+        for name, health in sorted(self._health.items()):
+            with suppress(OSError):  # It may just be restarted.
+                yield sample_of(name, health.process, minutes, health.step_p99_ms)
+
+    def _run_once(self) -> None:
+        try:
+            self._client.request_task(TaskRequest.START)
+            state, reason = self._wait((REACHED, FAILED), self._time_limit + RESET_TIMEOUT)
+            self._client.request_task(TaskRequest.RESET)
+            self._wait((IDLE,), RESET_TIMEOUT)
+        except RequestFailed as error:
+            self.failures.append(str(error))
+            self._go_on()
+            return
+        if state == REACHED:
+            self.runs += 1
+        else:
+            self.failures.append(reason or "the time limit has passed")
+
+    def _wait(self, states: tuple[int, ...], seconds: float) -> tuple[int, str]:
+        """Wait for a state of the task, acknowledging stops; return the last one, with reason."""
+        deadline = time.monotonic() + seconds
+        state, reason = -1, ""
+        while time.monotonic() < deadline:
+            self._update()
+            for _, item in self._task.take():
+                state, reason = item.message.state, item.message.reason
+            if state in states:
+                break
+            arms = [item.message for _, item in self._arm.take()]
+            if arms and arms[-1].needs_acknowledgement:
+                self._go_on()
+            time.sleep(POLL_PERIOD)
+        return state, reason
+
+    def _go_on(self) -> None:
+        """Acknowledge a stop and resume, as a person would on a machine that is too busy."""
+        with suppress(RequestFailed):
+            state: ArmStates = self._client.newest_arm_state()
+            if state.needs_acknowledgement:
+                self.holds += 1
+                self._client.command_arms(ArmCommand.ACKNOWLEDGE)
+            time.sleep(POLL_PERIOD)
+            self._client.command_arms(ArmCommand.RESUME)
+
+    def _update(self) -> None:
+        for _, item in self._healths.take():
+            self._health[item.message.service] = item.message
+
+    def _wait_for_address(self, log: Path) -> str:
+        deadline = time.monotonic() + START_TIMEOUT
+        while time.monotonic() < deadline and self._launcher.poll() is None:
+            _, found, rest = log.read_text(errors="replace").partition("dashboard at ")
+            if found and "\n" in rest:
+                return rest.split()[0]
+            time.sleep(POLL_PERIOD)
+        raise RuntimeError(f"the stack does not start:\n{log.read_text(errors='replace')}")
+
+    def _end(self) -> None:
+        self._launcher.send_signal(signal.SIGINT)
+        try:
+            self._launcher.wait(EXIT_TIMEOUT)
+        except subprocess.TimeoutExpired:
+            self._launcher.kill()
+            self._launcher.wait()
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]

@@ -1,0 +1,84 @@
+"""Browsers that keep a page open and read all that it sends."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from urllib.parse import urlsplit
+
+import aiohttp
+import viser
+
+PROTOCOL = f"viser-v{viser.__version__}"
+"""Protocol of viser's side of the page."""
+OPEN_TIMEOUT = 30.0
+"""Longest wait for all pages to be open [s]."""
+
+
+class OpenPages:
+    """Pages that are open until they are closed, in a thread of their own."""
+
+    def __init__(self, address: str, count: int) -> None:
+        """Open pages.
+
+        Args:
+            address: Address that the dashboard printed.
+            count: Number of pages.
+
+        Raises:
+            RuntimeError: The pages cannot be opened in time.
+        """
+        self._address, self._count = address, count
+        self.received = 0
+        """Amount that all pages have received [bytes]."""
+        self.closed = 0
+        """Number of pages that the dashboard has closed."""
+        self._open = 0
+        self._all_open = threading.Event()
+        self._loop = asyncio.new_event_loop()
+        self._reading: asyncio.Task[None] | None = None
+        self._thread = threading.Thread(target=self._run, name="pages", daemon=True)
+        self._thread.start()
+        if not self._all_open.wait(OPEN_TIMEOUT):
+            raise RuntimeError(f"only {self._open} of {count} pages could be opened")
+
+    def close(self) -> None:
+        """Close all pages."""
+        if self._reading is not None:
+            self._loop.call_soon_threadsafe(self._reading.cancel)
+        self._thread.join()
+
+    def _run(self) -> None:
+        async def read() -> None:
+            self._reading = asyncio.current_task()
+            await self._read_all()
+
+        try:
+            self._loop.run_until_complete(read())
+        except asyncio.CancelledError:
+            pass
+        finally:
+            self._loop.close()
+
+    async def _read_all(self) -> None:
+        origin = f"http://{urlsplit(self._address).netloc}"
+        async with aiohttp.ClientSession() as session:
+            async with session.get(self._address) as answer:
+                entrance = await answer.text()
+                cookie = answer.headers["Set-Cookie"].partition(";")[0]
+            page = origin + entrance.partition("url=")[2].partition('"')[0].rstrip("/")
+            headers = {"Cookie": cookie, "Origin": origin}
+            await asyncio.gather(*(self._read(session, page, headers) for _ in range(self._count)))
+
+    async def _read(
+        self, session: aiohttp.ClientSession, page: str, headers: dict[str, str]
+    ) -> None:
+        async with session.ws_connect(
+            page, protocols=(PROTOCOL,), headers=headers, max_msg_size=0
+        ) as browser:
+            self._open += 1
+            if self._open == self._count:
+                self._all_open.set()
+            async for message in browser:
+                self.received += len(message.data or b"")
+            self.closed += 1

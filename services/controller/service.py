@@ -54,6 +54,7 @@ from services.controller.run.goals import GoalFactory
 from services.controller.run.progress import ProgressMonitor
 from services.controller.run.reasons import Reason, ReasonCode
 from services.controller.run.requests import carry_out, preview
+from services.controller.run.slip_detector import SlipDetector
 from services.controller.run.snag_detector import SnagDetector
 from services.controller.run.state_machine import RunState
 from services.controller.run.supervisor import RunSupervisor
@@ -133,6 +134,7 @@ class ControllerService:
         self.predictions = PredictionMonitor()
         self.guard = ClearanceGuard(scenario.rope.diameter / 2.0)
         self.snag_detector = SnagDetector()
+        self._slip_detector = SlipDetector()
         self.progress = ProgressMonitor(scenario.run.tolerance, scenario.rope.diameter / 2.0)
         self.supervisor = RunSupervisor(self.task, self.progress, self.adaptation)
         self.scene = CollisionScene(scenario)
@@ -259,9 +261,9 @@ class ControllerService:
         if len(item.message.positions) != 3 * self._node_count:
             return  # A chain of another rope.
         estimator = self.estimator
-        rope = rope_observation(item.message)
+        rope = seen = rope_observation(item.message)
         if self.task.adapts:
-            rope = self._registered(rope)
+            rope = self._registered(seen)
         estimator.observe(rope.stamp, rope.nodes, rope.sigma, rope.observed)
         if estimator.diverged and self.controller.resting:
             self._restart_estimate(estimator.motion, estimator.time, rope.nodes, estimator.turns)
@@ -281,6 +283,7 @@ class ControllerService:
         # The run is judged by the estimate, because noise would add to every distance.
         estimate = estimator.model_nodes_at(rope.stamp) + estimator.offset
         self.progress.observe(rope.stamp, estimate, self.task.goal.nodes, self.scene.obstacles)
+        self._detect_slip(seen)
         self._detect_snag(rope)
 
     def _registered(self, rope: RopeObservation) -> RopeObservation:
@@ -289,9 +292,24 @@ class ControllerService:
         nodes = registered_nodes(rope.nodes, model, self.estimator.rod.properties.length)
         return replace(rope, nodes=nodes, observed=away_from_grips(rope.observed))
 
+    def _detect_slip(self, rope: RopeObservation) -> None:
+        """Give up when the rope has slipped out of a grip."""
+        if self.task.state is not RunState.RUNNING:
+            self._slip_detector.reset()
+            return
+        grips = self.estimator.model_nodes_at(rope.stamp)[[0, -1]]
+        slip = self._slip_detector.observe(rope.nodes, rope.observed, grips)
+        if slip is None:
+            return
+        self._slip_detector.reset()
+        self.supervisor.slipped(slip)
+        log.warning("%s", self.task.reason)
+
     def _detect_snag(self, rope: RopeObservation) -> None:
         """Give up when the rope hangs on something, before the grips stretch it."""
-        if self.task.state is not RunState.RUNNING or self.controller.reference is None:
+        # A rope that has left a grip looks taut beside the model.
+        following = self.controller.reference is not None and not self._slip_detector.suspects
+        if self.task.state is not RunState.RUNNING or not following:
             self.snag_detector.reset()
             return
         model = self.estimator.model_nodes_at(rope.stamp)

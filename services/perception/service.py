@@ -199,7 +199,7 @@ class PerceptionService:
         if self._doubtful_frames >= MAX_DOUBTFUL_FRAMES:
             return self._lost(
                 "the image contradicts the grips and the rope's length; if nothing hides the "
-                "rope, calibrate the camera (lariat calibrate)",
+                "rope, it has left a grip, or the camera needs a calibration (lariat calibrate)",
                 stamp,
             )
         self._set_note("")

@@ -19,7 +19,14 @@ from services.sim.options import SimOptions
 from services.sim.plants.end_motion import EndMotion
 from services.sim.world import World
 from shared import topics
-from shared.messages import ArmStates, NodeChain, poses_known, scene_obstacles
+from shared.messages import (
+    RUNNING,
+    ArmStates,
+    NodeChain,
+    TaskState,
+    poses_known,
+    scene_obstacles,
+)
 from shared.reset_counter import ResetCounter
 from shared.scenario import Scenario
 from shared.service import SECOND, Inbox, Publication
@@ -71,6 +78,8 @@ class SimService:
         self._calibration_time = -CALIBRATION_PERIOD
         self._scene_revision: tuple[int, int] | None = None
         self._resets = ResetCounter()
+        self._slipped_run = 0
+        """Start of the run in which the rope has slipped out of a grip [ns]."""
 
     def warm_up(self) -> None:
         """Compile the camera's kernels by an image that is not published."""
@@ -94,6 +103,7 @@ class SimService:
         task = inbox.latest(topics.TASK_STATE)
         if task is not None:
             self._marked.update_task(task.message, now)
+            self._release_if_due(task.message, now)
         for request in inbox.every(topics.SCENE_REQUEST):
             self._marked.take_request(request.message)
         scene = inbox.latest(topics.SCENE_STATE)
@@ -104,6 +114,14 @@ class SimService:
         if revision != self._scene_revision:
             self._scene_revision = revision
             self._world.set_obstacles(self._marked.merged(scene_obstacles(scene.message)))
+
+    def _release_if_due(self, task: TaskState, now: int) -> None:
+        """Let the rope slip out of a grip at its time in a run."""
+        slip, begun = self._scenario.plant.slip, task.run_started
+        due = task.state == RUNNING and now - begun >= round(slip.time * SECOND)
+        if slip.side and due and begun != self._slipped_run:
+            self._slipped_run = begun
+            self._world.release(slip.side)
 
     def _follow(self, states: ArmStates) -> None:
         left, right = (_motion(states, arm) for arm in ("left", "right"))

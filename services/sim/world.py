@@ -13,7 +13,7 @@ from lariat.geometry.poses import Pose
 from services.sim.plants.end_motion import EndMotion, interpolate
 from services.sim.plants.factory import build_plant
 from services.sim.plants.winding import wind
-from shared.scenario import Scenario
+from shared.scenario import SIDES, Scenario, Side
 
 MAX_PLANT_STEP = 0.05
 """Longest step of the plant [s]; a longer time between two arm states is divided into steps."""
@@ -50,6 +50,10 @@ class World:
         self._plant.reset(left, right, scenario.nodes(scenario.start))
         self._ends = (EndMotion(left), EndMotion(right))
         wind(self._plant, left, right, scenario.start.turns)
+
+    def release(self, side: Side) -> None:
+        """Let the rope slip out of a grip, until the next reset."""
+        self._plant.release(SIDES.index(side))
 
     def set_obstacles(self, obstacles: Sequence[Obstacle]) -> None:
         """Replace all obstacles."""

@@ -65,6 +65,7 @@ class TaskState(_message.Message):
         PATH_NOT_FOLLOWED: _ClassVar[TaskState.Reason]
         CONTACT_EXPECTED: _ClassVar[TaskState.Reason]
         METHOD_FAULT: _ClassVar[TaskState.Reason]
+        SLIPPED: _ClassVar[TaskState.Reason]
     UNSPECIFIED: TaskState.Reason
     WAITING_FOR_START: TaskState.Reason
     STARTED: TaskState.Reason
@@ -82,6 +83,7 @@ class TaskState(_message.Message):
     PATH_NOT_FOLLOWED: TaskState.Reason
     CONTACT_EXPECTED: TaskState.Reason
     METHOD_FAULT: TaskState.Reason
+    SLIPPED: TaskState.Reason
     class SettingsEntry(_message.Message):
         __slots__ = ("key", "value")
         KEY_FIELD_NUMBER: _ClassVar[int]

@@ -105,6 +105,16 @@ class TrueGrips:
 
 
 @dataclass(frozen=True)
+class Slip:
+    """Fault of a grip: the rope slips out of it during a run."""
+
+    side: Literal["", "left", "right"] = ""
+    """The grip; empty: both hold. For the model `links`."""
+    time: Annotated[float, Bounds(0.0, 3600.0, "s")] = 0.0
+    """Time since the start of the run."""
+
+
+@dataclass(frozen=True)
 class Plant:
     """Simulation that stands for the real cell."""
 
@@ -113,6 +123,7 @@ class Plant:
     links with springs in its joints, in MuJoCo; the last runs slower than real time."""
     rope: PlantRope = PlantRope()
     grips: TrueGrips = TrueGrips()
+    slip: Slip = Slip()
     self_contact: bool = False
     """Whether strands of the model `rod` collide with each other."""
     friction: Annotated[float, Bounds(0.0, 5.0)] = 0.3
@@ -125,6 +136,12 @@ class Plant:
     """Displacement of the true camera from its pose in `[sensing]`."""
     camera_turn: Annotated[Vector, Bounds(-90.0, 90.0, "deg")] = (0.0, 0.0, 0.0)
     """Rotation vector of the true camera from its pose in `[sensing]`, in the world frame."""
+
+    def __post_init__(self) -> None:
+        if self.slip.side and self.model != "links":
+            raise ValueError(
+                f"slip: the rope of model = {self.model!r} cannot leave a grip; use model = 'links'"
+            )
 
 
 @dataclass(frozen=True)

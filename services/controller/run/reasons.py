@@ -21,6 +21,7 @@ class ReasonCode(Enum):
     LEFT_GOAL = auto()
     SNAG_STAYS_BEHIND = auto()
     SNAG_TAUT = auto()
+    SLIPPED = auto()
     STALLED = auto()
     PATH_ENDS_SHORT = auto()
     NO_PATH = auto()
@@ -58,6 +59,10 @@ TEXTS: Mapping[ReasonCode, str] = {
     ReasonCode.SNAG_TAUT: (
         "the rope hangs on something near [{x:.2f}, {y:.2f}, {z:.2f}] m: it is taut round it; free "
         "it, then start again"
+    ),
+    ReasonCode.SLIPPED: (
+        "the rope has slipped out of the {side} grip, its end is {distance_mm:.0f} mm away; grip "
+        "it again, then start again"
     ),
     ReasonCode.STALLED: (
         "stalled {error_mm:.1f} mm from the goal on average, {paths} new paths did not help"

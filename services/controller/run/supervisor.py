@@ -14,6 +14,7 @@ from services.controller.run.arm_condition import ArmCondition
 from services.controller.run.clearance_guard import Threat
 from services.controller.run.progress import ProgressMonitor
 from services.controller.run.reasons import Reason, ReasonCode
+from services.controller.run.slip_detector import Slip
 from services.controller.run.snag_detector import Snag
 from services.controller.run.state_machine import RunEvent, RunState
 from services.controller.run.task import Task
@@ -366,6 +367,16 @@ class RunSupervisor:
         }[snag.sign]
         x, y, z = snag.position.tolist()
         self._task.apply(RunEvent.GIVE_UP, code, x=x, y=y, z=z)
+
+    def slipped(self, slip: Slip) -> None:
+        """Give up because the rope has slipped out of a grip.
+
+        Args:
+            slip: The grip, and the distance of the rope's end from it.
+        """
+        self._task.apply(
+            RunEvent.GIVE_UP, ReasonCode.SLIPPED, side=slip.side, distance_mm=1e3 * slip.distance
+        )
 
     def method_failed(self, problem: str) -> None:
         """Give up because a controller or estimator from outside has failed.

@@ -94,6 +94,15 @@ class FlexRope:
         """Return the node positions, left end first [m]."""
         return state.flexvert_xpos[1:-1].copy()
 
+    def release(self, state: mujoco.MjData, end: int) -> None:
+        """Refuse to let go of an end.
+
+        Raises:
+            ValueError: The end vertices are parts of the grips.
+        """
+        del state
+        raise ValueError(f"end {end} of a flex is a part of its grip; use plant.model = 'links'")
+
     def place(
         self, state: mujoco.MjData, curve: Float64[np.ndarray, "n 3"], grips: Sequence[Pose]
     ) -> None:

@@ -117,6 +117,10 @@ class LinkedRope:
         halves = 0.5 * self.rope.edge_length * state.xmat[self._links].reshape(-1, 3, 3)[:, :, 2]
         return np.concatenate([centres - halves, centres[-1:] + halves[-1:]])
 
+    def release(self, state: mujoco.MjData, end: int) -> None:
+        """Let go of an end: its weld to the grip ends; see `RopeModel.release`."""
+        state.eq_active[end] = 0
+
     def place(
         self, state: mujoco.MjData, curve: Float64[np.ndarray, "n 3"], grips: Sequence[Pose]
     ) -> None:

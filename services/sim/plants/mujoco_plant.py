@@ -83,12 +83,16 @@ class MujocoPlant:
         mujoco.mj_forward(self._model, self._state)
         self._settle()
 
+    def release(self, end: int) -> None:
+        """Let the rope slip out of a grip; see `Plant.release`."""
+        self._rope.release(self._state, end)
+
     def set_obstacles(self, obstacles: Sequence[Obstacle]) -> None:
         """Replace all obstacles; the rope keeps its state."""
         old = self._state
         self._build(obstacles)
         self._state.time = old.time
-        for name in ("qpos", "qvel", "mocap_pos", "mocap_quat", "qacc_warmstart"):
+        for name in ("qpos", "qvel", "mocap_pos", "mocap_quat", "qacc_warmstart", "eq_active"):
             getattr(self._state, name)[:] = getattr(old, name)
         mujoco.mj_forward(self._model, self._state)
 

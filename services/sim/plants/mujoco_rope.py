@@ -112,6 +112,18 @@ class RopeModel(Protocol):
         """Return the node positions, left end first [m]."""
         ...
 
+    def release(self, state: mujoco.MjData, end: int) -> None:
+        """Let go of an end, until the state is reset.
+
+        Args:
+            state: State to change.
+            end: 0 for the left end, 1 for the right one.
+
+        Raises:
+            ValueError: The end is a part of its grip.
+        """
+        ...
+
     def place(
         self, state: mujoco.MjData, curve: Float64[np.ndarray, "n 3"], grips: Sequence[Pose]
     ) -> None:

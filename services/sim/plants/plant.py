@@ -41,6 +41,17 @@ class Plant(Protocol):
         """Replace all obstacles; the rope keeps its state."""
         ...
 
+    def release(self, end: int) -> None:
+        """Let the rope slip out of a grip, until the next reset.
+
+        Args:
+            end: 0 for the left grip, 1 for the right one.
+
+        Raises:
+            ValueError: The rope of this plant cannot leave a grip.
+        """
+        ...
+
     def step(self, left: EndMotion, right: EndMotion, duration: float) -> None:
         """Move the grips to their new motion, and the rope with them.
 

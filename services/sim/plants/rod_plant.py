@@ -47,6 +47,14 @@ class RodPlant:
         """Node positions, left end first [m]."""
         return self._state.positions.copy()
 
+    def release(self, end: int) -> None:
+        """Refuse to let the rope slip out of a grip.
+
+        Raises:
+            ValueError: Both ends of the rod are clamped.
+        """
+        raise ValueError(f"the rod is clamped at end {end}; use plant.model = 'links'")
+
     def set_obstacles(self, obstacles: Sequence[Obstacle]) -> None:
         """Replace all obstacles; the rope keeps its state."""
         self._obstacles = pack(obstacles)

@@ -33,6 +33,10 @@ class TrueGripsPlant:
         """Node positions, left end first [m]."""
         return self._plant.nodes
 
+    def release(self, end: int) -> None:
+        """Let the rope slip out of a grip; see `Plant.release`."""
+        self._plant.release(end)
+
     def reset(
         self, left: Pose, right: Pose, guess: Float64[np.ndarray, "m 3"] | None = None
     ) -> None:

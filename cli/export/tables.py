@@ -20,11 +20,7 @@ OMITTED = (topics.TRACE, topics.VIEW_SCENE, topics.VIEW_POINTS, topics.VIEW_TRAN
 """Topics without a table, beside those of images."""
 NAME_FIELDS = ("arm", "name", "service")
 """Fields that name an element of a list; its columns carry the name in place of its index."""
-MESSAGE, BYTES, ENUM = (
-    FieldDescriptor.TYPE_MESSAGE,
-    FieldDescriptor.TYPE_BYTES,
-    FieldDescriptor.TYPE_ENUM,
-)
+MESSAGE, BYTES = FieldDescriptor.TYPE_MESSAGE, FieldDescriptor.TYPE_BYTES
 
 Row = dict[str, Any]
 """Values by column."""
@@ -45,8 +41,8 @@ def write_csv(recording: Recording, folder: Path) -> str:
 def write_parquet(recording: Recording, folder: Path) -> str:
     """Write the tables as Parquet files into a new folder; return one line about them."""
     # Imported late: only this format needs it.
-    import pyarrow
-    import pyarrow.parquet
+    import pyarrow  # pyright: ignore[reportMissingImports]
+    import pyarrow.parquet  # pyright: ignore[reportMissingImports]
 
     found = tables(recording)
     folder.mkdir(parents=True)
@@ -103,7 +99,7 @@ def _values(message: Message, prefix: str) -> Iterator[tuple[str, Any]]:
                     yield f"{name}.{k}", element
         elif field.type == MESSAGE:
             yield from _values(value, f"{name}.")
-        elif field.type == ENUM:
+        elif field.enum_type is not None:
             yield name, field.enum_type.values_by_number[value].name
         else:
             yield name, value

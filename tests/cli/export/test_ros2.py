@@ -97,7 +97,9 @@ def test_the_bag_is_an_mcap_file_of_the_profile_ros2(bag: Path):
     with file.open("rb") as stream:
         reader = make_reader(stream)
         assert reader.get_header().profile == "ros2"
-        encodings = {s.encoding for s in reader.get_summary().schemas.values()}
+        summary = reader.get_summary()
+    assert summary is not None
+    encodings = {schema.encoding for schema in summary.schemas.values()}
     assert encodings == {"ros2msg"}
 
 

@@ -101,7 +101,8 @@ def test_a_viewer_that_does_not_read_loses_the_oldest_messages():
     async def scene(server, address):
         server.publish(message(0.0))
         async with connect(address, subprotocols=FOXGLOVE) as viewer:
-            await heard(viewer), await heard(viewer)
+            await heard(viewer)
+            await heard(viewer)
             wanted = {"op": "subscribe", "subscriptions": [{"id": 1, "channelId": 1}]}
             await viewer.send(json.dumps(wanted))
             await viewer.send("answered when the subscription is known")

@@ -39,8 +39,10 @@ def _libraries(scenario: Scenario, part: str) -> tuple[str, ...]:
         case "controller":
             return ("taichi", "torch") if scenario.control.method == "network" else ("taichi",)
         case "robot_gateway":
-            driven = any(scenario.end(side).driver == "cr5" for side in SIDES)
-            return ("pinocchio",) if driven else ()
+            driven = [scenario.end(side) for side in SIDES]
+            arms = [end for end in driven if end.driver not in ("fixed", "ideal")]
+            simulated = [end for end in arms if end.driver != "cr5" and not end.address]
+            return (*["pinocchio"] * bool(arms), *["mujoco"] * bool(simulated))
         case "recorder":
             return ("mcap",)
         case "dashboard":

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from shared.configuration import ConfigurationError
 from shared.cr5.kinematics import Kinematics
 from shared.scenario import SIDES, Scenario, Side
+from shared.scenario.placement import base_of, tool_of
 from shared.scenario.sections import End
 
 JointDegrees = tuple[float, float, float, float, float, float]
@@ -17,10 +17,7 @@ JointDegrees = tuple[float, float, float, float, float, float]
 
 def kinematics_of(end: End) -> Kinematics:
     """Create the kinematics of the arm of an end, with its base and tool."""
-    return Kinematics(
-        Pose(np.array(end.base_position), poses.normalized(np.array(end.base_orientation))),
-        Pose(np.array(end.tool_position), poses.normalized(np.array(end.tool_orientation))),
-    )
+    return Kinematics(base_of(end), tool_of(end))
 
 
 def start_joints(kinematics: Kinematics, start: Pose, side: Side) -> JointDegrees:
@@ -54,9 +51,8 @@ def tether_of(scenario: Scenario, side: Side) -> tuple[float, ...]:
         return ()
     grips = dict(zip(SIDES, scenario.grips(scenario.start), strict=True))
     end, rope = scenario.end(side), scenario.plant_rope
-    base = Pose(np.array(end.base_position), poses.normalized(np.array(end.base_orientation)))
-    anchor = base.inverse() @ grips[other]
-    tool = Pose(np.array(end.tool_position), poses.normalized(np.array(end.tool_orientation)))
+    anchor = base_of(end).inverse() @ grips[other]
+    tool = tool_of(end)
     stiffness = rope.stretch_stiffness / rope.length
     return (*anchor.position.tolist(), rope.length, stiffness, *tool.position.tolist())
 

@@ -29,8 +29,10 @@ PATH_PLANNERS = Extensible(("whole_path",), "lariat.path_planners")
 """Planners: `lariat.protocols.PathPlanner`."""
 PERCEPTION_METHODS = Extensible(("ridge", "paper"), "lariat.perception")
 """Methods that find the rope in images: `lariat.protocols.RopePerception`."""
-DRIVERS = Extensible(("fixed", "ideal", "cr5"), "lariat.drivers")
-"""Arm drivers."""
+DRIVERS = Extensible(("fixed", "ideal", "cr5", "simulated", "ur"), "lariat.drivers")
+"""Arm drivers; those from outside are a `lariat.protocols.Arm`."""
+OWN_PROTOCOL_DRIVERS = ("fixed", "ideal", "cr5")
+"""Drivers whose arms are not described by `ends.*.urdf`."""
 
 
 @dataclass(frozen=True)
@@ -148,23 +150,28 @@ class Plant:
 class End:
     """Arm that holds one end of the rope."""
 
-    driver: Literal["fixed", "ideal", "cr5"] = "ideal"
-    """`fixed`: the end does not move; `ideal`: it follows setpoints exactly; `cr5`: a Dobot CR5."""
+    driver: Annotated[str, DRIVERS] = "ideal"
+    """`fixed`: the end does not move; `ideal`: it follows setpoints exactly; `cr5`: a Dobot CR5;
+    `simulated`: the arm of `urdf` in MuJoCo; `ur`: a Universal Robots arm; or an own class."""
     rotates: bool = False
     """Whether the gripper may change its orientation; in the paper it does not."""
     arm_automatically: bool = True
     """Whether the gateway arms this end without a person; it never does with an `address`."""
     address: str = ""
-    """Host of a real CR5; if empty, the arm is emulated."""
+    """Address of a real arm; if empty, the arm is emulated or simulated."""
+    urdf: str = ""
+    """URDF of an arm that brings none: a file in the scenario's folder, or an absolute path."""
+    flange: str = ""
+    """Link of that URDF that carries the tool."""
     firmware: Literal["v3", "v4"] = "v3"
     """Firmware of the emulated arm; that of a real arm is detected."""
     grip_length: Annotated[float, Bounds(0.0, 0.5, "m")] = 0.0
     """Length of the rope that lies in the gripper's pads and cannot move; the grip is the point
     where the rope leaves them."""
     base_position: Position = (0.0, 0.0, 0.0)
-    """Position of the CR5's base in the world."""
+    """Position of the arm's base, the root of its URDF, in the world."""
     base_orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
-    """Orientation of the CR5's base in the world."""
+    """Orientation of the arm's base in the world."""
     tool_position: Annotated[Vector, Bounds(-1.0, 1.0, "m")] = (0.0, 0.0, 0.12)
     """Position of the grip in the flange's frame."""
     tool_orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
@@ -183,8 +190,14 @@ class End:
     def __post_init__(self) -> None:
         if self.driver == "fixed" and self.rotates:
             raise ValueError("rotates = true needs a driver that moves, got driver = 'fixed'")
-        if self.address and self.driver != "cr5":
-            raise ValueError(f"address = {self.address!r} needs driver = 'cr5', not {self.driver}")
+        if self.address and self.driver in ("fixed", "ideal", "simulated"):
+            raise ValueError(
+                f"address = {self.address!r} needs the driver of an arm, not {self.driver!r}"
+            )
+        if self.driver in ("simulated", "ur") and not (self.urdf and self.flange):
+            raise ValueError(f"driver = {self.driver!r} needs urdf and flange")
+        if self.urdf and self.driver in OWN_PROTOCOL_DRIVERS:
+            raise ValueError(f"urdf = {self.urdf!r} has no meaning for driver = {self.driver!r}")
 
 
 @dataclass(frozen=True)

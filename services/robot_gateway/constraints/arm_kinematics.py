@@ -18,8 +18,8 @@ SphereCover = tuple[Float64[np.ndarray, "*m k 3"], Float64[np.ndarray, "k"]]
 class ArmKinematics(Protocol):
     """Geometry of an arm."""
 
-    joint_limits: Joints
-    """Largest angle of each joint in either direction [rad]."""
+    joint_range: Float64[np.ndarray, "2 j"]
+    """Least and largest angle of each joint [rad]."""
     base_spheres: SphereCover
     """Spheres that cover the parts that do not move."""
 

@@ -100,7 +100,7 @@ class JointConstraints:
             if excess > 0.0:
                 return "joint_speed", excess
         slacks: Slacks = {
-            "joint_limits": np.min(self.kinematics.joint_limits - np.abs(joints), axis=1),
+            "joint_limits": self._range_slack(joints),
             "singularity": singularity_slack(self.kinematics, joints),
         }
         links = collision.slacks(self._links.centres, self._links.radii)
@@ -109,7 +109,12 @@ class JointConstraints:
     def limit_slack(self, measured: Joints) -> Slacks:
         """Return the slack of the joint limits for the commanded and the measured joints [rad]."""
         rows = np.array([self.joints, measured])
-        return {"joint_limits": np.min(self.kinematics.joint_limits - np.abs(rows), axis=1)}
+        return {"joint_limits": self._range_slack(rows)}
+
+    def _range_slack(self, rows: Float64[np.ndarray, "m j"]) -> Float64[np.ndarray, "m"]:
+        """Return the least distance of the joints from the ends of their ranges [rad]."""
+        low, high = self.kinematics.joint_range
+        return np.min(np.minimum(rows - low, high - rows), axis=1)
 
     def link_slacks(self, measured: Joints, collision: CollisionConstraint) -> Slacks:
         """Return the slacks of the links for the commanded and the measured joints [m].

@@ -48,7 +48,7 @@ class Driver(Protocol):
     """One end of the rope: an arm, or a fixed clamp."""
 
     name: str
-    """Name in a scenario: fixed, ideal or cr5."""
+    """Name in a scenario."""
     moves: bool
     """Whether the end moves; a clamp does not."""
     joint_constraints: JointConstraints | None

@@ -3,14 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from lariat.geometry.poses import Pose
+from lariat.protocols.arm import Arm, ArmFacts, ArmSetup
 from services.robot_gateway.drivers.cr5.link import Link
 from services.robot_gateway.drivers.driver import Driver
 from services.robot_gateway.drivers.fixed import FixedDriver
 from services.robot_gateway.drivers.ideal import IdealDriver
 from shared.configuration import ConfigurationError
+from shared.extensions import Extension
 from shared.scenario import SIDES, Scenario, Side
+from shared.scenario.placement import base_of, tool_of
+from shared.scenario.sections import DRIVERS
+
+INCLUDED_ARMS = {
+    "simulated": "services.robot_gateway.drivers.simulated:SimulatedArm",
+    "ur": "services.robot_gateway.drivers.ur:UrArm",
+}
+"""Classes of the arms of Lariat's own that follow joint angles."""
 
 
 def drivers_of(
@@ -47,6 +58,8 @@ def _driver(
             return IdealDriver(start)
         case "cr5":
             return _cr5(scenario, side, start, link, emulator)
+        case _:
+            return _joint_arm(scenario, side, start)
 
 
 def _cr5(scenario: Scenario, side: Side, start: Pose, link: Link | None, emulator: str) -> Driver:
@@ -76,3 +89,37 @@ def _cr5(scenario: Scenario, side: Side, start: Pose, link: Link | None, emulato
         tool_output=end.tool_output,
         settings=EnableSettings(end.load, end.load_center, end.collision_level),
     )
+
+
+def _joint_arm(scenario: Scenario, side: Side, start: Pose) -> Driver:
+    """Driver of an arm behind `lariat.protocols.Arm`; without an address it is simulated."""
+    # Only a cell with such an arm needs Pinocchio.
+    from services.robot_gateway.drivers.joint_arm import JointArmDriver
+    from shared.arms.kinematics import UrdfKinematics
+
+    end = scenario.end(side)
+    named = Extension(f"ends.{side}.driver", INCLUDED_ARMS.get(end.driver, end.driver), DRIVERS)
+    facts = getattr(named.load(), "facts", None)
+    if not isinstance(facts, ArmFacts):
+        raise ConfigurationError(f"{named} lacks facts = ArmFacts(…) of lariat.protocols")
+    if facts.simulated and end.address:
+        raise ConfigurationError(f"{named} is simulated; remove ends.{side}.address")
+    if not facts.simulated and not end.address:
+        named = replace(named, name=INCLUDED_ARMS["simulated"])
+    if not (facts.urdf or end.urdf) or not (facts.flange or end.flange):
+        raise ConfigurationError(f"{named} states no URDF; give ends.{side}.urdf and .flange")
+    urdf, flange = scenario.folder / (facts.urdf or end.urdf), facts.flange or end.flange
+    try:
+        kinematics = UrdfKinematics(urdf, flange, base_of(end), tool_of(end))
+    except ValueError as error:
+        raise ConfigurationError(f"ends.{side}: {error}") from error
+    joints = kinematics.solve_anywhere(start)
+    if joints is None:
+        raise ConfigurationError(
+            f"ends.{side}: the start grip at {start.position.round(3).tolist()} m is out of the "
+            f"reach of {urdf.name}; move base_position or turn the tool"
+        )
+    joint_speed = scenario.limits.joint_speed
+    setup = ArmSetup(side, end.address, urdf, flange, joints, joint_speed)
+    arm: Arm = named.create(("enable", "disable", "set_gripper", "step", "close"), setup)
+    return JointArmDriver(end.driver, arm, named, kinematics, joint_speed)

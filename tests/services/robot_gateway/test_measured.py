@@ -96,11 +96,11 @@ def test_joint_beyond_its_limit_holds_although_its_command_keeps_it() -> None:
     rest(world, 0.3)
     constraints = world.driver.joint_constraints
     assert constraints is not None
-    limits = constraints.kinematics.joint_limits
+    limits = constraints.kinematics.joint_range
     measured = abs(world.report.arms[1].joints[0])
     displace(world, 0, lambda t: min(0.03 * t, 0.03) * np.sign(world.report.arms[1].joints[0]))
     before = limits.copy()
-    limits[0] = measured + 0.003
+    limits[:, 0] = [-measured - 0.003, measured + 0.003]
     try:
         rest(world, 1.2)
     finally:

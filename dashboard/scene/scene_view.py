@@ -10,6 +10,7 @@ from jaxtyping import Float64
 
 from dashboard import palette
 from dashboard.scene import scene_setup
+from dashboard.scene.arm_view import arm_view
 from dashboard.scene.certainty import certainty_colors
 from dashboard.scene.chain_lines import LinesView, chain_segments, dashed
 from dashboard.scene.gripper_view import GripperView
@@ -66,6 +67,7 @@ class SceneView:
         self._prediction = LinesView(scene, "/prediction", thickness=2.0)
         self._path = LinesView(scene, "/path", thickness=1.5)
         self._grippers = {side: GripperView(scene, scenario, side) for side in SIDES}
+        self._arms = {side: arm_view(scene, scenario, side) for side in SIDES}
         self._camera = scene_setup.add_camera(scene, scenario)
         for layer in INITIALLY_HIDDEN:
             self.set_layer_visible(layer, False)
@@ -152,8 +154,11 @@ class SceneView:
         self._path.hide()
 
     def show_arms(self, message: ArmStates) -> None:
-        """Draw the grippers where the gateway reports them."""
+        """Draw the grippers and the arms where the gateway reports them."""
         for arm in message.arms:
+            view = self._arms.get(arm.arm)
+            if view is not None:
+                view.update(np.array(arm.joints))
             if arm.arm in self._grippers and len(arm.position) == 3:
                 self._grippers[arm.arm].update(
                     np.array(arm.position), np.array(arm.orientation), arm.gripper_closed

@@ -63,7 +63,7 @@ class UrdfKinematics:
             ValueError: The file cannot be read, has no such link, or a joint of the arm does not
                 turn between two limits.
         """
-        self._model, geometry = _arm_of(urdf, flange)
+        self._model, geometry = load_arm(urdf, flange)
         self._data = self._model.createData()
         self._frame = self._model.getFrameId(flange)
         self._T_world_base, self._T_flange_grip = T_world_base, T_flange_grip
@@ -239,8 +239,12 @@ def _joined(covers: list[Cover]) -> Cover:
     return centres, np.concatenate([np.zeros(0), *(radii for _, radii in covers)])
 
 
-def _arm_of(urdf: Path, flange: str) -> tuple[pinocchio.Model, pinocchio.GeometryModel]:
-    """Model and collision bodies of the joints from the root to a link, all others locked.
+def load_arm(urdf: Path, flange: str) -> tuple[pinocchio.Model, pinocchio.GeometryModel]:
+    """Return model and collision bodies of the joints from the root to a link, all others locked.
+
+    Args:
+        urdf: Description of the arm; `package://` is looked for in the folders above it.
+        flange: Link that carries the tool.
 
     Raises:
         ValueError: See `UrdfKinematics`.

@@ -6,18 +6,13 @@ to check limits and singularities; the driver corrects them before it sends them
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.poses import Pose
+from shared.arms.description import CR5_FLANGE, CR5_URDF
 from shared.arms.kinematics import UrdfKinematics
 
-URDF = Path(__file__).with_name("cr5.urdf")
-"""Nominal geometry, with the collision cylinders of the links."""
-FLANGE = "link_6"
-"""Link of the URDF that carries the tool."""
 JOINT_LIMIT_MARGIN = 0.035
 """Margin to the joint limits [rad]: the nominal geometry is wrong by up to 0.006."""
 
@@ -27,7 +22,7 @@ class Kinematics(UrdfKinematics):
 
     def __init__(self, T_world_base: Pose, T_flange_grip: Pose) -> None:
         """Args: T_world_base: Pose of the base. T_flange_grip: Pose of the grip at the flange."""
-        super().__init__(URDF, FLANGE, T_world_base, T_flange_grip, JOINT_LIMIT_MARGIN)
+        super().__init__(CR5_URDF, CR5_FLANGE, T_world_base, T_flange_grip, JOINT_LIMIT_MARGIN)
 
     def _branch_seeds(self) -> Float64[np.ndarray, "s 6"]:
         return np.array(

@@ -1,0 +1,124 @@
+"""Arm of one end in the scene: the collision bodies of its URDF, at the reported joint angles.
+
+Pinocchio reads the URDF; where it is not installed, as in the dashboard's image, no arm is drawn.
+"""
+
+from __future__ import annotations
+
+import logging
+from importlib.util import find_spec
+
+import numpy as np
+import viser
+
+from dashboard import palette
+from dashboard.scene import meshes
+from dashboard.scene.meshes import Mesh
+from lariat.geometry import poses
+from lariat.geometry.poses import Pose
+from shared.arms.description import ArmDescription, arm_description
+from shared.scenario import Scenario, Side
+from shared.scenario.placement import base_of
+
+log = logging.getLogger(__name__)
+
+OPACITY = 0.55
+"""Opacity of the bodies [-]: they are simpler than the arm, and what is behind them shows."""
+
+
+class ArmView:
+    """Bodies of one arm; hidden until its joints are known."""
+
+    def __init__(
+        self, scene: viser.SceneApi, description: ArmDescription, base: Pose, side: Side
+    ) -> None:
+        """Add the bodies of an arm.
+
+        Args:
+            scene: Scene to draw in.
+            description: URDF and flange.
+            base: Pose of the arm's base in the world.
+            side: End of the rope.
+
+        Raises:
+            ValueError: The URDF cannot be read.
+        """
+        # Imported late: the dashboard runs without Pinocchio.
+        from shared.arms.kinematics import load_arm
+
+        self._model, self._geometry = load_arm(description.urdf, description.flange)
+        self._state, self._placements = self._model.createData(), self._geometry.createData()
+        self._base = base
+        self._bodies = [
+            scene.add_mesh_simple(
+                f"/arms/{side}/body{k}",
+                *_mesh(body),
+                color=palette.QUIET,
+                opacity=OPACITY,
+                visible=False,
+            )
+            for k, body in enumerate(self._geometry.geometryObjects)
+        ]
+
+    def update(self, joints: np.ndarray) -> None:
+        """Move the bodies.
+
+        Args:
+            joints: Joint angles from the base to the flange [rad]; others than the arm has are
+                ignored.
+        """
+        # Imported late, as above.
+        import pinocchio  # pyright: ignore[reportMissingImports]
+
+        if len(joints) != self._model.nq:
+            return
+        pinocchio.updateGeometryPlacements(
+            self._model, self._state, self._geometry, self._placements, joints
+        )
+        for body, placement in zip(self._bodies, self._placements.oMg, strict=True):
+            orientation = poses.from_matrix(np.array(placement.rotation))
+            pose = self._base @ Pose(np.array(placement.translation), orientation)
+            body.position, body.wxyz, body.visible = pose.position, pose.orientation, True
+
+
+def arm_view(scene: viser.SceneApi, scenario: Scenario, side: Side) -> ArmView | None:
+    """Add the arm of an end; None where there is none, or its URDF cannot be read here.
+
+    Args:
+        scene: Scene to draw in.
+        scenario: The cell.
+        side: End of the rope.
+    """
+    description = arm_description(scenario, side)
+    if description is None or find_spec("pinocchio") is None:
+        return None
+    try:
+        return ArmView(scene, description, base_of(scenario.end(side)), side)
+    except ValueError as error:
+        # A recording's scenario may name a file of another machine.
+        log.warning("the %s arm is not drawn: %s", side, error)
+        return None
+
+
+def _mesh(body) -> Mesh:
+    """Triangles of a collision body, in its own frame."""
+    shape = body.geometry
+    match type(shape).__name__:
+        case "Cylinder":
+            return meshes.cylinder(shape.radius, 2.0 * shape.halfLength)
+        case "Capsule":
+            return meshes.capsule(shape.radius, 2.0 * shape.halfLength)
+        case "Sphere":
+            return meshes.capsule(shape.radius, 0.0)
+        case "Box":
+            return _box(np.array(shape.halfSide))
+    vertices = np.array([shape.vertex(k) for k in range(shape.num_vertices)])
+    faces = np.array([[shape.tri_indices(k)[i] for i in range(3)] for k in range(shape.num_tris)])
+    return Mesh(vertices * np.array(body.meshScale), faces)
+
+
+def _box(half: np.ndarray) -> Mesh:
+    corners = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    triangles = [t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))]
+    return Mesh(corners * half, np.array(triangles))

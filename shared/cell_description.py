@@ -16,8 +16,9 @@ import numpy as np
 
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
-from shared import cr5
+from shared.arms.description import CR5_URDF
 from shared.scenario import SIDES, Scenario, Side
+from shared.scenario.placement import base_of
 from shared.scenario.sections import End
 from shared.urdf import Urdf
 
@@ -32,7 +33,7 @@ ARM_COLOR = (0.75, 0.77, 0.8, 1.0)
 AWAY_FROM_ROPE = {"left": -1.0, "right": 1.0}
 """Direction of a gripper's body along the z axis of its grip, which points along the rope from left
 to right."""
-_URDF_FILES = {"cr5": Path(cr5.__file__).with_name("cr5.urdf")}
+_URDF_FILES = {"cr5": CR5_URDF}
 """URDF of an arm by its driver."""
 
 
@@ -47,11 +48,6 @@ def arm_urdf(end: End) -> Urdf | None:
     return _read(path) if path else None
 
 
-def base_pose(end: End) -> Pose:
-    """Return the pose of the arm's base in the world."""
-    return Pose(np.array(end.base_position), poses.normalized(np.array(end.base_orientation)))
-
-
 def cell_urdf(scenario: Scenario) -> str:
     """Return the URDF of a cell's arms and grippers."""
     robot = ElementTree.Element("robot", name="cell")
@@ -59,7 +55,7 @@ def cell_urdf(scenario: Scenario) -> str:
     for side in SIDES:
         end = scenario.end(side)
         if (arm := arm_urdf(end)) is not None:
-            _add_arm(robot, side, arm, base_pose(end))
+            _add_arm(robot, side, arm, base_of(end))
         _add_gripper(robot, side, scenario)
     ElementTree.indent(robot)
     return ElementTree.tostring(robot, encoding="unicode", xml_declaration=True)

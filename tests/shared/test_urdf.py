@@ -9,14 +9,15 @@ import pytest
 
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
-from shared.cr5.kinematics import URDF, Kinematics
+from shared.arms.description import CR5_URDF
+from shared.cr5.kinematics import Kinematics
 from shared.urdf import Urdf
 
 STILL = Pose(np.zeros(3), poses.IDENTITY)
 
 
 def test_the_flange_is_where_pinocchio_has_it():
-    arm, kinematics = Urdf(URDF), Kinematics(STILL, STILL)
+    arm, kinematics = Urdf(CR5_URDF), Kinematics(STILL, STILL)
     for joints in np.random.default_rng(0).uniform(-2.0, 2.0, (5, 6)):
         found = {arm.root: STILL}
         for parent, child, pose in arm.link_poses(joints):
@@ -28,7 +29,7 @@ def test_the_flange_is_where_pinocchio_has_it():
 
 
 def test_collision_bodies_stand_in_for_missing_visuals():
-    arm = Urdf(URDF)
+    arm = Urdf(CR5_URDF)
     assert [body.link for body in arm.bodies] == ["base_link", *(f"link_{k}" for k in range(1, 7))]
     assert arm.bodies[0].shape == "cylinder"
     assert arm.bodies[0].size == (0.08, 0.1)

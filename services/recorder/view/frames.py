@@ -13,9 +13,10 @@ from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
 from lariat.geometry.poses import Pose
 from services.recorder.view.primitives import quaternion_message, vector_message
 from shared import topics
-from shared.cell_description import GRIP, WORLD_FRAME, arm_urdf, base_pose, frame_name
+from shared.cell_description import GRIP, WORLD_FRAME, arm_urdf, frame_name
 from shared.messages import ArmState, ArmStates, timestamp
 from shared.scenario import SIDES, Scenario, Side
+from shared.scenario.placement import base_of
 
 
 class Frames:
@@ -27,7 +28,7 @@ class Frames:
         for side, arm in self._arms.items():
             if arm is not None:
                 base = frame_name(side, arm.root)
-                self._fixed.append((WORLD_FRAME, base, base_pose(scenario.end(side))))
+                self._fixed.append((WORLD_FRAME, base, base_of(scenario.end(side))))
 
     def transforms(self, arms: ArmStates | None, now: int, fixed: bool) -> FrameTransforms:
         """Return the transforms of the arms' links and grips, stamped [ns].

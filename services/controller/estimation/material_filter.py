@@ -23,8 +23,10 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from lariat.geometry import poses
+from lariat.geometry.obstacles import chain_clearance
 from lariat.rod import RodProperties
 from lariat.rod.identification import posterior
+from lariat.rod.obstacle_table import unpack
 from lariat.trajectory import MotionState, mean_twists
 from services.controller.estimation.adaptation import ParameterEstimate
 from services.controller.estimation.damping_sensitivity import DampingSensitivity
@@ -43,6 +45,8 @@ from services.controller.estimation.state_estimator import StateEstimator
 
 ROTATION_LEVER_ARM = 0.05
 """Lever arm that converts a grip's rotation into a displacement [m]."""
+LEANING_CLEARANCE = 1e-3
+"""Distance between rope and support below which the rope leans on it [m]."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +66,8 @@ class MaterialFilterSettings:
     """Error of rod and sensor, alike in neighbouring nodes and while nothing moves [m]."""
     error_scale_weight: float = 20.0
     """Observed components that outweigh the assumed size of all errors."""
+    leaning_error: float = 2e-3
+    """The same of a rope that leans on a support, whose friction the model does not know [m]."""
     independent_shape_distance: float = 0.04
     """Displacement of a grip after which the model error is independent [m]."""
     same_shape_distance: float = 0.01
@@ -271,7 +277,7 @@ class MaterialFilter:
                 noise,
                 used,
                 poses.normalized(np.gradient(estimator.state.positions, axis=0)),
-                self._model_error(estimator.motion),
+                self._model_error(estimator),
                 swing,
             ),
             self._error_scale.factor,
@@ -331,13 +337,14 @@ class MaterialFilter:
             self._stated = np.sqrt(np.diag(self._covariance()))
         return self._stated
 
-    def _model_error(self, motion: MotionState) -> float:
+    def _model_error(self, estimator: StateEstimator) -> float:
         """Error of the model, noise apart; it is the same one in shapes that are alike [m]."""
         settings, before = self.settings, self._previous_shape_motion
+        error = settings.leaning_error if _leans(estimator) else settings.model_error
         if before is None:
-            return settings.model_error
-        share = min(1.0, _displacement(before, motion) / settings.independent_shape_distance)
-        return settings.model_error / math.sqrt(share)
+            return error
+        moved = _displacement(before, estimator.motion)
+        return error / math.sqrt(min(1.0, moved / settings.independent_shape_distance))
 
     def _jacobian(self, estimator: StateEstimator, stamp: int) -> Float64[np.ndarray, "n 3 P"]:
         """Derivative of the node positions with respect to the unknowns [m]."""
@@ -354,6 +361,17 @@ def _displacement(before: MotionState, after: MotionState) -> float:
     """Largest displacement of a grip between two states, rotations included [m]."""
     change = mean_twists(before, after, 1.0)
     return float(np.max(np.linalg.norm(change, axis=2) @ np.array([1.0, ROTATION_LEVER_ARM])))
+
+
+def _leans(estimator: StateEstimator) -> bool:
+    """Whether the model leans on a support."""
+    if estimator.supports is None:
+        return False
+    properties = estimator.rod.properties
+    clearance = chain_clearance(
+        estimator.state.positions, properties.diameter / 2.0, unpack(estimator.supports)
+    )
+    return clearance < LEANING_CLEARANCE
 
 
 def _rms(change: Float64[np.ndarray, "n 3"]) -> float:

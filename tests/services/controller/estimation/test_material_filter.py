@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from lariat.geometry import polylines, poses
+from lariat.geometry.obstacles import Obstacle, pack
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod
 from lariat.trajectory import MotionState
@@ -15,7 +16,7 @@ from services.controller.estimation.adaptation import apply_material
 from services.controller.estimation.grip_errors import GripErrors
 from services.controller.estimation.material_filter import MaterialFilter
 from services.controller.estimation.state_estimator import StateEstimator
-from tests.services.controller.cell import COUNT, PROPERTIES, Cell, grips
+from tests.services.controller.cell import COUNT, PROPERTIES, STEP, Cell, grips
 
 GOAL = grips((-0.14, 0.05, 0.27), (0.16, 0.02, 0.31))
 
@@ -158,3 +159,20 @@ def test_grips_that_hold_the_rope_off_their_place_do_not_bias_the_stiffness(fact
     assert abs(length.value - true.length) < 3.0 * length.standard_deviation < 5e-3
     missed = adaptation.grip_errors.offsets - errors.offsets
     assert np.max(np.abs(missed)) < 2e-3
+
+
+def test_rope_that_leans_on_a_support_tells_less_of_its_stiffness() -> None:
+    deviations = []
+    for distance in (0.05, 2e-4):
+        cell = Cell(start=GOAL)
+        nodes = cell.rope.positions
+        lowest = nodes[np.argmin(nodes[:, 2])]
+        radius = 0.02
+        below = tuple(lowest - np.array([0.0, 0.0, radius + 0.004 + distance]))
+        cell.estimator.supports = pack([Obstacle("sphere", below, radius=radius)])
+        adaptation = MaterialFilter(PROPERTIES)
+        sigma, observed = np.full(COUNT, 1e-4), np.ones(COUNT, dtype=bool)
+        for k in range(4):
+            adaptation.update(cell.estimator, cell.now + 10 * k * STEP, nodes, sigma, observed)
+        deviations.append(adaptation.standard_deviation)
+    assert deviations[1] > 1.5 * deviations[0], deviations

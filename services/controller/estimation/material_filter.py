@@ -62,7 +62,7 @@ class MaterialFilterSettings:
     """Time between updates while the rope rests [ns]."""
     memory_time: float = 60.0
     """Time constant with which evidence decays [s]: a rope can be exchanged by hand."""
-    model_error: float = 3e-4
+    model_error: float = 2.5e-4
     """Error of rod and sensor, alike in neighbouring nodes and while nothing moves [m]."""
     error_scale_weight: float = 20.0
     """Observed components that outweigh the assumed size of all errors."""
@@ -81,7 +81,7 @@ class MaterialFilterSettings:
     outlier_deviations: float = 3.0
     """Innovation of a node, in standard deviations, above which it is an outlier, and standard
     deviation of an outlier relative to its excess [-]."""
-    new_evidence_share: float = 0.6
+    new_evidence_share: float = 0.75
     """Share of the evidence of a shape that is kept when the grips leave it [-]: the error of a
     coarse rod repeats itself from shape to shape."""
     max_log_stiffness_step: float = math.log(2.0)
@@ -277,7 +277,7 @@ class MaterialFilter:
                 noise,
                 used,
                 poses.normalized(np.gradient(estimator.state.positions, axis=0)),
-                self._model_error(estimator),
+                np.hypot(self._model_error(estimator), np.sqrt(self._mean.constant_variance)),
                 swing,
             ),
             self._error_scale.factor,

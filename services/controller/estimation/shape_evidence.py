@@ -38,8 +38,8 @@ class ShapeObservation:
     """Nodes that count."""
     tangents: Float64[np.ndarray, "n 3"]
     """Unit tangents of the rope."""
-    model_error: float
-    """Standard deviation of the model's error [m]."""
+    model_error: Float64[np.ndarray, "n"]
+    """Standard deviation of the error that is alike in neighbouring nodes [m]."""
     swing: Float64[np.ndarray, "n"]
     """Standard deviation of the error of each node because the rope swings [m]."""
 
@@ -73,7 +73,8 @@ def whiten(shape: ShapeObservation, scale: float) -> WhiteShape:
     used = np.flatnonzero(shape.used)
     places = used / (len(shape.used) - 1)
     apart = np.abs(places[:, None] - places)
-    covariance = shape.model_error**2 * np.exp(-apart / MODEL_ERROR_CORRELATION)
+    alike = np.outer(shape.model_error[used], shape.model_error[used])
+    covariance = alike * np.exp(-apart / MODEL_ERROR_CORRELATION)
     covariance += np.diag(shape.deviations[used] ** 2)
     swing = np.outer(shape.swing[used], shape.swing[used]) * np.exp(-apart / SWING_CORRELATION)
     factor = np.linalg.cholesky(scale**2 * covariance + swing)

@@ -32,7 +32,7 @@ def observation(residuals: Float64[np.ndarray, "n 3"]) -> ShapeObservation:
         np.full(COUNT, 1e-3),
         used,
         np.tile([1.0, 0.0, 0.0], (COUNT, 1)),
-        2e-3,
+        np.full(COUNT, 2e-3),
         np.zeros(COUNT),
     )
 

@@ -69,15 +69,17 @@ def find_passages(
     row = np.arange(len(middle))
     along, room, places = across[row, best], room[row, best], middle
     for _ in range(s.improvements):
-        moved = places + random.normal(scale=s.place_sigma, size=places.shape)
+        # Across the rope alone: along it, the place would leave its passage.
+        shift = random.normal(scale=s.place_sigma, size=places.shape)
+        moved = places + shift - np.sum(shift * along, axis=1, keepdims=True) * along
         turned = poses.normalized(along + random.normal(scale=s.direction_sigma, size=along.shape))
         found = _room(problem, moved, turned, s)
-        # It stays in its passage: the freest place of all lies outside.
         better = (found > room) & (np.linalg.norm(moved - middle, axis=1) < s.max_shift)
         places = np.where(better[:, None], moved, places)
         along = np.where(better[:, None], turned, along)
         room = np.where(better, found, room)
-    return _distinct(places[room > margin], along[room > margin], s)
+    fits = room > margin
+    return _distinct(problem, places[fits], along[fits], s)
 
 
 def _room(
@@ -93,20 +95,23 @@ def _room(
 
 
 def _distinct(
+    problem: Problem,
     places: Float64[np.ndarray, "p 3"],
     directions: Float64[np.ndarray, "p 3"],
     settings: PassageSettings,
 ) -> Passages:
-    """Passages of which no two are alike, far ones first."""
+    """Passages of which no two are alike, those that lead from one open space to another first."""
+    reach = settings.open_share * problem.rod.properties.length * np.array([-1.0, 0.0, 1.0])
+    probes = places[:, None] + reach[:, None] * directions[:, None]
+    depth = scene_distance(probes, problem.solid)
     kept: list[int] = []
-    if len(places):
-        apart = np.linalg.norm(places[:, None] - places, axis=2)
-        angle = np.arccos(np.clip(np.abs(directions @ directions.T), 0.0, 1.0))
-        unlike = apart / settings.min_distance + angle / settings.min_angle
-        kept, least = [0], unlike[0]
-        while len(kept) < settings.count and np.max(least) > 1.0:
-            kept.append(int(np.argmax(least)))
-            least = np.minimum(least, unlike[kept[-1]])
+    for k in np.argsort(depth[:, 1] - np.minimum(depth[:, 0], depth[:, 2]), kind="stable"):
+        apart = np.linalg.norm(places[kept] - places[k], axis=1) / settings.min_distance
+        cosine = np.clip(np.abs(directions[kept] @ directions[k]), 0.0, 1.0)
+        if np.all(apart + np.arccos(cosine) / settings.min_angle > 1.0):
+            kept.append(int(k))
+        if len(kept) == settings.count:
+            break
     return Passages(places[kept], directions[kept])
 
 

@@ -21,6 +21,9 @@ class PassageSettings:
     """Number of directions of the rope that are compared at a place."""
     probe_share: float = 0.2
     """Half length of the piece of rope whose room is compared, in rope lengths [-]."""
+    open_share: float = 0.3
+    """Distance before and behind a place at which the openness of the scene is compared, in rope
+    lengths [-]."""
     improvements: int = 40
     """Number of random changes of a place and its direction."""
     place_sigma: float = 0.012
@@ -55,7 +58,7 @@ class TreeSearchSettings:
     """Number of new nodes of an iteration that the other tree tries to reach."""
     max_connection_extensions: int = 10
     """Largest number of extensions in a row towards a node of the other tree."""
-    max_iterations: int = 120
+    max_iterations: int = 150
     """Number of iterations after which the search gives up."""
     jump: float = 4.0
     """Motion of a rope's node in a step, in steps of the grips, above which the rope snaps over to

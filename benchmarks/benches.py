@@ -41,5 +41,6 @@ BENCHES: dict[str, Bench] = {
         "benchmarks.robustness.bench", "runs with hidden ropes, grips and simulators"
     ),
     "rod": Bench("benchmarks.rod.bench", "the rod's gradients, speed, robustness and accuracy"),
+    "ways": Bench("benchmarks.ways.bench", "paths through posts, beams, windows and corridors"),
 }
 """Benches by name."""

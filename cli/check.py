@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json as jsons
+import time
 from pathlib import Path
+from typing import Any
 
 import tyro
 
@@ -12,26 +14,30 @@ from shared.scenario.plausibility import doubts
 from stack import dependencies, preflight, services
 
 
-def main(scenario: tyro.conf.Positional[Path], /, json: bool = False) -> int:
+def main(scenario: tyro.conf.Positional[Path], /, plan: bool = False, json: bool = False) -> int:
     """Check a scenario: its values, and the rope at rest at its start and goal.
 
     Values that are allowed but plausible only by mistake, e.g. of a unit, are named.
 
     Examples:
       lariat check three-cylinders
+      lariat check my-cell.toml --plan
       lariat check my-cell.toml --json
 
     Args:
         scenario: The scenario's TOML file, or the short name of a shipped one.
+        plan: Plan a path from the start to the goal, too.
         json: Answer with one JSON object on standard output.
 
     Returns:
-        0 for a valid scenario; 2 after one line that names the error.
+        0 for a valid scenario; 1 if no path to the goal was found; 2 after one line that names the
+        error.
     """
     cell = load(scenario)
     dependencies.check(cell, services.NAMES)
     reports = preflight.check(cell)
     starts = arm_starts(cell)
+    path = planned(cell) if plan else {}
     if json:
         shapes = {
             key: {"clearance_mm": round(1e3 * r.clearance, 3), "nearest": r.nearest}
@@ -45,8 +51,10 @@ def main(scenario: tyro.conf.Positional[Path], /, json: bool = False) -> int:
             "shapes": shapes,
             "start_joints_deg": starts,
         }
+        if plan:
+            answer["plan"] = path
         print(jsons.dumps(answer))
-        return 0
+        return 0 if path.get("reached", True) else 1
     print(f"{scenario} is in order: {cell.description or cell.name}")
     for line in doubts(cell):
         print(f"  plausible only by mistake: {line}")
@@ -57,7 +65,34 @@ def main(scenario: tyro.conf.Positional[Path], /, json: bool = False) -> int:
         print(f"  {key}: {near}")
     for side, joints in starts.items():
         print(f"  {side} arm at the start: joints {', '.join(f'{j:.1f}' for j in joints)} deg")
-    return 0
+    if path:
+        found = path["reason"] or "reaches the goal"
+        print(
+            f"  path: {found}; {path['duration_s']:.1f} s, {path['clearance_mm']:.1f} mm from "
+            f"obstacles, planned in {path['plan_s']:.1f} s"
+        )
+    return 0 if path.get("reached", True) else 1
+
+
+def planned(cell: Scenario) -> dict[str, Any]:
+    """Return what the planner finds from the scenario's start to its goal, without the arms."""
+    # Imported late: the rod starts a compiler, which a check of values alone does not need.
+    from services.planner.service import PlannerService
+    from services.planner.whole_path import plan
+    from stack.planning import scenario_problem
+
+    PlannerService(cell).warm_up()
+    problem = scenario_problem(cell)
+    began = time.perf_counter()
+    path = plan(problem)
+    return {
+        "reached": path.reached,
+        "reason": path.reason,
+        "clearance_mm": round(1e3 * path.clearance, 3),
+        "duration_s": round(len(path.positions) * path.dt, 3),
+        "final_error_mm": round(1e3 * path.final_error, 3),
+        "plan_s": round(time.perf_counter() - began, 3),
+    }
 
 
 def arm_starts(cell: Scenario) -> dict[str, list[float]]:

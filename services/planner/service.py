@@ -77,8 +77,9 @@ class PlannerService:
     writes = (topics.CONTROLLER_PATH,)
     rate = 10.0
     latency = 0.200
-    longest_step = 10.0
-    """Longest duration of a step [s]; a plan takes one to four on a loaded machine."""
+    longest_step = 30.0
+    """Longest duration of a step [s]; a plan takes one to four on a loaded machine, and several
+    times as long where the random trees are needed."""
 
     def __init__(self, scenario: Scenario) -> None:
         self._scenario = scenario

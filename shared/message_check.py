@@ -15,6 +15,8 @@ from shared.version import MESSAGE_VERSION
 
 log = logging.getLogger(__name__)
 
+MAX_REASON_LENGTH = 200
+"""Number of characters after which the reason of a refusal is cut: it may quote the message."""
 MAX_PUBLISHERS = 4096
 """Most publishers whose numbers and refused messages are remembered."""
 
@@ -78,6 +80,6 @@ class MessageCheck:
                 "dropped %s from %s: %s (%d so far)",
                 raw.key,
                 raw.publisher or "an unnamed publisher",
-                reason,
+                reason[:MAX_REASON_LENGTH],
                 count,
             )

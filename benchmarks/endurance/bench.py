@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json as encoder
+import logging
 import sys
 from dataclasses import asdict
 from pathlib import Path
@@ -23,6 +24,7 @@ def run(
     hours: float = 1.0,
     live_minutes: float = 0.0,
     pages: int = 20,
+    hostile_rate: float = 0.0,
     scenario: Path = DEFAULT_SCENARIO,
     progress: Path | None = None,
     json: bool = False,
@@ -36,11 +38,14 @@ def run(
     Examples:
       lariat bench endurance --hours 8 --progress endurance.json
       lariat bench endurance --hours 0 --live-minutes 30 --pages 20
+      lariat bench endurance --hours 0 --live-minutes 5 --pages 0 --hostile-rate 1000
 
     Args:
         hours: Simulated time of operation [h].
         live_minutes: Time of live operation [min].
         pages: Number of pages that are open during it.
+        hostile_rate: Hostile messages over all topics in a second of it, which the check of the bus
+            refuses [Hz].
         scenario: Scenario of the runs.
         progress: File of the samples so far; an interrupted simulated operation goes on from it,
             in a new process.
@@ -50,11 +55,14 @@ def run(
         0 when every run reached its goal, 1 otherwise.
     """
     loaded = load(scenario)
+    # What this process refuses beside the services is no news.
+    logging.disable(logging.WARNING)
     answers: dict[str, Any] = {}
     if hours > 0.0:
         answers["simulated"] = _simulated(loaded, 60.0 * hours, progress)
     if live_minutes > 0.0:
-        answers["live"] = _live(scenario, live_minutes, pages)
+        answers["live"] = _live(scenario, live_minutes, pages, hostile_rate)
+    logging.disable(logging.NOTSET)
     if json:
         print(encoder.dumps(answers))
     else:
@@ -78,13 +86,14 @@ def _simulated(scenario: Scenario, minutes: float, progress: Path | None) -> dic
     return _answer(samples, runs, failures)
 
 
-def _live(scenario: Path, minutes: float, pages: int) -> dict[str, Any]:
-    with LiveOperation(scenario, pages) as operation:
+def _live(scenario: Path, minutes: float, pages: int, hostile_rate: float) -> dict[str, Any]:
+    with LiveOperation(scenario, pages, hostile_rate) as operation:
         samples: list[Sample] = []
         for new in operation.run_until(minutes):
             samples += new
             _report(new[-1], operation.runs)
-        return _answer(samples, operation.runs, operation.failures)
+        answer = _answer(samples, operation.runs, operation.failures)
+        return {**answer, "holds": operation.holds, "refused": operation.refused}
 
 
 def _answer(samples: list[Sample], runs: int, failures: list[str]) -> dict[str, Any]:
@@ -143,5 +152,7 @@ def _print(name: str, answer: dict[str, Any], conditions: Conditions) -> None:
         )
     console = Console(file=sys.stdout, width=120)
     console.print(table)
+    if "holds" in answer:
+        console.print(f"{answer['holds']} holds, {answer['refused']} messages refused")
     for failure in answer["failures"][:10]:
         console.print(failure, markup=False)

@@ -22,6 +22,7 @@ from shared.messages import FAILED, IDLE, REACHED, ArmCommand, ArmStates, Health
 from shared.scenario import load
 from stack import client
 from stack.client import RequestFailed
+from stack.credentials.local_secret import find_local_secret
 from stack.launcher import module_entry
 from stack.launcher.library_environment import LIBRARY_ENVIRONMENT
 
@@ -33,6 +34,8 @@ EXIT_TIMEOUT = 10.0
 """Longest wait for the stack to end before it is killed [s]."""
 RESET_TIMEOUT = 10.0
 """Longest wait for a reset [s]."""
+HOSTILE_DURATION = 86_400.0
+"""Time after which the publisher of hostile messages would end by itself [s]."""
 POLL_PERIOD = 0.05
 """Time between two looks at the state of the task [s]."""
 
@@ -40,14 +43,15 @@ POLL_PERIOD = 0.05
 class LiveOperation:
     """`lariat up` and a person who starts a run, resets it and starts the next one."""
 
-    def __init__(self, scenario: Path, pages: int) -> None:
+    def __init__(self, scenario: Path, pages: int, hostile_rate: float = 0.0) -> None:
         """Create an operation that begins with its `with` block.
 
         Args:
             scenario: The scenario.
             pages: Number of pages that are open.
+            hostile_rate: Hostile messages on the bus in a second [Hz].
         """
-        self._scenario, self._page_count = scenario, pages
+        self._scenario, self._page_count, self._hostile_rate = scenario, pages, hostile_rate
         self._time_limit = load(scenario).run.time_limit
         self._health: dict[str, Health] = {}
         self._resources = ExitStack()
@@ -85,6 +89,8 @@ class LiveOperation:
         if self._page_count:
             pages = OpenPages(address, self._page_count)
             self._resources.callback(pages.close)
+        if self._hostile_rate:
+            self._start_hostile_publisher(f"tcp/127.0.0.1:{port}", namespace)
         return self
 
     def __exit__(
@@ -152,6 +158,28 @@ class LiveOperation:
                 self._client.command_arms(ArmCommand.ACKNOWLEDGE)
             time.sleep(POLL_PERIOD)
             self._client.command_arms(ArmCommand.RESUME)
+
+    @property
+    def refused(self) -> int:
+        """Messages that the services have refused so far."""
+        self._update()
+        return sum(health.refused for health in self._health.values())
+
+    def _start_hostile_publisher(self, hub: str, namespace: str) -> None:
+        options = ["--hub", hub, "--namespace", namespace, "--rate", str(self._hostile_rate)]
+        options += ["--duration", str(HOSTILE_DURATION)]
+        if secret := find_local_secret((hub,)):
+            options += ["--settings", str(secret)]
+        publisher = subprocess.Popen(
+            [sys.executable, *module_entry.command("benchmarks.fuzz.hostile_publisher", *options)],
+            stdout=subprocess.DEVNULL,
+        )
+
+        def end() -> None:
+            publisher.terminate()
+            publisher.wait()
+
+        self._resources.callback(end)
 
     def _update(self) -> None:
         for _, item in self._healths.take():

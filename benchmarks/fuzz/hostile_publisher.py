@@ -9,6 +9,7 @@ check of the bus refuses, over all topics: a lawful run goes on beside it.
 from __future__ import annotations
 
 import json
+import logging
 import random
 import sys
 import time
@@ -114,6 +115,7 @@ def publish(session: zenoh.Session, options: Options) -> int:
 def main() -> None:
     """Publish hostile messages, and print their number."""
     options = tyro.cli(Options)
+    logging.disable(logging.WARNING)
     with open_session(options) as session:
         print(publish(session, options))
 

@@ -100,6 +100,7 @@ def test_what_is_not_known_yet_breaks_the_rule_also_beside_an_unknown_present() 
     constraint = RopeLengthConstraint(0.9)
     constraint.replace_scene(ObstacleScene([TABLE, POST]))
     positions = grips(0.3, 0.3)
+    found = np.zeros(0)
     for _ in range(3):
         found = hurried_slack(constraint, positions)
         assert constraint.searching

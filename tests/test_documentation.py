@@ -59,4 +59,15 @@ def test_the_code_of_the_page_on_environments_runs(capsys: pytest.CaptureFixture
     page = (ROOT / "docs" / "guide" / "environments.md").read_text()
     for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
         exec(compile(block, "environments.md", "exec"), {})
-    assert 0.0 < float(capsys.readouterr().out) < 0.1
+    assert 0.0 < float(capsys.readouterr().out.splitlines()[-1]) < 0.1
+
+
+def test_the_messages_of_the_page_on_troubles_are_those_of_the_code():
+    page = (ROOT / "docs" / "guide" / "troubleshooting.md").read_text()
+    cells = [row.split("|")[1] for row in page.splitlines() if row.startswith("| `")]
+    phrases = {phrase for cell in cells for phrase in re.findall(r"`([^`]+)`", cell)}
+    folders = ("lariat", "shared", "services", "stack", "cli")
+    files = [ROOT / "Makefile", *(f for folder in folders for f in (ROOT / folder).rglob("*.py"))]
+    # A text that is wrapped in the code is one line.
+    code = re.sub(r'"\s*f?"', "", "\n".join(file.read_text() for file in files))
+    assert {phrase for phrase in phrases if phrase not in code} == set()

@@ -36,6 +36,7 @@ PATHS = (
     "reference/commands.md",
     "reference/topics.md",
     "reference/messages.md",
+    "reference/processes.md",
     *(f"reference/library/{name}.md" for name in LIBRARY),
 )
 """Paths of the written pages, below `docs/`."""
@@ -57,8 +58,13 @@ def on_files(files: Files, *, config: MkDocsConfig) -> Files:
 
 def pages() -> Iterator[tuple[str, str]]:
     """Yield path and Markdown of every written page."""
+    # Taichi complains of a replaced standard output where it is imported with one.
+    os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "False")
+    importlib.import_module("taichi")
     library = (_library(name.capitalize(), packages) for name, packages in LIBRARY.items())
-    yield from zip(PATHS, (_commands(), _topics(), _messages(), *library), strict=True)
+    yield from zip(
+        PATHS, (_commands(), _topics(), _messages(), _processes(), *library), strict=True
+    )
 
 
 def _library(title: str, packages: Sequence[str]) -> str:
@@ -101,13 +107,43 @@ def _messages() -> str:
     return "\n".join(parts)
 
 
+def _processes() -> str:
+    from stack.services import ALL
+
+    parts = [
+        "# Processes\n",
+        "Each process is a *step* from an inbox to publications (`shared/service.py`); its rate is",
+        "the number of steps in a second. Beside the [topics](topics.md) named here, every process",
+        "writes its own `health/NAME`, `trace/NAME` and `log/NAME`, and the recorder hears all",
+        "topics.\n",
+    ]
+    for name in ALL:
+        package = name if name == "dashboard" else f"services.{name}"
+        module = importlib.import_module(f"{package}.service")
+        (process,) = (
+            kind
+            for kind in vars(module).values()
+            if isinstance(kind, type)
+            and kind.__module__ == module.__name__
+            and getattr(kind, "name", None) == name
+        )
+        about = (module.__doc__ or "").partition("\n")[0]
+        rows = [
+            (word, ", ".join(f"`{t.key}`" for t in topics) or "none")
+            for word, topics in (("reads", process.reads), ("writes", process.writes))
+        ]
+        table = "\n".join(f"| {word} | {keys} |" for word, keys in rows)
+        parts.append(
+            f"## `{name}`\n\n{about}\n\n| | |\n|---|---|\n"
+            f"| folder | `{package.replace('.', '/')}` |\n| rate | {process.rate:g} Hz |\n{table}\n"
+        )
+    return "\n".join(parts)
+
+
 def _commands() -> str:
     from benchmarks.benches import BENCHES
     from cli.__main__ import VERBS
 
-    # Taichi complains of a replaced standard output where it is imported with one.
-    os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "False")
-    importlib.import_module("taichi")
     parts = ["# Commands\n", f"```\n{_help()}```\n"]
     for verb, (_, summary) in VERBS.items():
         if verb != "bench":

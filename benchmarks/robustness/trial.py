@@ -132,7 +132,7 @@ def run_trial(task: tuple[Combination, Path]) -> Trial:
     combination, folder = task
     scenario = build_scene(combination, folder)
     outcome = closed_loop.run(scenario, stop_after=TIME_AFTER_GOAL)
-    task = outcome.stack.latest(topics.TASK_STATE)
+    ended = outcome.stack.latest(topics.TASK_STATE)
     properties = true_properties(scenario)
     profile = np.mean(properties.stiffness_profile)
     return Trial(
@@ -140,7 +140,7 @@ def run_trial(task: tuple[Combination, Path]) -> Trial:
         commit(),
         closed_loop.as_json(outcome.score),
         outcome.reason,
-        task is not None and task.state == FAILED,
+        ended is not None and ended.state == FAILED,
         any(body.support for body in scenario.bodies),
         1e3 * _clearance(scenario),
         properties.bending_stiffness * float(profile),

@@ -71,10 +71,10 @@ class UrLibrary:
             ConfigurationError: It is not installed.
         """
         try:
-            import dashboard_client
-            import rtde_control
-            import rtde_io
-            import rtde_receive
+            import dashboard_client  # pyright: ignore[reportMissingImports]
+            import rtde_control  # pyright: ignore[reportMissingImports]
+            import rtde_io  # pyright: ignore[reportMissingImports]
+            import rtde_receive  # pyright: ignore[reportMissingImports]
         except ModuleNotFoundError as error:
             raise ConfigurationError(
                 "driver = 'ur' needs ur_rtde; run in the clone: pip install -e './stack[ur]'"

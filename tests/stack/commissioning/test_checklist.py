@@ -73,6 +73,12 @@ class SimulatedLink:
             return Health(version=version())
         return self.stack.latest(topic)
 
+    def newest(self, topic: Topic) -> Any:
+        """Newest message of a topic that has one."""
+        message = self.stack.latest(topic)
+        assert message is not None, topic.key
+        return message
+
     def observe(self, until: Callable[[ArmStates], bool], seconds: float) -> list[ArmStates]:
         states: list[ArmStates] = []
         end = self.stack.now + round(seconds * SECOND)
@@ -87,7 +93,7 @@ class SimulatedLink:
 
     def command(self, action: Any, **fields: Any) -> ArmStates:
         self.observe(lambda _: True, 1.0)
-        shown, command = self.stack.latest(topics.ARM_STATE), f"command-{next(self._ids)}"
+        shown, command = self.newest(topics.ARM_STATE), f"command-{next(self._ids)}"
         self.commands.append(action)
         self.stack.send(
             topics.ARM_COMMAND,
@@ -113,8 +119,8 @@ class SimulatedLink:
             topics.TASK_REQUEST,
             TaskRequest(id=request, stamp=self.stack.now, action=action, **fields),
         )
-        self.observe(lambda _: self.latest(topics.TASK_STATE).last_request == request, 3.0)
-        state = self.latest(topics.TASK_STATE)
+        self.observe(lambda _: self.newest(topics.TASK_STATE).last_request == request, 3.0)
+        state = self.newest(topics.TASK_STATE)
         if state.refusal:
             raise RequestFailed(f"refused: {state.refusal}")
         return state
@@ -124,7 +130,7 @@ class SimulatedLink:
         draft = GoalDraft(id="draft", stamp=self.stack.now, left=grip(left), right=grip(right))
         self.stack.send(topics.TASK_GOAL_DRAFT, draft)
         self.observe(lambda _: False, 0.2)
-        preview = self.latest(topics.TASK_GOAL_PREVIEW)
+        preview = self.newest(topics.TASK_GOAL_PREVIEW)
         assert preview.reachable, preview.reason
         self.request(TaskRequest.SET_GOAL, goal=preview.goal)
 
@@ -150,7 +156,7 @@ class Person:
             approach_distance=shown.approach_distance,
             approach_angle=shown.approach_angle,
         )
-        state = link.stack.latest(topics.ARM_STATE)
+        state = link.newest(topics.ARM_STATE)
         command = state.last_command
         for number in range(1, 3000):
             link.stack.send(
@@ -164,7 +170,7 @@ class Person:
                 ),
             )
             link.observe(lambda _: False, 0.02)
-            state = link.stack.latest(topics.ARM_STATE)
+            state = link.newest(topics.ARM_STATE)
             if not state.approaching:
                 break
         return "" if state.may_move else state.reason

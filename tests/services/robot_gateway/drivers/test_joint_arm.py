@@ -90,6 +90,7 @@ def test_the_arm_of_the_guide_follows_a_line_with_its_lag_alone(
     for _ in range(5):
         world.step()
     speed = np.array([0.0, 0.1, 0.0])
+    target, feedback = START, world.step()
     for k in range(150):
         target = Pose(START.position + k * 0.008 * speed, START.orientation)
         feedback = world.step(target)

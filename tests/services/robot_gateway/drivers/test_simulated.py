@@ -23,10 +23,11 @@ class World:
         self.arm, self.time = SimulatedArm(setup, settings), 1.0
 
     def step(self, target: np.ndarray | None = None, ticks: int = 1) -> ArmReading:
+        readings = []
         for _ in range(ticks):
             self.time += TICK
-            reading = self.arm.step(self.time, target)
-        return reading
+            readings.append(self.arm.step(self.time, target))
+        return readings[-1]
 
 
 @pytest.mark.parametrize("robot", [UR5, PANDA], ids=lambda robot: robot.name)
@@ -35,8 +36,8 @@ def test_every_joint_follows_a_ramp_with_the_lag_of_servo_and_position_loop(robo
     world.arm.enable()
     world.step(ticks=60)
     speed, ticks = 0.3, 125
-    for k in range(1, ticks + 1):
-        reading = world.step(world.start + speed * k * TICK)
+    readings = [world.step(world.start + speed * k * TICK) for k in range(1, ticks + 1)]
+    reading = readings[-1]
     assert reading.joints is not None
     assert reading.velocities is not None
     behind = world.start + speed * ticks * TICK - reading.joints
@@ -70,8 +71,7 @@ def test_power_taken_in_motion_stops_the_arm():
     world.arm.enable()
     assert world.step(ticks=10).mode == "powering on"
     world.step(ticks=60)
-    for k in range(30):
-        moving = world.step(world.start + 0.3 * k * TICK)
+    moving = [world.step(world.start + 0.3 * k * TICK) for k in range(30)][-1]
     world.arm.disable()
     stopped = world.step(ticks=2)
     later = world.step(ticks=50)

@@ -50,7 +50,7 @@ class TrainingSettings:
     """Learning rate of Adam at the first step; it falls to a tenth along a cosine."""
     clearance: float = 0.015
     """Clearance below which rope and grips cost [m]."""
-    clearance_weight: float = 200.0
+    clearance_weight: float = 20.0
     """Weight of the missing clearance, relative to the distance to the goal [-]."""
 
 

@@ -62,6 +62,16 @@ class WhiteShape:
             0.5 * float(self.residuals @ self.residuals),
         )
 
+    def discounted(self, step: Float64[np.ndarray, "P"]) -> WhiteShape:
+        """Return the observation with larger errors, if the unknowns do not explain it.
+
+        Args:
+            step: Change of the unknowns that explains it best.
+        """
+        left = self.residuals - self.jacobian @ step
+        size = math.sqrt(max(float(np.mean(left**2)), 1.0))
+        return WhiteShape(self.residuals / size, self.jacobian / size)
+
 
 def whiten(shape: ShapeObservation, scale: float) -> WhiteShape:
     """Return an observation in independent components.

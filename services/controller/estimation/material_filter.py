@@ -288,7 +288,7 @@ class MaterialFilter:
         seen = shape.evidence
         known = posterior.prior(self._x - self._centre, self._prior + self._past_evidence)
         dx = posterior.gauss_newton_step(seen + known, self._free)
-        # A shape that the unknowns do not explain, after a snap of the rope say, tells less of them.
+        # A shape that no unknowns explain, as after a snap of the rope, tells less of them.
         seen = shape.discounted(dx).evidence
         dx = posterior.gauss_newton_step(seen + known, self._free)
         (stiffness_step,) = np.abs(dx[self._unknowns.groups["stiffness"]])

@@ -48,8 +48,8 @@ LIFT = 0.03
 """Height by which the grips are lifted and lowered in turn [m]."""
 START_TIME = 5 * SECOND
 """Longest time until the arms are ready [ns]."""
-WARM_UP_TICKS = 25
-"""Ticks before the first one that counts."""
+WARM_UP_TICKS = 75
+"""Ticks with chunks before the first one that counts."""
 
 
 @dataclass(frozen=True)
@@ -115,8 +115,9 @@ class GatewayCell:
         while not (poses_known(state) and state.may_move) and self.now < START + START_TIME:
             state = self.step([])[0]
         self._grips = [self.gateway.cell.arms.grips[k].position.copy() for k in (0, 1)]
+        # Arms that are armed take a moment to become ready; meanwhile no chunk is looked at.
         for _ in range(WARM_UP_TICKS):
-            self.step([])
+            self.step([self.chunk(*CHUNKS["usual"][:2])])
 
     def step(self, messages: list[Scene | Setpoints]) -> tuple[ArmStates, float]:
         """Step the gateway with messages; return its state and the processor time [s]."""

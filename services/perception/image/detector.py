@@ -39,6 +39,8 @@ LIKENESS_PER_LOG_RATIO = 31.0
 """Likeness per unit of the log likelihood ratio."""
 SURE_DOUBT = 0.25
 """Doubt below which no other way of finding the foreground is tried."""
+PLAIN_SHARE = 0.75
+"""Share of an image that shows its ground from which the ground is plain [-]."""
 SIDE_OFFSET = 3.0
 """Distance from a flank at which the side of a rope is sampled [pixels]."""
 MIN_LENGTH_WIDTHS = 6.0
@@ -129,11 +131,16 @@ def detect_ropes(color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = N
         )
     wanted = None if rope_color is None else _to_lab(rope_color)
     best: Detection | None = None
+    plain: Detection | None = None
     for foreground in find_foregrounds(color, rope_color):
         candidates = measure_candidates(foreground, wanted)
         if candidates is None:
             continue
         found = _detection((color.shape[1], color.shape[0]), candidates, foreground.on_ground)
+        if foreground.ground_share > PLAIN_SHARE:
+            plain = found
+        elif plain is not None:
+            found = _unexplaining(found, plain)
         if best is None or found.doubt < best.doubt:
             best = found
         if best.doubt < SURE_DOUBT:
@@ -149,6 +156,15 @@ def detect_ropes(color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = N
         f"nothing of the colour {list(rope_color)} in the image is long, thin and distinct from "
         "both of its sides; take a colour from the image itself, or give none"
     )
+
+
+def _unexplaining(found: Detection, plain: Detection) -> Detection:
+    """Detection that has to explain what stands out from a plain ground."""
+    shown = plain.labels > 0
+    missing = float(np.mean(found.labels[shown] == 0)) if np.any(shown) else 0.0
+    least = max(missing, plain.features.unexplained)
+    unexplained = max(found.features.unexplained, least)
+    return replace(found, features=replace(found.features, unexplained=unexplained))
 
 
 def measure_candidates(

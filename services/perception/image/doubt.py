@@ -19,26 +19,26 @@ MAX_LOG_ODDS = 6.0
 DROPPED_LOG_ODDS = 1.0
 """Log odds of being wrong above which a rope is dropped [-]."""
 ROPE_COEFFICIENTS = (
-    4.394,
-    -0.981,
-    8.686,
-    2.007,
-    2.067,
-    1.716,
-    -0.946,
-    1.742,
-    1.215,
+    4.779,
+    -1.151,
+    11.655,
+    1.142,
+    2.324,
+    2.690,
+    -0.909,
+    1.377,
+    0.876,
 )
 """Intercept, and one coefficient for each feature of a rope."""
 IMAGE_COEFFICIENTS = (
-    -0.779,
-    0.691,
-    0.389,
-    3.587,
-    -0.337,
-    -0.444,
-    0.822,
-    0.886,
+    -1.926,
+    0.636,
+    0.056,
+    8.614,
+    1.552,
+    0.357,
+    -0.648,
+    0.824,
 )
 """Intercept, and one coefficient for each feature of an image."""
 

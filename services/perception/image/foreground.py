@@ -78,6 +78,10 @@ MIN_ROPE_TINT = 12.0
 """Difference of chroma from that of the darkened ground that no shadow has [Lab]."""
 MIN_ROPE_BRIGHTNESS = 10.0
 """Brightness above the ground's that no shadow has [Lab]."""
+MIN_WIDTH_RATIO, MAX_WIDTH_RATIO = 0.3, 2.5
+"""Range of a dark rope's width, relative to that of the lit ones [-]; only its core is found."""
+MAX_HOLE_AREA = 0.8
+"""Area up to which a hole in the foreground is filled [squared rope widths]."""
 MIN_DARK_LENGTH = 0.15
 """Least extent of a dark rope, as a share of the image's longer side: shorter ones are shadows."""
 MIN_EDGE_SLOPE = 0.35
@@ -112,6 +116,8 @@ class Foreground:
     """Distance of every pixel of the mask from its outside [pixels]."""
     on_ground: bool
     """Whether it is what stands out from the ground, not what has the colours of proposals."""
+    ground_share: float
+    """Share of the image that shows the ground, 0..1; 0 where there is none."""
 
 
 def find_foregrounds(
@@ -128,11 +134,11 @@ def find_foregrounds(
     """
     lab = _to_lab(_shrunk(color, SEARCH_SIDE))
     out = stand_out(lab)
-    found = None if out is None else _measured(color, lab, _kinds_on_ground(lab, out), True)
+    found = None if out is None else _measured(color, lab, _kinds_on_ground(lab, out), out.share)
     if found is not None:
         yield found
     for wanted in (None,) if rope_color is None else (None, _lab_of(rope_color)):
-        found = _measured(color, lab, _kinds_anywhere(lab, wanted), False)
+        found = _measured(color, lab, _kinds_anywhere(lab, wanted), 0.0)
         if found is not None:
             yield found
 
@@ -177,7 +183,9 @@ def _sharp_components(
         # A dark rope is darker than its own shadow.
         levels = np.minimum(out.distance[on], 255.0).astype(np.uint8)
         core = on & (out.distance > cv2.threshold(levels, 0, 255, cv2.THRESH_OTSU)[0])
-        core = _long_enough(core.view(np.uint8), 0.5 * MIN_DARK_LENGTH * max(mask.shape))
+        # Its flanks are lighter than its middle, and as dark as its shadow.
+        whole = cv2.dilate(_closed(core.view(np.uint8)), np.ones((3, 3), np.uint8))
+        core = _long_enough(whole, 0.5 * MIN_DARK_LENGTH * max(mask.shape))
         kept |= core if 2 * np.count_nonzero(core) > 0.5 * np.count_nonzero(on) else on
     return kept
 
@@ -189,8 +197,7 @@ def _thin_components(
     width: float | None,
 ) -> Kind | None:
     """Kind of rope made of the long thin components of a mask; None when there are none."""
-    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (3, 3))
-    mask = cv2.morphologyEx(np.ascontiguousarray(mask), cv2.MORPH_CLOSE, kernel)
+    mask = _closed(mask)
     mask = _long_enough(mask, MIN_PIECE_LENGTH * max(mask.shape))
     if not np.any(mask):
         return None
@@ -200,11 +207,26 @@ def _thin_components(
     if not np.any(mask):
         return None
     own, skeleton = _usual_width(mask), skeletonize(mask.view(bool))
-    if width is not None and not 0.4 < own / width < 2.5:
+    if width is not None and not MIN_WIDTH_RATIO < own / width < MAX_WIDTH_RATIO:
         return None
     rope = RopeMask(np.zeros(0, np.float32), mask, skeleton, own)
     score = float(np.sum(np.minimum(out.distance[skeleton], MAX_CONTRAST)))
     return Kind(score, rope, float(np.mean(shaded[skeleton])))
+
+
+def _without_holes(mask: UInt8[np.ndarray, "h w"], width: float) -> UInt8[np.ndarray, "h w"]:
+    """Mask whose small holes are filled: highlights that have the colour of the ground."""
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(1 - mask, connectivity=4)
+    small = stats[:, cv2.CC_STAT_AREA] < MAX_HOLE_AREA * width**2
+    small[0] = False
+    return mask | small[labels].view(np.uint8)
+
+
+def _closed(mask: UInt8[np.ndarray, "h w"]) -> UInt8[np.ndarray, "h w"]:
+    """Mask whose small holes are closed."""
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (3, 3))
+    closed = cv2.morphologyEx(np.ascontiguousarray(mask), cv2.MORPH_CLOSE, kernel)
+    return np.asarray(closed, np.uint8)
 
 
 def _usual_width(mask: UInt8[np.ndarray, "h w"]) -> float:
@@ -328,7 +350,7 @@ def _measured(
     color: UInt8[np.ndarray, "h w 3"],
     small: UInt8[np.ndarray, "i j 3"],
     kinds: list[Kind],
-    on_ground: bool,
+    ground_share: float,
 ) -> Foreground | None:
     """Foreground of an image, with the colours of kinds found in a smaller one."""
     if not kinds:
@@ -356,13 +378,13 @@ def _measured(
     area = np.bincount(labels.ravel(), minlength=count)
     kept = touched > 0.3 * area
     kept[0] = False
-    mask = kept[labels].view(np.uint8)
+    mask = _without_holes(kept[labels].view(np.uint8), min(k.rope.width for k in kinds) * scale)
     radii = cv2.distanceTransform(mask, cv2.DIST_L2, 5)
     skeleton = skeletonize(mask.view(bool))
     if not np.any(skeleton):
         return None
     rope = RopeMask(likelihood, mask, skeleton, width_from_radii(radii[skeleton]))
-    return Foreground(image, lab, rope, radii, on_ground)
+    return Foreground(image, lab, rope, radii, ground_share > 0.0, ground_share)
 
 
 def _shrunk(color: UInt8[np.ndarray, "h w 3"], longer: int) -> UInt8[np.ndarray, "h w 3"]:

@@ -39,6 +39,8 @@ LIKENESS_PER_LOG_RATIO = 31.0
 """Likeness per unit of the log likelihood ratio."""
 SURE_DOUBT = 0.25
 """Doubt below which no other way of finding the foreground is tried."""
+CREDIBLE_DOUBT = 0.5
+"""Doubt below which what stands out from a plain ground has to be explained by other ways too."""
 PLAIN_SHARE = 0.75
 """Share of an image that shows its ground from which the ground is plain [-]."""
 SIDE_OFFSET = 3.0
@@ -90,7 +92,8 @@ class Detection:
     @property
     def doubt(self) -> float:
         """Probability that a rope is missing, too much, or wrong, 0..1."""
-        return doubt(self.features)
+        # The answer is right only if each of its ropes is.
+        return max(doubt(self.features), *(rope.doubt for rope in self.ropes))
 
     @property
     def shadow(self) -> float:
@@ -139,7 +142,7 @@ def detect_ropes(color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = N
         found = _detection((color.shape[1], color.shape[0]), candidates, foreground.on_ground)
         if foreground.ground_share > PLAIN_SHARE:
             plain = found
-        elif plain is not None:
+        elif plain is not None and plain.doubt < CREDIBLE_DOUBT:
             found = _unexplaining(found, plain)
         if best is None or found.doubt < best.doubt:
             best = found

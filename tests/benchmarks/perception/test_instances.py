@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
-import numpy as np
+import json
+from pathlib import Path
 
+import cv2
+import numpy as np
+import pytest
+
+from benchmarks.perception.instances import bench
 from benchmarks.perception.instances.calibration import fit_logistic
 from benchmarks.perception.instances.judgement import dice_matrix
+from benchmarks.perception.pictures.generators import tuning_picture
 
 
 def test_dice_matrix_of_shifted_bars() -> None:
@@ -21,3 +28,21 @@ def test_logistic_fit_recovers_the_odds() -> None:
     odds = -0.5 + features @ [1.2, -0.1]
     wrong = random.random(20_000) < 1.0 / (1.0 + np.exp(-odds))
     assert np.allclose(fit_logistic(features, wrong), [-0.5, 1.2, -0.1], atol=0.06)
+
+
+def test_labelled_photographs_are_measured(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    picture = tuning_picture(0, 1, "plain")
+    cv2.imwrite(str(tmp_path / "one.png"), picture.color[..., ::-1])
+    cv2.imwrite(str(tmp_path / "one.labels.png"), picture.labels)
+    cv2.imwrite(str(tmp_path / "without-labels.png"), picture.color)
+    assert bench.run(photographs=tmp_path, json=True) == 0
+    (row,) = json.loads(capsys.readouterr().out)["rows"]
+    assert (row["pictures"], row["count"]) == ("photographs, 1", 1)
+    assert row["right_number"] == 1.0
+    assert row["dice"] > 0.9
+
+
+def test_folder_without_labels_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    cv2.imwrite(str(tmp_path / "one.png"), np.zeros((60, 60, 3), np.uint8))
+    assert bench.run(photographs=tmp_path) == 2
+    assert "labels" in capsys.readouterr().err

@@ -40,7 +40,7 @@ BASE_SCENARIO = "three-cylinders"
 """Scenario of the rope."""
 CLEARANCE = 0.002
 """Clearance that the hidden way keeps, and that a path is to keep [m]."""
-MAX_SAMPLES = 40
+MAX_SAMPLES = 12
 """Number of scenes that are sampled until the plant verifies the hidden way of one."""
 TAUT_SHARE = 0.97
 """Distance of the grips while the rope passes the opening, relative to its length [-]."""

@@ -9,7 +9,7 @@ from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from lariat.rod import EDGE_AXIS, Rod
 
-SHARES = np.array([0.5, 0.7, 0.85, 0.92, 0.96, 0.985])
+SHARES = np.array([0.5, 0.7, 0.85, 0.92, 0.95, 0.96, 0.97, 0.98, 0.99])
 """Distances of the grips at which the rope is laid at rest, relative to its length [-]."""
 
 

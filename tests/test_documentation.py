@@ -36,15 +36,6 @@ def test_every_file_that_a_page_names_exists(page: Path):
     assert not missing
 
 
-def test_the_topic_table_of_the_readme_is_the_one_of_the_code():
-    readme = (ROOT / "README.md").read_text()
-    rows = [line for line in readme.splitlines() if line.startswith("| `") and "/" in line]
-    written = [tuple(cell.strip() for cell in row.strip("|").split("|")) for row in rows]
-    assert [row for row in written if row[1].count(".") == 1] == [
-        (f"`{t.key}`", t.type.DESCRIPTOR.full_name, t.owner) for t in TOPICS
-    ]
-
-
 def test_the_cell_of_the_first_steps_is_in_order(tmp_path: Path):
     page = (ROOT / "docs" / "guide" / "first-steps.md").read_text()
     cell, goal, other_rope = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)

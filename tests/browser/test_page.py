@@ -347,25 +347,25 @@ def test_runs_are_compared_noted_and_deleted_after_a_question(cell: tuple[Cell, 
         for k in (2, 1)
     ]
     stage.runs = RunList(stamp=1, runs=runs)
-    page.get_by_role("tab", name="Runs").dispatch_event("click")
-    page.get_by_role("textbox", name="Run", exact=True).dispatch_event("click")
-    page.get_by_role("option", name="run-1").dispatch_event("click")
-    page.get_by_role("button", name="Compare").dispatch_event("click")
+    page.get_by_role("tab", name="Runs").click()
+    page.get_by_role("combobox").last.click()
+    page.get_by_role("option", name="run-1").click()
+    page.get_by_role("button", name="Compare").click()
     request = stage.asked(topics.RUN_LIST_REQUEST)
     assert (request.action, list(request.runs)) == (RunListRequest.SEND_CURVES, ["id-1"])
-    note = page.get_by_role("textbox", name="Note")
+    note = page.get_by_role("textbox").last
     note.fill("stiff")
     request = stage.asked(topics.RUN_LIST_REQUEST)
     assert (request.action, request.note, request.star) == (RunListRequest.ANNOTATE, "stiff", False)
-    page.get_by_role("button", name="Delete …").dispatch_event("click")
+    page.get_by_role("button", name="Delete …").click()
     delete = page.get_by_role("dialog").get_by_role("button", name="Delete")
     stage.forget()
     with pytest.raises(AssertionError, match="nothing on"):
         stage.asked(topics.RUN_LIST_REQUEST, timeout=0.5)
-    delete.dispatch_event("click")
+    delete.click()
     request = stage.asked(topics.RUN_LIST_REQUEST)
     assert (request.action, list(request.runs)) == (RunListRequest.DELETE, ["id-1"])
-    page.get_by_role("tab", name="Run", exact=True).dispatch_event("click")
+    page.get_by_role("tab", name="Run", exact=True).click()
 
 
 def test_each_gripper_opens_and_closes_by_its_own_buttons(cell: tuple[Cell, Page]) -> None:

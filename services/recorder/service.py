@@ -69,7 +69,7 @@ class RecorderService:
     def tap(self, message: EncodedMessage) -> None:
         """Take a message of the bus."""
         topic = self._topic(message.key)
-        if topic is None or not topic.recorded:
+        if topic is None:
             return
         self._count_drops(message)
         if message.key == topics.TASK_STATE.key:

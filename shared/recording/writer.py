@@ -105,7 +105,7 @@ class Writer:
         log_time: int,
         publish_time: int = 0,
     ) -> None:
-        """Add one message.
+        """Add one message, unless its topic is one that recordings leave out.
 
         Args:
             topic: Topic with a concrete key.
@@ -118,6 +118,8 @@ class Writer:
         Raises:
             OSError: The disk is full or gone.
         """
+        if not topic.recorded:
+            return
         # Times of receipt may be slightly out of order; log times must not be.
         self._latest = max(self._latest, log_time)
         self._writer.add_message(

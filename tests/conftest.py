@@ -18,6 +18,7 @@ LIVE = (
     "cli/test_arm.py",
     "cli/test_held_key.py",
     "cli/test_live_stack.py",
+    "cli/watch/test_watch.py",
     "compose",
     "dashboard/controls/test_stop_bar.py",
     "dashboard/door",

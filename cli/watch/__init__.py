@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import secrets
+import signal
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 from cli.task import LOCAL, CellOptions
@@ -13,7 +15,6 @@ from dashboard.door.secret_files import load_token
 from shared import bus as buses
 from shared.bus import Bus, BusOptions
 from shared.configuration import ConfigurationError
-from shared.live import Stopped, stopping_on_signals
 from stack.client import JOIN_TIMEOUT
 from stack.credentials.local_secret import find_local_secret
 
@@ -52,10 +53,7 @@ def main(
     name = f"lariat-{secrets.token_hex(4)}"
     with buses.open(options, name, timeout=JOIN_TIMEOUT) as bus:
         try:
-            with stopping_on_signals():
-                asyncio.run(_serve(bus, LiveServer(cell.namespace, token), port))
-        except Stopped:
-            return 0
+            asyncio.run(_serve(bus, LiveServer(cell.namespace, token), port))
         except OSError as error:
             raise ConfigurationError(
                 f"port {port} cannot be opened ({error.strerror}); choose another --port"
@@ -64,10 +62,15 @@ def main(
 
 
 async def _serve(bus: Bus, server: LiveServer, port: int) -> None:
+    # An exception of a signal could end in any viewer's task, and be lost there.
+    stopped = asyncio.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        asyncio.get_running_loop().add_signal_handler(number, stopped.set)
     messages = bus.subscribe_all()
     async with server.listening(port) as address:
         print(f"{address}  (Ctrl-C ends)", file=sys.stderr, flush=True)
-        while True:
+        while not stopped.is_set():
             for message in messages.take():
                 server.publish(message)
-            await asyncio.sleep(POLL_PERIOD)
+            with suppress(TimeoutError):
+                await asyncio.wait_for(stopped.wait(), POLL_PERIOD)

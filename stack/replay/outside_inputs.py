@@ -204,7 +204,11 @@ def _ask_again(outbox: Any, entry: Entry) -> None:
         case topics.ARM_CONSENT.key:
             outbox.consent(message.command, _answered_state(message))
         case topics.TASK_GOAL_DRAFT.key:
-            outbox.draft_goal(grip_pose(message.left), grip_pose(message.right))
+            grips = grip_pose(message.left), grip_pose(message.right)
+            outbox.draft_goal(*grips, message.turns)
+        case topics.RUN_LIST_REQUEST.key:
+            note = {"note": message.note, "star": message.star}
+            outbox.request_runs(message.action, list(message.runs), words, **note)
 
 
 def _answered_state(message: Any) -> ArmStates:

@@ -194,7 +194,7 @@ def _refuse(line: str) -> int:
 
 
 def _help() -> str:
-    verbs = "\n".join(f"  {verb:10}{text}" for verb, (_, text) in VERBS.items())
+    verbs = "\n".join(f"  {verb:11}{text}" for verb, (_, text) in VERBS.items())
     return (
         "usage: lariat VERB [OPTIONS]\n\nShapes ropes and cables with a robot.\n\n"
         f"{verbs}\n\n"

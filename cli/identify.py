@@ -133,6 +133,8 @@ def read(path: Path) -> Motion:
         meant = did_you_mean_file(path)
         way_out = f";{meant}" if meant else ""
         raise ConfigurationError(f"{path}: there is no such file{way_out}") from error
+    except ConfigurationError:
+        raise
     except (OSError, ValueError, EOFError, AttributeError, TypeError, zipfile.BadZipFile) as error:
         raise ConfigurationError(
             f"{path} is {kind_of(path)}, not a .npz of plain arrays; "

@@ -63,7 +63,7 @@ def test_other_ropes_motion_is_predicted_by_the_one_that_was_fitted(
     [
         ({"vertices": np.zeros((1, 20, 8, 3)), "dt": 0.01}, "has no 'prescribed'"),
         ({"vertices": np.zeros((20, 8, 3)), "dt": 0.01, "prescribed": [0]}, "got shape (20, 8, 3)"),
-        (None, "is not a .npz"),
+        (None, "is a text, not a .npz"),
     ],
 )
 def test_bad_file_is_one_line(

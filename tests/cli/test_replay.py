@@ -128,7 +128,7 @@ def test_a_missing_message_is_a_difference(path: Path, scenario):
 
 
 def test_bad_input_is_refused_by_name(path: Path, tmp_path: Path, small):
-    with pytest.raises(ConfigurationError, match="no such service; use one of camera, sim"):
+    with pytest.raises(ConfigurationError, match="no such service; did you mean 'controller'"):
         replay.main(path, service=("contoller",))
     with pytest.raises(ConfigurationError, match="holds no trace/planner"):
         replay.main(path, service=("planner",))

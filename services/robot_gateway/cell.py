@@ -176,7 +176,7 @@ class Cell:
         self.watchdog.feed(now)
         self._sequence = sequence
         # A controller that has nothing to do holds all the time; the approach is not its motion.
-        if self.safety.may_move and not self._approach.running:
+        if self.safety.may_move and not self._approach.active:
             self.safety = self.safety.stopped("writer_holds", reason or "the controller holds")
             self.follower.halt()
 

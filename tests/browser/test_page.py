@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,123 +14,20 @@ from shared import topics
 from shared.messages import (
     ArmCommand,
     ArmStates,
-    GoalDraft,
-    GoalPreview,
-    Message,
     RunList,
     RunListRequest,
     RunSummary,
     SceneRequest,
     TaskRequest,
-    TaskState,
     grip_pose,
 )
-from shared.scenario import load
-from shared.topics import Topic
+from tests.browser.cell import SCENARIO, Cell
 from tests.browser.chromium import NO_CHROMIUM, drag, on_screen, opened
 from tests.browser.stack import free_port
 from tests.dashboard.door.visitor import Visitor
-from tests.dashboard.stage import Stage, hanging
+from tests.dashboard.stage import Stage
 
 pytestmark = NO_CHROMIUM
-
-SCENARIO = load("scenarios/three-cylinders.toml")
-
-
-class Cell(threading.Thread):
-    """A stage that plays one moment again and again and keeps the page's requests."""
-
-    def __init__(self, stage: Stage) -> None:
-        super().__init__(daemon=True)
-        self._stage = stage
-        self._sent: list[tuple[Topic, Message]] = []
-        self._news = threading.Condition()
-        self._ended = threading.Event()
-        self.refusal = ""
-        """Answer to every task request; empty accepts it."""
-        self.address = ""
-        """Address of the page."""
-        self.dead = False
-        """Whether nothing is played any more."""
-        self.runs: RunList | None = None
-        """List of the recorder."""
-        self.deaf = False
-        """Whether commands to the arms are not answered."""
-        self._arms: dict = {"mode": ArmStates.MOVING}
-
-    def run(self) -> None:
-        while not self._ended.wait(1.0 / 15.0):
-            if self.dead:
-                self._stage.step(1.0 / 15.0)
-                continue
-            self._stage.play(0.3)
-            with self._news:
-                arms = self._stage.arms(self._stage.nodes(0.3), **self._arms)
-                self._stage.send(topics.ARM_STATE, arms)
-                if self.runs is not None:
-                    self._stage.send(topics.RUN_LIST, self.runs)
-                for topic, message in self._stage.step(1.0 / 15.0):
-                    self._sent.append((topic, message))
-                    self._answer(message)
-                self._news.notify_all()
-
-    def _answer(self, message: Message) -> None:
-        if isinstance(message, GoalDraft):
-            self._stage.send(topics.TASK_GOAL_PREVIEW, preview(message))
-        if isinstance(message, ArmCommand) and not self.deaf:
-            self._arms = {**self._arms, "last_command": message.id}
-        if isinstance(message, TaskRequest):
-            answer = TaskState(stamp=self._stage.now, last_request=message.id, refusal=self.refusal)
-            self._stage.send(topics.TASK_STATE, answer)
-            self._stage.step(0.01)
-
-    def asked(self, topic: Topic, timeout: float = 10.0) -> Message:
-        """The next message of a topic that the page has sent or will send."""
-        with self._news:
-            found = self._news.wait_for(
-                lambda: next((m for t, m in self._sent if t == topic), None), timeout
-            )
-            assert found is not None, f"nothing on {topic.key} for {timeout} s"
-            self._sent = [(t, m) for t, m in self._sent if m is not found]
-            return found
-
-    def show_arms(self, **fields: object) -> None:
-        """Change the state of the gateway that is played."""
-        with self._news:
-            self._arms = fields
-
-    def forget(self) -> None:
-        """Drop what the page has sent so far."""
-        with self._news:
-            self._sent.clear()
-
-    def actions(self) -> set[int]:
-        """Actions of the commands to the arms since the last `forget`."""
-        with self._news:
-            return {m.action for _, m in self._sent if isinstance(m, ArmCommand)}
-
-    def newest(self, topic: Topic) -> Message:
-        """The last message of a topic that the page has sent."""
-        with self._news:
-            return [m for t, m in self._sent if t == topic][-1]
-
-    def end(self) -> None:
-        self._ended.set()
-        self.join()
-
-
-def preview(draft: GoalDraft) -> GoalPreview:
-    """Answer of a controller, with a parabola for the rod."""
-    left, right = grip_pose(draft.left).position, grip_pose(draft.right).position
-    length = SCENARIO.rope.length
-    answer = GoalPreview(draft=draft.id, reachable=bool(np.linalg.norm(right - left) < length))
-    if answer.reachable:
-        answer.goal.positions.extend(hanging(left, right, length, 40).ravel())
-        answer.goal.left.CopyFrom(draft.left)
-        answer.goal.right.CopyFrom(draft.right)
-    else:
-        answer.reason = "the ends are out of each other's reach"
-    return answer
 
 
 @pytest.fixture(scope="module")
@@ -306,35 +200,6 @@ def test_window_gives_the_controls_to_another_one_and_takes_them_back(
     expect(page.locator("#banner")).to_be_hidden()
     stop.click()
     assert stage.asked(topics.TASK_REQUEST).action == TaskRequest.STOP
-
-
-def test_page_says_that_it_shows_the_past_and_comes_back_with_the_server(tmp_path: Path) -> None:
-    options = DashboardOptions(port=free_port(), token_file=tmp_path / "token")
-    service = build(SCENARIO, "dashboard-ab", options)
-    cell = Cell(Stage(service, SCENARIO))
-    cell.start()
-    with opened(service.address) as page:
-        assert page.title() == "three-cylinders · Lariat"
-        expect(page.get_by_text("Running:")).to_be_visible()
-        cell.end()
-        service.close()
-        expect(page.locator("#banner")).to_contain_text("No connection to the dashboard")
-        greyed = "getComputedStyle(document.querySelector('#root')).filter"
-        assert "grayscale(1)" in page.evaluate(greyed)
-        # A thread of its own, because Playwright's event loop runs in this one.
-        with ThreadPoolExecutor(1) as pool:
-            service = pool.submit(build, SCENARIO, "dashboard-cd", options).result()
-        cell = Cell(Stage(service, SCENARIO))
-        cell.start()
-        try:
-            expect(page.locator("#banner")).to_be_hidden()
-            expect(page.get_by_text("Running:")).to_be_visible()
-            # The stack has died, the dashboard has not.
-            cell.dead = True
-            expect(page.locator("#banner")).to_contain_text("silent for")
-        finally:
-            cell.end()
-            service.close()
 
 
 def test_runs_are_compared_noted_and_deleted_after_a_question(cell: tuple[Cell, Page]) -> None:

@@ -51,7 +51,7 @@ def test_a_missing_controller_is_reported(
 ) -> None:
     monkeypatch.setattr(client_module, "ANSWER_TIMEOUT", 0.3)
     recorder = cell("recorder").subscribe_all()
-    assert lariat.main(["start", *cell.arguments]) == 1
+    assert lariat.main(["pause", *cell.arguments]) == 1
     said = capfd.readouterr().err
     assert "the controller publishes no state; `lariat status` shows which processes run" in said
     assert not [r for r in recorder.take() if r.key == "task/request"]

@@ -1,0 +1,121 @@
+"""Cell of a stage that answers a page in a real browser."""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+
+from shared import topics
+from shared.messages import (
+    ArmCommand,
+    ArmStates,
+    GoalDraft,
+    GoalPreview,
+    Message,
+    RunList,
+    TaskRequest,
+    TaskState,
+    grip_pose,
+)
+from shared.scenario import load
+from shared.topics import Topic
+from tests.dashboard.stage import Stage, hanging
+
+SCENARIO = load("scenarios/three-cylinders.toml")
+
+
+class Cell(threading.Thread):
+    """A stage that plays one moment again and again and keeps the page's requests."""
+
+    def __init__(self, stage: Stage) -> None:
+        super().__init__(daemon=True)
+        self._stage = stage
+        self._sent: list[tuple[Topic, Message]] = []
+        self._news = threading.Condition()
+        self._ended = threading.Event()
+        self.refusal = ""
+        """Answer to every task request; empty accepts it."""
+        self.address = ""
+        """Address of the page."""
+        self.dead = False
+        """Whether nothing is played any more."""
+        self.runs: RunList | None = None
+        """List of the recorder."""
+        self.deaf = False
+        """Whether commands to the arms are not answered."""
+        self._arms: dict = {"mode": ArmStates.MOVING}
+
+    def run(self) -> None:
+        while not self._ended.wait(1.0 / 15.0):
+            if self.dead:
+                self._stage.step(1.0 / 15.0)
+                continue
+            self._stage.play(0.3)
+            with self._news:
+                arms = self._stage.arms(self._stage.nodes(0.3), **self._arms)
+                self._stage.send(topics.ARM_STATE, arms)
+                if self.runs is not None:
+                    self._stage.send(topics.RUN_LIST, self.runs)
+                for topic, message in self._stage.step(1.0 / 15.0):
+                    self._sent.append((topic, message))
+                    self._answer(message)
+                self._news.notify_all()
+
+    def _answer(self, message: Message) -> None:
+        if isinstance(message, GoalDraft):
+            self._stage.send(topics.TASK_GOAL_PREVIEW, preview(message))
+        if isinstance(message, ArmCommand) and not self.deaf:
+            self._arms = {**self._arms, "last_command": message.id}
+        if isinstance(message, TaskRequest):
+            answer = TaskState(stamp=self._stage.now, last_request=message.id, refusal=self.refusal)
+            self._stage.send(topics.TASK_STATE, answer)
+            self._stage.step(0.01)
+
+    def asked(self, topic: Topic, timeout: float = 10.0) -> Message:
+        """The next message of a topic that the page has sent or will send."""
+        with self._news:
+            found = self._news.wait_for(
+                lambda: next((m for t, m in self._sent if t == topic), None), timeout
+            )
+            assert found is not None, f"nothing on {topic.key} for {timeout} s"
+            self._sent = [(t, m) for t, m in self._sent if m is not found]
+            return found
+
+    def show_arms(self, **fields: object) -> None:
+        """Change the state of the gateway that is played."""
+        with self._news:
+            self._arms = fields
+
+    def forget(self) -> None:
+        """Drop what the page has sent so far."""
+        with self._news:
+            self._sent.clear()
+
+    def actions(self) -> set[int]:
+        """Actions of the commands to the arms since the last `forget`."""
+        with self._news:
+            return {m.action for _, m in self._sent if isinstance(m, ArmCommand)}
+
+    def newest(self, topic: Topic) -> Message:
+        """The last message of a topic that the page has sent."""
+        with self._news:
+            return [m for t, m in self._sent if t == topic][-1]
+
+    def end(self) -> None:
+        self._ended.set()
+        self.join()
+
+
+def preview(draft: GoalDraft) -> GoalPreview:
+    """Answer of a controller, with a parabola for the rod."""
+    left, right = grip_pose(draft.left).position, grip_pose(draft.right).position
+    length = SCENARIO.rope.length
+    answer = GoalPreview(draft=draft.id, reachable=bool(np.linalg.norm(right - left) < length))
+    if answer.reachable:
+        answer.goal.positions.extend(hanging(left, right, length, 40).ravel())
+        answer.goal.left.CopyFrom(draft.left)
+        answer.goal.right.CopyFrom(draft.right)
+    else:
+        answer.reason = "the ends are out of each other's reach"
+    return answer

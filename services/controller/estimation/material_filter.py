@@ -62,7 +62,7 @@ class MaterialFilterSettings:
     """Time between updates while the rope rests [ns]."""
     memory_time: float = 60.0
     """Time constant with which evidence decays [s]: a rope can be exchanged by hand."""
-    model_error: float = 2.5e-4
+    model_error: float = 3e-4
     """Error of rod and sensor, alike in neighbouring nodes and while nothing moves [m]."""
     error_scale_weight: float = 20.0
     """Observed components that outweigh the assumed size of all errors."""
@@ -81,11 +81,9 @@ class MaterialFilterSettings:
     outlier_deviations: float = 3.0
     """Innovation of a node, in standard deviations, above which it is an outlier, and standard
     deviation of an outlier relative to its excess [-]."""
-    new_evidence_share: float = 0.65
+    new_evidence_share: float = 0.6
     """Share of the evidence of a shape that is kept when the grips leave it [-]: the error of a
     coarse rod repeats itself from shape to shape."""
-    moving_error: float = 1e-3
-    """Error of the model while the rope moves, at any speed [m]."""
     max_log_stiffness_step: float = math.log(2.0)
     """Largest change of the stiffness's logarithm in one update [-]."""
     min_shape_change: float = 2e-4
@@ -270,7 +268,6 @@ class MaterialFilter:
         miss = np.linalg.norm(error - estimator.offset, axis=1)
         excess = miss - settings.outlier_deviations * np.hypot(noise, settings.model_error)
         swing = settings.swinging_error_time * node_speeds
-        swing = swing + (0.0 if self.standing else settings.moving_error)
         swing = swing + settings.outlier_deviations * np.maximum(excess, 0.0)
         shape = whiten(
             ShapeObservation(
@@ -280,16 +277,13 @@ class MaterialFilter:
                 noise,
                 used,
                 poses.normalized(np.gradient(estimator.state.positions, axis=0)),
-                np.hypot(self._model_error(estimator), np.sqrt(self._mean.constant_variance)),
+                self._model_error(estimator),
                 swing,
             ),
             self._error_scale.factor,
         )
         seen = shape.evidence
         known = posterior.prior(self._x - self._centre, self._prior + self._past_evidence)
-        dx = posterior.gauss_newton_step(seen + known, self._free)
-        # A shape that no unknowns explain, as after a snap of the rope, tells less of them.
-        seen = shape.discounted(dx).evidence
         dx = posterior.gauss_newton_step(seen + known, self._free)
         (stiffness_step,) = np.abs(dx[self._unknowns.groups["stiffness"]])
         dx = dx * min(1.0, settings.max_log_stiffness_step / max(stiffness_step, 1e-12))

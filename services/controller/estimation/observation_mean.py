@@ -1,8 +1,4 @@
-"""Mean of the observed nodes while the grips stand still.
-
-A camera sees a standing rope with nearly the same error in every frame. Of the stated variance, the
-part by which the frames differ is reduced by averaging, and the rest is not.
-"""
+"""Mean of the observed nodes while the grips stand still."""
 
 from __future__ import annotations
 
@@ -61,25 +57,9 @@ class ObservationMean:
 
     @property
     def variance(self) -> Float64[np.ndarray, "n"]:
-        """Variance of the mean's coordinates by errors that differ between observations [m^2].
+        """Variance of the mean's coordinates [m^2].
 
         Swinging, the spread beyond the noise, is not reduced by averaging.
         """
         swinging = np.maximum(self._spread - self._noise, 0.0)
-        fluctuating = (1.0 - self._constant_share) * self._noise
-        return fluctuating / np.maximum(self._weights, 1.0) + swinging
-
-    @property
-    def constant_variance(self) -> Float64[np.ndarray, "n"]:
-        """Variance by errors that all observations of the standing rope have in common [m^2]."""
-        return self._constant_share * self._noise
-
-    @property
-    def _constant_share(self) -> float:
-        """Share of the stated variance that does not show as a spread of the observations [-]."""
-        noise = float(np.sum(self._noise[self.observed]))
-        if self.count < 2 or noise <= 0.0:
-            return 1.0
-        weight = min(self.count, MAX_OBSERVATIONS)
-        spread = float(np.sum(self._spread[self.observed])) * weight / (weight - 1.0)
-        return 1.0 - min(spread / noise, 1.0)
+        return self._noise / np.maximum(self._weights, 1.0) + swinging

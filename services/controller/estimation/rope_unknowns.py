@@ -27,12 +27,12 @@ PRIOR_DEVIATIONS = {
     "stiffness_profile": 0.2,
     "density_profile": 1e-3,
     "rest_curvature": 0.5,
-    "grip_offset": 3e-3 / math.sqrt(3.0),
-    "grip_rotation": math.radians(2.0) / math.sqrt(3.0),
+    "grip_offset": 2e-3,
+    "grip_rotation": math.radians(1.5),
 }
 """Standard deviations before the first observation: of logarithms [-], of curvature times length
-[rad], of each component of the grip errors [m, rad], which are 3 mm and 2 degrees in all. Internal
-damping and an even density are taken as given."""
+[rad], of each component of the grip errors [m, rad]. Internal damping and an even density are taken
+as given."""
 MAX_CHANGES = {
     "stiffness": math.log(50.0),
     "twist_ratio": math.log(8.0),

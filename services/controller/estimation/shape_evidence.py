@@ -38,8 +38,8 @@ class ShapeObservation:
     """Nodes that count."""
     tangents: Float64[np.ndarray, "n 3"]
     """Unit tangents of the rope."""
-    model_error: Float64[np.ndarray, "n"]
-    """Standard deviation of the error that is alike in neighbouring nodes [m]."""
+    model_error: float
+    """Standard deviation of the model's error [m]."""
     swing: Float64[np.ndarray, "n"]
     """Standard deviation of the error of each node because the rope swings [m]."""
 
@@ -62,16 +62,6 @@ class WhiteShape:
             0.5 * float(self.residuals @ self.residuals),
         )
 
-    def discounted(self, step: Float64[np.ndarray, "P"]) -> WhiteShape:
-        """Return the observation with larger errors, if the unknowns do not explain it.
-
-        Args:
-            step: Change of the unknowns that explains it best.
-        """
-        left = self.residuals - self.jacobian @ step
-        size = math.sqrt(max(float(np.mean(left**2)), 1.0))
-        return WhiteShape(self.residuals / size, self.jacobian / size)
-
 
 def whiten(shape: ShapeObservation, scale: float) -> WhiteShape:
     """Return an observation in independent components.
@@ -83,8 +73,7 @@ def whiten(shape: ShapeObservation, scale: float) -> WhiteShape:
     used = np.flatnonzero(shape.used)
     places = used / (len(shape.used) - 1)
     apart = np.abs(places[:, None] - places)
-    alike = np.outer(shape.model_error[used], shape.model_error[used])
-    covariance = alike * np.exp(-apart / MODEL_ERROR_CORRELATION)
+    covariance = shape.model_error**2 * np.exp(-apart / MODEL_ERROR_CORRELATION)
     covariance += np.diag(shape.deviations[used] ** 2)
     swing = np.outer(shape.swing[used], shape.swing[used]) * np.exp(-apart / SWING_CORRELATION)
     factor = np.linalg.cholesky(scale**2 * covariance + swing)

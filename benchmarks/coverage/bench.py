@@ -40,7 +40,7 @@ class Coverage(NamedTuple):
     """Group of the numbers."""
     shapes: int
     """Number of shapes that had been seen."""
-    count: int
+    intervals: int
     """Number of intervals."""
     coverage: float
     """Share of the 90 % intervals that hold [-]."""
@@ -172,7 +172,7 @@ def _print(rows: Sequence[Coverage], count: int, left_out: int) -> None:
         table.add_row(
             row.group.replace("_", " "),
             str(row.shapes),
-            str(row.count),
+            str(row.intervals),
             f"{100.0 * row.coverage:.0f} %",
             f"{row.median_error:.2g} {unit}",
             f"{row.median_deviation:.2g} {unit}",

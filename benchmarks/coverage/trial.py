@@ -43,6 +43,10 @@ STIFFNESS_FACTOR = 4.0
 """Largest factor between the true and the given stiffness, either way [-]."""
 LENGTH_ERROR = 0.01
 """Largest error of the given length [-]."""
+PROFILE_DEVIATION = 0.15
+"""Standard deviation of the logarithm of the stiffness at three places [-]."""
+CURVATURE_DEVIATION = 0.25
+"""Standard deviation of the components of the rest curvature times the length [rad]."""
 GRIP_OFFSET, GRIP_ROTATION = 0.003, math.radians(2.0)
 """Distance [m] and angle [rad] by which each grip is off."""
 PLANT_SHARES: dict[PlantModel, float] = {"rod": 0.6, "mujoco": 0.3, "links": 0.1}
@@ -75,6 +79,10 @@ class CoverageSpec:
     """True stiffness over the given one [-]."""
     length_factor: float
     """True length over the given one [-]."""
+    profile: tuple[float, ...]
+    """Factors on the true stiffness, from left to right [-]."""
+    rest_curvature: tuple[float, float, float]
+    """Rest curvature of the true rope [1/m]."""
     errors: GripErrors
     """True errors of the grips."""
     rotates: bool
@@ -99,13 +107,18 @@ def sample(number: int, seed: int) -> CoverageSpec:
     """Return the trial of a number."""
     random = np.random.default_rng((seed, number))
     directions = poses.normalized(random.normal(size=(2, 2, 3)))
+    profile = PROFILE_DEVIATION * random.normal(size=3)
+    name = str(random.choice(list(GIVEN_ROPES)))
+    bent = CURVATURE_DEVIATION / GIVEN_ROPES[name][0].length * random.normal(size=2)
     return CoverageSpec(
         number,
-        str(random.choice(list(GIVEN_ROPES))),
+        name,
         random.choice(list(PLANT_SHARES), p=list(PLANT_SHARES.values())),
         int(random.choice([120, 160])),
         float(STIFFNESS_FACTOR ** random.uniform(-1.0, 1.0)),
         1.0 + float(random.uniform(-LENGTH_ERROR, LENGTH_ERROR)),
+        tuple(np.exp(profile - profile.mean()).tolist()),
+        (float(bent[0]), float(bent[1]), 0.0),
         GripErrors(GRIP_OFFSET * directions[0], GRIP_ROTATION * directions[1]),
         bool(random.integers(2)),
         float(random.uniform(MIN_NOISE, MAX_NOISE)),
@@ -150,6 +163,8 @@ def build_plant(spec: CoverageSpec, given: RodProperties) -> Plant:
         given,
         length=spec.length_factor * given.length,
         youngs_modulus=spec.stiffness_factor * given.youngs_modulus,
+        stiffness_profile=spec.profile,
+        rest_curvature=(spec.rest_curvature,),
     )
     if spec.plant == "rod":
         return RodPlant(true, spec.node_count)
@@ -161,6 +176,8 @@ def build_plant(spec: CoverageSpec, given: RodProperties) -> Plant:
         true.youngs_modulus,
         true.poisson_ratio,
         true.damping,
+        stiffness_profile=spec.profile,
+        rest_curvature=spec.rest_curvature,
     )
     return MujocoPlant(FlexRope(rope) if spec.plant == "mujoco" else LinkedRope(rope))
 

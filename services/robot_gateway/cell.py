@@ -16,7 +16,6 @@ from lariat.geometry.poses import Pose
 from lariat.trajectory import NANOSECONDS, SetpointChunk
 from services.robot_gateway.approach_control import ApproachControl
 from services.robot_gateway.arms import Arms
-from services.robot_gateway.constraints.rule import Rule
 from services.robot_gateway.drivers.driver import Driver
 from services.robot_gateway.motion.follower import SetpointFollower
 from services.robot_gateway.motion.setpoint_sources import SetpointSources
@@ -35,6 +34,7 @@ from services.robot_gateway.safety.state_machine import DEVICE_CAUSES, SafetySta
 from services.robot_gateway.safety.stop_causes import STOP_CAUSES
 from services.robot_gateway.safety.watchdog import Watchdog
 from services.robot_gateway.status import CellStatus
+from shared.constraints.rule import Rule
 from shared.reset_counter import ResetCounter
 from shared.scenario import SIDES
 

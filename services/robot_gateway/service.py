@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 from lariat.geometry.grippers import gripper_bodies
 from services.robot_gateway.cell import Cell
-from services.robot_gateway.constraints.motion_constraints import CellBoundaries
 from services.robot_gateway.drivers.cr5.link import Link
 from services.robot_gateway.drivers.factory import drivers_of
 from services.robot_gateway.messages import arm_states, chunk_of, command_of, sign_of_life_of
@@ -19,6 +18,7 @@ from services.robot_gateway.safety.shutdown import bring_to_rest
 from services.robot_gateway.safety.state_logger import StateLogger
 from shared import topics
 from shared.clock import SystemClock
+from shared.constraints.motion_constraints import CellBoundaries
 from shared.messages import Scene, Setpoints, scene_obstacles
 from shared.scenario import SIDES, Scenario, Side
 from shared.service import Inbox, Publication, Received

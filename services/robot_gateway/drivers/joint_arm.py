@@ -12,9 +12,9 @@ from jaxtyping import Float64
 from lariat.geometry.poses import Pose
 from lariat.protocols.arm import Arm, ArmReading
 from lariat.trajectory import NANOSECONDS
-from services.robot_gateway.constraints.joints import JointConstraints
 from services.robot_gateway.drivers.driver import ArmFeedback
 from shared.arms.kinematics import UrdfKinematics
+from shared.constraints.joints import JointConstraints
 from shared.extensions import Extension, ExtensionFault
 
 FIRST_POINT_DISTANCE = 0.005

@@ -10,9 +10,9 @@ import numpy as np
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from lariat.trajectory import SetpointChunk, Spline
-from services.robot_gateway.constraints.rule import Rule
 from services.robot_gateway.motion.follower import SetpointFollower
 from services.robot_gateway.motion.validation import ChunkRefused
+from shared.constraints.rule import Rule
 
 APPROACH_PACES = (1.0, 0.5, 0.25, 0.1)
 """Fractions of the approach speeds that are tried in turn where a cell's limits are lower [-]."""

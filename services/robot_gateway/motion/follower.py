@@ -21,13 +21,13 @@ from lariat.trajectory import (
     SetpointChunk,
     Spline,
 )
-from services.robot_gateway.constraints.joints import JointConstraints
-from services.robot_gateway.constraints.motion_constraints import CellBoundaries, MotionConstraints
-from services.robot_gateway.constraints.rule import Rule
 from services.robot_gateway.motion import validation
-from services.robot_gateway.motion.path_check import PathCheck
 from services.robot_gateway.motion.reference_tracking import Braking, ReferenceTracker
 from services.robot_gateway.motion.validation import ChunkRefused, ChunkTolerances
+from shared.constraints.joints import JointConstraints
+from shared.constraints.motion_constraints import CellBoundaries, MotionConstraints
+from shared.constraints.path_check import PathCheck
+from shared.constraints.rule import Rule
 
 EXCESS_UNITS: dict[Rule, str] = {
     "joint_limits": "rad",

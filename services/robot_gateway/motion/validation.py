@@ -8,7 +8,7 @@ import numpy as np
 
 from lariat.geometry import poses
 from lariat.trajectory import NANOSECONDS, MotionLimits, MotionState, SetpointChunk, Spline
-from services.robot_gateway.constraints.rule import Rule
+from shared.constraints.rule import Rule
 from shared.motion_contract import LEAST_CHUNK_SPAN
 
 

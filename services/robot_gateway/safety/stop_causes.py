@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from services.robot_gateway.constraints.rule import Rule
+from shared.constraints.rule import Rule
 
 StopKind = Literal["none", "jerk-limited", "by the arm", "undocumented"]
 Resumption = Literal[

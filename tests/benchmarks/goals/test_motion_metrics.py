@@ -17,8 +17,8 @@ from lariat.geometry import poses
 from lariat.geometry.grippers import gripper_bodies
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
-from services.robot_gateway.constraints.collision import EXACT_SLACK
-from services.robot_gateway.constraints.motion_constraints import CellBoundaries, MotionConstraints
+from shared.constraints.collision import EXACT_SLACK
+from shared.constraints.motion_constraints import CellBoundaries, MotionConstraints
 from shared.scenario import Scenario, load
 
 BASE = load(Path(__file__).parents[3] / "scenarios" / "three-cylinders.toml")

@@ -14,7 +14,6 @@ from lariat.trajectory import SetpointChunk
 from services.cr5_emulator.emulator import Emulator
 from services.cr5_emulator.options import EmulatorOptions
 from services.robot_gateway.cell import Cell
-from services.robot_gateway.constraints.motion_constraints import CellBoundaries
 from services.robot_gateway.drivers.cr5.driver import Cr5Driver
 from services.robot_gateway.drivers.fixed import FixedDriver
 from services.robot_gateway.motion.follower import SetpointFollower
@@ -22,6 +21,7 @@ from services.robot_gateway.safety.consent import SignOfLife
 from services.robot_gateway.safety.force_limit import ForceLimit
 from services.robot_gateway.safety.operator_commands import OperatorCommand
 from services.robot_gateway.status import CellStatus
+from shared.constraints.motion_constraints import CellBoundaries
 from shared.cr5.kinematics import Kinematics
 from stack.simulation.emulated_arms import MemoryLink
 from tests.services.robot_gateway.cells import ALONG_X, BOOT, LIMITS, START, TICK, stopping

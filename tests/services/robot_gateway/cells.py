@@ -11,13 +11,13 @@ from lariat.geometry.obstacles import TABLE, Obstacle
 from lariat.geometry.poses import Pose
 from lariat.trajectory import MotionState, SetpointChunk
 from services.robot_gateway.cell import Cell
-from services.robot_gateway.constraints.motion_constraints import CellBoundaries
 from services.robot_gateway.drivers.fixed import FixedDriver
 from services.robot_gateway.drivers.ideal import IdealDriver
 from services.robot_gateway.motion.follower import SetpointFollower
 from services.robot_gateway.motion.validation import ChunkTolerances
 from services.robot_gateway.safety.operator_commands import OperatorCommand
 from services.robot_gateway.status import CellStatus
+from shared.constraints.motion_constraints import CellBoundaries
 from shared.scenario.sections import Limits
 
 TICK = 8_000_000

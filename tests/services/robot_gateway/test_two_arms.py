@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from lariat.trajectory import SetpointChunk
-from services.robot_gateway.constraints.sphere_distance import Spheres, sphere_distances
 from services.robot_gateway.safety.operator_commands import OperatorCommand
 from services.robot_gateway.service import build
 from services.robot_gateway.status import CellStatus
+from shared.constraints.sphere_distance import Spheres, sphere_distances
 from shared.scenario import SIDES, load
 from stack.simulation.emulated_arms import emulated_links
 from tests.services.robot_gateway.cells import ALONG_X, START, TICK, smooth_step, stopping

@@ -12,13 +12,13 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.poses import Pose
-from services.robot_gateway.constraints.joints import JointConstraints
 from services.robot_gateway.drivers.cr5.client import Cr5Client
 from services.robot_gateway.drivers.cr5.contact_force import ContactForce
 from services.robot_gateway.drivers.cr5.link import Link
 from services.robot_gateway.drivers.cr5.link_quality import LinkQuality
 from services.robot_gateway.drivers.cr5.power_sequences import EnableSettings
 from services.robot_gateway.drivers.driver import ArmFeedback
+from shared.constraints.joints import JointConstraints
 from shared.cr5 import pose_vectors
 from shared.cr5.alarms import FOLLOWING_MODES
 from shared.cr5.kinematics import Kinematics

@@ -7,7 +7,7 @@ from foxglove_schemas_protobuf.Log_pb2 import Log
 
 from dashboard.panels.events.advice import ACKNOWLEDGE, ADVICE, APPROACH, advice
 from dashboard.panels.events.event_list import EventList, Level, list_html
-from services.robot_gateway.constraints.rule import Rule
+from shared.constraints.rule import Rule
 from shared.messages import FAILED, IDLE, RUNNING, ArmStates, TaskState, timestamp
 from shared.service import SECOND
 

@@ -7,9 +7,9 @@ from lariat.geometry.grippers import gripper_bodies
 from lariat.geometry.obstacles import TABLE, Obstacle
 from lariat.geometry.poses import Pose
 from lariat.trajectory import SetpointChunk
-from services.robot_gateway.constraints.motion_constraints import CellBoundaries
 from services.robot_gateway.motion.follower import SetpointFollower
 from services.robot_gateway.motion.validation import ChunkRefused
+from shared.constraints.motion_constraints import CellBoundaries
 from tests.services.robot_gateway.cells import ALONG_X, LIMITS, smooth_step
 
 NOW = 1_000_000_000

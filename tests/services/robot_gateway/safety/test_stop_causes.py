@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from services.robot_gateway.constraints.rule import Rule
 from services.robot_gateway.safety.operator_commands import CommandRejected
 from services.robot_gateway.safety.state_machine import SafetyState
 from services.robot_gateway.safety.stop_causes import STOP_CAUSES, markdown
+from shared.constraints.rule import Rule
 
 PAGE = Path(__file__).parents[4] / "docs" / "concepts" / "safety.md"
 MOVING = SafetyState("boot-1", "moving", "", "following", session="writer")

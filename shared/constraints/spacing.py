@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float64
 
-from services.robot_gateway.constraints.sphere_distance import Spheres, sphere_distances
+from shared.constraints.sphere_distance import Spheres, sphere_distances
 
 
 def grip_distances(positions: Float64[np.ndarray, "m 2 3"]) -> Float64[np.ndarray, "m"]:

@@ -10,8 +10,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.obstacles import Obstacle
-from services.robot_gateway.constraints.obstacle_scene import ObstacleScene
-from services.robot_gateway.constraints.shortest_path import PathSearch, ShortPath
+from shared.constraints.obstacle_scene import ObstacleScene
+from shared.constraints.shortest_path import PathSearch, ShortPath
 
 KEPT_PATHS = 32
 """Number of paths that are remembered."""

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from services.robot_gateway.constraints.spacing import body_spacing_slack, grip_distances
-from services.robot_gateway.constraints.sphere_distance import Spheres, sphere_distances
+from shared.constraints.spacing import body_spacing_slack, grip_distances
+from shared.constraints.sphere_distance import Spheres, sphere_distances
 
 
 def spheres(*centres: tuple[float, float, float], radius: float = 0.01) -> Spheres:

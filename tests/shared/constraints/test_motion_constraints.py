@@ -5,8 +5,8 @@ import pytest
 
 from lariat.geometry.grippers import gripper_bodies
 from lariat.geometry.obstacles import TABLE, Obstacle
-from services.robot_gateway.constraints.motion_constraints import CellBoundaries, MotionConstraints
-from services.robot_gateway.constraints.slacks import first_broken
+from shared.constraints.motion_constraints import CellBoundaries, MotionConstraints
+from shared.constraints.slacks import first_broken
 from tests.services.robot_gateway.cells import ALONG_X
 
 BOUNDARIES = CellBoundaries(

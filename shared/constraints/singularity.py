@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float64
 
-from services.robot_gateway.constraints.arm_kinematics import ArmKinematics
+from shared.constraints.arm_kinematics import ArmKinematics
 
 MIN_SINGULAR_VALUE = 0.03
 """Least permitted singular value of the Jacobian in metres and radians [m/rad]; it is 0.21 at a

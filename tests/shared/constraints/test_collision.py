@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from lariat.geometry.obstacles import TABLE, Obstacle, signed_distance
-from services.robot_gateway.constraints.collision import EXACT_SLACK, CollisionConstraint
-from services.robot_gateway.constraints.obstacle_scene import ObstacleScene, bounding_radius
+from shared.constraints.collision import EXACT_SLACK, CollisionConstraint
+from shared.constraints.obstacle_scene import ObstacleScene, bounding_radius
 
 KEEP_OUT = 0.005
 RADIUS = np.array([0.01])

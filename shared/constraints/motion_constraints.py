@@ -11,13 +11,13 @@ from jaxtyping import Float64
 from lariat.geometry import poses
 from lariat.geometry.grippers import GripperBody
 from lariat.geometry.obstacles import Obstacle
-from services.robot_gateway.constraints.collision import CollisionConstraint
-from services.robot_gateway.constraints.obstacle_scene import ObstacleScene
-from services.robot_gateway.constraints.rope_length import RopeLengthConstraint
-from services.robot_gateway.constraints.slacks import Slacks
-from services.robot_gateway.constraints.spacing import grip_distances
-from services.robot_gateway.constraints.sphere_distance import Spheres
-from services.robot_gateway.constraints.workspace import Corner, workspace_slack
+from shared.constraints.collision import CollisionConstraint
+from shared.constraints.obstacle_scene import ObstacleScene
+from shared.constraints.rope_length import RopeLengthConstraint
+from shared.constraints.slacks import Slacks
+from shared.constraints.spacing import grip_distances
+from shared.constraints.sphere_distance import Spheres
+from shared.constraints.workspace import Corner, workspace_slack
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lariat.geometry.obstacles import TABLE, Obstacle
-from services.robot_gateway.constraints.shortest_path import shortest_path_length
+from shared.constraints.shortest_path import shortest_path_length
 
 HALF = 0.3
 LEFT, RIGHT = np.array([-HALF, 0.0, 0.5]), np.array([HALF, 0.0, 0.5])

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float64
 
-from services.robot_gateway.constraints.rule import Rule
+from shared.constraints.rule import Rule
 
 Slacks = dict[Rule, Float64[np.ndarray, "m"]]
 """Slack of each rule at m poses of a path [m, or rad for joints]."""

@@ -10,17 +10,17 @@ from jaxtyping import Float64
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from lariat.trajectory import MotionState, Stop
-from services.robot_gateway.constraints.joints import (
+from shared.constraints.joints import (
     JointConstraints,
     solved_poses_of_chunk,
     solved_poses_of_stop,
 )
-from services.robot_gateway.constraints.motion_constraints import CellBoundaries, MotionConstraints
-from services.robot_gateway.constraints.rule import Rule
-from services.robot_gateway.constraints.slacks import Slacks, first_broken
-from services.robot_gateway.constraints.spacing import body_spacing_slack
-from services.robot_gateway.constraints.sphere_distance import Spheres
-from services.robot_gateway.motion.path_densification import densified, stop_times
+from shared.constraints.motion_constraints import CellBoundaries, MotionConstraints
+from shared.constraints.path_densification import densified, stop_times
+from shared.constraints.rule import Rule
+from shared.constraints.slacks import Slacks, first_broken
+from shared.constraints.spacing import body_spacing_slack
+from shared.constraints.sphere_distance import Spheres
 from shared.motion_contract import CHUNK_BOUNDARY_MARGIN
 
 MEASURED_TOLERANCE = 0.002

@@ -8,7 +8,7 @@ import pytest
 from lariat.geometry import poses
 from lariat.geometry.obstacles import TABLE, Obstacle
 from lariat.trajectory import Stop
-from services.robot_gateway.motion.path_densification import (
+from shared.constraints.path_densification import (
     GRIPPER_LEVER_ARM,
     MAX_POSE_SPACING,
     densified,

@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.obstacles import signed_distance
-from services.robot_gateway.constraints.obstacle_scene import ObstacleScene
-from services.robot_gateway.constraints.slacks import Slacks
+from shared.constraints.obstacle_scene import ObstacleScene
+from shared.constraints.slacks import Slacks
 
 EXACT_SLACK = 0.05
 """Slack above which the distance from an obstacle's bounding sphere to the box around the path

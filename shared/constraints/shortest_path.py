@@ -20,7 +20,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle, segment_distance, signed_distance
-from services.robot_gateway.constraints.obstacle_scene import bounding_radius
+from shared.constraints.obstacle_scene import bounding_radius
 
 POINT_COUNTS = (5, 9, 17, 33)
 """Numbers of points of a band, refined in turn."""

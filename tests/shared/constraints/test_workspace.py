@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from services.robot_gateway.constraints.workspace import workspace_slack
+from shared.constraints.workspace import workspace_slack
 
 BOX = ((-1.0, -1.0, 0.0), (1.0, 1.0, 2.0))
 

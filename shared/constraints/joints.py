@@ -10,12 +10,12 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.poses import Pose
-from services.robot_gateway.constraints.arm_kinematics import ArmKinematics, Joints
-from services.robot_gateway.constraints.collision import CollisionConstraint
-from services.robot_gateway.constraints.rule import Rule
-from services.robot_gateway.constraints.singularity import singularity_slack
-from services.robot_gateway.constraints.slacks import Slacks, first_broken
-from services.robot_gateway.constraints.sphere_distance import Spheres
+from shared.constraints.arm_kinematics import ArmKinematics, Joints
+from shared.constraints.collision import CollisionConstraint
+from shared.constraints.rule import Rule
+from shared.constraints.singularity import singularity_slack
+from shared.constraints.slacks import Slacks, first_broken
+from shared.constraints.sphere_distance import Spheres
 
 LEAST_SOLVED_POSES = 8
 """Least number of poses of a chunk for which joints are solved, if it has as many."""

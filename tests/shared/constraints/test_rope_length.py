@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from lariat.geometry.obstacles import TABLE, Obstacle
-from services.robot_gateway.constraints import rope_length
-from services.robot_gateway.constraints.obstacle_scene import ObstacleScene
-from services.robot_gateway.constraints.rope_length import RopeLengthConstraint
-from services.robot_gateway.constraints.shortest_path import PathSearch, shortest_path_length
-from services.robot_gateway.constraints.slacks import first_broken
-from services.robot_gateway.constraints.spacing import grip_distances
+from shared.constraints import rope_length
+from shared.constraints.obstacle_scene import ObstacleScene
+from shared.constraints.rope_length import RopeLengthConstraint
+from shared.constraints.shortest_path import PathSearch, shortest_path_length
+from shared.constraints.slacks import first_broken
+from shared.constraints.spacing import grip_distances
 
 POST = Obstacle("cylinder", (0.0, 0.0, 0.3), radius=0.1, height=4.0)
 BESIDE = Obstacle("sphere", (0.0, 0.0, 2.0), radius=0.1, name="beside")

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from services.robot_gateway.constraints.slacks import SLACK_TOLERANCE, first_broken
+from shared.constraints.slacks import SLACK_TOLERANCE, first_broken
 
 
 def row(*slack: float) -> np.ndarray:

@@ -5,17 +5,17 @@ import pytest
 
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
-from services.robot_gateway.constraints.collision import CollisionConstraint
-from services.robot_gateway.constraints.joints import (
+from shared.constraints.collision import CollisionConstraint
+from shared.constraints.joints import (
     LEAST_SOLVED_POSES,
     MAX_SOLVED_STRIDE,
     JointConstraints,
     solved_poses_of_chunk,
     solved_poses_of_stop,
 )
-from services.robot_gateway.constraints.obstacle_scene import ObstacleScene
-from services.robot_gateway.constraints.singularity import MIN_SINGULAR_VALUE, singularity_slack
-from tests.services.robot_gateway.constraints.planar_arm import PlanarArm
+from shared.constraints.obstacle_scene import ObstacleScene
+from shared.constraints.singularity import MIN_SINGULAR_VALUE, singularity_slack
+from tests.shared.constraints.planar_arm import PlanarArm
 
 ARM = PlanarArm()
 SPEED = 1.0

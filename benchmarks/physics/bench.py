@@ -53,7 +53,7 @@ def run(part: tuple[Part, ...] = ALL_PARTS, plot: Path | None = None, json: bool
     number of nodes.
 
     Examples:
-      lariat bench physics --plot docs/concepts/rod-physics.png
+      lariat bench physics --plot docs/results/rod/physics.png
       lariat bench physics --part elasticae buckling
 
     Args:

@@ -42,12 +42,12 @@ def run(
 
     Examples:
       lariat bench rod --part speed gradients
-      lariat bench rod --part diagram --plots docs/concepts
+      lariat bench rod --part diagram --plots docs/results/rod
 
     Args:
         part: Parts to measure; all by default.
         cases: Number of random rods of the part `hard`.
-        plots: Folder for rod-error-against-time.png, the plot of the part `diagram`.
+        plots: Folder for error-against-time.png, the plot of the part `diagram`.
         json: Print one JSON object instead of tables.
     """
     tables: dict[Part, list[Mapping[str, object]]] = {}
@@ -67,7 +67,7 @@ def run(
     if plots is not None and "diagram" in tables:
         from benchmarks.rod.work_precision_plot import draw
 
-        draw(tables["diagram"], plots / "rod-error-against-time.png")
+        draw(tables["diagram"], plots / "error-against-time.png")
     return 0
 
 

@@ -11,8 +11,8 @@ ARC_LENGTH_SAMPLES = 8
 
 def arc_lengths(nodes: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "n"]:
     """Return the distance along a chain from its first node to every node [m]."""
-    edges = np.linalg.norm(np.diff(nodes, axis=0), axis=1)
-    return np.concatenate([[0.0], np.cumsum(edges)])
+    edges = nodes[1:] - nodes[:-1]
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(edges, axis=1))])
 
 
 def length(nodes: Float64[np.ndarray, "n 3"]) -> float:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.geometry import poses
 from lariat.trajectory.limits import MotionLimits, norms
 from lariat.trajectory.state import MotionState, Vectors
 
@@ -82,7 +83,7 @@ class Stop:
         displacements = np.zeros_like(self.twists)
         twists, accelerations = self.twists, self.accelerations
         for jerk, duration in zip(self.jerks, self.durations, strict=True):
-            tau = np.clip(left, 0.0, duration)
+            tau = np.minimum(np.maximum(left, 0.0), duration)
             left = left - duration
             displacements = displacements + tau * (
                 twists + tau * (accelerations / 2.0 + tau * jerk / 6.0)
@@ -103,8 +104,12 @@ def stopping_states(state: MotionState, limits: MotionLimits, dt: float) -> list
     """
     stop = Stop.plan(state.twists, state.accelerations, limits)
     count = int(np.ceil(stop.duration / dt - GRID_TOLERANCE))
-    states = [state.moved(*stop.at(t)) for t in dt * np.arange(1, count + 1)]
-    if states:
-        end, still = states[-1], np.zeros_like(state.twists)
-        states[-1] = MotionState(end.positions, end.orientations, still, still)
-    return states
+    if count == 0:
+        return []
+    times = dt * np.arange(1, count + 1)
+    displacements, twists, accelerations = stop.at(times[:, None, None, None])
+    twists[-1] = accelerations[-1] = 0.0
+    turned = poses.multiply(poses.exponential(displacements[:, :, 1]), state.orientations[None])
+    positions = state.positions + displacements[:, :, 0]
+    rows = zip(positions, poses.normalized(turned), twists, accelerations, strict=True)
+    return [MotionState(*row) for row in rows]

@@ -197,8 +197,8 @@ def _motion(states: ArmStates, arm: str) -> EndMotion:
     for state in states.arms:
         if state.arm == arm:
             return EndMotion(
-                Pose(np.array(state.position), np.array(state.orientation)),
-                np.array(state.linear_velocity),
-                np.array(state.angular_velocity),
+                Pose(np.array(state.position[:]), np.array(state.orientation[:])),
+                np.array(state.linear_velocity[:]),
+                np.array(state.angular_velocity[:]),
             )
     raise KeyError(f"no arm {arm!r} in {[s.arm for s in states.arms]}")

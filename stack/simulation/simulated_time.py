@@ -70,6 +70,7 @@ class _ScheduledService:
     latency: int
     mailbox: Mailbox
     publisher: str
+    trace: Topic
     steps: int = 0
     step_ms: list[float] = field(default_factory=list)
 
@@ -159,8 +160,7 @@ class SimulatedStack:
         entry.step_ms.append(1e3 * (time.perf_counter() - began))
         for topic, message in publications:
             self._publish(topic, message, entry.publisher, self.now + entry.latency)
-        trace = _trace(entry, inbox, self.now)
-        self._publish(topics.TRACE.at(entry.service.name), trace, entry.publisher, self.now)
+        self._publish(entry.trace, _trace(entry, inbox, self.now), entry.publisher, self.now)
         entry.steps += 1
 
     def _publish(self, topic: Topic, message: Message, publisher: str, delivery_time: int) -> None:
@@ -201,6 +201,7 @@ def _schedule(service: Service, start: int) -> _ScheduledService:
         latency=round(service.latency * SECOND),
         mailbox=Mailbox(service.reads),
         publisher=session_id(service.name),
+        trace=topics.TRACE.at(service.name),
     )
 
 

@@ -96,15 +96,14 @@ def hidden_end_length(
 
 def _bridge(a: np.ndarray, ta: np.ndarray, b: np.ndarray, tb: np.ndarray, length: float) -> Points:
     """Inner points of a cubic Hermite curve from a to b, of a given length if possible [m]."""
-    t = np.linspace(0.0, 1.0, BRIDGE_POINTS + 2)[1:-1, None]
+    t = np.linspace(0.0, 1.0, BRIDGE_POINTS + 2)[:, None]
     value, rise, fall = t * t * (3.0 - 2.0 * t), t * (t - 1.0) ** 2, t * t * (t - 1.0)
-
-    def curve(scale: float) -> Points:
-        return a + value * (b - a) + scale * length * (rise * ta + fall * tb)
-
+    straight, bent = a + value * (b - a), length * (rise * ta + fall * tb)
+    chords, turns = np.diff(straight, axis=0), np.diff(bent, axis=0)
     low, high = 0.0, MAX_TANGENT_SCALE
     for _ in range(BISECTION_STEPS):
         middle = (low + high) / 2.0
-        short = polylines.length(np.concatenate([[a], curve(middle), [b]])) < length
+        edges = chords + middle * turns
+        short = np.sum(np.sqrt(np.vecdot(edges, edges))) < length
         low, high = (middle, high) if short else (low, middle)
-    return curve(low)
+    return (straight + low * bent)[1:-1]

@@ -61,33 +61,21 @@ def trace_strands(mask: UInt8[np.ndarray, "h w"], width: float) -> list[Strand]:
         mask: 1 at rope pixels.
         width: Width of the rope [pixels].
     """
-    skeleton = skeletonize(mask.view(bool))
-    rows, columns = np.nonzero(skeleton)
-    pixels = set(zip(rows.tolist(), columns.tolist(), strict=True))
-    branches = _remove_spurs(trace_branches(pixels), MAX_SPUR_WIDTHS * width)
+    branches = trace_branches(skeletonize(mask.view(bool)))
+    branches = _remove_spurs(branches, MAX_SPUR_WIDTHS * width)
     chains = _pair_branches(branches, width)
     found = [_strand(chain, width) for chain in chains]
     long = [s for s in found if len(s.pixels) >= MIN_STRAND_PIXELS]
     return sorted(long, key=lambda s: -len(s.pixels))
 
 
-def _neighbours(pixels: set[Pixel], p: Pixel) -> list[Pixel]:
-    """Skeleton pixels next to a pixel."""
-    r, c = p
-    near = [(r + dr, c + dc) for dr, dc in NEIGHBOUR_OFFSETS if (r + dr, c + dc) in pixels]
-    # A diagonal neighbour beside a straight one is the corner of a staircase, not a branch.
-    return [
-        (a, b) for a, b in near if a == r or b == c or not ((a, c) in pixels or (r, b) in pixels)
-    ]
-
-
-def trace_branches(pixels: set[Pixel]) -> list[Branch]:
+def trace_branches(skeleton: Bool[np.ndarray, "h w"]) -> list[Branch]:
     """Return the branches of a skeleton, cut at its junctions.
 
     Args:
-        pixels: Rows and columns of the skeleton's pixels.
+        skeleton: Whether a pixel belongs to the skeleton.
     """
-    near = {p: _neighbours(pixels, p) for p in pixels}
+    near = _neighbours(skeleton)
     crossing = {p for p, q in near.items() if len(q) > 2}
     junction = _clusters(crossing)
     branches: list[Branch] = []
@@ -115,14 +103,33 @@ def trace_branches(pixels: set[Pixel]) -> list[Branch]:
         for q in near[p]:
             if q not in crossing and q not in used:
                 branches.append(follow(q, p))
-    for p in sorted(pixels):
+    for p in near:
         if p not in used and p not in crossing and len(near[p]) <= 1:
             branches.append(follow(p, None))
-    for p in sorted(pixels):
+    for p in near:
         # The remaining pixels form closed rings.
         if p not in used and p not in crossing:
             branches.append(follow(p, None))
     return branches
+
+
+def _neighbours(skeleton: Bool[np.ndarray, "h w"]) -> dict[Pixel, list[Pixel]]:
+    """Return the skeleton pixels next to each one, in the order of rows, then columns."""
+    rows, columns = np.nonzero(skeleton)
+    offsets = np.array(NEIGHBOUR_OFFSETS)
+    padded = np.pad(skeleton, 1)
+    above, left = rows[:, None] + 1, columns[:, None] + 1
+    beside_rows, beside_columns = above + offsets[:, 0], left + offsets[:, 1]
+    near = padded[beside_rows, beside_columns]
+    # A diagonal neighbour beside a straight one is the corner of a staircase, not a branch.
+    corner = padded[beside_rows, left] | padded[above, beside_columns]
+    near &= ~(corner & np.all(offsets != 0, axis=1))
+    pixel, offset = np.nonzero(near)
+    beside = (np.stack([rows, columns], axis=1)[pixel] + offsets[offset]).tolist()
+    found = [(row, column) for row, column in beside]
+    ends = np.cumsum(np.count_nonzero(near, axis=1)).tolist()
+    pixels = zip(rows.tolist(), columns.tolist(), strict=True)
+    return {p: found[a:b] for p, a, b in zip(pixels, [0, *ends[:-1]], ends, strict=True)}
 
 
 def _clusters(crossing: set[Pixel]) -> dict[Pixel, int]:

@@ -120,9 +120,7 @@ def _clean_branches(
     skeleton: Bool[np.ndarray, "h w"], radii: Float32[np.ndarray, "h w"], width: float
 ) -> list[Branch]:
     """Branches without spurs, joined where a spur has left but two at a junction."""
-    rows, columns = np.nonzero(skeleton)
-    pixels = set(zip(rows.tolist(), columns.tolist(), strict=True))
-    branches = trace_branches(pixels)
+    branches = trace_branches(skeleton)
     for _ in range(MAX_ROUNDS):
         discs = _junction_discs(branches, radii)
         degree = Counter(end for b in branches for end in b.ends if end >= 0)

@@ -16,10 +16,10 @@ def decode_frame(
     color: CompressedImage, depth: RawImage
 ) -> tuple[UInt8[np.ndarray, "h w 3"], UInt16[np.ndarray, "h w"]] | str:
     """Return RGB and depth [mm], or the reason why the messages cannot be decoded."""
-    bgr = None
+    rgb = None
     if color.data:
-        bgr = cv2.imdecode(np.frombuffer(color.data, np.uint8), cv2.IMREAD_COLOR)
-    if bgr is None:
+        rgb = cv2.imdecode(np.frombuffer(color.data, np.uint8), cv2.IMREAD_COLOR_RGB)
+    if rgb is None:
         return f"the colour image ({color.format}, {len(color.data)} bytes) cannot be decoded"
     if depth.encoding not in DEPTH_PIXEL_BYTES:
         return (
@@ -36,7 +36,7 @@ def decode_frame(
     rows = np.frombuffer(depth.data, np.uint8)[: step * depth.height].reshape(depth.height, step)
     row = rows[:, : size * depth.width]
     z = row.view("<u2").astype(np.uint16, copy=False) if size == 2 else _metres_to_millimetres(row)
-    return np.ascontiguousarray(bgr[..., ::-1]), z
+    return rgb, z
 
 
 def _metres_to_millimetres(rows: UInt8[np.ndarray, "h b"]) -> UInt16[np.ndarray, "h w"]:

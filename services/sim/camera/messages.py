@@ -19,7 +19,7 @@ JPEG_QUALITY = 95
 
 def color_message(color: UInt8[np.ndarray, "h w 3"], stamp: int) -> CompressedImage:
     """JPEG of an RGB image, taken at `stamp` [ns]."""
-    bgr = np.ascontiguousarray(color[..., ::-1])
+    bgr = cv2.cvtColor(color, cv2.COLOR_RGB2BGR)
     jpeg = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1]
     return CompressedImage(
         timestamp=timestamp(stamp), frame_id=topics.CAMERA, data=jpeg.tobytes(), format="jpeg"

@@ -59,14 +59,19 @@ class Frame:
 
 @dataclass(frozen=True)
 class _Background:
-    """Image of the half spaces alone."""
+    """Image of the bodies that stand still."""
 
-    key: bytes
-    """Poses and colours of the half spaces that were drawn."""
+    bodies: Float64[np.ndarray, "m 15"]
+    """Packed bodies and their colours, in the order in which they were drawn."""
     color: UInt8[np.ndarray, "h 3*w"]
     """Red, green, blue [1/255]."""
     z_buffer: Float32[np.ndarray, "h w"]
     """Depth [m]."""
+
+    def begins(self, bodies: Float64[np.ndarray, "k 15"]) -> bool:
+        """Return whether these bodies begin with those of the image, at the same places."""
+        count = len(self.bodies)
+        return count <= len(bodies) and np.array_equal(self.bodies, bodies[:count])
 
 
 class RgbdCamera:
@@ -98,6 +103,7 @@ class RgbdCamera:
         shape = (camera.intrinsics.height, camera.intrinsics.width)
         self._scratch = [np.zeros(shape, np.float32) for _ in range(3)]
         self._background: _Background | None = None
+        self._last_bodies: Float64[np.ndarray, "k 15"] | None = None
         random = np.random.default_rng(seed)
         self._depth_noise = random.standard_normal(DEPTH_NOISE_COUNT, np.float32)
         # The colour noise of a frame is a window of this table: drawing it anew would cost 10 ms.
@@ -145,15 +151,14 @@ class RgbdCamera:
         depth = np.empty((i.height, i.width), np.uint16)
         flat = color.reshape(i.height, 3 * i.width)
         z_buffer, cover, shade = self._scratch
-        bodies = pack(obstacles).reshape(-1, 12)
         tints = np.minimum(np.array(colors, float).reshape(-1, 3) * n.exposure, 255.0)
-        is_half_space = np.array([o.shape == "half_space" for o in obstacles], bool)
-        background = self._draw_background(bodies[is_half_space], tints[is_half_space])
+        # Half spaces first: they fill the image and seldom move.
+        order = np.argsort([o.shape != "half_space" for o in obstacles], kind="stable")
+        bodies = np.hstack([pack(obstacles).reshape(-1, 12), tints])[order]
+        background = self._draw_background(bodies)
         np.copyto(flat, background.color)
         np.copyto(z_buffer, background.z_buffer)
-        draw_bodies(
-            flat, z_buffer, self._packed_camera, bodies[~is_half_space], tints[~is_half_space]
-        )
+        self._draw_bodies(flat, z_buffer, bodies[len(background.bodies) :])
         if plates:
             packed = np.array([plate.packed for plate in plates])
             patterns = np.stack([plate.pattern for plate in plates])
@@ -183,16 +188,32 @@ class RgbdCamera:
         color = np.asarray(cv2.add(color, color_noise, dtype=cv2.CV_8U), np.uint8)
         return Frame(color, depth)
 
-    def _draw_background(
-        self, bodies: Float64[np.ndarray, "m 12"], tints: Float64[np.ndarray, "m 3"]
-    ) -> _Background:
-        """Draw the half spaces alone, if they changed: they fill the image and seldom move."""
-        key = bodies.tobytes() + tints.tobytes()
-        if self._background is None or self._background.key != key:
+    def _draw_background(self, bodies: Float64[np.ndarray, "k 15"]) -> _Background:
+        """Draw the bodies that have not moved since the last frame, or return their image."""
+        last, self._last_bodies = self._last_bodies, bodies
+        if self._background is None or not self._background.begins(bodies):
+            still = bodies if last is None else bodies[: _equal_rows(last, bodies)]
             i = self.camera.intrinsics
             grey = min(round(self._background_grey * self.noise.exposure), 255)
             color = np.full((i.height, 3 * i.width), grey, np.uint8)
             z_buffer = np.full((i.height, i.width), FAR, np.float32)
-            draw_bodies(color, z_buffer, self._packed_camera, bodies, tints)
-            self._background = _Background(key, color, z_buffer)
+            self._draw_bodies(color, z_buffer, still)
+            self._background = _Background(still, color, z_buffer)
         return self._background
+
+    def _draw_bodies(
+        self,
+        color: UInt8[np.ndarray, "h 3*w"],
+        z_buffer: Float32[np.ndarray, "h w"],
+        bodies: Float64[np.ndarray, "k 15"],
+    ) -> None:
+        """Draw bodies over an image, in their order."""
+        packed, tints = np.ascontiguousarray(bodies[:, :12]), np.ascontiguousarray(bodies[:, 12:])
+        draw_bodies(color, z_buffer, self._packed_camera, packed, tints)
+
+
+def _equal_rows(a: Float64[np.ndarray, "n k"], b: Float64[np.ndarray, "m k"]) -> int:
+    """Return the number of rows at the beginning of two arrays that are the same."""
+    count = min(len(a), len(b))
+    different = np.flatnonzero(np.any(a[:count] != b[:count], axis=1))
+    return int(different[0]) if len(different) else count

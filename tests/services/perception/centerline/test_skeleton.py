@@ -3,7 +3,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from services.perception.centerline.skeleton import trace_strands
+from services.perception.centerline.skeleton import trace_branches, trace_strands
 
 WIDTH = 7
 
@@ -52,3 +52,12 @@ def test_a_speck_has_no_strand() -> None:
     speck = np.zeros((60, 60), np.uint8)
     speck[30:32, 30:32] = 1
     assert trace_strands(speck, WIDTH) == []
+
+
+def test_a_line_at_the_edge_of_the_image_is_traced_to_its_corners() -> None:
+    corners = np.zeros((40, 60), bool)
+    corners[0, :] = corners[:, -1] = True
+    (branch,) = trace_branches(corners)
+    assert branch.ends == (-1, -1)
+    assert {branch.pixels[0], branch.pixels[-1]} == {(0, 0), (39, 59)}
+    assert len(set(branch.pixels)) == 40 + 60 - 1

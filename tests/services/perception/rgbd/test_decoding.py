@@ -7,6 +7,7 @@ from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
 from services.perception.rgbd.decoding import decode_frame
+from services.sim.camera.messages import color_message
 
 COLOR_IMAGE = CompressedImage(
     data=cv2.imencode(".jpg", np.zeros((4, 4, 3), np.uint8))[1].tobytes(), format="jpeg"
@@ -50,3 +51,11 @@ def test_float_depth_is_rounded_to_millimetres_and_invalid_values_become_zero() 
     images = decode_frame(COLOR_IMAGE, depth)
     assert not isinstance(images, str)
     assert images[1].tolist() == [[0, 500], [0, 0]]
+
+
+def test_red_of_a_jpeg_is_the_first_channel() -> None:
+    red = np.zeros((16, 16, 3), np.uint8)
+    red[..., 0] = 200
+    color, _ = decode_frame(color_message(red, 1), DEPTH_IMAGE)
+    assert color.flags.c_contiguous
+    assert np.max(np.abs(color.astype(int) - red)) < 3

@@ -117,6 +117,21 @@ def test_a_frame_depends_on_its_own_scene_only() -> None:
         np.testing.assert_array_equal(after.depth, alone.depth)
 
 
+def test_a_frame_shows_each_body_where_it_is_however_it_moved_before() -> None:
+    def scene(x: float, z: float) -> tuple[Obstacle, ...]:
+        return (*BODIES, Obstacle("sphere", (x, 0.0, 0.2), radius=0.04), BODIES[3].moved((0, 0, z)))
+
+    camera = RgbdCamera(VIEW, seed=2)
+    shifts = ((0.1, 0.3), (0.1, 0.3), (0.1, 0.25), (0.12, 0.25), (0.12, 0.25), (0.1, 0.3))
+    for frame, (x, z) in enumerate(shifts):
+        # The sphere of `BODIES` is left out in every other frame.
+        bodies = tuple(b for k, b in enumerate(scene(x, z)) if frame % 2 or k != 3)
+        after = camera.take(arch(), RADIUS, bodies, frame=frame)
+        alone = RgbdCamera(VIEW, seed=2).take(arch(), RADIUS, bodies, frame=frame)
+        np.testing.assert_array_equal(after.color, alone.color)
+        np.testing.assert_array_equal(after.depth, alone.depth)
+
+
 def test_an_obstacle_in_front_hides_the_rope() -> None:
     chain = arch()
     camera = RgbdCamera(VIEW, NOISELESS)

@@ -76,6 +76,8 @@ def rope_clearance_residuals(
     points = with_midpoints(nodes).reshape(-1, 3)
     reach = avoidance.clearance + avoidance.radius
     hits = near_pairs(points, avoidance.obstacles, np.full(len(points), reach))
+    if not len(hits.points):
+        return np.zeros(0), np.zeros((0, jacobian.shape[-1]))
     step, at = np.divmod(hits.points, 2 * count - 1)
     first = np.where(at < count, at, at - count)
     second = np.where(at < count, at, at - count + 1)
@@ -98,6 +100,8 @@ def gripper_clearance_residuals(
     hits = near_pairs(
         bodies, avoidance.gripper_obstacles, np.full(len(bodies), avoidance.gripper_clearance)
     )
+    if not len(hits.points):
+        return np.zeros(0), np.zeros((0, grips.position_jacobian.shape[-1]))
     # Points lie three to a gripper, two grippers to a step.
     step, end = np.divmod(hits.points // 3, 2)
     lever = bodies[hits.points] - grips.positions[step, end]

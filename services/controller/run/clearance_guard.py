@@ -99,7 +99,10 @@ class ClearanceGuard:
             if np.min(signed_distance(coarse, obstacle)) > reach:
                 continue
             rough = signed_distance(chains, obstacle) - self._radius
-            clearances = self._clearances(chains, rough, obstacle)
+            bounds = _segment_bounds(chains, rough)
+            if np.all(np.min(bounds, axis=1) >= limits):
+                continue
+            clearances = self._clearances(chains, rough, bounds, obstacle)
             now, ahead = clearances[1], clearances[2:]
             approaches = np.any((ahead < limits[2:]) & (ahead < now - settings.min_approach))
             touches = clearances[0] < limits[0] and ahead[-1] <= now
@@ -121,14 +124,21 @@ class ClearanceGuard:
         self,
         chains: Float64[np.ndarray, "k n 3"],
         rough: Float64[np.ndarray, "k n"],
+        bounds: Float64[np.ndarray, "k n-1"],
         obstacle: Obstacle,
     ) -> Float64[np.ndarray, "k"]:
         """Clearance between the segments of each chain and an obstacle [m]."""
-        lengths = np.linalg.norm(np.diff(chains, axis=1), axis=2)
-        bound = 0.5 * (rough[:, :-1] + rough[:, 1:] - lengths)
         least = np.min(rough, axis=1)
-        at, index = np.nonzero(bound < least[:, None])
+        at, index = np.nonzero(bounds < least[:, None])
         if len(at):
             exact = segment_distance(chains[at, index], chains[at, index + 1], obstacle)
             np.minimum.at(least, at, exact - self._radius)
         return least
+
+
+def _segment_bounds(
+    chains: Float64[np.ndarray, "k n 3"], rough: Float64[np.ndarray, "k n"]
+) -> Float64[np.ndarray, "k n-1"]:
+    """Return lower bounds on the clearance of each segment from those of its nodes [m]."""
+    lengths = np.linalg.norm(chains[:, 1:] - chains[:, :-1], axis=2)
+    return 0.5 * (rough[:, :-1] + rough[:, 1:] - lengths)

@@ -41,6 +41,7 @@ BENCHES: dict[str, Bench] = {
         "benchmarks.robustness.bench", "runs with hidden ropes, grips and simulators"
     ),
     "rod": Bench("benchmarks.rod.bench", "the rod's gradients, speed, robustness and accuracy"),
+    "run": Bench("benchmarks.stages.bench", "time of a headless run by stage of the loop"),
     "ways": Bench("benchmarks.ways.bench", "paths through posts, beams, windows and corridors"),
 }
 """Benches by name."""

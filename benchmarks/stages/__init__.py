@@ -1,0 +1,1 @@
+"""Time by stage of the loop, from samples of the running processes."""

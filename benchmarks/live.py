@@ -1,8 +1,8 @@
-"""Step times of the live stack, from the health in a recording: `lariat bench live FILE`.
+"""Step times of the live stack, and its way from camera to arm: `lariat bench live FILE`.
 
 Every service publishes statistics of its step times once a second. The figures are medians of these
 over the recording, so that a warm-up or a single late step does not dominate; the maximum is that
-of all steps.
+of all steps. With `--attach` a running stack is sampled instead, and its time is told by stage.
 """
 
 from __future__ import annotations
@@ -18,15 +18,20 @@ from typing import Annotated
 import numpy as np
 import tyro
 
+from benchmarks.camera_to_arm import Latency, latencies
 from benchmarks.conditions import Conditions
+from benchmarks.stages import attached
 from shared import topics
 from shared.configuration import ConfigurationError
 from shared.messages import ArmStates, Health
 from shared.recording import Recording
 from shared.service import SECOND
+from stack.client import Cell
 
 RECORDING_FOLDER = Path("recordings")
 """Folder of the recordings of `lariat up`."""
+LOCAL = Cell()
+"""Stack on this machine."""
 MOTION_WINDOW = SECOND // 8
 """Resolution at which motion of the arms is noted [ns]."""
 
@@ -55,32 +60,51 @@ class StepTimes:
     """Number of inputs that were overwritten before a step read them."""
 
 
-def run(file: Annotated[Path | None, tyro.conf.Positional] = None, /, json: bool = False) -> int:
-    """Print the step times of a live run, from its recording.
+def run(
+    file: Annotated[Path | None, tyro.conf.Positional] = None,
+    /,
+    attach: int | None = None,
+    profiles: Path | None = None,
+    json: bool = False,
+    cell: Annotated[Cell, tyro.conf.arg(name="")] = LOCAL,
+) -> int:
+    """Print the step times and the latency of a live run, from its recording.
 
-    The caption names plant, sensing and adaptation of the recorded scenario.
+    The caption names plant, sensing and adaptation of the recorded scenario. Latency is the time
+    from the exposure of an image until a process publishes what rests on it. With --attach, py-spy
+    samples the processes of a stack that runs on this machine, which are then told by stage.
 
     Examples:
       lariat bench live
       lariat bench live recordings/2026-01-31_12-00-00_three-cylinders.mcap
+      lariat bench live --attach 20 --profiles profiles
 
     Args:
         file: Recording of `lariat up`; by default the newest one in recordings/.
+        attach: Sample a running stack for so many seconds, and read no recording.
+        profiles: Folder for the sampled call stacks, one file a process in speedscope's format.
         json: Print one JSON object instead of a table.
+        cell: Address of the stack that is sampled.
     """
+    if attach is not None:
+        attached.run(attach, cell, profiles, json=json)
+        return 0
     path = file or _newest()
     try:
         recording = Recording.open(path)
         rows = step_times(recording)
+        delays = latencies(recording)
     except ValueError as error:
         raise ConfigurationError(str(error)) from error
     if not rows:
         print(f"{path} holds no health; name a recording of `lariat up`", file=sys.stderr)
         return 1
     if json:
-        print(encoder.dumps({"recording": str(path), "services": [asdict(r) for r in rows]}))
+        found = {"services": [asdict(r) for r in rows], "latency": [asdict(d) for d in delays]}
+        print(encoder.dumps({"recording": str(path), **found}))
     else:
         _print(path, rows, recording)
+        _print_latencies(delays)
     return 0
 
 
@@ -173,3 +197,19 @@ def _print(path: Path, rows: list[StepTimes], recording: Recording) -> None:
             str(r.seconds),
         )
     Console(file=sys.stdout, width=120).print(table)
+
+
+def _print_latencies(delays: list[Latency]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False)
+    table.add_column("from exposure until")
+    for head in ("p50 ms", "p99 ms", "images"):
+        table.add_column(head, justify="right")
+    for d in delays:
+        table.add_row(d.stage, f"{d.p50_ms:.1f}", f"{d.p99_ms:.1f}", str(d.images))
+    if delays:
+        console = Console(file=sys.stdout, width=120)
+        console.print()
+        console.print(table)

@@ -1,9 +1,9 @@
 """Time from the exposure of an image to the gateway that follows the setpoints resting on it.
 
-Every message carries the stamp of the image that it rests on, or the number of the setpoints that it
-answers, and recordings hold the time at which each was published. So one image is followed through
-every process: camera, perception, controller, gateway. The clocks are those of the publishers, which
-on one machine are the same.
+Every message carries the stamp of the image that it rests on, or the number of the setpoints that
+it answers, and recordings hold the time at which each was published. So one image is followed
+through every process: camera, perception, controller, gateway. The clocks are those of the
+publishers, which on one machine are the same.
 """
 
 from __future__ import annotations

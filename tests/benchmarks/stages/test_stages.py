@@ -66,7 +66,9 @@ def test_a_profile_is_read_without_the_classes_of_methods(tmp_path: Path) -> Non
     file.write_text(
         json.dumps(
             {
-                "shared": {"frames": [{"name": "Loop._step", "file": "a.py"}, {"name": "<native>"}]},
+                "shared": {
+                    "frames": [{"name": "Loop._step", "file": "a.py"}, {"name": "<native>"}]
+                },
                 "profiles": [{"samples": [[0, 1], [0]], "weights": [0.005, 0.01]}],
             }
         )

@@ -31,9 +31,8 @@ from shared.configuration import ConfigurationError
 from shared.messages import arm_pose, poses_known, stamp_of
 from shared.recording import Recording
 from shared.scenario import Scenario
+from shared.scenario.cameras import CameraSetup
 
-COLOR_KEY = topics.CAMERA_COLOR.at(topics.CAMERA).key
-CALIBRATION_KEY = topics.CAMERA_CALIBRATION.at(topics.CAMERA).key
 MIN_VIEW_DISTANCE = 0.01
 """Distance between two places of the marker below which the second adds nothing [m]."""
 MIN_VIEWS = 6
@@ -54,17 +53,18 @@ class CalibrationData:
     """Intrinsics of the camera."""
 
 
-def main(file: tyro.conf.Positional[Path], /, json: bool = False) -> int:
+def main(file: tyro.conf.Positional[Path], /, camera: str = "", json: bool = False) -> int:
     """Calibrate the camera's pose from a recording of an arm that carries a marker.
 
     The recording's scenario describes the marker in sensing.flange_marker. Prints position and
-    orientation for the scenario's [sensing], with residuals and standard deviations.
+    orientation for the camera's section of the scenario, with residuals and standard deviations.
 
     Examples:
       lariat calibrate recordings/run.mcap
 
     Args:
         file: MCAP recording.
+        camera: Name of the camera, if the cell has several.
         json: Print one JSON object on standard output instead of a table.
     """
     with tempfile.TemporaryDirectory() as folder:
@@ -73,9 +73,10 @@ def main(file: tyro.conf.Positional[Path], /, json: bool = False) -> int:
             scenario = recording.scenario(Path(folder))
         except ValueError as error:
             raise ConfigurationError(f"{file}: {error}") from error
-        found = read_views(recording, scenario)
-        result = estimate_extrinsics(found.views, found.intrinsics, scenario.camera_pose)
-        answer = _answer(result, scenario.camera_pose, len(found.views))
+        setup = _camera(scenario, camera)
+        found = read_views(recording, scenario, setup.name)
+        result = estimate_extrinsics(found.views, found.intrinsics, setup.T_world_camera)
+        answer = _answer(result, setup.T_world_camera, len(found.views))
     if json:
         print(jsons.dumps(answer))
         return 0
@@ -96,8 +97,19 @@ def main(file: tyro.conf.Positional[Path], /, json: bool = False) -> int:
     return 0
 
 
-def read_views(recording: Recording, scenario: Scenario) -> CalibrationData:
-    """Return the views of the marker in a recording.
+def _camera(scenario: Scenario, name: str) -> CameraSetup:
+    setups = {setup.name: setup for setup in scenario.camera_setups}
+    if not name and len(setups) == 1:
+        return next(iter(setups.values()))
+    if name not in setups:
+        known = ", ".join(setups)
+        found = f"there is no camera {name!r}" if name else "there are several cameras"
+        raise ConfigurationError(f"{found}; give --camera, one of: {known}")
+    return setups[name]
+
+
+def read_views(recording: Recording, scenario: Scenario, camera: str) -> CalibrationData:
+    """Return the views of the marker that a camera took in a recording.
 
     Raises:
         ConfigurationError: The scenario has no marker, or it was seen at too few places.
@@ -112,16 +124,18 @@ def read_views(recording: Recording, scenario: Scenario) -> CalibrationData:
     square = half * np.array([[-1, 1, 0], [1, 1, 0], [1, -1, 0], [-1, -1, 0]], float)
     stamps, grips, speeds = _grip_track(recording, marker.side)
     detector, intrinsics = MarkerDetector(), None
+    color_key = topics.CAMERA_COLOR.at(camera).key
+    calibration_key = topics.CAMERA_CALIBRATION.at(camera).key
     views: list[MarkerView] = []
     console = Console(stderr=True)
     for entry in track(
-        recording.messages((COLOR_KEY, CALIBRATION_KEY)),
+        recording.messages((color_key, calibration_key)),
         "Detecting markers",
         console=console,
         transient=True,
     ):
         message = entry.parse()
-        if entry.key == CALIBRATION_KEY:
+        if entry.key == calibration_key:
             intrinsics = _intrinsics(message)
             continue
         at = _grip_at(stamps, grips, speeds, stamp_of(message))
@@ -139,7 +153,7 @@ def read_views(recording: Recording, scenario: Scenario) -> CalibrationData:
         views += [MarkerView(corners, s.corners) for s in seen[:1]]
     if intrinsics is None:
         raise ConfigurationError(
-            f"the recording has no messages on {CALIBRATION_KEY}; record the camera's calibration"
+            f"the recording has no messages on {calibration_key}; record the camera's calibration"
         )
     places = np.array([v.corners.mean(axis=0) for v in views]).reshape(-1, 3)
     spread = float(np.max(np.std(places, axis=0))) if len(places) else 0.0

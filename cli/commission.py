@@ -11,11 +11,12 @@ import tyro
 from cli.held_key import held_key
 from cli.task import LOCAL, CellOptions
 from shared.messages import ArmStates
-from shared.scenario import find, load
+from shared.scenario import Scenario, find, load
 from stack.approach import approach
-from stack.client import RequestFailed, connect
+from stack.client import Client, RequestFailed, connect
 from stack.commissioning.checklist import go_through
 from stack.commissioning.live_link import LiveLink
+from stack.commissioning.page_operator import PageOperator
 from stack.commissioning.record import CommissioningRecord, record_path
 from stack.commissioning.session import CellLink, Session
 
@@ -24,6 +25,7 @@ def main(
     scenario: tyro.conf.Positional[Path],
     /,
     results: Path | None = None,
+    page: bool = False,
     cell: CellOptions = LOCAL,
 ) -> int:
     """Go through the first day of a cell, step by step, while its stack runs.
@@ -34,29 +36,51 @@ def main(
 
     Examples:
       lariat commission my-cell.toml
+      lariat commission my-cell.toml --page
 
     Args:
         scenario: The cell's TOML file.
         results: File of the results; by default FILE with the ending .commissioning.json.
+        page: Ask on the page, in its tab First day, instead of at this terminal.
         cell: Address of the stack.
 
     Returns:
         0 when no step failed, 1 at the first one that did.
     """
-    if not sys.stdin.isatty():
-        raise RequestFailed("commissioning needs a terminal, at which a person answers")
+    if not page and not sys.stdin.isatty():
+        raise RequestFailed(
+            "commissioning needs a terminal, at which a person answers, or the page: give --page"
+        )
     path = find(scenario)
     loaded = load(path)
     record = CommissioningRecord(results or record_path(path))
     with connect(cell) as client:
-        session = Session(loaded, LiveLink(client, loaded), TerminalOperator())
-        passed = go_through(session, record, datetime.now)
+        passed = _on_page(client, loaded, record) if page else _here(client, loaded, record)
     print(f"results: {record.path}")
     return 0 if passed else 1
 
 
+def _here(client: Client, scenario: Scenario, record: CommissioningRecord) -> bool:
+    session = Session(scenario, LiveLink(client, scenario), TerminalOperator())
+    return go_through(session, record, datetime.now)
+
+
+def _on_page(client: Client, scenario: Scenario, record: CommissioningRecord) -> bool:
+    operator = PageOperator(client, scenario, record, lambda text: print(text, flush=True))
+    link = LiveLink(client, scenario, operator.publish_if_due)
+    try:
+        return go_through(Session(scenario, link, operator), record, datetime.now)
+    finally:
+        operator.close()
+
+
 class TerminalOperator:
     """Person at the terminal."""
+
+    approach_button = "the space bar"
+
+    def begin(self, number: int) -> None:
+        pass
 
     def tell(self, text: str) -> None:
         print(text, flush=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Annotated
 
@@ -17,11 +17,13 @@ from dashboard.outbox import Outbox
 from dashboard.page import Page
 from dashboard.recordings.player import Player
 from dashboard.recordings.timeline import RecordedMessage, Timeline, thin_topic
-from dashboard.subscriptions import CAMERA_COLOR, READS
+from dashboard.subscriptions import reads
+from shared import topics
 from shared.configuration import ConfigurationError
 from shared.live import Stopped, stopping_on_signals
 from shared.recording import Recording
 from shared.service import SECOND
+from shared.topics import Topic
 
 PICTURE_PERIOD = SECOND // 10
 """Time between two camera pictures kept in memory [ns]; the page shows no more."""
@@ -79,14 +81,18 @@ def open_timeline(file: Path) -> tuple[Recording, Timeline]:
     """
     try:
         recording = Recording.open(file)
-        moments = thin_topic(_moments(recording), CAMERA_COLOR.key, PICTURE_PERIOD)
-        return recording, Timeline(moments, READS)
+        with tempfile.TemporaryDirectory() as folder:
+            read = reads(recording.scenario(Path(folder)))
+        moments = _moments(recording, read)
+        for key in (topic.key for topic in read if topics.CAMERA_COLOR.matches(topic.key)):
+            moments = thin_topic(moments, key, PICTURE_PERIOD)
+        return recording, Timeline(moments, read)
     except ValueError as error:
         raise ConfigurationError(f"cannot show {file}: {error}") from error
 
 
-def _moments(recording: Recording) -> Iterator[RecordedMessage]:
-    for entry in recording.messages(topic.key for topic in READS):
+def _moments(recording: Recording, read: Iterable[Topic]) -> Iterator[RecordedMessage]:
+    for entry in recording.messages(topic.key for topic in read):
         yield RecordedMessage(
             entry.key, entry.payload, entry.publisher, entry.sequence, entry.log_time
         )

@@ -12,6 +12,7 @@ from shared import topics
 from shared.messages import (
     ArmCommand,
     ArmStates,
+    CommissioningAnswer,
     Consent,
     GoalDraft,
     Obstacle,
@@ -113,6 +114,11 @@ class Outbox:
             command=command, boot=arms.boot, sequence=self._consents, answers=arms.stamp
         )
         self._unsent.append((topics.ARM_CONSENT, message, ""))
+
+    def answer_commissioning(self, question: str, yes: bool) -> str:
+        """Queue the answer to a question of the first day, and return the answer's id."""
+        message = CommissioningAnswer(question_id=question, yes=yes)
+        return self._add(topics.COMMISSIONING_ANSWER, message, "")
 
     def draft_goal(self, left: Pose, right: Pose, turns: float) -> str:
         """Queue a request for the rod's rest shape between two grips and return its id.

@@ -18,6 +18,7 @@ from dashboard.outbox import Notification, Outbox
 from dashboard.panels.camera_feed import CameraFeed
 from dashboard.panels.camera_image import CameraImage
 from dashboard.panels.events.events_panel import EventsPanel
+from dashboard.panels.first_day_panel import FirstDayPanel
 from dashboard.panels.health_panel import HealthPanel
 from dashboard.panels.parameter_panel import ParameterPanel
 from dashboard.panels.run_plots import RunPlots
@@ -89,12 +90,19 @@ class Page:
         gui.main_panel.set_width(LEFT_PANEL_WIDTH)
         panel = gui.add_panel()
         with panel.add_tab("Run", viser.Icon.CHART_LINE):
-            self._camera = CameraFeed(CameraImage(server, scenario.camera_pose))
+            self._cameras = [
+                CameraFeed(camera.name, CameraImage(server, camera.T_world_camera))
+                for camera in scenario.camera_setups
+            ]
             self._plots = RunPlots(gui, scenario)
         self._runs: RunsPanel | None = None
         if live:
             with panel.add_tab("Runs", viser.Icon.LIST):
                 self._runs = RunsPanel(gui, self._actions, outbox, self.notify)
+        self._first_day: FirstDayPanel | None = None
+        if live:
+            with panel.add_tab("First day", viser.Icon.CHECKLIST):
+                self._first_day = FirstDayPanel(gui, self._actions, outbox)
         with panel.add_tab("Rope", viser.Icon.ADJUSTMENTS):
             self._parameters = ParameterPanel(gui, scenario, self._actions)
         with panel.add_tab("Events", viser.Icon.LIST_DETAILS):
@@ -188,7 +196,10 @@ class Page:
         self._parameters.draw(now / SECOND)
         if self._runs is not None:
             self._runs.update(latest_with_age(inbox, topics.RUN_LIST, now)[0], now)
-        self._camera.update(inbox, now)
+        if self._first_day is not None:
+            self._first_day.update(*latest_with_age(inbox, topics.COMMISSIONING_STATE, now))
+        for camera in self._cameras:
+            camera.update(inbox, now)
         self._events.draw(now)
         self._health.update(inbox, now)
 
@@ -232,7 +243,8 @@ class Page:
 
     def clear_history(self) -> None:
         """Drop everything that was drawn over time, for a jump in a recording."""
-        self._camera.clear()
+        for camera in self._cameras:
+            camera.clear()
         self._health.clear()
         self._events.clear()
         self._draw_time = self._reset_count = 0
@@ -248,4 +260,5 @@ class Page:
 
     def close(self) -> None:
         """Stop the page's threads."""
-        self._camera.close()
+        for camera in self._cameras:
+            camera.close()

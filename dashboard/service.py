@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from dashboard.controls.stop_bar import StopBar
 from dashboard.door.site import Site
 from dashboard.options import DashboardOptions
 from dashboard.outbox import Outbox
 from dashboard.page import Page
-from dashboard.subscriptions import READS, latest_with_age, silence
+from dashboard.subscriptions import READS, latest_with_age, reads, silence
 from shared import topics
+from shared.arms.description import with_own_urdfs
 from shared.scenario import Scenario
 from shared.service import Inbox, Publication
+from shared.topics import Topic
 
 
 class DashboardService:
     """Web page that every step brings up to date."""
 
     name = "dashboard"
-    reads = READS
+    reads: Sequence[Topic] = (topics.CAMERA_COLOR, topics.CAMERA_CALIBRATION, *READS)
     writes = (
         topics.TASK_REQUEST,
         topics.TASK_GOAL_DRAFT,
@@ -27,6 +29,7 @@ class DashboardService:
         topics.ARM_COMMAND,
         topics.ARM_CONSENT,
         topics.RUN_LIST_REQUEST,
+        topics.COMMISSIONING_ANSWER,
     )
     rate = 30.0
     latency = 0.0
@@ -35,6 +38,7 @@ class DashboardService:
     """Address that a person opens; on this machine it holds the token of this start."""
 
     def __init__(self, scenario: Scenario, session: str, options: DashboardOptions) -> None:
+        self.reads = reads(scenario)
         self.outbox = Outbox(session)
         self._stop_bar = StopBar(self.outbox)
         self._site = Site(options, f"{scenario.name} · Lariat", self._stop_bar)
@@ -76,4 +80,4 @@ def build(
     Raises:
         ConfigurationError: The port is taken, or the options admit nobody or too many.
     """
-    return DashboardService(scenario, session, options or DashboardOptions())
+    return DashboardService(with_own_urdfs(scenario), session, options or DashboardOptions())

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from shared import topics
+from shared.scenario import Scenario
 from shared.service import SECOND, Inbox
 from shared.topics import Topic
 
@@ -22,15 +23,9 @@ SERVICES = (
 
 LOGS = tuple(topics.LOG.at(name) for name in SERVICES)
 """Logs of the services."""
-CAMERA_COLOR = topics.CAMERA_COLOR.at(topics.CAMERA)
-"""Topic of the colour images that are shown."""
-CAMERA_CALIBRATION = topics.CAMERA_CALIBRATION.at(topics.CAMERA)
-"""Topic of their calibration."""
 TASK_STATE = replace(topics.TASK_STATE, buffering="every")
 """States of the task, all of them: a plot that leaves some out does not show the run's extremes."""
 READS: tuple[Topic, ...] = (
-    CAMERA_COLOR,
-    CAMERA_CALIBRATION,
     topics.ROPE_NODES,
     topics.ROPE_TRUTH,
     topics.SCENE_STATE,
@@ -45,10 +40,19 @@ READS: tuple[Topic, ...] = (
     topics.RUN_LIST,
     topics.RUN_CURVES,
     topics.STACK_STATE,
+    topics.COMMISSIONING_STATE,
     *(topics.HEALTH.at(name) for name in SERVICES),
     *LOGS,
 )
-"""Topics that the dashboard reads."""
+"""Topics that the dashboard reads, beside those of the cameras."""
+
+
+def reads(scenario: Scenario) -> tuple[Topic, ...]:
+    """Return the topics that the dashboard of a cell reads."""
+    names = [camera.name for camera in scenario.camera_setups]
+    kinds = (topics.CAMERA_COLOR, topics.CAMERA_CALIBRATION)
+    return (*(topic.at(name) for name in names for topic in kinds), *READS)
+
 
 STALE_AGE = 2.5
 """Age above which a message that is published at least once a second counts as missing [s]."""

@@ -234,7 +234,11 @@ class ShapeControl(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         scenario = self._scenario
         if self._camera is None:
             noise = SensorNoise(depth_sigma=scenario.sensing.depth_noise)
-            self._camera = RgbdCamera(true_camera(scenario), noise, rope_color=(255, 255, 255))
+            self._camera = RgbdCamera(
+                true_camera(scenario.camera_setups[0], scenario.plant),
+                noise,
+                rope_color=(255, 255, 255),
+            )
         radius = scenario.plant_rope.diameter / 2.0
         return self._camera.take(self._world.nodes, radius, scenario.bodies, frame=self._steps)
 

@@ -8,6 +8,7 @@ the gateway states its pose.
 from __future__ import annotations
 
 import copy
+import logging
 from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree
@@ -16,11 +17,12 @@ import numpy as np
 
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
-from shared.arms.description import CR5_URDF
+from shared.arms.description import arm_description
 from shared.scenario import SIDES, Scenario, Side
 from shared.scenario.placement import base_of
-from shared.scenario.sections import End
 from shared.urdf import Urdf
+
+log = logging.getLogger(__name__)
 
 WORLD_FRAME = "world"
 """Name of the frame of the world."""
@@ -33,8 +35,6 @@ ARM_COLOR = (0.75, 0.77, 0.8, 1.0)
 AWAY_FROM_ROPE = {"left": -1.0, "right": 1.0}
 """Direction of a gripper's body along the z axis of its grip, which points along the rope from left
 to right."""
-_URDF_FILES = {"cr5": CR5_URDF}
-"""URDF of an arm by its driver."""
 
 
 def frame_name(side: Side, link: str) -> str:
@@ -42,10 +42,17 @@ def frame_name(side: Side, link: str) -> str:
     return f"{side}/{link}"
 
 
-def arm_urdf(end: End) -> Urdf | None:
-    """Return the URDF of the arm at an end; None for an end without one."""
-    path = _URDF_FILES.get(end.driver)
-    return _read(path) if path else None
+def arm_urdf(scenario: Scenario, side: Side) -> Urdf | None:
+    """Return the URDF of the arm at an end; None where there is none, or it cannot be read here."""
+    description = arm_description(scenario, side)
+    if description is None:
+        return None
+    try:
+        return _read(description.urdf)
+    except (OSError, ValueError) as error:
+        # A recording's scenario may name a file of another machine.
+        log.warning("the %s arm is not drawn: %s", side, error)
+        return None
 
 
 def cell_urdf(scenario: Scenario) -> str:
@@ -53,9 +60,8 @@ def cell_urdf(scenario: Scenario) -> str:
     robot = ElementTree.Element("robot", name="cell")
     ElementTree.SubElement(robot, "link", name=WORLD_FRAME)
     for side in SIDES:
-        end = scenario.end(side)
-        if (arm := arm_urdf(end)) is not None:
-            _add_arm(robot, side, arm, base_of(end))
+        if (arm := arm_urdf(scenario, side)) is not None:
+            _add_arm(robot, side, arm, base_of(scenario.end(side)))
         _add_gripper(robot, side, scenario)
     ElementTree.indent(robot)
     return ElementTree.tostring(robot, encoding="unicode", xml_declaration=True)
@@ -77,6 +83,10 @@ def _add_arm(robot: ElementTree.Element, side: Side, arm: Urdf, T_world_base: Po
             reference.set("link", frame_name(side, reference.attrib["link"]))
         for mimic in part.iterfind("mimic"):
             mimic.set("joint", frame_name(side, mimic.attrib["joint"]))
+        # A viewer does not find the files of meshes: the drawing of the cell has their hulls.
+        for shown in [*part.findall("visual"), *part.findall("collision")]:
+            if shown.find("geometry/mesh") is not None:
+                part.remove(shown)
         # Viewers draw the visual geometry only.
         if part.tag == "link" and part.find("visual") is None:
             for collision in part.findall("collision"):

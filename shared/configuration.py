@@ -65,7 +65,8 @@ def read(kind: type[T], table: Mapping[str, Any], path: str = "") -> T:
     """Return an instance of a dataclass with the values of a TOML table.
 
     Args:
-        kind: The dataclass; fields may be numbers, texts, literals, tuples and dataclasses.
+        kind: The dataclass; fields may be numbers, texts, literals, tuples, dataclasses and
+            tables of dataclasses by name.
         table: The table.
         path: Dotted key of the table itself, for messages.
 
@@ -121,9 +122,17 @@ def _value(hint: Any, value: Any, key: str) -> Any:
             way_out = f";{meant}" if meant else ""
             raise ConfigurationError(f"{key} = {value!r} is not one of {options}{way_out}")
         return value
+    if origin is dict:
+        return _table(get_args(hint)[1], value, key)
     if origin is tuple:
         return _tuple(get_args(hint), bounds, value, key)
     return _scalar(hint, bounds, value, key)
+
+
+def _table(hint: Any, value: Any, key: str) -> dict[str, Any]:
+    if not isinstance(value, Mapping):
+        raise ConfigurationError(f"{key} must hold tables, got {value!r}; write [{key}.NAME]")
+    return {name: _value(hint, item, f"{key}.{name}") for name, item in value.items()}
 
 
 def _tuple(items: tuple[Any, ...], bounds: Bounds | None, value: Any, key: str) -> Any:

@@ -33,7 +33,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
 from shared.messages import Message, TraceInput, stamp_of
@@ -173,14 +173,15 @@ class Mailbox:
         """Create an empty mailbox.
 
         Args:
-            reads: Topics that the service reads; those with buffering `joined` form one set.
+            reads: Topics that the service reads; those with buffering `joined` whose keys differ
+                in the last part only form one set, e.g. the images of one camera.
         """
         self._topics = {topic.key: topic for topic in reads}
-        self._joined = [t.key for t in self._topics.values() if t.buffering == "joined"]
+        self._sets: dict[str, _JoinedSet] = {}
+        for key in (t.key for t in self._topics.values() if t.buffering == "joined"):
+            self._sets.setdefault(_set_name(key), _JoinedSet()).keys.append(key)
         self._newest: dict[str, Received] = {}
         self._arrived: dict[str, list[Received]] = defaultdict(list)
-        self._partial: dict[int, dict[str, Received]] = {}
-        self._last_joined = ("", 0)
         self.drops = 0
         """Messages of `latest` and `joined` topics that were replaced or discarded unread."""
 
@@ -214,21 +215,37 @@ class Mailbox:
         return next(t.buffering for t in self._topics.values() if t.matches(key))
 
     def _join(self, key: str, item: Received) -> None:
-        stamp = stamp_of(item.message)
-        publisher, last = self._last_joined
+        joined, stamp = self._sets[_set_name(key)], stamp_of(item.message)
+        publisher, last = joined.last
         if item.publisher == publisher and stamp <= last:
             # A set that is completed after a newer one would take its reader back in time.
             self.drops += 1
             return
-        parts = self._partial.setdefault(stamp, {})
+        parts = joined.partial.setdefault(stamp, {})
         parts[key] = item
-        if len(parts) == len(self._joined):
-            for name in self._joined:
+        if len(parts) == len(joined.keys):
+            for name in joined.keys:
                 self.drops += len(self._arrived[name])
                 self._arrived[name] = [parts[name]]
                 self._newest[name] = parts[name]
-            self._last_joined = (item.publisher, stamp)
-            self._partial = {s: p for s, p in self._partial.items() if s > stamp}
-        while len(self._partial) > MAX_PARTIAL_SETS:
+            joined.last = (item.publisher, stamp)
+            joined.partial = {s: p for s, p in joined.partial.items() if s > stamp}
+        while len(joined.partial) > MAX_PARTIAL_SETS:
             self.drops += 1
-            del self._partial[min(self._partial)]
+            del joined.partial[min(joined.partial)]
+
+
+@dataclass
+class _JoinedSet:
+    """Topics whose messages of one stamp are taken together."""
+
+    keys: list[str] = field(default_factory=list)
+    """Keys of the topics."""
+    partial: dict[int, dict[str, Received]] = field(default_factory=dict)
+    """Messages of incomplete sets by stamp [ns] and key."""
+    last: tuple[str, int] = ("", 0)
+    """Publisher and stamp [ns] of the newest complete set."""
+
+
+def _set_name(key: str) -> str:
+    return key.rpartition("/")[0]

@@ -22,6 +22,8 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from shared.messages import (
     ArmCommand,
     ArmStates,
+    CommissioningAnswer,
+    CommissioningState,
     Consent,
     GoalDraft,
     GoalPreview,
@@ -211,6 +213,8 @@ HEALTH = Topic("health/{service}", Health, "every service", "latest")
 TRACE = Topic("trace/{service}", Trace, "every service", "latest")
 LOG = Topic("log/{service}", Log, "every service", "every")
 STACK_STATE = Topic("stack/state", StackState, "lariat", "latest")
+COMMISSIONING_STATE = Topic("commissioning/state", CommissioningState, "lariat", "latest")
+COMMISSIONING_ANSWER = Topic("commissioning/answer", CommissioningAnswer, "dashboard", "every")
 VIEW_SCENE = Topic("view/scene", SceneUpdate, "recorder", "latest")
 VIEW_POINTS = Topic("view/points/{name}", PointCloud, "recorder", "latest")
 VIEW_TRANSFORMS = Topic("view/transforms", FrameTransforms, "recorder", "latest")
@@ -218,9 +222,6 @@ VIEW_JOINTS = Topic("view/joints", JointStates, "recorder", "latest")
 
 TOPICS: tuple[Topic, ...] = tuple(v for v in list(globals().values()) if isinstance(v, Topic))
 """All topics, in the order of the table."""
-
-CAMERA = "overhead"
-"""Name of the simulated camera."""
 
 
 def find(key: str) -> Topic:

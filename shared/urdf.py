@@ -106,13 +106,32 @@ class Urdf:
         """
         return tuple(body for link in self.tree.iterfind("link") for body in _bodies(link))
 
-    def link_poses(self, values: Sequence[float]) -> Iterator[tuple[str, str, Pose]]:
+    def chain(self, link: str) -> tuple[Joint, ...]:
+        """Return the joints that have a value between the root and a link, in that order.
+
+        Raises:
+            ValueError: There is no such link.
+        """
+        above = {joint.child: joint for joint in self.joints}
+        if link != self.root and link not in above:
+            raise ValueError(f"the URDF has no link {link!r}")
+        found: list[Joint] = []
+        while link in above:
+            joint = above[link]
+            found.insert(0, joint)
+            link = joint.parent
+        return tuple(joint for joint in found if joint.type in MOVING_JOINTS)
+
+    def link_poses(
+        self, joints: Sequence[Joint], values: Sequence[float]
+    ) -> Iterator[tuple[str, str, Pose]]:
         """Yield, for each joint, parent link, child link and pose of the child in the parent.
 
         Args:
-            values: Values of the moving joints, in their order [rad or m].
+            joints: Joints whose values are known; all others are drawn at 0.
+            values: Their values [rad or m].
         """
-        given = dict(zip((joint.name for joint in self.moving), values, strict=True))
+        given = dict(zip((joint.name for joint in joints), values, strict=True))
         for joint in self.joints:
             yield joint.parent, joint.child, joint.T_parent_child(given.get(joint.name, 0.0))
 

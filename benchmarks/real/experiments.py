@@ -17,6 +17,7 @@ from lariat.geometry.poses import Pose
 from shared import topics
 from shared.messages import arm_pose, chain, poses_known, stamp_of
 from shared.scenario import Rope, Scenario, load
+from shared.scenario.cameras import DEFAULT_CAMERA
 from shared.scenario.rod_properties import rod_properties
 from shared.scenario.shipped import find
 from shared.service import SECOND
@@ -83,7 +84,7 @@ class Trace:
                 if poses_known(states):
                     left, right = (arm_pose(states, side) for side in ("left", "right"))
                     self.grips.append((states.stamp, left, right))
-            case key if key == topics.CAMERA_COLOR.at(topics.CAMERA).key:
+            case key if key == topics.CAMERA_COLOR.at(DEFAULT_CAMERA).key:
                 message = delivery.parse()
                 stamp = stamp_of(message)
                 if not self.images or stamp - self.images[-1][0] >= IMAGE_PERIOD:

@@ -89,7 +89,7 @@ def _image(run: ExperimentRun, stamp: int) -> UInt8[np.ndarray, "h w 3"]:
     moment, jpeg = min(run.trace.images, key=lambda i: abs(i[0] - stamp))
     image = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
     assert image is not None
-    camera = true_camera(run.scenario)
+    camera = true_camera(run.scenario.camera_setups[0], run.scenario.plant)
     scale = IMAGE_WIDTH / image.shape[1]
     small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     for nodes, color in ((_goal(run), GOAL_BGR), (_at(run.trace.perceived, moment), PERCEIVED_BGR)):

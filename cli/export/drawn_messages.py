@@ -8,14 +8,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from services.recorder.view.cell_view import WRITES, CellView
+from services.recorder.view.cell_view import CellView
 from shared import topics
 from shared.recording import Recording
 from shared.service import SECOND
 
 DRAWING_PERIOD = SECOND // 30
 """Time between two drawings [ns]."""
-_DRAWN_KEYS = frozenset(topic.key for topic in WRITES)
+_DRAWINGS = (
+    topics.VIEW_SCENE,
+    topics.VIEW_POINTS,
+    topics.VIEW_TRANSFORMS,
+    topics.VIEW_JOINTS,
+)
 
 
 @dataclass(frozen=True)
@@ -46,7 +51,7 @@ def drawn_messages(recording: Recording) -> Iterator[DrawnMessage]:
         view = None if has_drawing else CellView(recording.scenario(Path(folder)))
         drawn = -DRAWING_PERIOD
         for entry in recording.messages():
-            if not has_drawing and entry.key in _DRAWN_KEYS:
+            if not has_drawing and any(topic.matches(entry.key) for topic in _DRAWINGS):
                 continue
             try:
                 message = entry.parse()

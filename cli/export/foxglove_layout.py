@@ -85,9 +85,10 @@ def layout(keys: set[str]) -> dict[str, Any]:
 
 def _three_d(keys: set[str]) -> Panel:
     shown = {topics.VIEW_SCENE.key, *(k for k in keys if topics.CAMERA_CALIBRATION.matches(k))}
-    depth = topics.VIEW_POINTS.at(topics.CAMERA).key
+    names = (k.split("/")[1] for k in keys if topics.CAMERA_CALIBRATION.matches(k))
+    depth = {topics.VIEW_POINTS.at(name).key for name in names}
     # The curves are lines already; as points they would be drawn twice.
-    clouds = {key: {"visible": key == depth} for key in keys if topics.VIEW_POINTS.matches(key)}
+    clouds = {key: {"visible": key in depth} for key in keys if topics.VIEW_POINTS.matches(key)}
     for settings in clouds.values():
         settings.update({"colorMode": "rgba-fields", "pointSize": 2})
     return {

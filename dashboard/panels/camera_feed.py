@@ -5,7 +5,7 @@ from __future__ import annotations
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 
 from dashboard.panels.camera_image import CameraImage
-from dashboard.subscriptions import CAMERA_CALIBRATION, CAMERA_COLOR, latest_with_age
+from dashboard.subscriptions import latest_with_age
 from shared import topics
 from shared.messages import stamp_of
 from shared.service import Inbox
@@ -15,10 +15,17 @@ MAX_WAITING_IMAGES = 8
 
 
 class CameraFeed:
-    """Images that wait for a rope of the same stamp, and are then shown together."""
+    """Images of one camera that wait for a rope of the same stamp, and are then shown together."""
 
-    def __init__(self, image: CameraImage) -> None:
+    def __init__(self, name: str, image: CameraImage) -> None:
+        """
+        Args:
+            name: Name of the camera.
+            image: Element of the page that shows its images.
+        """
         self._image = image
+        self._color = topics.CAMERA_COLOR.at(name)
+        self._calibration = topics.CAMERA_CALIBRATION.at(name)
         self._waiting: dict[int, CompressedImage] = {}
         self._is_first = True
 
@@ -38,7 +45,7 @@ class CameraFeed:
             inbox: Messages received so far.
             now: Present time [ns].
         """
-        if image := inbox.fresh(CAMERA_COLOR):
+        if image := inbox.fresh(self._color):
             self._waiting[stamp_of(image.message)] = image.message
             if self._is_first:
                 self._is_first = False
@@ -49,6 +56,6 @@ class CameraFeed:
         if rope := inbox.fresh(topics.ROPE_NODES):
             image = self._waiting.get(rope.message.stamp)
             if image is not None:
-                calibration, _ = latest_with_age(inbox, CAMERA_CALIBRATION, now)
+                calibration, _ = latest_with_age(inbox, self._calibration, now)
                 self._image.show(image, rope.message, calibration)
                 self._waiting = {s: i for s, i in self._waiting.items() if s > rope.message.stamp}

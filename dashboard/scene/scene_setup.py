@@ -10,6 +10,7 @@ from jaxtyping import Float64
 
 from dashboard import palette
 from shared.scenario import Scenario
+from shared.scenario.cameras import CameraSetup
 
 VERTICAL_FIELD_OF_VIEW = float(np.deg2rad(42.0))
 """Field of view of the browser's camera [rad]."""
@@ -75,13 +76,13 @@ def set_up(server: viser.ViserServer, scenario: Scenario) -> None:
     server.initial_camera.fov = viewpoint.field_of_view
 
 
-def add_camera(scene: viser.SceneApi, scenario: Scenario) -> viser.CameraFrustumHandle:
-    """Draw the frustum of the scenario's camera at its known pose."""
-    sensing, pose = scenario.sensing, scenario.camera_pose
-    width, height = sensing.resolution
-    half_height = np.tan(np.deg2rad(sensing.field_of_view) / 2.0) * height / width
+def add_camera(scene: viser.SceneApi, camera: CameraSetup) -> viser.CameraFrustumHandle:
+    """Draw the frustum of a camera at its known pose."""
+    pose = camera.T_world_camera
+    width, height = camera.resolution
+    half_height = np.tan(np.deg2rad(camera.field_of_view) / 2.0) * height / width
     return scene.add_camera_frustum(
-        "/camera",
+        f"/camera/{camera.name}",
         fov=2.0 * float(np.arctan(half_height)),
         aspect=width / height,
         scale=FRUSTUM_SCALE,

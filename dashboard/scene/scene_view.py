@@ -68,7 +68,7 @@ class SceneView:
         self._path = LinesView(scene, "/path", thickness=1.5)
         self._grippers = {side: GripperView(scene, scenario, side) for side in SIDES}
         self._arms = {side: arm_view(scene, scenario, side) for side in SIDES}
-        self._camera = scene_setup.add_camera(scene, scenario)
+        self._cameras = [scene_setup.add_camera(scene, c) for c in scenario.camera_setups]
         for layer in INITIALLY_HIDDEN:
             self.set_layer_visible(layer, False)
 
@@ -84,7 +84,8 @@ class SceneView:
             case "names":
                 self._obstacles.show_names(visible)
             case "camera":
-                self._camera.visible = visible
+                for camera in self._cameras:
+                    camera.visible = visible
             case "prediction":
                 self._prediction.visible = visible
             case "path":

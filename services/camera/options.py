@@ -12,9 +12,10 @@ class CameraOptions:
 
     recording: Path | None = None
     """File to play instead of using a device: an MCAP, or a .db3 or .bag of a RealSense."""
-    camera: str = "overhead"
-    """Name of the camera in an MCAP."""
+    camera: str = ""
+    """Name of the camera in an MCAP whose images the only camera of a scenario plays; by default
+    its own name."""
     repeat: bool = True
     """Whether an MCAP starts again at its end; recordings of a RealSense always do."""
     serial: str = ""
-    """Serial number of the device; empty for the first one."""
+    """Serial number of the device of the only camera; empty for the first one."""

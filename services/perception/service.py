@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import logging
-import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -12,12 +12,13 @@ from lariat.geometry.cameras import Camera, Intrinsics
 from services.perception.centerline.estimate import MAX_DOUBT, CenterlineEstimate, RopeModel
 from services.perception.centerline.estimator import CenterlineEstimator
 from services.perception.centerline.settings import CenterlineSettings
+from services.perception.fusion import fuse
 from services.perception.markers.marker_obstacles import MarkerObstacles
-from services.perception.rgbd.camera_monitor import CameraMonitor
-from services.perception.rgbd.camera_view import CameraView, Images
+from services.perception.rope_camera import RopeCamera
 from services.perception.scene import ObstacleScene, SceneChangeRefused
 from services.perception.scene_requests import SceneRequests
 from services.perception.simulated_truth import SimulatedTruth
+from services.perception.simultaneous_frames import SimultaneousFrames
 from services.perception.tracking.centerline_tracker import CenterlineTracker
 from services.perception.tracking.extension_tracker import ExtensionTracker
 from services.perception.tracking.grip_history import GripHistory
@@ -25,19 +26,19 @@ from services.perception.tracking.paper_baseline import PaperTracker, PaperTrack
 from services.perception.tracking.rope_tracker import RopeTracker
 from shared import topics
 from shared.extensions import extension
-from shared.messages import NodeChain, TaskState, arm_pose, chain, poses_known, stamp_of
+from shared.messages import NodeChain, TaskState, arm_pose, chain, poses_known
 from shared.reset_counter import ResetCounter
 from shared.scenario import Scenario
+from shared.scenario.cameras import CameraSetup
 from shared.scenario.rod_properties import rod_properties
 from shared.scenario.sections import PERCEPTION_METHODS
 from shared.service import SECOND, Inbox, Publication
+from shared.topics import Topic
 
 log = logging.getLogger(__name__)
 
-COLOR = topics.CAMERA_COLOR.at(topics.CAMERA)
-DEPTH = topics.CAMERA_DEPTH.at(topics.CAMERA)
-CALIBRATION = topics.CAMERA_CALIBRATION.at(topics.CAMERA)
-
+OTHER_READS = (topics.ARM_STATE, topics.ROPE_TRUTH, topics.SCENE_REQUEST, topics.TASK_STATE)
+"""Topics that it reads beside those of the cameras."""
 GRAVITY = 9.81
 """Gravitational acceleration [m/s^2]."""
 MAX_DOUBTFUL_FRAMES = 8
@@ -48,14 +49,11 @@ class PerceptionService:
     """Publishes the rope's nodes for every frame, and the scene on every change."""
 
     name = "perception"
-    reads = (
-        COLOR,
-        DEPTH,
-        CALIBRATION,
-        topics.ARM_STATE,
-        topics.ROPE_TRUTH,
-        topics.SCENE_REQUEST,
-        topics.TASK_STATE,
+    reads: Sequence[Topic] = (
+        topics.CAMERA_COLOR,
+        topics.CAMERA_DEPTH,
+        topics.CAMERA_CALIBRATION,
+        *OTHER_READS,
     )
     writes = (topics.ROPE_NODES, topics.SCENE_STATE)
     rate = 60.0
@@ -74,11 +72,12 @@ class PerceptionService:
         events = [e for e in scenario.events if e.move_obstacle not in scenario.marked_obstacles]
         self._scene = ObstacleScene(scenario.bodies, events, self._rope.radius)
         self._requests = SceneRequests(self._scene)
-        self._markers = _marker_obstacles(scenario)
-        self._view = CameraView(topics.CAMERA)
-        self._monitor = CameraMonitor(topics.CAMERA)
-        self._tracker: RopeTracker | None = None
-        self._tracked_calibration = 0
+        self._cameras = [
+            RopeCamera(setup.name, partial(self._new_tracker, setup), _marker_obstacles(scenario))
+            for setup in scenario.camera_setups
+        ]
+        self._frames = SimultaneousFrames(self._cameras)
+        self.reads = (*(t for c in self._cameras for t in c.reads), *OTHER_READS)
         self._grips = GripHistory()
         self._truth = SimulatedTruth(
             self._rope.node_count, scenario.sensing.node_noise, scenario.seed
@@ -88,14 +87,15 @@ class PerceptionService:
         self._published = -SECOND
         self._published_revision = 0
         self._doubtful_frames = 0
+        self._is_lost = False
         self.note = ""
 
     def warm_up(self) -> None:
         """Compile what the tracker needs."""
         if self._scenario.sensing.source == "camera":
-            s = self._scenario.sensing
-            i = Intrinsics.symmetric(*s.resolution, math.radians(s.field_of_view))
-            self._new_tracker(i).warm_up(*self._scenario.grips(self._scenario.start))
+            for setup in self._scenario.camera_setups:
+                tracker = self._new_tracker(setup, setup.intrinsics)
+                tracker.warm_up(*self._scenario.grips(self._scenario.start))
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Process the newest frame and every request."""
@@ -113,7 +113,7 @@ class PerceptionService:
                 self._nodes = chain(perceived.positions)
                 yield Publication(topics.ROPE_NODES, perceived)
         else:
-            yield from self._process_camera(inbox, now)
+            yield from self._process_cameras(inbox, now)
         for received in inbox.every(topics.SCENE_REQUEST):
             self._requests.handle(received.message, self._nodes)
             yield self._scene_state(now)
@@ -121,58 +121,32 @@ class PerceptionService:
         if stale or self._scene.revision != self._published_revision:
             yield self._scene_state(now)
 
-    def _process_camera(self, inbox: Inbox, now: int) -> Iterator[Publication]:
-        frame = inbox.joined(COLOR, DEPTH)
-        if frame is None:
-            fault = self._monitor.silence(now)
-            if fault:
-                yield self._lost(fault, now)
-            return
-        self._monitor.frame_arrived(now)
-        color, depth = frame[0].message, frame[1].message
-        stamp = stamp_of(color)
-        calibration = inbox.latest(CALIBRATION)
-        if calibration is None and self._monitor.awaits_calibration(now):
-            return
-        if self._monitor.repeated(color, depth):
-            # A repeated frame is no new measurement, even before the camera counts as frozen.
-            fault = self._monitor.frozen()
-            if fault:
-                yield self._lost(fault, stamp)
-            return
-        images = self._view.images(color, depth, calibration.message if calibration else None)
-        if isinstance(images, str):
-            yield self._lost(images, stamp)
-            return
-        tracker = self._calibrated_tracker()
-        if self._markers is not None:
-            images = self._follow_markers(self._markers, images, stamp, tracker.camera)
-        yield self._rope_nodes(tracker.track(*images, *self._grips.at(stamp), stamp), stamp)
+    def _process_cameras(self, inbox: Inbox, now: int) -> Iterator[Publication]:
+        faults = [f for camera in self._cameras if (f := camera.receive(inbox, now)) is not None]
+        due, stamp = self._frames.due(now)
+        if due:
+            yield self._rope_nodes(self._perceived(due, stamp), stamp)
+        elif faults and all(camera.fault for camera in self._cameras):
+            yield self._lost("; ".join(c.fault for c in self._cameras), faults[0].stamp)
 
-    def _follow_markers(
-        self, markers: MarkerObstacles, images: Images, stamp: int, camera: Camera
-    ) -> Images:
-        """Move obstacles to where their markers are seen; return the images without markers."""
-        masked, moves = markers.update(*images, stamp, camera, self._scene.obstacles)
-        for move in moves:
-            try:
-                # An observed pose is accepted whether or not it overlaps the rope.
-                self._scene.move(move.name, move.position, move.orientation)
-            except SceneChangeRefused as refusal:
-                log.warning("marker of %s: %s", move.name, refusal)
-        return masked, images[1]
+    def _perceived(self, due: Sequence[RopeCamera], stamp: int) -> CenterlineEstimate:
+        """Rope in the newest images of some cameras, taken at `stamp` [ns]."""
+        for camera in due:
+            for move in camera.follow_markers(self._scene.obstacles):
+                try:
+                    # An observed pose is accepted whether or not it overlaps the rope.
+                    self._scene.move(move.name, move.position, move.orientation)
+                except SceneChangeRefused as refusal:
+                    log.warning("marker of %s: %s", move.name, refusal)
+        left, right = self._grips.at(stamp)
+        estimate = fuse([camera.track(left, right) for camera in due])
+        if len(self._cameras) > 1 and not estimate.lost:
+            for camera in self._cameras:
+                camera.adopt(estimate, left, right, stamp)
+        return estimate
 
-    def _calibrated_tracker(self) -> RopeTracker:
-        """Tracker for the newest calibration; a changed calibration creates a new one."""
-        intrinsics = self._view.intrinsics
-        assert intrinsics is not None
-        if self._tracker is None or self._tracked_calibration != self._view.calibration_count:
-            self._tracker = self._new_tracker(intrinsics)
-            self._tracked_calibration = self._view.calibration_count
-        return self._tracker
-
-    def _new_tracker(self, intrinsics: Intrinsics) -> RopeTracker:
-        s, camera = self._scenario.sensing, Camera(intrinsics, self._scenario.camera_pose)
+    def _new_tracker(self, setup: CameraSetup, intrinsics: Intrinsics) -> RopeTracker:
+        s, camera = self._scenario.sensing, Camera(intrinsics, setup.T_world_camera)
         own = extension("sensing.method", s.method, PERCEPTION_METHODS)
         if own is not None:
             return ExtensionTracker(own, camera, self._rope)
@@ -218,21 +192,25 @@ class PerceptionService:
         self._set_note(reason)
         return Publication(topics.ROPE_NODES, NodeChain(stamp=stamp, lost=reason))
 
-    def _set_note(self, reason: str) -> None:
-        if bool(reason) != bool(self.note):
-            if reason:
-                log.warning("rope lost: %s", reason)
+    def _set_note(self, lost: str) -> None:
+        if bool(lost) != self._is_lost:
+            if lost:
+                log.warning("rope lost: %s", lost)
             else:
                 log.info("rope found again")
-        self.note = reason
+        self._is_lost = bool(lost)
+        faults = "; ".join(camera.fault for camera in self._cameras if camera.fault)
+        if faults and not lost and not self.note:
+            log.warning("the rope is seen without one camera: %s", faults)
+        self.note = lost or faults
 
     def _follow_task(self, task: TaskState, now: int) -> None:
         if self._restores.advanced(task.restore_count):
             self._scene.restore()
         if self._resets.advanced(task.reset_count):
             self._scene.reset()
-            if self._tracker is not None:
-                self._tracker.forget()
+            for camera in self._cameras:
+                camera.forget()
             self._nodes = None
         for refusal in self._scene.follow_run(task.run_started, now):
             log.warning(refusal)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Protocol
 
 from services.recorder.options import RecorderOptions
@@ -12,6 +12,7 @@ from services.recorder.run_files import RunFiles
 from services.recorder.runs.runs import Runs
 from services.recorder.view.cell_view import WRITES, CellView
 from shared import topics
+from shared.arms.description import with_own_urdfs
 from shared.messages import ArmStates, RecordState, RunResult, TaskState
 from shared.scenario import Scenario
 from shared.service import SECOND, Inbox, Publication
@@ -19,6 +20,8 @@ from shared.topics import Topic
 
 log = logging.getLogger(__name__)
 
+OWN_WRITES = (topics.RUN_RECORD, topics.RUN_LIST, topics.RUN_CURVES)
+"""Topics on which it publishes, beside the drawing."""
 MAX_STREAMS = 4096
 """Most pairs of topic and publisher whose numbers are remembered, and most keys."""
 MAX_LOSS = 1_000_000
@@ -47,7 +50,7 @@ class RecorderService:
 
     name = "recorder"
     reads = (topics.RUN_LIST_REQUEST,)
-    writes = (topics.RUN_RECORD, topics.RUN_LIST, topics.RUN_CURVES, *WRITES)
+    writes: Sequence[Topic] = (*OWN_WRITES, *WRITES, topics.VIEW_POINTS)
     rate = 30.0
     latency = 0.0
 
@@ -55,6 +58,7 @@ class RecorderService:
         self._files = RunFiles(scenario, options)
         self._runs = Runs(scenario, options.folder)
         self._view = CellView(scenario)
+        self.writes = (*OWN_WRITES, *self._view.writes)
         self._topics: dict[str, Topic | None] = {}
         self._next_sequence: dict[tuple[str, str], int] = {}
         self._drops = 0
@@ -156,4 +160,4 @@ def build(
     scenario: Scenario, session: str, options: RecorderOptions | None = None
 ) -> RecorderService:
     """Build the recorder of a scenario."""
-    return RecorderService(scenario, options or RecorderOptions())
+    return RecorderService(with_own_urdfs(scenario), options or RecorderOptions())

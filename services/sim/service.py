@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from lariat.geometry.poses import Pose
+from services.sim.camera.lab_camera import LabCamera
 from services.sim.camera.marker_plates import MarkerPlate
-from services.sim.camera.messages import calibration_message, color_message, depth_message
-from services.sim.camera.rgbd_camera import BODY_COLOR, RgbdCamera
-from services.sim.camera.sensor_noise import SensorNoise
-from services.sim.camera.true_camera import true_camera
+from services.sim.camera.rgbd_camera import BODY_COLOR
 from services.sim.gripper_body import gripper_body
 from services.sim.marked_obstacles import MarkedObstacles
 from services.sim.options import SimOptions
@@ -30,25 +28,25 @@ from shared.messages import (
 from shared.reset_counter import ResetCounter
 from shared.scenario import Scenario
 from shared.service import SECOND, Inbox, Publication
+from shared.topics import Topic
 
 log = logging.getLogger(__name__)
 
-COLOR = topics.CAMERA_COLOR.at(topics.CAMERA)
-DEPTH = topics.CAMERA_DEPTH.at(topics.CAMERA)
-CALIBRATION = topics.CAMERA_CALIBRATION.at(topics.CAMERA)
-
 ARM_STATE_TIMEOUT = SECOND // 10
 """Time without arm states after which the grips are taken to stand still [ns]."""
-CALIBRATION_PERIOD = SECOND
-"""Time between two calibration messages [ns]."""
 
 
 class SimService:
-    """True rope, its surroundings, and a camera."""
+    """True rope, its surroundings, and its cameras."""
 
     name = "sim"
     reads = (topics.ARM_STATE, topics.SCENE_STATE, topics.SCENE_REQUEST, topics.TASK_STATE)
-    writes = (topics.ROPE_TRUTH, COLOR, DEPTH, CALIBRATION)
+    writes: Sequence[Topic] = (
+        topics.ROPE_TRUTH,
+        topics.CAMERA_COLOR,
+        topics.CAMERA_DEPTH,
+        topics.CAMERA_CALIBRATION,
+    )
     rate = 60.0
 
     def __init__(self, scenario: Scenario) -> None:
@@ -59,35 +57,25 @@ class SimService:
         self._world = World(scenario)
         self._marked = MarkedObstacles(scenario)
         self._world.set_obstacles(self._marked.merged(scenario.bodies))
-        self._radius = scenario.plant_rope.diameter / 2.0
-        self._takes_images = sensing.source == "camera" and not sensing.outside
-        self._camera = RgbdCamera(
-            true_camera(scenario),
-            SensorNoise(
-                depth_sigma=sensing.depth_noise,
-                depth_bias=sensing.depth_bias,
-                depth_quantum=sensing.depth_quantum,
-                edge_dropout=sensing.edge_dropout,
-                edge_mixing=sensing.edge_dropout,
-            ),
-            seed=scenario.seed,
-            rope_color=scenario.plant.color,
-        )
+        takes_images = sensing.source == "camera" and not sensing.outside
+        self._cameras = [
+            LabCamera(scenario, setup, number)
+            for number, setup in enumerate(scenario.camera_setups if takes_images else ())
+        ]
+        self.writes = (topics.ROPE_TRUTH, *(t for c in self._cameras for t in c.writes))
         self._due: int | None = None
         self._frame = 0
-        self._calibration_time = -CALIBRATION_PERIOD
         self._scene_revision: tuple[int, int] | None = None
         self._resets = ResetCounter()
         self._slipped_run = 0
         """Start of the run in which the rope has slipped out of a grip [ns]."""
 
     def warm_up(self) -> None:
-        """Compile the camera's kernels by an image that is not published."""
-        if self._takes_images:
-            list(self._take_image(0))
+        """Compile the cameras' kernels by images that are not published."""
+        list(self._take_images(0))
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
-        """Follow the arms; publish truth and images at the camera's rate."""
+        """Follow the arms; publish truth and images at the cameras' rate."""
         self._update_obstacles(inbox, now)
         arrived = [r.message for r in inbox.every(topics.ARM_STATE) if poses_known(r.message)]
         for states in arrived:
@@ -146,15 +134,14 @@ class SimService:
                 observed=[True] * len(nodes),
             ),
         )
-        if self._takes_images:
-            if instant - self._calibration_time >= CALIBRATION_PERIOD:
-                self._calibration_time = instant
-                intrinsics = self._camera.camera.intrinsics
-                yield Publication(CALIBRATION, calibration_message(intrinsics, instant))
-            self._frame += 1
-            yield from self._take_image(instant)
+        for camera in self._cameras:
+            yield from camera.publish_calibration(instant)
+        self._frame += 1
+        yield from self._take_images(instant)
 
-    def _take_image(self, instant: int) -> Iterator[Publication]:
+    def _take_images(self, instant: int) -> Iterator[Publication]:
+        if not self._cameras:
+            return
         world, limits = self._world, self._scenario.limits
         left, right = world.grips
         bodies = [
@@ -168,9 +155,10 @@ class SimService:
         if (marker := self._scenario.sensing.flange_marker) is not None:
             grip = left if marker.side == "left" else right
             plates.append(MarkerPlate(marker.at(grip), marker.size, marker.marker))
-        frame = self._camera.take(world.nodes, self._radius, bodies, colors, self._frame, plates)
-        yield Publication(COLOR, color_message(frame.color, instant))
-        yield Publication(DEPTH, depth_message(frame.depth, instant))
+        for camera in self._cameras:
+            yield from camera.publish_images(
+                world.nodes, bodies, colors, plates, self._frame, instant
+            )
 
 
 def build(scenario: Scenario, session: str, options: SimOptions | None = None) -> SimService:

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import logging
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from shared.scenario import Scenario, Side
+from lariat.protocols.arm import ArmFacts
+from shared.configuration import ConfigurationError
+from shared.extensions import Extension
+from shared.scenario import SIDES, Scenario, Side
+from shared.scenario.sections import DRIVERS
+
+log = logging.getLogger(__name__)
 
 CR5_URDF = Path(__file__).parents[1] / "cr5" / "cr5.urdf"
 """Nominal geometry of a CR5, with the collision cylinders of its links."""
@@ -19,6 +26,31 @@ class ArmDescription:
 
     urdf: Path
     flange: str
+
+
+def with_own_urdfs(scenario: Scenario) -> Scenario:
+    """Return a scenario in which each end states the URDF that its driver's class brings.
+
+    The classes are imported: only for a scenario that a person has named, not for a recorded one.
+
+    Args:
+        scenario: The cell.
+    """
+    for side in SIDES:
+        end = scenario.end(side)
+        if end.driver in DRIVERS.included or end.urdf:
+            continue
+        named = Extension(f"ends.{side}.driver", end.driver, DRIVERS)
+        try:
+            facts = getattr(named.load(), "facts", None)
+        except ConfigurationError as error:
+            # The gateway needs the class; who only draws the arm can do without.
+            log.warning("the %s arm is not drawn: %s", side, error)
+            continue
+        if isinstance(facts, ArmFacts) and facts.urdf and facts.flange:
+            stated = replace(end, urdf=str(facts.urdf), flange=facts.flange)
+            scenario = replace(scenario, ends=replace(scenario.ends, **{side: stated}))
+    return scenario
 
 
 def arm_description(scenario: Scenario, side: Side) -> ArmDescription | None:

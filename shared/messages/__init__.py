@@ -21,6 +21,11 @@ from shared.messages.arm_pb2 import (
     Consent,
     Setpoints,
 )
+from shared.messages.commissioning_pb2 import (
+    CommissioningAnswer,
+    CommissioningState,
+    CommissioningStep,
+)
 from shared.messages.control_pb2 import (
     Estimate,
     Parameter,
@@ -67,6 +72,9 @@ __all__ = [
     "ArmSetpoints",
     "ArmState",
     "ArmStates",
+    "CommissioningAnswer",
+    "CommissioningState",
+    "CommissioningStep",
     "Consent",
     "Estimate",
     "Goal",

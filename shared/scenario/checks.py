@@ -8,6 +8,7 @@ from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines
 from shared.configuration import ConfigurationError
 from shared.messages.validation import MAX_OBSTACLES
+from shared.scenario.cameras import check_cameras
 from shared.scenario.scenario import Scenario
 from shared.scenario.sections import SIDES, Shape, Side
 
@@ -35,6 +36,7 @@ def check(scenario: Scenario) -> None:
     for name in names:
         if names.count(name) > 1:
             raise ConfigurationError(f"two obstacles have the name {name!r}; give each its own")
+    check_cameras(scenario.sensing, scenario.cameras)
     markers = [o.marker for o in scenario.obstacles if o.marker is not None]
     for marker in markers:
         if markers.count(marker) > 1:

@@ -104,12 +104,13 @@ def _rope_doubts(rope: Rope) -> Iterator[str]:
 def _camera_doubts(scenario: Scenario) -> Iterator[str]:
     if scenario.sensing.source != "camera":
         return
-    distance = float(np.linalg.norm(scenario.camera_pose.position - _middle(scenario)))
-    if not _within(distance, CAMERA_DISTANCES):
-        yield (
-            f"sensing.position is {distance:.3g} m from the rope; a depth camera measures from "
-            f"{CAMERA_DISTANCES[0]:g} to {CAMERA_DISTANCES[1]:g} m: check its unit, metres"
-        )
+    for camera in scenario.camera_setups:
+        distance = float(np.linalg.norm(camera.T_world_camera.position - _middle(scenario)))
+        if not _within(distance, CAMERA_DISTANCES):
+            yield (
+                f"{camera.key}.position is {distance:.3g} m from the rope; a depth camera measures "
+                f"from {CAMERA_DISTANCES[0]:g} to {CAMERA_DISTANCES[1]:g} m: check its unit, metres"
+            )
 
 
 def _obstacle_doubts(scenario: Scenario) -> Iterator[str]:

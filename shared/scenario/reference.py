@@ -45,6 +45,7 @@ def _tables(kind: type, path: str) -> Iterator[str]:
     for item in plain:
         section = _section(hints[item.name])
         name = f"{path}.{item.name}" if path else item.name
+        name += ".NAME" if get_origin(hints[item.name]) is dict else ""
         if section:
             nested.append((section, name))
             continue

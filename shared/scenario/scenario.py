@@ -11,10 +11,10 @@ from jaxtyping import Float64
 
 from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines, poses
-from lariat.geometry.cameras import looking_at
 from lariat.geometry.poses import Pose
 from shared.bounded_file import path_inside, read_file
 from shared.configuration import Bounds, ConfigurationError
+from shared.scenario.cameras import CameraSetup, PlacedCamera, camera_setups
 from shared.scenario.sections import (
     Control,
     End,
@@ -67,6 +67,8 @@ class Scenario:
     """Whether there is a table at z = 0."""
     obstacles: tuple[Obstacle, ...] = ()
     sensing: Sensing = Sensing()
+    cameras: dict[str, PlacedCamera] = field(default_factory=dict, hash=False)
+    """Cameras by name, if there are several; by default the one that `[sensing]` places."""
     control: Control = Control()
     limits: Limits = Limits()
     run: Run = Run()
@@ -116,12 +118,9 @@ class Scenario:
         return replace(self, plant=replace(self.plant, rope=rope))
 
     @property
-    def camera_pose(self) -> Pose:
-        """T_world_camera as the stack assumes it."""
-        s = self.sensing
-        if s.orientation is None:
-            return looking_at(s.position, s.look_at)
-        return Pose(np.array(s.position), poses.normalized(np.array(s.orientation)))
+    def camera_setups(self) -> tuple[CameraSetup, ...]:
+        """Cameras of the cell, at least one, in the order of the file."""
+        return camera_setups(self.sensing, self.cameras)
 
     def end(self, side: Side) -> End:
         """Return the arm at one end."""

@@ -321,6 +321,16 @@ class FlangeMarker:
         )
 
 
+def check_resolution(resolution: tuple[int, int]) -> None:
+    """Check the size of images [pixels].
+
+    Raises:
+        ValueError: They are too small or too large.
+    """
+    if not all(64 <= count <= 4096 for count in resolution):
+        raise ValueError(f"resolution = {list(resolution)} must lie in 64…4096 pixels")
+
+
 @dataclass(frozen=True)
 class Sensing:
     """Perception of the rope, and its camera."""
@@ -364,9 +374,7 @@ class Sensing:
     """Whether a camera process publishes the images instead of the simulation."""
 
     def __post_init__(self) -> None:
-        for count in self.resolution:
-            if not 64 <= count <= 4096:
-                raise ValueError(f"resolution = {list(self.resolution)} must lie in 64…4096 pixels")
+        check_resolution(self.resolution)
 
 
 @dataclass(frozen=True)

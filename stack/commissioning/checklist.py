@@ -61,7 +61,13 @@ STEPS = (
         ("ends",),
         checks.no_real_arm,
     ),
-    Step("camera", "Camera and its calibration", checks.camera, ("sensing",), checks.no_camera),
+    Step(
+        "camera",
+        "Camera and its calibration",
+        checks.camera,
+        ("sensing", "cameras"),
+        checks.no_camera,
+    ),
     Step("arming", "Power", motions.arming, (), lasting=False),
     Step("start", "Way to the start", motions.start, (), lasting=False),
     Step(
@@ -76,7 +82,7 @@ STEPS = (
         "run with rope",
         "Slow run with the rope",
         motions.run_with_rope,
-        (*RUN, "sensing"),
+        (*RUN, "sensing", "cameras"),
         motions.rope_simulated,
     ),
     Step("power off", "Power off", motions.power_off, (), lasting=False),
@@ -106,6 +112,7 @@ def go_through(session: Session, record: CommissioningRecord, now: Callable[[], 
         if not due:
             session.operator.tell(f"{head}: {f'open, {obstacle}' if obstacle else 'not needed'}")
             continue
+        session.operator.begin(number)
         session.operator.tell(f"{head} …")
         outcome, detail = (OPEN, obstacle) if obstacle else _carry_out(step, session)
         when = now().isoformat(timespec="seconds")
@@ -113,6 +120,7 @@ def go_through(session: Session, record: CommissioningRecord, now: Callable[[], 
         session.operator.tell(f"  {outcome}: {detail}")
         if outcome == FAILED:
             return False
+    session.operator.begin(0)
     return True
 
 

@@ -136,10 +136,12 @@ def emergency_stop(session: Session) -> str:
 
 
 def camera(session: Session) -> str:
-    """Check that the rope is seen, and that the camera's pose was calibrated."""
-    sensing = session.scenario.sensing
-    if sensing.orientation is None:
-        raise NotPassed("sensing.orientation is missing; calibrate the camera (lariat calibrate)")
+    """Check that the rope is seen, and that the pose of every camera was calibrated."""
+    for setup in session.scenario.camera_setups:
+        if not setup.calibrated:
+            raise NotPassed(
+                f"{setup.key}.orientation is missing; calibrate the camera (lariat calibrate)"
+            )
     session.link.observe(lambda _: False, 1.0)
     rope = session.link.latest(topics.ROPE_NODES)
     if rope is None:

@@ -25,14 +25,17 @@ HEARD = (
 class LiveLink:
     """Link to a running stack through a client."""
 
-    def __init__(self, client: Client, scenario: Scenario) -> None:
+    def __init__(
+        self, client: Client, scenario: Scenario, poll: Callable[[], object] = lambda: None
+    ) -> None:
         """Listen to the stack.
 
         Args:
             client: Client of the running stack.
             scenario: The cell.
+            poll: Called again and again while the stack is observed.
         """
-        self.client, self._scenario = client, scenario
+        self.client, self._scenario, self._poll = client, scenario, poll
         self._arms = client.bus.subscribe(topics.ARM_STATE)
         self._heard = [client.bus.subscribe(topic) for topic in HEARD]
         self._newest: dict[str, Any] = {}
@@ -47,6 +50,7 @@ class LiveLink:
         deadline = time.monotonic() + seconds
         while time.monotonic() < deadline:
             self._listen()
+            self._poll()
             for _, item in self._arms.take():
                 states.append(item.message)
                 if until(item.message):

@@ -45,7 +45,7 @@ def start(session: Session) -> str:
     distance = 1e3 * state.approach_distance
     session.agree_to_motion(
         f"The arms go {distance:.0f} mm in a straight line to the start, at 50 mm/s at most, while "
-        "you hold the space bar down."
+        f"you hold {session.operator.approach_button} down."
     )
     ended = session.operator.approach(session.link, newest(session))
     if ended:

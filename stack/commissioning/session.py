@@ -18,6 +18,13 @@ class NotPassed(Exception):
 class Operator(Protocol):
     """Person at the cell."""
 
+    approach_button: str
+    """Name of what the person holds down during an approach."""
+
+    def begin(self, number: int) -> None:
+        """Take note of the step that begins, by its number from 1; 0: all are over."""
+        ...
+
     def tell(self, text: str) -> None:
         """Show a line."""
         ...

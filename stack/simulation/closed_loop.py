@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from shared import topics
+from shared.arms.description import with_own_urdfs
 from shared.messages import FAILED, REACHED, ArmCommand, ArmStates, TaskRequest, TaskState
 from shared.scenario import SIDES, Scenario
 from shared.service import SECOND, Service
@@ -135,7 +136,7 @@ def run(
         stack = SimulatedStack(members, [scorer, *taps], start, network)
         if record:
             # Before the kernels are compiled: a folder that is not writable is reported at once.
-            recorder = RecorderTap(record, scenario, stack)
+            recorder = RecorderTap(record, with_own_urdfs(scenario), stack)
             cleanup.callback(recorder.close)
             stack.taps.append(recorder)
         stack.warm_up()

@@ -56,12 +56,12 @@ def test_the_camera_is_found_to_a_millimetre_and_a_tenth_of_a_degree(
     recorded: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     of = parse(TEXT.replace('[plant]\nmodel = "mujoco"\n', WRONG) + MARKER, Path())
-    true = true_camera(of).T_world_camera
+    true = true_camera(of.camera_setups[0], of.plant).T_world_camera
     assert main(["calibrate", str(recorded), "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert answer["moved_mm"] > 15.0
     # What matters is what the camera then says of the table's middle.
-    found = replace(of, sensing=_with(of.sensing, answer)).camera_pose
+    found = replace(of, sensing=_with(of.sensing, answer)).camera_setups[0].T_world_camera
     middle = np.array([0.0, 0.0, 0.2])
     seen = true.apply(found.inverse().apply(middle))
     assert np.linalg.norm(seen - middle) < 1.5e-3
@@ -79,7 +79,7 @@ def _with(sensing, answer):
 
 def test_the_deviations_are_those_of_repeated_calibrations() -> None:
     of = parse(TEXT, Path())
-    camera = true_camera(of)
+    camera = true_camera(of.camera_setups[0], of.plant)
     random = np.random.default_rng(3)
     square = 0.02 * np.array([[-1, 1, 0], [1, 1, 0], [1, -1, 0], [-1, -1, 0]], float)
     places = random.uniform((-0.2, -0.2, 0.1), (0.2, 0.2, 0.4), (12, 3))
@@ -100,7 +100,8 @@ def test_the_deviations_are_those_of_repeated_calibrations() -> None:
 
 
 def test_one_wild_sighting_does_not_matter() -> None:
-    camera: Camera = true_camera(parse(TEXT, Path()))
+    of = parse(TEXT, Path())
+    camera: Camera = true_camera(of.camera_setups[0], of.plant)
     square = 0.02 * np.array([[-1, 1, 0], [1, 1, 0], [1, -1, 0], [-1, -1, 0]], float)
     places = np.random.default_rng(0).uniform((-0.2, -0.2, 0.1), (0.2, 0.2, 0.4), (12, 3))
     views = [MarkerView(p + square, camera.project(p + square)[0]) for p in places]

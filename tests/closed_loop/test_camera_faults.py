@@ -12,9 +12,10 @@ import pytest
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
-from services.sim.service import CALIBRATION, COLOR, DEPTH, SimService
+from services.sim.service import SimService
 from shared import topics
 from shared.messages import NodeChain, Setpoints, stamp_of
+from shared.scenario.cameras import DEFAULT_CAMERA
 from shared.service import SECOND, Inbox, Publication
 from stack import services
 from stack.scenario_overrides import load_with
@@ -22,6 +23,9 @@ from stack.simulation import closed_loop
 from stack.simulation.simulated_time import Delivery, session_id
 from tests.closed_loop.loop import SCENARIOS
 
+COLOR = topics.CAMERA_COLOR.at(DEFAULT_CAMERA)
+DEPTH = topics.CAMERA_DEPTH.at(DEFAULT_CAMERA)
+CALIBRATION = topics.CAMERA_CALIBRATION.at(DEFAULT_CAMERA)
 Fault = Callable[[Publication], Publication | None]
 
 

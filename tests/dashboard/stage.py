@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 
-from dashboard.subscriptions import CAMERA_COLOR, SERVICES
+from dashboard.subscriptions import SERVICES
 from lariat.geometry import polylines
 from shared import topics
 from shared.messages import (
@@ -30,6 +30,7 @@ from shared.messages import (
     obstacle_message,
 )
 from shared.scenario import SIDES, Scenario
+from shared.scenario.cameras import DEFAULT_CAMERA
 from shared.service import SECOND, Mailbox, Publication, Received, Service
 from shared.topics import Topic
 
@@ -167,4 +168,4 @@ class Stage:
         width, height = self.scenario.sensing.resolution
         ramp = np.tile(np.linspace(30, 90, width).astype(np.uint8), (height, 1))
         data = cv2.imencode(".jpg", cv2.cvtColor(ramp, cv2.COLOR_GRAY2BGR))[1].tobytes()
-        self.send(CAMERA_COLOR, CompressedImage(data=data, format="jpeg"))
+        self.send(topics.CAMERA_COLOR.at(DEFAULT_CAMERA), CompressedImage(data=data, format="jpeg"))

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio  # pyright: ignore[reportMissingImports]  # its wheel lives beside site-packages
 import pytest
 
 from lariat.geometry import poses
-from shared.cell_description import cell_urdf, frame_name, roll_pitch_yaw
+from lariat.protocols import ArmFacts
+from shared.arms.description import with_own_urdfs
+from shared.cell_description import arm_urdf, cell_urdf, frame_name, roll_pitch_yaw
 from shared.cr5.installation import kinematics_of
 from shared.scenario import SIDES, find, load
+from stack.scenario_overrides import load_with
+from tests.robots import PANDA, UR5, Robot
 
 
 def test_pinocchio_reads_two_arms_at_their_places():
@@ -36,6 +42,37 @@ def test_an_ideal_end_is_a_gripper_that_floats():
     model = pinocchio.buildModelFromXML(cell_urdf(load(find("three-cylinders"))))
     assert list(model.names)[1:] == ["left/grip", "right/grip"]
     assert model.nq == 14
+
+
+@pytest.mark.parametrize("robot", [UR5, PANDA], ids=lambda robot: robot.name)
+def test_any_arm_is_described_without_the_files_of_its_meshes(robot: Robot):
+    text = cell_urdf(load_with(find("fixed-end"), robot.settings("right")))
+    assert "mesh" not in text
+    model = pinocchio.buildModelFromXML(text)
+    assert model.existFrame(frame_name("right", robot.flange))
+
+
+class Branded:
+    """Arm that brings its own URDF."""
+
+    facts = ArmFacts(urdf=UR5.path, flange=UR5.flange, simulated=True)
+
+
+def test_an_arm_that_brings_its_urdf_is_described_where_a_person_has_named_it():
+    named = f"ends.right.driver={__name__}:Branded"
+    scenario = load_with(find("three-cylinders"), [named])
+    assert arm_urdf(scenario, "right") is None
+    stated = with_own_urdfs(scenario)
+    assert arm_urdf(stated, "right") is not None
+    assert frame_name("right", UR5.flange) in cell_urdf(stated)
+
+
+def test_an_arm_whose_file_is_elsewhere_is_left_out():
+    scenario = load_with(find("fixed-end"), UR5.settings("right"))
+    end = replace(scenario.ends.right, urdf="elsewhere.urdf")
+    moved = replace(scenario, ends=replace(scenario.ends, right=end))
+    assert "right/grip" in cell_urdf(moved)
+    assert frame_name("right", UR5.flange) not in cell_urdf(moved)
 
 
 @pytest.mark.parametrize(

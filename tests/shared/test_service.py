@@ -99,3 +99,16 @@ def test_keys_of_a_topic_with_a_placeholder_are_kept_apart() -> None:
         assert newest.message.service == name
     assert inbox.latest(topics.HEALTH.at("controller")) is None
     assert mailbox.drops == 0
+
+
+def test_images_of_two_cameras_are_joined_each_by_itself() -> None:
+    side = [topic.at("side") for topic in (topics.CAMERA_COLOR, topics.CAMERA_DEPTH)]
+    mailbox = Mailbox([COLOR, DEPTH, *side])
+    for topic in side:
+        mailbox.deliver(topic.key, image(topic, 5))
+    mailbox.deliver(COLOR.key, image(COLOR, 7))
+    inbox = mailbox.take()
+    assert inbox.joined(*side) is not None
+    assert inbox.joined(COLOR, DEPTH) is None
+    mailbox.deliver(DEPTH.key, image(DEPTH, 7))
+    assert mailbox.take().joined(COLOR, DEPTH) is not None

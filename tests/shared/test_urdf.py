@@ -10,8 +10,10 @@ import pytest
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from shared.arms.description import CR5_URDF
+from shared.arms.kinematics import UrdfKinematics
 from shared.cr5.kinematics import Kinematics
 from shared.urdf import Urdf
+from tests.robots import PANDA, UR5, Robot
 
 STILL = Pose(np.zeros(3), poses.IDENTITY)
 
@@ -20,7 +22,7 @@ def test_the_flange_is_where_pinocchio_has_it():
     arm, kinematics = Urdf(CR5_URDF), Kinematics(STILL, STILL)
     for joints in np.random.default_rng(0).uniform(-2.0, 2.0, (5, 6)):
         found = {arm.root: STILL}
-        for parent, child, pose in arm.link_poses(joints):
+        for parent, child, pose in arm.link_poses(arm.chain("link_6"), joints):
             found[child] = found[parent] @ pose
         expected = kinematics.flange(joints)
         np.testing.assert_allclose(found["link_6"].position, expected.position, atol=1e-9)
@@ -42,9 +44,31 @@ def test_a_sliding_joint_moves_along_its_axis(tmp_path: Path):
         '<joint name="lift" type="prismatic"><parent link="base"/><child link="car"/>'
         '<origin xyz="0 0 1"/><axis xyz="0 2 0"/></joint></robot>'
     )
-    ((parent, child, pose),) = Urdf(path).link_poses([0.25])
+    lift = Urdf(path)
+    ((parent, child, pose),) = lift.link_poses(lift.chain("car"), [0.25])
     assert (parent, child) == ("base", "car")
     np.testing.assert_allclose(pose.position, [0.0, 0.25, 1.0])
+
+
+@pytest.mark.parametrize("robot", [UR5, PANDA], ids=lambda robot: robot.name)
+def test_joints_beside_the_way_to_the_flange_do_not_count(robot: Robot):
+    arm, kinematics = Urdf(robot.path), UrdfKinematics(robot.path, robot.flange, STILL, STILL)
+    chain = arm.chain(robot.flange)
+    assert len(chain) == robot.joint_count
+    low, high = kinematics.joint_range
+    joints = low + np.linspace(0.3, 0.6, len(chain)) * (high - low)
+    above = {child: (parent, pose) for parent, child, pose in arm.link_poses(chain, joints)}
+    link, found = robot.flange, STILL
+    while link in above:
+        link, pose = above[link]
+        found = pose @ found
+    expected = kinematics.flange(joints)
+    np.testing.assert_allclose(found.position, expected.position, atol=1e-9)
+
+
+def test_a_link_that_is_missing_is_named():
+    with pytest.raises(ValueError, match="no link 'hand'"):
+        Urdf(CR5_URDF).chain("hand")
 
 
 def test_a_file_that_is_no_urdf_is_named(tmp_path: Path):

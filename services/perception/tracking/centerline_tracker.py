@@ -101,10 +101,16 @@ class CenterlineTracker:
             lambda: self._shape_at_rest(left, right),
             self._bias.update(depth),
         )
-        # A doubtful estimate must not become the next frame's prior.
-        if not estimate.lost and estimate.doubt < MAX_DOUBT:
-            self._last, self._stamp, self._grips = estimate, stamp, (left, right)
+        if not estimate.lost:
+            self.adopt(estimate, left, right, stamp)
         return estimate
+
+    def adopt(
+        self, estimate: CenterlineEstimate, left: Pose | None, right: Pose | None, stamp: int
+    ) -> None:
+        """Take an estimate as the next frame's prior, unless it is doubtful."""
+        if estimate.doubt < MAX_DOUBT:
+            self._last, self._stamp, self._grips = estimate, stamp, (left, right)
 
     def _shape_at_rest(self, left: Pose | None, right: Pose | None) -> ShapePrior | None:
         """Shape of the rod at rest between the grips; None where it cannot rest."""

@@ -44,6 +44,11 @@ class ExtensionTracker:
         except ExtensionFault as fault:
             self._fault = str(fault)
 
+    def adopt(
+        self, estimate: CenterlineEstimate, left: Pose | None, right: Pose | None, stamp: int
+    ) -> None:
+        """Do nothing: an own perception keeps what it needs."""
+
     def warm_up(self, left: Pose, right: Pose) -> None:
         """Do nothing: a perception prepares itself in its constructor."""
 

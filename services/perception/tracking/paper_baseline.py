@@ -62,6 +62,11 @@ class PaperTracker:
     def forget(self) -> None:
         """Do nothing: no frame depends on another."""
 
+    def adopt(
+        self, estimate: CenterlineEstimate, left: Pose | None, right: Pose | None, stamp: int
+    ) -> None:
+        """Do nothing: it sees each frame by itself."""
+
     def warm_up(self, left: Pose, right: Pose) -> None:
         """Do nothing: nothing is compiled."""
 

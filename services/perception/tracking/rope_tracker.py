@@ -36,6 +36,19 @@ class RopeTracker(Protocol):
         """
         ...
 
+    def adopt(
+        self, estimate: CenterlineEstimate, left: Pose | None, right: Pose | None, stamp: int
+    ) -> None:
+        """Take over an estimate that other cameras have added to.
+
+        Args:
+            estimate: The estimate, in which the rope is not lost.
+            left: Grip that held the left end; None when it was free or unknown.
+            right: Grip that held the right end.
+            stamp: Time of the exposures [ns].
+        """
+        ...
+
     def forget(self) -> None:
         """Drop all state from earlier frames."""
         ...

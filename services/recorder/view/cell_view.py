@@ -17,9 +17,17 @@ from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from services.recorder.view import colors
 from services.recorder.view.curves import CURVES, curves
+from services.recorder.view.depth_view import DepthView
 from services.recorder.view.frames import Frames
-from services.recorder.view.point_clouds import DEPTH_SHADE, depth_points, point_cloud
-from services.recorder.view.primitives import add_body, add_curves, add_link_body, add_obstacle
+from services.recorder.view.mesh_hulls import mesh_hulls
+from services.recorder.view.point_clouds import point_cloud
+from services.recorder.view.primitives import (
+    add_body,
+    add_curves,
+    add_hull,
+    add_link_body,
+    add_obstacle,
+)
 from services.recorder.view.surfaces import surface_points
 from shared import topics
 from shared.cell_description import (
@@ -40,25 +48,19 @@ REFRESH_PERIOD = SECOND
 """Time after which everything is drawn again [ns]."""
 CURVE_PERIOD = SECOND // 16
 """Least time between two drawings of the curves [ns]."""
-DEPTH_PERIOD = SECOND // 2
-"""Least time between two depth images that are drawn as points [ns]."""
 THIN_LINE = 0.25
 """Thickness of the prediction and the path in diameters of the rope [-]."""
 _THIN = ("prediction", "path")
-_DEPTH = topics.CAMERA_DEPTH.at(topics.CAMERA)
-_CALIBRATION = topics.CAMERA_CALIBRATION.at(topics.CAMERA)
 _OBSTACLES = topics.VIEW_POINTS.at("obstacles")
 _CLOUDS = {key: topics.VIEW_POINTS.at(name) for key, name in CURVES.items()}
-_DEPTH_CLOUD = topics.VIEW_POINTS.at(topics.CAMERA)
 WRITES: tuple[Topic, ...] = (
     topics.VIEW_SCENE,
     topics.VIEW_TRANSFORMS,
     topics.VIEW_JOINTS,
     *_CLOUDS.values(),
     _OBSTACLES,
-    _DEPTH_CLOUD,
 )
-"""Topics of the drawing."""
+"""Topics of the drawing, beside those of the cameras."""
 _TYPES = {
     topic.key: topic.type
     for topic in (
@@ -69,11 +71,9 @@ _TYPES = {
         topics.CONTROLLER_PATH,
         topics.SCENE_STATE,
         topics.ARM_STATE,
-        _DEPTH,
-        _CALIBRATION,
     )
 }
-"""Type of each drawn topic by its key."""
+"""Type of each drawn topic by its key, beside those of the cameras."""
 
 
 class CellView:
@@ -82,15 +82,21 @@ class CellView:
     def __init__(self, scenario: Scenario) -> None:
         self._scenario = scenario
         self._frames = Frames(scenario)
+        self._arms = {side: arm_urdf(scenario, side) for side in SIDES}
+        self._hulls = {side: mesh_hulls(scenario, side) for side in SIDES}
+        self._cameras = [DepthView(camera.name) for camera in scenario.camera_setups]
+        self.writes = (*WRITES, *(camera.cloud for camera in self._cameras))
         self._newest: dict[str, bytes] = {}
         self._changed: set[str] = set()
-        self._refreshed = self._depth_drawn = self._curves_drawn = -REFRESH_PERIOD
+        self._refreshed = self._curves_drawn = -REFRESH_PERIOD
 
     def take(self, key: str, payload: bytes) -> None:
         """Take an encoded message of any topic."""
         if key in _TYPES:
             self._newest[key] = payload
             self._changed.add(key)
+        for camera in self._cameras:
+            camera.take(key, payload)
 
     def draw(self, now: int) -> Iterator[Publication]:
         """Draw what has changed; the drawing is stamped with `now` [ns]."""
@@ -118,8 +124,8 @@ class CellView:
             yield Publication(topics.VIEW_JOINTS, joints)
         if scene.entities:
             yield Publication(topics.VIEW_SCENE, scene)
-        if _DEPTH.key in changed and now - self._depth_drawn >= DEPTH_PERIOD:
-            yield from self._draw_depth(now)
+        for camera in self._cameras:
+            yield from camera.draw(now)
 
     def _message(self, key: str) -> Any | None:
         payload = self._newest.get(key)
@@ -150,19 +156,13 @@ class CellView:
             middle = np.array([0.0, 0.0, AWAY_FROM_ROPE[side] * limits.gripper_height / 2.0])
             size = (limits.gripper_radius, limits.gripper_height)
             add_body(grip, Pose(middle, poses.IDENTITY), "cylinder", size, GRIPPER_COLOR)
-            arm = arm_urdf(self._scenario.end(side))
+            arm = self._arms[side]
             for body in arm.bodies if arm else ():
                 frame = frame_name(side, body.link)
                 add_link_body(_entity(scene, frame, frame, now), body, ARM_COLOR)
-
-    def _draw_depth(self, now: int) -> Iterator[Publication]:
-        image, calibration = self._message(_DEPTH.key), self._message(_CALIBRATION.key)
-        if image is None or calibration is None:
-            return
-        self._depth_drawn = now
-        points = depth_points(image, calibration)
-        shades = colors.uniform(DEPTH_SHADE, len(points))
-        yield Publication(_DEPTH_CLOUD, point_cloud(points, shades, topics.CAMERA, now))
+            for hull in self._hulls[side]:
+                frame = frame_name(side, hull.link)
+                add_hull(_entity(scene, f"{frame}/hull", frame, now), hull, ARM_COLOR)
 
 
 def _entity(scene: SceneUpdate, name: str, frame: str, now: int) -> SceneEntity:

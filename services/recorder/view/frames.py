@@ -1,4 +1,4 @@
-"""Coordinate frames of the cell over time: arms' links, grippers and camera."""
+"""Coordinate frames of the cell over time: arms' links, grippers and cameras."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
 
 from lariat.geometry.poses import Pose
 from services.recorder.view.primitives import quaternion_message, vector_message
-from shared import topics
+from shared.arms.description import arm_description
 from shared.cell_description import GRIP, WORLD_FRAME, arm_urdf, frame_name
 from shared.messages import ArmState, ArmStates, timestamp
 from shared.scenario import SIDES, Scenario, Side
@@ -23,8 +23,13 @@ class Frames:
     """Transforms and joint states from the arms' states."""
 
     def __init__(self, scenario: Scenario) -> None:
-        self._arms = {side: arm_urdf(scenario.end(side)) for side in SIDES}
-        self._fixed = [(WORLD_FRAME, topics.CAMERA, scenario.camera_pose)]
+        self._arms = {side: arm_urdf(scenario, side) for side in SIDES}
+        self._joints = {
+            side: arm.chain(description.flange)
+            for side, arm in self._arms.items()
+            if arm and (description := arm_description(scenario, side))
+        }
+        self._fixed = [(WORLD_FRAME, c.name, c.T_world_camera) for c in scenario.camera_setups]
         for side, arm in self._arms.items():
             if arm is not None:
                 base = frame_name(side, arm.root)
@@ -58,11 +63,11 @@ class Frames:
         """Return the joint angles of the arms that have a URDF, stamped [ns]."""
         answer = JointStates(timestamp=timestamp(now))
         for side, state in _states(arms):
-            arm = self._arms[side]
-            if arm is not None and len(state.joints) == len(arm.moving):
+            joints = self._joints.get(side, ())
+            if joints and len(state.joints) == len(joints):
                 answer.joints.extend(
                     JointState(name=frame_name(side, joint.name), position=value)
-                    for joint, value in zip(arm.moving, state.joints, strict=True)
+                    for joint, value in zip(joints, state.joints, strict=True)
                 )
         return answer
 
@@ -70,9 +75,9 @@ class Frames:
         if len(state.position) == 3 and len(state.orientation) == 4:
             grip = Pose(np.array(state.position), np.array(state.orientation))
             yield WORLD_FRAME, frame_name(side, GRIP), grip
-        arm = self._arms[side]
-        if arm is not None and len(state.joints) == len(arm.moving):
-            for parent, child, pose in arm.link_poses(state.joints):
+        arm, joints = self._arms[side], self._joints.get(side, ())
+        if arm is not None and len(state.joints) == len(joints):
+            for parent, child, pose in arm.link_poses(joints, state.joints):
                 yield frame_name(side, parent), frame_name(side, child), pose
 
 

@@ -18,6 +18,7 @@ from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from services.recorder.view import colors
 from services.recorder.view.curves import Curves
+from services.recorder.view.mesh_hulls import MeshHull
 from shared.urdf import Body
 
 HALF_SPACE_SIDE = 2.0
@@ -74,6 +75,16 @@ def half_space_pose(obstacle: Obstacle) -> Pose:
 def add_link_body(entity: SceneEntity, body: Body, color: tuple[float, ...]) -> None:
     """Add a body to an entity of its link's frame."""
     add_body(entity, body.T_link_body, body.shape, body.size, color)
+
+
+def add_hull(entity: SceneEntity, hull: MeshHull, color: tuple[float, ...]) -> None:
+    """Add the hull of a mesh to an entity of its link's frame."""
+    entity.triangles.add(
+        pose=pose_message(Pose(np.zeros(3), poses.IDENTITY)),
+        points=[Point3(x=x, y=y, z=z) for x, y, z in hull.points.tolist()],
+        indices=hull.triangles.ravel().tolist(),
+        color=colors.message(color),
+    )
 
 
 def add_body(

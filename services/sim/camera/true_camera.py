@@ -1,21 +1,19 @@
-"""Intrinsics and true pose of the simulated camera."""
+"""Intrinsics and true pose of a simulated camera."""
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 
 from lariat.geometry import poses
-from lariat.geometry.cameras import Camera, Intrinsics
+from lariat.geometry.cameras import Camera
 from lariat.geometry.poses import Pose
-from shared.scenario import Scenario
+from shared.scenario.cameras import CameraSetup
+from shared.scenario.sections import Plant
 
 
-def true_camera(scenario: Scenario) -> Camera:
-    """Camera of a scenario at its true pose: the known one, displaced by `plant.camera_*`."""
-    sensing, known = scenario.sensing, scenario.camera_pose
-    intrinsics = Intrinsics.symmetric(*sensing.resolution, math.radians(sensing.field_of_view))
-    turn = poses.exponential(np.radians(scenario.plant.camera_turn))
-    position = known.position + np.array(scenario.plant.camera_shift)
-    return Camera(intrinsics, Pose(position, poses.multiply(turn, known.orientation)))
+def true_camera(setup: CameraSetup, plant: Plant) -> Camera:
+    """Camera at its true pose: the known one, displaced by `plant.camera_*`."""
+    known = setup.T_world_camera
+    turn = poses.exponential(np.radians(plant.camera_turn))
+    position = known.position + np.array(plant.camera_shift)
+    return Camera(setup.intrinsics, Pose(position, poses.multiply(turn, known.orientation)))

@@ -10,6 +10,7 @@ from foxglove_schemas_protobuf.Log_pb2 import Log
 from shared import topics
 from shared.messages import ArmSetpoints, Setpoints, timestamp
 from shared.recording import Writer
+from shared.scenario.cameras import DEFAULT_CAMERA
 from shared.service import SECOND
 from tests.services.recorder.view import cell
 
@@ -34,9 +35,9 @@ def recording(folder: Path, drawn: bool = True) -> Path:
 
 def _others(now: int):
     jpeg = CompressedImage(
-        timestamp=timestamp(now), frame_id=topics.CAMERA, format="jpeg", data=b"\xff\xd8"
+        timestamp=timestamp(now), frame_id=DEFAULT_CAMERA, format="jpeg", data=b"\xff\xd8"
     )
-    yield topics.CAMERA_COLOR.at(topics.CAMERA), jpeg
+    yield topics.CAMERA_COLOR.at(DEFAULT_CAMERA), jpeg
     log = Log(timestamp=timestamp(now), level=Log.WARNING, name="sim", message="late", line=7)
     yield topics.LOG.at("sim"), log
     arm = ArmSetpoints(

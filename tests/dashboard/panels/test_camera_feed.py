@@ -5,11 +5,14 @@ from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 
 from dashboard.panels.camera_feed import MAX_WAITING_IMAGES, CameraFeed
-from dashboard.subscriptions import CAMERA_CALIBRATION, CAMERA_COLOR, READS
 from shared import topics
 from shared.messages import NodeChain, timestamp
+from shared.scenario.cameras import DEFAULT_CAMERA
 from shared.service import Mailbox, Received
 from shared.topics import Topic
+
+COLOR = topics.CAMERA_COLOR.at(DEFAULT_CAMERA)
+CALIBRATION = topics.CAMERA_CALIBRATION.at(DEFAULT_CAMERA)
 
 
 class ShownImages:
@@ -29,8 +32,8 @@ class Feed:
 
     def __init__(self) -> None:
         self.image = ShownImages()
-        self.feed = CameraFeed(self.image)  # pyright: ignore[reportArgumentType]
-        self._mailbox = Mailbox(READS)
+        self.feed = CameraFeed(DEFAULT_CAMERA, self.image)  # pyright: ignore[reportArgumentType]
+        self._mailbox = Mailbox((COLOR, CALIBRATION, topics.ROPE_NODES))
         self._sequence = 0
 
     def send(self, topic: Topic, message: object) -> None:
@@ -39,7 +42,7 @@ class Feed:
         self.feed.update(self._mailbox.take(), 0)
 
     def send_image(self, stamp: int) -> None:
-        self.send(CAMERA_COLOR, CompressedImage(timestamp=timestamp(stamp), data=b"%d" % stamp))
+        self.send(COLOR, CompressedImage(timestamp=timestamp(stamp), data=b"%d" % stamp))
 
     def send_rope(self, stamp: int) -> None:
         self.send(topics.ROPE_NODES, NodeChain(stamp=stamp, positions=np.zeros(6)))
@@ -47,7 +50,7 @@ class Feed:
 
 def test_image_waits_for_the_rope_of_its_stamp() -> None:
     feed = Feed()
-    feed.send(CAMERA_CALIBRATION, CameraCalibration())
+    feed.send(CALIBRATION, CameraCalibration())
     feed.send_image(1)
     feed.send_image(2)
     assert feed.image.shown == [(b"1", False)]

@@ -12,7 +12,7 @@ SCENARIO = load("scenarios/three-cylinders.toml")
 
 def test_rope_is_drawn_where_the_camera_sees_it() -> None:
     intrinsics = Intrinsics.symmetric(320, 240, np.deg2rad(SCENARIO.sensing.field_of_view))
-    camera = Camera(intrinsics, SCENARIO.camera_pose)
+    camera = Camera(intrinsics, SCENARIO.camera_setups[0].T_world_camera)
     nodes = np.linspace([-0.1, 0.0, 0.2], [0.1, 0.0, 0.2], 20)
     image = np.zeros((240, 320, 3), np.uint8)
     draw_rope(image, NodeChain(positions=nodes.ravel()), camera)

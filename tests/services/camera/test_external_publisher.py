@@ -11,13 +11,18 @@ import numpy as np
 import pytest
 import zenoh
 
-from services.perception.service import CALIBRATION, COLOR, DEPTH, PerceptionService
+from services.perception.service import PerceptionService
 from shared import topics
 from shared.messages import chain
+from shared.scenario.cameras import DEFAULT_CAMERA
 from shared.service import SECOND, Mailbox
 from tests.services.perception.cell import Cell as Lab
 from tests.services.perception.cell import scenario
 from tests.shared.cell import Cell, until
+
+COLOR = topics.CAMERA_COLOR.at(DEFAULT_CAMERA)
+DEPTH = topics.CAMERA_DEPTH.at(DEFAULT_CAMERA)
+CALIBRATION = topics.CAMERA_CALIBRATION.at(DEFAULT_CAMERA)
 
 
 @pytest.fixture

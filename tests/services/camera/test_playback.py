@@ -9,14 +9,19 @@ import numpy as np
 import pytest
 
 from services.camera.options import CameraOptions
-from services.camera.service import CALIBRATION, COLOR, DEPTH, build
+from services.camera.service import build
 from services.perception.service import PerceptionService
 from shared import topics
 from shared.configuration import ConfigurationError
 from shared.messages import chain, stamp_of
+from shared.scenario.cameras import DEFAULT_CAMERA
 from shared.service import SECOND, Mailbox, Received
 from stack.simulation.recorder_tap import RecorderTap
 from tests.services.perception.cell import Cell, scenario
+
+COLOR = topics.CAMERA_COLOR.at(DEFAULT_CAMERA)
+DEPTH = topics.CAMERA_DEPTH.at(DEFAULT_CAMERA)
+CALIBRATION = topics.CAMERA_CALIBRATION.at(DEFAULT_CAMERA)
 
 
 @pytest.fixture(scope="module")

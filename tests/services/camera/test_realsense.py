@@ -14,12 +14,14 @@ from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.obstacles import TABLE
 from lariat.geometry.poses import Pose
 from services.camera.service import CameraService
+from services.camera.stream import CameraStream
 from services.perception.centerline.estimator import CenterlineEstimator
 from services.perception.rgbd.decoding import decode_frame
 from services.sim.camera.rgbd_camera import Frame, RgbdCamera
 from services.sim.camera.sensor_noise import NOISELESS
 from shared.configuration import ConfigurationError
 from shared.messages import stamp_of
+from shared.scenario.cameras import DEFAULT_CAMERA
 from shared.service import Inbox, Publication
 from tests.services.perception.scenes import CAMERA, ROPE, curve, grips
 
@@ -104,7 +106,9 @@ def pictured(camera: Camera) -> Frame:
 
 
 def played(file: Path) -> list[Publication]:
-    service = CameraService(RealSense("", SIZE, 30, file), latency=0.0)
+    service = CameraService(
+        [CameraStream(DEFAULT_CAMERA, RealSense("", SIZE, 30, file), latency=0.0)]
+    )
     inbox, said, end = Inbox({}, {}), [], time.monotonic() + 5.0
     while len(said) < 3 + 2 * (FRAMES - 8) and time.monotonic() < end:
         said += list(service.step(inbox, time.monotonic_ns()))

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from services.perception.service import COLOR, DEPTH
 from shared import topics
 from shared.messages import (
     NodeChain,
@@ -16,7 +15,11 @@ from shared.messages import (
     chain,
     timestamp,
 )
+from shared.scenario.cameras import DEFAULT_CAMERA
 from tests.services.perception.cell import Cell, scenario
+
+COLOR = topics.CAMERA_COLOR.at(DEFAULT_CAMERA)
+DEPTH = topics.CAMERA_DEPTH.at(DEFAULT_CAMERA)
 
 
 def swing(time: float) -> tuple[np.ndarray, np.ndarray]:
@@ -188,8 +191,8 @@ def test_a_frozen_camera_is_reported() -> None:
     frozen = Cell(scenario("outside = true\n"))
     frozen.run(0.1)
     frozen.stack.send(
-        topics.CAMERA_CALIBRATION.at(topics.CAMERA),
-        cell.has_subscribers[topics.CAMERA_CALIBRATION.at(topics.CAMERA).key][0],
+        topics.CAMERA_CALIBRATION.at(DEFAULT_CAMERA),
+        cell.has_subscribers[topics.CAMERA_CALIBRATION.at(DEFAULT_CAMERA).key][0],
     )
     for _ in range(12):
         for topic, message in ((COLOR, color), (DEPTH, depth)):

@@ -9,15 +9,18 @@ from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle, chain_clearance, signed_distance
 from lariat.geometry.poses import Pose
 from services.perception.rgbd.decoding import decode_frame
-from services.perception.service import COLOR, DEPTH
 from services.sim.gripper_body import gripper_body
 from services.sim.plants.end_motion import EndMotion
 from services.sim.plants.factory import true_properties
 from services.sim.world import World
 from shared import topics
 from shared.messages import chain, stamp_of
+from shared.scenario.cameras import DEFAULT_CAMERA
 from shared.service import SECOND
 from tests.services.perception.cell import Cell, scenario
+
+COLOR = topics.CAMERA_COLOR.at(DEFAULT_CAMERA)
+DEPTH = topics.CAMERA_DEPTH.at(DEFAULT_CAMERA)
 
 
 def glide(time: float) -> tuple[np.ndarray, np.ndarray]:
@@ -37,7 +40,7 @@ def test_truth_and_images_come_at_thirty_hertz_with_one_stamp() -> None:
     depths = [stamp_of(m) for m in cell.has_subscribers[DEPTH.key]]
     assert colors == depths == truth[: len(colors)]
     assert len(colors) == pytest.approx(30, abs=1)
-    calibrations = cell.has_subscribers[topics.CAMERA_CALIBRATION.at(topics.CAMERA).key]
+    calibrations = cell.has_subscribers[topics.CAMERA_CALIBRATION.at(DEFAULT_CAMERA).key]
     assert calibrations[0].K[2] == pytest.approx(319.5)
 
 

@@ -26,6 +26,7 @@ from shared.messages import (
 )
 from shared.messages import Path as PathMessage
 from shared.scenario import SIDES, Scenario, parse
+from shared.scenario.cameras import DEFAULT_CAMERA
 from shared.service import SECOND
 from shared.topics import Topic
 
@@ -82,7 +83,7 @@ def messages(cell: Scenario, now: int = NOW) -> list[tuple[Topic, Message]]:
     depth = np.full((HEIGHT, WIDTH), 1000, "<u2")
     depth[0, 0] = 0
     K = [FOCAL, 0.0, WIDTH / 2, 0.0, FOCAL, HEIGHT / 2, 0.0, 0.0, 1.0]
-    camera = topics.CAMERA
+    camera = DEFAULT_CAMERA
     return [
         (topics.ROPE_NODES, NodeChain(stamp=now, positions=line.ravel(), sigma=[0, 1e-3, 2e-3, 9])),
         (topics.ROPE_TRUTH, NodeChain(stamp=now, positions=line.ravel())),

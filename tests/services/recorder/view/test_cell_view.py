@@ -14,6 +14,7 @@ from services.recorder.view.surfaces import surface_points
 from shared import topics
 from shared.cell_description import WORLD_FRAME
 from shared.messages import NodeChain
+from shared.scenario.cameras import DEFAULT_CAMERA
 from tests.services.recorder.view import cell
 
 POINT = np.dtype([("position", "<f4", 3), ("color", "u1", 4)])
@@ -86,7 +87,7 @@ def test_arms_and_grippers_are_bodies_of_their_frames(scenario):
 
 def test_depth_lies_on_the_table_in_the_world(scenario):
     said = drawn(cell.view(scenario))
-    cloud = said[f"view/points/{topics.CAMERA}"]
+    cloud = said[f"view/points/{DEFAULT_CAMERA}"]
     camera = cell.pose(said["view/transforms"].transforms, cloud.frame_id)
     found = camera.apply(points(cloud)["position"].astype(float))
     # The pixel without depth is left out.

@@ -15,8 +15,8 @@ from pathlib import Path
 
 import pytest
 
-from shared import topics
 from shared.recording import Writer
+from shared.scenario.cameras import DEFAULT_CAMERA
 from tests.services.recorder.view import cell
 
 RERUN = shutil.which("rerun") or shutil.which("rerun", path=str(Path(sys.executable).parent))
@@ -57,7 +57,7 @@ def test_reruns_converter_yields_points_transforms_depth_and_arms(tmp_path: Path
     path = recording(tmp_path)
     rerun("mcap", "convert", str(path), "-o", str(tmp_path / "drawn.rrd"))
     found = components(tmp_path / "drawn.rrd")
-    for name in (*CURVES, "obstacles", topics.CAMERA):
+    for name in (*CURVES, "obstacles", DEFAULT_CAMERA):
         assert {"Points3D:positions", "Points3D:colors", "CoordinateFrame:frame"} <= found[
             f"/view/points/{name}"
         ]

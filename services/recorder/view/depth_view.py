@@ -1,0 +1,52 @@
+"""Drawing of one camera's depth images as points."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
+from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
+
+from services.recorder.view import colors
+from services.recorder.view.point_clouds import DEPTH_SHADE, depth_points, point_cloud
+from shared import topics
+from shared.service import SECOND, Publication
+
+DEPTH_PERIOD = SECOND // 2
+"""Least time between two depth images that are drawn [ns]."""
+
+
+class DepthView:
+    """Newest depth image and calibration of a camera."""
+
+    def __init__(self, name: str) -> None:
+        """
+        Args:
+            name: Name of the camera.
+        """
+        self._name = name
+        self._depth_key = topics.CAMERA_DEPTH.at(name).key
+        self._calibration_key = topics.CAMERA_CALIBRATION.at(name).key
+        self.cloud = topics.VIEW_POINTS.at(name)
+        """Topic of its points."""
+        self._depth = self._calibration = b""
+        self._drawn = -DEPTH_PERIOD
+
+    def take(self, key: str, payload: bytes) -> None:
+        """Take an encoded message of any topic."""
+        if key == self._depth_key:
+            self._depth = payload
+        elif key == self._calibration_key:
+            self._calibration = payload
+
+    def draw(self, now: int) -> Iterator[Publication]:
+        """Draw the newest image if it is due at `now` [ns]."""
+        due = now - self._drawn >= DEPTH_PERIOD
+        if not (due and self._depth and self._calibration):
+            return
+        self._drawn = now
+        image = RawImage.FromString(self._depth)
+        self._depth = b""
+        points = depth_points(image, CameraCalibration.FromString(self._calibration))
+        shades = colors.uniform(DEPTH_SHADE, len(points))
+        yield Publication(self.cloud, point_cloud(points, shades, self._name, now))

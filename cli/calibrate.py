@@ -72,7 +72,7 @@ def main(file: tyro.conf.Positional[Path], /, camera: str = "", json: bool = Fal
             recording = Recording.open(file)
             scenario = recording.scenario(Path(folder))
         except ValueError as error:
-            raise ConfigurationError(f"{file}: {error}") from error
+            raise ConfigurationError(str(error)) from error
         setup = _camera(scenario, camera)
         found = read_views(recording, scenario, setup.name)
         result = estimate_extrinsics(found.views, found.intrinsics, setup.T_world_camera)

@@ -5,16 +5,25 @@ from __future__ import annotations
 import json as jsons
 import time
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import tyro
 
-from shared.scenario import SIDES, Scenario, load
+from shared.scenario import SIDES, Scenario
 from shared.scenario.plausibility import doubts
 from stack import dependencies, preflight, services
+from stack.scenario_overrides import load_with
 
 
-def main(scenario: tyro.conf.Positional[Path], /, plan: bool = False, json: bool = False) -> int:
+def main(
+    scenario: tyro.conf.Positional[Path],
+    /,
+    plan: bool = False,
+    json: bool = False,
+    set: Annotated[
+        tyro.conf.UseAppendAction[tuple[str, ...]], tyro.conf.arg(metavar="KEY=VALUE")
+    ] = (),
+) -> int:
     """Check a scenario: its values, and the rope at rest at its start and goal.
 
     Values that are allowed but plausible only by mistake, e.g. of a unit, are named.
@@ -23,17 +32,19 @@ def main(scenario: tyro.conf.Positional[Path], /, plan: bool = False, json: bool
       lariat check three-cylinders
       lariat check my-cell.toml --plan
       lariat check my-cell.toml --json
+      lariat check three-cylinders --set rope.diameter=0.012
 
     Args:
         scenario: The scenario's TOML file, or the short name of a shipped one.
         plan: Plan a path from the start to the goal, too.
         json: Answer with one JSON object on standard output.
+        set: Replaces one value of the scenario, as in `lariat run`; may be repeated.
 
     Returns:
         0 for a valid scenario; 1 if no path to the goal was found; 2 after one line that names the
         error.
     """
-    cell = load(scenario)
+    cell = load_with(scenario, set)
     dependencies.check(cell, services.NAMES)
     reports = preflight.check(cell)
     starts = arm_starts(cell)

@@ -196,7 +196,9 @@ def _decode(path: Path, flags: int) -> np.ndarray | None:
     try:
         content = read_file(path, MAX_PICTURE_FILE_SIZE)
         check_image(content, MAX_PICTURE_PIXEL_COUNT)
-    except (OSError, ValueError) as error:
+    except OSError as error:
+        raise ConfigurationError(f"cannot read {path}: {error.strerror}") from error
+    except ValueError as error:
         raise ConfigurationError(f"{path}: {error}; give a PNG or a JPEG") from error
     return cv2.imdecode(np.frombuffer(content, np.uint8), flags)
 

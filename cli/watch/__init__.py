@@ -18,6 +18,8 @@ from shared.configuration import ConfigurationError
 from stack.client import JOIN_TIMEOUT
 from stack.credentials.local_secret import find_local_secret
 
+MAX_PORT = 65535
+"""Largest TCP port."""
 POLL_PERIOD = 0.02
 """Time between two looks for messages of the bus [s]."""
 
@@ -42,6 +44,8 @@ def main(
             token for each start.
         cell: Address of the stack.
     """
+    if not 0 <= port <= MAX_PORT:
+        raise ConfigurationError(f"port {port} does not exist; give --port 0…{MAX_PORT}")
     token = load_token(token_file)
     options = BusOptions(
         namespace=cell.namespace,

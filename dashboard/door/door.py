@@ -50,6 +50,9 @@ HEADERS = {
 }
 """Headers of every answer."""
 
+MAX_PORT = 65535
+"""Largest TCP port."""
+
 ADDRESS: web.RequestKey[Address] = web.RequestKey("address", Address)
 """Address under which a request reached the page."""
 
@@ -77,6 +80,8 @@ class Door:
         Raises:
             ConfigurationError: The port is taken, or the options admit nobody or too many.
         """
+        if not 0 <= options.port <= MAX_PORT:
+            raise ConfigurationError(f"port {options.port} does not exist; give 0…{MAX_PORT}")
         addresses = _addresses(options)
         password = load_password(options.password_file) if options.password_file else ""
         token = load_token(options.token_file)

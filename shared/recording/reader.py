@@ -222,7 +222,7 @@ class Recording:
                 except DAMAGE_ERRORS as error:
                     if position == 0:
                         raise ValueError(
-                            f"{self.path} is {kind_of(self.path)}, not an MCAP file: {error}"
+                            f"{self.path} is {kind_of(self.path)}, not an MCAP file"
                         ) from error
                     self.damage = f"ends after {position} bytes of whole records"
                     return

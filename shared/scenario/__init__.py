@@ -14,7 +14,7 @@ from typing import Any
 from shared.aliases import with_current_keys
 from shared.bounded_file import read_file
 from shared.configuration import ConfigurationError, read
-from shared.file_kind import kind_of
+from shared.file_kind import TEXT_KINDS, kind_of
 from shared.scenario.checks import check
 from shared.scenario.scenario import Scenario
 from shared.scenario.sections import SIDES, Event, Obstacle, Rope, Shape, Side
@@ -35,6 +35,8 @@ __all__ = [
     "parse",
 ]
 
+SUFFIX = ".toml"
+"""Suffix of a scenario's file."""
 MAX_SCENARIO_SIZE = 2**20
 """Largest scenario file [bytes]."""
 MAX_HELD_SHARE = 0.5
@@ -59,7 +61,9 @@ def load(path: Path | str) -> Scenario:
         ) from error
     except (OSError, ValueError) as error:
         raise ConfigurationError(f"cannot read scenario {path}: {error}") from error
-    return parse(text, folder=path.parent, source=str(path))
+    named = path.suffix == SUFFIX or path.suffix not in TEXT_KINDS
+    source = str(path) if named else f"{path} is {kind_of(path)}"
+    return parse(text, folder=path.parent, source=source)
 
 
 def parse(text: str, folder: Path, source: str = "scenario") -> Scenario:

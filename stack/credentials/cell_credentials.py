@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from shared.configuration import ConfigurationError
+from shared.file_kind import kind_of
 from stack.credentials.access_control import ROUTER, USERS, access_control
 from stack.credentials.authority import Authority, Credential, days_left
 from stack.credentials.private_file import write_private
@@ -45,6 +46,8 @@ def make_credentials(
     Raises:
         ConfigurationError: The folder cannot be written, or holds a broken authority.
     """
+    if folder.exists() and not folder.is_dir():
+        raise ConfigurationError(f"{folder} is {kind_of(folder)}; name a folder for credentials")
     try:
         authority, is_new = _authority(folder / "authority", days, renew)
         made = []

@@ -15,9 +15,10 @@ import numpy as np
 from shared import topics
 from shared.messages import stamp_of
 from shared.recording import Recording
+from shared.scenario.cameras import DEFAULT_CAMERA
 
-COLOR = topics.CAMERA_COLOR.at(topics.CAMERA)
-DEPTH = topics.CAMERA_DEPTH.at(topics.CAMERA)
+COLOR = topics.CAMERA_COLOR.at(DEFAULT_CAMERA)
+DEPTH = topics.CAMERA_DEPTH.at(DEFAULT_CAMERA)
 
 STAGES = ("image published", "rope published", "setpoints published", "setpoints accepted")
 """Stages on the way, in their order; each is reached when a process publishes."""

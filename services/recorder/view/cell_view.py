@@ -125,7 +125,7 @@ class CellView:
         if scene.entities:
             yield Publication(topics.VIEW_SCENE, scene)
         for camera in self._cameras:
-            yield from camera.draw(now)
+            yield from camera.draw(now, again=refresh)
 
     def _message(self, key: str) -> Any | None:
         payload = self._newest.get(key)

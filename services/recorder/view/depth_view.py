@@ -30,23 +30,27 @@ class DepthView:
         self.cloud = topics.VIEW_POINTS.at(name)
         """Topic of its points."""
         self._depth = self._calibration = b""
-        self._drawn = -DEPTH_PERIOD
+        self._drawn, self._is_new = -DEPTH_PERIOD, False
 
     def take(self, key: str, payload: bytes) -> None:
         """Take an encoded message of any topic."""
         if key == self._depth_key:
-            self._depth = payload
+            self._depth, self._is_new = payload, True
         elif key == self._calibration_key:
             self._calibration = payload
 
-    def draw(self, now: int) -> Iterator[Publication]:
-        """Draw the newest image if it is due at `now` [ns]."""
-        due = now - self._drawn >= DEPTH_PERIOD
+    def draw(self, now: int, again: bool) -> Iterator[Publication]:
+        """Draw the newest image if it is due.
+
+        Args:
+            now: Present time [ns].
+            again: Whether to draw it even if it is drawn already, for viewers that come late.
+        """
+        due = now - self._drawn >= DEPTH_PERIOD and (self._is_new or again)
         if not (due and self._depth and self._calibration):
             return
-        self._drawn = now
+        self._drawn, self._is_new = now, False
         image = RawImage.FromString(self._depth)
-        self._depth = b""
         points = depth_points(image, CameraCalibration.FromString(self._calibration))
         shades = colors.uniform(DEPTH_SHADE, len(points))
         yield Publication(self.cloud, point_cloud(points, shades, self._name, now))

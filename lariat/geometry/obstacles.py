@@ -83,7 +83,9 @@ def signed_distance(
         case "cylinder":
             radial = np.hypot(local[..., 0], local[..., 1]) - obstacle.radius
             axial = np.abs(local[..., 2]) - obstacle.height / 2.0
-            excess = np.stack([radial, axial], axis=-1)
+            beside, beyond = np.maximum(radial, 0.0), np.maximum(axial, 0.0)
+            outside = np.sqrt(beside * beside + beyond * beyond)
+            return outside + np.minimum(np.maximum(radial, axial), 0.0)
         case "box":
             excess = np.abs(local) - np.array(obstacle.size) / 2.0
     outside = np.linalg.norm(np.maximum(excess, 0.0), axis=-1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -140,6 +141,9 @@ def run(
             cleanup.callback(recorder.close)
             stack.taps.append(recorder)
         stack.warm_up()
+        # Modules and kernels stay: the garbage collector need not visit them again and again.
+        gc.freeze()
+        cleanup.callback(gc.unfreeze)
         reason = make_ready(stack, scenario, lambda: watch and watch(stack, scorer))
         steps_before = len(stack.step_ms("controller"))
         began = time.perf_counter()

@@ -86,6 +86,11 @@ class RopeCamera:
         self.exposure, self.fault = Exposure(images, stamp, now), ""
         return None
 
+    @property
+    def marked_in_view(self) -> frozenset[str]:
+        """Names of the obstacles whose markers it sees; none while it fails."""
+        return self._markers.in_view if self._markers and not self.fault else frozenset()
+
     def follow_markers(self, obstacles: Sequence[Obstacle]) -> list[ObstacleMove]:
         """Return the obstacles that have moved in the newest images, and remove their markers.
 

@@ -132,18 +132,29 @@ class PerceptionService:
     def _perceived(self, due: Sequence[RopeCamera], stamp: int) -> CenterlineEstimate:
         """Rope in the newest images of some cameras, taken at `stamp` [ns]."""
         for camera in due:
-            for move in camera.follow_markers(self._scene.obstacles):
-                try:
-                    # An observed pose is accepted whether or not it overlaps the rope.
-                    self._scene.move(move.name, move.position, move.orientation)
-                except SceneChangeRefused as refusal:
-                    log.warning("marker of %s: %s", move.name, refusal)
+            self._follow_markers(camera)
         left, right = self._grips.at(stamp)
         estimate = fuse([camera.track(left, right) for camera in due])
         if len(self._cameras) > 1 and not estimate.lost:
             for camera in self._cameras:
                 camera.adopt(estimate, left, right, stamp)
         return estimate
+
+    def _follow_markers(self, camera: RopeCamera) -> None:
+        """Move obstacles to where a camera sees their markers.
+
+        Of several cameras that see one marker, the first in the file counts: calibrations differ,
+        and the obstacle must not go back and forth between them.
+        """
+        first = self._cameras[: self._cameras.index(camera)]
+        for move in camera.follow_markers(self._scene.obstacles):
+            if any(move.name in other.marked_in_view for other in first):
+                continue
+            try:
+                # An observed pose is accepted whether or not it overlaps the rope.
+                self._scene.move(move.name, move.position, move.orientation)
+            except SceneChangeRefused as refusal:
+                log.warning("marker of %s: %s", move.name, refusal)
 
     def _new_tracker(self, setup: CameraSetup, intrinsics: Intrinsics) -> RopeTracker:
         s, camera = self._scenario.sensing, Camera(intrinsics, setup.T_world_camera)

@@ -10,6 +10,7 @@ from shared import topics
 from shared.messages import (
     ArmCommand,
     ArmStates,
+    CommissioningState,
     GoalDraft,
     GoalPreview,
     Message,
@@ -42,6 +43,8 @@ class Cell(threading.Thread):
         """Whether nothing is played any more."""
         self.runs: RunList | None = None
         """List of the recorder."""
+        self.first_day: CommissioningState | None = None
+        """Checklist of the first day that is gone through."""
         self.deaf = False
         """Whether commands to the arms are not answered."""
         self._arms: dict = {"mode": ArmStates.MOVING}
@@ -55,6 +58,8 @@ class Cell(threading.Thread):
             with self._news:
                 arms = self._stage.arms(self._stage.nodes(0.3), **self._arms)
                 self._stage.send(topics.ARM_STATE, arms)
+                if self.first_day is not None:
+                    self._stage.send(topics.COMMISSIONING_STATE, self.first_day)
                 if self.runs is not None:
                     self._stage.send(topics.RUN_LIST, self.runs)
                 for topic, message in self._stage.step(1.0 / 15.0):

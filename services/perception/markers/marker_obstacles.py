@@ -81,6 +81,12 @@ class MarkerObstacles:
         self._searched: int | None = None
         self._detections: list[MarkerDetection] = []
 
+    @property
+    def in_view(self) -> frozenset[str]:
+        """Names of the obstacles whose markers were found in the last search."""
+        found = (self._marked.get(d.identity) for d in self._detections)
+        return frozenset(obstacle.name for obstacle in found if obstacle is not None)
+
     def update(
         self,
         color: UInt8[np.ndarray, "h w 3"],

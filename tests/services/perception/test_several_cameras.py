@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from services.perception.markers.marker_obstacles import ObstacleMove
 from services.perception.service import PerceptionService
 from services.sim.service import SimService
 from shared import topics
@@ -93,6 +94,27 @@ def test_two_cameras_of_one_instant_give_one_rope(both: Cell) -> None:
     stamps = [rope.stamp for rope in both.seen]
     assert len(set(stamps)) == len(stamps)
     assert np.median(np.diff(stamps)) == pytest.approx(33.3e6, rel=0.1)
+
+
+class Watching:
+    """Camera that sees the marker of the post somewhere, or does not."""
+
+    def __init__(self, x: float, sees: bool = True) -> None:
+        self._x, self.marked_in_view = x, frozenset({"post"} if sees else ())
+
+    def follow_markers(self, obstacles: object) -> list[ObstacleMove]:
+        return [ObstacleMove("post", (self._x, 0.3, 0.08), (1.0, 0.0, 0.0, 0.0))]
+
+
+@pytest.mark.parametrize(("first_sees", "x"), [(True, 0.1), (False, 0.12)])
+def test_a_marker_that_two_cameras_see_is_measured_by_the_first(first_sees: bool, x: float) -> None:
+    perception = PerceptionService(scenario(OVERHEAD + SIDE))
+    first, second = Watching(0.1, first_sees), Watching(0.12)
+    perception._cameras[:] = [first, second]  # pyright: ignore[reportArgumentType]
+    for camera in (first, second, first, second) if first_sees else (second,):
+        perception._follow_markers(camera)  # pyright: ignore[reportArgumentType]
+    (post,) = [o for o in perception._scene.obstacles if o.name == "post"]
+    assert post.position[0] == x
 
 
 def test_the_rope_is_seen_on_without_a_camera_that_falls_silent(both: Cell) -> None:

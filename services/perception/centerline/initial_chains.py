@@ -86,7 +86,7 @@ def _from_prior(
     dense = polylines.resample(prior.positions, 4 * rope.node_count)
     edges = []
     for points in view.points:
-        gaps = np.linalg.norm(points[:, None] - dense[None], axis=2)
+        gaps = polylines.point_distances(points, dense)
         nearest = np.argmin(gaps, axis=1)
         far = gaps[np.arange(len(points)), nearest] > reach
         edges.append(np.where(far, -1, nearest * (rope.node_count - 1) // len(dense)))

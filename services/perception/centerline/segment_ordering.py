@@ -66,7 +66,7 @@ def order_by_prior(
     found: list[tuple[float, int, bool]] = []
     for index, points in enumerate(segments):
         sampled = points[:: max(1, len(points) // MAX_COMPARED_POINTS)]
-        distances = np.linalg.norm(sampled[:, None] - dense[None], axis=2)
+        distances = polylines.point_distances(sampled, dense)
         nearest = np.argmin(distances, axis=1)
         if np.mean(distances[np.arange(len(sampled)), nearest]) > reach:
             continue

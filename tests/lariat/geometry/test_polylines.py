@@ -83,3 +83,8 @@ def test_end_tangents_are_those_of_the_curve_and_not_of_its_outer_edges() -> Non
     np.testing.assert_allclose(polylines.end_tangents(fine), exact, atol=2e-3)
     outer = (fine[1] - fine[0]) / np.linalg.norm(fine[1] - fine[0])
     assert np.linalg.norm(outer - exact[0]) > 0.02
+
+
+def test_point_distances_are_those_of_every_pair() -> None:
+    found = polylines.point_distances(CORNER, CORNER[:2])
+    np.testing.assert_allclose(found, [[0.0, 3.0], [3.0, 0.0], [np.sqrt(10.0), 1.0]])

@@ -92,12 +92,23 @@ def rotation_vectors(orientations: Float64[np.ndarray, "k n 4"]) -> Float64[np.n
     vectors = poses.logarithm(
         poses.multiply(orientations, np.broadcast_to(first, orientations.shape))
     )
-    for before, after in pairwise(vectors):
-        angle = np.linalg.norm(after, axis=-1, keepdims=True)
-        axis = after / np.maximum(angle, 1e-12)
-        turns = np.round(np.sum((before - after) * axis, axis=-1, keepdims=True) / (2.0 * np.pi))
-        after += 2.0 * np.pi * turns * axis
+    if np.any(_turns(vectors[:-1], vectors[1:])):
+        for before, after in pairwise(vectors):
+            turns = _turns(before, after)
+            after += 2.0 * np.pi * turns * _axis(after)
     return vectors
+
+
+def _turns(
+    before: Float64[np.ndarray, "*b 3"], after: Float64[np.ndarray, "*b 3"]
+) -> Float64[np.ndarray, "*b 1"]:
+    """Return the whole turns by which a rotation vector must grow to be near the one before it."""
+    along = np.sum((before - after) * _axis(after), axis=-1, keepdims=True)
+    return np.round(along / (2.0 * np.pi))
+
+
+def _axis(vector: Float64[np.ndarray, "*b 3"]) -> Float64[np.ndarray, "*b 3"]:
+    return vector / np.maximum(np.linalg.norm(vector, axis=-1, keepdims=True), 1e-12)
 
 
 def angular_rate(

@@ -158,7 +158,7 @@ class UrdfKinematics:
         for iteration in range(NEWTON_ITERATIONS):
             pinocchio.framesForwardKinematics(self._model, self._data, joints)
             error = pinocchio.log6(self._data.oMf[self._frame].actInv(goal)).vector
-            reached = np.max(np.abs(error)) < POSE_TOLERANCE
+            reached = _largest(error) < POSE_TOLERANCE
             if reached and posture is None:
                 return joints
             J = pinocchio.computeFrameJacobian(self._model, self._data, joints, self._frame)
@@ -172,9 +172,7 @@ class UrdfKinematics:
                 if iteration == POSTURE_ITERATIONS:
                     # Near enough: the rest of the steps is for the pose alone.
                     posture = None
-            joints = joints + step * min(
-                1.0, NEWTON_STEP_LIMIT / max(float(np.max(np.abs(step))), 1e-12)
-            )
+            joints = joints + step * min(1.0, NEWTON_STEP_LIMIT / max(_largest(step), 1e-12))
         return None
 
     def solve_anywhere(self, grip: Pose) -> Joints | None:
@@ -200,7 +198,7 @@ class UrdfKinematics:
         low, high = self.joint_range
         margin = float(np.min(np.minimum(joints - low, high - joints)))
         room = min(1.0, margin / BRANCH_LIMIT_MARGIN)
-        return room * self.smallest_singular_value(joints)
+        return room * float(self.smallest_singular_values(joints[None])[0])
 
     def _branch_seeds(self) -> Float64[np.ndarray, "s j"]:
         """Joint angles from which branches are sought: the middle of the range, and random ones."""
@@ -208,9 +206,12 @@ class UrdfKinematics:
         random = np.random.default_rng(0)
         return np.vstack([0.5 * (low + high), random.uniform(low, high, (BRANCH_SEEDS, len(low)))])
 
-    def smallest_singular_value(self, joints: Joints) -> float:
-        """Return the smallest singular value of the Jacobian, in metres and radians."""
-        return float(np.linalg.svd(self.jacobian(joints), compute_uv=False)[-1])
+    def smallest_singular_values(
+        self, path: Float64[np.ndarray, "m j"]
+    ) -> Float64[np.ndarray, "m"]:
+        """Return the smallest singular value of the Jacobian along a path of the joints [m/rad]."""
+        jacobians = np.array([self.jacobian(joints) for joints in path])
+        return np.linalg.svd(jacobians, compute_uv=False)[:, -1]
 
     def link_spheres(
         self, path: Float64[np.ndarray, "m j"]
@@ -223,14 +224,20 @@ class UrdfKinematics:
         Returns:
             Centres in the world, and radii [m].
         """
-        placements = np.empty((len(path), len(self._sphere_joints), 3, 4))
+        placements = np.empty((len(path), len(self._sphere_joints), 4, 4))
+        of_joints = self._data.oMi
         for row, joints in zip(placements, path, strict=True):
             pinocchio.forwardKinematics(self._model, self._data, joints)
             for k, joint in enumerate(self._sphere_joints):
-                row[k] = self._data.oMi[joint].homogeneous[:3]
-        of_sphere = placements[:, self._sphere_rows]
+                row[k] = of_joints[joint].homogeneous
+        of_sphere = placements[:, self._sphere_rows, :3]
         centres = np.einsum("mkij,kj->mki", of_sphere[..., :3], self._sphere_centres)
         return self._T_world_base.apply(centres + of_sphere[..., 3]), self._sphere_radii
+
+
+def _largest(vector: Float64[np.ndarray, "k"]) -> float:
+    """Return the largest absolute component of a short vector; without NumPy it takes a fifth."""
+    return max(map(abs, vector.tolist()))
 
 
 def _joined(covers: list[Cover]) -> Cover:

@@ -31,8 +31,10 @@ class ArmKinematics(Protocol):
         """Return the joints for a grip pose in the world on the branch of `near`, if any."""
         ...
 
-    def smallest_singular_value(self, joints: Joints) -> float:
-        """Return the smallest singular value of the Jacobian in metres and radians."""
+    def smallest_singular_values(
+        self, path: Float64[np.ndarray, "m j"]
+    ) -> Float64[np.ndarray, "m"]:
+        """Return the smallest singular value of the Jacobian along a path of the joints [m/rad]."""
         ...
 
     def joint_speed(self, joints: Joints, velocity: Float64[np.ndarray, "2 3"]) -> Joints:

@@ -8,6 +8,7 @@ from jaxtyping import Float64
 from lariat.geometry.obstacles import signed_distance
 from shared.constraints.obstacle_scene import ObstacleScene
 from shared.constraints.slacks import Slacks
+from shared.constraints.sphere_distance import distances
 
 EXACT_SLACK = 0.05
 """Slack above which the distance from an obstacle's bounding sphere to the box around the path
@@ -63,12 +64,17 @@ class CollisionConstraint:
         bounds = np.linalg.norm(outside, axis=-1) - reach
         near = bounds < EXACT_SLACK
         slack = np.full(len(centres), np.min(bounds, where=~near, initial=np.inf))
-        for k in np.flatnonzero(np.any(near, axis=0)):
-            spheres = np.flatnonzero(near[:, k])
-            gaps = np.linalg.norm(centres[:, spheres] - scene.centres[k], axis=-1)
-            gaps -= reach[spheres, k]
-            if np.any(gaps < EXACT_SLACK):
-                gaps = signed_distance(centres[:, spheres], scene.solids[k])
-                gaps -= radii[spheres] + self.keep_out
-            slack = np.minimum(slack, np.min(gaps, axis=1))
+        columns = np.flatnonzero(np.any(near, axis=0))
+        if not len(columns):
+            return slack
+        near = near[:, columns]
+        gaps = distances(centres, scene.centres[columns]) - reach[:, columns]
+        gaps = np.min(np.where(near, gaps, np.inf), axis=1)
+        coarse = np.min(gaps, axis=0) >= EXACT_SLACK
+        slack = np.minimum(slack, np.min(gaps[:, coarse], axis=1, initial=np.inf))
+        for column in np.flatnonzero(~coarse):
+            spheres = np.flatnonzero(near[:, column])
+            exact = signed_distance(centres[:, spheres], scene.solids[columns[column]])
+            exact -= radii[spheres] + self.keep_out
+            slack = np.minimum(slack, np.min(exact, axis=1))
         return slack

@@ -140,14 +140,17 @@ def solved_poses_of_chunk(positions: Float64[np.ndarray, "m ends 3"]) -> list[in
         len(positions), max(LEAST_SOLVED_POSES, 1 + int(np.ceil(longest / MAX_SOLVED_STRIDE)))
     )
     # Where the motion is fast the poses are far apart: none of them is left out there.
-    solved, travelled = [0], np.zeros(positions.shape[1])
+    solved, rows = [0], steps.tolist()
+    travelled = [0.0] * positions.shape[1]
     stride = max(1, (len(positions) - 1) // max(count - 1, 1))
     for k in range(1, len(positions)):
-        travelled = travelled + steps[k - 1]
-        far = k + 1 < len(positions) and np.max(travelled + steps[k]) > MAX_SOLVED_STRIDE
+        travelled = [way + step for way, step in zip(travelled, rows[k - 1], strict=True)]
+        far = k + 1 < len(positions) and any(
+            way + step > MAX_SOLVED_STRIDE for way, step in zip(travelled, rows[k], strict=True)
+        )
         if far or k - solved[-1] >= stride or k == len(positions) - 1:
             solved.append(k)
-            travelled = np.zeros_like(travelled)
+            travelled = [0.0] * len(travelled)
     return solved
 
 

@@ -16,5 +16,4 @@ def singularity_slack(
     kinematics: ArmKinematics, joints: Float64[np.ndarray, "m j"]
 ) -> Float64[np.ndarray, "m"]:
     """Return by how much the least singular value exceeds its limit at m poses [m/rad]."""
-    values = [kinematics.smallest_singular_value(row) for row in joints]
-    return np.array(values) - MIN_SINGULAR_VALUE
+    return kinematics.smallest_singular_values(joints) - MIN_SINGULAR_VALUE

@@ -31,5 +31,24 @@ def sphere_distances(a: Spheres, b: Spheres) -> Float64[np.ndarray, "m"]:
     """Return the least distance between the surfaces of two sets of spheres at each pose [m]."""
     if not len(a.radii) or not len(b.radii):
         return np.full(len(a.centres), np.inf)
-    gaps = np.linalg.norm(a.centres[:, :, None] - b.centres[:, None], axis=-1)
-    return np.min(gaps - a.radii[:, None] - b.radii, axis=(1, 2))
+    gaps = distances(a.centres, b.centres) - a.radii[:, None] - b.radii
+    return np.min(gaps, axis=(1, 2))
+
+
+def distances(
+    a: Float64[np.ndarray, "m k 3"], b: Float64[np.ndarray, "*m l 3"]
+) -> Float64[np.ndarray, "m k l"]:
+    """Return the distances between all points of two sets at each of m poses [m].
+
+    One axis after the other, which takes a third of the time of the norms of the differences.
+
+    Args:
+        a: Points at m poses [m].
+        b: Points at the same poses, or at rest [m].
+    """
+    offset = a[..., :, None, 0] - b[..., None, :, 0]
+    squares = offset * offset
+    for axis in (1, 2):
+        offset = a[..., :, None, axis] - b[..., None, :, axis]
+        squares += offset * offset
+    return np.sqrt(squares)

@@ -36,4 +36,4 @@ class Kinematics(UrdfKinematics):
 
     def _branch_rank(self, joints: Float64[np.ndarray, "6"]) -> float:
         # The ranges of a CR5 end beyond a whole turn.
-        return self.smallest_singular_value(joints)
+        return float(self.smallest_singular_values(joints[None])[0])

@@ -25,8 +25,8 @@ class PlanarArm:
         elbow = np.arccos(cosine)
         return np.array([np.arctan2(y, x) - elbow / 2.0, elbow])
 
-    def smallest_singular_value(self, joints: np.ndarray) -> float:
-        return float(np.linalg.svd(self.jacobian(joints), compute_uv=False)[-1])
+    def smallest_singular_values(self, path: np.ndarray) -> np.ndarray:
+        return np.linalg.svd([self.jacobian(row) for row in path], compute_uv=False)[:, -1]
 
     def joint_speed(self, joints: np.ndarray, velocity: np.ndarray) -> np.ndarray:
         return np.linalg.solve(self.jacobian(joints), velocity[0, :2])

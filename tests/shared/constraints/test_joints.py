@@ -97,7 +97,7 @@ def test_singularity_slack_is_zero_at_the_smallest_singular_value() -> None:
     slack = singularity_slack(ARM, np.stack([np.zeros(400), bends], axis=1))
     assert slack[0] < 0.0 < slack[-1]
     at = int(np.argmin(np.abs(slack)))
-    value = ARM.smallest_singular_value(np.array([0.0, bends[at]]))
+    value = ARM.smallest_singular_values(np.array([[0.0, bends[at]]]))[0]
     assert np.isclose(value, MIN_SINGULAR_VALUE, atol=2e-3)
 
 

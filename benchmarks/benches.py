@@ -14,6 +14,7 @@ class Bench(NamedTuple):
 
 
 BENCHES: dict[str, Bench] = {
+    "attacks": Bench("benchmarks.attacks", "attacks on a live stack by those who may not use it"),
     "cables": Bench("benchmarks.cables", "stiffness of real cables, from hanging and twisting"),
     "camera": Bench("benchmarks.camera", "cost of the simulated camera, accuracy of markers"),
     "chunks": Bench("benchmarks.chunks", "time of the gateway's tick with the longest chunks"),
@@ -29,7 +30,9 @@ BENCHES: dict[str, Bench] = {
     ),
     "live": Bench("benchmarks.live", "step times of the live stack, from a recording"),
     "machines": Bench("benchmarks.machines", "a cell on two machines whose line is cut and healed"),
-    "network": Bench("benchmarks.network", "runs while messages are lost, doubled and late"),
+    "network": Bench(
+        "benchmarks.network", "runs while messages are lost or late, or clocks differ"
+    ),
     "paper": Bench("benchmarks.paper.bench", "the paper's simulations, its methods and ours"),
     "perception": Bench("benchmarks.perception.bench", "accuracy of the perceived rope"),
     "physics": Bench("benchmarks.physics.bench", "the rod against the continuum and closed forms"),

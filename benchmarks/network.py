@@ -1,4 +1,4 @@
-"""Runs over a network that loses, doubles, delays and reorders messages: `lariat bench network`."""
+"""Runs over a bad network, or with clocks that differ: `lariat bench network`."""
 
 from __future__ import annotations
 
@@ -9,14 +9,16 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from benchmarks.clock_offsets import CLOCK_OFFSETS, with_clock_offsets
 from lariat.trajectory import MotionLimits
 from shared import topics
 from shared.configuration import ConfigurationError
 from shared.messages import ArmStates
 from shared.scenario import Scenario, load
 from shared.service import SECOND
+from stack import services
 from stack.simulation import closed_loop
-from stack.simulation.simulated_time import Delivery, Network
+from stack.simulation.simulated_time import Delivery, Network, session_id
 
 DEFAULT_SCENARIO = Path(__file__).parents[1] / "scenarios" / "three-cylinders.toml"
 """Scenario of the runs."""
@@ -65,6 +67,8 @@ CONDITIONS: dict[str, Condition] = {
     "cut": _cut,
 }
 """Conditions of the network by name; numbers are percent of the messages, or milliseconds."""
+NAMES = (*CONDITIONS, *CLOCK_OFFSETS)
+"""Names of all conditions."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +76,7 @@ class NetworkResult:
     """Outcome of one run."""
 
     condition: str
-    """Name in `CONDITIONS`."""
+    """Name in `NAMES`."""
     reached: bool
     """Whether the goal was reached."""
     final_error_mm: float | None
@@ -88,18 +92,18 @@ class NetworkResult:
 
 
 def run(
-    conditions: tuple[str, ...] = tuple(CONDITIONS),
+    conditions: tuple[str, ...] = NAMES,
     scenario: Path = DEFAULT_SCENARIO,
     seed: int = 0,
     json: bool = False,
 ) -> int:
-    """Run a scenario in simulated time while the network disturbs every message.
+    """Run a scenario in simulated time while the network disturbs every message, or clocks differ.
 
     A run either reaches its goal or stops with a cause; it touches no obstacle, and no gripper
     exceeds its speed. No person resumes what has stopped.
 
     Args:
-        conditions: Conditions of the network.
+        conditions: Conditions of network and clocks.
         scenario: Scenario of the runs.
         seed: Seed of the network.
         json: Print one JSON object instead of a table.
@@ -108,10 +112,8 @@ def run(
         0 when every promise was kept, 1 otherwise.
     """
     for name in conditions:
-        if name not in CONDITIONS:
-            raise ConfigurationError(
-                f"no condition {name!r}; expected one of {', '.join(CONDITIONS)}"
-            )
+        if name not in NAMES:
+            raise ConfigurationError(f"no condition {name!r}; expected one of {', '.join(NAMES)}")
     cell = load(scenario)
     results = []
     for name in conditions:
@@ -125,7 +127,7 @@ def run(
 
 
 def run_condition(scenario: Scenario, name: str, seed: int) -> NetworkResult:
-    """Run a scenario over a disturbed network.
+    """Run a scenario over a disturbed network, or with clocks that differ.
 
     Args:
         scenario: The scenario.
@@ -133,7 +135,7 @@ def run_condition(scenario: Scenario, name: str, seed: int) -> NetworkResult:
         seed: Seed of the network.
     """
     rng = random.Random(f"{seed}/{name}")
-    condition = CONDITIONS[name]
+    condition = CONDITIONS.get(name, CONDITIONS["whole"])
     network: Network = lambda delivery: condition(rng, delivery)  # noqa: E731
     states: list[ArmStates] = []
 
@@ -141,7 +143,10 @@ def run_condition(scenario: Scenario, name: str, seed: int) -> NetworkResult:
         if delivery.key == topics.ARM_STATE.key:
             states.append(delivery.parse())
 
-    score = closed_loop.run(scenario, taps=(watch,), network=network).score
+    scenario = closed_loop.with_emulated_arms(scenario)
+    built = [services.build(n, scenario, session_id(n)) for n in services.NAMES]
+    members = with_clock_offsets(built, CLOCK_OFFSETS.get(name, {}))
+    score = closed_loop.run(scenario, taps=(watch,), members=members, network=network).score
     speed = max(
         (sum(v * v for v in arm.linear_velocity) ** 0.5 for s in states for arm in s.arms),
         default=0.0,

@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import os
-import secrets
-import signal
-import socket
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, suppress
@@ -17,21 +12,16 @@ from types import TracebackType
 
 from benchmarks.endurance.pages import OpenPages
 from benchmarks.endurance.samples import Sample, sample_of
+from benchmarks.live_stack import LiveStack
 from shared import topics
 from shared.messages import FAILED, IDLE, REACHED, ArmCommand, ArmStates, Health, TaskRequest
 from shared.scenario import load
-from stack import client
 from stack.client import RequestFailed
 from stack.credentials.local_secret import find_local_secret
 from stack.launcher import module_entry
-from stack.launcher.library_environment import LIBRARY_ENVIRONMENT
 
 SAMPLE_PERIOD = 10.0
 """Time between two samples [s]."""
-START_TIMEOUT = 200.0
-"""Longest wait for the stack; kernels may have to be compiled [s]."""
-EXIT_TIMEOUT = 10.0
-"""Longest wait for the stack to end before it is killed [s]."""
 RESET_TIMEOUT = 10.0
 """Longest wait for a reset [s]."""
 HOSTILE_DURATION = 86_400.0
@@ -64,33 +54,16 @@ class LiveOperation:
 
     def __enter__(self) -> LiveOperation:
         """Start stack and pages."""
-        folder = self._resources.enter_context(tempfile.TemporaryDirectory())
-        port, page_port = _free_port(), _free_port()
-        namespace = f"endurance-{secrets.token_hex(4)}"
-        arguments = [str(self._scenario.resolve()), "--port", str(port), "--namespace", namespace]
-        arguments += ["--dashboard-port", str(page_port)]
-        log = Path(folder) / "up.txt"
-        with log.open("wb") as output:
-            self._launcher = subprocess.Popen(
-                [sys.executable, *module_entry.command("cli", "up", *arguments)],
-                cwd=folder,
-                stdout=output,
-                stderr=subprocess.STDOUT,
-                env={**os.environ, **LIBRARY_ENVIRONMENT},
-            )
-        self._resources.callback(self._end)
-        address = self._wait_for_address(log)
-        self._client = self._resources.enter_context(
-            client.connect(client.Cell((f"tcp/127.0.0.1:{port}",), namespace))
-        )
+        stack = self._stack = self._resources.enter_context(LiveStack(self._scenario))
+        self._client = self._resources.enter_context(stack.connect())
         bus = self._client.bus
         self._arm, self._task = bus.subscribe(topics.ARM_STATE), bus.subscribe(topics.TASK_STATE)
         self._healths = bus.subscribe(topics.HEALTH)
         if self._page_count:
-            pages = OpenPages(address, self._page_count)
+            pages = OpenPages(stack.address, self._page_count)
             self._resources.callback(pages.close)
         if self._hostile_rate:
-            self._start_hostile_publisher(f"tcp/127.0.0.1:{port}", namespace)
+            self._start_hostile_publisher(stack.hub, stack.namespace)
         return self
 
     def __exit__(
@@ -113,7 +86,7 @@ class LiveOperation:
 
     def _samples(self, minutes: float) -> Iterator[Sample]:
         self._update()
-        yield sample_of("lariat up", self._launcher.pid, minutes, 0.0)
+        yield sample_of("lariat up", self._stack.pid, minutes, 0.0)
         for name, health in sorted(self._health.items()):
             with suppress(OSError):  # It may just be restarted.
                 yield sample_of(name, health.process, minutes, health.step_p99_ms)
@@ -184,26 +157,3 @@ class LiveOperation:
     def _update(self) -> None:
         for _, item in self._healths.take():
             self._health[item.message.service] = item.message
-
-    def _wait_for_address(self, log: Path) -> str:
-        deadline = time.monotonic() + START_TIMEOUT
-        while time.monotonic() < deadline and self._launcher.poll() is None:
-            _, found, rest = log.read_text(errors="replace").partition("dashboard at ")
-            if found and "\n" in rest:
-                return rest.split()[0]
-            time.sleep(POLL_PERIOD)
-        raise RuntimeError(f"the stack does not start:\n{log.read_text(errors='replace')}")
-
-    def _end(self) -> None:
-        self._launcher.send_signal(signal.SIGINT)
-        try:
-            self._launcher.wait(EXIT_TIMEOUT)
-        except subprocess.TimeoutExpired:
-            self._launcher.kill()
-            self._launcher.wait()
-
-
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]

@@ -6,13 +6,14 @@ The motion of the arm is measured by the emulator's joint log, independently of 
 from __future__ import annotations
 
 import json as encoder
+import os
 import sys
 import tempfile
 from dataclasses import asdict
 from pathlib import Path
 from typing import Literal
 
-from benchmarks.faults.cases import CASES
+from benchmarks.faults.cases import CASES, FaultCase
 from benchmarks.faults.cell import LINK_TIMEOUT, FaultCell
 from benchmarks.faults.fault_trial import FaultResult, run_trial
 from benchmarks.faults.processes import OTHER_SIDE, DeadlineMissed
@@ -34,9 +35,10 @@ def run(
 ) -> int:
     """Inject faults into a moving cell and measure how the arm stops.
 
-    Processes are killed, frozen or slowed, the arm's connection is disturbed, another gateway is
-    started, hostile messages are sent. Needs the loopback addresses 127.0.0.41 to 127.0.0.43 and
-    about 12 s for each case.
+    Processes are killed, frozen, slowed or raise an exception, the arm's connection is disturbed,
+    another gateway joins, hostile messages are sent, the disk of the recordings fills up (which
+    root alone can arrange). Needs the loopback addresses 127.0.0.41 to 127.0.0.44 and about 12 s
+    for each case.
 
     Args:
         cases: Names of the faults, as in the first column; by default all that the scenario allows.
@@ -49,7 +51,12 @@ def run(
         0 when every promise of docs/concepts/safety.md was kept, 1 otherwise.
     """
     two_arms = load(scenario).end(OTHER_SIDE).driver == "cr5"
-    chosen = cases or tuple(n for n, case in CASES.items() if two_arms or not case.two_arms)
+    # A disk of its own can be made by root alone.
+    chosen = cases or tuple(
+        n
+        for n, case in CASES.items()
+        if (two_arms or not case.two_arms) and not (case.recorded and os.geteuid())
+    )
     for name in chosen:
         if name not in CASES:
             raise ConfigurationError(f"no case {name!r}; expected one of {', '.join(CASES)}")
@@ -60,8 +67,9 @@ def run(
     with tempfile.TemporaryDirectory() as temporary:
         logs = folder or Path(temporary)
         logs.mkdir(parents=True, exist_ok=True)
-        # Cases that need a router come last, on a stack of their own.
-        groups = [[n for n in chosen if CASES[n].routed == routed] for routed in (False, True)]
+        # Cases that need a router, or recordings, come last, each on a stack of their own.
+        kinds = ((False, False), (False, True), (True, False))
+        groups = [[n for n in chosen if _kind(CASES[n]) == kind] for kind in kinds]
         results = [
             f
             for names in groups
@@ -79,7 +87,7 @@ def _run_trials(
     chosen: list[str], scenario: Path, folder: Path, firmware: str
 ) -> list[FaultResult]:
     print("starting the stack", file=sys.stderr)
-    cell = FaultCell(scenario, folder, firmware, CASES[chosen[0]].routed)
+    cell = FaultCell(scenario, folder, firmware, *_kind(CASES[chosen[0]]))
     results = []
     silence = "hold"
     try:
@@ -103,6 +111,11 @@ def _run_trials(
     finally:
         cell.close()
     return results
+
+
+def _kind(case: FaultCase) -> tuple[bool, bool]:
+    """Return whether a case needs a router, and whether it needs recordings."""
+    return case.routed, case.recorded
 
 
 def _line(f: FaultResult) -> str:

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import signal
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from benchmarks.faults.cell import FaultCell
 from benchmarks.faults.line_condition import LineCommand, LineCondition
 
-Action = Callable[[FaultCell], None]
-"""Injection or repair of a fault."""
+Action = Callable[[FaultCell], float | None]
+"""Injection or repair of a fault; an injection may return the time of its effect [s]."""
 
-SLOWED_CAUSES = ("", "silence", "left_behind", "stalled", "lost_link", "tracking")
+SLOWED_CAUSES = (
+    *("", "silence", "left_behind", "stalled", "lost_link", "tracking"),
+    # The rope has fallen behind its path, and the controller waits for another one.
+    "writer_holds",
+)
 """Stop causes of a process that runs half of the time: it may still keep up."""
 BOOT_TIME = 3.0
 """Time that a gateway takes to start [s]."""
@@ -50,6 +55,12 @@ class FaultCase:
     """Whether it is repaired only after the goal has been reached."""
     two_arms: bool = False
     """Whether the fault is that of the other arm."""
+    prepare: Action | None = None
+    """What is done before the motion begins."""
+    recorded: bool = False
+    """Whether runs are recorded, to a disk of their own."""
+    complains: str = ""
+    """Service that must state the problem in its health; empty: none."""
     promised: bool = True
     """Whether the arm must brake within the time limit."""
 
@@ -89,6 +100,27 @@ def _frozen(
     )
 
 
+def _raised(name: str, *causes: str, effect: float = 0.0, promised: bool = True) -> FaultCase:
+    return FaultCase(
+        f"{name}: an exception at an arbitrary line",
+        _send(name, signal.SIGUSR1),
+        causes,
+        effect=effect,
+        restarted=(name,),
+        promised=promised,
+    )
+
+
+def _prepare_second_gateway(cell: FaultCell) -> None:
+    cell.processes.prepare_second_gateway()
+    time.sleep(BOOT_TIME)
+
+
+def _connect_second_gateway(cell: FaultCell) -> float:
+    cell.processes.connect_second_gateway()
+    return cell.wait_for_other_gateway()
+
+
 def _slowed(name: str) -> FaultCase:
     return FaultCase(
         f"{name}: runs half of the time for 1 s, 20 ms on and 20 ms off",
@@ -125,15 +157,26 @@ CASES: dict[str, FaultCase] = {
     "gateway-killed": _killed("robot_gateway", "boot"),
     "gateway-killed-coast": _killed("robot_gateway", "boot", silence="coast", promised=False),
     "gateway-killed-alarm": _killed("robot_gateway", "boot", silence="alarm", promised=False),
+    "controller-raises": _raised("controller", "silence", "new_writer"),
+    "gateway-raises": _raised("robot_gateway", "boot"),
+    "perception-raises": _raised("perception", "writer_holds", effect=BLIND_TIME),
     "controller-slowed": _slowed("controller"),
     "gateway-slowed": _slowed("robot_gateway"),
     "second-gateway": FaultCase(
-        "another gateway of the same cell is started",
-        lambda cell: cell.processes.start_second_gateway(),
+        "another gateway of the same cell joins the bus",
+        _connect_second_gateway,
         ("second_gateway", "lost_link", "alarm"),
-        repair=lambda cell: cell.processes.end("second_gateway"),
-        effect=BOOT_TIME,
-        promised=False,
+        repair=lambda cell: cell.processes.end_second_gateway(),
+        prepare=_prepare_second_gateway,
+    ),
+    "disk-full": FaultCase(
+        "recorder: its disk is full, until the goal is reached",
+        lambda cell: cell.processes.fill_disk(),
+        (),
+        repair=lambda cell: cell.processes.clear_disk(),
+        persists=True,
+        recorded=True,
+        complains="recorder",
     ),
     "hostile-traffic": FaultCase(
         "1000 hostile messages a second over all topics, until the goal is reached",

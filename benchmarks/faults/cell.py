@@ -37,6 +37,8 @@ RETRY_PERIOD = 0.2
 """Time between two requests to resume while the arms are being made ready [s]."""
 SLICE = 0.02
 """Time for which a process that is slowed down runs, and stands, in turn [s]."""
+OTHER_GATEWAY_TIMEOUT = 15.0
+"""Time limit for another gateway to be heard once its line is open [s]."""
 SPEED_TIMEOUT = 15.0
 """Time limit for the gripper to reach a speed [s]."""
 GOAL_TIMEOUT = 45.0
@@ -46,7 +48,14 @@ GOAL_TIMEOUT = 45.0
 class FaultCell:
     """A live stack, its processes, and its operator."""
 
-    def __init__(self, scenario: Path, folder: Path, firmware: str, routed: bool = False) -> None:
+    def __init__(
+        self,
+        scenario: Path,
+        folder: Path,
+        firmware: str,
+        routed: bool = False,
+        recorded: bool = False,
+    ) -> None:
         """Start everything.
 
         Args:
@@ -54,12 +63,16 @@ class FaultCell:
             folder: Folder for logs.
             firmware: Firmware of the arms, v3 or v4.
             routed: Whether the services connect through a router; see `CellProcesses`.
+            recorded: Whether runs are recorded; see `CellProcesses`.
         """
-        self.processes = CellProcesses(scenario, folder, firmware, routed)
+        self.processes = CellProcesses(scenario, folder, firmware, routed, recorded)
         self.scenario: Scenario = self.processes.scenario
         self.clock = SystemClock()
         self._goal = -1
         self._service_pids: dict[str, int] = {}
+        self._own_boot = ""
+        """Boot id of the cell's gateway, once another one may speak; empty before."""
+        self._other_heard = False
         self.start_stack()
 
     # Connection
@@ -88,6 +101,8 @@ class FaultCell:
         """Newest message of the controller."""
         self.stack_state = StackState()
         """Newest message of the launcher."""
+        self.notes: dict[str, list[str]] = {}
+        """Problems that the services have stated in their health, by service, each once."""
 
     def disconnect(self) -> None:
         """Disconnect from the stack."""
@@ -124,15 +139,31 @@ class FaultCell:
                 self.send_signal(name, number)
                 time.sleep(SLICE)
 
+    def wait_for_other_gateway(self) -> float:
+        """Wait until another gateway is heard, and return the time of that [s].
+
+        From now on only messages of the cell's own gateway count.
+        """
+        self._own_boot, self._other_heard = self.arms.boot, False
+        self.wait_until(lambda: self._other_heard, OTHER_GATEWAY_TIMEOUT, "no other gateway")
+        return self.now()
+
     # State
 
     def update(self) -> None:
         """Take the messages that have come in."""
-        self.states += [item.message for _, item in self._arm.take()]
+        for _, item in self._arm.take():
+            if self._own_boot in ("", item.message.boot):
+                self.states.append(item.message)
+            else:
+                self._other_heard = True
         for _, item in self._task.take():
             self.task_state = item.message
         for _, item in self._health.take():
             self._service_pids[item.message.service] = item.message.process
+            notes = self.notes.setdefault(item.message.service, [])
+            if item.message.note and item.message.note not in notes:
+                notes.append(item.message.note)
         for _, item in self._stack.take():
             self.stack_state = item.message
 

@@ -80,6 +80,8 @@ def run_trial(cell: FaultCell, name: str) -> FaultResult:
         RequestFailed: The controller or the gateway refused a request.
     """
     case = CASES[name]
+    if case.prepare:
+        case.prepare(cell)
     try:
         cell.start_motion()
         cell.wait_until_fast(INJECTION_SPEED)
@@ -92,9 +94,9 @@ def run_trial(cell: FaultCell, name: str) -> FaultResult:
         cell.start_motion()
         cell.wait_until_fast(INJECTION_SPEED)
     cell.states.clear()
+    cell.notes.clear()
     begun = cell.now()
-    case.inject(cell)
-    effect = begun + case.effect
+    effect = case.inject(cell) or begun + case.effect
     observe(cell, effect + case.duration)
     states = list(cell.states)
     if case.stack_ends:
@@ -133,12 +135,14 @@ def run_trial(cell: FaultCell, name: str) -> FaultResult:
     rest = log.rest_after(effect, ended) if cause else None
     drift = _drift(log, effect, rest, consent) if resumed != "by itself" else 0.0
     failures = [failure] if failure else []
+    if case.complains and not cell.notes.get(case.complains):
+        failures.append(f"{case.complains} states no problem")
     failures += _broken_promises(cell, case, cause, braking, drift, resumed)
     return FaultResult(
         case=name,
         description=case.description,
         cause=cause,
-        reason=reason,
+        reason=reason or "; ".join(cell.notes.get(case.complains, ())),
         noticed_s=noticed,
         braking_s=braking,
         rest_s=rest,

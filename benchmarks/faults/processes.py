@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import secrets
+import shutil
 import signal
 import socket
 import subprocess
@@ -49,6 +50,12 @@ HOSTILE_RATE = 1000.0
 """Hostile messages in a second [Hz]."""
 POLL_INTERVAL = 0.01
 """Time between two checks of a condition [s]."""
+BLOCKED_HOST = "127.0.0.44"
+"""Address at which a second gateway reaches the bus, through a line that is opened later."""
+RAISING_FOLDER = Path(__file__).parent / "raising"
+"""Folder of the module that lets processes raise an exception at SIGUSR1."""
+RECORDINGS_SIZE = "700m"
+"""Size of the disk for recordings: above the free space at which the recorder stops."""
 
 
 class DeadlineMissed(RuntimeError):
@@ -58,7 +65,9 @@ class DeadlineMissed(RuntimeError):
 class CellProcesses:
     """Emulated arms, the proxy, and the stack."""
 
-    def __init__(self, scenario: Path, folder: Path, firmware: str, routed: bool) -> None:
+    def __init__(
+        self, scenario: Path, folder: Path, firmware: str, routed: bool, recorded: bool = False
+    ) -> None:
         """Start the arms and the proxy; the stack is started by `start_stack`.
 
         Args:
@@ -67,8 +76,15 @@ class CellProcesses:
             firmware: Firmware of the arms, v3 or v4.
             routed: Whether the services connect through a router, as in containers, without a
                 launcher that restarts them; otherwise `lariat up` runs them.
+            recorded: Whether runs are recorded, to a small disk of their own, which needs root.
         """
         self.folder = folder
+        self._recorded = recorded
+        if recorded:
+            disk = folder / "recordings"
+            disk.mkdir()
+            mount = ["mount", "-t", "tmpfs", "-o", f"size={RECORDINGS_SIZE}", "tmpfs", str(disk)]
+            subprocess.run(mount, check=True)
         self.routed = routed
         self.log = folder / "joints.csv"
         """The observed arm's log."""
@@ -124,9 +140,7 @@ class CellProcesses:
 
     def command_line(self, command: LineCommand) -> None:
         """Give the proxy a command: a line condition, or to cut the connections."""
-        assert self._proxy.stdin is not None
-        self._proxy.stdin.write(f"{command}\n".encode())
-        self._proxy.stdin.flush()
+        _command(self._proxy, command)
 
     def _spawn_emulator(self, silence: str = "hold") -> subprocess.Popen[bytes]:
         options = ("--log", str(self.log), "--arm.silence", silence)
@@ -178,9 +192,33 @@ class CellProcesses:
         self._services["router"].kill()
         self._services["router"].wait()
 
-    def start_second_gateway(self) -> None:
-        """Start another gateway of the same cell, on the same bus."""
-        self._start_service("robot_gateway", "second_gateway", "--restarted")
+    def prepare_second_gateway(self) -> None:
+        """Start another gateway of the same cell, whose line to the bus is blocked."""
+        module, port = "benchmarks.faults.tcp_proxy", str(self.port)
+        line = self._spawn(module_entry.command(module, BLOCKED_HOST, "127.0.0.1", port))
+        self._services["second_line"] = line
+        _command(line, "blocked")
+        hub = f"tcp/{BLOCKED_HOST}:{port}"
+        self._start_service("robot_gateway", "second_gateway", "--restarted", hub=hub)
+
+    def connect_second_gateway(self) -> None:
+        """Let the other gateway reach the bus."""
+        _command(self._services["second_line"], "normal")
+
+    def end_second_gateway(self) -> None:
+        """End the other gateway and its line."""
+        self.end("second_gateway")
+        self.end("second_line")
+
+    def fill_disk(self) -> None:
+        """Fill the disk of the recordings."""
+        with (self.folder / "recordings" / "fill").open("wb") as file:
+            free = shutil.disk_usage(self.folder / "recordings").free
+            os.posix_fallocate(file.fileno(), 0, free)
+
+    def clear_disk(self) -> None:
+        """Make room on the disk of the recordings."""
+        (self.folder / "recordings" / "fill").unlink()
 
     def start_hostile_publisher(self) -> None:
         """Start to publish hostile messages on the bus, `HOSTILE_RATE` in a second."""
@@ -224,20 +262,23 @@ class CellProcesses:
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()
+        if self._recorded:
+            subprocess.run(["umount", str(self.folder / "recordings")], check=False)
 
-    def _start_service(self, service: str, name: str = "", *options: str) -> None:
+    def _start_service(self, service: str, name: str = "", *options: str, hub: str = "") -> None:
         """Start a service.
 
         Args:
             service: Name of the service.
             name: Name of the process; by default that of the service.
             options: Further options of the command line.
+            hub: Endpoint of the bus; by default that of the hub or router.
         """
-        hub = f"tcp/127.0.0.1:{self.port}"
+        own_hub = f"tcp/127.0.0.1:{self.port}"
         command = [*module_entry.command(f"services.{service}", *options)]
         command += ["--scenario", str(self._cell_scenario)]
-        command += ["--connect", hub, "--namespace", self.namespace]
-        if secret := find_local_secret((hub,)):
+        command += ["--connect", hub or own_hub, "--namespace", self.namespace]
+        if secret := find_local_secret((own_hub,)):
             command += ["--settings", str(secret)]
         self._run(name or service, [*command, "--mode", "client", "--listen"])
 
@@ -257,7 +298,7 @@ class CellProcesses:
         output = self.folder / "up.txt"
         scenario = str(self._cell_scenario)
         arguments = [scenario, "--port", str(self.port), "--namespace", self.namespace]
-        arguments += ["--no-dashboard", "--no-record"]
+        arguments += ["--no-dashboard", "--record" if self._recorded else "--no-record"]
         # SIGTERM, so that it ends the services when this process is killed.
         command = child_command(signal.SIGTERM, 0, module_entry.command("cli", "up", *arguments))
         with output.open("ab") as file:
@@ -293,8 +334,15 @@ def wait_until(condition: Callable[[], bool], seconds: float, failure: str) -> N
         time.sleep(POLL_INTERVAL)
 
 
+def _command(line: subprocess.Popen[bytes], command: LineCommand) -> None:
+    """Give a proxy a command."""
+    assert line.stdin is not None
+    line.stdin.write(f"{command}\n".encode())
+    line.stdin.flush()
+
+
 def _environment() -> dict[str, str]:
-    return {**os.environ, **LIBRARY_ENVIRONMENT}
+    return {**os.environ, **LIBRARY_ENVIRONMENT, "PYTHONPATH": str(RAISING_FOLDER)}
 
 
 def _free_port() -> int:

@@ -88,6 +88,7 @@ class UrdfKinematics:
         self.base_spheres = self._T_world_base.apply(centres), radii
         """Spheres that cover the base: centres in the world and radii [m]."""
 
+        self._damping = NEWTON_DAMPING * np.eye(self._model.nq)
         self.posture: Joints | None = None
         """Joint angles near which an arm with more than six joints stays [rad]."""
 
@@ -153,7 +154,7 @@ class UrdfKinematics:
         """
         goal = self._se3_base_world * _to_se3(grip) * self._se3_grip_flange
         joints = np.array(near, dtype=float)
-        damping = NEWTON_DAMPING * np.eye(len(joints))
+        damping = self._damping
         posture = self.posture if len(joints) > 6 else None
         for iteration in range(NEWTON_ITERATIONS):
             pinocchio.framesForwardKinematics(self._model, self._data, joints)

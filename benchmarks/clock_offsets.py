@@ -1,0 +1,86 @@
+"""Services whose clocks differ, as on machines whose clocks nobody has set."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+from shared.messages import TraceInput
+from shared.service import SECOND, Inbox, Publication, Received, Service
+from shared.topics import Topic
+
+HOUR = 3600 * SECOND
+"""Duration of an hour [ns]."""
+CLOCK_OFFSETS: dict[str, dict[str, int]] = {
+    "clock-controller": {"controller": HOUR},
+    "clock-gateway": {"robot_gateway": HOUR},
+    "clock-planner": {"planner": HOUR},
+    "clock-perception": {"perception": HOUR},
+    "clock-20ms": {"sim": 20_000_000},
+    "clock-camera": {"sim": HOUR},
+}
+"""Conditions by name: by how much the clocks of which services are ahead of all others [ns].
+
+A process reads the wall clock once, at its start, so that a clock that is set while a cell runs is
+seen as such an offset between processes that started before and after.
+"""
+
+
+class OffsetService:
+    """Service on a machine whose clock is ahead of simulated time."""
+
+    def __init__(self, service: Service, offset: int) -> None:
+        """Args: service: The service. offset: By how much its clock is ahead [ns]."""
+        self._service = service
+        self._offset = offset
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._service, name)
+
+    def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
+        """Step the service at the time of its own clock."""
+        return self._service.step(_OffsetInbox(inbox, self._offset), now + self._offset)
+
+
+class _OffsetInbox(Inbox):
+    """Inbox whose times of receipt are those of the reader's clock."""
+
+    def __init__(self, inbox: Inbox, offset: int) -> None:
+        self._inbox = inbox
+        self._offset = offset
+
+    def latest(self, topic: Topic) -> Received | None:
+        item = self._inbox.latest(topic)
+        return item and self._shifted(item)
+
+    def fresh(self, topic: Topic) -> Received | None:
+        item = self._inbox.fresh(topic)
+        return item and self._shifted(item)
+
+    def every(self, topic: Topic) -> Sequence[Received]:
+        return [self._shifted(item) for item in self._inbox.every(topic)]
+
+    def joined(self, *topics: Topic) -> tuple[Received, ...] | None:
+        items = self._inbox.joined(*topics)
+        return items and tuple(self._shifted(item) for item in items)
+
+    @property
+    def consumed(self) -> Iterator[TraceInput]:
+        return self._inbox.consumed
+
+    def _shifted(self, item: Received) -> Received:
+        return replace(item, received=item.received + self._offset)
+
+
+def with_clock_offsets(members: Sequence[Service], offsets: dict[str, int]) -> tuple[Service, ...]:
+    """Return services of which some have a clock of their own.
+
+    Args:
+        members: The services.
+        offsets: By how much the clocks of which services are ahead, by name [ns].
+    """
+    return tuple(
+        OffsetService(service, offsets[service.name]) if service.name in offsets else service
+        for service in members
+    )

@@ -61,6 +61,8 @@ class LiveStack:
             RuntimeError: It does not start.
         """
         self.folder = Path(self._resources.enter_context(tempfile.TemporaryDirectory()))
+        # As open as the folder in which a person starts it.
+        self.folder.chmod(0o755)
         arguments = [str(self._scenario.resolve()), "--port", str(self.port)]
         arguments += ["--namespace", self.namespace, "--dashboard-port", str(free_port())]
         log = self.folder / "up.txt"

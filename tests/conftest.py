@@ -12,6 +12,7 @@ import pytest
 
 FOLDER = Path(__file__).parent
 LIVE = (
+    "benchmarks/test_attacks.py",
     "benchmarks/test_faults.py",
     "benchmarks/test_machines.py",
     "browser",

@@ -7,28 +7,36 @@ import os
 import signal
 import socket
 import tempfile
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 from benchmarks.attacks.attack import Attack, NoControl
 from benchmarks.attacks.process_tree import descendants, listening_ports
 from benchmarks.live_stack import LiveStack
 from shared import bus as buses
 from shared.bus import BusOptions, Unreachable
-from stack.credentials.local_secret import USER, find_local_secret
+from stack.credentials.local_secret import find_local_secret
 
 WHO = "another user of the machine"
 NOBODY = 65534
 """Id of the user that plays the other one."""
-JOIN_TIMEOUT = 0.7
+AUTHENTICATION = "transport/auth/usrpwd"
+"""First part of the settings of user and password."""
+JOIN_TIMEOUT = 0.5
 """Longest wait for an answer of the bus [s]."""
+RECORDING_TIMEOUT = 10.0
+"""Longest wait for the first recording [s]."""
+POLL_PERIOD = 0.1
+"""Time between two looks for it [s]."""
 
 
 def attacks(stack: LiveStack) -> Iterator[Attack]:
     """Read and write what belongs to the stack, as another user.
 
     Raises:
-        NoControl: The stack has no secret, or listens nowhere.
+        NoControl: There is nothing to attack, or the other user could not do so anyway.
     """
     if os.geteuid():
         yield Attack(WHO, "read files, join the bus, send signals", "left out: needs root", True)
@@ -36,41 +44,63 @@ def attacks(stack: LiveStack) -> Iterator[Attack]:
     secret = find_local_secret((stack.hub,))
     pids = descendants(stack.pid)
     ports = listening_ports(pids)
-    if secret is None or not ports:
-        raise NoControl(f"secret {secret}, ports {ports}: the stack is not the one that was meant")
+    recordings = _recordings(stack)
+    if secret is None or not ports or not recordings:
+        raise NoControl(f"secret {secret}, ports {ports}, recordings {recordings}")
     temporary = Path(tempfile.gettempdir())
-    password = json.loads(secret.read_text())["transport/auth/usrpwd/password"]
+    known = json.loads(secret.read_text())
     token = stack.address.partition("token=")[2]
-    shared_memory = [p for p in Path("/dev/shm").iterdir() if p.stat().st_uid == os.getuid()]
-    folders = [*temporary.glob("lariat-*"), secret.parent, stack.folder]
-    recordings = list((stack.folder / "recordings").glob("*"))
-    sockets = list(temporary.glob("lariat-page-*/viser"))
+    memory = [p for p in Path("/dev/shm").iterdir() if p.stat().st_uid == os.getuid()]
+    processes = [Path(f"/proc/{pid}") for pid in pids]
+    _check_controls(stack, known)
+    for attempt, things, attack in (
+        ("read the bus's password", [secret, secret.with_suffix(".users")], Path.read_bytes),
+        ("list private folders", [*temporary.glob("lariat-*"), secret.parent], os.listdir),
+        ("read shared memory", memory, Path.read_bytes),
+        ("read recordings", recordings, Path.read_bytes),
+        ("reach the page's inner socket", list(temporary.glob("lariat-page-*/viser")), _connect),
+        (
+            "find a secret in a command line",
+            [process / "cmdline" for process in processes],
+            lambda path: _find(path, (known[f"{AUTHENTICATION}/password"], token)),
+        ),
+        ("read a process's environment", [p / "environ" for p in processes], Path.read_bytes),
+        ("freeze a process", pids, lambda pid: os.kill(pid, signal.SIGSTOP)),
+        ("join the bus without a password", ports, lambda port: _join(stack, port, {})),
+        (
+            "join the bus with a guessed password",
+            [stack.port],
+            lambda port: _join(stack, port, known | {f"{AUTHENTICATION}/password": "guess"}),
+        ),
+    ):
+        achieved = _as_nobody(lambda t=things, a=attack: _tried(t, a))
+        outcome = achieved or (f"none of {len(things)}" if things else "there is nothing to try")
+        yield Attack(WHO, attempt, outcome, held=not achieved)
 
-    def trial(attempt: str, attack: Callable[[], str]) -> Attack:
-        found = _as_nobody(attack)
-        return Attack(WHO, attempt, found or "refused", held=not found)
 
-    yield trial(
-        "read the bus's password", lambda: _readable([secret, secret.with_suffix(".users")])
-    )
-    yield trial("list the stack's folders", lambda: _listable(folders))
-    yield trial("read shared memory", lambda: _readable(shared_memory))
-    yield trial("read recordings", lambda: _readable(recordings))
-    yield trial("connect to the page's inner socket", lambda: _connectable(sockets))
-    yield trial(
-        "find a secret in a command line",
-        lambda: _containing([Path(f"/proc/{pid}/cmdline") for pid in pids], (password, token)),
-    )
-    yield trial(
-        "read a process's environment",
-        lambda: _readable([Path(f"/proc/{p}/environ") for p in pids]),
-    )
-    yield trial("freeze a process", lambda: _signalled(pids))
-    yield trial("join the bus without a password", lambda: _joinable(ports, stack.namespace, ""))
-    yield trial(
-        "join the bus with a guessed password",
-        lambda: _joinable([stack.port], stack.namespace, "guess"),
-    )
+def _recordings(stack: LiveStack) -> list[Path]:
+    """Return the files of the recorder, once there is one."""
+    deadline = time.monotonic() + RECORDING_TIMEOUT
+    while not (found := list((stack.folder / "recordings").glob("*.mcap"))):
+        if time.monotonic() > deadline:
+            break
+        time.sleep(POLL_PERIOD)
+    return found
+
+
+def _check_controls(stack: LiveStack, known: dict[str, str]) -> None:
+    """Check that the other user can do what everybody may, and what the password permits.
+
+    Raises:
+        NoControl: They cannot, so that a refusal would prove nothing.
+    """
+    with tempfile.NamedTemporaryFile() as public:
+        os.chmod(public.name, 0o644)
+        if not _as_nobody(lambda: _tried([Path(public.name)], Path.read_bytes)):
+            raise NoControl("the other user cannot even read a public file")
+    joined = _as_nobody(lambda: _tried([stack.port], lambda port: _join(stack, port, known)))
+    if joined != str(stack.port):
+        raise NoControl(f"the password does not admit either: {joined}")
 
 
 def _as_nobody(attack: Callable[[], str]) -> str:
@@ -83,67 +113,48 @@ def _as_nobody(attack: Callable[[], str]) -> str:
             os.setgroups([])
             os.setgid(NOBODY)
             os.setuid(NOBODY)
-            os.environ.pop("XDG_RUNTIME_DIR", None)
-            found = attack()
-        except Exception as error:
-            found = f"raised {type(error).__name__}: {error}"
-        os.write(writable, found.encode()[:4000])
+            achieved = attack()
+        except BaseException as error:
+            achieved = f"raised {type(error).__name__}: {error}"
+        os.write(writable, achieved.encode()[:4000])
         os._exit(0)
     os.close(writable)
     with os.fdopen(readable, "rb") as answer:
-        found = answer.read().decode()
+        achieved = answer.read().decode()
     os.waitpid(child, 0)
-    return found
+    return achieved
 
 
-def _tried(things: list, attempt: Callable[..., object], verb: str) -> str:
-    """Return which attempts succeed, in words; empty: none."""
+def _tried(things: Sequence[Any], attack: Callable[[Any], object]) -> str:
+    """Return the things at which an attack succeeds, in words; empty: none."""
     done = []
     for thing in things:
         try:
-            attempt(thing)
+            attack(thing)
         except (OSError, Unreachable):
             continue
         done.append(str(thing))
-    return f"{verb} {', '.join(done)}" if done else ""
+    return ", ".join(done)
 
 
-def _readable(paths: list[Path]) -> str:
-    return _tried(paths, Path.read_bytes, "reads")
+def _connect(path: Path) -> None:
+    with socket.socket(socket.AF_UNIX) as client:
+        client.connect(str(path))
 
 
-def _listable(folders: list[Path]) -> str:
-    return _tried(folders, os.listdir, "lists")
+def _find(path: Path, secrets: tuple[str, ...]) -> None:
+    text = path.read_bytes()
+    if not any(secret.encode() in text for secret in secrets):
+        raise PermissionError("no secret")
 
 
-def _signalled(pids: list[int]) -> str:
-    return _tried(pids, lambda pid: os.kill(pid, signal.SIGSTOP), "freezes")
-
-
-def _connectable(paths: list[Path]) -> str:
-    def connect(path: Path) -> None:
-        with socket.socket(socket.AF_UNIX) as client:
-            client.connect(str(path))
-
-    return _tried(paths, connect, "reaches")
-
-
-def _containing(paths: list[Path], secrets: tuple[str, ...]) -> str:
-    found = [str(p) for p in paths if any(s.encode() in p.read_bytes() for s in secrets if s)]
-    return f"finds one in {', '.join(found)}" if found else ""
-
-
-def _joinable(ports: list[int], namespace: str, password: str) -> str:
-    def join(port: int) -> None:
-        settings = None
-        if password:
-            settings = Path(tempfile.mkstemp(suffix=".json")[1])
-            values = {"user": USER, "password": password}
-            settings.write_text(
-                json.dumps({f"transport/auth/usrpwd/{key}": v for key, v in values.items()})
-            )
-        options = BusOptions(namespace, (f"tcp/127.0.0.1:{port}",), (), "client", settings)
+def _join(stack: LiveStack, port: int, settings: dict[str, str]) -> None:
+    # The list of users is for those who listen.
+    own = {key: value for key, value in settings.items() if not key.endswith("dictionary_file")}
+    with tempfile.NamedTemporaryFile("w", suffix=".json") as file:
+        json.dump(own, file)
+        file.flush()
+        endpoint = f"tcp/127.0.0.1:{port}"
+        options = BusOptions(stack.namespace, (endpoint,), (), "client", Path(file.name))
         with buses.open(options, "stranger", timeout=JOIN_TIMEOUT):
             pass
-
-    return _tried(ports, join, "joins at")

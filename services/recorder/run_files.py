@@ -21,6 +21,7 @@ from typing import Literal
 
 from services.recorder.options import RecorderOptions
 from services.recorder.pre_roll import PreRoll, QueuedMessage
+from services.recorder.private_folder import make_folder
 from services.recorder.retention import IDLE_ENDING, delete_oldest
 from services.recorder.thinning import Thinning
 from shared.messages import FAILED, IDLE, REACHED, TaskState
@@ -194,7 +195,7 @@ class RunFiles:
         idle = self._kind == "idle"
         try:
             # Before the file is created: otherwise every attempt would leave a file on a full disk.
-            path.parent.mkdir(parents=True, exist_ok=True)
+            make_folder(path.parent)
             delete_oldest(path.parent, 1e9 * self._settings.keep)
             self._check_free_space()
             self._writer = Writer(

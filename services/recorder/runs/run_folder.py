@@ -9,6 +9,7 @@ from pathlib import Path
 
 from google.protobuf.json_format import MessageToJson, Parse, ParseError
 
+from services.recorder.private_folder import make_folder
 from shared.bounded_file import path_inside, read_file
 from shared.messages import RunFile, RunSummary
 
@@ -129,7 +130,8 @@ class RunFolder:
         return 0
 
     def _write(self, run: RunFile) -> None:
-        self._folder.mkdir(parents=True, exist_ok=True)
+        make_folder(self._recordings)
+        make_folder(self._folder)
         path = self._folder / f"{run.summary.id}.json"
         part = path.with_suffix(".part")
         part.write_text(MessageToJson(run, preserving_proto_field_name=True))

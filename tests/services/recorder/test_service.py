@@ -301,6 +301,19 @@ def test_a_folder_that_cannot_be_written_is_reported_and_tried_again(tmp_path: P
     assert cell.recorder.note == ""
 
 
+def test_new_folder_of_recordings_is_for_its_owner_alone_and_an_old_one_stays(
+    tmp_path: Path,
+) -> None:
+    old = tmp_path / "old"
+    old.mkdir(0o755)
+    for folder, mode in ((tmp_path / "new", 0o700), (old, 0o755)):
+        service = build(parse(TEXT, tmp_path), "r", RecorderOptions(folder, least_free=0.0))
+        service.warm_up()
+        list(service.step(Inbox({}, {}), NOW))
+        service.close()
+        assert folder.stat().st_mode & 0o777 == mode
+
+
 def test_recording_stops_before_the_disk_is_full(tmp_path: Path, monkeypatch):
     cell = Cell(tmp_path)
     cell.live(1.0)

@@ -1,0 +1,35 @@
+"""Options with which a process joins the bus, and the errors of joining."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+DEFAULT_HUB = "tcp/127.0.0.1:7447"
+"""Endpoint of the launcher's hub by default."""
+
+
+@dataclass(frozen=True)
+class BusOptions:
+    """Options with which a process joins the bus."""
+
+    namespace: str = "cell"
+    """Name of the cell; cells of different names share a network without seeing each other."""
+    connect: tuple[str, ...] = (DEFAULT_HUB,)
+    """Zenoh endpoints to connect to, at once or as soon as they exist."""
+    listen: tuple[str, ...] = ("tcp/127.0.0.1:0",)
+    """Zenoh endpoints to listen on; port 0 takes any free port."""
+    mode: Literal["peer", "client", "router"] = "peer"
+    """Zenoh mode of this process."""
+    settings: Path | None = None
+    """JSON file of further Zenoh settings by their path, e.g. for TLS, users and access control:
+    {"transport/auth/usrpwd/user": "controller"}."""
+
+
+class BusError(ValueError):
+    """The bus cannot be joined; the text is one line with the reason and the way out."""
+
+
+class Unreachable(BusError):
+    """No process answers at the endpoints of the bus."""

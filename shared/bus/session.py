@@ -1,0 +1,104 @@
+"""Connection of a process to the bus."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import zenoh
+
+from shared.bus.configuration import zenoh_configuration
+from shared.bus.options import BusError, BusOptions, Unreachable
+from shared.bus.publisher import Publisher
+from shared.bus.subscription import RawSubscription, Subscription
+from shared.clock import Clock, SystemClock
+from shared.topics import Topic
+
+
+@contextmanager
+def open(
+    options: BusOptions, publisher: str, clock: Clock | None = None, timeout: float | None = None
+) -> Iterator[Bus]:
+    """Join the bus for the duration of a `with` block.
+
+    Args:
+        options: Endpoints and settings.
+        publisher: Id of this start of the process, which every message carries.
+        clock: Clock of the times of receipt; by default the system's.
+        timeout: Longest wait for an answer at `options.connect` [s]; None does not wait: peers are
+            connected whenever they appear.
+
+    Raises:
+        Unreachable: No process answered in time.
+        BusError: An endpoint is taken or a setting is wrong.
+    """
+    try:
+        session = zenoh.open(zenoh_configuration(options, timeout))
+    except zenoh.ZError as error:
+        raise _bus_error(options, str(error)) from None
+    # An open session with subscribers keeps the interpreter from exiting.
+    try:
+        yield Bus(session, publisher, clock or SystemClock())
+    finally:
+        session.close()
+
+
+class Bus:
+    """Connection of one process to the bus; `open` creates it."""
+
+    def __init__(self, session: zenoh.Session, publisher: str, clock: Clock) -> None:
+        self._session = session
+        self._publisher = publisher
+        self._clock = clock
+
+    def publisher(self, topic: Topic) -> Publisher:
+        """Return a publisher of one topic.
+
+        Raises:
+            ValueError: The topic's placeholder is not filled.
+        """
+        if "{" in topic.key:
+            raise ValueError(f"topic {topic.key!r} has a placeholder; fill it with topic.at(name)")
+        return Publisher(self._session, topic, self._publisher, self._clock)
+
+    def subscribe(self, topic: Topic, own: bool = True) -> Subscription:
+        """Return a subscription to the future messages of one topic.
+
+        Args:
+            topic: The topic.
+            own: Whether messages of this process count as well.
+        """
+        return Subscription(self._session, topic, self._clock, own)
+
+    def subscribe_all(self, capacity: int = 8192) -> RawSubscription:
+        """Return a subscription to the future messages of all topics.
+
+        Args:
+            capacity: Number of unread messages that it keeps.
+        """
+        return RawSubscription(self._session, self._clock, capacity)
+
+    def declare_alive(self, service: str) -> None:
+        """List this process in `alive` for as long as it is connected."""
+        # The token dies with its last reference.
+        self._token = self._session.liveliness().declare_token(f"alive/{service}")
+
+    def alive(self, timeout: float = 0.5) -> set[str]:
+        """Return the names of the connected services; a frozen one is dropped after 2 s.
+
+        Args:
+            timeout: Longest wait for answers [s].
+        """
+        replies = self._session.liveliness().get("alive/*", timeout=timeout)
+        return {str(r.ok.key_expr).removeprefix("alive/") for r in replies if r.ok is not None}
+
+
+def _bus_error(options: BusOptions, error: str) -> BusError:
+    """Error in the user's terms, from the text of an error of Zenoh."""
+    connect = ", ".join(options.connect)
+    if "already in use" in error:
+        return BusError(f"{', '.join(options.listen)} is taken; is another stack running there?")
+    if "nable to connect" in error:
+        hint = " (credentials that it refuses look the same)" if options.settings else ""
+        return Unreachable(f"no stack answers at {connect}{hint}; is `lariat up` running?")
+    return BusError(f"cannot join the bus at {connect}: {error.splitlines()[0]}")

@@ -16,11 +16,12 @@ from shared.bus.keys import key_expression
 from shared.bus.options import DEFAULT_HUB, BusError, BusOptions, Unreachable
 from shared.bus.publisher import Publisher
 from shared.bus.session import Bus, open
-from shared.bus.subscription import RawSubscription, Subscription
+from shared.bus.subscription import MAX_KEYS, RawSubscription, Subscription
 from shared.message_check import RawMessage
 
 __all__ = [
     "DEFAULT_HUB",
+    "MAX_KEYS",
     "Bus",
     "BusError",
     "BusOptions",

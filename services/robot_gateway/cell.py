@@ -20,6 +20,7 @@ from services.robot_gateway.drivers.driver import Driver
 from services.robot_gateway.motion.follower import SetpointFollower
 from services.robot_gateway.motion.setpoint_sources import SetpointSources
 from services.robot_gateway.motion.validation import ChunkRefused, check_length
+from services.robot_gateway.reset_control import ResetControl
 from services.robot_gateway.safety.consent import SignOfLife
 from services.robot_gateway.safety.feedback_checks import FeedbackChecks
 from services.robot_gateway.safety.force_limit import ForceLimit
@@ -35,7 +36,6 @@ from services.robot_gateway.safety.stop_causes import STOP_CAUSES
 from services.robot_gateway.safety.watchdog import Watchdog
 from services.robot_gateway.status import CellStatus
 from shared.constraints.rule import Rule
-from shared.reset_counter import ResetCounter
 from shared.scenario import SIDES
 
 
@@ -103,13 +103,7 @@ class Cell:
         self._rule: Rule | None = None
         self._refusal = self._command = self._rejection = ""
         self._sequence = self._refused_sequence = 0
-        self._resets = ResetCounter()
-        self._reset_pending = False
-        """Whether a reset is requested and not finished."""
-        self._placing = False
-        """Whether the arms are being put at the start for it."""
-        self._reset_done = 0
-        """Count of the reset that was carried out last; 0 while it is not known."""
+        self._reset = ResetControl(self.arms, follower)
 
     # Inputs
 
@@ -198,7 +192,7 @@ class Cell:
             offset = self._admit(session, sequence, now, chunk.start)
             if not self.safety.may_move or self._waiting_since is not None:
                 return None
-            if self._reset_pending or self._approach.running:
+            if self._reset.pending or self._approach.running:
                 return None
             check_length(chunk, self.follower.tolerances)
             spline = self.follower.check(chunk, now, offset)
@@ -222,11 +216,7 @@ class Cell:
         Args:
             count: The controller's count of resets.
         """
-        if self._resets.advanced(count):
-            self._reset_pending = True
-            self.follower.halt()
-        if not self._reset_pending:
-            self._reset_done = self._resets.known
+        self._reset.request(count)
 
     # Tick
 
@@ -246,9 +236,10 @@ class Cell:
             self._moved_at = now
         elif not self.follower.following:
             self.safety = self.safety.moving(False)
-            self._reset_if_requested(now)
+            if self._reset.begin() and self.safety.mode != "disarmed":
+                self._waiting_since = now
         self.arms.exchange(now, self.follower, self._enabled_ends())
-        self._finish_reset()
+        self._reset.finish()
         self._check_feedback(now)
         self._note_change(now)
         return self._status(now)
@@ -320,21 +311,6 @@ class Cell:
         if shown != self._shown:
             self._shown, self._changed = shown, now
 
-    def _reset_if_requested(self, now: int) -> None:
-        if not self._reset_pending or self._placing:
-            return
-        self._placing = True
-        self.arms.place_at_start(range(len(self.arms.drivers)))
-        self.follower.place(self.arms.grips)
-        if self.safety.mode != "disarmed":
-            self._waiting_since = now
-
-    def _finish_reset(self) -> None:
-        """State a reset once the arms report the start: the rope is put back with that message."""
-        if self._placing and self.arms.at_start:
-            self._reset_pending = self._placing = False
-            self._reset_done = self._resets.known
-
     def _status(self, now: int) -> CellStatus:
         disarmed, begun = self.safety.mode == "disarmed", self.safety.needs_approach
         away = disarmed and bool(self.arms.ends_away_from_start)
@@ -352,7 +328,7 @@ class Cell:
             rejection=self._rejection,
             arms=self.arms.feedback,
             tracking=tuple(self.arms.tracking_errors()),
-            reset_count=self._reset_done,
+            reset_count=self._reset.done,
             remarks=self._remarks(now),
             next_session=self._next_session(now),
             needs_approach=away or begun,

@@ -59,7 +59,7 @@ def attacks(stack: LiveStack) -> Iterator[Attack]:
             ("setpoints under a session of its own", setpoints("stranger", lambda k: k)),
             (
                 "setpoints of the controller, run ahead",
-                setpoints(writer, lambda k: MAX_INTEGER - 9 + k),
+                setpoints(writer, lambda k: MAX_INTEGER - 1000 + k),
             ),
             ("setpoints of the controller, in its past", setpoints(writer, lambda k: 0)),
             (

@@ -11,7 +11,7 @@ from cli.export import foxglove_layout, rerun_file, ros2_bag, tables
 from shared.configuration import ConfigurationError
 from shared.recording import Recording
 
-Format = Literal["csv", "parquet", "ros2", "rerun", "foxglove-layout"]
+Format = Literal["csv", "parquet", "ros2", "rerun", "foxglove-layout", "lerobot"]
 """Formats of `lariat export`."""
 OUTPUT_NAMES: dict[Format, str] = {
     "csv": "{stem}_csv",
@@ -19,40 +19,50 @@ OUTPUT_NAMES: dict[Format, str] = {
     "ros2": "{stem}_ros2",
     "rerun": "{stem}.rrd",
     "foxglove-layout": "{stem}.foxglove.json",
+    "lerobot": "{stem}_lerobot",
 }
 """Name of the written file or folder by the format; it lies beside the recording."""
 
 
 def main(
-    file: tyro.conf.Positional[Path],
+    files: tyro.conf.Positional[tuple[Path, ...]],
     /,
     to: Format,
     output: Annotated[Path | None, tyro.conf.arg(metavar="PATH")] = None,
 ) -> int:
-    """Export a recording for other tools.
+    """Export a recording for other tools, or several as one data set.
 
     csv and parquet write one table for each topic with values; ros2 a rosbag2 of standard messages;
     rerun a file of Rerun's own with the arrangement of its views beside it; foxglove-layout the
-    arrangement of Foxglove's and Lichtblick's panels for this recording.
+    arrangement of Foxglove's and Lichtblick's panels for this recording; lerobot a data set with an
+    episode for each of several recordings.
 
     Examples:
       lariat export recordings/run.mcap --to csv
       lariat export recordings/run.mcap --to ros2 --output /tmp/bag
       lariat export recordings/run.mcap --to foxglove-layout
+      lariat export recordings/*.mcap --to lerobot --output /tmp/dataset
 
     Args:
-        file: The recording, whole or cut.
+        files: The recording, whole or cut; several for lerobot.
         to: Format of the export.
-        output: File or folder to write, which must not exist. Default: beside the recording.
+        output: File or folder to write, which must not exist. Default: beside a single recording.
     """
-    path = output or file.with_name(OUTPUT_NAMES[to].format(stem=file.stem))
+    if len(files) != 1 and to != "lerobot":
+        raise ConfigurationError(
+            f"--to {to} takes one recording and was given {len(files)}; several go into one data "
+            "set with --to lerobot"
+        )
+    if output is None and len(files) != 1:
+        raise ConfigurationError(f"{len(files)} recordings need --output FOLDER for their data set")
+    path = output or _beside(next(iter(files)), to)
     if path.exists():
         raise ConfigurationError(f"{path} exists; name another --output or remove it")
     try:
-        recording = Recording.open(file)
-        print(write(recording, to, path))
+        print(write(tuple(map(Recording.open, files)), to, path))
     except ValueError as error:
-        raise ConfigurationError(f"cannot export {file}: {error}") from error
+        names = ", ".join(map(str, files))
+        raise ConfigurationError(f"cannot export {names}: {error}") from error
     except ModuleNotFoundError as error:
         raise ConfigurationError(
             f"--to {to} needs {error.name}, which is not installed; run in the clone: "
@@ -63,11 +73,15 @@ def main(
     return 0
 
 
-def write(recording: Recording, to: Format, path: Path) -> str:
+def _beside(file: Path, to: Format) -> Path:
+    return file.with_name(OUTPUT_NAMES[to].format(stem=file.stem))
+
+
+def write(recordings: tuple[Recording, ...], to: Format, path: Path) -> str:
     """Write an export.
 
     Args:
-        recording: The recording.
+        recordings: The recording; several for a data set.
         to: Format of the export.
         path: File or folder to write.
 
@@ -79,6 +93,7 @@ def write(recording: Recording, to: Format, path: Path) -> str:
         OSError: The path cannot be written.
         ModuleNotFoundError: The format needs a library that is not installed.
     """
+    recording = recordings[0]
     match to:
         case "csv":
             return tables.write_csv(recording, path)
@@ -90,3 +105,8 @@ def write(recording: Recording, to: Format, path: Path) -> str:
             return rerun_file.write(recording, path)
         case "foxglove-layout":
             return foxglove_layout.write(recording, path)
+        case "lerobot":
+            # Imported late: only this format needs pyarrow and OpenCV.
+            from cli.export.lerobot import files
+
+            return files.write(recordings, path)

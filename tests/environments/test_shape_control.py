@@ -77,3 +77,26 @@ def test_several_environments_step_together():
 def test_a_scene_that_changes_in_the_run_is_refused():
     with pytest.raises(ValueError, match="got 'moving'"):
         ShapeControl(scene="moving")  # type: ignore[arg-type]
+
+
+@pytest.mark.live
+def test_environments_step_in_processes_of_their_own():
+    options = {"node_count": 10, "plant_node_count": 10, "scene_count": 50}
+    both = [
+        gymnasium.make_vec(ID, 2, vectorization_mode="sync", **options),
+        gymnasium.make_vec(
+            ID,
+            2,
+            vectorization_mode="async",
+            vector_kwargs={"context": "spawn"},
+            **options,
+        ),
+    ]
+    action = np.full((2, 2, 3), 0.5, np.float32)
+    for envs in both:
+        envs.reset(seed=3)
+    (here, reward, *_), (there, same_reward, *_) = (envs.step(action) for envs in both)
+    np.testing.assert_allclose(there["nodes"], here["nodes"], atol=1e-6)
+    np.testing.assert_allclose(same_reward, reward, atol=1e-6)
+    for envs in both:
+        envs.close()

@@ -16,7 +16,7 @@ def leaves(node) -> list[str]:
 
 def test_every_panel_is_placed_and_shows_topics_of_the_recording(tmp_path: Path):
     file = recording(tmp_path)
-    assert main(file, "foxglove-layout", tmp_path / "layout.json") == 0
+    assert main((file,), "foxglove-layout", tmp_path / "layout.json") == 0
     layout = json.loads((tmp_path / "layout.json").read_text())
     panels = layout["configById"]
     assert sorted(leaves(layout["layout"])) == sorted(panels)

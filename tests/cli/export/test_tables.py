@@ -20,7 +20,7 @@ def file(tmp_path_factory) -> Path:
 
 
 def test_csv_has_a_table_for_each_topic_with_values(file: Path, tmp_path: Path):
-    assert main(file, "csv", tmp_path / "tables") == 0
+    assert main((file,), "csv", tmp_path / "tables") == 0
     names = {path.stem for path in (tmp_path / "tables").iterdir()}
     assert names == {
         "rope_nodes",
@@ -53,7 +53,7 @@ def test_parquet_has_the_same_columns(file: Path, tmp_path: Path):
     parquet = pytest.importorskip(
         "pyarrow.parquet", reason="no pyarrow; install the extra `viewers` of stack/pyproject.toml"
     )
-    assert main(file, "parquet", tmp_path / "tables") == 0
+    assert main((file,), "parquet", tmp_path / "tables") == 0
     table = parquet.read_table(tmp_path / "tables" / "arm_state.parquet")
     assert table.num_rows == 10
     assert table["arms.right.position.0"].to_pylist() == [0.2] * 10

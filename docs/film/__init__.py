@@ -1,0 +1,1 @@
+"""Film of recorded runs: a video and GIFs."""

@@ -1,0 +1,198 @@
+"""Picture of a cell at one instant: table, obstacles, rope, grippers, goal and planned path.
+
+Bodies are painted from far to near, each as the shaded outline of its projection.
+"""
+
+from __future__ import annotations
+
+import itertools
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from jaxtyping import Float64, UInt8
+
+from docs.film.recorded_run import Instant
+from lariat.geometry import Camera, Intrinsics, looking_at, poses
+from lariat.geometry.obstacles import Obstacle
+
+Color = tuple[int, int, int]
+"""Colour: blue, green, red."""
+SKY: Color = (40, 33, 30)
+TABLE: Color = (74, 62, 56)
+GRID: Color = (92, 79, 72)
+BODY: Color = (176, 158, 140)
+SUPPORT: Color = (120, 160, 120)
+ROPE: Color = (60, 160, 245)
+GRIPPER: Color = (90, 70, 215)
+GOAL: Color = (220, 70, 220)
+PATH: Color = (200, 190, 90)
+SHADOW: Color = (50, 41, 37)
+LIGHT = np.array([0.35, -0.5, 0.8]) / np.linalg.norm([0.35, -0.5, 0.8])
+"""Direction to the light."""
+SIDES = 28
+"""Number of points on the circle of a round body."""
+FINE = 4
+"""Number of binary digits of a pixel coordinate behind its point."""
+
+
+class Painter:
+    """Painter of instants, seen by one camera."""
+
+    def __init__(
+        self,
+        size: tuple[int, int],
+        eye: tuple[float, float, float],
+        target: tuple[float, float, float],
+        view: float = 0.75,
+    ) -> None:
+        """Create a painter.
+
+        Args:
+            size: Columns and rows [pixels].
+            eye: Place of the camera [m].
+            target: Point in the middle of the picture [m].
+            view: Horizontal angle of view [rad].
+        """
+        self.size = size
+        self._camera = Camera(Intrinsics.symmetric(*size, view), looking_at(eye, target))
+        self._eye = np.array(eye)
+        self._ground = self._painted_ground()
+
+    def paint(
+        self, instant: Instant, radius: float, gripper_radius: float
+    ) -> UInt8[np.ndarray, "h w 3"]:
+        """Return the picture of an instant, blue first.
+
+        Args:
+            instant: Cell.
+            radius: Radius of the rope [m].
+            gripper_radius: Radius of a gripper's body [m].
+        """
+        image = self._ground.copy()
+        for body in instant.obstacles:
+            self._hull(image, _on_table(_surface(body)), SHADOW)
+        self._line(image, _on_table(instant.nodes), SHADOW, radius)
+        for way in instant.path:
+            self._line(image, way, PATH, 0.001)
+        parts: list[tuple[float, object]] = [
+            (self._distance(np.array(b.position)), b) for b in instant.obstacles
+        ]
+        nodes = instant.nodes
+        parts += [
+            (self._distance(nodes[k : k + 2].mean(0)), nodes[k : k + 2])
+            for k in range(len(nodes) - 1)
+        ]
+        parts += [(self._distance(axis.mean(0)), (axis,)) for axis in instant.grips]
+        self._line(image, instant.goal, GOAL, 0.4 * radius)
+        for _, part in sorted(parts, key=lambda pair: -pair[0]):
+            if isinstance(part, Obstacle):
+                self._body(image, part)
+            elif isinstance(part, tuple):
+                self._line(image, part[0], GRIPPER, gripper_radius)
+            else:
+                self._line(image, np.asarray(part), ROPE, radius)
+        self._line(image, nodes + 0.4 * radius * LIGHT, (140, 205, 255), 0.25 * radius)
+        overlay = image.copy()
+        self._line(overlay, instant.goal, GOAL, 0.4 * radius)
+        return cv2.addWeighted(overlay, 0.45, image, 0.55, 0.0)
+
+    def _painted_ground(self) -> np.ndarray:
+        width, height = self.size
+        image = np.empty((height, width, 3), np.uint8)
+        image[:] = SKY
+        edge = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float)
+        self._hull(image, edge, TABLE)
+        for at in np.linspace(-1.0, 1.0, 21):
+            self._line(image, np.array([[at, -1.0, 0.0], [at, 1.0, 0.0]]), GRID, 0.0008)
+            self._line(image, np.array([[-1.0, at, 0.0], [1.0, at, 0.0]]), GRID, 0.0008)
+        return image
+
+    def _body(self, image: np.ndarray, body: Obstacle) -> None:
+        """Paint a body: its outline, and its faces by their light."""
+        color = SUPPORT if body.support else BODY
+        points = _surface(body)
+        self._hull(image, points, _shaded(color, 0.55))
+        for face, normal in _faces(body):
+            if normal @ (self._eye - face.mean(0)) > 0.0:
+                self._hull(image, face, _shaded(color, 0.5 + 0.5 * max(normal @ LIGHT, 0.0)))
+
+    def _distance(self, point: np.ndarray) -> float:
+        return float(np.linalg.norm(point - self._eye))
+
+    def _pixels(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Pixels in fixed point, and depths [m]; points behind the camera are left out."""
+        pixels, depth = self._camera.project(np.asarray(points, float))
+        front = depth > 0.05
+        return np.round(pixels[front] * 2**FINE).astype(np.int32), depth[front]
+
+    def _hull(self, image: np.ndarray, points: np.ndarray, color: Color) -> None:
+        pixels, _ = self._pixels(points)
+        if len(pixels) >= 3:
+            cv2.fillConvexPoly(image, cv2.convexHull(pixels), color, cv2.LINE_AA, FINE)
+
+    def _line(self, image: np.ndarray, points: np.ndarray, color: Color, radius: float) -> None:
+        pixels, depth = self._pixels(points)
+        if len(pixels) >= 2:
+            scale = self._camera.intrinsics.fx / float(depth.mean())
+            thickness = max(1, round(2.0 * radius * scale))
+            cv2.polylines(image, [pixels], False, color, thickness, cv2.LINE_AA, FINE)
+
+
+def _shaded(color: Color, light: float) -> Color:
+    blue, green, red = (round(min(255.0, light * c)) for c in color)
+    return blue, green, red
+
+
+def _on_table(points: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "n 3"]:
+    """Shadows of points on the table."""
+    return points - points[:, 2:] / LIGHT[2] * LIGHT
+
+
+@lru_cache(maxsize=256)
+def _surface(body: Obstacle) -> Float64[np.ndarray, "n 3"]:
+    """Points whose convex hull is the body."""
+    return np.concatenate([face for face, _ in _faces(body)])
+
+
+@lru_cache(maxsize=256)
+def _faces(body: Obstacle) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Faces of a body and their outward normals."""
+    angles = np.linspace(0.0, 2.0 * np.pi, SIDES, endpoint=False)
+    around = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(SIDES)])
+    local: list[tuple[np.ndarray, np.ndarray]] = []
+    if body.shape == "box":
+        signs = np.array([[a, b] for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))], float)
+        for axis in range(3):
+            for sign in (-1.0, 1.0):
+                corners = np.insert(signs, axis, sign, axis=1) * np.array(body.size) / 2.0
+                local.append((corners, sign * np.eye(3)[axis]))
+    else:
+        half = 0.0 if body.shape == "sphere" else body.height / 2.0
+        rounded = body.shape != "cylinder"
+        latitudes = np.linspace(-np.pi / 2.0, np.pi / 2.0, 10) if rounded else np.zeros(2)
+        rings = [
+            np.cos(a) * body.radius * around
+            + np.array(
+                [0.0, 0.0, np.sin(a) * body.radius + (half if k >= len(latitudes) // 2 else -half)]
+            )
+            for k, a in enumerate(latitudes)
+        ]
+        for low, high in itertools.pairwise(rings):
+            for k in range(SIDES):
+                after = (k + 1) % SIDES
+                face = np.array([low[k], low[after], high[after], high[k]])
+                normal = face.mean(0) - np.array(
+                    [0.0, 0.0, np.clip(face[:, 2].mean(), -half, half)]
+                )
+                local.append((face, normal / max(np.linalg.norm(normal), 1e-9)))
+        if not rounded:
+            local += [
+                (rings[-1], np.array([0.0, 0.0, 1.0])),
+                (rings[0], np.array([0.0, 0.0, -1.0])),
+            ]
+    turn = np.array(body.orientation)
+    return [
+        (poses.rotate(turn, face) + np.array(body.position), poses.rotate(turn, normal))
+        for face, normal in local
+    ]

@@ -6,6 +6,7 @@ python -m docs.film recordings/three-cylinders.mcap --gif docs/guide/run.gif
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,9 +25,9 @@ RATE = 30
 """Rate of the video [Hz]."""
 GIF_RATE = 12
 """Rate of a GIF [Hz]."""
-TITLE_TIME = 1.5
+TITLE_TIME = 2.5
 """Time that a run stands still below its title [s]."""
-REST_TIME = 1.5
+REST_TIME = 2.5
 """Time that a run stands still at its end [s]."""
 VIEW_ANGLE = -1.05
 """Angle of the camera about the vertical, from the x axis, at the begin of a run [rad]."""
@@ -84,7 +85,7 @@ def frames(
     whole = np.concatenate([run.at(0.0).nodes, run.at(run.duration).nodes, run.at(0.0).goal])
     low, high = whole.min(0), whole.max(0)
     middle = (low + high) / 2.0 - np.array([0.0, 0.0, 0.05])
-    distance = 0.75 + 1.0 * float(np.linalg.norm(high - low))
+    distance = 0.7 + 1.2 * float(np.linalg.norm(high - low))
     total = TITLE_TIME + run.duration + REST_TIME
     title = run.scenario.description or run.scenario.name
     for k in range(round(total * rate)):
@@ -104,7 +105,8 @@ def _captioned(image: np.ndarray, title: str, time: float, error: float) -> np.n
     draw = ImageDraw.Draw(picture)
     size = max(height // 30, 11)
     small = ImageFont.truetype(FONT, size)
-    draw.text((size, size), title, (235, 235, 235), small)
+    lines = "\n".join(textwrap.wrap(title, round(1.7 * image.shape[1] / size)))
+    draw.multiline_text((size, size), lines, (235, 235, 235), small)
     text = f"{time:4.1f} s     distance to the goal {error:.1f} mm"
     draw.text((size, height - 2 * size), text, (235, 235, 235), small)
     return np.asarray(picture)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from docs.film.__main__ import FilmSettings, main
+from docs.film.__main__ import REST_TIME, TITLE_TIME, FilmSettings, main
 from docs.film.picture import GOAL, ROPE, Painter
 from docs.film.recorded_run import Instant, RecordedRun
 from lariat.geometry.obstacles import Obstacle
@@ -68,7 +68,7 @@ def test_a_body_is_as_large_as_its_projection(shape):
 def test_video_and_gif_are_written(tmp_path: Path):
     video, gif = tmp_path / "film.mp4", tmp_path / "run.gif"
     main(FilmSettings((RECORDING,), output=video, gif=gif, size=SIZE, gif_size=SIZE))
-    duration = 3.0 + RecordedRun(RECORDING).duration
+    duration = TITLE_TIME + RecordedRun(RECORDING).duration + REST_TIME
     capture = cv2.VideoCapture(str(video))
     assert capture.get(cv2.CAP_PROP_FRAME_COUNT) == pytest.approx(30.0 * duration, abs=1.0)
     read, image = capture.read()

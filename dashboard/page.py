@@ -90,8 +90,12 @@ class Page:
         gui.main_panel.set_width(LEFT_PANEL_WIDTH)
         panel = gui.add_panel()
         with panel.add_tab("Run", viser.Icon.CHART_LINE):
+            several = len(scenario.camera_setups) > 1
             self._cameras = [
-                CameraFeed(camera.name, CameraImage(server, camera.T_world_camera))
+                CameraFeed(
+                    camera.name,
+                    CameraImage(server, camera.T_world_camera, camera.name if several else None),
+                )
                 for camera in scenario.camera_setups
             ]
             self._plots = RunPlots(gui, scenario)

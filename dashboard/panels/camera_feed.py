@@ -10,12 +10,15 @@ from shared import topics
 from shared.messages import stamp_of
 from shared.service import Inbox
 
+MAX_SKEW = 1_000_000
+"""Largest time between an image and the rope that is drawn into it [ns]: exposures of several
+cameras that are as near to each other are perceived as one."""
 MAX_WAITING_IMAGES = 8
 """Largest number of images that wait for the rope that is seen in them."""
 
 
 class CameraFeed:
-    """Images of one camera that wait for a rope of the same stamp, and are then shown together."""
+    """Images of one camera that wait for a rope of their instant, and are shown with it."""
 
     def __init__(self, name: str, image: CameraImage) -> None:
         """
@@ -54,8 +57,8 @@ class CameraFeed:
                 # Images without a rope are shown too, only later.
                 self._image.show(self._waiting.pop(min(self._waiting)), None, None)
         if rope := inbox.fresh(topics.ROPE_NODES):
-            image = self._waiting.get(rope.message.stamp)
-            if image is not None:
+            near = [s for s in self._waiting if abs(s - rope.message.stamp) <= MAX_SKEW]
+            if near:
                 calibration, _ = latest_with_age(inbox, self._calibration, now)
-                self._image.show(image, rope.message, calibration)
-                self._waiting = {s: i for s, i in self._waiting.items() if s > rope.message.stamp}
+                self._image.show(self._waiting[max(near)], rope.message, calibration)
+                self._waiting = {s: i for s, i in self._waiting.items() if s > max(near)}

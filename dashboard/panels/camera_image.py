@@ -30,18 +30,25 @@ MAX_COORDINATE = 2**20
 class CameraImage:
     """The newest image, at most every `UPDATE_PERIOD`; images in between are skipped."""
 
-    def __init__(self, server: viser.ViserServer, T_world_camera: Pose) -> None:
+    def __init__(
+        self, server: viser.ViserServer, T_world_camera: Pose, label: str | None = None
+    ) -> None:
         """Add the element to the page and start the thread.
 
         Args:
             server: The page's web server.
             T_world_camera: Pose of the camera.
+            label: Name of the camera on the page, where there are several.
         """
         self._server = server
         self._pose = T_world_camera
         # Hidden until the first image: not every cell has a camera.
         self._handle = server.gui.add_image(
-            np.zeros((8, 8, 3), np.uint8), format="jpeg", jpeg_quality=80, visible=False
+            np.zeros((8, 8, 3), np.uint8),
+            label=label,
+            format="jpeg",
+            jpeg_quality=80,
+            visible=False,
         )
         self._newest: tuple[bytes, NodeChain | None, CameraCalibration | None] | None = None
         self._closed = threading.Event()

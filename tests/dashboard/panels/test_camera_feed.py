@@ -4,7 +4,7 @@ import numpy as np
 from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 
-from dashboard.panels.camera_feed import MAX_WAITING_IMAGES, CameraFeed
+from dashboard.panels.camera_feed import MAX_SKEW, MAX_WAITING_IMAGES, CameraFeed
 from shared import topics
 from shared.messages import NodeChain, timestamp
 from shared.scenario.cameras import DEFAULT_CAMERA
@@ -57,6 +57,18 @@ def test_image_waits_for_the_rope_of_its_stamp() -> None:
     feed.send_rope(2)
     assert feed.image.shown == [(b"1", False), (b"2", True)]
     feed.send_rope(1)
+    assert len(feed.image.shown) == 2
+
+
+def test_an_image_is_shown_with_a_rope_of_nearly_the_same_instant() -> None:
+    feed = Feed()
+    feed.send(CALIBRATION, CameraCalibration())
+    feed.send_image(1)
+    feed.send_image(1 + MAX_SKEW)
+    feed.send_rope(2 + MAX_SKEW)
+    assert feed.image.shown[1:] == [(b"%d" % (1 + MAX_SKEW), True)]
+    feed.send_image(3 * MAX_SKEW)
+    feed.send_rope(5 * MAX_SKEW)
     assert len(feed.image.shown) == 2
 
 

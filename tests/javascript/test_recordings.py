@@ -28,8 +28,7 @@ def filled(message: Message, rng: random.Random, depth: int = 0) -> Message:
     """Fill every field with a random value of its type."""
     for field in message.DESCRIPTOR.fields:
         if _is_map(field):
-            value_field = field.message_type.fields_by_name["value"]
-            getattr(message, field.name)["one key"] = _value(value_field, rng)
+            getattr(message, field.name)["one key"] = _value(_value_field(field), rng)
             continue
         count = 2 if field.is_repeated else 1
         for _ in range(count):
@@ -44,6 +43,12 @@ def filled(message: Message, rng: random.Random, depth: int = 0) -> Message:
             else:
                 setattr(message, field.name, value)
     return message
+
+
+def _value_field(field: FieldDescriptor) -> FieldDescriptor:
+    """Field of the values of a map."""
+    assert field.message_type is not None
+    return field.message_type.fields_by_name["value"]
 
 
 def _is_map(field: FieldDescriptor) -> bool:
@@ -67,6 +72,7 @@ def _value(field: FieldDescriptor, rng: random.Random) -> Any:
         case F.CPPTYPE_BOOL:
             return True
         case F.CPPTYPE_ENUM:
+            assert field.enum_type is not None
             return rng.choice(field.enum_type.values).number
     text = "Größe 机 \x00\U0001f9f5"
     return text if field.type == F.TYPE_STRING else bytes(rng.randrange(256) for _ in range(40))
@@ -110,7 +116,7 @@ def plain(message: Message) -> dict[str, Any]:
     found = {}
     for field, value in message.ListFields():
         if _is_map(field):
-            kind = field.message_type.fields_by_name["value"]
+            kind = _value_field(field)
             # By its descriptor, a map is a list of entries.
             entries = [{"key": key, "value": _printed(kind, each)} for key, each in value.items()]
             found[field.name] = entries
@@ -128,6 +134,7 @@ def _printed(field: FieldDescriptor, value: Any) -> Any:
         case F.CPPTYPE_INT64 | F.CPPTYPE_UINT64:
             return str(value)
         case F.CPPTYPE_ENUM:
+            assert field.enum_type is not None
             return field.enum_type.values_by_number[value].name
         case F.CPPTYPE_DOUBLE | F.CPPTYPE_FLOAT if not math.isfinite(value):
             return "NaN" if math.isnan(value) else "Infinity" if value > 0.0 else "-Infinity"

@@ -14,12 +14,13 @@ from lariat.geometry.poses import Pose
 from shared import topics
 from shared.messages import RUNNING, ArmSetpoints, ArmStates, Setpoints
 from shared.recording import Recording
+from shared.scenario.cameras import DEFAULT_CAMERA
 from shared.service import SECOND
 
 FRAME_RATE = 20
 """Rate of the frames [Hz]."""
 STATE, NODES, GOAL = "observation.state", "observation.environment_state", "observation.goal"
-ACTION, IMAGE = "action", f"observation.images.{topics.CAMERA}"
+ACTION, IMAGE = "action", f"observation.images.{DEFAULT_CAMERA}"
 Frame = dict[str, Any]
 """Values of one instant by the name of their feature; images are encoded."""
 
@@ -42,7 +43,7 @@ def read_episode(recording: Recording) -> Episode:
     Args:
         recording: Recording of a run.
     """
-    color = topics.CAMERA_COLOR.at(topics.CAMERA).key
+    color = topics.CAMERA_COLOR.at(DEFAULT_CAMERA).key
     keys = {t.key for t in (topics.TASK_STATE, topics.ROPE_NODES, topics.ARM_STATE)}
     latest: dict[str, Any] = {}
     episode = Episode(f"Shape the rope of {recording.metadata.get('scenario', 'a recording')}")

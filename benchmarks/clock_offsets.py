@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
-from shared.messages import TraceInput
+from shared.messages import Message, TraceInput
 from shared.service import SECOND, Inbox, Publication, Received, Service
 from shared.topics import Topic
 
@@ -17,8 +17,9 @@ CLOCK_OFFSETS: dict[str, dict[str, int]] = {
     "clock-gateway": {"robot_gateway": HOUR},
     "clock-planner": {"planner": HOUR},
     "clock-perception": {"perception": HOUR},
-    "clock-20ms": {"sim": 20_000_000},
-    "clock-camera": {"sim": HOUR},
+    "clock-camera-20ms": {"sim": 20_000_000},
+    "clock-camera-ahead": {"sim": HOUR},
+    "clock-camera-behind": {"sim": -HOUR},
 }
 """Conditions by name: by how much the clocks of which services are ahead of all others [ns].
 
@@ -40,7 +41,21 @@ class OffsetService:
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Step the service at the time of its own clock."""
-        return self._service.step(_OffsetInbox(inbox, self._offset), now + self._offset)
+        shifted = _OffsetInbox(inbox, self._offset)
+        for topic, message in self._service.step(shifted, now + self._offset):
+            yield Publication(topic, self._stamped(topic, message))
+
+    def _stamped(self, topic: Topic, message: Message) -> Message:
+        """Return a message with the camera's stamp by its own clock.
+
+        The simulated camera exposes at the gateway's times; a real one has but its own.
+        """
+        if not topic.key.startswith("camera/"):
+            return message
+        copy: Any = type(message)()
+        copy.CopyFrom(message)
+        copy.timestamp.FromNanoseconds(copy.timestamp.ToNanoseconds() + self._offset)
+        return copy
 
 
 class _OffsetInbox(Inbox):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+
 from benchmarks.clock_offsets import CLOCK_OFFSETS, HOUR, with_clock_offsets
 from shared import topics
 from shared.messages import Scene
@@ -44,3 +46,20 @@ def test_service_steps_on_its_own_clock_and_ages_stay() -> None:
 def test_every_offset_is_that_of_a_service() -> None:
     for offsets in CLOCK_OFFSETS.values():
         assert offsets.keys() <= set(services.NAMES)
+
+
+def test_camera_stamps_its_images_by_its_own_clock() -> None:
+    color = topics.CAMERA_COLOR.at("overhead")
+    image = CompressedImage()
+    image.timestamp.FromNanoseconds(5 * SECOND)
+
+    class Camera(Listener):
+        name = "sim"
+
+        def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
+            yield Publication(color, image)
+
+    (camera,) = with_clock_offsets([Camera()], {"sim": -2 * SECOND})
+    ((_, published),) = camera.step(Inbox({}, {}), 6 * SECOND)
+    assert published.timestamp.ToNanoseconds() == 3 * SECOND
+    assert image.timestamp.ToNanoseconds() == 5 * SECOND

@@ -12,6 +12,7 @@ from lariat.geometry.cameras import Camera, Intrinsics
 from services.perception.centerline.estimate import MAX_DOUBT, CenterlineEstimate, RopeModel
 from services.perception.centerline.estimator import CenterlineEstimator
 from services.perception.centerline.settings import CenterlineSettings
+from services.perception.clock_check import ClockCheck
 from services.perception.fusion import fuse
 from services.perception.markers.marker_obstacles import MarkerObstacles
 from services.perception.rope_camera import RopeCamera
@@ -79,6 +80,7 @@ class PerceptionService:
         self._frames = SimultaneousFrames(self._cameras)
         self.reads = (*(t for c in self._cameras for t in c.reads), *OTHER_READS)
         self._grips = GripHistory()
+        self._clock_check = ClockCheck()
         self._truth = SimulatedTruth(
             self._rope.node_count, scenario.sensing.node_noise, scenario.seed
         )
@@ -103,6 +105,7 @@ class PerceptionService:
             arms = received.message
             if poses_known(arms):
                 self._grips.add(arms.stamp, arm_pose(arms, "left"), arm_pose(arms, "right"))
+            self._clock_check.take(arms.stamp, received.received)
         task = inbox.latest(topics.TASK_STATE)
         if task is not None:
             self._follow_task(task.message, now)
@@ -124,7 +127,9 @@ class PerceptionService:
     def _process_cameras(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         faults = [f for camera in self._cameras if (f := camera.receive(inbox, now)) is not None]
         due, stamp = self._frames.due(now)
-        if due:
+        if due and (fault := self._clock_check.fault(stamp, now)):
+            yield self._lost(fault, stamp)
+        elif due:
             yield self._rope_nodes(self._perceived(due, stamp), stamp)
         elif faults and all(camera.fault for camera in self._cameras):
             yield self._lost("; ".join(c.fault for c in self._cameras), faults[0].stamp)

@@ -29,7 +29,8 @@ def path_clearance(
         nodes: Nodes of the rope [m].
     """
     limits = problem.limits
-    bodies = swept_gripper_points(positions, orientations, limits.gripper_reach)
+    grippers = problem.grippers(positions, orientations)
+    bodies = swept_gripper_points(*grippers, limits.gripper_reach)
     bodies = _densified(bodies.reshape(len(positions), 6, 3), limits.gripper_radius, problem)
     least = swept_clearance(nodes, problem.radius, problem.obstacles)
     for obstacle in problem.solid:
@@ -61,7 +62,8 @@ def gripper_overlap(
     Positive when they come too close to each other; arguments as in `path_clearance`.
     """
     limits = problem.limits
-    bodies, _ = gripper_axis_distance(positions, orientations, limits.gripper_reach)
+    grippers = problem.grippers(positions, orientations)
+    bodies, _ = gripper_axis_distance(*grippers, limits.gripper_reach)
     grips = np.linalg.norm(positions[:, 1] - positions[:, 0], axis=1)
     spacing = axis_spacing(limits.gripper_radius, limits.keep_out)
     lacks = [spacing - bodies, limits.spacing + CHUNK_BOUNDARY_MARGIN - grips]

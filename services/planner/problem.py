@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Bool, Float64
@@ -15,9 +15,17 @@ from shared.motion_contract import PATH_STRETCH_SHARE, longest_grip_distance
 from shared.scenario.sections import Limits
 
 
+def _exact_grips() -> tuple[Pose, Pose]:
+    exact = Pose(np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
+    return exact, exact
+
+
 @dataclass(frozen=True)
 class Problem:
-    """Planning problem: from a rope at rest to a goal shape, without collisions."""
+    """Planning problem: from a rope at rest to a goal shape, without collisions.
+
+    Its grips are the rope's ends; a gripper may hold them a little beside its own frame.
+    """
 
     rod: Rod
     """Model of the rope."""
@@ -47,6 +55,8 @@ class Problem:
     """Whole turns of twist of the goal (`lariat.rod.twist`)."""
     variants: tuple[Rod, ...] = ()
     """Rods with one identified property off by its standard deviation each."""
+    held: tuple[Pose, Pose] = field(default_factory=_exact_grips)
+    """Poses of the rope's ends in the frames of the grippers: left, right."""
     pace: float = 1.0
     """Share of the usual limits on motion that the path uses [-]."""
     seed: int = 0
@@ -73,6 +83,20 @@ class Problem:
             for now, goal, moves in zip(self.grips, self.goal_grips, self.moves, strict=True)
         )
         return left, right
+
+    def grippers(
+        self, positions: Float64[np.ndarray, "t 2 3"], orientations: Float64[np.ndarray, "t 2 4"]
+    ) -> tuple[Float64[np.ndarray, "t 2 3"], Float64[np.ndarray, "t 2 4"]]:
+        """Return positions and orientations of the grippers that hold the rope's ends at poses.
+
+        Args:
+            positions: Positions of the ends [m].
+            orientations: Orientations of the ends, wxyz.
+        """
+        back = [end.inverse() for end in self.held]
+        arms = poses.rotate(orientations, np.array([pose.position for pose in back]))
+        turns = np.array([pose.orientation for pose in back])
+        return positions + arms, poses.multiply(orientations, turns)
 
     @property
     def longest_grip_distance(self) -> float:
@@ -118,17 +142,11 @@ class WholePath:
     """Whether obstacles prevent it from reaching the goal, so that it ends at the nearest reachable
     shape."""
 
-    def of_grips(self, ends: tuple[Pose, Pose]) -> WholePath:
-        """Return the path of the grips that lead the rope's ends along this one.
+    def of_grippers(self, problem: Problem) -> WholePath:
+        """Return the path of the grippers that lead the rope's ends along this one.
 
         Args:
-            ends: Poses of the rope's ends in the frames of the grips: left, right.
+            problem: Problem that says how they hold the ends.
         """
-        back = [end.inverse() for end in ends]
-        arms = poses.rotate(self.orientations, np.array([pose.position for pose in back]))
-        turns = np.array([pose.orientation for pose in back])
-        return replace(
-            self,
-            positions=self.positions + arms,
-            orientations=poses.multiply(self.orientations, turns),
-        )
+        positions, orientations = problem.grippers(self.positions, self.orientations)
+        return replace(self, positions=positions, orientations=orientations)

@@ -181,7 +181,7 @@ class PlannerService:
         problem = replace(
             problem, clearance=problem.clearance + margin, pace=task.pace if task.pace else 1.0
         )
-        _write_path(message, self._find(problem).of_grips(self._held))
+        _write_path(message, self._find(problem).of_grippers(problem))
         return message
 
     def _ends(self, left: Pose, right: Pose) -> tuple[Pose, Pose]:
@@ -259,6 +259,7 @@ class PlannerService:
             goal_grips=goal_grips,
             moves=self._moves,
             variants=self._variants,
+            held=self._held,
             obstacles=tuple(o for o in obstacles if not o.support),
             supports=tuple(o for o in obstacles if o.support),
             limits=scenario.limits,

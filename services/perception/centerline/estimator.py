@@ -30,6 +30,9 @@ from services.perception.centerline.occlusion import occlusion_uncertainty
 from services.perception.centerline.reprojection_consistency import reprojection_consistency
 from services.perception.centerline.settings import CenterlineSettings
 
+CHORD_ERROR_SHARE = 0.5
+"""Share of the correction from straight edges to a smooth rope that counts as uncertain [-]."""
+
 
 class CenterlineEstimator:
     """Estimates one rope in frames of one camera; keeps no state between frames."""
@@ -167,13 +170,18 @@ class CenterlineEstimator:
         edge = self.rope.length / (self.rope.node_count - 1)
         held = left is not None, right is not None
         sigma = np.hypot(sigma, occlusion_uncertainty(fit.nodes, edge, observed, held))
-        sigma = np.hypot(sigma, _discretization_error(fit.nodes))
+        chord_error = _chord_error(fit.nodes)
+        sigma = np.hypot(sigma, CHORD_ERROR_SHARE * np.linalg.norm(chord_error, axis=1))
         sigma = np.where(observed, 1.0, s.hidden_sigma_factor) * sigma
-        return CenterlineEstimate(fit.nodes, sigma, observed, misfit=fit.misfit)
+        return CenterlineEstimate(fit.nodes - chord_error, sigma, observed, misfit=fit.misfit)
 
 
-def _discretization_error(nodes: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "n"]:
-    """Distance of a smooth rope from the straight edges between its nodes [m]."""
-    error = np.zeros(len(nodes))
-    error[1:-1] = np.linalg.norm(np.diff(nodes, 2, axis=0), axis=1) / 8.0
+def _chord_error(nodes: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "n 3"]:
+    """Displacement of a chain's nodes from the smooth rope along which its edges lie [m].
+
+    The edges that fit an arc of curvature k best in the least-squares sense, each of length h, meet
+    k h^2 / 12 outside the arc.
+    """
+    error = np.zeros_like(nodes)
+    error[1:-1] = -np.diff(nodes, 2, axis=0) / 12.0
     return error

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
-from lariat.geometry.grippers import gripper_points
+from lariat.geometry.grippers import swept_gripper_points
 from lariat.geometry.poses import Pose
 from services.planner.grid_search.settings import GridSearchSettings
 from services.planner.problem import Problem
@@ -30,10 +30,9 @@ class CarriedShape:
 
 def carried_shapes(problem: Problem, settings: GridSearchSettings) -> list[CarriedShape]:
     """Return the current shape, the goal shape, then shapes at rest at several grip distances."""
-    reach = problem.limits.gripper_reach
     shapes = [
-        _carried_shape(problem.state.positions, problem.grips, reach),
-        _carried_shape(problem.goal, problem.goal_grips, reach),
+        _carried_shape(problem, problem.state.positions, problem.grips),
+        _carried_shape(problem, problem.goal, problem.goal_grips),
     ]
     now, goal = problem.grips, problem.goal_grips
     halfway = [
@@ -63,7 +62,7 @@ def carried_shapes(problem: Problem, settings: GridSearchSettings) -> list[Carri
             except ValueError:
                 continue
             if rest.converged:
-                shapes.append(_carried_shape(rest.state.positions, (left, right), reach))
+                shapes.append(_carried_shape(problem, rest.state.positions, (left, right)))
     return shapes
 
 
@@ -73,10 +72,11 @@ def middle_of(grips: tuple[Pose, Pose]) -> Float64[np.ndarray, "3"]:
 
 
 def _carried_shape(
-    nodes: Float64[np.ndarray, "n 3"], grips: tuple[Pose, Pose], gripper_reach: float
+    problem: Problem, nodes: Float64[np.ndarray, "n 3"], grips: tuple[Pose, Pose]
 ) -> CarriedShape:
     middle = middle_of(grips)
     positions = np.stack([g.position for g in grips])
-    bodies = gripper_points(*grips, gripper_reach)
     orientations = np.stack([g.orientation for g in grips])
+    grippers = problem.grippers(positions[None], orientations[None])
+    bodies = swept_gripper_points(*grippers, problem.limits.gripper_reach)
     return CarriedShape(positions - middle, orientations, nodes - middle, bodies - middle)

@@ -117,7 +117,8 @@ def _distance_residuals(
     distance = np.linalg.norm(chord, axis=1)
     direction = chord / np.maximum(distance, 1e-9)[:, None]
     longest = problem.longest_grip_distance
-    bodies = gripper_axis_distance(positions, orientations, limits.gripper_reach)
+    grippers = problem.grippers(positions, orientations)
+    bodies = gripper_axis_distance(*grippers, limits.gripper_reach)
     spacing = axis_spacing(limits.gripper_radius, limits.keep_out)
     found = []
     for apart, towards, least, most in (

@@ -259,8 +259,8 @@ class PathOptimizer:
 
     def _gripper_points(self, displacements: BlockDisplacements) -> Float64[np.ndarray, "p 3"]:
         positions, orientations = self._path.grips(displacements)
-        reach = self._problem.limits.gripper_reach
-        return swept_gripper_points(positions[1:], orientations[1:], reach)
+        grippers = self._problem.grippers(positions[1:], orientations[1:])
+        return swept_gripper_points(*grippers, self._problem.limits.gripper_reach)
 
     def _grip_residuals(
         self, displacements: BlockDisplacements

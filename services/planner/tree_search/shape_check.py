@@ -84,15 +84,14 @@ class ShapeCheck:
         """Clearances of the rope, and of the grippers [m]."""
         problem = self._problem
         rope = scene_distance(with_midpoints(nodes), problem.obstacles).min(axis=1)
-        points = swept_gripper_points(
-            grips.positions, grips.orientations, problem.limits.gripper_reach
-        )
+        grippers = problem.grippers(grips.positions, grips.orientations)
+        points = swept_gripper_points(*grippers, problem.limits.gripper_reach)
         body = scene_distance(points.reshape(-1, 6, 3), problem.solid).min(axis=1)
         return rope - problem.radius, body - problem.limits.gripper_radius
 
     def _spacings(self, grips: Grips) -> tuple[Float64[np.ndarray, "k"], Float64[np.ndarray, "k"]]:
         """Distances of the grips, and of the grippers' axes [m]."""
         apart = np.linalg.norm(grips.positions[:, 1] - grips.positions[:, 0], axis=1)
-        reach = self._problem.limits.gripper_reach
-        bodies, _ = gripper_axis_distance(grips.positions, grips.orientations, reach)
+        grippers = self._problem.grippers(grips.positions, grips.orientations)
+        bodies, _ = gripper_axis_distance(*grippers, self._problem.limits.gripper_reach)
         return apart, bodies

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from services.controller.estimation.observation_registration import (
-    GRIP_NODES,
+    GRIP_DISTANCE,
     away_from_grips,
     registered_nodes,
 )
@@ -34,11 +35,18 @@ def test_distance_across_the_rope_is_kept() -> None:
     np.testing.assert_allclose(np.linalg.norm(left, axis=1)[1:-1], 0.02 * RADIUS, rtol=0.01)
 
 
-def test_nodes_next_to_the_grips_are_not_observed() -> None:
-    observed = np.ones(COUNT, dtype=bool)
-    observed[20] = False
-    away = away_from_grips(observed)
-    assert observed.sum() - away.sum() == 2 * GRIP_NODES
-    assert not away[20]
-    assert not away[GRIP_NODES - 1]
-    assert away[GRIP_NODES]
+@pytest.mark.parametrize("count", [30, 100])
+def test_nodes_near_the_grips_are_not_observed_however_fine_the_rope_is(count: int) -> None:
+    observed = np.ones(count, dtype=bool)
+    observed[count // 2] = False
+    length = 0.45
+    away = away_from_grips(observed, length)
+    places = np.linspace(0.0, length, count)
+    near = np.minimum(places, length - places) < GRIP_DISTANCE
+    np.testing.assert_array_equal(away, observed & ~near)
+
+
+def test_a_node_that_slides_along_an_arc_stays_on_it() -> None:
+    model, seen = arc(0.0, 2.0), arc(0.04, 2.04)
+    slid = registered_nodes(seen, model, 2.0 * RADIUS)[2:-2]
+    np.testing.assert_allclose(np.linalg.norm(slid, axis=1), RADIUS, atol=2e-5 * RADIUS)

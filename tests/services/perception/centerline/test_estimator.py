@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -35,6 +36,24 @@ def test_mean_node_error_is_below_half_a_millimetre(rope: RopeModel) -> None:
         assert np.mean(estimate.observed) > 0.95
     assert np.mean(found) < 0.5e-3
     assert np.max(np.mean(found, axis=1)) < 1.0e-3
+
+
+def test_nodes_of_a_coarse_chain_lie_on_a_smooth_rope() -> None:
+    """Edges that are fitted to an arc meet outside it, by a twelfth of their second difference."""
+    estimator, fine = CenterlineEstimator(CAMERA, ROPE), replace(ROPE, node_count=291)
+    outside, expected = [], []
+    for seed in range(6):
+        smooth = curve(seed, fine, bend=2.0)
+        nodes, frame = smooth[::10], taken(smooth, rope=fine, frame=seed)
+        estimate = estimator.estimate(frame.color, frame.depth, *grips(smooth))
+        bend = np.diff(nodes, 2, axis=0)[3:-3]
+        size = np.linalg.norm(bend, axis=1)
+        miss = (estimate.positions - nodes)[4:-4]
+        # Weighted with the curvature, the noise of straight parts does not count.
+        outside.append(-np.sum(miss * bend) / np.sum(size))
+        expected.append(np.sum(size**2) / 12.0 / np.sum(size))
+    assert np.mean(expected) > 1.5e-4
+    assert abs(np.mean(outside)) < 0.4 * np.mean(expected)
 
 
 def test_sigma_matches_the_error() -> None:

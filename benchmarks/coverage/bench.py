@@ -14,7 +14,8 @@ from rich.progress import track
 from rich.table import Table
 
 from benchmarks import worker_pool
-from benchmarks.coverage.trial import PlantModel, Stated, run_trial, sample
+from benchmarks.coverage import swung_rope, trial
+from benchmarks.coverage.trial import PlantModel, Stated
 
 INTERVAL_DEVIATIONS = 1.645
 """Half the width of a 90 % interval, in standard deviations [-]."""
@@ -26,6 +27,8 @@ MAX_WIDTH_RATIO = 2.0
 """Largest ratio of the stated standard deviation to the one of the errors [-]."""
 UNITS = {
     "stiffness": ("%", 100.0),
+    "damping": ("%", 100.0),
+    "internal_damping": ("%", 100.0),
     "length": ("mm", 1e3),
     "grip_offset": ("mm", 1e3),
     "grip_rotation": ("deg", 180.0 / np.pi),
@@ -66,6 +69,7 @@ def run(
     first: int = 0,
     seed: int = 0,
     plant: tuple[PlantModel, ...] = ("rod", "mujoco", "links"),
+    identify: bool = False,
     folder: Path = Path("coverage-trials"),
     again: bool = False,
     workers: int = 1,
@@ -74,17 +78,20 @@ def run(
     """Count how often the stated 90 % intervals of what is learnt hold the truth.
 
     Each trial hangs a rope of unknown stiffness, length and grips between four pairs of grips. Its
-    nodes are seen with noise, and the controller adapts. Finished trials are kept in
+    nodes are seen with noise, and the controller adapts. With `--identify`, a rope is swung, and
+    identified from its markers as `lariat identify` does. Finished trials are kept in
     FOLDER/trials.jsonl and are not run again.
 
     Examples:
       lariat bench coverage --count 100 --plant rod
+      lariat bench coverage --identify --count 40
 
     Args:
         count: Number of trials, of which those with another plant are left out.
         first: Number of the first trial.
         seed: Seed of the trials.
-        plant: Simulators of the true rope.
+        plant: Simulators of the true rope that the controller learns.
+        identify: Count the intervals of the identification, not those of the controller.
         folder: Folder for finished trials.
         again: Run finished trials again.
         workers: Number of processes.
@@ -93,15 +100,21 @@ def run(
     Returns:
         0 if all coverages are within 85 and 95 % and no interval is twice too wide, else 1.
     """
-    specs = [s for s in (sample(n, seed) for n in range(first, first + count)) if s.plant in plant]
-    path = folder / "trials.jsonl"
-    finished = {} if again else _read(path, seed)
-    tasks = [(spec, seed) for spec in specs if spec.number not in finished]
-    console = Console(stderr=True)
+    numbers = range(first, first + count)
+    path = folder / ("identified-ropes.jsonl" if identify else "trials.jsonl")
     folder.mkdir(parents=True, exist_ok=True)
-    computed = worker_pool.compute(run_trial, tasks, workers)
-    for k, stages in track(computed, "Trials", len(tasks), console=console, transient=True):
-        number = tasks[k][0].number
+    finished = {} if again else _read(path, seed)
+    if identify:
+        specs = [swung_rope.sample(n, seed) for n in numbers]
+        open_ones = [(spec, seed) for spec in specs if spec.number not in finished]
+        computed = worker_pool.compute(swung_rope.run_trial, open_ones, workers)
+    else:
+        specs = [s for s in (trial.sample(n, seed) for n in numbers) if s.plant in plant]
+        open_ones = [(spec, seed) for spec in specs if spec.number not in finished]
+        computed = worker_pool.compute(trial.run_trial, open_ones, workers)
+    console = Console(stderr=True)
+    for k, stages in track(computed, "Trials", len(open_ones), console=console, transient=True):
+        number = open_ones[k][0].number
         finished[number] = stages
         row = {"seed": seed, "number": number, "stages": [[asdict(s) for s in g] for g in stages]}
         with path.open("a") as file:

@@ -7,6 +7,7 @@ over decades of stiffness and damping, so that the result does not depend on whe
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import product
@@ -29,11 +30,16 @@ MAX_PROFILE_KNOTS = 7
 MIN_NOISE = 5e-4
 """Smallest standard deviation of a prediction [m]."""
 INDEPENDENT_SHARE = 1.0 / 50.0
-"""Share of the measured points whose errors are independent [-]."""
+"""Share of the measured points whose errors are independent, for the balance with the prior [-].
+The stated covariance follows from the scatter of blocks instead."""
 WINDOW_DURATIONS = (0.4, 1.2, 5.0)
 """Durations of the short, middle and long windows [s]."""
 MAX_SEARCH_WINDOWS = 24
 """Largest number of windows of the grid search."""
+BLOCK_COUNT = 12
+"""Number of blocks whose scatter gives the standard deviations, where the motion is long enough."""
+MIN_BLOCK_DURATION = 0.25
+"""Least duration of a block [s]: errors are correlated for shorter times."""
 LENGTH_DIFFERENCE = 1e-3
 """Step of the finite difference in the logarithm of the length [-]."""
 STIFFNESS_GRID = np.logspace(-4.5, 0.5, 11)
@@ -88,20 +94,25 @@ class _Search:
         return posterior.prior(x, self.information)
 
     def evidences(
-        self, x: Float64[np.ndarray, "P"], windows: list[Window], free: Bool[np.ndarray, "P"]
+        self,
+        x: Float64[np.ndarray, "P"],
+        windows: list[Window],
+        free: Bool[np.ndarray, "P"],
+        block_length: int,
     ) -> list[Evidence]:
-        """Return the evidence of every window."""
+        """Return the evidence of every block of so many frames of every window."""
         twin = self.twin
         predicted, jacobian = linearize(twin, self.material, x, windows, free)
         residuals = twin.measured(windows) - predicted
         return [
             posterior.evidence(
-                residuals[b].reshape(-1, 3),
-                jacobian[b].reshape(-1, 3, len(x)),
+                residuals[b, first : first + block_length].reshape(-1, 3),
+                jacobian[b, first : first + block_length].reshape(-1, 3, len(x)),
                 self.noise,
                 INDEPENDENT_SHARE,
             )
-            for b in range(len(windows))
+            for b, window in enumerate(windows)
+            for first in range(0, window.length, block_length)
         ]
 
     def descend(
@@ -117,7 +128,7 @@ class _Search:
         cost = self.cost(x, windows)
         for k in range(iterations):
             report(k / iterations)
-            found = sum(self.evidences(x, windows, free), self.prior(x))
+            found = sum(self.evidences(x, windows, free, windows[0].length), self.prior(x))
             for _ in range(6):
                 trial = self.material.clip(x + posterior.gauss_newton_step(found, free, levenberg))
                 new = self.cost(trial, windows)
@@ -189,13 +200,20 @@ def identify(
             ),
         )
     search.calibrate(x, long)
-    clusters = search.evidences(x, long, every)
-    covariance = posterior.covariance(sum(clusters, search.prior(x)), clusters, every)
+    blocks = search.evidences(x, long, every, _block_length(long, motion.dt))
+    covariance = posterior.covariance(blocks, search.information, every)
     report("done", 1.0)
     scale = float(np.exp(x[material.groups["length"]][0]))
     return Fit(
         material, x, covariance, search.noise, scale * twin.length, scale, frames * motion.dt
     )
+
+
+def _block_length(windows: list[Window], dt: float) -> int:
+    """Number of frames of a block of measurements: a whole window, or an even part of it."""
+    length = windows[0].length
+    parts = math.ceil(BLOCK_COUNT / len(windows))
+    return math.ceil(length / max(1, min(parts, int(length * dt / MIN_BLOCK_DURATION))))
 
 
 def generic_rope() -> RodProperties:

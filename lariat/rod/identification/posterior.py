@@ -7,6 +7,7 @@ these weights.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -97,22 +98,31 @@ def gauss_newton_step(
 
 
 def covariance(
-    found: Evidence, clusters: list[Evidence], free: Bool[np.ndarray, "P"]
+    blocks: Sequence[Evidence], prior: Float64[np.ndarray, "P P"], free: Bool[np.ndarray, "P"]
 ) -> Float64[np.ndarray, "P P"]:
-    """Return the covariance of the unknowns at a minimum, widened where clusters disagree.
+    """Return the covariance of the unknowns at a minimum, whatever the errors' correlation is.
+
+    Sandwich estimator: between the curvatures stands the measured scatter of the gradients of
+    blocks of measurements, whose errors may be correlated within a block. Few blocks show the
+    scatter in few directions; with a share of P / (P + blocks), that of P unknowns is therefore
+    the scatter that independent errors would have, times its mean excess over all directions.
 
     Args:
-        found: All evidence, prior included.
-        clusters: Parts of it whose errors are independent of each other.
+        blocks: Evidence of each block, prior excluded.
+        prior: Inverse covariance of the prior.
         free: Unknowns that may change.
     """
-    result = np.zeros_like(found.information)
-    inner = np.linalg.inv(found.information[np.ix_(free, free)])
-    if len(clusters) > 1:
-        scores = np.stack([c.descent[free] for c in clusters])
+    inside = np.ix_(free, free)
+    information = sum((b.information for b in blocks), np.zeros_like(prior))[inside]
+    inner = np.linalg.inv(information + prior[inside])
+    scatter = information
+    if len(blocks) > 1:
+        scores = np.stack([b.descent[free] for b in blocks])
         scores = scores - scores.mean(axis=0)
-        spread = scores.T @ scores * len(clusters) / (len(clusters) - 1)
-        # Sandwich estimator: curvature of the model, measured scatter of the gradients.
-        inner = inner + inner @ spread @ inner
-    result[np.ix_(free, free)] = inner
+        measured = scores.T @ scores * len(blocks) / (len(blocks) - 1)
+        excess = float(np.trace(inner @ measured) / np.trace(inner @ information))
+        share = len(information) / (len(information) + len(blocks))
+        scatter = share * excess * information + (1.0 - share) * measured
+    result = np.zeros_like(prior)
+    result[inside] = inner @ (scatter + prior[inside]) @ inner
     return result

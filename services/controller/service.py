@@ -17,7 +17,6 @@ from jaxtyping import Float64
 from lariat.rod import Rod
 from lariat.trajectory import MotionState, SetpointChunk
 from services.controller.estimation.adaptation import apply_material
-from services.controller.estimation.goal_registration import goal_along_rope
 from services.controller.estimation.observation_registration import (
     away_from_grips,
     registered_nodes,
@@ -294,16 +293,6 @@ class ControllerService:
         nodes = registered_nodes(rope.nodes, model, length)
         return replace(rope, nodes=nodes, observed=away_from_grips(rope.observed, length))
 
-    def _goal_nodes(self) -> Float64[np.ndarray, "n 3"]:
-        """Nodes of the goal, laid along a rope whose length and grips are being learnt [m]."""
-        goal, offsets = self.task.goal.nodes, self.adaptation.profiles.get("grip_offset")
-        if not self.task.adapts or not offsets:
-            return goal
-        # The grips' third axis is that of the rope.
-        doubt = max(offsets[k].standard_deviation for k in (2, 5))
-        length = self.estimator.rod.properties.length
-        return goal_along_rope(goal, self.estimator.nodes, length, doubt)
-
     def _detect_slip(self, rope: RopeObservation) -> None:
         """Give up when the rope has slipped out of a grip."""
         if self.task.state is not RunState.RUNNING:
@@ -382,7 +371,7 @@ class ControllerService:
         assert reference is not None
         command = None
         with self._blaming():
-            command = self.controller.step(now, self._goal_nodes(), avoidance)
+            command = self.controller.step(now, goal.nodes, avoidance)
         if command is None:
             chunk = self.controller.brake(now)
             assert chunk is not None

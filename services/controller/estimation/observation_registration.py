@@ -31,40 +31,13 @@ def registered_nodes(
         model: Nodes of the model at the same time [m].
         length: Length of the rope [m].
     """
-    slip = distances_along(nodes, model)
-    return slid_nodes(nodes, np.clip(slip, -MAX_SLIP * length, MAX_SLIP * length))
-
-
-def distances_along(
-    nodes: Float64[np.ndarray, "n 3"], others: Float64[np.ndarray, "n 3"]
-) -> Float64[np.ndarray, "n"]:
-    """Return how far each node has to slide along its chain to be next to that of another [m].
-
-    Args:
-        nodes: Nodes of the chain [m].
-        others: Nodes of the other chain [m].
-    """
-    return np.sum(_tangents(nodes) * (others - nodes), axis=1)
-
-
-def slid_nodes(
-    nodes: Float64[np.ndarray, "n 3"], slips: Float64[np.ndarray, "n"]
-) -> Float64[np.ndarray, "n 3"]:
-    """Return the nodes of a chain after they have slid along the curve through them [m].
-
-    Args:
-        nodes: Nodes of the chain, evenly spaced [m].
-        slips: Distance by which each node slides [m].
-    """
-    edge = np.mean(np.linalg.norm(np.diff(nodes, axis=0), axis=1))
+    tangents = poses.normalized(np.gradient(nodes, axis=0))
     curvature = np.zeros_like(nodes)
+    edge = length / (len(nodes) - 1)
     curvature[1:-1] = np.diff(nodes, 2, axis=0) / edge**2
-    along = slips[:, None]
-    return nodes + along * _tangents(nodes) + 0.5 * along**2 * curvature
-
-
-def _tangents(nodes: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "n 3"]:
-    return poses.normalized(np.gradient(nodes, axis=0))
+    slip = np.sum(tangents * (model - nodes), axis=1)
+    slip = np.clip(slip, -MAX_SLIP * length, MAX_SLIP * length)[:, None]
+    return nodes + slip * tangents + 0.5 * slip**2 * curvature
 
 
 def away_from_grips(observed: Bool[np.ndarray, "n"], length: float) -> Bool[np.ndarray, "n"]:

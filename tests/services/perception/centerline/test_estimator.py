@@ -11,6 +11,7 @@ from lariat.geometry.cameras import Camera, Intrinsics
 from lariat.geometry.obstacles import TABLE
 from services.perception.centerline.estimate import CenterlineEstimate, RopeModel, ShapePrior
 from services.perception.centerline.estimator import CenterlineEstimator
+from services.perception.centerline.occlusion import occlusion_uncertainty
 from services.perception.centerline.settings import CenterlineSettings
 from services.sim.camera.rgbd_camera import RgbdCamera
 from services.sim.camera.sensor_noise import SensorNoise
@@ -98,6 +99,19 @@ def test_a_hidden_third_is_interpolated_and_not_observed() -> None:
         # A quarter of the rope is bridged: its middle lies off the chord by 10 to 50 mm.
         assert np.max(error[11:19]) < 0.008
         assert np.all(estimate.sigma[13:17] > 2.0 * np.median(estimate.sigma[2:8]))
+
+
+def test_sigma_of_hidden_nodes_covers_the_other_shapes_of_as_much_rope() -> None:
+    estimator, edge = CenterlineEstimator(CAMERA, ROPE), ROPE.length / (ROPE.node_count - 1)
+    for seed in range(3):
+        nodes = curve(seed, bend=2.0)
+        frame = taken(nodes, (screen(nodes, 9, 20),))
+        estimate = estimator.estimate(frame.color, frame.depth, *grips(nodes))
+        others = occlusion_uncertainty(
+            estimate.positions, edge, estimate.observed, held=(True, True)
+        )
+        assert np.max(others) > 0.004
+        assert np.all(estimate.sigma >= 0.95 * others)
 
 
 def test_a_prior_determines_hidden_nodes() -> None:

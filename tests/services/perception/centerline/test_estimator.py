@@ -53,8 +53,8 @@ def test_nodes_of_a_coarse_chain_lie_on_a_smooth_rope() -> None:
         # Weighted with the curvature, the noise of straight parts does not count.
         outside.append(-np.sum(miss * bend) / np.sum(size))
         expected.append(np.sum(size**2) / 12.0 / np.sum(size))
-    assert np.mean(expected) > 1.5e-4
-    assert abs(np.mean(outside)) < 0.4 * np.mean(expected)
+    assert np.median(expected) > 1.5e-4
+    assert abs(np.median(outside)) < 0.4 * np.median(expected)
 
 
 def test_sigma_matches_the_error() -> None:
@@ -110,7 +110,7 @@ def test_sigma_of_hidden_nodes_covers_the_other_shapes_of_as_much_rope() -> None
         others = occlusion_uncertainty(
             estimate.positions, edge, estimate.observed, held=(True, True)
         )
-        assert np.max(others) > 0.004
+        assert np.max(others) > 0.002
         assert np.all(estimate.sigma >= 0.95 * others)
 
 

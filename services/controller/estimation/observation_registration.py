@@ -15,8 +15,10 @@ from jaxtyping import Bool, Float64
 from lariat.geometry import poses
 
 GRIP_DISTANCE = 0.035
-"""Distance along the rope from a grip below which nodes do not count [m]: the image of the rope
-ends there, and the believed grip attracts them."""
+"""Distance along the rope from a grip below which nodes do not count [m]: the believed grip
+attracts them."""
+GRIP_SHARE = 0.04
+"""The same as a share of the rope's length [-]: a chain of a wrong length folds there."""
 MAX_SLIP = 0.015
 """Largest distance along the rope by which a node is moved, as a share of the rope's length [-]."""
 
@@ -48,7 +50,7 @@ def away_from_grips(observed: Bool[np.ndarray, "n"], length: float) -> Bool[np.n
         length: Length of the rope [m].
     """
     edges = len(observed) - 1
-    count = math.ceil(GRIP_DISTANCE / length * edges)
+    count = math.ceil(max(GRIP_DISTANCE / length, GRIP_SHARE) * edges)
     away = observed.copy()
     away[:count] = away[-count:] = False
     return away

@@ -7,6 +7,7 @@ import pytest
 
 from services.controller.estimation.observation_registration import (
     GRIP_DISTANCE,
+    GRIP_SHARE,
     away_from_grips,
     registered_nodes,
 )
@@ -35,14 +36,18 @@ def test_distance_across_the_rope_is_kept() -> None:
     np.testing.assert_allclose(np.linalg.norm(left, axis=1)[1:-1], 0.02 * RADIUS, rtol=0.01)
 
 
-@pytest.mark.parametrize("count", [30, 100])
-def test_nodes_near_the_grips_are_not_observed_however_fine_the_rope_is(count: int) -> None:
+@pytest.mark.parametrize(
+    ("count", "length", "distance"),
+    [(30, 0.45, GRIP_DISTANCE), (100, 0.45, GRIP_DISTANCE), (100, 2.0, 2.0 * GRIP_SHARE)],
+)
+def test_nodes_near_the_grips_are_not_observed_however_fine_the_rope_is(
+    count: int, length: float, distance: float
+) -> None:
     observed = np.ones(count, dtype=bool)
     observed[count // 2] = False
-    length = 0.45
     away = away_from_grips(observed, length)
     places = np.linspace(0.0, length, count)
-    near = np.minimum(places, length - places) < GRIP_DISTANCE
+    near = np.minimum(places, length - places) < distance
     np.testing.assert_array_equal(away, observed & ~near)
 
 

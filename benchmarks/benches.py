@@ -33,6 +33,7 @@ BENCHES: dict[str, Bench] = {
     "network": Bench(
         "benchmarks.network", "runs while messages are lost or late, or clocks differ"
     ),
+    "page": Bench("benchmarks.page", "load of the dashboard's process while a run is played"),
     "paper": Bench("benchmarks.paper.bench", "the paper's simulations, its methods and ours"),
     "perception": Bench("benchmarks.perception.bench", "accuracy of the perceived rope"),
     "physics": Bench("benchmarks.physics.bench", "the rod against the continuum and closed forms"),

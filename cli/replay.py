@@ -15,6 +15,7 @@ from rich.markup import escape
 from rich.progress import Progress
 from rich.table import Table
 
+from cli.run import run_scenario
 from shared import topics
 from shared.configuration import ConfigurationError
 from shared.extensions import require_allowed
@@ -23,6 +24,7 @@ from shared.scenario import Scenario
 from shared.service import SECOND
 from shared.suggestion import did_you_mean
 from stack import services
+from stack.replay.moment import scenario_at
 from stack.replay.outside_inputs import NotReplayable, subject
 from stack.replay.recorded_service import RecordedService
 from stack.replay.trace_replay import ReplayResult, replay_start
@@ -47,6 +49,7 @@ def main(
     ] = (),
     json: bool = False,
     update: bool = False,
+    from_: Annotated[float | None, tyro.conf.arg(name="from", metavar="SECONDS")] = None,
     allow: Annotated[
         tyro.conf.UseAppendAction[tuple[str, ...]], tyro.conf.arg(metavar="NAME")
     ] = (),
@@ -57,8 +60,12 @@ def main(
     the tolerance of its topic (shared/topics.py). An input that the recording lacks and a message
     that it holds twice are differences, too.
 
+    With --from, the loop is run on instead, in simulated time with this version's code: from rope,
+    grips, goal and obstacles of that moment, the rope at rest. The answer is that of `lariat run`.
+
     Examples:
       lariat replay recordings/run.mcap
+      lariat replay recordings/run.mcap --from 4.2
       lariat replay run.mcap --service controller --service planner --json
       lariat replay tests/replay/three-cylinders.mcap --update
 
@@ -68,11 +75,12 @@ def main(
             trace in the recording.
         json: Answer with one JSON object on standard output.
         update: Replace the recorded outputs by those of this replay.
+        from_: Moment from which the loop is run on, from the recording's first message [s].
         allow: Own method or driver that the recorded scenario names and that may be imported, such
             as "mypkg:Mine"; may be repeated.
 
     Returns:
-        0 when everything is as recorded (or was updated), 1 when something differs.
+        0 when everything is as recorded (or was updated), or the goal was reached; 1 otherwise.
     """
     console = Console(stderr=True, highlight=False)
     with tempfile.TemporaryDirectory() as folder:
@@ -82,6 +90,8 @@ def main(
         except ValueError as error:
             raise ConfigurationError(str(error)) from error
         require_allowed(scenario, allow)
+        if from_ is not None:
+            return run_scenario(scenario_at(recording, Path(folder), from_), None, json)
         names, skipped = (service, {}) if service else _replayable(recording, scenario)
         results = replay(recording, scenario, names, console)
         if update:

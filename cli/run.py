@@ -74,12 +74,28 @@ def main(
         messages.print(f"{side} arm: emulated, in the place of the one at {address}")
     for line in doubts(loaded):
         messages.print(f"plausible only by mistake: {line}", markup=False)
-    with _progress(loaded, messages) as watch:
-        preflight.check(loaded)
+    return run_scenario(loaded, record, json, 0.0 if stop_when_reached else None)
+
+
+def run_scenario(
+    scenario: Scenario, record: Path | None, json: bool, stop_after: float | None = None
+) -> int:
+    """Check and run a scenario in simulated time, and print its score.
+
+    Args:
+        scenario: The scenario.
+        record: File of the recording; None records nothing.
+        json: Whether to print one JSON object.
+        stop_after: Time after the goal at which the run ends [s]; None: its time limit.
+
+    Returns:
+        0 when the goal was reached, 1 when not.
+    """
+    messages = Console(stderr=True, highlight=False)
+    with _progress(scenario, messages) as watch:
+        preflight.check(scenario)
         try:
-            outcome = run(
-                loaded, record, 0.0 if stop_when_reached else None, watch, start=_start(record)
-            )
+            outcome = run(scenario, record, stop_after, watch, start=_start(record))
         except OSError as error:
             raise ConfigurationError(f"--record {record}: {error}") from error
     if json:

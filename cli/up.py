@@ -21,10 +21,13 @@ from shared.configuration import ConfigurationError
 from shared.scenario import Side, find, load
 from shared.scenario.plausibility import doubts
 from stack import dependencies, services
+from stack.cell_switch.cell_switch import CellSwitch
+from stack.cell_switch.library import ScenarioLibrary
 from stack.credentials.local_secret import local_secret
 from stack.launcher import module_entry
 from stack.launcher.console import ConsoleHandler, ProcessConsole
 from stack.launcher.launcher import Launcher
+from stack.launcher.process import Program
 from stack.launcher.programs import (
     EMULATOR_HOSTS,
     EMULATOR_PORTS,
@@ -45,6 +48,7 @@ def main(
     dashboard_password_file: Path | None = None,
     browser: bool = False,
     record: bool = True,
+    saved_scenarios: Path = Path("my-scenarios"),
 ) -> int:
     """Start the whole stack of a scenario and keep it running until Ctrl-C.
 
@@ -62,6 +66,7 @@ def main(
         dashboard_password_file: File with the password for addresses that other machines reach.
         browser: Whether to open the page in a browser.
         record: Whether to record every run to recordings/.
+        saved_scenarios: Folder of the scenarios that people save on the page.
     """
     scenario = find(scenario)
     cell = load(scenario)
@@ -91,12 +96,18 @@ def main(
         if dashboard and browser:
             _open_browser(address, Path(folder))
 
+    def programs(path: Path) -> list[Program]:
+        arms = emulated_sides(load(path))
+        common = ("--scenario", str(path.resolve()), *bus_arguments)
+        emulators = [emulator_program(side, path) for side in arms]
+        return emulators + [service_program(name, common, arms, page) for name in parts]
+
     with (
         local_secret(port) as settings,
         tempfile.TemporaryDirectory(prefix="lariat-") as folder,
     ):
-        common = ("--scenario", str(scenario.resolve()), "--namespace", namespace)
-        common += ("--connect", endpoint, "--settings", str(settings))
+        bus_arguments = ("--namespace", namespace, "--connect", endpoint)
+        bus_arguments += ("--settings", str(settings))
         # Command lines are public, so a file hands over the token; a restart takes it again.
         token = Path(folder, "token")
         address = f"http://127.0.0.1:{dashboard_port}/?token={load_token(token)}"
@@ -105,11 +116,12 @@ def main(
             page += ["--address", *dashboard_address]
         if dashboard_password_file:
             page += ["--password-file", str(dashboard_password_file.resolve())]
-        programs = [emulator_program(side, scenario) for side in emulated]
-        programs += [service_program(name, common, emulated, page) for name in parts]
+        library = ScenarioLibrary(saved_scenarios, scenario)
+        switch = CellSwitch(library, scenario, Path(folder, "started"), _check_command)
         options = BusOptions(namespace, connect=(), listen=(endpoint,), settings=settings)
         with buses.open(options, "lariat") as bus:
-            return Launcher(programs, bus, console).run(print_ready)
+            launcher = Launcher(programs(scenario), bus, console, switch, programs)
+            return launcher.run(print_ready)
 
 
 def _open_browser(address: str, folder: Path) -> None:
@@ -128,11 +140,16 @@ def _preflight(scenario: Path) -> None:
 
     So the launcher loads no compiler, and the services find the kernels compiled.
     """
-    command = [sys.executable, *module_entry.command("cli", "check", str(scenario))]
-    code = subprocess.run(command, stdout=subprocess.DEVNULL, check=False).returncode
+    code = subprocess.run(
+        _check_command(scenario), stdout=subprocess.DEVNULL, check=False
+    ).returncode
     if code:
         # The process has printed the error.
         sys.exit(128 - code if code < 0 else code)
+
+
+def _check_command(scenario: Path) -> list[str]:
+    return [sys.executable, *module_entry.command("cli", "check", str(scenario))]
 
 
 def _check_emulator_ports(side: Side) -> None:

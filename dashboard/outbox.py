@@ -20,6 +20,8 @@ from shared.messages import (
     RunListRequest,
     Scene,
     SceneRequest,
+    StackRequest,
+    StackState,
     TaskRequest,
     TaskState,
     grip,
@@ -35,6 +37,7 @@ RECEIVERS = {
     topics.SCENE_REQUEST.key: "perception",
     topics.ARM_COMMAND.key: "robot gateway",
     topics.RUN_LIST_REQUEST.key: "recorder",
+    topics.STACK_REQUEST.key: "launcher",
 }
 """Service that answers the requests of a topic, by key."""
 
@@ -93,6 +96,10 @@ class Outbox:
         """Queue a request about recorded runs, by their ids, and return its id."""
         message = RunListRequest(action=action, runs=runs, **fields)
         return self._add(topics.RUN_LIST_REQUEST, message, label)
+
+    def request_stack(self, action: StackRequest.Action, label: str, **fields: object) -> str:
+        """Queue a request about scenarios to whoever runs the stack, and return its id."""
+        return self._add(topics.STACK_REQUEST, StackRequest(action=action, **fields), label)
 
     def command_arms(
         self, action: ArmCommand.Action, arms: ArmStates, label: str, **fields: object
@@ -155,6 +162,7 @@ class Outbox:
         scene: Scene | None,
         arms: Sequence[ArmStates],
         runs: RunList | None = None,
+        stack: StackState | None = None,
     ) -> list[Notification]:
         """Return refusals of this page's requests and missing answers, each of them once.
 
@@ -164,12 +172,15 @@ class Outbox:
             scene: Newest state of perception.
             arms: States of the gateway since the last call.
             runs: Newest list of the recorder.
+            stack: Newest state of the launcher.
         """
         answers = [("robot gateway", a.last_command, a.refusal) for a in arms]
         if task is not None:
             answers.append(("controller", task.last_request, task.refusal))
         if runs is not None:
             answers.append(("recorder", runs.last_request, runs.refusal))
+        if stack is not None:
+            answers.append(("launcher", stack.last_request, stack.refusal))
         if scene is not None:
             answers.append(("perception", scene.last_request, scene.refusal))
         found = []

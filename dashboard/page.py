@@ -13,6 +13,7 @@ from dashboard.controls.arm_controls import ArmControls
 from dashboard.controls.run_controls import RunControls
 from dashboard.door.site import notify
 from dashboard.editors.goal_editor import GoalEditor
+from dashboard.editors.goal_shortcuts import GoalShortcuts
 from dashboard.editors.obstacle_editor import ObstacleEditor
 from dashboard.outbox import Notification, Outbox
 from dashboard.panels.camera_feed import CameraFeed
@@ -23,10 +24,11 @@ from dashboard.panels.health_panel import HealthPanel
 from dashboard.panels.parameter_panel import ParameterPanel
 from dashboard.panels.run_plots import RunPlots
 from dashboard.panels.runs.runs_panel import RunsPanel
+from dashboard.panels.scenario.scenario_panel import ScenarioPanel
 from dashboard.scene.legend import legend_html
 from dashboard.scene.scene_setup import initial_viewpoint
 from dashboard.scene.scene_view import INITIALLY_HIDDEN, LAYERS, SceneView
-from dashboard.subscriptions import latest_with_age
+from dashboard.subscriptions import STALE_AGE, latest_with_age, unheard
 from shared import topics
 from shared.messages import (
     ArmStates,
@@ -80,6 +82,7 @@ class Page:
             self._goal_editor = GoalEditor(
                 server, scenario, self._actions, outbox, self._scene, self.notify
             )
+            self._goal_shortcuts = GoalShortcuts(gui, self._actions, outbox)
         with gui.add_folder("Obstacles", expand_by_default=False, visible=live):
             self._obstacle_editor = ObstacleEditor(
                 server, scenario, self._actions, outbox, self.notify
@@ -100,25 +103,30 @@ class Page:
             ]
             self._plots = RunPlots(gui, scenario)
         self._runs: RunsPanel | None = None
+        self._scenarios: ScenarioPanel | None = None
         if live:
             with panel.add_tab("Runs", viser.Icon.LIST):
-                self._runs = RunsPanel(gui, self._actions, outbox, self.notify)
+                self._runs = RunsPanel(server, scenario, self._actions, outbox, self.notify)
         self._first_day: FirstDayPanel | None = None
         if live:
             with panel.add_tab("First day", viser.Icon.CHECKLIST):
                 self._first_day = FirstDayPanel(gui, self._actions, outbox)
         with panel.add_tab("Rope", viser.Icon.ADJUSTMENTS):
-            self._parameters = ParameterPanel(gui, scenario, self._actions)
+            self._parameters = ParameterPanel(gui, scenario, self._actions, outbox, live)
         with panel.add_tab("Events", viser.Icon.LIST_DETAILS):
             self._events = EventsPanel(gui, self._actions)
         with panel.add_tab("Health", viser.Icon.HEARTBEAT):
             self._health = HealthPanel(gui)
+        if live:
+            with panel.add_tab("Scenario", viser.Icon.FILE_SETTINGS):
+                self._scenarios = ScenarioPanel(gui, scenario, self._actions, outbox, self.notify)
         panel.dock_right()
         panel.set_width(RIGHT_PANEL_WIDTH)
         self._draw_time = 0
         self._undrawn: dict[str, Message] = {}
         self._refused_sequence = 0
         self._reset_count = 0
+        self._obstacles = scenario.bodies
         self._obstacle_editor.update(scenario.bodies)
 
     def _add_layers(self, gui: viser.GuiApi) -> None:
@@ -162,7 +170,8 @@ class Page:
         arms = [r.message for r in inbox.every(topics.ARM_STATE)]
         scene, _ = latest_with_age(inbox, topics.SCENE_STATE, now)
         runs, _ = latest_with_age(inbox, topics.RUN_LIST, now)
-        for notification in self._outbox.notifications(now, task, scene, arms, runs):
+        stack, _ = latest_with_age(inbox, topics.STACK_STATE, now)
+        for notification in self._outbox.notifications(now, task, scene, arms, runs, stack):
             self.notify(notification)
         self._report_refused_setpoints(arms)
         self._events.take(inbox)
@@ -174,6 +183,10 @@ class Page:
         if self._runs is not None:
             for item in inbox.every(topics.RUN_CURVES):
                 self._runs.take_curves(item.message)
+            if fresh := inbox.fresh(topics.RUN_MOTION):
+                self._runs.take_motion(fresh.message)
+            if fresh := inbox.fresh(topics.RUN_PICTURE):
+                self._runs.take_picture(fresh.message)
         # Published rarely: kept until the next drawing.
         for topic in (topics.SCENE_STATE, topics.CONTROLLER_PATH, topics.RUN_RESULT):
             if fresh := inbox.fresh(topic):
@@ -188,18 +201,24 @@ class Page:
         arms, arms_age = latest_with_age(inbox, topics.ARM_STATE, now)
         rope, _ = latest_with_age(inbox, topics.ROPE_NODES, now)
         preview, _ = latest_with_age(inbox, topics.TASK_GOAL_PREVIEW, now)
-        self._run_controls.update(status_text.headline(task, task_age, arms, rope), task)
+        headline = status_text.headline(task, task_age, arms, rope, unheard(inbox))
+        self._run_controls.update(headline, task)
         self._arm_controls.update(arms, arms_age)
         self._goal_editor.update(task, preview, now)
-        self._draw_scene(inbox, rope, arms)
+        self._goal_shortcuts.update(task, rope, arms)
+        self._draw_scene(inbox, rope, arms, now)
         if (scene := self._undrawn.pop(topics.SCENE_STATE.key, None)) is not None:
             self._take_scene(scene)
         if (result := self._undrawn.pop(topics.RUN_RESULT.key, None)) is not None:
             self._plots.show_result(result)
         self._plots.draw(now / SECOND)
+        self._parameters.update(task)
         self._parameters.draw(now / SECOND)
         if self._runs is not None:
             self._runs.update(latest_with_age(inbox, topics.RUN_LIST, now)[0], now)
+        if self._scenarios is not None:
+            stack, age = latest_with_age(inbox, topics.STACK_STATE, now)
+            self._scenarios.update(stack if age < STALE_AGE else None, task, self._obstacles)
         if self._first_day is not None:
             self._first_day.update(*latest_with_age(inbox, topics.COMMISSIONING_STATE, now))
         for camera in self._cameras:
@@ -207,13 +226,16 @@ class Page:
         self._events.draw(now)
         self._health.update(inbox, now)
 
-    def _draw_scene(self, inbox: Inbox, rope: NodeChain | None, arms: ArmStates | None) -> None:
+    def _draw_scene(
+        self, inbox: Inbox, rope: NodeChain | None, arms: ArmStates | None, now: int
+    ) -> None:
         if rope is not None and inbox.fresh(topics.ROPE_NODES):
             self._scene.show_rope(rope)
         if truth := inbox.fresh(topics.ROPE_TRUTH):
             self._scene.show_truth(truth.message)
         if plan := inbox.fresh(topics.CONTROLLER_PLAN):
             self._scene.show_plan(plan.message)
+            self._plots.show_cost(plan.message, now / SECOND)
         if (path := self._undrawn.pop(topics.CONTROLLER_PATH.key, None)) is not None:
             self._scene.show_path(path)
         if arms is not None:
@@ -231,6 +253,7 @@ class Page:
         except ValueError as error:
             self.notify(Notification("The scene cannot be drawn", str(error)))
             return
+        self._obstacles = obstacles
         self._scene.show_obstacles(obstacles)
         self._obstacle_editor.update(obstacles)
 

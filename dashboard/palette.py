@@ -32,6 +32,8 @@ UNREACHABLE: Color = (240, 84, 84)
 """Preview of a goal that the rope cannot reach."""
 TRUTH: Color = (240, 120, 200)
 """Simulated true rope."""
+OPENED_RUN: Color = (240, 240, 240)
+"""Rope of a recorded run that was opened."""
 OBSTACLE: Color = (128, 136, 148)
 """Obstacle that the rope must not touch."""
 SUPPORT: Color = (124, 104, 76)

@@ -30,6 +30,7 @@ class DashboardService:
         topics.ARM_CONSENT,
         topics.RUN_LIST_REQUEST,
         topics.COMMISSIONING_ANSWER,
+        topics.STACK_REQUEST,
     )
     rate = 30.0
     latency = 0.0

@@ -39,6 +39,8 @@ READS: tuple[Topic, ...] = (
     topics.RUN_RECORD,
     topics.RUN_LIST,
     topics.RUN_CURVES,
+    topics.RUN_MOTION,
+    topics.RUN_PICTURE,
     topics.STACK_STATE,
     topics.COMMISSIONING_STATE,
     *(topics.HEALTH.at(name) for name in SERVICES),
@@ -68,6 +70,19 @@ def latest_with_age(inbox: Inbox, topic: Topic, now: int) -> tuple[Any, float]:
     """
     item = inbox.latest(topic)
     return (None, 0.0) if item is None else (item.message, (now - item.received) / SECOND)
+
+
+LOOP = ("sim", "perception", "planner", "controller", "robot_gateway")
+"""Services without which no run can begin."""
+
+
+def unheard(inbox: Inbox) -> list[str]:
+    """Return the services of the loop that have never been heard of.
+
+    Args:
+        inbox: Messages received so far.
+    """
+    return [name for name in LOOP if inbox.latest(topics.HEALTH.at(name)) is None]
 
 
 SOURCES = (

@@ -6,6 +6,7 @@ annotation: `length: Annotated[float, Bounds(0.01, 100.0, "m")]`.
 
 from __future__ import annotations
 
+import tomllib
 import types
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields, is_dataclass
@@ -92,6 +93,28 @@ def read(kind: type[T], table: Mapping[str, Any], path: str = "") -> T:
         raise
     except ValueError as error:
         raise ConfigurationError(f"[{path}] {error}" if path else str(error)) from error
+
+
+def read_value(hint: Any, value: Any, key: str) -> Any:
+    """Return one value of a TOML table as a field of a dataclass holds it.
+
+    Args:
+        hint: Annotation of the field, with its bounds.
+        value: The value.
+        key: Dotted key, for messages.
+
+    Raises:
+        ConfigurationError: The value has the wrong type or is out of bounds.
+    """
+    return _value(hint, value, key)
+
+
+def parse_value(text: str) -> Any:
+    """Return the value of a TOML text; a text that is not TOML stands for itself."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
 
 
 def _unknown(key: str, known: list[str], path: str) -> str:

@@ -37,10 +37,13 @@ from shared.messages import (
     RunCurves,
     RunList,
     RunListRequest,
+    RunMotion,
+    RunPicture,
     RunResult,
     Scene,
     SceneRequest,
     Setpoints,
+    StackRequest,
     StackState,
     TaskRequest,
     TaskState,
@@ -209,12 +212,15 @@ RUN_RECORD = Topic("run/record", RecordState, "recorder", "latest", tolerance={"
 RUN_LIST = Topic("run/list", RunList, "recorder", "latest", recorded=False)
 RUN_LIST_REQUEST = Topic("run/list_request", RunListRequest, "dashboard", "every")
 RUN_CURVES = Topic("run/curves", RunCurves, "recorder", "every", recorded=False)
+RUN_MOTION = Topic("run/motion", RunMotion, "recorder", "latest", recorded=False)
+RUN_PICTURE = Topic("run/picture", RunPicture, "recorder", "latest", large=True, recorded=False)
 HEALTH = Topic("health/{service}", Health, "every service", "latest")
 TRACE = Topic("trace/{service}", Trace, "every service", "latest")
 LOG = Topic("log/{service}", Log, "every service", "every")
 STACK_STATE = Topic("stack/state", StackState, "lariat", "latest")
 COMMISSIONING_STATE = Topic("commissioning/state", CommissioningState, "lariat", "latest")
 COMMISSIONING_ANSWER = Topic("commissioning/answer", CommissioningAnswer, "dashboard", "every")
+STACK_REQUEST = Topic("stack/request", StackRequest, "dashboard, lariat", "every")
 VIEW_SCENE = Topic("view/scene", SceneUpdate, "recorder", "latest")
 VIEW_POINTS = Topic("view/points/{name}", PointCloud, "recorder", "latest")
 VIEW_TRANSFORMS = Topic("view/transforms", FrameTransforms, "recorder", "latest")

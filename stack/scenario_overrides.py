@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from shared.configuration import ConfigurationError
+from shared.configuration import ConfigurationError, parse_value
 from shared.scenario import Scenario, load, parse
 
 
@@ -29,6 +29,19 @@ def load_with(path: Path, settings: Sequence[str], seed: int | None = None) -> S
     if seed is not None:
         settings = [*settings, f"seed={seed}"]
     scenario = load(path)
+    return with_settings(scenario, settings) if settings else scenario
+
+
+def with_settings(scenario: Scenario, settings: Sequence[str]) -> Scenario:
+    """Return a scenario with some values of its file replaced; comments of the file are lost.
+
+    Args:
+        scenario: The scenario.
+        settings: Each "dotted.key=value"; the value is TOML, or a text without quotes.
+
+    Raises:
+        ConfigurationError: A setting is invalid.
+    """
     if not settings:
         return scenario
     table = tomllib.loads(scenario.text)
@@ -36,15 +49,9 @@ def load_with(path: Path, settings: Sequence[str], seed: int | None = None) -> S
         key, equals, value = setting.partition("=")
         if not equals or not key:
             raise ConfigurationError(f"--set {setting!r} has no value; write --set KEY=VALUE")
-        _put(table, key.strip(), _parsed(value.strip()))
-    return parse(to_toml(table), scenario.folder, source=f"{path} with {', '.join(settings)}")
-
-
-def _parsed(value: str) -> Any:
-    try:
-        return tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError:
-        return value
+        _put(table, key.strip(), parse_value(value.strip()))
+    source = f"{scenario.name} with {', '.join(settings)}"
+    return parse(to_toml(table), scenario.folder, source=source)
 
 
 def _put(table: dict[str, Any], key: str, value: Any) -> None:

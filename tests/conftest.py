@@ -41,6 +41,8 @@ LIVE = (
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
+        if not item.path.is_relative_to(FOLDER):
+            continue
         place = item.path.relative_to(FOLDER).as_posix()
         if any(place == live or place.startswith(f"{live}/") for live in LIVE):
             item.add_marker(pytest.mark.live)

@@ -18,17 +18,18 @@ OPEN_TIMEOUT = 30.0
 class OpenPages:
     """Pages that are open until they are closed, in a thread of their own."""
 
-    def __init__(self, address: str, count: int) -> None:
+    def __init__(self, address: str, count: int, pause: float = 0.0) -> None:
         """Open pages.
 
         Args:
             address: Address that the dashboard printed.
             count: Number of pages.
+            pause: Time after each message before the next one is read [s].
 
         Raises:
             RuntimeError: The pages cannot be opened in time.
         """
-        self._address, self._count = address, count
+        self._address, self._count, self._pause = address, count, pause
         self.received = 0
         """Amount that all pages have received [bytes]."""
         self.closed = 0
@@ -81,4 +82,6 @@ class OpenPages:
                 self._all_open.set()
             async for message in browser:
                 self.received += len(message.data or b"")
+                if self._pause:
+                    await asyncio.sleep(self._pause)
             self.closed += 1

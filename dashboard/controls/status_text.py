@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from dashboard import palette
@@ -53,6 +54,7 @@ def headline(
     task_age: float,
     arms: ArmStates | None,
     rope: NodeChain | None = None,
+    unheard: Sequence[str] = (),
 ) -> StatusLine:
     """State of the whole cell in one line.
 
@@ -61,9 +63,12 @@ def headline(
         task_age: Its age [s].
         arms: Newest state of the gateway.
         rope: Newest perceived rope.
+        unheard: Services of the loop that have never been heard of.
     """
     if task is None:
-        return StatusLine("Waiting for the controller", palette.QUIET)
+        names = ", ".join(name.replace("_", " ") for name in unheard)
+        missing = f"Nothing is heard from: {names}. lariat up starts them all." if names else ""
+        return StatusLine("Waiting for the controller", palette.QUIET, missing)
     if task_age > STALE_AGE:
         text = f"The controller is silent for {task_age:.0f} s"
         return StatusLine(text, palette.BAD, "See the tab Health.")

@@ -21,8 +21,16 @@ SHAPES = ("cylinder", "box", "sphere", "capsule")
 """Shapes that can be added; half spaces (walls) belong in the scenario."""
 MIN_CAPSULE_HEIGHT = 1e-3
 """Least distance between the centres of a new capsule's caps [m]."""
+DUPLICATE_GAP = 0.02
+"""Gap between an obstacle and its copy [m]."""
+MAX_UNDONE = 50
+"""Largest number of changes that can be taken back [-]."""
 GIZMO_SCALE = 0.22
 """Size of the gizmo, relative to the rope's length [-]."""
+
+
+_Undo = tuple[SceneRequest.Action, Obstacle]
+"""Request that takes a change back."""
 
 
 class ObstacleEditor:
@@ -88,6 +96,19 @@ class ObstacleEditor:
             "Remove", icon=viser.Icon.TRASH, color=palette.NEUTRAL, visible=False
         )
         self._remove.on_click(lambda _: actions.put(self._request_removal))
+        self._duplicate = gui.add_button(
+            "Duplicate", icon=viser.Icon.COPY, color=palette.NEUTRAL, visible=False
+        )
+        self._duplicate.on_click(lambda _: actions.put(self._request_duplicate))
+        self._past: list[_Undo] = []
+        self._undo = gui.add_button(
+            "Undo obstacle",
+            icon=viser.Icon.ARROW_BACK_UP,
+            color=palette.NEUTRAL,
+            visible=False,
+            hint="Take back the last change that was made on this page",
+        )
+        self._undo.on_click(lambda _: actions.put(self._request_undo))
         with gui.add_folder("New obstacle", expand_by_default=False):
             self._new_shape = gui.add_dropdown("Shape", SHAPES)
             self._new_size = gui.add_vector3(
@@ -121,7 +142,7 @@ class ObstacleEditor:
         obstacle = self._obstacles.get(name)
         self._selected = name if obstacle is not None else ""
         self._selection.value = self._selected or NO_SELECTION
-        for handle in (self._gizmo, self._centre_field, self._remove):
+        for handle in (self._gizmo, self._centre_field, self._remove, self._duplicate):
             handle.visible = obstacle is not None
         if obstacle is not None:
             self._gizmo.position, self._gizmo.wxyz = obstacle.position, obstacle.orientation
@@ -153,14 +174,33 @@ class ObstacleEditor:
     ) -> None:
         obstacle = self._obstacles.get(self._selected)
         if obstacle is not None:
-            message = obstacle_message(obstacle.moved(position, orientation))
-            self._outbox.request_scene(SceneRequest.MOVE, message, f"Move {obstacle.name}")
+            moved = obstacle.moved(position, orientation)
+            self._request(SceneRequest.MOVE, moved, "Move", (SceneRequest.MOVE, obstacle))
 
     def _request_removal(self) -> None:
         obstacle = self._obstacles.get(self._selected)
         if obstacle is not None:
+            self._request(SceneRequest.REMOVE, obstacle, "Remove", (SceneRequest.ADD, obstacle))
+
+    def _request_duplicate(self) -> None:
+        obstacle = self._obstacles.get(self._selected)
+        if obstacle is not None:
+            copy = duplicate(obstacle, self._obstacles)
+            self._request(SceneRequest.ADD, copy, "Add", (SceneRequest.REMOVE, copy))
+
+    def _request(
+        self, action: SceneRequest.Action, obstacle: Obstacle, word: str, undo: _Undo
+    ) -> None:
+        self._outbox.request_scene(action, obstacle_message(obstacle), f"{word} {obstacle.name}")
+        self._past = [*self._past, undo][-MAX_UNDONE:]
+        self._undo.visible = True
+
+    def _request_undo(self) -> None:
+        if self._past:
+            action, obstacle = self._past.pop()
             message = obstacle_message(obstacle)
-            self._outbox.request_scene(SceneRequest.REMOVE, message, f"Remove {obstacle.name}")
+            self._outbox.request_scene(action, message, f"Undo {obstacle.name}")
+        self._undo.visible = bool(self._past)
 
     def _request_addition(self) -> None:
         size = np.array(self._new_size.value, float) / 1e3
@@ -173,9 +213,21 @@ class ObstacleEditor:
         shape = self._new_shape.value
         obstacle = new_obstacle(shape, size, tuple(centre.tolist()), self._obstacles)
         obstacle = replace(obstacle, support=bool(self._new_support.value))
-        self._outbox.request_scene(
-            SceneRequest.ADD, obstacle_message(obstacle), f"Add {obstacle.name}"
-        )
+        self._request(SceneRequest.ADD, obstacle, "Add", (SceneRequest.REMOVE, obstacle))
+
+
+def duplicate(obstacle: Obstacle, names: Collection[str]) -> Obstacle:
+    """Return a copy of an obstacle beside it along y, under a free name.
+
+    Args:
+        obstacle: Obstacle to copy.
+        names: Names that are taken.
+    """
+    base = obstacle.name.partition("-copy-")[0]
+    name = next(c for k in range(1, len(names) + 2) if (c := f"{base}-copy-{k}") not in names)
+    width = obstacle.size[1] if obstacle.shape == "box" else 2.0 * obstacle.radius
+    x, y, z = obstacle.position
+    return replace(obstacle, name=name, position=(x, y - DUPLICATE_GAP - width, z))
 
 
 def new_obstacle(

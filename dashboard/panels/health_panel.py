@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import viser
 
-from dashboard.panels import health_table
+from dashboard.panels import health_table, topic_ages
 from dashboard.subscriptions import SERVICES, latest_with_age
 from shared import topics
 from shared.service import SECOND, Inbox
@@ -14,11 +14,12 @@ UPDATE_PERIOD = SECOND // 2
 
 
 class HealthPanel:
-    """Table of the services, and a line about the recorder."""
+    """Tables of the services and of the topics, and a line about the recorder."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
         self._table = gui.add_html("")
         self._recorder = gui.add_html("")
+        self._ages = gui.add_html("")
         self._update_time = 0
 
     def clear(self) -> None:
@@ -45,6 +46,7 @@ class HealthPanel:
         for element, content in (
             (self._table, health_table.table_html(SERVICES, health, stack)),
             (self._recorder, health_table.recorder_html(record)),
+            (self._ages, topic_ages.ages_html(health)),
         ):
             if element.content != content:
                 element.content = content

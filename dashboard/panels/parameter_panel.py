@@ -10,15 +10,18 @@ import viser
 
 from dashboard import palette
 from dashboard.action_queue import ActionQueue
+from dashboard.outbox import Outbox
 from dashboard.panels.chart import REFRESH_PERIOD, add_chart, add_estimate_chart, overlay
 from dashboard.panels.note import note_html
 from shared.history import History
-from shared.messages import Parameters
+from shared.messages import Parameters, TaskRequest, TaskState
 from shared.messages.parameters import NamedParameter, named_parameters
 from shared.scenario import SIDES, Scenario
 from shared.scenario.rod_properties import rod_properties
 from shared.service import SECOND
 
+ADAPT = "adapt"
+"""Setting of the controller that switches the adaptation."""
 FIRST_PARAMETER = "bending_stiffness"
 """Parameter that is drawn first."""
 
@@ -26,14 +29,45 @@ FIRST_PARAMETER = "bending_stiffness"
 class ParameterPanel:
     """Table of the parameters, chart of one over time with its deviation, and of the prediction."""
 
-    def __init__(self, gui: viser.GuiApi, scenario: Scenario, actions: ActionQueue) -> None:
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        scenario: Scenario,
+        actions: ActionQueue,
+        outbox: Outbox,
+        live: bool,
+    ) -> None:
         """Add the elements to the page.
 
         Args:
             gui: The page's GUI.
             scenario: Cell, whose simulated rope's true values are drawn.
             actions: Queue for clicks.
+            outbox: Destination of requests.
+            live: Whether there is a cell to control; a recording has no switch.
         """
+        self._adapt = gui.add_checkbox(
+            "Adapt",
+            False,
+            disabled=True,
+            visible=live,
+            hint="Estimate the rope's parameters from what the camera sees; during a run, too",
+        )
+        self._adapt.on_update(
+            lambda event: (
+                event.client is not None
+                and actions.put(
+                    lambda value=event.target.value: outbox.request_task(
+                        TaskRequest.SET,
+                        "Adapt",
+                        key=ADAPT,
+                        value="true" if value is True else "false",
+                    )
+                )
+            )
+        )
+        self._shown_task = -1, ""
+        """Revision and last request of the task that the switch shows."""
         self._truth = true_values(scenario)
         self._table = gui.add_html(note_html("No parameters yet."))
         self._selection = gui.add_dropdown("Over time", (FIRST_PARAMETER,))
@@ -66,6 +100,20 @@ class ParameterPanel:
             history = self._histories.setdefault(parameter.name, History(2))
             history.add(seconds, parameter.value, parameter.standard_deviation)
         self._undrawn = self._newest = message
+
+    def update(self, task: TaskState | None) -> None:
+        """Show whether the controller adapts.
+
+        Args:
+            task: Newest state of the controller.
+        """
+        disabled = task is None or ADAPT not in task.settings
+        if self._adapt.disabled != disabled:
+            self._adapt.disabled = disabled
+        if task is None or (task.revision, task.last_request) == self._shown_task:
+            return
+        self._shown_task = task.revision, task.last_request
+        self._adapt.value = task.settings.get(ADAPT) == "true"
 
     def draw(self, now: float) -> None:
         """Draw table and charts if they have changed, at most every `REFRESH_PERIOD`.

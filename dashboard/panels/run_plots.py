@@ -11,11 +11,15 @@ import viser
 
 from dashboard import palette
 from dashboard.panels.chart import EARLIER_RUNS, REFRESH_PERIOD, Curve, add_chart, overlay
+from dashboard.panels.cost_table import cost_html
 from dashboard.panels.note import note_html
 from shared.history import History
-from shared.messages import FAILED, PAUSED, REACHED, RUNNING, RunResult, TaskState
+from shared.messages import FAILED, PAUSED, REACHED, RUNNING, Plan, RunResult, TaskState
 from shared.scenario import Scenario
 from shared.service import SECOND
+
+COST_PERIOD = 0.5
+"""Time between two updates of the cost by term [s]."""
 
 
 class RunPlots:
@@ -48,6 +52,8 @@ class RunPlots:
             with_earlier_runs=True,
         )
         self._result = gui.add_html("")
+        self._cost = gui.add_html("")
+        self._cost_time = -math.inf
 
     def clear(self) -> None:
         """Drop all runs, for a jump in a recording."""
@@ -77,6 +83,20 @@ class RunPlots:
     def show_result(self, message: RunResult) -> None:
         """Show the result of a run."""
         self._result.content = note_html(result_text(message))
+
+    def show_cost(self, plan: Plan, now: float) -> None:
+        """Show the cost of the present horizon, at most every `COST_PERIOD`.
+
+        Args:
+            plan: Newest plan of the controller.
+            now: Present time [s].
+        """
+        if 0.0 <= now - self._cost_time < COST_PERIOD:
+            return
+        self._cost_time = now
+        content = cost_html(plan.cost)
+        if content != self._cost.content:
+            self._cost.content = content
 
     def draw(self, now: float) -> None:
         """Draw the charts if they have changed, at most every `REFRESH_PERIOD`.

@@ -20,7 +20,13 @@ from shared.topics import Topic
 
 log = logging.getLogger(__name__)
 
-OWN_WRITES = (topics.RUN_RECORD, topics.RUN_LIST, topics.RUN_CURVES)
+OWN_WRITES = (
+    topics.RUN_RECORD,
+    topics.RUN_LIST,
+    topics.RUN_CURVES,
+    topics.RUN_MOTION,
+    topics.RUN_PICTURE,
+)
 """Topics on which it publishes, beside the drawing."""
 MAX_STREAMS = 4096
 """Most pairs of topic and publisher whose numbers are remembered, and most keys."""

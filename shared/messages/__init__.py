@@ -37,12 +37,23 @@ from shared.messages.control_pb2 import (
     XpbdParameters,
 )
 from shared.messages.rope_pb2 import NodeChain
-from shared.messages.runs_pb2 import RunCurves, RunFile, RunList, RunListRequest, RunSummary
+from shared.messages.runs_pb2 import (
+    RunCurves,
+    RunFile,
+    RunList,
+    RunListRequest,
+    RunMark,
+    RunMotion,
+    RunPicture,
+    RunSummary,
+)
 from shared.messages.scene_pb2 import Obstacle, Scene, SceneRequest
 from shared.messages.system_pb2 import (
     Health,
     ProcessState,
     RecordState,
+    ScenarioEntry,
+    StackRequest,
     StackState,
     Trace,
     TraceInput,
@@ -96,12 +107,17 @@ __all__ = [
     "RunFile",
     "RunList",
     "RunListRequest",
+    "RunMark",
+    "RunMotion",
+    "RunPicture",
     "RunResult",
     "RunState",
     "RunSummary",
+    "ScenarioEntry",
     "Scene",
     "SceneRequest",
     "Setpoints",
+    "StackRequest",
     "StackState",
     "TaskRequest",
     "TaskState",

@@ -60,30 +60,36 @@ class RunList(_message.Message):
     def __init__(self, stamp: _Optional[int] = ..., runs: _Optional[_Iterable[_Union[RunSummary, _Mapping]]] = ..., last_request: _Optional[str] = ..., refusal: _Optional[str] = ...) -> None: ...
 
 class RunListRequest(_message.Message):
-    __slots__ = ("id", "stamp", "action", "runs", "note", "star")
+    __slots__ = ("id", "stamp", "action", "runs", "note", "star", "time")
     class Action(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
         __slots__ = ()
         UNSPECIFIED: _ClassVar[RunListRequest.Action]
         ANNOTATE: _ClassVar[RunListRequest.Action]
         DELETE: _ClassVar[RunListRequest.Action]
         SEND_CURVES: _ClassVar[RunListRequest.Action]
+        SEND_MOTION: _ClassVar[RunListRequest.Action]
+        SEND_PICTURE: _ClassVar[RunListRequest.Action]
     UNSPECIFIED: RunListRequest.Action
     ANNOTATE: RunListRequest.Action
     DELETE: RunListRequest.Action
     SEND_CURVES: RunListRequest.Action
+    SEND_MOTION: RunListRequest.Action
+    SEND_PICTURE: RunListRequest.Action
     ID_FIELD_NUMBER: _ClassVar[int]
     STAMP_FIELD_NUMBER: _ClassVar[int]
     ACTION_FIELD_NUMBER: _ClassVar[int]
     RUNS_FIELD_NUMBER: _ClassVar[int]
     NOTE_FIELD_NUMBER: _ClassVar[int]
     STAR_FIELD_NUMBER: _ClassVar[int]
+    TIME_FIELD_NUMBER: _ClassVar[int]
     id: str
     stamp: int
     action: RunListRequest.Action
     runs: _containers.RepeatedScalarFieldContainer[str]
     note: str
     star: bool
-    def __init__(self, id: _Optional[str] = ..., stamp: _Optional[int] = ..., action: _Optional[_Union[RunListRequest.Action, str]] = ..., runs: _Optional[_Iterable[str]] = ..., note: _Optional[str] = ..., star: _Optional[bool] = ...) -> None: ...
+    time: float
+    def __init__(self, id: _Optional[str] = ..., stamp: _Optional[int] = ..., action: _Optional[_Union[RunListRequest.Action, str]] = ..., runs: _Optional[_Iterable[str]] = ..., note: _Optional[str] = ..., star: _Optional[bool] = ..., time: _Optional[float] = ...) -> None: ...
 
 class RunCurves(_message.Message):
     __slots__ = ("stamp", "run", "time", "error", "clearance")
@@ -98,6 +104,44 @@ class RunCurves(_message.Message):
     error: _containers.RepeatedScalarFieldContainer[float]
     clearance: _containers.RepeatedScalarFieldContainer[float]
     def __init__(self, stamp: _Optional[int] = ..., run: _Optional[str] = ..., time: _Optional[_Iterable[float]] = ..., error: _Optional[_Iterable[float]] = ..., clearance: _Optional[_Iterable[float]] = ...) -> None: ...
+
+class RunMark(_message.Message):
+    __slots__ = ("time", "text")
+    TIME_FIELD_NUMBER: _ClassVar[int]
+    TEXT_FIELD_NUMBER: _ClassVar[int]
+    time: float
+    text: str
+    def __init__(self, time: _Optional[float] = ..., text: _Optional[str] = ...) -> None: ...
+
+class RunMotion(_message.Message):
+    __slots__ = ("stamp", "run", "node_count", "time", "nodes", "goal", "marks")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    RUN_FIELD_NUMBER: _ClassVar[int]
+    NODE_COUNT_FIELD_NUMBER: _ClassVar[int]
+    TIME_FIELD_NUMBER: _ClassVar[int]
+    NODES_FIELD_NUMBER: _ClassVar[int]
+    GOAL_FIELD_NUMBER: _ClassVar[int]
+    MARKS_FIELD_NUMBER: _ClassVar[int]
+    stamp: int
+    run: str
+    node_count: int
+    time: _containers.RepeatedScalarFieldContainer[float]
+    nodes: _containers.RepeatedScalarFieldContainer[float]
+    goal: _containers.RepeatedScalarFieldContainer[float]
+    marks: _containers.RepeatedCompositeFieldContainer[RunMark]
+    def __init__(self, stamp: _Optional[int] = ..., run: _Optional[str] = ..., node_count: _Optional[int] = ..., time: _Optional[_Iterable[float]] = ..., nodes: _Optional[_Iterable[float]] = ..., goal: _Optional[_Iterable[float]] = ..., marks: _Optional[_Iterable[_Union[RunMark, _Mapping]]] = ...) -> None: ...
+
+class RunPicture(_message.Message):
+    __slots__ = ("stamp", "run", "time", "data")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    RUN_FIELD_NUMBER: _ClassVar[int]
+    TIME_FIELD_NUMBER: _ClassVar[int]
+    DATA_FIELD_NUMBER: _ClassVar[int]
+    stamp: int
+    run: str
+    time: float
+    data: bytes
+    def __init__(self, stamp: _Optional[int] = ..., run: _Optional[str] = ..., time: _Optional[float] = ..., data: _Optional[bytes] = ...) -> None: ...
 
 class RunFile(_message.Message):
     __slots__ = ("summary", "curves")

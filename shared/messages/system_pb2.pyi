@@ -1,4 +1,5 @@
 from google.protobuf.internal import containers as _containers
+from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
 from google.protobuf import descriptor as _descriptor
 from google.protobuf import message as _message
 from collections.abc import Iterable as _Iterable, Mapping as _Mapping
@@ -103,10 +104,62 @@ class ProcessState(_message.Message):
     exit_code: int
     def __init__(self, service: _Optional[str] = ..., state: _Optional[str] = ..., restarts: _Optional[int] = ..., exit_code: _Optional[int] = ...) -> None: ...
 
+class ScenarioEntry(_message.Message):
+    __slots__ = ("name", "description", "own", "real_arms")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    DESCRIPTION_FIELD_NUMBER: _ClassVar[int]
+    OWN_FIELD_NUMBER: _ClassVar[int]
+    REAL_ARMS_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    description: str
+    own: bool
+    real_arms: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, name: _Optional[str] = ..., description: _Optional[str] = ..., own: _Optional[bool] = ..., real_arms: _Optional[_Iterable[str]] = ...) -> None: ...
+
 class StackState(_message.Message):
-    __slots__ = ("stamp", "processes")
+    __slots__ = ("stamp", "processes", "scenario", "scenarios", "activity", "last_request", "refusal")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     PROCESSES_FIELD_NUMBER: _ClassVar[int]
+    SCENARIO_FIELD_NUMBER: _ClassVar[int]
+    SCENARIOS_FIELD_NUMBER: _ClassVar[int]
+    ACTIVITY_FIELD_NUMBER: _ClassVar[int]
+    LAST_REQUEST_FIELD_NUMBER: _ClassVar[int]
+    REFUSAL_FIELD_NUMBER: _ClassVar[int]
     stamp: int
     processes: _containers.RepeatedCompositeFieldContainer[ProcessState]
-    def __init__(self, stamp: _Optional[int] = ..., processes: _Optional[_Iterable[_Union[ProcessState, _Mapping]]] = ...) -> None: ...
+    scenario: str
+    scenarios: _containers.RepeatedCompositeFieldContainer[ScenarioEntry]
+    activity: str
+    last_request: str
+    refusal: str
+    def __init__(self, stamp: _Optional[int] = ..., processes: _Optional[_Iterable[_Union[ProcessState, _Mapping]]] = ..., scenario: _Optional[str] = ..., scenarios: _Optional[_Iterable[_Union[ScenarioEntry, _Mapping]]] = ..., activity: _Optional[str] = ..., last_request: _Optional[str] = ..., refusal: _Optional[str] = ...) -> None: ...
+
+class StackRequest(_message.Message):
+    __slots__ = ("id", "stamp", "action", "scenario", "settings", "content", "name", "confirmed")
+    class Action(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+        __slots__ = ()
+        UNSPECIFIED: _ClassVar[StackRequest.Action]
+        START: _ClassVar[StackRequest.Action]
+        SAVE: _ClassVar[StackRequest.Action]
+        DELETE: _ClassVar[StackRequest.Action]
+    UNSPECIFIED: StackRequest.Action
+    START: StackRequest.Action
+    SAVE: StackRequest.Action
+    DELETE: StackRequest.Action
+    ID_FIELD_NUMBER: _ClassVar[int]
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    ACTION_FIELD_NUMBER: _ClassVar[int]
+    SCENARIO_FIELD_NUMBER: _ClassVar[int]
+    SETTINGS_FIELD_NUMBER: _ClassVar[int]
+    CONTENT_FIELD_NUMBER: _ClassVar[int]
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    CONFIRMED_FIELD_NUMBER: _ClassVar[int]
+    id: str
+    stamp: int
+    action: StackRequest.Action
+    scenario: str
+    settings: _containers.RepeatedScalarFieldContainer[str]
+    content: bytes
+    name: str
+    confirmed: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, id: _Optional[str] = ..., stamp: _Optional[int] = ..., action: _Optional[_Union[StackRequest.Action, str]] = ..., scenario: _Optional[str] = ..., settings: _Optional[_Iterable[str]] = ..., content: _Optional[bytes] = ..., name: _Optional[str] = ..., confirmed: _Optional[_Iterable[str]] = ...) -> None: ...

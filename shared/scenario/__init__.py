@@ -22,6 +22,7 @@ from shared.scenario.shipped import find
 from shared.version import SCENARIO_VERSION
 
 __all__ = [
+    "MAX_SCENARIO_SIZE",
     "SIDES",
     "ConfigurationError",
     "Event",

@@ -35,7 +35,7 @@ def reference() -> str:
 
 def _tables(kind: type, path: str) -> Iterator[str]:
     hints = get_type_hints(kind, include_extras=True)
-    notes = _notes(kind)
+    notes = field_notes(kind)
     plain = [f for f in fields(kind) if f.name not in INTERNAL_FIELDS]
     yield f"## {f'`[{path}]`' if path else 'Top level'}\n"
     if path and kind.__doc__ and not kind.__doc__.startswith(kind.__name__ + "("):
@@ -101,8 +101,8 @@ def _default(item: Field[Any]) -> str:
     return f"`{text.replace('(', '[').replace(')', ']')}`"
 
 
-def _notes(kind: type) -> dict[str, str]:
-    """Docstring after each field by the field's name."""
+def field_notes(kind: type) -> dict[str, str]:
+    """Return the docstring after each field of a dataclass, by the field's name."""
     (node,) = ast.parse(inspect.getsource(kind)).body
     notes, last = {}, ""
     for line in node.body:  # pyright: ignore[reportAttributeAccessIssue]

@@ -3,6 +3,8 @@
 The launcher holds the hub of the bus, through which the processes find each other. A process is
 ready when its first health message comes. A process that dies is started again, after a delay that
 doubles; three deaths within a minute end the stack. A restarted gateway never arms by itself.
+
+On request, the launcher ends all processes and starts those of another scenario.
 """
 
 from __future__ import annotations
@@ -11,6 +13,7 @@ import selectors
 import signal
 import time
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from types import FrameType
 
 from shared import topics
@@ -22,7 +25,9 @@ from shared.messages import (
     ProcessState,
     StackState,
     TaskRequest,
+    TaskState,
 )
+from stack.cell_switch.cell_switch import CellCondition, CellSwitch
 from stack.launcher.console import ProcessConsole
 from stack.launcher.process import Process, Program
 
@@ -47,14 +52,37 @@ EXIT_BAD_INPUT = 2
 class Launcher:
     """Launcher of the processes of one stack."""
 
-    def __init__(self, programs: Sequence[Program], bus: Bus, console: ProcessConsole) -> None:
+    def __init__(
+        self,
+        programs: Sequence[Program],
+        bus: Bus,
+        console: ProcessConsole,
+        switch: CellSwitch | None = None,
+        programs_of: Callable[[Path], Sequence[Program]] | None = None,
+    ) -> None:
+        """Prepare the processes.
+
+        Args:
+            programs: Programs of the first scenario.
+            bus: Hub of the bus.
+            console: Prints what the processes print.
+            switch: Answers requests for other scenarios; without it there is one scenario.
+            programs_of: Returns the programs of a scenario's file; it goes with `switch`.
+        """
         self._processes = [Process(program) for program in programs]
+        self._switch = switch
+        self._programs_of = programs_of
+        self._last_lines: dict[str, str] = {}
+        """Last line that each process has printed, by its name."""
         self._by_pid: dict[int, Process] = {}
         self._console = console
         self._clock = SystemClock()
         self._health = bus.subscribe(topics.HEALTH)
         self._task = bus.subscribe(topics.TASK_STATE)
         self._arm = bus.subscribe(topics.ARM_STATE)
+        self._stack_requests = bus.subscribe(topics.STACK_REQUEST)
+        self._newest_task: TaskState | None = None
+        self._newest_arms: ArmStates | None = None
         self._requests = bus.publisher(topics.TASK_REQUEST)
         self._stack = bus.publisher(topics.STACK_STATE)
         self._published = 0.0
@@ -79,6 +107,8 @@ class Launcher:
                 self._start(process)
             return self._watch(when_ready)
         finally:
+            if self._switch is not None:
+                self._switch.close()
             self._stop()
             for number, handler in zip(handled, former, strict=True):
                 signal.signal(number, handler)
@@ -95,14 +125,66 @@ class Launcher:
             now = time.monotonic()
             for process in self._processes:
                 code = self._supervise(process, now)
-                if code is not None:
+                if code is None:
+                    continue
+                if not self._return_to_former(process):
                     return code
-            if waiting and all(p.state == "ready" for p in self._processes):
+                break
+            if all(p.state == "ready" for p in self._processes):
+                if waiting:
+                    when_ready(now - self._started)
+                elif self._switch is not None:
+                    self._switch.confirm_ready()
                 waiting = False
-                when_ready(now - self._started)
+            self._handle_requests()
             if now - self._published >= 1.0:
                 self._publish()
         return 0
+
+    def _handle_requests(self) -> None:
+        """Answer requests for other scenarios, and start one whose check has ended."""
+        if self._switch is None:
+            return
+        requests = self._stack_requests.take()
+        for _, item in requests:
+            self._switch.handle(item.message, self._condition())
+        if requests:
+            self._publish()
+        path = self._switch.poll(self._condition)
+        if path is not None:
+            self._start_cell(path)
+
+    def _condition(self) -> CellCondition:
+        if tasks := self._task.take():
+            self._newest_task = tasks[-1][1].message
+        if arms := self._arm.take():
+            self._newest_arms = arms[-1][1].message
+        return CellCondition(self._newest_task, self._newest_arms)
+
+    def _start_cell(self, path: Path) -> None:
+        """End the processes of the present scenario and start those of another one."""
+        assert self._programs_of is not None
+        self._console.print_line("lariat", f"starting {path}")
+        self._publish()
+        self._end_processes()
+        if self._signals:
+            return
+        self._newest_task = self._newest_arms = None
+        self._processes = [Process(program) for program in self._programs_of(path)]
+        for process in self._processes:
+            self._start(process)
+
+    def _return_to_former(self, process: Process) -> bool:
+        """Start the former scenario again after a process of a new one has failed for good."""
+        if self._switch is None:
+            return False
+        name = process.program.name
+        line = self._last_lines.get(name, "").removeprefix(f"{name}: ")
+        former = self._switch.take_failure(f"{name}: {line or describe_exit(process.exit_code)}")
+        if former is None:
+            return False
+        self._start_cell(former)
+        return True
 
     def _poll_outputs(self) -> None:
         """Wait for output for one period, print it, and read health messages."""
@@ -121,6 +203,7 @@ class Launcher:
     def _print(self, process: Process) -> None:
         for line in process.lines():
             self._console.print_line(process.program.name, line)
+            self._last_lines[process.program.name] = line
             ready_line = process.program.ready_line
             if ready_line and ready_line in line and process.state == "starting":
                 self._change(process, "ready")
@@ -180,25 +263,32 @@ class Launcher:
 
     def _publish(self) -> None:
         self._published = time.monotonic()
-        self._stack.put(
-            StackState(
-                stamp=self._clock.now(),
-                processes=[
-                    ProcessState(
-                        service=p.program.name,
-                        state=p.state,
-                        restarts=p.restarts,
-                        exit_code=p.exit_code,
-                    )
-                    for p in self._processes
-                ],
-            )
+        state = StackState(
+            stamp=self._clock.now(),
+            processes=[
+                ProcessState(
+                    service=p.program.name,
+                    state=p.state,
+                    restarts=p.restarts,
+                    exit_code=p.exit_code,
+                )
+                for p in self._processes
+            ],
         )
+        if self._switch is not None:
+            self._switch.fill(state)
+        self._stack.put(state)
 
     def _stop(self) -> None:
-        """End all processes: hold the arms, then end stage by stage, at last by force."""
+        """End all processes and say so."""
         begun = time.monotonic()
         self._console.print_line("lariat", "stopping")
+        self._end_processes()
+        self._publish()
+        self._console.print_line("lariat", f"stopped in {time.monotonic() - begun:.1f} s")
+
+    def _end_processes(self) -> None:
+        """End all processes: hold the arms, then end stage by stage, at last by force."""
         self._hold()
         for stage in sorted({p.program.stage for p in self._processes}):
             group = [p for p in self._processes if p.program.stage == stage and p.running]
@@ -218,11 +308,11 @@ class Launcher:
                 time.sleep(0.005)
             if process.pid:
                 self._print(process)
+                self._selector.unregister(process.output)
                 process.close()
             if process.state != "dead":
                 process.state = "stopped"
-        self._publish()
-        self._console.print_line("lariat", f"stopped in {time.monotonic() - begun:.1f} s")
+        self._by_pid.clear()
 
     def _print_while_stopping(self) -> None:
         for key, _ in self._selector.select(0.01):
@@ -231,8 +321,8 @@ class Launcher:
 
     def _hold(self) -> None:
         """Stop a running task, so that the arms stand still before their gateway ends."""
-        running = [i.message.state == RUNNING for _, i in self._task.take()]
-        if not (running and running[-1]):
+        task = self._condition().task
+        if task is None or task.state != RUNNING:
             return
         request = f"lariat-stop-{time.monotonic_ns()}"
         self._requests.put(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 
+import cv2
 import numpy as np
 
 from shared import topics
@@ -15,6 +16,11 @@ from shared.messages import (
     GoalPreview,
     Message,
     RunList,
+    RunListRequest,
+    RunMotion,
+    RunPicture,
+    StackRequest,
+    StackState,
     TaskRequest,
     TaskState,
     grip_pose,
@@ -45,6 +51,8 @@ class Cell(threading.Thread):
         """List of the recorder."""
         self.first_day: CommissioningState | None = None
         """Checklist of the first day that is gone through."""
+        self.stack: StackState | None = None
+        """State of whoever runs the stack."""
         self.deaf = False
         """Whether commands to the arms are not answered."""
         self._arms: dict = {"mode": ArmStates.MOVING}
@@ -62,6 +70,8 @@ class Cell(threading.Thread):
                     self._stage.send(topics.COMMISSIONING_STATE, self.first_day)
                 if self.runs is not None:
                     self._stage.send(topics.RUN_LIST, self.runs)
+                if self.stack is not None:
+                    self._stage.send(topics.STACK_STATE, self.stack)
                 for topic, message in self._stage.step(1.0 / 15.0):
                     self._sent.append((topic, message))
                     self._answer(message)
@@ -72,10 +82,30 @@ class Cell(threading.Thread):
             self._stage.send(topics.TASK_GOAL_PREVIEW, preview(message))
         if isinstance(message, ArmCommand) and not self.deaf:
             self._arms = {**self._arms, "last_command": message.id}
+        if isinstance(message, RunListRequest):
+            self._show_run(message)
+        if isinstance(message, StackRequest) and self.stack is not None:
+            self.stack.last_request = message.id
         if isinstance(message, TaskRequest):
             answer = TaskState(stamp=self._stage.now, last_request=message.id, refusal=self.refusal)
             self._stage.send(topics.TASK_STATE, answer)
             self._stage.step(0.01)
+
+    def _show_run(self, request: RunListRequest) -> None:
+        """Answer as a recorder with a run of 2 s does."""
+        run = request.runs[0]
+        if request.action == RunListRequest.SEND_MOTION:
+            shapes = [self._stage.nodes(f) for f in np.linspace(0.0, 1.0, 21)]
+            motion = RunMotion(run=run, node_count=len(shapes[0]), time=np.linspace(0.0, 2.0, 21))
+            motion.nodes.extend(np.concatenate(shapes).ravel())
+            motion.goal.extend(shapes[-1].ravel())
+            for time, text in ((0.0, "start"), (1.0, "hold: as asked"), (2.0, "reached: settled")):
+                motion.marks.add(time=time, text=text)
+            self._stage.send(topics.RUN_MOTION, motion)
+        if request.action == RunListRequest.SEND_PICTURE:
+            image = cv2.imencode(".jpg", np.full((48, 64, 3), 90, np.uint8))[1].tobytes()
+            picture = RunPicture(run=run, time=request.time, data=image)
+            self._stage.send(topics.RUN_PICTURE, picture)
 
     def asked(self, topic: Topic, timeout: float = 10.0) -> Message:
         """The next message of a topic that the page has sent or will send."""

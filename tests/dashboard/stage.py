@@ -117,6 +117,7 @@ class Stage:
             goal_revision=1,
             run="20260101-three-cylinders",
             run_started=1_000 * SECOND if running else 0,
+            settings={"adapt": "false"},
             error=error,
             clearance=0.02 + 0.05 * (2.0 * fraction - 1.0) ** 2,
         )

@@ -1,14 +1,21 @@
 """Launcher of small services, as `lariat up` launches the real ones:
 
 python -m tests.stack.launch PORT NAMESPACE NAME[:BUILD]...
+
+Another scenario has one small service, of the scenario's name; of the name "refuse", it refuses.
 """
 
 from __future__ import annotations
 
 import sys
+import tempfile
+from pathlib import Path
 
 from shared import bus as buses
 from shared.bus import BusOptions
+from shared.scenario import find, load
+from stack.cell_switch.cell_switch import CellSwitch
+from stack.cell_switch.library import ScenarioLibrary
 from stack.launcher.console import ProcessConsole
 from stack.launcher.launcher import Launcher
 from stack.launcher.process import Program
@@ -17,15 +24,23 @@ from stack.launcher.process import Program
 def main() -> int:
     port, namespace, *names = sys.argv[1:]
     hub = f"tcp/127.0.0.1:{port}"
-    programs = []
-    for name in names:
-        name, _, build = name.partition(":")
+
+    def program(name: str, build: str) -> Program:
         arguments = ("--namespace", namespace, "--connect", hub, "--name", name, "--build", build)
-        restarted = ("--restarted",)
-        programs.append(Program(name, "tests.shared.beacon", arguments, restarted))
+        return Program(name, "tests.shared.beacon", arguments, ("--restarted",))
+
+    def programs_of(path: Path) -> list[Program]:
+        name = load(path).name
+        return [program(name, "refuse" if name == "refuse" else "")]
+
+    programs = [program(*name.partition(":")[::2]) for name in names]
     options = BusOptions(namespace, connect=(), listen=(hub,))
-    with buses.open(options, "lariat") as bus:
-        launcher = Launcher(programs, bus, ProcessConsole(sys.stderr))
+    first = find("three-cylinders")
+    with buses.open(options, "lariat") as bus, tempfile.TemporaryDirectory() as folder:
+        library = ScenarioLibrary(Path(folder, "saved"), first)
+        check = [sys.executable, "-S", "-c", ""]
+        switch = CellSwitch(library, first, Path(folder, "started"), lambda _: check)
+        launcher = Launcher(programs, bus, ProcessConsole(sys.stderr), switch, programs_of)
         return launcher.run(lambda seconds: print("all ready", flush=True))
 
 

@@ -13,8 +13,17 @@ from dashboard import palette
 from dashboard.action_queue import ActionQueue
 from dashboard.outbox import Notification, Outbox
 from dashboard.panels.chart import add_comparison_chart, comparison_series, overlay
+from dashboard.panels.runs.opened_run import OpenedRun
 from dashboard.panels.runs.run_table import csv_text, detail_html, label, table_html
-from shared.messages import RunCurves, RunList, RunListRequest, RunSummary
+from shared.messages import (
+    RunCurves,
+    RunList,
+    RunListRequest,
+    RunMotion,
+    RunPicture,
+    RunSummary,
+)
+from shared.scenario import Scenario
 from shared.service import SECOND
 
 NO_RUN = "(none)"
@@ -42,7 +51,8 @@ class RunsPanel:
 
     def __init__(
         self,
-        gui: viser.GuiApi,
+        server: viser.ViserServer,
+        scenario: Scenario,
         actions: ActionQueue,
         outbox: Outbox,
         notify: Callable[[Notification], None],
@@ -50,11 +60,13 @@ class RunsPanel:
         """Add the elements to the page.
 
         Args:
-            gui: The page's GUI.
+            server: Web server of the page.
+            scenario: Scenario that runs.
             actions: Queue for clicks.
             outbox: Destination of requests to the recorder.
             notify: Shows a notification on the page.
         """
+        gui = server.gui
         self._outbox, self._notify = outbox, notify
         self._runs: dict[str, RunSummary] = {}
         self._ids: dict[str, str] = {}
@@ -76,6 +88,13 @@ class RunsPanel:
             )
         )
         self._detail = gui.add_html("")
+        self._open = gui.add_button(
+            "Open run",
+            icon=viser.Icon.MOVIE,
+            disabled=True,
+            hint="Show the recorded rope beside the present one, at any time of the run",
+        )
+        self._open.on_click(lambda _: actions.put(lambda: self._opened.open(self._selected)))
         self._compare = gui.add_button("Compare", icon=viser.Icon.CHART_LINE, disabled=True)
         self._compare.on_click(lambda _: actions.put(self._toggle_compared))
         self._star = gui.add_button("Star", icon=viser.Icon.STAR, disabled=True)
@@ -94,6 +113,7 @@ class RunsPanel:
         self._delete = gui.add_button("Delete …", icon=viser.Icon.TRASH, disabled=True)
         self._delete.on_click(lambda event: actions.put(partial(self._confirm, event.client)))
         self._actions = actions
+        self._opened = OpenedRun(server, scenario, actions, outbox)
         self._error = add_comparison_chart(gui, "Error of the compared runs [mm]")
         self._clearance = add_comparison_chart(gui, "Clearance of the compared runs [mm]")
 
@@ -105,6 +125,7 @@ class RunsPanel:
             now: Present time [ns].
         """
         self._send_note(now)
+        self._opened.update(now)
         if runs is None or runs.stamp == self._stamp:
             return
         self._stamp = runs.stamp
@@ -128,12 +149,21 @@ class RunsPanel:
             client.send_file_download(f"{curves.run}.csv", text.encode())
         self._draw()
 
+    def take_motion(self, motion: RunMotion) -> None:
+        """Take the motion of a run that was opened."""
+        self._opened.take_motion(motion)
+
+    def take_picture(self, picture: RunPicture) -> None:
+        """Take a picture of a run that was opened."""
+        self._opened.take_picture(picture)
+
     def _select(self, id: str) -> None:
         run = self._runs.get(id)
         changed, self._selected = id != self._selected, id if run else ""
         self._selection.value = label(run) if run else NO_RUN
         for handle in (self._compare, self._star, self._note, self._export, self._delete):
             handle.disabled = run is None
+        self._open.disabled = run is None or not run.over or not run.bytes
         self._detail.content = detail_html(run)
         self._star.label = "Remove the star" if run and run.star else "Star"
         self._compare.label = "Compare no more" if id and id in self._compared else "Compare"

@@ -6,6 +6,7 @@ import logging
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from services.recorder.runs.recorded_run import RecordedRun
 from services.recorder.runs.run_folder import RunFolder, RunRefused
 from services.recorder.runs.run_log import RunLog
 from shared import topics
@@ -31,6 +32,7 @@ class Runs:
         """
         self._log = RunLog(scenario)
         self._folder = RunFolder(recordings)
+        self._recorded = RecordedRun(recordings)
         self._last_request = self._refusal = ""
         self._published: tuple[int, str] = (-1, "")
         self._publish_time = -SECOND
@@ -52,7 +54,9 @@ class Runs:
     def step(
         self, requests: Sequence[RunListRequest], open_file: str, now: int
     ) -> Iterator[Publication]:
-        """Carry out requests; publish the list on change and once a second, curves on request.
+        """Carry out requests; publish the list on change and once a second.
+
+        Curves, motion and pictures are published on request.
 
         Args:
             requests: Requests since the last step.
@@ -71,6 +75,7 @@ class Runs:
             for run in curves:
                 run.curves.stamp = now
                 yield Publication(topics.RUN_CURVES, run.curves)
+        yield from self._recorded.take(now)
         state = self._folder.revision, self._last_request
         if state != self._published or now - self._publish_time >= SECOND:
             self._published, self._publish_time = state, now
@@ -80,6 +85,7 @@ class Runs:
 
     def close(self) -> None:
         """Keep the present run as it stands."""
+        self._recorded.close()
         if (run := self._log.present) is not None:
             run.summary.over = True
             self._keep(run)
@@ -96,6 +102,16 @@ class Runs:
                     self._folder.delete(id, open_file)
             case RunListRequest.SEND_CURVES:
                 return [self._folder.named(id) for id in request.runs]
+            case RunListRequest.SEND_MOTION | RunListRequest.SEND_PICTURE:
+                summary = self._folder.named(request.runs[0]).summary
+                if not summary.over or open_file in summary.files:
+                    raise RunRefused(
+                        f"{summary.id} is being recorded; wait until its file is closed"
+                    )
+                if request.action == RunListRequest.SEND_MOTION:
+                    self._recorded.read_motion(summary)
+                else:
+                    self._recorded.read_picture(summary, request.time)
             case unknown:
                 raise RunRefused(f"there is no action {unknown}")
         return []

@@ -98,3 +98,8 @@ def test_text_from_the_bus_cannot_become_markup() -> None:
     assert "<script>" not in status_text.as_html(
         status_text.StatusLine("<script>", palette.BAD, detail="<script>")
     )
+
+
+def test_headline_says_which_services_are_missing() -> None:
+    line = status_text.headline(None, 0.0, None, unheard=["sim", "robot_gateway"])
+    assert line.detail == ("Nothing is heard from: sim, robot gateway. lariat up starts them all.")

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dashboard.editors.obstacle_editor import SHAPES, new_obstacle
+from dashboard.editors.obstacle_editor import SHAPES, duplicate, new_obstacle
 from lariat.geometry import obstacles
 
 
@@ -21,3 +21,13 @@ def test_new_obstacle_takes_a_name_that_is_free() -> None:
     size, at = np.array([0.1, 0.1, 0.1]), (0.0, 0.0, 0.0)
     first = new_obstacle("box", size, at)
     assert new_obstacle("box", size, at, {first.name: first}).name != first.name
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_duplicate_stands_free_beside_its_original(shape: obstacles.Shape) -> None:
+    body = new_obstacle(shape, np.array([0.06, 0.06, 0.1]), (0.1, 0.2, 0.3))
+    copy = duplicate(body, {body.name})
+    again = duplicate(copy, {body.name, copy.name})
+    assert len({body.name, copy.name, again.name}) == 3
+    centre = np.array([copy.position])
+    assert obstacles.signed_distance(centre, body)[0] == pytest.approx(0.03 + 0.02)

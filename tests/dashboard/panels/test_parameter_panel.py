@@ -8,6 +8,7 @@ import pytest
 
 from dashboard.action_queue import ActionQueue
 from dashboard.door.private_viser import PrivateViser
+from dashboard.outbox import Outbox
 from dashboard.panels.parameter_panel import ParameterPanel, table_html, true_values
 from shared.messages import Estimate, Parameters, RodParameters
 from shared.messages.parameters import named_parameters
@@ -26,7 +27,7 @@ def message(second: float, stiffness: float, sigma: float) -> Parameters:
 @pytest.fixture
 def panel() -> Iterator[ParameterPanel]:
     private = PrivateViser("test")
-    yield ParameterPanel(private.server.gui, SCENARIO, ActionQueue())
+    yield ParameterPanel(private.server.gui, SCENARIO, ActionQueue(), Outbox("test"), live=True)
     private.close()
 
 

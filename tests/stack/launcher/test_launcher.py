@@ -14,8 +14,12 @@ from pathlib import Path
 import pytest
 
 from shared import topics
-from shared.messages import ProcessState, TaskRequest
+from shared.messages import ProcessState, StackRequest, StackState, TaskRequest
+from shared.scenario import load
 from tests.shared.cell import Cell, until
+
+RUNNING_TEXT = load("three-cylinders").text.partition("\n")[2]
+"""Scenario of the first cell, without its first line, the name."""
 
 
 class Stack:
@@ -30,7 +34,9 @@ class Stack:
             )
         bus = cell("test")
         self.requests = bus.publisher(topics.TASK_REQUEST)
+        self.stack_requests = bus.publisher(topics.STACK_REQUEST)
         self._state = bus.subscribe(topics.STACK_STATE)
+        self.newest = StackState()
         self._health = bus.subscribe(topics.HEALTH)
         self.pids: dict[str, int] = {}
         self._processes: dict[str, ProcessState] = {}
@@ -42,6 +48,7 @@ class Stack:
     def state(self, name: str) -> ProcessState:
         """The newest that the launcher said of a process."""
         for _, item in self._state.take():
+            self.newest = item.message
             self._processes = {p.service: p for p in item.message.processes}
         for _, item in self._health.take():
             self.pids[item.message.service] = item.message.process
@@ -164,3 +171,31 @@ def test_bad_input_of_a_service_ends_the_stack_at_once_with_2(cell: Cell, tmp_pa
         assert "restarting" not in stack.output
     finally:
         stack.close()
+
+
+def start(stack: Stack, scenario: str, **fields: object) -> None:
+    until(lambda: stack.stack_requests.has_subscribers)
+    request = StackRequest(id="r", action=StackRequest.START, scenario=scenario, **fields)
+    stack.stack_requests.put(request)
+
+
+def test_another_scenario_takes_the_place_of_the_first(stack: Stack) -> None:
+    former = [stack.pids["one"], stack.pids["two"]]
+    start(stack, "rope")
+    until(lambda: stack.state("rope").state == "ready", 20.0)
+    until(lambda: stack.state("rope") and not stack.newest.activity)
+    assert (stack.newest.scenario, stack.newest.refusal) == ("rope", "")
+    assert [p.service for p in stack.newest.processes] == ["rope"]
+    assert not any(_exists(pid) for pid in former)
+    assert stack.output.count("closed in order") == 2
+    stack.process.send_signal(signal.SIGINT)
+    assert stack.process.wait(timeout=10.0) == 0
+
+
+def test_former_scenario_returns_where_another_refuses(stack: Stack) -> None:
+    start(stack, "", content=b'name = "refuse"\n' + RUNNING_TEXT.encode())
+    until(lambda: stack.state("three-cylinders").state == "ready", 20.0)
+    until(lambda: stack.state("three-cylinders") and stack.newest.refusal)
+    assert "refuse did not start: refuse: beacon: rope.colour" in stack.newest.refusal
+    assert stack.newest.scenario == "three-cylinders"
+    assert stack.process.poll() is None

@@ -1,0 +1,108 @@
+"""Buttons that set a goal without the editor: the rope's present shape, and the goal before."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+
+from dashboard import palette
+from dashboard.action_queue import ActionQueue
+from dashboard.outbox import Outbox
+from shared.messages import (
+    ArmStates,
+    Goal,
+    NodeChain,
+    TaskRequest,
+    TaskState,
+    arm_pose,
+    grip,
+    poses_known,
+)
+
+MAX_REMEMBERED = 50
+"""Largest number of goals that are remembered [-]."""
+SAME = 1e-6
+"""Largest difference of two coordinates of one goal [m]."""
+
+
+class GoalShortcuts:
+    """Present shape as goal, and the goals of this start of the page for Undo."""
+
+    def __init__(self, gui: viser.GuiApi, actions: ActionQueue, outbox: Outbox) -> None:
+        """Add the buttons to the page.
+
+        Args:
+            gui: The page's GUI.
+            actions: Queue for clicks.
+            outbox: Destination of requests.
+        """
+        self._outbox = outbox
+        self._rope: NodeChain | None = None
+        self._arms: ArmStates | None = None
+        self._goals: list[Goal] = []
+        """Goals in the order of their times, the present one last."""
+        self._turns = 0.0
+        self._revision = -1
+        self._present = gui.add_button(
+            "Present shape as goal",
+            icon=viser.Icon.CAMERA,
+            color=palette.NEUTRAL,
+            disabled=True,
+            hint="Set the rope's present shape as the goal, e.g. to come back to it",
+        )
+        self._present.on_click(lambda _: actions.put(self._request_present))
+        self._undo = gui.add_button(
+            "Undo goal",
+            icon=viser.Icon.ARROW_BACK_UP,
+            color=palette.NEUTRAL,
+            disabled=True,
+            hint="Return to the goal before",
+        )
+        self._undo.on_click(lambda _: actions.put(self._request_undo))
+
+    def update(
+        self, task: TaskState | None, rope: NodeChain | None, arms: ArmStates | None
+    ) -> None:
+        """Take the present goal and the present shape.
+
+        Args:
+            task: Newest state of the controller.
+            rope: Newest perceived rope.
+            arms: Newest state of the gateway.
+        """
+        self._rope, self._arms = rope, arms
+        if task is not None:
+            self._turns = task.turns
+            if task.goal_revision != self._revision and task.goal.positions:
+                self._revision = task.goal_revision
+                self._remember(task.goal)
+        unknown = rope is None or bool(rope.lost) or arms is None or not poses_known(arms)
+        if self._present.disabled != unknown:
+            self._present.disabled = unknown
+
+    def _remember(self, goal: Goal) -> None:
+        """Remember a goal, unless it is the one that Undo has returned to."""
+        last = self._goals[-1] if self._goals else Goal()
+        same = len(last.positions) == len(goal.positions)
+        if same and np.allclose(last.positions, goal.positions, atol=SAME):
+            return
+        self._goals = [*self._goals, goal][-MAX_REMEMBERED:]
+        self._undo.disabled = len(self._goals) < 2
+
+    def _request_present(self) -> None:
+        rope, arms = self._rope, self._arms
+        if rope is None or rope.lost or arms is None:
+            return
+        goal = Goal(
+            positions=rope.positions,
+            left=grip(arm_pose(arms, "left")),
+            right=grip(arm_pose(arms, "right")),
+            turns=float(round(self._turns)),
+        )
+        self._outbox.request_task(TaskRequest.SET_GOAL, "Present shape", goal=goal)
+
+    def _request_undo(self) -> None:
+        if len(self._goals) > 1:
+            self._goals.pop()
+            self._outbox.request_task(TaskRequest.SET_GOAL, "Undo goal", goal=self._goals[-1])
+            self._undo.disabled = len(self._goals) < 2

@@ -1,0 +1,1 @@
+"""Tab of the scenario: choose, change, start and save scenarios."""

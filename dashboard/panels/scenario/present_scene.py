@@ -1,0 +1,75 @@
+"""Settings that save the present goal and obstacles with a scenario."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from lariat.geometry.obstacles import Obstacle
+from shared.aliases import with_current_keys
+from shared.messages import Goal
+from shared.scenario import Scenario
+from shared.scenario.entries import inline, numbers, obstacle_entry
+
+SAME = 1e-6
+"""Largest difference of two equal coordinates [m], or components of a quaternion [-]."""
+
+
+def goal_settings(goal: Goal, scenario: Scenario) -> list[str]:
+    """Return the setting of a goal's grips and turns; none where they are the scenario's.
+
+    Args:
+        goal: Present goal of the task.
+        scenario: Scenario that runs.
+    """
+    grips = (goal.left, goal.right)
+    if any(len(g.position) != 3 or len(g.orientation) != 4 for g in grips):
+        return []
+    own = scenario.grips(scenario.goal)
+    is_own = all(
+        np.allclose(grip.position, pose.position, atol=SAME)
+        and abs(np.dot(grip.orientation, pose.orientation)) > 1.0 - SAME
+        for grip, pose in zip(grips, own, strict=True)
+    )
+    if is_own and goal.turns == scenario.goal.turns:
+        return []
+    left, right = (numbers(g.position) for g in grips)
+    table: dict[str, Any] = {"line": [left, right], "turns": float(goal.turns)}
+    for side, grip in zip(("left", "right"), grips, strict=True):
+        table[f"{side}_orientation"] = numbers(grip.orientation)
+    return [f"goal={inline(table)}"]
+
+
+def obstacle_settings(obstacles: Sequence[Obstacle], scenario: Scenario) -> list[str]:
+    """Return the setting of a scene's obstacles; none where they are the scenario's.
+
+    Args:
+        obstacles: Obstacles of the scene.
+        scenario: Scenario that runs.
+    """
+    table = with_current_keys(tomllib.loads(scenario.text))
+    file = table.get("obstacles", [])
+    names = [o.body(k).name for k, o in enumerate(scenario.obstacles)]
+    listed = dict(zip(names, zip(file, scenario.obstacles, strict=True), strict=True))
+    saved, changed = [], False
+    scene = {o.name: o for o in obstacles}
+    ours = {body.name for body in scenario.bodies} - set(names)
+    for name, (entry, own) in listed.items():
+        body = scene.pop(name, None)
+        if body is None:
+            changed = True
+            continue
+        entry = {**entry, "name": name}
+        # Where a marker stands, perception finds it.
+        if own.marker is None and not np.allclose(body.position, own.position, atol=SAME):
+            entry["position"], changed = numbers(body.position), True
+            entry["orientation"] = numbers(body.orientation)
+        saved.append(entry)
+    for body in scene.values():
+        if body.name not in ours:
+            saved.append(obstacle_entry(body))
+            changed = True
+    return [f"obstacles={inline(saved)}"] if changed else []

@@ -1,0 +1,256 @@
+"""Tab of the scenario: choose and start one, change its settings, save, delete, exchange files."""
+
+from __future__ import annotations
+
+import html
+import tomllib
+from collections.abc import Callable, Sequence
+from functools import partial
+
+import viser
+
+from dashboard import palette
+from dashboard.action_queue import ActionQueue
+from dashboard.outbox import Notification, Outbox
+from dashboard.panels.note import note_html
+from dashboard.panels.scenario.present_scene import goal_settings, obstacle_settings
+from dashboard.panels.scenario.setting_editor import SettingEditor
+from lariat.geometry.obstacles import Obstacle
+from shared.messages import StackRequest, StackState, TaskState
+from shared.messages.validation import MAX_TEXT_LENGTH
+from shared.scenario import MAX_SCENARIO_SIZE, SIDES, Scenario
+
+NO_LAUNCHER = (
+    "Nobody who starts scenarios answers: this stack was not started by lariat up. In containers, "
+    "start another scenario with SCENARIO=NAME docker compose up."
+)
+"""Text while the state of the stack is missing."""
+RUNNING = "(this one)"
+"""Option of the list that stands for the scenario that runs."""
+OWN = "★ "
+"""Mark of saved scenarios in the list."""
+
+
+class ScenarioPanel:
+    """List of scenarios, editor of the settings of the one that runs, and requests to the stack."""
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        scenario: Scenario,
+        actions: ActionQueue,
+        outbox: Outbox,
+        notify: Callable[[Notification], None],
+    ) -> None:
+        """Add the elements to the page.
+
+        Args:
+            gui: The page's GUI.
+            scenario: Scenario that runs.
+            actions: Queue for clicks.
+            outbox: Destination of requests.
+            notify: Shows a notification on the page.
+        """
+        self._scenario, self._actions = scenario, actions
+        self._outbox, self._notify = outbox, notify
+        self._stack: StackState | None = None
+        self._task: TaskState | None = None
+        self._obstacles: Sequence[Obstacle] = scenario.bodies
+        self._shown: bytes | None = b""
+        self._status = gui.add_html(note_html(NO_LAUNCHER))
+        self._choice = gui.add_dropdown("Scenario", (RUNNING,))
+        self._choice.on_update(lambda _: actions.put(self._show_choice))
+        self._description = gui.add_html(note_html(scenario.description))
+        self._start = gui.add_button(
+            "Start …",
+            icon=viser.Icon.REFRESH,
+            color=palette.BRAND,
+            disabled=True,
+            hint="End the present cell and start the chosen scenario, with the changes below",
+        )
+        self._start.on_click(lambda event: actions.put(partial(self._ask_start, event.client)))
+        self._delete = gui.add_button(
+            "Delete …", icon=viser.Icon.TRASH, color=palette.NEUTRAL, visible=False
+        )
+        self._delete.on_click(lambda event: actions.put(partial(self._ask_delete, event.client)))
+        self._editor = SettingEditor(gui, scenario, actions)
+        with gui.add_folder("Save", expand_by_default=True):
+            self._name = gui.add_text("Name", "", hint="Small letters, digits, - and _")
+            self._with_scene = gui.add_checkbox(
+                "With the present goal and obstacles",
+                True,
+                hint="A goal is saved by its grips and turns",
+            )
+            save = gui.add_button("Save", icon=viser.Icon.DEVICE_FLOPPY)
+            save.on_click(lambda _: actions.put(self._save))
+            download = gui.add_button("Download file", icon=viser.Icon.DOWNLOAD)
+            download.on_click(lambda event: actions.put(partial(self._send_file, event.client)))
+            upload = gui.add_upload_button("Start a file …", icon=viser.Icon.UPLOAD)
+            upload.on_upload(
+                lambda event: actions.put(
+                    partial(self._take_file, event.target.value, event.client)
+                )
+            )
+
+    def update(
+        self, stack: StackState | None, task: TaskState | None, obstacles: Sequence[Obstacle]
+    ) -> None:
+        """Show the scenarios of the stack and the answer to the last request.
+
+        Args:
+            stack: Newest state of whoever runs the stack; None where nobody does.
+            task: Newest state of the controller.
+            obstacles: Present obstacles.
+        """
+        self._stack, self._task, self._obstacles = stack, task, obstacles
+        shown = None if stack is None else stack.SerializeToString()
+        if shown == self._shown:
+            return
+        self._shown = shown
+        self._status.content = note_html(NO_LAUNCHER) if stack is None else status_html(stack)
+        names = [] if stack is None else [f"{OWN * e.own}{e.name}" for e in stack.scenarios]
+        options = (RUNNING, *names)
+        if tuple(self._choice.options) != options:
+            self._choice.options = options
+            self._show_choice()
+        self._start.disabled = stack is None or bool(stack.activity)
+
+    @property
+    def _chosen(self) -> str:
+        """Name of the chosen scenario; empty for the one that runs."""
+        name = self._choice.value
+        return "" if name == RUNNING else name.removeprefix(OWN)
+
+    def _show_choice(self) -> None:
+        entries = {} if self._stack is None else {e.name: e for e in self._stack.scenarios}
+        entry = entries.get(self._chosen)
+        text = entry.description if entry else self._scenario.description
+        self._description.content = note_html(text)
+        self._delete.visible = bool(entry and entry.own)
+
+    def _ask_start(self, client: viser.ClientHandle | None) -> None:
+        if self._has_problems():
+            return
+        if self._chosen:
+            entries = self._stack.scenarios if self._stack else ()
+            arms = [a for e in entries if e.name == self._chosen for a in e.real_arms]
+            fields = {"scenario": self._chosen}
+            title = self._chosen
+        else:
+            addresses = {self._editor.value(f"ends.{side}.address") for side in SIDES}
+            arms = sorted(addresses - {""})
+            fields = {"settings": self._editor.settings}
+            title = self._scenario.name
+            if count := len(self._editor.settings):
+                title += f" with {count} change{'s' * (count > 1)}"
+        self._confirm_start(client, title, arms, fields)
+
+    def _take_file(self, file: viser.UploadedFile, client: viser.ClientHandle | None) -> None:
+        try:
+            if len(file.content) > MAX_SCENARIO_SIZE:
+                raise ValueError(f"it is larger than {MAX_SCENARIO_SIZE >> 20} MiB")
+            table = tomllib.loads(file.content.decode())
+        except ValueError as error:
+            self._notify(Notification(f"{file.name}: not a scenario", str(error)))
+            return
+        self._confirm_start(client, file.name, _real_arms(table), {"content": file.content})
+
+    def _confirm_start(
+        self,
+        client: viser.ClientHandle | None,
+        title: str,
+        arms: list[str],
+        fields: dict[str, object],
+    ) -> None:
+        """Ask in the window where starting was pressed: the present cell ends."""
+        if client is None:
+            return
+        modal = client.gui.add_modal(f"Start {title}?")
+        with modal:
+            text = "The present cell ends; the page comes back by itself once the new one is ready."
+            if arms:
+                text += f"\n\n**It drives the real arms at {', '.join(arms)}.** Look at the cell."
+            client.gui.add_markdown(text)
+            word = "Start real arms" if arms else "Start"
+            start = client.gui.add_button(word, color=palette.BAD if arms else palette.GOOD)
+            cancel = client.gui.add_button("Cancel", color=palette.NEUTRAL)
+        request = partial(
+            self._outbox.request_stack,
+            StackRequest.START,
+            f"Start {title}",
+            confirmed=arms,
+            **fields,
+        )
+        start.on_click(lambda _: self._actions.put(request))
+        for button in (start, cancel):
+            button.on_click(lambda _: modal.close())
+
+    def _ask_delete(self, client: viser.ClientHandle | None) -> None:
+        if client is None or not (name := self._chosen):
+            return
+        modal = client.gui.add_modal(f"Delete {name}?")
+        with modal:
+            client.gui.add_markdown("The saved scenario and its files.")
+            delete = client.gui.add_button("Delete", color=palette.BAD)
+            keep = client.gui.add_button("Keep", color=palette.NEUTRAL)
+        request = partial(
+            self._outbox.request_stack, StackRequest.DELETE, f"Delete {name}", name=name
+        )
+        delete.on_click(lambda _: self._actions.put(request))
+        for button in (delete, keep):
+            button.on_click(lambda _: modal.close())
+
+    def _save(self) -> None:
+        name = self._name.value.strip()
+        if self._has_problems():
+            return
+        settings = [] if self._chosen else self._editor.settings
+        if not self._chosen and self._with_scene.value:
+            if self._task is not None:
+                settings = settings + goal_settings(self._task.goal, self._scenario)
+            settings = settings + obstacle_settings(self._obstacles, self._scenario)
+        if any(len(setting) > MAX_TEXT_LENGTH for setting in settings):
+            text = "There are too many obstacles to save them from here; edit the file instead."
+            self._notify(Notification("Save", text))
+            return
+        self._outbox.request_stack(
+            StackRequest.SAVE,
+            f"Save {name}",
+            scenario=self._chosen,
+            settings=settings,
+            name=name,
+        )
+
+    def _has_problems(self) -> bool:
+        for problem in self._editor.problems.values():
+            self._notify(Notification("Setting", problem))
+            return True
+        return False
+
+    def _send_file(self, client: viser.ClientHandle | None) -> None:
+        if client is not None:
+            client.send_file_download(f"{self._scenario.name}.toml", self._scenario.text.encode())
+
+
+def _real_arms(table: dict[str, object]) -> list[str]:
+    """Addresses of the real arms that a scenario file names; what is malformed is the stack's."""
+    ends = table.get("ends")
+    found = set()
+    for side in SIDES:
+        end = ends.get(side) if isinstance(ends, dict) else None
+        if isinstance(end, dict) and isinstance(address := end.get("address"), str) and address:
+            found.add(address)
+    return sorted(found)
+
+
+def status_html(stack: StackState) -> str:
+    """HTML of the scenario that runs and of what became of the last request."""
+    style = "margin:.5em 1em;font-size:.9em;line-height:1.4;overflow-wrap:anywhere"
+    lines = [f"Runs: <b>{html.escape(stack.scenario or '–')}</b>"]
+    if stack.activity:
+        color = palette.css(palette.BUSY)
+        lines.append(f"<span style='color:{color}'>● {html.escape(stack.activity)} …</span>")
+    if stack.refusal:
+        color = palette.css(palette.BAD)
+        lines.append(f"<span style='color:{color}'>● {html.escape(stack.refusal)}</span>")
+    return f"<div style='{style}'>{'<br>'.join(lines)}</div>"

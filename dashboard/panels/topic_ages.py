@@ -1,0 +1,44 @@
+"""Ages of the topics as their readers see them."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Mapping
+
+from dashboard import palette
+from dashboard.subscriptions import STALE_AGE
+from shared.messages import Health
+
+
+def oldest_ages(health: Mapping[str, tuple[Health, float]]) -> dict[str, tuple[float, str]]:
+    """Return the largest age of each topic [s], and the reader that sees it.
+
+    Args:
+        health: Newest health message and its age [s], by service.
+    """
+    ages: dict[str, tuple[float, str]] = {}
+    for name, (message, _) in health.items():
+        for key, milliseconds in message.input_age_ms.items():
+            ages[key] = max(ages.get(key, (-1.0, "")), (1e-3 * milliseconds, name))
+    return dict(sorted(ages.items()))
+
+
+def ages_html(health: Mapping[str, tuple[Health, float]]) -> str:
+    """HTML table of topics with their largest age, coloured from `STALE_AGE` on.
+
+    Args:
+        health: Newest health message and its age [s], by service.
+    """
+    rows = []
+    for key, (age, reader) in oldest_ages(health).items():
+        color = palette.css(palette.WARNING if age > STALE_AGE else palette.QUIET)
+        text = f"{1e3 * age:.0f} ms" if age < 1.0 else f"{age:.1f} s"
+        rows.append(
+            f"<tr><td>{html.escape(key)}</td><td style='text-align:right;color:{color}'>{text}</td>"
+            f"<td style='opacity:.65'>{html.escape(reader.replace('_', ' '))}</td></tr>"
+        )
+    if not rows:
+        return ""
+    style = "font-size:.78em;border-spacing:.7em .15em;font-variant-numeric:tabular-nums"
+    head = "<div style='font-size:.85em;margin:.4em 1em 0'>Age of each topic, at its reader</div>"
+    return f"{head}<table style='{style}'>{''.join(rows)}</table>"

@@ -1,0 +1,64 @@
+"""Present goal and obstacles as settings of a scenario."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from dashboard.panels.scenario.present_scene import goal_settings, obstacle_settings
+from lariat.geometry.obstacles import Obstacle
+from lariat.geometry.poses import Pose
+from shared.messages import Goal, grip
+from shared.scenario import Scenario, find, load
+from shared.scenario.shipped import shipped_names
+from stack.scenario_overrides import load_with
+
+
+def goal_of(scenario: Scenario) -> Goal:
+    left, right = scenario.grips(scenario.goal)
+    return Goal(left=grip(left), right=grip(right), turns=scenario.goal.turns)
+
+
+@pytest.mark.parametrize("name", shipped_names())
+def test_scene_of_the_scenario_needs_no_setting(name: str) -> None:
+    scenario = load(name)
+    assert goal_settings(goal_of(scenario), scenario) == []
+    assert obstacle_settings(scenario.bodies, scenario) == []
+
+
+@pytest.mark.parametrize("name", ["rope", "two-turns"])
+def test_goal_is_saved_by_its_grips(name: str) -> None:
+    scenario = load(name)
+    goal = goal_of(scenario)
+    left, right = scenario.grips(scenario.goal)
+    moved = Pose(right.position + np.array([0.01, 0.0, -0.02]), right.orientation)
+    goal.right.CopyFrom(grip(moved))
+    saved = load_with(find(name), goal_settings(goal, scenario))
+    grips = saved.grips(saved.goal)
+    for pose, wanted in zip(grips, (left, moved), strict=True):
+        assert pose.position == pytest.approx(wanted.position, abs=1e-6)
+        assert pose.orientation == pytest.approx(wanted.orientation, abs=1e-5)
+    assert saved.goal.turns == scenario.goal.turns
+
+
+def test_obstacles_are_saved_as_they_stand() -> None:
+    scenario = load("three-cylinders")
+    table, first, second, *others = scenario.bodies
+    moved = replace(second, position=(0.1, 0.2, 0.05))
+    new = Obstacle("box", (0.0, 0.3, 0.1), size=(0.1, 0.1, 0.2), support=True, name="box-new")
+    saved = load_with(
+        find("three-cylinders"), obstacle_settings((table, moved, *others, new), scenario)
+    )
+    assert first.name not in [b.name for b in saved.bodies]
+    assert saved.bodies == (table, moved, *others, new)
+
+
+def test_marked_obstacle_stays_where_the_file_has_it() -> None:
+    scenario = load("markers")
+    marked = next(iter(scenario.marked_obstacles))
+    bodies = tuple(
+        replace(b, position=(0.3, 0.3, 0.1)) if b.name == marked else b for b in scenario.bodies
+    )
+    assert obstacle_settings(bodies, scenario) == []

@@ -29,18 +29,18 @@ def check(scenario: Scenario, parts: Sequence[str]) -> None:
 
 
 def _libraries(scenario: Scenario, part: str) -> tuple[str, ...]:
+    driven = [scenario.end(side) for side in SIDES]
+    arms = [end for end in driven if end.driver not in ("fixed", "ideal")]
     match part:
         case "sim":
             return ("taichi", "mujoco") if scenario.plant.model != "rod" else ("taichi",)
         case "perception":
             return ("taichi", "cv2") if scenario.sensing.source == "camera" else ()
         case "planner":
-            return ("taichi",)
+            return ("taichi", *["pinocchio"] * bool(arms))
         case "controller":
             return ("taichi", "torch") if scenario.control.method == "network" else ("taichi",)
         case "robot_gateway":
-            driven = [scenario.end(side) for side in SIDES]
-            arms = [end for end in driven if end.driver not in ("fixed", "ideal")]
             simulated = [end for end in arms if end.driver != "cr5" and not end.address]
             return (*["pinocchio"] * bool(arms), *["mujoco"] * bool(simulated))
         case "recorder":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Bool, Float64
@@ -13,6 +14,10 @@ from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodState
 from shared.motion_contract import PATH_STRETCH_SHARE, longest_grip_distance
 from shared.scenario.sections import Limits
+
+if TYPE_CHECKING:
+    # Only a cell with arms needs Pinocchio.
+    from services.planner.arms.cell_arms import CellArms
 
 
 def _exact_grips() -> tuple[Pose, Pose]:
@@ -61,6 +66,9 @@ class Problem:
     """Share of the usual limits on motion that the path uses [-]."""
     seed: int = 0
     """Seed of the random number generator for random paths."""
+    arms: CellArms | None = None
+    """Arms that hold the grips, as they stand at the start; None where their geometry is unknown or
+    they have none."""
 
     @property
     def solid(self) -> tuple[Obstacle, ...]:
@@ -141,6 +149,8 @@ class WholePath:
     blocked: bool = False
     """Whether obstacles prevent it from reaching the goal, so that it ends at the nearest reachable
     shape."""
+    arm_fault: str = ""
+    """What an arm would break along the path, in words; empty where the arms can go it."""
 
     def of_grippers(self, problem: Problem) -> WholePath:
         """Return the path of the grippers that lead the rope's ends along this one.

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from lariat.trajectory import NANOSECONDS
+from services.planner.arms.arm_check import arm_fault
 from services.planner.collision_check import gripper_overlap, path_clearance
 from services.planner.dynamic_check import simulate_path
 from services.planner.path_optimization.optimizer import PathCandidate, PathOptimizer
@@ -44,6 +45,10 @@ class RetimingSettings:
     """Clearance below which a path is blocked [m], unless start or goal have less."""
     clearance_tolerance: float = 5e-4
     """Lack of clearance that is accepted [m]."""
+    slower: float = 0.6
+    """Factor on the pace of a path along which a joint of an arm turns too fast."""
+    max_slower: int = 3
+    """Largest number of times that such a path is slowed."""
 
 
 RETIMING_SETTINGS = RetimingSettings()
@@ -63,7 +68,7 @@ def retime(
     candidate: PathCandidate,
     settings: RetimingSettings = RETIMING_SETTINGS,
 ) -> WholePath:
-    """Return the path of a candidate at the best of all paces.
+    """Return the path of a candidate at the best of all paces at which its arms can go it.
 
     Args:
         problem: Planning problem.
@@ -71,6 +76,29 @@ def retime(
         candidate: Path without timing.
         settings: Paces, and acceptance of a path.
     """
+    path = _at_best_pace(problem, optimizer, candidate, settings)
+    if problem.arms is None:
+        return path
+    fault = arm_fault(problem, path.positions, path.orientations, path.dt)
+    for _ in range(settings.max_slower):
+        if fault is None or fault.rule != "joint_speed":
+            break
+        problem = replace(problem, pace=settings.slower * problem.pace)
+        path = _at_best_pace(problem, optimizer, candidate, settings)
+        fault = arm_fault(problem, path.positions, path.orientations, path.dt)
+    if fault is None:
+        return path
+    reason = path.reason or f"blocked: on every path found {fault}"
+    return replace(path, reached=False, reason=reason, arm_fault=str(fault))
+
+
+def _at_best_pace(
+    problem: Problem,
+    optimizer: PathOptimizer,
+    candidate: PathCandidate,
+    settings: RetimingSettings,
+) -> WholePath:
+    """Path of a candidate at the best of all paces, whatever the arms can do."""
     s = settings
     waypoints, limits = optimizer.grips(candidate), problem.limits.scaled(problem.pace)
     best, least = None, (True, np.inf)

@@ -6,6 +6,7 @@ import logging
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float64
@@ -43,6 +44,9 @@ from shared.scenario import SIDES, Scenario
 from shared.scenario.rod_properties import rod_properties
 from shared.scenario.sections import PATH_PLANNERS
 from shared.service import SECOND, Inbox, Publication
+
+if TYPE_CHECKING:
+    from services.planner.arms.cell_arms import CellArms
 
 log = logging.getLogger(__name__)
 
@@ -100,6 +104,7 @@ class PlannerService:
         self._find = (
             whole_path.plan if own is None else ExtensionPlanner(own, scenario, self._moves).plan
         )
+        self._arms = _arms_of(scenario)
         self._planned: tuple[int, int, int] | None = None
         self._path: Path | None = None
         self._published = 0
@@ -184,9 +189,23 @@ class PlannerService:
         pace = task.pace if task.pace else 1.0
         if problem.supports and self._variants:
             pace = min(pace, LANDING_PACE)
-        problem = replace(problem, clearance=problem.clearance + margin, pace=pace)
+        problem = replace(
+            problem,
+            clearance=problem.clearance + margin,
+            pace=pace,
+            arms=self._present_arms(arms),
+        )
         _write_path(message, self._find(problem).of_grippers(problem))
         return message
+
+    def _present_arms(self, message: ArmStates) -> CellArms | None:
+        """Arms with the joints that they report."""
+        if self._arms is None:
+            return None
+        reported = {state.arm: state.joints for state in message.arms}
+        joints = {k: np.array(reported.get(SIDES[k], ()), dtype=float) for k in self._arms.arms}
+        known = {k: row for k, row in joints.items() if len(row) == len(self._arms.joints[k])}
+        return replace(self._arms, joints={**self._arms.joints, **known})
 
     def _ends(self, left: Pose, right: Pose) -> tuple[Pose, Pose]:
         """Poses of the rope's ends between two grips."""
@@ -273,12 +292,23 @@ class PlannerService:
             turns=turns,
             # A repeated request tries other random paths.
             seed=scenario.seed + replan_count,
+            arms=self._arms,
         )
 
 
 def build(scenario: Scenario, session: str) -> PlannerService:
     """Create the planner service of a scenario."""
     return PlannerService(scenario)
+
+
+def _arms_of(scenario: Scenario) -> CellArms | None:
+    """Arms of a scenario; None where no end has one."""
+    if all(scenario.end(side).driver in ("fixed", "ideal") for side in SIDES):
+        return None
+    # Only a cell with arms needs Pinocchio.
+    from services.planner.arms.cell_arms import CellArms
+
+    return CellArms.of(scenario)
 
 
 def _at_rest(arms: ArmStates) -> bool:

@@ -11,6 +11,7 @@ from jaxtyping import Float64
 from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines
 from lariat.rod import state_along
+from services.planner.arms.arm_check import goal_fault
 from services.planner.grid_search.relaxation import proof_of_no_path
 from services.planner.grid_search.search import GridPath, block_displacements, search_grid
 from services.planner.path_optimization.optimizer import PathCandidate, PathOptimizer
@@ -83,12 +84,17 @@ def plan(problem: Problem, settings: PlannerSettings = PLANNER_SETTINGS) -> Whol
     best = _best_path(problem, optimizer, candidates, settings)
     if best.reached:
         return best
-    if _is_clear(best, optimizer):
-        more = sorted(optimizer.evaluate(random_via_paths(problem, blocks)), key=lambda c: c.cost)
-        # A rope with wrong properties misses its goal by the same distance on all paths.
-        more = [c for c in more if c.error < settings.max_via_error_ratio * best.final_error]
+    if best.arm_fault and (at_goal := goal_fault(problem)):
+        # Other ways lead to the same place.
+        return stay(problem, f"unreachable: at the goal itself, {at_goal}")
+    if _is_clear(best, optimizer) or best.arm_fault:
+        seeker = optimizer if not best.arm_fault else _avoiding_with_arms(problem, optimizer)
+        more = sorted(seeker.evaluate(random_via_paths(problem, blocks)), key=lambda c: c.cost)
+        if not best.arm_fault:
+            # A rope with wrong properties misses its goal by the same distance on all paths.
+            more = [c for c in more if c.error < settings.max_via_error_ratio * best.final_error]
         distinct = _distinct(more, settings)[: settings.max_refined]
-        found = [_best_path(problem, optimizer, distinct, settings)] if more else []
+        found = [_best_path(problem, seeker, distinct, settings)] if more else []
         best = max([best, *found], key=lambda path: _rank(path, optimizer))
     proof = ""
     if not best.reached and grid_path is None:
@@ -154,9 +160,14 @@ def _is_rest_shape(problem: Problem, settings: PlannerSettings) -> bool:
 
 
 def _is_clear(path: WholePath, optimizer: PathOptimizer) -> bool:
-    """Whether a path has the clearance below which it is blocked."""
+    """Whether a path has the clearance below which it is blocked, and the arms can go it."""
     least = required_clearance(optimizer) - RETIMING_SETTINGS.clearance_tolerance
-    return path.clearance >= least
+    return path.clearance >= least and not path.arm_fault
+
+
+def _avoiding_with_arms(problem: Problem, optimizer: PathOptimizer) -> PathOptimizer:
+    """Optimizer that keeps the constraints of the arms, too."""
+    return PathOptimizer(problem, optimizer.reserve, optimizer.settings, avoid_with_arms=True)
 
 
 def _best_path(
@@ -206,6 +217,11 @@ def _refined_path(
         wider = PathOptimizer(problem, reserve, optimizer.settings)
         again = wider.refine(wider.allow_for_uncertainty(candidate), settings.wider_iterations)
         found = retime(problem, wider, again)
+        path = max(path, found, key=lambda p: _rank(p, optimizer))
+    if path.arm_fault:
+        around = _avoiding_with_arms(problem, optimizer)
+        again = around.refine(around.reevaluate(candidate), settings.iterations)
+        found = retime(problem, around, again)
         path = max(path, found, key=lambda p: _rank(p, optimizer))
     return path
 

@@ -147,6 +147,30 @@ class UrdfKinematics:
             pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED,
         )
 
+    def grip_jacobian(self, joints: Joints) -> Float64[np.ndarray, "6 j"]:
+        """Return the Jacobian of the grip's twist in the world, linear over angular [m/rad, -]."""
+        lever = poses.rotate(self.flange(joints).orientation, self._T_flange_grip.position)
+        linear, angular = np.split(self.jacobian(joints).T, 2, axis=1)
+        linear = linear + poses.cross(angular, np.broadcast_to(lever, angular.shape))
+        base = self._T_world_base.orientation
+        return np.hstack([poses.rotate(base, linear), poses.rotate(base, angular)]).T
+
+    def link_sphere_jacobians(self, joints: Joints) -> Float64[np.ndarray, "k 3 j"]:
+        """Return the derivatives of the centres of `link_spheres` by the joints [m/rad]."""
+        pinocchio.computeJointJacobians(self._model, self._data, joints)
+        found = np.zeros((len(self._sphere_rows), 3, self._model.nq))
+        for k, joint in enumerate(self._sphere_joints):
+            (rows,) = np.nonzero(self._sphere_rows == k)
+            columns = pinocchio.getJointJacobian(
+                self._model, self._data, joint, pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
+            )
+            linear, angular = np.split(columns.T, 2, axis=1)
+            levers = self._sphere_centres[rows] @ np.array(self._data.oMi[joint].rotation).T
+            turning = np.cross(angular[None], levers[:, None])
+            moved = poses.rotate(self._T_world_base.orientation, linear + turning)
+            found[rows] = np.swapaxes(moved, 1, 2)
+        return found
+
     def solve(self, grip: Pose, near: Joints) -> Joints | None:
         """Return the joints for a grip pose on the branch of `near`; None when out of reach.
 

@@ -19,6 +19,7 @@ from lariat.geometry.near_pairs import NearPairs, near_pairs
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.polylines import with_midpoints
 from lariat.rod import RodState, RolloutSpec, count_turns
+from services.planner.arms.arm_residuals import ArmResiduals
 from services.planner.path_optimization.block_path import BlockDisplacements, BlockPath
 from services.planner.path_optimization.grip_residuals import MILLIMETRES, grip_residuals
 from services.planner.path_optimization.settings import PathOptimizationSettings
@@ -63,6 +64,7 @@ class PathOptimizer:
         problem: Problem,
         reserve: float | None = None,
         settings: PathOptimizationSettings = SETTINGS,
+        avoid_with_arms: bool = False,
     ) -> None:
         """Prepare the optimisation of the problem's paths.
 
@@ -70,8 +72,11 @@ class PathOptimizer:
             problem: Planning problem.
             reserve: Clearance beyond the wanted one [m]; None: that of the settings.
             settings: Discretisation, weights and margins.
+            avoid_with_arms: Whether the constraints of the problem's arms count too, which takes
+                several times as long.
         """
         self.settings = s = settings
+        self._arms = ArmResiduals(problem) if avoid_with_arms else None
         self._problem = problem
         self.reserve = s.clearance_reserve if reserve is None else reserve
         self._path = BlockPath(problem, s)
@@ -265,7 +270,12 @@ class PathOptimizer:
     def _grip_residuals(
         self, displacements: BlockDisplacements
     ) -> list[tuple[np.ndarray, np.ndarray]]:
-        return grip_residuals(self._problem, self.settings, self._path, displacements, self.reserve)
+        found = grip_residuals(
+            self._problem, self.settings, self._path, displacements, self.reserve
+        )
+        return (
+            found if self._arms is None else found + self._arms.of_path(self._path, displacements)
+        )
 
     def _normal_equations(
         self, candidate: PathCandidate

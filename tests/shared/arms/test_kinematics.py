@@ -53,6 +53,23 @@ def test_joint_speeds_move_the_grip_with_the_twist(arm: UrdfKinematics):
     np.testing.assert_allclose(turned / dt, twist[1], atol=1e-5)
 
 
+def test_jacobians_are_the_derivatives_of_grip_and_spheres(arm: UrdfKinematics):
+    joints, step = usual_joints(arm), 1e-6
+    twists, centres = arm.grip_jacobian(joints), arm.link_sphere_jacobians(joints)
+    before, spheres = arm.grip(joints), arm.link_spheres(joints[None])[0][0]
+    for k in range(arm.joint_count):
+        turned = joints + step * np.eye(arm.joint_count)[k]
+        after = arm.grip(turned)
+        rotation = poses.multiply(after.orientation, poses.conjugate(before.orientation))
+        angular = poses.logarithm(rotation) / step
+        np.testing.assert_allclose(
+            (after.position - before.position) / step, twists[:3, k], atol=1e-5
+        )
+        np.testing.assert_allclose(angular, twists[3:, k], atol=1e-5)
+        moved = (arm.link_spheres(turned[None])[0][0] - spheres) / step
+        np.testing.assert_allclose(moved, centres[:, :, k], atol=1e-5)
+
+
 def test_the_start_keeps_away_from_the_joint_limits(arm: UrdfKinematics):
     grip = arm.grip(usual_joints(arm))
     joints = arm.solve_anywhere(grip)

@@ -1,0 +1,1 @@
+"""Scenes in which arms may hit obstacles and each other: `lariat bench arms`."""

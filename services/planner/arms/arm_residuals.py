@@ -1,0 +1,330 @@
+"""Residuals of a path where arms break their constraints, and how they change with the path.
+
+At each step of the path the joints are solved from those of the step before. The motion of links
+and joints with the grip is linearized: the change of the joints is the least one that moves the
+grip.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float64
+
+from lariat.geometry import poses
+from lariat.geometry.near_pairs import near_pairs
+from lariat.geometry.obstacles import Obstacle
+from lariat.geometry.poses import Pose
+from lariat.rod.so3 import left_jacobian
+from services.planner.path_optimization.block_path import BlockDisplacements, BlockPath
+from services.planner.path_optimization.grip_residuals import MILLIMETRES, Residuals
+from services.planner.problem import Problem
+from shared.constraints.singularity import MIN_SINGULAR_VALUE
+
+if TYPE_CHECKING:
+    # Only a cell with arms needs Pinocchio.
+    from services.planner.arms.cell_arms import Arm
+    from shared.arms.kinematics import Joints
+
+
+@dataclass(frozen=True)
+class ArmResidualSettings:
+    """Margins and units of the residuals of arms."""
+
+    link_margin: float = 0.008
+    """Distance that links keep beyond their limit [m]."""
+    joint_margin: float = 0.06
+    """Angle that joints keep from the ends of their ranges [rad]."""
+    singularity_margin: float = 0.02
+    """Margin of the least singular value above its limit [m/rad]."""
+    radian: float = 300.0
+    """Millimetres that a missing radian counts as: about the motion of a grip [mm/rad]."""
+    singular_unit: float = 1000.0
+    """Millimetres that a missing unit of the singular value counts as [mm rad/m]."""
+    unreached_weight: float = 1.0
+    """Weight of a motion beyond the arm's reach."""
+    difference: float = 1e-4
+    """Change of a joint for the derivative of the least singular value [rad]."""
+    pairs_per_step: int = 6
+    """Most pairs of spheres of both arms that count at a step: the nearest ones."""
+
+
+ARM_RESIDUAL_SETTINGS = ArmResidualSettings()
+"""Default settings."""
+
+
+@dataclass(frozen=True)
+class _Step:
+    """One arm at one step of a path."""
+
+    joints: Joints
+    centres: Float64[np.ndarray, "k 3"]
+    """Centres of the spheres of links and base [m]."""
+    radii: Float64[np.ndarray, "k"]
+    moving: int
+    """Number of spheres that move: the first ones."""
+    joints_per_twist: Float64[np.ndarray, "j 6"]
+    """Change of the joints with a twist of the grip."""
+    sphere_jacobians: Float64[np.ndarray, "k 3 j"]
+
+
+class ArmResiduals:
+    """Residuals of the arms of one problem."""
+
+    def __init__(
+        self, problem: Problem, settings: ArmResidualSettings = ARM_RESIDUAL_SETTINGS
+    ) -> None:
+        """Prepare the residuals.
+
+        Args:
+            problem: Arms and obstacles.
+            settings: Margins and units.
+
+        Raises:
+            ValueError: The problem has no arms.
+        """
+        if problem.arms is None:
+            raise ValueError("the problem has no arms whose geometry is known")
+        self._problem, self._cell, self._settings = problem, problem.arms, settings
+
+    def of_path(self, path: BlockPath, displacements: BlockDisplacements) -> list[Residuals]:
+        """Return the residuals [mm] and their Jacobians by the displacements.
+
+        Args:
+            path: Discretisation.
+            displacements: Displacements of the rope's ends.
+        """
+        whole = path.grips(displacements)
+        positions, orientations = self._cell.grips(*whole)
+        found: list[Residuals] = []
+        rows: dict[int, list[_Step | None]] = {}
+        twists: dict[int, Float64[np.ndarray, "s 6 k 6"]] = {}
+        for end, arm in self._cell.arms.items():
+            twists[end] = _twists(path, whole[1], displacements, end)
+            steps, unreached = self._solved(arm, end, positions[1:, end], orientations[1:, end])
+            rows[end] = steps
+            found += self._unreached(unreached, twists[end], end)
+            for step, row in enumerate(steps):
+                if row is not None:
+                    found += [
+                        _by_displacements(residual, twist_row, twists[end][step], end)
+                        for residual, twist_row in self._of_arm(arm, row)
+                    ]
+        found += self._spacing(rows, twists, positions[1:], orientations[1:])
+        return found
+
+    def _solved(
+        self,
+        arm: Arm,
+        end: int,
+        positions: Float64[np.ndarray, "s 3"],
+        orientations: Float64[np.ndarray, "s 4"],
+    ) -> tuple[list[_Step | None], list[tuple[int, Float64[np.ndarray, "3"]]]]:
+        """Arm at each step, and the motions from the last pose in reach to those beyond it."""
+        joints = self._cell.joints[end]
+        kinematics = arm.kinematics
+        last = kinematics.grip(joints).position
+        steps: list[_Step | None] = []
+        unreached = []
+        base_centres, base_radii = kinematics.base_spheres
+        for k, (position, orientation) in enumerate(zip(positions, orientations, strict=True)):
+            solved = kinematics.solve(Pose(position, orientation), joints)
+            if solved is None:
+                steps.append(None)
+                unreached.append((k, position - last))
+                continue
+            joints, last = solved, position
+            centres, radii = kinematics.link_spheres(joints[None])
+            steps.append(
+                _Step(
+                    joints,
+                    np.concatenate([centres[0], base_centres]),
+                    np.concatenate([radii, base_radii]),
+                    len(radii),
+                    np.linalg.pinv(kinematics.grip_jacobian(joints), rcond=1e-3),
+                    kinematics.link_sphere_jacobians(joints),
+                )
+            )
+        return steps, unreached
+
+    def _unreached(
+        self,
+        unreached: Sequence[tuple[int, Float64[np.ndarray, "3"]]],
+        twists: Float64[np.ndarray, "s 6 k 6"],
+        end: int,
+    ) -> list[Residuals]:
+        """Motion from the last pose in reach, of the steps that are beyond it."""
+        weight = MILLIMETRES * self._settings.unreached_weight
+        straight = np.eye(3, 6)
+        return [
+            _by_displacements(weight * away, weight * straight, twists[k], end)
+            for k, away in unreached
+        ]
+
+    def _of_arm(
+        self, arm: Arm, step: _Step
+    ) -> list[tuple[Float64[np.ndarray, "r"], Float64[np.ndarray, "r 6"]]]:
+        """Residuals of one arm at one step, and their Jacobians by the twist of its grip."""
+        s, problem = self._settings, self._problem
+        found = []
+        low, high = arm.kinematics.joint_range
+        below, above = low + s.joint_margin - step.joints, step.joints - high + s.joint_margin
+        for lack, sign in ((below, -1.0), (above, 1.0)):
+            (bad,) = np.nonzero(lack > 0.0)
+            if len(bad):
+                found.append((s.radian * lack[bad], sign * s.radian * step.joints_per_twist[bad]))
+        found += self._singularity(arm, step)
+        keep_out = problem.limits.keep_out + s.link_margin
+        solids = [o for o in problem.solid if o.shape != "half_space"]
+        floors = [o for o in problem.solid if o.shape == "half_space"]
+        for obstacles, distance in ((solids, keep_out), (floors, s.link_margin)):
+            found += _near(step, obstacles, distance)
+        return found
+
+    def _singularity(
+        self, arm: Arm, step: _Step
+    ) -> list[tuple[Float64[np.ndarray, "1"], Float64[np.ndarray, "1 6"]]]:
+        s, kinematics = self._settings, arm.kinematics
+        value = kinematics.smallest_singular_value(step.joints)
+        lack = MIN_SINGULAR_VALUE + s.singularity_margin - value
+        if lack <= 0.0:
+            return []
+        moved = step.joints + s.difference * np.eye(len(step.joints))
+        values = np.array([kinematics.smallest_singular_value(row) for row in moved])
+        slope = (values - value) / s.difference
+        return [
+            (np.array([s.singular_unit * lack]), -s.singular_unit * slope @ step.joints_per_twist)
+        ]
+
+    def _spacing(
+        self,
+        rows: dict[int, list[_Step | None]],
+        twists: dict[int, Float64[np.ndarray, "s 6 k 6"]],
+        positions: Float64[np.ndarray, "s 2 3"],
+        orientations: Float64[np.ndarray, "s 2 4"],
+    ) -> list[Residuals]:
+        """Missing distances between the bodies of both ends, the two grippers excepted."""
+        wanted = self._problem.limits.keep_out + self._settings.link_margin
+        found: list[Residuals] = []
+        grippers = [
+            self._cell.gripper_spheres(end, positions[:, end], orientations[:, end])
+            for end in (0, 1)
+        ]
+        for step in range(len(positions)):
+            sides = []
+            for end in (0, 1):
+                body = _Body.of_gripper(
+                    grippers[end].centres[step], grippers[end].radii, positions[step, end]
+                )
+                row = rows[end][step] if end in rows else None
+                sides.append(body if row is None else _Body.joined(_Body.of_arm(row), body))
+            left, right = sides
+            apart = left.centres[:, None] - right.centres[None]
+            distance = np.linalg.norm(apart, axis=-1)
+            lack = wanted - (distance - left.radii[:, None] - right.radii)
+            lack[left.is_gripper[:, None] & right.is_gripper] = 0.0
+            near = np.argsort(-lack, axis=None)[: self._settings.pairs_per_step]
+            for i, j in zip(*np.unravel_index(near, lack.shape), strict=True):
+                if lack[i, j] <= 0.0:
+                    break
+                normal = apart[i, j] / max(float(distance[i, j]), 1e-9)
+                residual = np.array([MILLIMETRES * lack[i, j]])
+                jacobian = None
+                for end, body, sign, k in ((0, left, -1.0, i), (1, right, 1.0, j)):
+                    if end not in twists:
+                        continue
+                    row = sign * MILLIMETRES * (normal @ body.per_twist[k])[None]
+                    _, part = _by_displacements(residual, row, twists[end][step], end)
+                    jacobian = part if jacobian is None else jacobian + part
+                if jacobian is not None:
+                    found.append((residual, jacobian))
+        return found
+
+
+@dataclass(frozen=True)
+class _Body:
+    """Spheres of one end at one step, and how they move with a twist of its grip."""
+
+    centres: Float64[np.ndarray, "k 3"]
+    radii: Float64[np.ndarray, "k"]
+    per_twist: Float64[np.ndarray, "k 3 6"]
+    is_gripper: np.ndarray
+
+    @classmethod
+    def of_gripper(
+        cls,
+        centres: Float64[np.ndarray, "k 3"],
+        radii: Float64[np.ndarray, "k"],
+        grip: Float64[np.ndarray, "3"],
+    ) -> _Body:
+        levers = centres - grip
+        turning = np.stack([np.cross(axis, levers) for axis in np.eye(3)], axis=2)
+        straight = np.broadcast_to(np.eye(3), turning.shape)
+        per_twist = np.concatenate([straight, turning], axis=2)
+        return cls(centres, radii, per_twist, np.ones(len(radii), dtype=bool))
+
+    @classmethod
+    def of_arm(cls, step: _Step) -> _Body:
+        moving = step.sphere_jacobians @ step.joints_per_twist
+        still = np.zeros((len(step.radii) - step.moving, 3, 6))
+        per_twist = np.concatenate([moving, still])
+        return cls(step.centres, step.radii, per_twist, np.zeros(len(step.radii), dtype=bool))
+
+    @classmethod
+    def joined(cls, a: _Body, b: _Body) -> _Body:
+        return cls(
+            np.concatenate([a.centres, b.centres]),
+            np.concatenate([a.radii, b.radii]),
+            np.concatenate([a.per_twist, b.per_twist]),
+            np.concatenate([a.is_gripper, b.is_gripper]),
+        )
+
+
+def _near(
+    step: _Step, obstacles: Sequence[Obstacle], distance: float
+) -> list[tuple[Float64[np.ndarray, "r"], Float64[np.ndarray, "r 6"]]]:
+    """Missing distances of the moving links from obstacles."""
+    centres, radii = step.centres[: step.moving], step.radii[: step.moving]
+    hit = near_pairs(centres, obstacles, radii + distance)
+    if not len(hit.points):
+        return []
+    lack = radii[hit.points] + distance - hit.distances
+    by_joints = np.einsum("ac,acj->aj", hit.normals, step.sphere_jacobians[hit.points])
+    return [(MILLIMETRES * lack, -MILLIMETRES * by_joints @ step.joints_per_twist)]
+
+
+def _twists(
+    path: BlockPath,
+    orientations: Float64[np.ndarray, "s+1 2 4"],
+    displacements: BlockDisplacements,
+    end: int,
+) -> Float64[np.ndarray, "s 6 k 6"]:
+    """Change of an end's pose after each step by the displacements of its blocks."""
+    blocks = len(displacements)
+    share = path.share
+    found = np.zeros((len(share), 6, blocks, 6))
+    found[:, [0, 1, 2], :, [0, 1, 2]] = share[None]
+    ends = path.block_ends(orientations)[:, end]
+    change = left_jacobian(displacements[:, end, 3:], np.eye(3)[:, None, :])
+    for step, part in enumerate(share):
+        # A rotation after block k rotates the change of that block with it.
+        after = poses.multiply(orientations[step + 1, end], poses.conjugate(ends))
+        after[part < 1.0] = poses.IDENTITY
+        turned = poses.rotate(after[None], change) * part[None, :, None]
+        found[step, 3:, :, 3:] = np.transpose(turned, (2, 1, 0))
+    return found
+
+
+def _by_displacements(
+    residual: Float64[np.ndarray, "r"],
+    by_twist: Float64[np.ndarray, "r 6"],
+    twist: Float64[np.ndarray, "6 k 6"],
+    end: int,
+) -> Residuals:
+    """Residuals with their Jacobian by the displacements of both ends."""
+    jacobian = np.zeros((len(residual), twist.shape[1], 2, 6))
+    jacobian[:, :, end] = np.einsum("rt,tkd->rkd", np.atleast_2d(by_twist), twist)
+    return residual, jacobian

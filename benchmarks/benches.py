@@ -14,6 +14,9 @@ class Bench(NamedTuple):
 
 
 BENCHES: dict[str, Bench] = {
+    "arms": Bench(
+        "benchmarks.arms.bench", "ways of CR5s whose links meet obstacles, or each other"
+    ),
     "attacks": Bench("benchmarks.attacks", "attacks on a live stack by those who may not use it"),
     "cables": Bench("benchmarks.cables", "stiffness of real cables, from hanging and twisting"),
     "camera": Bench("benchmarks.camera", "cost of the simulated camera, accuracy of markers"),

@@ -60,7 +60,10 @@ def sample_scene(arms: int, number: int, seed: int, folder: Path) -> Scenario:
     random = np.random.default_rng([seed, arms, number])
     base = load(find(BASES[arms]))
     rotates = number % 2 == 1
-    ends = [replace(e, rotates=rotates and e.driver != "fixed") for e in (base.ends.left, base.ends.right)]
+    ends = [
+        replace(e, rotates=rotates and e.driver != "fixed")
+        for e in (base.ends.left, base.ends.right)
+    ]
     base = replace(
         base,
         name=f"arms-{arms}-{number}",

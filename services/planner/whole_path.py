@@ -65,6 +65,8 @@ def plan(problem: Problem, settings: PlannerSettings = PLANNER_SETTINGS) -> Whol
     blocks = optimizer.settings.blocks
     if optimizer.goal_clearance < 0.0:
         return stay(problem, f"blocked: the goal itself lies in {_obstacle_at_goal(problem)}")
+    if at_goal := goal_fault(problem):
+        return stay(problem, f"unreachable: at the goal itself, {at_goal}")
     candidates = sorted(optimizer.evaluate(seed_paths(problem, blocks)), key=lambda c: c.cost)
     candidates, grid_path = _distinct(candidates, settings)[: settings.max_refined], None
     if candidates[0].shortfall > settings.grid_search_shortfall:
@@ -84,9 +86,6 @@ def plan(problem: Problem, settings: PlannerSettings = PLANNER_SETTINGS) -> Whol
     best = _best_path(problem, optimizer, candidates, settings)
     if best.reached:
         return best
-    if best.arm_fault and (at_goal := goal_fault(problem)):
-        # Other ways lead to the same place.
-        return stay(problem, f"unreachable: at the goal itself, {at_goal}")
     if _is_clear(best, optimizer) or best.arm_fault:
         seeker = optimizer if not best.arm_fault else _avoiding_with_arms(problem, optimizer)
         more = sorted(seeker.evaluate(random_via_paths(problem, blocks)), key=lambda c: c.cost)
@@ -278,7 +277,7 @@ def _clear_part(
         near = replace(problem, goal=nodes, oriented=(False, False))
         shorter = PathOptimizer(near)
         path = retime(near, shorter, shorter.follow(displacements))
-        if path.clearance >= least:
+        if path.clearance >= least and not path.arm_fault:
             return _ending_short(
                 problem, path, f"{reason}; a part of it ends {{left_mm:.0f}} mm from the goal"
             )

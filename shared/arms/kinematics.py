@@ -166,7 +166,10 @@ class UrdfKinematics:
             )
             linear, angular = np.split(columns.T, 2, axis=1)
             levers = self._sphere_centres[rows] @ np.array(self._data.oMi[joint].rotation).T
-            turning = np.cross(angular[None], levers[:, None])
+            shape = (len(levers), *angular.shape)
+            turning = poses.cross(
+                np.broadcast_to(angular, shape), np.broadcast_to(levers[:, None], shape)
+            )
             moved = poses.rotate(self._T_world_base.orientation, linear + turning)
             found[rows] = np.swapaxes(moved, 1, 2)
         return found

@@ -101,14 +101,15 @@ def arm_fault(
 def goal_fault(problem: Problem) -> ArmFault | None:
     """Return the rule that an arm breaks at the goal itself; None where all are kept there.
 
-    The arm's branch of the inverse kinematics is followed on the straight way to the goal; a goal
-    whose grips may turn is judged in the orientation of its first guess.
+    The arm's branch of the inverse kinematics is followed on the straight way to the goal. None is
+    returned too where this cannot be told: a grip may turn at will, or an arm cannot go straight.
 
     Args:
         problem: Arms, obstacles and goal.
     """
     cell = problem.arms
-    if cell is None:
+    turns = problem.moves[:, 3:].any(axis=1)
+    if cell is None or np.any(turns & ~np.array(problem.oriented)):
         return None
     ends = [problem.grips, problem.feasible_goal_grips]
     positions, orientations = cell.grips(
@@ -126,7 +127,7 @@ def goal_fault(problem: Problem) -> ArmFault | None:
         for share in np.linspace(0.0, 1.0, STEPS_TO_GOAL + 1)[1:]:
             found = arm.kinematics.solve(interpolate(start, goal, float(share)), joints)
             if found is None:
-                return ArmFault("singularity", SIDES[end], 0.0)
+                return None
             joints = found
         low, high = arm.kinematics.joint_range
         links = Spheres(*arm.kinematics.link_spheres(joints[None]))

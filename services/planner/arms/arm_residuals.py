@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,7 +28,7 @@ from shared.constraints.singularity import MIN_SINGULAR_VALUE
 if TYPE_CHECKING:
     # Only a cell with arms needs Pinocchio.
     from services.planner.arms.cell_arms import Arm
-    from shared.arms.kinematics import Joints
+    from shared.arms.kinematics import Joints, UrdfKinematics
 
 
 @dataclass(frozen=True)
@@ -56,19 +57,23 @@ ARM_RESIDUAL_SETTINGS = ArmResidualSettings()
 """Default settings."""
 
 
-@dataclass(frozen=True)
 class _Step:
-    """One arm at one step of a path."""
+    """One arm at one step of a path; derivatives are computed where they are asked for."""
 
-    joints: Joints
-    centres: Float64[np.ndarray, "k 3"]
-    """Centres of the spheres of links and base [m]."""
-    radii: Float64[np.ndarray, "k"]
-    moving: int
-    """Number of spheres that move: the first ones."""
-    joints_per_twist: Float64[np.ndarray, "j 6"]
-    """Change of the joints with a twist of the grip."""
-    sphere_jacobians: Float64[np.ndarray, "k 3 j"]
+    def __init__(self, kinematics: UrdfKinematics, joints: Joints) -> None:
+        self.kinematics, self.joints = kinematics, joints
+        centres, self.link_radii = kinematics.link_spheres(joints[None])
+        self.link_centres: Float64[np.ndarray, "k 3"] = centres[0]
+
+    @cached_property
+    def joints_per_twist(self) -> Float64[np.ndarray, "j 6"]:
+        """Least change of the joints with a twist of the grip."""
+        return np.linalg.pinv(self.kinematics.grip_jacobian(self.joints), rcond=1e-3)
+
+    @cached_property
+    def links_per_twist(self) -> Float64[np.ndarray, "k 3 6"]:
+        """Motion of the links' spheres with a twist of the grip."""
+        return self.kinematics.link_sphere_jacobians(self.joints) @ self.joints_per_twist
 
 
 class ArmResiduals:
@@ -125,29 +130,17 @@ class ArmResiduals:
     ) -> tuple[list[_Step | None], list[tuple[int, Float64[np.ndarray, "3"]]]]:
         """Arm at each step, and the motions from the last pose in reach to those beyond it."""
         joints = self._cell.joints[end]
-        kinematics = arm.kinematics
-        last = kinematics.grip(joints).position
+        last = arm.kinematics.grip(joints).position
         steps: list[_Step | None] = []
         unreached = []
-        base_centres, base_radii = kinematics.base_spheres
         for k, (position, orientation) in enumerate(zip(positions, orientations, strict=True)):
-            solved = kinematics.solve(Pose(position, orientation), joints)
+            solved = arm.kinematics.solve(Pose(position, orientation), joints)
             if solved is None:
                 steps.append(None)
                 unreached.append((k, position - last))
-                continue
-            joints, last = solved, position
-            centres, radii = kinematics.link_spheres(joints[None])
-            steps.append(
-                _Step(
-                    joints,
-                    np.concatenate([centres[0], base_centres]),
-                    np.concatenate([radii, base_radii]),
-                    len(radii),
-                    np.linalg.pinv(kinematics.grip_jacobian(joints), rcond=1e-3),
-                    kinematics.link_sphere_jacobians(joints),
-                )
-            )
+            else:
+                joints, last = solved, position
+                steps.append(_Step(arm.kinematics, joints))
         return steps, unreached
 
     def _unreached(
@@ -214,86 +207,88 @@ class ArmResiduals:
             for end in (0, 1)
         ]
         for step in range(len(positions)):
-            sides = []
-            for end in (0, 1):
-                body = _Body.of_gripper(
-                    grippers[end].centres[step], grippers[end].radii, positions[step, end]
+            left, right = (
+                self._body(
+                    end,
+                    rows[end][step] if end in rows else None,
+                    grippers[end].centres[step],
+                    grippers[end].radii,
+                    positions[step, end],
                 )
-                row = rows[end][step] if end in rows else None
-                sides.append(body if row is None else _Body.joined(_Body.of_arm(row), body))
-            left, right = sides
+                for end in (0, 1)
+            )
             apart = left.centres[:, None] - right.centres[None]
-            distance = np.linalg.norm(apart, axis=-1)
-            lack = wanted - (distance - left.radii[:, None] - right.radii)
-            lack[left.is_gripper[:, None] & right.is_gripper] = 0.0
+            distance = np.sqrt(np.einsum("ijc,ijc->ij", apart, apart))
+            lack = wanted + left.radii[:, None] + right.radii - distance
+            lack[: left.grippers, : right.grippers] = 0.0
             near = np.argsort(-lack, axis=None)[: self._settings.pairs_per_step]
             for i, j in zip(*np.unravel_index(near, lack.shape), strict=True):
                 if lack[i, j] <= 0.0:
                     break
                 normal = apart[i, j] / max(float(distance[i, j]), 1e-9)
                 residual = np.array([MILLIMETRES * lack[i, j]])
-                jacobian = None
+                jacobian = np.zeros((1, twists[next(iter(twists))].shape[2], 2, 6))
                 for end, body, sign, k in ((0, left, -1.0, i), (1, right, 1.0, j)):
-                    if end not in twists:
-                        continue
-                    row = sign * MILLIMETRES * (normal @ body.per_twist[k])[None]
-                    _, part = _by_displacements(residual, row, twists[end][step], end)
-                    jacobian = part if jacobian is None else jacobian + part
-                if jacobian is not None:
-                    found.append((residual, jacobian))
+                    if end in twists:
+                        row = sign * MILLIMETRES * (normal @ body.per_twist(k))[None]
+                        jacobian += _by_displacements(residual, row, twists[end][step], end)[1]
+                found.append((residual, jacobian))
         return found
 
-
-@dataclass(frozen=True)
-class _Body:
-    """Spheres of one end at one step, and how they move with a twist of its grip."""
-
-    centres: Float64[np.ndarray, "k 3"]
-    radii: Float64[np.ndarray, "k"]
-    per_twist: Float64[np.ndarray, "k 3 6"]
-    is_gripper: np.ndarray
-
-    @classmethod
-    def of_gripper(
-        cls,
+    def _body(
+        self,
+        end: int,
+        arm: _Step | None,
         centres: Float64[np.ndarray, "k 3"],
         radii: Float64[np.ndarray, "k"],
         grip: Float64[np.ndarray, "3"],
     ) -> _Body:
-        levers = centres - grip
-        turning = np.stack([np.cross(axis, levers) for axis in np.eye(3)], axis=2)
-        straight = np.broadcast_to(np.eye(3), turning.shape)
-        per_twist = np.concatenate([straight, turning], axis=2)
-        return cls(centres, radii, per_twist, np.ones(len(radii), dtype=bool))
-
-    @classmethod
-    def of_arm(cls, step: _Step) -> _Body:
-        moving = step.sphere_jacobians @ step.joints_per_twist
-        still = np.zeros((len(step.radii) - step.moving, 3, 6))
-        per_twist = np.concatenate([moving, still])
-        return cls(step.centres, step.radii, per_twist, np.zeros(len(step.radii), dtype=bool))
-
-    @classmethod
-    def joined(cls, a: _Body, b: _Body) -> _Body:
-        return cls(
-            np.concatenate([a.centres, b.centres]),
-            np.concatenate([a.radii, b.radii]),
-            np.concatenate([a.per_twist, b.per_twist]),
-            np.concatenate([a.is_gripper, b.is_gripper]),
+        """Gripper, links and base of an end at one step."""
+        if arm is None:
+            return _Body(centres, radii, len(radii), grip, None)
+        base_centres, base_radii = self._cell.arms[end].kinematics.base_spheres
+        return _Body(
+            np.concatenate([centres, arm.link_centres, base_centres]),
+            np.concatenate([radii, arm.link_radii, base_radii]),
+            len(radii),
+            grip,
+            arm,
         )
+
+
+@dataclass(frozen=True)
+class _Body:
+    """Spheres of one end at one step: gripper, links, base."""
+
+    centres: Float64[np.ndarray, "k 3"]
+    radii: Float64[np.ndarray, "k"]
+    grippers: int
+    """Number of spheres of the gripper."""
+    grip: Float64[np.ndarray, "3"]
+    arm: _Step | None
+
+    def per_twist(self, k: int) -> Float64[np.ndarray, "3 6"]:
+        """Motion of a sphere with a twist of the grip."""
+        if k < self.grippers:
+            x, y, z = self.centres[k] - self.grip
+            turning = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
+            return np.hstack([np.eye(3), turning])
+        link = k - self.grippers
+        if self.arm is not None and link < len(self.arm.link_radii):
+            return self.arm.links_per_twist[link]
+        return np.zeros((3, 6))
 
 
 def _near(
     step: _Step, obstacles: Sequence[Obstacle], distance: float
 ) -> list[tuple[Float64[np.ndarray, "r"], Float64[np.ndarray, "r 6"]]]:
     """Missing distances of the moving links from obstacles."""
-    centres, radii = step.centres[: step.moving], step.radii[: step.moving]
-    hit = near_pairs(centres, obstacles, radii + distance)
+    hit = near_pairs(step.link_centres, obstacles, step.link_radii + distance)
     if not len(hit.points):
         return []
-    lack = radii[hit.points] + distance - hit.distances
-    by_joints = np.einsum("ac,acj->aj", hit.normals, step.sphere_jacobians[hit.points])
-    return [(MILLIMETRES * lack, -MILLIMETRES * by_joints @ step.joints_per_twist)]
+    lack = step.link_radii[hit.points] + distance - hit.distances
+    along = np.einsum("ac,act->at", hit.normals, step.links_per_twist[hit.points])
+    return [(MILLIMETRES * lack, -MILLIMETRES * along)]
 
 
 def _twists(

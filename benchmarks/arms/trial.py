@@ -1,0 +1,101 @@
+"""One trial: the closed loop in a scene with arms, beside the path of a planner without arms."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from benchmarks.arms.scenes import sample_scene
+from services.planner.arms.arm_check import arm_fault
+from services.planner.whole_path import plan
+from shared import topics
+from stack.planning import scenario_problem
+from stack.simulation import closed_loop
+from stack.simulation.simulated_time import Delivery
+
+TIME_AFTER_GOAL = 1.0
+"""Time for which a run goes on after the controller says that the goal is reached [s]."""
+MAX_ERROR_MM = 5.0
+"""Largest mean distance of true rope and goal at the end of a good run [mm]."""
+
+
+@dataclass(frozen=True)
+class ArmTrial:
+    """Finished trial."""
+
+    arms: int
+    """Number of CR5s."""
+    number: int
+    """Number of the scene."""
+    plan_s: float
+    """Processor time of the plan from start to goal [s]."""
+    planned: bool
+    """Whether that plan reaches the goal."""
+    fault_without_arms: str
+    """What an arm would break along the path of a planner that does not know the arms."""
+    refusals: list[str]
+    """Reasons for which the gateway refused setpoints."""
+    error_mm: float | None
+    """Mean distance of the true rope from the goal at the end."""
+    clearance_mm: float | None
+    """Least clearance of the true rope."""
+    touched: bool
+    """Whether the rope touched anything."""
+    replans: int
+    """Number of further paths that the controller requested."""
+    reason: str
+    """Why the run ended."""
+
+    @property
+    def reached(self) -> bool:
+        """Whether the rope ended at its goal and touched nothing."""
+        return self.error_mm is not None and self.error_mm <= MAX_ERROR_MM and not self.touched
+
+
+@dataclass
+class RefusalTap:
+    """Tap that collects the reasons of refused setpoints."""
+
+    reasons: list[str] = field(default_factory=list)
+    """Reasons, each once."""
+
+    def __call__(self, delivery: Delivery) -> None:
+        """Take a message."""
+        if delivery.topic is topics.ARM_STATE:
+            refusal = delivery.parse().refusal
+            if refusal not in ("", *self.reasons):
+                self.reasons.append(refusal)
+
+
+def run_trial(arms: int, number: int, seed: int) -> ArmTrial:
+    """Sample a scene, plan in it with and without its arms, and run the closed loop.
+
+    Raises:
+        ValueError: No such scene was found.
+    """
+    with TemporaryDirectory() as folder:
+        scenario = sample_scene(arms, number, seed, Path(folder))
+        problem = scenario_problem(scenario)
+        blind = plan(replace(problem, arms=None))
+        fault = arm_fault(problem, blind.positions, blind.orientations, blind.dt)
+        began = time.process_time()
+        path = plan(problem)
+        took = time.process_time() - began
+        tap = RefusalTap()
+        outcome = closed_loop.run(scenario, stop_after=TIME_AFTER_GOAL, taps=(tap,))
+    score = outcome.score
+    return ArmTrial(
+        arms,
+        number,
+        took,
+        path.reached,
+        "" if fault is None else str(fault),
+        tap.reasons,
+        score.final_error_mm,
+        score.min_clearance_mm,
+        score.contact_time_s > 0.0,
+        score.replans,
+        outcome.reason,
+    )

@@ -74,7 +74,7 @@ def run(
         print(encoder.dumps({"trials": [asdict(trial) for trial in trials]}))
     else:
         _print(trials)
-    return 0 if trials and all(t.reached and not t.refusals for t in trials) else 1
+    return 0 if trials and all(t.reached and not t.in_the_way for t in trials) else 1
 
 
 def _read(results: Path | None) -> dict[tuple[int, int], ArmTrial]:
@@ -91,7 +91,7 @@ def _line(trial: ArmTrial) -> str:
     if trial.fault_without_arms:
         parts.append(f"without arms in the plan, {trial.fault_without_arms}")
     if trial.refusals:
-        parts.append(f"refused: {'; '.join(trial.refusals)}")
+        parts.append(f"refused by {', '.join(trial.refusals)}")
     return (
         f"{trial.arms} arms, scene {trial.number}: planned in {trial.plan_s:.1f} s of processor "
         f"time; {'; '.join(parts)}"
@@ -109,7 +109,8 @@ def _print(trials: Sequence[ArmTrial]) -> None:
         "arm in the way",
         "planned",
         "reached",
-        "refused by the gateway",
+        "refused for arms",
+        "otherwise",
         "touched",
         "error median / worst [mm]",
         "plan p50 / p90 / max [s]",
@@ -125,7 +126,8 @@ def _print(trials: Sequence[ArmTrial]) -> None:
             str(sum(bool(t.fault_without_arms) for t in rows)),
             str(sum(t.planned for t in rows)),
             str(sum(t.reached for t in rows)),
-            str(sum(bool(t.refusals) for t in rows)),
+            str(sum(t.in_the_way for t in rows)),
+            str(sum(bool(t.refusals) and not t.in_the_way for t in rows)),
             str(sum(t.touched for t in rows)),
             f"{np.median(errors):.2f} / {max(errors):.2f}" if errors else "-",
             " / ".join(f"{v:.1f}" for v in np.quantile(plans, [0.5, 0.9, 1.0])),

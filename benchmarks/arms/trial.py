@@ -20,6 +20,11 @@ TIME_AFTER_GOAL = 1.0
 MAX_ERROR_MM = 5.0
 """Largest mean distance of true rope and goal at the end of a good run [mm]."""
 
+ARM_RULES = frozenset(
+    {"keep_out", "table", "spacing", "joint_limits", "joint_speed", "singularity", "workspace"}
+)
+"""Rules of the gateway that a path which the arms can go does not break."""
+
 
 @dataclass(frozen=True)
 class ArmTrial:
@@ -36,7 +41,7 @@ class ArmTrial:
     fault_without_arms: str
     """What an arm would break along the path of a planner that does not know the arms."""
     refusals: list[str]
-    """Reasons for which the gateway refused setpoints."""
+    """Rules by which the gateway refused setpoints."""
     error_mm: float | None
     """Mean distance of the true rope from the goal at the end."""
     clearance_mm: float | None
@@ -49,6 +54,11 @@ class ArmTrial:
     """Why the run ended."""
 
     @property
+    def in_the_way(self) -> bool:
+        """Whether the gateway refused a path because of links, joints or grippers."""
+        return bool(ARM_RULES.intersection(self.refusals))
+
+    @property
     def reached(self) -> bool:
         """Whether the rope ended at its goal and touched nothing."""
         return self.error_mm is not None and self.error_mm <= MAX_ERROR_MM and not self.touched
@@ -56,17 +66,17 @@ class ArmTrial:
 
 @dataclass
 class RefusalTap:
-    """Tap that collects the reasons of refused setpoints."""
+    """Tap that collects the rules by which setpoints were refused."""
 
-    reasons: list[str] = field(default_factory=list)
-    """Reasons, each once."""
+    rules: list[str] = field(default_factory=list)
+    """Rules, each once."""
 
     def __call__(self, delivery: Delivery) -> None:
         """Take a message."""
         if delivery.topic is topics.ARM_STATE:
-            refusal = delivery.parse().refusal
-            if refusal not in ("", *self.reasons):
-                self.reasons.append(refusal)
+            rule = delivery.parse().refusal.partition(":")[0]
+            if rule not in ("", *self.rules):
+                self.rules.append(rule)
 
 
 def run_trial(arms: int, number: int, seed: int) -> ArmTrial:
@@ -92,7 +102,7 @@ def run_trial(arms: int, number: int, seed: int) -> ArmTrial:
         took,
         path.reached,
         "" if fault is None else str(fault),
-        tap.reasons,
+        tap.rules,
         score.final_error_mm,
         score.min_clearance_mm,
         score.contact_time_s > 0.0,

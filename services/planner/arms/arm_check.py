@@ -30,6 +30,8 @@ SOLVED_STRIDE = 2
 LINK_MARGIN = CHUNK_BOUNDARY_MARGIN + 0.001
 """Distance that links keep beyond their limit [m]: more than the gateway demands, because the
 controller corrects the path while it follows it."""
+JOINT_SPEED_SHARE = 0.75
+"""Share of the limit on the speed of a joint that a path uses [-]; the controller adds to it."""
 STEPS_TO_GOAL = 25
 """Steps in which the joints are followed to the goal."""
 
@@ -83,7 +85,7 @@ def arm_fault(
     solved = sorted({*range(0, last, SOLVED_STRIDE), last})
     bodies: dict[int, Spheres] = {}
     for end, arm in cell.arms.items():
-        joints = JointConstraints(arm.kinematics, arm.joint_speed)
+        joints = JointConstraints(arm.kinematics, JOINT_SPEED_SHARE * arm.joint_speed)
         joints.set_joints(tuple(cell.joints[end]))
         found = joints.broken(
             positions[:, end], orientations[:, end], solved, collision, LINK_MARGIN, dt

@@ -78,7 +78,7 @@ def arm_fault(
     cell = problem.arms
     if cell is None:
         return None
-    positions, orientations = cell.grips(positions, orientations)
+    positions, orientations = problem.grippers(positions, orientations)
     collision = CollisionConstraint(problem.limits.keep_out)
     collision.scene = ObstacleScene(problem.solid)
     last = len(positions) - 1
@@ -114,7 +114,7 @@ def goal_fault(problem: Problem) -> ArmFault | None:
     if cell is None or np.any(turns & ~np.array(problem.oriented)):
         return None
     ends = [problem.grips, problem.feasible_goal_grips]
-    positions, orientations = cell.grips(
+    positions, orientations = problem.grippers(
         np.array([[grip.position for grip in grips] for grips in ends]),
         np.array([[grip.orientation for grip in grips] for grips in ends]),
     )

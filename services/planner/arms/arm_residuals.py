@@ -103,7 +103,7 @@ class ArmResiduals:
             displacements: Displacements of the rope's ends.
         """
         whole = path.grips(displacements)
-        positions, orientations = self._cell.grips(*whole)
+        positions, orientations = self._problem.grippers(*whole)
         found: list[Residuals] = []
         rows: dict[int, list[_Step | None]] = {}
         twists: dict[int, Float64[np.ndarray, "s 6 k 6"]] = {}
@@ -181,15 +181,17 @@ class ArmResiduals:
         self, arm: Arm, step: _Step
     ) -> list[tuple[Float64[np.ndarray, "1"], Float64[np.ndarray, "1 6"]]]:
         s, kinematics = self._settings, arm.kinematics
-        value = kinematics.smallest_singular_value(step.joints)
+        moved = step.joints + s.difference * np.eye(len(step.joints))
+        value, *values = kinematics.smallest_singular_values(np.vstack([step.joints, moved]))
         lack = MIN_SINGULAR_VALUE + s.singularity_margin - value
         if lack <= 0.0:
             return []
-        moved = step.joints + s.difference * np.eye(len(step.joints))
-        values = np.array([kinematics.smallest_singular_value(row) for row in moved])
-        slope = (values - value) / s.difference
+        slope = (np.array(values) - value) / s.difference
         return [
-            (np.array([s.singular_unit * lack]), -s.singular_unit * slope @ step.joints_per_twist)
+            (
+                np.array([s.singular_unit * lack]),
+                -s.singular_unit * slope[None] @ step.joints_per_twist,
+            )
         ]
 
     def _spacing(

@@ -10,14 +10,10 @@ from jaxtyping import Float64
 
 from lariat.geometry import poses
 from lariat.geometry.grippers import GripperBody, gripper_bodies
-from lariat.geometry.poses import Pose
 from shared.arms.installation import joint_speed_limit, kinematics_of
 from shared.arms.kinematics import Joints, UrdfKinematics
 from shared.constraints.sphere_distance import Spheres
 from shared.scenario import SIDES, Scenario
-
-AT_GRIP = Pose(np.zeros(3), poses.IDENTITY)
-"""Pose of a grip that holds the rope exactly at its end."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +38,6 @@ class CellArms:
     """Bodies of both grippers."""
     joints: Mapping[int, Joints]
     """Joint angles from which a path begins [rad]."""
-    T_end_grip: tuple[Pose, Pose] = (AT_GRIP, AT_GRIP)
-    """Poses of the grips in the frames of the rope's ends."""
 
     @classmethod
     def of(cls, scenario: Scenario) -> CellArms | None:
@@ -66,21 +60,6 @@ class CellArms:
             gripper_bodies(limits.gripper_reach, limits.gripper_radius),
             {k: arm.start for k, arm in arms.items()},
         )
-
-    def grips(
-        self,
-        positions: Float64[np.ndarray, "t 2 3"],
-        orientations: Float64[np.ndarray, "t 2 4"],
-    ) -> tuple[Float64[np.ndarray, "t 2 3"], Float64[np.ndarray, "t 2 4"]]:
-        """Return the poses of the grips that hold the rope's ends in given poses.
-
-        Args:
-            positions: Positions of the rope's ends [m].
-            orientations: Their orientations, wxyz.
-        """
-        arms = np.array([pose.position for pose in self.T_end_grip])
-        turns = np.array([pose.orientation for pose in self.T_end_grip])
-        return positions + poses.rotate(orientations, arms), poses.multiply(orientations, turns)
 
     def gripper_spheres(
         self,

@@ -28,7 +28,14 @@ LIBRARY = {
     "geometry": ("lariat.geometry", "lariat.geometry.poses", "lariat.geometry.polylines"),
     "trajectory": ("lariat.trajectory",),
     "protocols": ("lariat.protocols",),
-    "environments": ("environments.shape_control", "environments.scenes"),
+    "environments": (
+        "environments.shape_control",
+        "environments.scenes",
+        "environments.policies.grip_policy",
+        "environments.policies.training",
+        "environments.policies.reinforced_policy",
+        "environments.policies.reinforcement",
+    ),
 }
 """Packages of each page of the library's reference."""
 

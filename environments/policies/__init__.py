@@ -1,1 +1,1 @@
-"""Policies of `environments.shape_control`, and their training through the rod's gradients."""
+"""Policies of `environments.shape_control`, trained through the rod's gradients or from rewards."""

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from docs.film.__main__ import REST_TIME, TITLE_TIME, FilmSettings, main
+from docs.film import __main__ as film
 from docs.film.picture import GOAL, ROPE, Painter
 from docs.film.recorded_run import Instant, RecordedRun
 from lariat.geometry.obstacles import Obstacle
@@ -65,12 +65,14 @@ def test_a_body_is_as_large_as_its_projection(shape):
     assert np.ptp(columns) + 1 == pytest.approx(wide, abs=5.0)
 
 
-def test_video_and_gif_are_written(tmp_path: Path):
+def test_video_and_gif_are_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(film, "RATE", 6)
+    monkeypatch.setattr(film, "GIF_RATE", 4)
     video, gif = tmp_path / "film.mp4", tmp_path / "run.gif"
-    main(FilmSettings((RECORDING,), output=video, gif=gif, size=SIZE, gif_size=SIZE))
-    duration = TITLE_TIME + RecordedRun(RECORDING).duration + REST_TIME
+    film.main(film.FilmSettings((RECORDING,), output=video, gif=gif, size=SIZE, gif_size=SIZE))
+    duration = film.TITLE_TIME + RecordedRun(RECORDING).duration + film.REST_TIME
     capture = cv2.VideoCapture(str(video))
-    assert capture.get(cv2.CAP_PROP_FRAME_COUNT) == pytest.approx(30.0 * duration, abs=1.0)
+    assert capture.get(cv2.CAP_PROP_FRAME_COUNT) == pytest.approx(6.0 * duration, abs=1.0)
     read, image = capture.read()
     assert read
     assert image.shape == (SIZE[1], SIZE[0], 3)

@@ -113,7 +113,7 @@ def parse_value(text: str) -> Any:
     """Return the value of a TOML text; a text that is not TOML stands for itself."""
     try:
         return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+    except (tomllib.TOMLDecodeError, RecursionError):
         return text
 
 

@@ -1,28 +1,61 @@
-"""Legend of the scene's colours."""
+"""Legend of the scene: what each shape and colour stands for."""
 
 from __future__ import annotations
 
+from typing import Literal, NamedTuple
+
 from dashboard import palette
+from dashboard.palette import Color
 from dashboard.scene.certainty import UNCERTAIN_SIGMA
 
+Shape = Literal["tube", "thin tube", "lines", "dashes", "block"]
+"""Shape in which something is drawn, so that colours alone need not tell it."""
+
+
+class LegendEntry(NamedTuple):
+    """One line of the legend."""
+
+    shape: Shape
+    color: Color
+    text: str
+
+
 LEGEND_ENTRIES = (
-    (palette.ROPE, "rope, observed"),
-    (palette.UNCERTAIN, f"rope, uncertain by {1e3 * UNCERTAIN_SIGMA:.0f} mm or more"),
-    (palette.UNOBSERVED, "rope, not observed but estimated"),
-    (palette.PREDICTION, "prediction (brighter is later)"),
-    (palette.PATH, "planned path of the grips (dashed), and ropes along it"),
-    (palette.GOAL, "goal (thinner than the rope)"),
-    (palette.TRUTH, "true rope of the simulation (inside the perceived one)"),
-    (palette.SUPPORT, "support: the rope may rest on it"),
+    LegendEntry("tube", palette.ROPE, "rope, observed"),
+    LegendEntry(
+        "tube", palette.UNCERTAIN, f"rope, uncertain by {1e3 * UNCERTAIN_SIGMA:.0f} mm or more"
+    ),
+    LegendEntry("tube", palette.UNOBSERVED, "rope, not observed but estimated"),
+    LegendEntry("thin tube", palette.GOAL, "goal (thinner than the rope)"),
+    LegendEntry("thin tube", palette.TRUTH, "true rope of the simulation (inside the rope)"),
+    LegendEntry("tube", palette.OPENED_RUN, "rope of an opened run, with its goal (thin)"),
+    LegendEntry("lines", palette.PREDICTION, "prediction (brighter is later)"),
+    LegendEntry("dashes", palette.PATH, "planned path of the grips"),
+    LegendEntry("lines", palette.PATH, "ropes along the planned path"),
+    LegendEntry("block", palette.OBSTACLE, "obstacle: the rope must not touch it"),
+    LegendEntry("block", palette.SUPPORT, "support: the rope may rest on it"),
 )
-"""Colours and their meanings."""
+"""Lines of the legend."""
 
 
 def legend_html() -> str:
     """HTML of the legend."""
     rows = "".join(
-        f"<div style='display:flex;gap:.6em;align-items:center'><span style='width:1.1em;height:"
-        f".35em;border-radius:.2em;background:{palette.css(color)}'></span>{text}</div>"
-        for color, text in LEGEND_ENTRIES
+        f"<div style='display:flex;gap:.7em;align-items:center'>{_swatch(e.shape, e.color)}"
+        f"<span>{e.text}</span></div>"
+        for e in LEGEND_ENTRIES
     )
     return f"<div style='margin:.5em 1em;font-size:.8em;line-height:1.7;opacity:.9'>{rows}</div>"
+
+
+def _swatch(shape: Shape, color: Color) -> str:
+    """HTML of a sample of a shape."""
+    css = palette.css(color)
+    look = {
+        "tube": f"height:.45em;border-radius:.25em;background:{css}",
+        "thin tube": f"height:.2em;border-radius:.1em;background:{css}",
+        "lines": f"height:.5em;border:solid {css};border-width:1px 0",
+        "dashes": f"height:0;border-top:2px dashed {css}",
+        "block": f"height:.8em;border-radius:.15em;background:{css}",
+    }[shape]
+    return f"<span style='flex:none;width:1.6em;box-sizing:border-box;{look}'></span>"

@@ -96,7 +96,7 @@ class CellSwitch:
                     self._library.delete(request.name)
                 case _:
                     raise ConfigurationError(f"there is no action {request.action}")
-        except (ConfigurationError, OSError) as error:
+        except (ValueError, OSError) as error:
             self._refusal = str(error)
 
     def poll(self, condition: Callable[[], CellCondition]) -> Path | None:

@@ -150,7 +150,7 @@ class ScenarioPanel:
             if len(file.content) > MAX_SCENARIO_SIZE:
                 raise ValueError(f"it is larger than {MAX_SCENARIO_SIZE >> 20} MiB")
             table = tomllib.loads(file.content.decode())
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             self._notify(Notification(f"{file.name}: not a scenario", str(error)))
             return
         self._confirm_start(client, file.name, _real_arms(table), {"content": file.content})

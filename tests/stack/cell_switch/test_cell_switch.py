@@ -207,3 +207,42 @@ def test_running_scenario_is_not_deleted(tmp_path: Path) -> None:
     switch.wait()
     switch.confirm_ready()
     assert "mine runs" in switch.ask(action=StackRequest.DELETE, name="mine")
+
+
+HOSTILE_SETTINGS = [
+    "a=" + "[" * 4000,
+    "=",
+    "rope",
+    "rope=1",
+    "rope.length.x=1",
+    "obstacles.99.position=[0, 0, 0]",
+    "obstacles.0.position.0=x",
+    "seed=2020-01-01",
+    "seed=" + "9" * 4000,
+    "a b.c=1",
+    "goal={nodes='../../../etc/passwd'}",
+    "goal={nodes='/dev/zero'}",
+    "start.line=[[nan, 0, 0], [inf, 0, 0]]",
+    "cameras.x.y=1",
+    "events=[1, 2]",
+    "version=99",
+    "\ud7ff.\u2028=1",
+]
+
+
+@pytest.mark.parametrize("setting", HOSTILE_SETTINGS)
+@pytest.mark.parametrize("action", [StackRequest.START, StackRequest.SAVE])
+def test_hostile_setting_is_refused_and_ends_nothing(
+    tmp_path: Path, setting: str, action: int
+) -> None:
+    switch = Switch(tmp_path)
+    assert switch.ask(action=action, settings=[setting], name="mine")
+    assert not switch.state().activity
+    assert not (tmp_path / "saved" / "mine").exists()
+
+
+@pytest.mark.parametrize("content", [b"a=" + b"[" * 200_000, b"\x00" * 1000, b"[" * 1000, b"x = 1"])
+def test_hostile_file_is_refused_and_ends_nothing(tmp_path: Path, content: bytes) -> None:
+    switch = Switch(tmp_path)
+    assert switch.ask(action=StackRequest.START, content=content)
+    assert not switch.state().activity

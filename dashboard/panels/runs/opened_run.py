@@ -144,8 +144,9 @@ class OpenedRun:
                 self._toggle()
         if self._picture_wanted and now - self._picture_time >= PICTURE_PERIOD:
             self._picture_wanted, self._picture_time = False, now
+            # Without a label: a picture that does not come is no news for a person.
             self._outbox.request_runs(
-                RunListRequest.SEND_PICTURE, [self._id], "Picture", time=self._seconds
+                RunListRequest.SEND_PICTURE, [self._id], "", time=self._seconds
             )
 
     def _add_bar(self, motion: RunMotion) -> None:

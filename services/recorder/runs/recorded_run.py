@@ -26,6 +26,7 @@ from shared.messages import (
     TaskState,
     chain,
 )
+from shared.messages.validation import MAX_TEXT_LENGTH
 from shared.recording import Recording
 from shared.service import SECOND, Publication
 
@@ -55,6 +56,7 @@ class RecordedRun:
         self._recordings = recordings
         self._thread = ThreadPoolExecutor(1, "recorded run")
         self._waiting: list[Future[Publication]] = []
+        self._picture_waiting: Future[Publication] | None = None
 
     def read_motion(self, run: RunSummary) -> None:
         """Begin to read the motion of a run.
@@ -63,7 +65,7 @@ class RecordedRun:
             RunRefused: Its recording is gone.
         """
         files = self._files(run)
-        self._waiting.append(self._thread.submit(self._motion, run, files))
+        self._waiting.append(self._thread.submit(self._readable_motion, run, files))
 
     def read_picture(self, run: RunSummary, seconds: float) -> None:
         """Begin to read the picture of the camera nearest to a time.
@@ -79,9 +81,10 @@ class RecordedRun:
             raise RunRefused(f"{seconds} s is no time of a run")
         files = self._files(run)
         # Of the times that a slider runs through, the last one counts.
-        for future in self._waiting:
-            future.cancel()
-        self._waiting.append(self._thread.submit(self._picture, run, files, seconds))
+        if self._picture_waiting is not None:
+            self._picture_waiting.cancel()
+        self._picture_waiting = self._thread.submit(self._picture, run, files, seconds)
+        self._waiting.append(self._picture_waiting)
 
     def take(self, now: int) -> Iterator[Publication]:
         """Yield what has been read since the last call, stamped with `now` [ns]."""
@@ -107,6 +110,14 @@ class RecordedRun:
         if not files:
             raise RunRefused(f"the recording of {run.id} has been deleted")
         return files
+
+    def _readable_motion(self, run: RunSummary, files: list[Path]) -> Publication:
+        """Return the motion of a run; one without shapes that says why where it is unreadable."""
+        try:
+            return self._motion(run, files)
+        except (OSError, ValueError) as error:
+            mark = RunMark(text=f"cannot be read: {error}"[:MAX_TEXT_LENGTH])
+            return Publication(topics.RUN_MOTION, RunMotion(run=run.id, marks=[mark]))
 
     def _motion(self, run: RunSummary, files: list[Path]) -> Publication:
         shapes: list[tuple[int, np.ndarray]] = []

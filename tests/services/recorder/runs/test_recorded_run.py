@@ -95,3 +95,13 @@ def test_deleted_recording_and_impossible_time_are_refused(tmp_path: Path) -> No
     (tmp_path / "requests.mcap").unlink()
     with pytest.raises(RunRefused, match="has been deleted"):
         recorded.read_motion(run)
+
+
+def test_broken_recording_says_why_it_cannot_be_read(tmp_path: Path) -> None:
+    run = run_of(tmp_path, "requests")
+    (tmp_path / "requests.mcap").write_bytes(b"no recording")
+    recorded = RecordedRun(tmp_path)
+    recorded.read_motion(run)
+    motion = taken(recorded)
+    assert motion.marks[0].text.startswith("cannot be read: ")
+    assert not motion.nodes

@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 import io
+import sys
+import tempfile
 import traceback
 from collections.abc import Sequence
+from pathlib import Path
 
 from benchmarks.fuzz.hostile_messages import HostileMessages
 from benchmarks.fuzz.message_targets import PLACEHOLDERS, Totals, corpus_of
 from shared.message_check import MessageCheck
+from shared.scenario import find
 from shared.service import Received
 from shared.topics import Topic
+from stack.cell_switch.cell_switch import CellSwitch
+from stack.cell_switch.library import ScenarioLibrary
 from stack.launcher.console import ProcessConsole
 from stack.launcher.launcher import Launcher
 from stack.launcher.process import Program
 from stack.simulation.simulated_time import START, Delivery
 
+CHECK = (sys.executable, "-S", "-c", "")
+"""Command that finds every scenario in order."""
 PROGRAM = Program("sleeper", "benchmarks.fuzz.sleeper", ready_line="ready")
 """Process that the launcher runs."""
 
@@ -44,13 +52,19 @@ class LauncherTarget:
             totals: Counts, which grow.
         """
         bus = HostileBus(HostileMessages(seed, self._corpus), count, totals)
-        try:
-            # It is stopped in the middle of its watch, as by a signal.
-            Launcher((PROGRAM,), bus, ProcessConsole(io.StringIO())).run(lambda _: None)  # pyright: ignore[reportArgumentType]
-        except BatchTakenError:
-            pass
-        except Exception:
-            totals.failures.append(f"launcher {seed}: {traceback.format_exc(limit=-4)}")
+        with tempfile.TemporaryDirectory() as folder:
+            first = find("three-cylinders")
+            library = ScenarioLibrary(Path(folder, "saved"), first)
+            switch = CellSwitch(library, first, Path(folder, "started"), lambda _: CHECK)
+            console = ProcessConsole(io.StringIO())
+            launcher = Launcher((PROGRAM,), bus, console, switch, lambda _: (PROGRAM,))  # pyright: ignore[reportArgumentType]
+            try:
+                # It is stopped in the middle of its watch, as by a signal.
+                launcher.run(lambda _: None)
+            except BatchTakenError:
+                pass
+            except Exception:
+                totals.failures.append(f"launcher {seed}: {traceback.format_exc(limit=-4)}")
         totals.messages += bus.left
         totals.steps += 1
 

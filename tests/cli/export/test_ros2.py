@@ -21,7 +21,7 @@ from tests.services.recorder.view import cell
 @pytest.fixture(scope="module", params=[True, False], ids=["drawn", "not drawn"])
 def bag(request, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("bag")
-    assert main(recording(folder, drawn=request.param), "ros2", folder / "bag") == 0
+    assert main((recording(folder, drawn=request.param),), "ros2", folder / "bag") == 0
     return folder / "bag"
 
 

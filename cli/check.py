@@ -86,7 +86,7 @@ def main(
 
 
 def planned(cell: Scenario) -> dict[str, Any]:
-    """Return what the planner finds from the scenario's start to its goal, without the arms."""
+    """Return what the planner finds from the scenario's start to its goal."""
     # Imported late: the rod starts a compiler, which a check of values alone does not need.
     from services.planner.service import PlannerService
     from services.planner.whole_path import plan

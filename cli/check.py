@@ -36,7 +36,8 @@ def main(
 
     Args:
         scenario: The scenario's TOML file, or the short name of a shipped one.
-        plan: Plan a path from the start to the goal, too.
+        plan: Plan a path from the start to the goal, too. Where an arm cannot hold the goal, say
+            which moves of its base or turns of its grip would help.
         json: Answer with one JSON object on standard output.
         set: Replaces one value of the scenario, as in `lariat run`; may be repeated.
 
@@ -82,27 +83,33 @@ def main(
             f"  path: {found}; {path['duration_s']:.1f} s, {path['clearance_mm']:.1f} mm from "
             f"obstacles, planned in {path['plan_s']:.1f} s"
         )
+        for words in path["would_help"]:
+            print(f"  would help: {words}")
     return 0 if path.get("reached", True) else 1
 
 
 def planned(cell: Scenario) -> dict[str, Any]:
     """Return what the planner finds from the scenario's start to its goal."""
     # Imported late: the rod starts a compiler, which a check of values alone does not need.
+    from services.planner.arms.arm_check import goal_fault
     from services.planner.service import PlannerService
     from services.planner.whole_path import plan
+    from stack.arm_advice import helpful_changes
     from stack.planning import scenario_problem
 
     PlannerService(cell).warm_up()
     problem = scenario_problem(cell)
     began = time.perf_counter()
     path = plan(problem)
+    took = time.perf_counter() - began
     return {
         "reached": path.reached,
         "reason": path.reason,
         "clearance_mm": round(1e3 * path.clearance, 3),
         "duration_s": round(len(path.positions) * path.dt, 3),
         "final_error_mm": round(1e3 * path.final_error, 3),
-        "plan_s": round(time.perf_counter() - began, 3),
+        "plan_s": round(took, 3),
+        "would_help": helpful_changes(cell) if goal_fault(problem) else [],
     }
 
 

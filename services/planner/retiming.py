@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lariat.trajectory import NANOSECONDS
-from services.planner.arms.arm_check import arm_fault
+from services.planner.arms.arm_check import LINK_MARGIN, arm_fault
 from services.planner.collision_check import gripper_overlap, path_clearance
 from services.planner.dynamic_check import simulate_path
 from services.planner.path_optimization.optimizer import PathCandidate, PathOptimizer
@@ -67,6 +67,7 @@ def retime(
     optimizer: PathOptimizer,
     candidate: PathCandidate,
     settings: RetimingSettings = RETIMING_SETTINGS,
+    link_margin: float = LINK_MARGIN,
 ) -> WholePath:
     """Return the path of a candidate at the best of all paces at which its arms can go it.
 
@@ -75,17 +76,18 @@ def retime(
         optimizer: Optimiser of the candidate.
         candidate: Path without timing.
         settings: Paces, and acceptance of a path.
+        link_margin: Distance that links of the arms keep beyond their limit [m].
     """
     path = _at_best_pace(problem, optimizer, candidate, settings)
     if problem.arms is None:
         return path
-    fault = arm_fault(problem, path.positions, path.orientations, path.dt)
+    fault = arm_fault(problem, path.positions, path.orientations, path.dt, link_margin)
     for _ in range(settings.max_slower):
         if fault is None or fault.rule != "joint_speed":
             break
         problem = replace(problem, pace=settings.slower * problem.pace)
         path = _at_best_pace(problem, optimizer, candidate, settings)
-        fault = arm_fault(problem, path.positions, path.orientations, path.dt)
+        fault = arm_fault(problem, path.positions, path.orientations, path.dt, link_margin)
     if fault is None:
         return path
     reason = path.reason or f"blocked: on every path found {fault}"

@@ -11,7 +11,7 @@ from jaxtyping import Float64
 from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines
 from lariat.rod import state_along
-from services.planner.arms.arm_check import goal_fault
+from services.planner.arms.arm_check import LEAST_LINK_MARGIN, goal_fault
 from services.planner.grid_search.relaxation import proof_of_no_path
 from services.planner.grid_search.search import GridPath, block_displacements, search_grid
 from services.planner.path_optimization.optimizer import PathCandidate, PathOptimizer
@@ -220,7 +220,7 @@ def _refined_path(
     if path.arm_fault:
         around = _avoiding_with_arms(problem, optimizer)
         again = around.refine(around.reevaluate(candidate), settings.iterations)
-        found = retime(problem, around, again)
+        found = retime(problem, around, again, link_margin=LEAST_LINK_MARGIN)
         path = max(path, found, key=lambda p: _rank(p, optimizer))
     return path
 

@@ -27,9 +27,11 @@ if TYPE_CHECKING:
 
 SOLVED_STRIDE = 2
 """Points of a timed path from one whose joints are solved to the next."""
-LINK_MARGIN = CHUNK_BOUNDARY_MARGIN + 0.001
+LINK_MARGIN = CHUNK_BOUNDARY_MARGIN + 0.004
 """Distance that links keep beyond their limit [m]: more than the gateway demands, because the
 controller corrects the path while it follows it."""
+LEAST_LINK_MARGIN = CHUNK_BOUNDARY_MARGIN + 0.0005
+"""The same along a path that was optimised for its links, and at the goal [m]."""
 JOINT_SPEED_SHARE = 0.75
 """Share of the limit on the speed of a joint that a path uses [-]; the controller adds to it."""
 STEPS_TO_GOAL = 25
@@ -66,6 +68,7 @@ def arm_fault(
     positions: Float64[np.ndarray, "t 2 3"],
     orientations: Float64[np.ndarray, "t 2 4"],
     dt: float,
+    margin: float = LINK_MARGIN,
 ) -> ArmFault | None:
     """Return the first rule that an arm breaks along a timed path; None where all are kept.
 
@@ -74,6 +77,7 @@ def arm_fault(
         positions: Positions of the rope's ends [m].
         orientations: Their orientations, wxyz.
         dt: Time between two points [s].
+        margin: Distance that links and bodies keep beyond their limit [m].
     """
     cell = problem.arms
     if cell is None:
@@ -88,7 +92,7 @@ def arm_fault(
         joints = JointConstraints(arm.kinematics, JOINT_SPEED_SHARE * arm.joint_speed)
         joints.set_joints(tuple(cell.joints[end]))
         found = joints.broken(
-            positions[:, end], orientations[:, end], solved, collision, LINK_MARGIN, dt
+            positions[:, end], orientations[:, end], solved, collision, margin, dt
         )
         if found is not None:
             return ArmFault(found[0], SIDES[end], found[1])
@@ -96,7 +100,7 @@ def arm_fault(
     rows = [0, *solved]
     both = [_with_gripper(cell, end, bodies, positions[rows], orientations[rows]) for end in (0, 1)]
     slack = body_spacing_slack(both[0], both[1], problem.limits.keep_out)
-    broken = first_broken({"spacing": slack}, LINK_MARGIN)
+    broken = first_broken({"spacing": slack}, margin)
     return None if broken is None else ArmFault("spacing", "", broken[1])
 
 
@@ -136,15 +140,17 @@ def goal_fault(problem: Problem) -> ArmFault | None:
         slacks: Slacks = {
             "joint_limits": np.array([np.min(np.minimum(joints - low, high - joints))]),
             "singularity": singularity_slack(arm.kinematics, joints[None]),
-            **collision.slacks(links.centres, links.radii),
         }
+        for rule, slack in collision.slacks(links.centres, links.radii).items():
+            slacks[rule] = slack - LEAST_LINK_MARGIN
         for rule, slack in slacks.items():
             if not slack[0] >= 0.0:
                 return ArmFault(rule, SIDES[end], -float(slack[0]))
         centres, radii = arm.kinematics.base_spheres
         bodies[end] = Spheres.joined([links, Spheres(centres[None], radii)])
     both = [_with_gripper(cell, end, bodies, positions[1:], orientations[1:]) for end in (0, 1)]
-    slack = float(body_spacing_slack(both[0], both[1], problem.limits.keep_out)[0])
+    wanted = problem.limits.keep_out + LEAST_LINK_MARGIN
+    slack = float(body_spacing_slack(both[0], both[1], wanted)[0])
     return None if slack >= 0.0 else ArmFault("spacing", "", -slack)
 
 

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 class ArmResidualSettings:
     """Margins and units of the residuals of arms."""
 
-    link_margin: float = 0.008
+    link_margin: float = 0.009
     """Distance that links keep beyond their limit [m]."""
     joint_margin: float = 0.06
     """Angle that joints keep from the ends of their ranges [rad]."""

@@ -1,0 +1,21 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+from services.planner.arms.arm_check import arm_fault
+from services.planner.whole_path import plan
+from stack.arm_advice import helpful_changes
+from stack.planning import scenario_problem
+from tests.services.planner.arms.scenes import AT_THE_GOAL, cell_with
+
+
+def test_a_move_of_the_base_that_would_help_does_help():
+    cell = cell_with(AT_THE_GOAL)
+    changes = helpful_changes(cell)
+    assert changes[0] == "ends.left: move the base by +0.1 m along x"
+    x, y, z = cell.ends.left.base_position
+    moved = replace(cell.ends.left, base_position=(x + 0.1, y, z))
+    problem = scenario_problem(replace(cell, ends=replace(cell.ends, left=moved)))
+    path = plan(problem)
+    assert path.reached
+    assert arm_fault(problem, path.positions, path.orientations, path.dt) is None

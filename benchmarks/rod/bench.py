@@ -12,16 +12,17 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-Part = Literal["gradients", "speed", "start", "hard", "against-paper", "diagram"]
+Part = Literal["gradients", "speed", "batch", "start", "hard", "against-paper", "diagram"]
 ALL_PARTS: tuple[Part, ...] = get_args(Part)
 """All parts, in the order of their tables."""
 CAPTIONS: dict[Part, str] = {
     "gradients": "relative errors of adjoint gradients of 5 steps of 10 ms, in contact with a bar",
     "speed": "least processor time of 5 steps of 10 ms of a moving rod among four obstacles",
+    "batch": "64 ropes, n = 40, 5 steps of 10 ms, no obstacles; wall time",
     "start": "time of a fresh process until its first gradient, n = 10, without and with kept code",
     "hard": "random rods of 5 to 401 nodes, both ends yanked, an obstacle in their middle",
     "against-paper": "n = 40, 5 steps of 10 ms, no contact; processor time",
-    "diagram": "n = 40; error against each solver's own reference, and at rest against the rod",
+    "diagram": "n = 40; errors against the continuum, in motion and at rest",
 }
 """Conditions of each table; plant, camera and adaptation are not involved."""
 
@@ -35,7 +36,8 @@ def run(
     """Measure gradients, speed, start-up, robustness, and error against time of the rod.
 
     The parts are: `gradients` (adjoint against finite differences), `speed` (time of roll-outs and
-    gradients by number of nodes), `start` (time until the first gradient of a process), `hard`
+    gradients by number of nodes), `batch` (throughput of many rods on threads, beside MuJoCo's
+    ropes), `start` (time until the first gradient of a process), `hard`
     (rods that are yanked and start inside an obstacle), `against-paper` (gradients by Taichi's
     reverse mode through the paper's solver), and `diagram` (error over time, beside the paper's
     solver, MuJoCo and PyElastica). The rod is measured alone: no plant, camera or adaptation.
@@ -84,8 +86,11 @@ def _measure(name: Part, cases: int, report: Callable[[int], None]) -> list[Mapp
         case "speed":
             from benchmarks.rod import speed
 
-            rows = speed.by_size()
-            return [*rows, {"nodes": 40, "batch": 64, "node_steps_per_s": speed.batched()}]
+            return [dict(row) for row in speed.by_size()]
+        case "batch":
+            from benchmarks.rod import batches
+
+            return [asdict(rate) for rate in batches.rates()]
         case "start":
             from benchmarks.rod import speed
 

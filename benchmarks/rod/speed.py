@@ -82,21 +82,6 @@ def moving_rod(n: int) -> tuple[Rod, RodState, Float64[np.ndarray, "K 2 6"]]:
     )
 
 
-def batched(count: int = 64, n: int = 40, repeats: int = 5) -> float:
-    """Return node steps per second on one core, with many rods in one launch.
-
-    Args:
-        count: Number of rods.
-        n: Number of nodes of each.
-        repeats: Number of calls.
-    """
-    rod, state, actions = moving_rod(n)
-    many = np.repeat(actions[None], count, axis=0)
-    spec = RolloutSpec([state] * count, many, TIME_STEP, obstacles=OBSTACLES)
-    took = least_time(lambda: rod.rollout(spec), repeats)
-    return count * n * STEP_COUNT / (1e-3 * took)
-
-
 def first_launch() -> dict[str, float]:
     """Return processor and wall time of a fresh process until its first gradient [s].
 

@@ -1,9 +1,10 @@
 """Work-precision of solvers: error against processor time, for the same motion.
 
 A rope hangs between two clamps, one of which translates and turns about its axis for half a second
-and then stands still for as long. Every solver starts from the rest shape. In motion, each solver
-is compared with itself at very fine steps, so that the error is that of the time integration and
-not of the model; at rest, all are compared with the converged shape of Lariat's rod.
+and then stands still for as long. Every solver starts from the rest shape. All are compared with
+the continuum: in motion with a rod of eight times the nodes in second-order steps of 0.5 ms, at
+rest with the solution of the boundary value problem. Each solver is also compared with itself at
+very fine steps: the error of the time integration alone.
 """
 
 from __future__ import annotations
@@ -17,12 +18,14 @@ import mujoco
 import numpy as np
 from jaxtyping import Float64
 
+from benchmarks.physics.continuum import equilibrium
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties, RodState, RolloutSpec
 from lariat.rod.integration_schemes import Scheme
 from lariat.rod.xpbd import XpbdProperties, XpbdRod
 from services.sim.plants.flex_rope import FlexRope
+from services.sim.plants.linked_rope import LinkedRope
 from services.sim.plants.mujoco_rope import MujocoRope
 
 NODE_COUNT, ACTION_DURATION, ACTION_COUNT = 40, 0.01, 100
@@ -35,10 +38,14 @@ LEFT_GRIP = Pose(np.array([-0.17, 0.0, 0.4]), ALONG_X)
 RIGHT_GRIP = Pose(np.array([0.17, 0.0, 0.4]), ALONG_X)
 """Grips at the start."""
 REFERENCE_SUBSTEPS = 100
-"""Sub-steps of a reference: 0.1 ms each."""
+"""Sub-steps of a solver's own reference: 0.1 ms each."""
+REFINEMENT, CONTINUUM_SUBSTEPS = 8, 20
+"""Edges of the continuum's rod for each edge of the others, and its sub-steps: 0.5 ms each."""
 
 NodePath = Float64[np.ndarray, "H n 3"]
 """Node positions after every action [m]."""
+RopeMaker = Callable[[MujocoRope], FlexRope | LinkedRope]
+"""Class of a rope of MuJoCo."""
 
 
 @dataclass(frozen=True)
@@ -52,11 +59,21 @@ class WorkPrecision:
     us: float
     """Least processor time of three runs, for 10 ms of motion [us]."""
     moving_mm: float
-    """Mean node distance from the solver's own reference in motion [mm]."""
+    """Mean node distance from the continuum in motion [mm]."""
     worst_mm: float
-    """Largest node distance from that reference [mm]."""
+    """Largest node distance from the continuum in motion [mm]."""
     rest_mm: float
-    """Mean node distance from the converged rod, at rest [mm]."""
+    """Mean node distance from the continuum at rest [mm]."""
+    in_time_mm: float
+    """Mean node distance from the same solver with very fine steps, in motion [mm]."""
+
+
+@dataclass(frozen=True)
+class _Continuum:
+    """Motion and final rest shape of the continuum, at the nodes."""
+
+    motion: NodePath
+    rest: Float64[np.ndarray, "n 3"]
 
 
 def actions() -> Float64[np.ndarray, "H 2 6"]:
@@ -70,16 +87,14 @@ def actions() -> Float64[np.ndarray, "H 2 6"]:
 
 def points() -> Iterator[WorkPrecision]:
     """Yield points of the rod, the paper's solver, MuJoCo and, if installed, PyElastica."""
-    rod = Rod(PROPERTIES, NODE_COUNT, tolerance=1e-7)
+    rod = Rod(PROPERTIES, NODE_COUNT)
     start = rod.rest(LEFT_GRIP, RIGHT_GRIP).state
     moves = actions()
-    truth = _rollout(
-        Rod(PROPERTIES, NODE_COUNT, tolerance=1e-10, scheme="sdirk2"),
-        start,
-        moves,
-        REFERENCE_SUBSTEPS,
-    )
-    end = _rest_after(rod, start, moves)
+    continuum = _continuum(moves)
+    exact = Rod(PROPERTIES, NODE_COUNT, tolerance=1e-10, scheme="sdirk2")
+    own = _rollout(exact, start, moves, REFERENCE_SUBSTEPS)
+    moved = rod.rollout(RolloutSpec(start, moves, ACTION_DURATION, substeps=10)).final
+    still = rod.rest(*_final_grips(), guess=moved).state.positions
     schemes: tuple[Scheme, ...] = ("euler", "sdirk2")
     for scheme in schemes:
         for substeps in (1, 2, 5, 10, 20):
@@ -88,18 +103,35 @@ def points() -> Iterator[WorkPrecision]:
             def run_rod(solver: Rod = solver, substeps: int = substeps) -> NodePath:
                 return _rollout(solver, start, moves, substeps)
 
-            settled = Rod(PROPERTIES, NODE_COUNT).rest(*_final_grips(), guess=start).state.positions
-            yield _point(f"direct {scheme}", f"{substeps}", run_rod, truth, _mean(settled - end))
-    yield from _paper(start, moves, end)
-    yield from _mujoco(start, moves, end)
+            yield _point(f"direct {scheme}", f"{substeps}", run_rod, own, still, continuum)
+    yield from _paper(start, moves, continuum)
+    for make, name in ((FlexRope, "MuJoCo flex"), (LinkedRope, "MuJoCo links")):
+        yield from _mujoco(name, make, start, moves, continuum)
     if importlib.util.find_spec("elastica") is None:
-        yield WorkPrecision("PyElastica", "not installed", np.nan, np.nan, np.nan, np.nan)
+        yield WorkPrecision("PyElastica", "not installed", *[np.nan] * 5)
     else:
-        yield from _elastica(start, moves, end)
+        yield from _elastica(start, moves, continuum)
+
+
+def _continuum(moves: Float64[np.ndarray, "H 2 6"]) -> _Continuum:
+    fine = Rod(PROPERTIES, REFINEMENT * (NODE_COUNT - 1) + 1, tolerance=1e-9, scheme="sdirk2")
+    start = fine.rest(LEFT_GRIP, RIGHT_GRIP).state
+    motion = fine.rollout(RolloutSpec(start, moves, ACTION_DURATION, substeps=CONTINUUM_SUBSTEPS))
+    grips = _final_grips()
+    rest = fine.rest(*grips, guess=motion.final).state
+    return _Continuum(
+        motion.positions[:, ::REFINEMENT],
+        equilibrium(fine, *grips, rest).positions(NODE_COUNT),
+    )
 
 
 def _point(
-    solver: str, setting: str, run: Callable[[], NodePath], truth: NodePath, rest: float
+    solver: str,
+    setting: str,
+    run: Callable[[], NodePath],
+    own: NodePath,
+    still: Float64[np.ndarray, "n 3"],
+    continuum: _Continuum,
 ) -> WorkPrecision:
     found = run()
     times = []
@@ -107,19 +139,20 @@ def _point(
         begin = time.process_time()
         run()
         times.append(time.process_time() - begin)
-    errors = np.linalg.norm(found - truth, axis=2)
     return WorkPrecision(
         solver,
         setting,
         1e6 * min(times) / ACTION_COUNT,
-        1e3 * float(errors.mean()),
-        1e3 * float(errors.max()),
-        1e3 * rest,
+        _mean(found - continuum.motion),
+        1e3 * float(np.linalg.norm(found - continuum.motion, axis=2).max()),
+        _mean(still - continuum.rest),
+        _mean(found - own),
     )
 
 
-def _mean(offsets: Float64[np.ndarray, "n 3"]) -> float:
-    return float(np.linalg.norm(offsets, axis=1).mean())
+def _mean(offsets: Float64[np.ndarray, "*H n 3"]) -> float:
+    """Return the mean length of offsets, in millimetres."""
+    return 1e3 * float(np.linalg.norm(offsets, axis=-1).mean())
 
 
 def _rollout(
@@ -136,14 +169,8 @@ def _final_grips() -> tuple[Pose, Pose]:
     return LEFT_GRIP, Pose(RIGHT_GRIP.position + ACTION_DURATION * moves[:, 1, :3].sum(0), q)
 
 
-def _rest_after(rod: Rod, start: RodState, moves: Float64[np.ndarray, "H 2 6"]) -> NodePath:
-    moved = rod.rollout(RolloutSpec(start, moves, ACTION_DURATION, substeps=10)).final
-    exact = Rod(PROPERTIES, NODE_COUNT, tolerance=1e-10)
-    return exact.rest(*_final_grips(), guess=moved).state.positions
-
-
 def _paper(
-    start: RodState, moves: Float64[np.ndarray, "H 2 6"], end: Float64[np.ndarray, "n 3"]
+    start: RodState, moves: Float64[np.ndarray, "H 2 6"], continuum: _Continuum
 ) -> Iterator[WorkPrecision]:
     properties = XpbdProperties.of_material(PROPERTIES, NODE_COUNT)
     spec = RolloutSpec(start, moves, ACTION_DURATION, substeps=20)
@@ -164,16 +191,22 @@ def _paper(
                 substeps=substeps,
             )
         )
-        rest = _mean(still.positions[-1] - end)
-        yield _point("xpbd", f"{substeps} x {sweeps}", run, truth.positions, rest)
+        yield _point(
+            "xpbd",
+            f"{substeps} x {sweeps}",
+            run,
+            truth.positions,
+            still.positions[-1],
+            continuum,
+        )
 
 
-class _MujocoRun:
-    """MuJoCo's flex as the simulated lab builds it, with a given time step."""
+class MujocoRun:
+    """Rope of MuJoCo as the simulated lab builds it, with a given time step."""
 
-    def __init__(self, start: RodState, step: float, damping: float = 1.0) -> None:
+    def __init__(self, make: RopeMaker, start: RodState, step: float, damping: float = 1.0) -> None:
         p = PROPERTIES
-        self.rope = FlexRope(
+        self.rope = make(
             MujocoRope(p.length, p.diameter, NODE_COUNT, p.linear_density, p.youngs_modulus)
         )
         self.model = mujoco.MjModel.from_xml_string(self.rope.mjcf([]))
@@ -209,21 +242,25 @@ class _MujocoRun:
 
 
 def _mujoco(
-    start: RodState, moves: Float64[np.ndarray, "H 2 6"], end: Float64[np.ndarray, "n 3"]
+    name: str,
+    make: RopeMaker,
+    start: RodState,
+    moves: Float64[np.ndarray, "H 2 6"],
+    continuum: _Continuum,
 ) -> Iterator[WorkPrecision]:
-    truth = _MujocoRun(start, ACTION_DURATION / REFERENCE_SUBSTEPS).run(moves)
+    own = MujocoRun(make, start, ACTION_DURATION / REFERENCE_SUBSTEPS).run(moves)
     for step in (0.01, 0.005, 0.002, 0.001, 0.0005):
-        damped = _MujocoRun(start, step, damping=6.0)
+        damped = MujocoRun(make, start, step, damping=6.0)
         still = damped.run(np.concatenate([moves, np.zeros((200, 2, 6))]))[-1]
 
         def run(step: float = step) -> NodePath:
-            return _MujocoRun(start, step).run(moves)
+            return MujocoRun(make, start, step).run(moves)
 
-        yield _point("MuJoCo", f"{1e3 * step:g} ms", run, truth, _mean(still - end))
+        yield _point(name, f"{1e3 * step:g} ms", run, own, still, continuum)
 
 
 def _elastica(
-    start: RodState, moves: Float64[np.ndarray, "H 2 6"], end: Float64[np.ndarray, "n 3"]
+    start: RodState, moves: Float64[np.ndarray, "H 2 6"], continuum: _Continuum
 ) -> Iterator[WorkPrecision]:
     from benchmarks.rod import pyelastica
 
@@ -247,4 +284,4 @@ def _elastica(
                     PROPERTIES, start, grips, moves, ACTION_DURATION, step, 1.0, stiff
                 )
 
-            yield _point(name, f"{1e3 * step:g} ms", run, truth, _mean(still - end))
+            yield _point(name, f"{1e3 * step:g} ms", run, truth, still, continuum)

@@ -23,8 +23,8 @@ def draw(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
     figure, axes = pyplot.subplots(1, 2, figsize=(10, 4.2), sharex=True)
     solvers = dict.fromkeys(row["solver"] for row in rows if math.isfinite(row["us"]))
     for axis, key, title in (
-        (axes[0], "moving_mm", "in motion, against the solver's own fine steps"),
-        (axes[1], "rest_mm", "at rest, against the rod's converged shape"),
+        (axes[0], "moving_mm", "in motion, against the continuum"),
+        (axes[1], "rest_mm", "at rest, against the continuum"),
     ):
         for solver in solvers:
             points = sorted((r["us"], r[key], r["setting"]) for r in rows if r["solver"] == solver)

@@ -55,6 +55,7 @@ class Rod:
         tolerance: float = 1e-7,
         scheme: Scheme = "euler",
         self_contact: bool = False,
+        threads: int = 1,
     ) -> None:
         """Create a rod.
 
@@ -70,6 +71,7 @@ class Rod:
                 adds energy; "sdirk2" is of second order, with two solves a step.
             self_contact: Whether strands of the rod collide with each other. They must not
                 approach by a diameter within a step.
+            threads: Number of threads that share the rods of a batch; results do not depend on it.
 
         Raises:
             ValueError: An argument is out of its range.
@@ -77,8 +79,11 @@ class Rod:
         self.model = ImplicitRodModel(
             properties, node_count, left, right, gravity, tolerance, scheme, self_contact
         )
+        if threads < 1:
+            raise ValueError(f"threads must be at least 1, got {threads}")
         self._constants = pack_constants(self.model)
         self._pool = BufferPool()
+        self._threads = threads
 
     @property
     def properties(self) -> RodProperties:
@@ -111,6 +116,7 @@ class Rod:
         other.model = replace(self.model, properties=properties)
         other._constants = pack_constants(other.model)
         other._pool = self._pool
+        other._threads = self._threads
         return other
 
     def straight(self, left_point: Sequence[float], right_point: Sequence[float]) -> RodState:
@@ -142,7 +148,7 @@ class Rod:
             ValueError: The specification does not fit the rod.
         """
         buffers = self._prepare(spec)
-        launch(buffers)
+        launch(buffers, self._threads)
         length = self.properties.length
         found = [read_rollout(buffers, b, length) for b in range(len(spec.states))]
         return found if spec.is_batch else found[0]
@@ -193,7 +199,7 @@ class Rod:
                 Derivatives.SENSITIVITIES, parameters, with_actions, directions=state_directions
             ),
         )
-        launch(buffers)
+        launch(buffers, self._threads)
         length = self.properties.length
         found = [read_linearization(buffers, b, length) for b in range(len(spec.states))]
         return found if spec.is_batch else found[0]
@@ -245,7 +251,7 @@ class Rod:
         buffers = self._prepare(
             spec, DerivativeRequest(Derivatives.ADJOINT, parameters, d_cost_d_positions=seed)
         )
-        launch(buffers)
+        launch(buffers, self._threads)
         length = self.properties.length
         found = [
             read_gradient(buffers, b, state, length, parameters)

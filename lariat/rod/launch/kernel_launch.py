@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float64, Int32, Int64
@@ -34,10 +36,36 @@ def allocate(
     return pool.cut(sizes, places, stride, integers)
 
 
-def launch(buffers: LaunchBuffers[Sizes]) -> None:
-    """Run the kernel on buffers that have been filled, from its library or through Taichi."""
+def launch(buffers: LaunchBuffers[Sizes], threads: int = 1) -> None:
+    """Run the kernel on buffers that have been filled, from its library or through Taichi.
+
+    Args:
+        buffers: Buffers with all inputs.
+        threads: Number of threads that share the rods of the batch; Taichi's kernel takes one.
+    """
     kernel = machine_code.kernel() or _through_taichi
-    kernel(buffers.integers, buffers.doubles, buffers.sizes.batch)
+    batch = buffers.sizes.batch
+    threads = min(threads, batch)
+    if threads == 1 or kernel is _through_taichi:
+        kernel(buffers.integers, buffers.doubles, batch)
+        return
+    stride = int(buffers.integers[Header.STRIDE])
+
+    def run_share(first: int, end: int) -> None:
+        integers = buffers.integers.copy()
+        # The obstacles lie behind the last rod, counted from the first rod of a share.
+        integers[Header.OBSTACLE_ROWS] -= stride * first
+        kernel(integers, buffers.doubles[stride * first :], end - first)
+
+    bounds = [batch * k // threads for k in range(threads + 1)]
+    shares = [_executor(threads).submit(run_share, first, end) for first, end in pairwise(bounds)]
+    for share in shares:
+        share.result()
+
+
+@lru_cache(maxsize=4)
+def _executor(threads: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(threads, thread_name_prefix="rod")
 
 
 @lru_cache(maxsize=256)

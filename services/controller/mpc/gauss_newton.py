@@ -96,8 +96,10 @@ class GaussNewton:
             actions[0] += 0.5 * initial_velocity
             spec = RolloutSpec(problem.state, actions, dt, obstacles=problem.supports)
             linear = rod.linearize(spec)
-            jacobian = linear.d_positions_d_actions[..., self.moves]
-            jacobian = np.einsum("hnckm,kj->hncjm", jacobian, means, optimize=True)
+            halves = 0.5 * linear.d_positions_d_actions[..., self.moves]
+            # Product with `means`, whose columns have two entries of one half each.
+            jacobian = halves.copy()
+            jacobian[:, :, :, :-1] += halves[:, :, :, 1:]
             units = np.maximum(units, self._node_response(jacobian))
             jacobian = jacobian.reshape(*jacobian.shape[:3], count * free)
             model = linear.rollout.positions
@@ -165,9 +167,9 @@ class GaussNewton:
         bounded = np.empty_like(velocities)
         last = initial_velocity.reshape(2, 2, 3)
         max_change = self.limits.acceleration_bounds * self.time_step
-        for k, velocity in enumerate(velocities.reshape(-1, 2, 2, 3)):
-            change = clipped(velocity, self.limits.speed_bounds) - last
-            size = np.linalg.norm(change, axis=2, keepdims=True)
-            last = last + change * np.minimum(1.0, max_change[None] / np.maximum(size, 1e-300))
+        for k, velocity in enumerate(
+            clipped(velocities.reshape(-1, 2, 2, 3), self.limits.speed_bounds)
+        ):
+            last = last + clipped(velocity - last, max_change)
             bounded[k] = last.reshape(2, 6)
         return bounded

@@ -9,6 +9,7 @@ import socket
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -127,14 +128,18 @@ def _as_nobody(attack: Callable[[], str]) -> str:
 
 def _tried(things: Sequence[Any], attack: Callable[[Any], object]) -> str:
     """Return the things at which an attack succeeds, in words; empty: none."""
-    done = []
-    for thing in things:
+
+    def succeeds(thing: Any) -> bool:
         try:
             attack(thing)
         except (OSError, Unreachable):
-            continue
-        done.append(str(thing))
-    return ", ".join(done)
+            return False
+        return True
+
+    # At once: the bus does not answer whom it refuses.
+    with ThreadPoolExecutor(len(things) or 1) as pool:
+        done = list(pool.map(succeeds, things))
+    return ", ".join(str(thing) for thing, each in zip(things, done, strict=True) if each)
 
 
 def _connect(path: Path) -> None:

@@ -112,6 +112,7 @@ def _raised(name: str, *causes: str, effect: float = 0.0, promised: bool = True)
 
 
 def _prepare_second_gateway(cell: FaultCell) -> None:
+    cell.expect_other_gateway()
     cell.processes.prepare_second_gateway()
     time.sleep(BOOT_TIME)
 
@@ -119,6 +120,11 @@ def _prepare_second_gateway(cell: FaultCell) -> None:
 def _connect_second_gateway(cell: FaultCell) -> float:
     cell.processes.connect_second_gateway()
     return cell.wait_for_other_gateway()
+
+
+def _end_second_gateway(cell: FaultCell) -> None:
+    cell.processes.end_second_gateway()
+    cell.forget_other_gateway()
 
 
 def _slowed(name: str) -> FaultCase:
@@ -166,7 +172,7 @@ CASES: dict[str, FaultCase] = {
         "another gateway of the same cell joins the bus",
         _connect_second_gateway,
         ("second_gateway", "lost_link", "alarm"),
-        repair=lambda cell: cell.processes.end_second_gateway(),
+        repair=_end_second_gateway,
         prepare=_prepare_second_gateway,
     ),
     "disk-full": FaultCase(

@@ -139,12 +139,18 @@ class FaultCell:
                 self.send_signal(name, number)
                 time.sleep(SLICE)
 
-    def wait_for_other_gateway(self) -> float:
-        """Wait until another gateway is heard, and return the time of that [s].
-
-        From now on only messages of the cell's own gateway count.
-        """
+    def expect_other_gateway(self) -> None:
+        """Take the messages of the cell's own gateway alone, until the other one is forgotten."""
+        self.wait_until(lambda: bool(self.states), STOP_TIMEOUT, "no state")
         self._own_boot, self._other_heard = self.arms.boot, False
+
+    def forget_other_gateway(self) -> None:
+        """Take the messages of every gateway again, after the other one has ended."""
+        self.update()
+        self._own_boot = ""
+
+    def wait_for_other_gateway(self) -> float:
+        """Wait until another gateway is heard, and return the time of that [s]."""
         self.wait_until(lambda: self._other_heard, OTHER_GATEWAY_TIMEOUT, "no other gateway")
         return self.now()
 

@@ -1,6 +1,7 @@
 # Everything that a fresh clone needs; each target makes what it stands on.
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
+TOOLS := .venv-tools/bin
 SCENARIO ?= scenarios/three-cylinders.toml
 
 # Installs a Debian package where what it gives is missing and this user may; else says which it is.
@@ -32,7 +33,7 @@ format: .venv/installed-dev
 	$(BIN)/ruff check --fix .
 
 clean:
-	rm -rf .venv
+	rm -rf .venv .venv-tools
 
 .venv/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] < (3, 14))' || \
@@ -57,10 +58,13 @@ install = $(BIN)/python -m pip install --quiet --require-hashes --requirement re
 	@$(call install,dev)
 	@touch $@ .venv/installed
 
-lock: .venv/bin/python  ## locks every dependency by version and hash
-	$(BIN)/python -m pip install --quiet pip-tools
-	$(BIN)/python requirements/lock.py
+# Tools of their own, so that the bill names what Lariat needs and nothing else.
+$(TOOLS)/cyclonedx-py: | .venv/bin/python
+	$(BIN)/python -m venv .venv-tools
+	$(TOOLS)/python -m pip install --quiet pip-tools cyclonedx-bom
 
-sbom: .venv/installed  ## software bill of materials of what is installed, with licences
-	$(BIN)/python -m pip install --quiet cyclonedx-bom
-	$(BIN)/cyclonedx-py environment --output-format JSON --output-file lariat.cdx.json $(BIN)/python
+lock: $(TOOLS)/cyclonedx-py  ## locks every dependency by version and hash
+	$(TOOLS)/python requirements/lock.py
+
+sbom: .venv/installed $(TOOLS)/cyclonedx-py  ## software bill of materials of what is installed, with licences
+	$(TOOLS)/cyclonedx-py environment --output-format JSON --output-file lariat.cdx.json $(BIN)/python

@@ -169,7 +169,7 @@ CASES: dict[str, FaultCase] = {
     "controller-slowed": _slowed("controller"),
     "gateway-slowed": _slowed("robot_gateway"),
     "second-gateway": FaultCase(
-        "another gateway of the same cell joins the bus",
+        "another gateway of the same cell, without its arm, joins the bus",
         _connect_second_gateway,
         ("second_gateway", "lost_link", "alarm"),
         repair=_end_second_gateway,

@@ -193,13 +193,22 @@ class CellProcesses:
         self._services["router"].wait()
 
     def prepare_second_gateway(self) -> None:
-        """Start another gateway of the same cell, whose line to the bus is blocked."""
+        """Start another gateway of the same cell, whose line to the bus is blocked.
+
+        It looks for its arm where there is none: two that connect to one arm disturb each other
+        before the bus has a say.
+        """
+        elsewhere = self.folder / "elsewhere.toml"
+        address = f"ends.{OBSERVED_SIDE}.address={BLOCKED_HOST}"
+        elsewhere.write_text(load_with(self._arm_scenario, [address]).text, encoding="utf-8")
         module, port = "benchmarks.faults.tcp_proxy", str(self.port)
         line = self._spawn(module_entry.command(module, BLOCKED_HOST, "127.0.0.1", port))
         self._services["second_line"] = line
         _command(line, "blocked")
         hub = f"tcp/{BLOCKED_HOST}:{port}"
-        self._start_service("robot_gateway", "second_gateway", "--restarted", hub=hub)
+        self._start_service(
+            "robot_gateway", "second_gateway", "--restarted", hub=hub, scenario=elsewhere
+        )
 
     def connect_second_gateway(self) -> None:
         """Let the other gateway reach the bus."""
@@ -265,7 +274,14 @@ class CellProcesses:
         if self._recorded:
             subprocess.run(["umount", str(self.folder / "recordings")], check=False)
 
-    def _start_service(self, service: str, name: str = "", *options: str, hub: str = "") -> None:
+    def _start_service(
+        self,
+        service: str,
+        name: str = "",
+        *options: str,
+        hub: str = "",
+        scenario: Path | None = None,
+    ) -> None:
         """Start a service.
 
         Args:
@@ -273,10 +289,11 @@ class CellProcesses:
             name: Name of the process; by default that of the service.
             options: Further options of the command line.
             hub: Endpoint of the bus; by default that of the hub or router.
+            scenario: Its scenario; by default that of the cell.
         """
         own_hub = f"tcp/127.0.0.1:{self.port}"
         command = [*module_entry.command(f"services.{service}", *options)]
-        command += ["--scenario", str(self._cell_scenario)]
+        command += ["--scenario", str(scenario or self._cell_scenario)]
         command += ["--connect", hub or own_hub, "--namespace", self.namespace]
         if secret := find_local_secret((own_hub,)):
             command += ["--settings", str(secret)]

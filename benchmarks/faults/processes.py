@@ -6,9 +6,9 @@ emulator, which logs the motion of its joints. To the stack both look like a rea
 
 from __future__ import annotations
 
+import errno
 import os
 import secrets
-import shutil
 import signal
 import socket
 import subprocess
@@ -54,6 +54,8 @@ BLOCKED_HOST = "127.0.0.44"
 """Address at which a second gateway reaches the bus, through a line that is opened later."""
 RAISING_FOLDER = Path(__file__).parent / "raising"
 """Folder of the module that lets processes raise an exception at SIGUSR1."""
+FILL_SIZE = 1 << 20
+"""Bytes that are written at once to fill a disk."""
 RECORDINGS_SIZE = "700m"
 """Size of the disk for recordings: above the free space at which the recorder stops."""
 
@@ -221,9 +223,13 @@ class CellProcesses:
 
     def fill_disk(self) -> None:
         """Fill the disk of the recordings."""
-        with (self.folder / "recordings" / "fill").open("wb") as file:
-            free = shutil.disk_usage(self.folder / "recordings").free
-            os.posix_fallocate(file.fileno(), 0, free)
+        with (self.folder / "recordings" / "fill").open("wb", buffering=0) as file:
+            try:
+                while file.write(bytes(FILL_SIZE)) == FILL_SIZE:
+                    pass
+            except OSError as error:
+                if error.errno != errno.ENOSPC:
+                    raise
 
     def clear_disk(self) -> None:
         """Make room on the disk of the recordings."""

@@ -7,7 +7,10 @@ import os
 import subprocess
 import sys
 
+import pytest
 
+
+@pytest.mark.slow
 def test_nobody_else_reads_or_writes_and_a_run_reaches_its_goal_afterwards() -> None:
     command = [sys.executable, "-m", "cli", "bench", "attacks", "--json"]
     said = subprocess.run(command, capture_output=True, text=True, timeout=200.0)

@@ -81,7 +81,8 @@ def run(
     """Print the load of the dashboard's process while a recorded run is played to it.
 
     Examples:
-      lariat run three-cylinders --record run.mcap && lariat bench page run.mcap
+      lariat run three-cylinders --record run.mcap
+      lariat bench page run.mcap
       lariat bench page run.mcap --pages 0
       lariat bench page run.mcap --slow-pages 1 --seconds 600
 

@@ -207,8 +207,14 @@ def _ask_again(outbox: Any, entry: Entry) -> None:
             grips = grip_pose(message.left), grip_pose(message.right)
             outbox.draft_goal(*grips, message.turns)
         case topics.RUN_LIST_REQUEST.key:
-            note = {"note": message.note, "star": message.star}
-            outbox.request_runs(message.action, list(message.runs), words, **note)
+            given = {"note": message.note, "star": message.star, "time": message.time}
+            outbox.request_runs(message.action, list(message.runs), words, **given)
+        case topics.COMMISSIONING_ANSWER.key:
+            outbox.answer_commissioning(message.question_id, message.yes)
+        case topics.STACK_REQUEST.key:
+            fields = {f.name: v for f, v in message.ListFields()}
+            given = {k: v for k, v in fields.items() if k not in ("id", "stamp", "action")}
+            outbox.request_stack(message.action, words, **given)
 
 
 def _answered_state(message: Any) -> ArmStates:

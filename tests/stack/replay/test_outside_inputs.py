@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from dashboard.outbox import Outbox
 from shared import topics
-from shared.messages import ArmCommand, ArmStates, Message
+from shared.messages import ArmCommand, ArmStates, Message, RunListRequest, StackRequest
 from shared.recording import Entry
 from shared.topics import Topic
 from stack.replay import outside_inputs
@@ -30,3 +30,14 @@ def test_command_and_its_consent_are_asked_again_as_they_were() -> None:
     recorded.command_arms(ArmCommand.ACKNOWLEDGE, STATE, "Acknowledge", session="controller-1")
     ((_, message),) = recorded.take(0)
     assert asked_again(again, topics.ARM_COMMAND, message) == message
+
+
+def test_requests_about_runs_and_scenarios_are_asked_again_as_they_were() -> None:
+    recorded, again = Outbox("dashboard-ab"), Outbox("dashboard-ab")
+    recorded.request_runs(RunListRequest.SEND_PICTURE, ["run-1"], "", time=1.5)
+    recorded.request_runs(RunListRequest.ANNOTATE, ["run-1"], "Note", note="stiff", star=True)
+    settings = ["control.clearance=0.02"]
+    recorded.request_stack(StackRequest.SAVE, "Save", settings=settings, name="mine")
+    recorded.request_stack(StackRequest.START, "Start", content=b"a", confirmed=["10.0.0.6"])
+    for topic, message in list(recorded.take(0)):
+        assert asked_again(again, topic, message) == message

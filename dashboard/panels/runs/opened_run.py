@@ -91,6 +91,7 @@ class OpenedRun:
     def close(self) -> None:
         """Remove the run from the scene."""
         self._id, self._motion, self._playing = "", None, False
+        self._play.label = "Play"
         self._folder.visible = False
         self._rope.hide()
         self._goal.hide()
@@ -111,7 +112,7 @@ class OpenedRun:
         self._add_bar(motion)
         self._image.visible = False
         self._save_picture.disabled = True
-        self._save_scene.disabled = not len(self._shapes)
+        self._play.disabled = self._save_scene.disabled = not len(self._shapes)
         self._folder.visible = True
         self._seek(motion.time[0] if motion.time else 0.0)
 
@@ -187,8 +188,10 @@ class OpenedRun:
             self._rope.show(self._shapes[index], palette.OPENED_RUN)
 
     def _toggle(self) -> None:
+        if self._motion is None or not self._motion.time:
+            return
         self._playing = not self._playing
-        if self._playing and self._motion and self._seconds >= self._motion.time[-1]:
+        if self._playing and self._seconds >= self._motion.time[-1]:
             self._seek(self._motion.time[0])
         self._play.label = "Pause" if self._playing else "Play"
 

@@ -1,4 +1,4 @@
-"""A run in which an obstacle hides the rope from one camera and another one sees it."""
+"""A run in which each of two cameras sees what an obstacle hides from the other."""
 
 from __future__ import annotations
 

@@ -36,6 +36,12 @@ def hessian_at(ni: ti.template(), rod, step, block):
 
 
 @ti.func
+def hessian_index(ni: ti.template(), rod, step):
+    """Place of the first diagonal matrix of the Hessian in `w33`; each block has three matrices."""
+    return ti.raw_div(hessian_at(ni, rod, step, 0), 9)
+
+
+@ti.func
 def time_at(ni: ti.template(), rod, step):
     """Offset of the `TimeRow` of a solve."""
     return rod + ni[Section.TIMES] + TIME_WIDTH * step

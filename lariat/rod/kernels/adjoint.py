@@ -19,14 +19,22 @@ from lariat.rod.kernels.memory import add, load3, load4, load33
 from lariat.rod.kernels.parameter_derivatives import parameter_derivatives
 from lariat.rod.kernels.rotations import left_jacobian, rotation_matrix
 from lariat.rod.kernels.step_terms import internal_rate, step_times, target_share
-from lariat.rod.kernels.types import Doubles, Integers
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
 from lariat.rod.launch.codes import EndHold, Task
 from lariat.rod.launch.layout import HISTORY_SLOTS, STEP_BLOCKS, Header, Section, TimeRow
 
 
 @ti.real_func
 def adjoint(
-    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+    ni: Integers,
+    w: Doubles,
+    w33: Matrices33,
+    w36: Matrices36,
+    task: ti.i32,
+    rod: ti.i32,
+    step: ti.i32,
+    arg: ti.i32,
+    real: ti.f64,
 ) -> ti.f64:
     """Carry the adjoint over one solve: to the solves before it and to the parameters."""
     result = 0.0
@@ -87,13 +95,21 @@ def adjoint(
             to = rod + ni[Section.PARAMETERS_OUT] + p
             w[to] = w[to] + total
     else:
-        result = grip_adjoint(ni, w, task, rod, step, arg, real)
+        result = grip_adjoint(ni, w, w33, w36, task, rod, step, arg, real)
     return result
 
 
 @ti.real_func
 def grip_adjoint(
-    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+    ni: Integers,
+    w: Doubles,
+    w33: Matrices33,
+    w36: Matrices36,
+    task: ti.i32,
+    rod: ti.i32,
+    step: ti.i32,
+    arg: ti.i32,
+    real: ti.f64,
 ) -> ti.f64:
     """Carry the adjoint at driven blocks on to the actions and to the solve before."""
     result = 0.0
@@ -124,5 +140,5 @@ def grip_adjoint(
                 add(w, out, h * pull)
                 add(w, old + outer, pull)
     else:
-        result = parameter_derivatives(ni, w, task, rod, step, arg, real)
+        result = parameter_derivatives(ni, w, w33, w36, task, rod, step, arg, real)
     return result

@@ -9,17 +9,38 @@ in time linear in the number of nodes. Only the free blocks from FIRST_FREE to E
 
 import taichi as ti
 
-from lariat.rod.kernels.addressing import hessian_at
-from lariat.rod.kernels.memory import add33, load33, store33
+from lariat.rod.kernels.addressing import hessian_index
 from lariat.rod.kernels.self_contact_coupling import fold_self_contacts
-from lariat.rod.kernels.types import Doubles, Integers
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
 from lariat.rod.launch.codes import Task
 from lariat.rod.launch.layout import Header
 
 
+@ti.func
+def symmetric_inverse(d):
+    """Inverse of a symmetric 3x3 matrix, zero if it is singular; its leading minors 2 and 3."""
+    a = d[1, 1] * d[2, 2] - d[1, 2] * d[1, 2]
+    b = d[0, 2] * d[1, 2] - d[0, 1] * d[2, 2]
+    c = d[0, 1] * d[1, 2] - d[0, 2] * d[1, 1]
+    e = d[0, 1] * d[0, 2] - d[0, 0] * d[1, 2]
+    minor = d[0, 0] * d[1, 1] - d[0, 1] * d[0, 1]
+    determinant = d[0, 0] * a + d[0, 1] * b + d[0, 2] * c
+    scale = ti.select(determinant == 0.0, 0.0, 1.0 / determinant)
+    adjugate = ti.Matrix([[a, b, c], [b, d[0, 0] * d[2, 2] - d[0, 2] * d[0, 2], e], [c, e, minor]])
+    return scale * adjugate, minor, determinant
+
+
 @ti.real_func
 def factorize(
-    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+    ni: Integers,
+    w: Doubles,
+    w33: Matrices33,
+    w36: Matrices36,
+    task: ti.i32,
+    rod: ti.i32,
+    step: ti.i32,
+    arg: ti.i32,
+    real: ti.f64,
 ) -> ti.f64:
     """Factorize the Hessian as block LDL^T in place; return whether all pivots are positive."""
     result = 0.0
@@ -27,29 +48,28 @@ def factorize(
         first = ni[Header.FIRST_FREE]
         end = ni[Header.END_FREE]
         definite = 1
+        # The matrices that the next two columns change stay in registers.
+        h = hessian_index(ni, rod, step)
+        d = w33[h + 3 * first]
+        near = w33[h + 3 * first + 1]
+        d_next = w33[h + 3 * first + 3]
         for j in range(first, end):
-            m = hessian_at(ni, rod, step, j)
-            d = load33(w, m)
-            minor = d[0, 0] * d[1, 1] - d[0, 1] * d[0, 1]
-            determinant = d.determinant()
+            m = h + 3 * j
+            inverse, minor, determinant = symmetric_inverse(d)
             if d[0, 0] <= 0.0 or minor <= 0.0 or determinant <= 0.0:
                 definite = 0
-            inverse = ti.Matrix.zero(ti.f64, 3, 3)
-            if ti.abs(determinant) > 0.0:
-                inverse = d.inverse()
-            store33(w, m, inverse)
+            w33[m] = inverse
             if j + 1 < end:
-                near = load33(w, m + 9)
                 near_factor = near @ inverse
-                add33(w, m + 27, -(near_factor @ near.transpose()))
+                d = d_next - near_factor @ near.transpose()
+                w33[m + 1] = near_factor
                 if j + 2 < end:
-                    far = load33(w, m + 18)
+                    far = w33[m + 2]
                     far_factor = far @ inverse
-                    add33(w, m + 36, -(far @ near_factor.transpose()))
-                    add33(w, m + 54, -(far_factor @ far.transpose()))
-                    store33(w, m + 18, far_factor)
-                store33(w, m + 9, near_factor)
+                    near = w33[m + 4] - far @ near_factor.transpose()
+                    d_next = w33[m + 6] - far_factor @ far.transpose()
+                    w33[m + 2] = far_factor
         result = definite
     else:
-        result = fold_self_contacts(ni, w, task, rod, step, arg, real)
+        result = fold_self_contacts(ni, w, w33, w36, task, rod, step, arg, real)
     return result

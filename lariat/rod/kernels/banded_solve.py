@@ -6,14 +6,14 @@ The contacts add a matrix of low rank (Woodbury).
 
 import taichi as ti
 
-from lariat.rod.kernels.addressing import hessian_at
-from lariat.rod.kernels.memory import add, load3, load33, store
+from lariat.rod.kernels.addressing import hessian_index
+from lariat.rod.kernels.memory import add, load3, store
 from lariat.rod.kernels.self_contact_hessian import (
     geometric_hessian_product,
     normal_separation,
     subtract_at_nodes,
 )
-from lariat.rod.kernels.types import Doubles, Integers
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
 from lariat.rod.launch.codes import Task
 from lariat.rod.launch.layout import (
     SELF_CONTACT_HEAD,
@@ -26,7 +26,15 @@ from lariat.rod.launch.layout import (
 
 @ti.real_func
 def solve(
-    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+    ni: Integers,
+    w: Doubles,
+    w33: Matrices33,
+    w36: Matrices36,
+    task: ti.i32,
+    rod: ti.i32,
+    step: ti.i32,
+    arg: ti.i32,
+    real: ti.f64,
 ) -> ti.f64:
     """Solve H v = b in place for the vector at `arg`, over the free blocks.
 
@@ -98,21 +106,25 @@ def solve(
                 for k in range(width):
                     if k < 3 * first or k >= 3 * end:
                         w[d + k] = 0.0
+            h = hessian_index(ni, rod, step)
+            v = load3(w, d + 3 * first)
+            v_next = load3(w, d + 3 * ti.min(first + 1, end - 1))
             for j in range(first, end):
-                m = hessian_at(ni, rod, step, j)
-                v = load3(w, d + 3 * j)
-                if j + 1 < end:
-                    add(w, d + 3 * j + 3, -(load33(w, m + 9) @ v))
-                if j + 2 < end:
-                    add(w, d + 3 * j + 6, -(load33(w, m + 18) @ v))
+                store(w, d + 3 * j, v)
+                m = h + 3 * j
+                after = v_next - w33[m + 1] @ v
+                v_next = load3(w, d + 3 * ti.min(j + 2, end - 1)) - w33[m + 2] @ v
+                v = after
+            # The couplings of the last blocks with driven ones are multiplied by zero.
+            v = ti.Vector([0.0, 0.0, 0.0])
+            v_next = ti.Vector([0.0, 0.0, 0.0])
             for back in range(end - first):
                 j = end - 1 - back
-                m = hessian_at(ni, rod, step, j)
-                v = load33(w, m) @ load3(w, d + 3 * j)
-                if j + 1 < end:
-                    v -= load33(w, m + 9).transpose() @ load3(w, d + 3 * j + 3)
-                if j + 2 < end:
-                    v -= load33(w, m + 18).transpose() @ load3(w, d + 3 * j + 6)
+                m = h + 3 * j
+                before = w33[m] @ load3(w, d + 3 * j)
+                before -= w33[m + 1].transpose() @ v + w33[m + 2].transpose() @ v_next
+                v_next = v
+                v = before
                 store(w, d + 3 * j, v)
             # Cholesky row by row; the right-hand side is one row more, multiplied by L^-1.
             a = ti.min(c, count)

@@ -20,12 +20,12 @@ last linear solve predicted, and the number of iterations does not depend on the
 
 import taichi as ti
 
-from lariat.rod.kernels.addressing import hessian_at, orientation_at, position_at, scalar
-from lariat.rod.kernels.memory import add, add33, load3, load4, store, store33
+from lariat.rod.kernels.addressing import hessian_index, orientation_at, position_at, scalar
+from lariat.rod.kernels.memory import add, load3, load4, store
 from lariat.rod.kernels.obstacle_contact import obstacle_contacts
 from lariat.rod.kernels.rotations import cross_matrix, rotation_matrix
 from lariat.rod.kernels.step_terms import bend_rotation, inertia_terms, step_times
-from lariat.rod.kernels.types import Doubles, Integers
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
 from lariat.rod.launch.codes import Task
 from lariat.rod.launch.layout import (
     EFFECTIVE_BEND_WIDTH,
@@ -37,24 +37,40 @@ from lariat.rod.launch.layout import (
 )
 
 
+@ti.func
+def scaled_identity(s):
+    """s I, 3x3, without products with zeros."""
+    return ti.Matrix([[s, 0.0, 0.0], [0.0, s, 0.0], [0.0, 0.0, s]])
+
+
 @ti.real_func
 def edge_energy(
-    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+    ni: Integers,
+    w: Doubles,
+    w33: Matrices33,
+    w36: Matrices36,
+    task: ti.i32,
+    rod: ti.i32,
+    step: ti.i32,
+    arg: ti.i32,
+    real: ti.f64,
 ) -> ti.f64:
     """Set energy, gradient and Hessian to those of inertia, weight and stretch, eqs. (I), (W), (S).
 
     Args:
-        arg: 1 for the whole Hessian, 0 for a positive definite part of it.
+        arg: 1 for the whole Hessian, 2 for that with the tensions of the iterate instead of the
+            predicted ones, 0 for a positive definite part of it.
         real: Levenberg shift on the Hessian's diagonal, relative to the stretch stiffness.
     """
     result = 0.0
     if task == Task.EDGE_ENERGY:
-        exact = arg
+        exact = arg > 0
         shift = real
         n = ni[Header.NODES]
         _h, weight, _carry = step_times(ni, w, rod, step)
         stretch = scalar(ni, w, rod, Scalar.STRETCH_STIFFNESS)
         length = scalar(ni, w, rod, Scalar.EDGE_LENGTH)
+        per_length = 1.0 / length
         gravity = ti.Vector(
             [
                 scalar(ni, w, rod, Scalar.GRAVITY_X),
@@ -63,7 +79,7 @@ def edge_energy(
             ]
         )
         zero = ti.Matrix.zero(ti.f64, 3, 3)
-        eye = ti.Matrix.identity(ti.f64, 3)
+        h = hessian_index(ni, rod, step)
         g = rod + ni[Section.GRADIENT]
         energy = 0.0
         for i in range(n):
@@ -72,27 +88,33 @@ def edge_energy(
             displacement = x - load3(w, rod + ni[Section.TARGET_POSITIONS] + 3 * i)
             energy += mass * (0.5 * weight * displacement.dot(displacement) - gravity.dot(x))
             store(w, g + 6 * i, mass * (weight * displacement - gravity))
-            m = hessian_at(ni, rod, step, 2 * i)
-            store33(w, m, (mass * weight + shift * stretch / length) * eye)
-            store33(w, m + 9, zero)
-            store33(w, m + 18, zero)
-            if i < ni[Header.FIRST_EDGE] or (i >= ni[Header.END_EDGE] and i < n - 1):
-                # The grip edge of a clamp: only a bend adds to its blocks.
-                store(w, g + 6 * i + 3, ti.Vector([0.0, 0.0, 0.0]))
-                store33(w, m + 27, zero)
-                store33(w, m + 36, zero)
-                store33(w, m + 45, zero)
+            m = h + 6 * i
+            has_edge = i >= ni[Header.FIRST_EDGE] and i < ni[Header.END_EDGE]
+            follows_edge = i > ni[Header.FIRST_EDGE] and i <= ni[Header.END_EDGE]
+            edges = ti.select(has_edge, 1.0, 0.0) + ti.select(follows_edge, 1.0, 0.0)
+            w33[m] = scaled_identity(mass * weight + (shift + edges) * stretch * per_length)
+            if not has_edge:
+                w33[m + 1] = zero
+                w33[m + 2] = zero
+                if i < n - 1:
+                    # The grip edge of a clamp: only a bend adds to its blocks.
+                    store(w, g + 6 * i + 3, ti.Vector([0.0, 0.0, 0.0]))
+                    w33[m + 3] = zero
+                    w33[m + 4] = zero
+                    w33[m + 5] = zero
         for i in range(ni[Header.FIRST_EDGE], ni[Header.END_EDGE]):
             q = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, i))
             r = rotation_matrix(q)
             edge = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i + 1)) - load3(
                 w, position_at(ni, rod, step + HISTORY_SLOTS, i)
             )
-            strain = edge / length - ti.Vector([r[0, 2], r[1, 2], r[2, 2]])
+            strain = per_length * edge - ti.Vector([r[0, 2], r[1, 2], r[2, 2]])
             force = stretch * strain
             energy += 0.5 * length * force.dot(strain)
             local = r.transpose() @ force
             tension = r.transpose() @ load3(w, rod + ni[Section.TENSIONS] + 3 * i)
+            if arg == 2:
+                tension = local
             if not exact:
                 tension = ti.Vector([0.0, 0.0, ti.max(tension[2], 0.0)])
             add(w, g + 6 * i, -force)
@@ -101,12 +123,9 @@ def edge_energy(
             moment_arm = stretch * ti.Matrix(
                 [[r[0, 1], r[1, 1], r[2, 1]], [-r[0, 0], -r[1, 0], -r[2, 0]], [0.0, 0.0, 0.0]]
             )
-            m = hessian_at(ni, rod, step, 2 * i)
-            for a in ti.static(range(3)):
-                w[m + 4 * a] = w[m + 4 * a] + stretch / length
-                w[m + 54 + 4 * a] = w[m + 54 + 4 * a] + stretch / length
-                w[m + 18 + 4 * a] = w[m + 18 + 4 * a] - stretch / length
-            add33(w, m + 9, -moment_arm)
+            m = h + 6 * i
+            w33[m + 1] = -moment_arm
+            w33[m + 2] = scaled_identity(-stretch * per_length)
             rotation_block = length * ti.Matrix(
                 [
                     [stretch + tension[2], 0.0, -0.5 * tension[0]],
@@ -133,18 +152,28 @@ def edge_energy(
             diagonal = shift * stretch * length
             if exact:
                 diagonal -= 0.5 * momentum.dot(im)
-            store33(w, m + 27, rotation_block + diagonal * eye)
-            store33(w, m + 36, moment_arm.transpose())
-            store33(w, m + 45, zero)
+            for a in ti.static(range(3)):
+                rotation_block[a, a] += diagonal
+            w33[m + 3] = rotation_block
+            w33[m + 4] = moment_arm.transpose()
+            w33[m + 5] = zero
         result = energy
     else:
-        result = bend_energy(ni, w, task, rod, step, arg, real)
+        result = bend_energy(ni, w, w33, w36, task, rod, step, arg, real)
     return result
 
 
 @ti.real_func
 def bend_energy(
-    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+    ni: Integers,
+    w: Doubles,
+    w33: Matrices33,
+    w36: Matrices36,
+    task: ti.i32,
+    rod: ti.i32,
+    step: ti.i32,
+    arg: ti.i32,
+    real: ti.f64,
 ) -> ti.f64:
     """Add energy, gradient and Hessian of bending and twisting, eq. (B).
 
@@ -156,6 +185,7 @@ def bend_energy(
         exact = arg
         n = ni[Header.NODES]
         g = rod + ni[Section.GRADIENT]
+        h = hessian_index(ni, rod, step)
         energy = 0.0
         for j in range(n - 2):
             u, left_inverse, c, d = bend_rotation(ni, w, rod, step + HISTORY_SLOTS, j)
@@ -174,20 +204,22 @@ def bend_energy(
                     front_factor[a, b] *= stiffness[b]
                     rear_factor[a, b] *= stiffness[b]
             if exact:
-                u_cross = cross_matrix(u)
+                # -c ([u x m]x + [u]x [m]x) + d (u x (u x m)) u^T, in outer products.
+                u_moment = u.dot(moment)
                 moment_cross = cross_matrix(moment)
-                u_moment = u.cross(moment)
-                curvature_term = -c * (cross_matrix(u_moment) + u_cross @ moment_cross)
-                curvature_term += d * (u_cross @ u_moment).outer_product(u)
+                along = d * (u_moment * u - u.dot(u) * moment) - 2.0 * c * moment
+                curvature_term = (c * u).outer_product(moment) + along.outer_product(u)
+                for a in ti.static(range(3)):
+                    curvature_term[a, a] += c * u_moment
                 front_factor += curvature_term + 0.5 * moment_cross
                 rear_factor += curvature_term - 0.5 * moment_cross
             first_block = rear_factor @ left_inverse
             second_block = front_factor @ right_inverse
-            m = hessian_at(ni, rod, step, 2 * j + 1)
-            add33(w, m, 0.5 * (first_block + first_block.transpose()))
-            add33(w, m + 54, 0.5 * (second_block + second_block.transpose()))
-            add33(w, m + 18, -(front_factor @ left_inverse))
+            m = h + 6 * j + 3
+            w33[m] = w33[m] + 0.5 * (first_block + first_block.transpose())
+            w33[m + 6] = w33[m + 6] + 0.5 * (second_block + second_block.transpose())
+            w33[m + 2] = -(front_factor @ left_inverse)
         result = energy
     else:
-        result = obstacle_contacts(ni, w, task, rod, step, arg, real)
+        result = obstacle_contacts(ni, w, w33, w36, task, rod, step, arg, real)
     return result

@@ -15,14 +15,22 @@ from lariat.rod.kernels.memory import add, load3, load4, load33, store
 from lariat.rod.kernels.prediction import predict
 from lariat.rod.kernels.rotations import logarithm, relative_rotation
 from lariat.rod.kernels.step_terms import grip_target
-from lariat.rod.kernels.types import Doubles, Integers
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
 from lariat.rod.launch.codes import EndHold, Task
 from lariat.rod.launch.layout import HISTORY_SLOTS, Header, Section
 
 
 @ti.real_func
 def move_grips(
-    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+    ni: Integers,
+    w: Doubles,
+    w33: Matrices33,
+    w36: Matrices36,
+    task: ti.i32,
+    rod: ti.i32,
+    step: ti.i32,
+    arg: ti.i32,
+    real: ti.f64,
 ) -> ti.f64:
     """Place the driven blocks at their grips (`arg` 1), or write their step to there."""
     result = 0.0
@@ -52,13 +60,21 @@ def move_grips(
                         store(w, d + 6 * node, position - x)
                         store(w, d + 6 * edge + 3, logarithm(relative_rotation(before, q)))
     else:
-        result = predict(ni, w, task, rod, step, arg, real)
+        result = predict(ni, w, w33, w36, task, rod, step, arg, real)
     return result
 
 
 @ti.real_func
 def subtract_couplings(
-    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+    ni: Integers,
+    w: Doubles,
+    w33: Matrices33,
+    w36: Matrices36,
+    task: ti.i32,
+    rod: ti.i32,
+    step: ti.i32,
+    arg: ti.i32,
+    real: ti.f64,
 ) -> ti.f64:
     """Subtract the effect of driven blocks from the free blocks of the vector at `arg`."""
     result = 0.0
@@ -81,5 +97,5 @@ def subtract_couplings(
                     m = hessian_at(ni, rod, step, j) + 9 + 9 * k
                     add(w, d + 3 * j, -(load33(w, m).transpose() @ load3(w, d + 3 * to)))
     else:
-        result = move_grips(ni, w, task, rod, step, arg, real)
+        result = move_grips(ni, w, w33, w36, task, rod, step, arg, real)
     return result

@@ -77,11 +77,3 @@ def add33(w: ti.template(), at, m):
     for a in ti.static(range(3)):
         for b in ti.static(range(3)):
             w[at + 3 * a + b] = w[at + 3 * a + b] + m[a, b]
-
-
-@ti.func
-def add36(w: ti.template(), start, m):
-    """Add a 3x6 matrix to the numbers from `w[start]` on."""
-    for a in ti.static(range(3)):
-        for b in ti.static(range(6)):
-            w[start + 6 * a + b] = w[start + 6 * a + b] + m[a, b]

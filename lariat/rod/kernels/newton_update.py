@@ -11,14 +11,22 @@ from lariat.rod.kernels.addressing import orientation_at, position_at, scalar
 from lariat.rod.kernels.energy import edge_energy
 from lariat.rod.kernels.memory import load3, load4, store
 from lariat.rod.kernels.rotations import rotated, rotation_matrix
-from lariat.rod.kernels.types import Doubles, Integers
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
 from lariat.rod.launch.codes import Task
 from lariat.rod.launch.layout import HISTORY_SLOTS, Header, Scalar, Section
 
 
 @ti.real_func
 def accept_iterate(
-    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+    ni: Integers,
+    w: Doubles,
+    w33: Matrices33,
+    w36: Matrices36,
+    task: ti.i32,
+    rod: ti.i32,
+    step: ti.i32,
+    arg: ti.i32,
+    real: ti.f64,
 ) -> ti.f64:
     """Store the iterate as start of the step, and the negative gradient as right-hand side."""
     result = 0.0
@@ -39,13 +47,21 @@ def accept_iterate(
             gradient = load3(w, rod + ni[Section.GRADIENT] + 3 * j)
             store(w, rod + ni[Section.NEWTON_STEP] + 3 * j, downhill * gradient)
     else:
-        result = edge_energy(ni, w, task, rod, step, arg, real)
+        result = edge_energy(ni, w, w33, w36, task, rod, step, arg, real)
     return result
 
 
 @ti.real_func
 def apply_step(
-    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+    ni: Integers,
+    w: Doubles,
+    w33: Matrices33,
+    w36: Matrices36,
+    task: ti.i32,
+    rod: ti.i32,
+    step: ti.i32,
+    arg: ti.i32,
+    real: ti.f64,
 ) -> ti.f64:
     """Move the iterate to accepted + `real` * step; the tensions follow linearly."""
     result = 0.0
@@ -54,7 +70,7 @@ def apply_step(
         n = ni[Header.NODES]
         d = rod + ni[Section.NEWTON_STEP]
         stretch = scalar(ni, w, rod, Scalar.STRETCH_STIFFNESS)
-        length = scalar(ni, w, rod, Scalar.EDGE_LENGTH)
+        stretch_per_length = stretch / scalar(ni, w, rod, Scalar.EDGE_LENGTH)
         for i in range(n - 1):
             x = load3(w, rod + ni[Section.ACCEPTED_POSITIONS] + 3 * i)
             x_next = load3(w, rod + ni[Section.ACCEPTED_POSITIONS] + 3 * i + 3)
@@ -63,7 +79,8 @@ def apply_step(
             phi = share * load3(w, d + 6 * i + 3)
             edge = x_next - x + share * (load3(w, d + 6 * i + 6) - load3(w, d + 6 * i))
             d3 = r @ ti.Vector([phi[1], -phi[0], 1.0])
-            store(w, rod + ni[Section.TENSIONS] + 3 * i, stretch * (edge / length - d3))
+            tension = stretch_per_length * edge - stretch * d3
+            store(w, rod + ni[Section.TENSIONS] + 3 * i, tension)
             store(w, position_at(ni, rod, step + HISTORY_SLOTS, i), x + share * load3(w, d + 6 * i))
             store(w, orientation_at(ni, rod, step + HISTORY_SLOTS, i), rotated(q, phi))
         x = load3(w, rod + ni[Section.ACCEPTED_POSITIONS] + 3 * n - 3)
@@ -73,5 +90,5 @@ def apply_step(
             x + share * load3(w, d + 6 * n - 6),
         )
     else:
-        result = accept_iterate(ni, w, task, rod, step, arg, real)
+        result = accept_iterate(ni, w, w33, w36, task, rod, step, arg, real)
     return result

@@ -15,7 +15,7 @@ from lariat.rod.kernels.addressing import hessian_at, position_at, scalar
 from lariat.rod.kernels.contact_penalty import contact_penalty
 from lariat.rod.kernels.memory import add, add33, load3, load33
 from lariat.rod.kernels.self_contact import self_contacts
-from lariat.rod.kernels.types import Doubles, Integers
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
 from lariat.rod.launch.codes import ObstacleShape, Task
 from lariat.rod.launch.layout import (
     HISTORY_SLOTS,
@@ -29,7 +29,15 @@ from lariat.rod.launch.layout import (
 
 @ti.real_func
 def obstacle_contacts(
-    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+    ni: Integers,
+    w: Doubles,
+    w33: Matrices33,
+    w36: Matrices36,
+    task: ti.i32,
+    rod: ti.i32,
+    step: ti.i32,
+    arg: ti.i32,
+    real: ti.f64,
 ) -> ti.f64:
     """Add energy, gradient and Hessian of contact with obstacles, at samples of every edge.
 
@@ -46,17 +54,17 @@ def obstacle_contacts(
         reach = scalar(ni, w, rod, Scalar.CONTACT_REACH)
         share = length / samples
         total = 0.0
-        for k in range(ni[Header.OBSTACLES]):
-            row = ni[Header.OBSTACLE_ROWS] + OBSTACLE_WIDTH * k
-            for i in range(ni[Header.FIRST_EDGE], ni[Header.END_EDGE]):
-                start = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i))
-                stop = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i + 1))
-                # Reach of the whole edge, which may be stretched while the iteration runs.
-                bound = 0.5 * (stop - start).norm() + reach
-                middle = 0.5 * (start + stop)
-                near = (middle - load3(w, row + ObstacleRow.POSITION)).norm() < w[
-                    row + ObstacleRow.BOUNDING_RADIUS
-                ] + bound
+        for i in range(ni[Header.FIRST_EDGE], ni[Header.END_EDGE]):
+            start = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i))
+            stop = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i + 1))
+            # Reach of the whole edge, which may be stretched while the iteration runs.
+            bound = 0.5 * (stop - start).norm() + reach
+            middle = 0.5 * (start + stop)
+            for k in range(ni[Header.OBSTACLES]):
+                row = ni[Header.OBSTACLE_ROWS] + OBSTACLE_WIDTH * k
+                offset = middle - load3(w, row + ObstacleRow.POSITION)
+                radius = w[row + ObstacleRow.BOUNDING_RADIUS] + bound
+                near = offset.dot(offset) < radius * radius
                 # The middle comes first (j = -1); the samples follow only if it is near.
                 for j in range(-1, samples):
                     if near:
@@ -158,5 +166,5 @@ def obstacle_contacts(
                                 add33(w, m + 54, (s * s) * hessian)
         result = total
     else:
-        result = self_contacts(ni, w, task, rod, step, arg, real)
+        result = self_contacts(ni, w, w33, w36, task, rod, step, arg, real)
     return result

@@ -23,7 +23,7 @@ from lariat.rod.kernels.step_terms import (
     inertia_terms,
     step_times,
 )
-from lariat.rod.kernels.types import Doubles, Integers
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
 from lariat.rod.launch.codes import Parameter, Task
 from lariat.rod.launch.layout import (
     EFFECTIVE_BEND_WIDTH,
@@ -46,7 +46,15 @@ def add_parameter_derivative(ni: ti.template(), w: ti.template(), rod, p, j, v):
 
 @ti.real_func
 def parameter_derivatives(
-    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+    ni: Integers,
+    w: Doubles,
+    w33: Matrices33,
+    w36: Matrices36,
+    task: ti.i32,
+    rod: ti.i32,
+    step: ti.i32,
+    arg: ti.i32,
+    real: ti.f64,
 ) -> ti.f64:
     """Compute the derivative of the gradient with respect to every requested parameter."""
     result = 0.0
@@ -199,5 +207,5 @@ def parameter_derivatives(
                     )
                     add_parameter_derivative(ni, w, rod, p, 2 * j + 3, jacobian @ moment)
     else:
-        result = inertia_derivatives(ni, w, task, rod, step, arg, real)
+        result = inertia_derivatives(ni, w, w33, w36, task, rod, step, arg, real)
     return result

@@ -21,13 +21,15 @@ from lariat.rod.kernels.step_terms import (
     step_times,
     target_share,
 )
-from lariat.rod.kernels.types import Doubles, Integers
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
 from lariat.rod.launch.codes import Task
 from lariat.rod.launch.layout import (
     EFFECTIVE_BEND_WIDTH,
     HISTORY_SLOTS,
+    OBSTACLE_WIDTH,
     EffectiveBend,
     Header,
+    ObstacleRow,
     Scalar,
     Section,
     TimeRow,
@@ -36,7 +38,15 @@ from lariat.rod.launch.layout import (
 
 @ti.real_func
 def inertial_targets(
-    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+    ni: Integers,
+    w: Doubles,
+    w33: Matrices33,
+    w36: Matrices36,
+    task: ti.i32,
+    rod: ti.i32,
+    step: ti.i32,
+    arg: ti.i32,
+    real: ti.f64,
 ) -> ti.f64:
     """Compute the inertial targets and the bends' effective stiffness and rest.
 
@@ -76,13 +86,21 @@ def inertial_targets(
             store(w, to + EffectiveBend.REST, (load3(w, bend + 3) + rate * before) / (1.0 + rate))
             store(w, to + EffectiveBend.DAMPED_FROM, before)
     else:
-        result = apply_step(ni, w, task, rod, step, arg, real)
+        result = apply_step(ni, w, w33, w36, task, rod, step, arg, real)
     return result
 
 
 @ti.real_func
 def predict(
-    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+    ni: Integers,
+    w: Doubles,
+    w33: Matrices33,
+    w36: Matrices36,
+    task: ti.i32,
+    rod: ti.i32,
+    step: ti.i32,
+    arg: ti.i32,
+    real: ti.f64,
 ) -> ti.f64:
     """Set the first iterate: the inertial target (`arg` 1), or the last shape.
 
@@ -104,10 +122,17 @@ def predict(
             if i > 0:
                 strain = ti.max(strain, (displacement - previous).norm())
             previous = displacement
-        near = ni[Header.OBSTACLES] > 0 or ni[Header.MAX_SELF_CONTACTS] > 0
-        unobstructed = not near or largest_displacement < scalar(ni, w, rod, Scalar.CONTACT_REACH)
+        # A rod that touches an obstacle stays on its side of the obstacle's middle, with room for
+        # the first Newton step.
+        free_path = 1e300
+        reach = scalar(ni, w, rod, Scalar.CONTACT_REACH)
+        for k in range(ni[Header.OBSTACLES]):
+            row = ni[Header.OBSTACLE_ROWS] + OBSTACLE_WIDTH * k
+            free_path = ti.min(free_path, reach + 0.5 * w[row + ObstacleRow.INNER_RADIUS])
+        if ni[Header.MAX_SELF_CONTACTS] > 0:
+            free_path = ti.min(free_path, reach)
         share = 0.0
-        if arg == 1 and unobstructed and strain < 2.0 * length:
+        if arg == 1 and largest_displacement < free_path and strain < 2.0 * length:
             share = 1.0
         for i in range(n):
             x1 = load3(w, position_at(ni, rod, step + HISTORY_SLOTS - 1, i))
@@ -124,5 +149,5 @@ def predict(
             d3 = rotation_matrix(q1) @ ti.Vector([0.0, 0.0, 1.0])
             store(w, rod + ni[Section.TENSIONS] + 3 * i, stretch * (edge / length - d3))
     else:
-        result = inertial_targets(ni, w, task, rod, step, arg, real)
+        result = inertial_targets(ni, w, w33, w36, task, rod, step, arg, real)
     return result

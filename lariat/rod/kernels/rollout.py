@@ -17,24 +17,24 @@ from lariat.rod.kernels.addressing import scalar, sensitivity_columns_at
 from lariat.rod.kernels.history import start_history, write_final_velocities
 from lariat.rod.kernels.memory import add, load3
 from lariat.rod.kernels.sensitivities import sensitivities as run_task
-from lariat.rod.kernels.types import Doubles, Integers
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
 from lariat.rod.launch.codes import Derivatives, Phase, Task
 from lariat.rod.launch.layout import HISTORY_SLOTS, REPORT_WIDTH, Header, ReportRow, Scalar, Section
 
 
 @ti.kernel
-def roll_out(ni: Integers, w: Doubles, batch: ti.i32):
+def roll_out(ni: Integers, w: Doubles, w33: Matrices33, w36: Matrices36, batch: ti.i32):
     """Roll out every rod of a batch, with the derivatives that the header names."""
     ti.loop_config(serialize=True)
     for b in range(batch):
         rod = b * ni[Header.STRIDE]
         start_history(ni, w, rod)
-        advance(ni, w, rod)
+        advance(ni, w, w33, w36, rod)
         write_final_velocities(ni, w, rod)
 
 
 @ti.func
-def advance(ni: ti.template(), w: ti.template(), rod):
+def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), w36: ti.template(), rod):
     """Solve every step from the end of the last, then carry the adjoint back.
 
     Plain Newton steps come first: the fastest, and nearly always enough. Where they diverge, the
@@ -91,6 +91,8 @@ def advance(ni: ti.template(), w: ti.template(), rod):
         if phase == Phase.DERIVATIVES:
             # Contact with gradient but without Hessian, for the derivative with respect to length.
             arg = 2
+        if task == Task.EDGE_ENERGY and phase == Phase.FINAL_HESSIAN:
+            arg = 2
         if task == Task.APPLY_STEP:
             real = share
         elif task == Task.MOVE_GRIPS:
@@ -110,7 +112,7 @@ def advance(ni: ti.template(), w: ti.template(), rod):
             if backward == 0:
                 arg = sensitivity_columns_at(ni, rod, step, 0)[0]
                 real = 6.0
-        value = run_task(ni, w, task, rod, step, arg, real)
+        value = run_task(ni, w, w33, w36, task, rod, step, arg, real)
         check_progress = 0
         if phase == Phase.DERIVATIVES:
             if task == Task.INERTIAL_TARGETS:
@@ -217,21 +219,23 @@ def advance(ni: ti.template(), w: ti.template(), rod):
             rotated = 0.0
             driven = 0.0
             for j in range(2 * n - 1):
-                size = load3(w, d + 3 * j).norm()
+                size = load3(w, d + 3 * j).norm_sqr()
                 if j % 2 == 1:
                     rotated = ti.max(rotated, size)
                 else:
                     moved = ti.max(moved, size)
                     if j < first or j >= end:
                         driven = ti.max(driven, size)
-            # Quadratic convergence: the next step will be smaller by the square of the last two's
-            # ratio. The ratio alone, times a hundred, is a safe estimate of what remains.
-            # Derivatives need the factors of the Hessian where the iteration ends.
+            # Quadratic convergence: the ratio of successive steps squares itself, and ten times the
+            # step that this predicts is a safe estimate of what remains. A contact that begins in
+            # the last step is not predicted; it begins softly, and the step must be short.
+            moved, rotated, driven = ti.sqrt(moved), ti.sqrt(rotated), ti.sqrt(driven)
             size = ti.max(moved, length * rotated)
             remaining = size
-            if ni[Header.DERIVATIVES] == 0 and iterations > 0 and share == 1.0:
+            if iterations > 0 and share == 1.0:
                 ratio = size / (largest + 1e-300)
-                remaining = ti.min(1.0, 100.0 * ratio) * size
+                smallest_factor = ti.select(ni[Header.OBSTACLES] > 0 or self_contact, 0.01, 0.0)
+                remaining = ti.min(1.0, ti.max(10.0 * ratio * ratio, smallest_factor)) * size
             largest = size
             share = 1.0
             near = ni[Header.OBSTACLES] > 0 or self_contact
@@ -261,8 +265,9 @@ def advance(ni: ti.template(), w: ti.template(), rod):
                         # Self-contacts without a place in the list are missing from the solve.
                         unplaced = w[rod + ni[Section.SELF_CONTACTS] + 1]
                         converged = ti.cast(unplaced == 0.0, ti.i32)
-                    # Derivatives need the true Hessian: FINAL_HESSIAN follows a modified one.
-                    phase = ti.cast(exact == 0 or shift > 0.0, ti.i32)
+                    # Derivatives need the true Hessian where the iteration ends.
+                    moved_on = ni[Header.DERIVATIVES] > 0 and largest >= tolerance
+                    phase = ti.cast(exact == 0 or shift > 0.0 or moved_on, ti.i32)
                     if phase == Phase.ITERATION:
                         task = Task.SOLVED
                 iterations += 1

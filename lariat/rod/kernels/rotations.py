@@ -91,7 +91,7 @@ def rotation_matrix(q):
 def rotated(q, phi):
     """Rotate q by a small `phi` in its own frame: q exp(phi) to second order, normalized."""
     p = quaternion_product(q, ti.Vector([1.0, 0.5 * phi[0], 0.5 * phi[1], 0.5 * phi[2]]))
-    return p / ti.sqrt(p.dot(p))
+    return (1.0 / ti.sqrt(p.dot(p))) * p
 
 
 @ti.func
@@ -138,8 +138,12 @@ def evaluate_polynomial(z, which: ti.template()):
 @ti.func
 def left_jacobian_inverse(y, c):
     """J_l^-1(y), with c of `log_coefficients`; its transpose is the right one."""
-    k = cross_matrix(y)
-    return ti.Matrix.identity(ti.f64, 3) - 0.5 * k + c * (k @ k)
+    # c [y]x^2 = c (y y^T - |y|^2 I): products with zeros are not left out by the compiler.
+    inverse = c * y.outer_product(y) - 0.5 * cross_matrix(y)
+    diagonal = 1.0 - c * y.dot(y)
+    for a in ti.static(range(3)):
+        inverse[a, a] += diagonal
+    return inverse
 
 
 @ti.func

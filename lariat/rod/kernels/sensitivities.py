@@ -7,24 +7,32 @@ factors of its last Newton step, six columns at a time. A ring holds the columns
 import taichi as ti
 
 from lariat.rod.kernels.addressing import (
-    hessian_at,
+    hessian_index,
     orientation_at,
     parameter_derivatives_at,
     sensitivity_columns_at,
     time_at,
 )
 from lariat.rod.kernels.adjoint import adjoint
-from lariat.rod.kernels.memory import add36, load3, load4, load33, load36, store36
+from lariat.rod.kernels.memory import load3, load4, load33, load36, store36
 from lariat.rod.kernels.rotations import left_jacobian, rotation_matrix
 from lariat.rod.kernels.step_terms import internal_rate, step_times, target_share
-from lariat.rod.kernels.types import Doubles, Integers
+from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
 from lariat.rod.launch.codes import EndHold, Task
 from lariat.rod.launch.layout import HISTORY_SLOTS, STEP_BLOCKS, Header, Section, TimeRow
 
 
 @ti.real_func
 def grip_sensitivities(
-    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+    ni: Integers,
+    w: Doubles,
+    w33: Matrices33,
+    w36: Matrices36,
+    task: ti.i32,
+    rod: ti.i32,
+    step: ti.i32,
+    arg: ti.i32,
+    real: ti.f64,
 ) -> ti.f64:
     """Compute the rows of driven blocks in every column, from those of the solve before."""
     result = 0.0
@@ -71,13 +79,21 @@ def grip_sensitivities(
                         store36(w, new + rotation, rotation_columns)
                         store36(w, new + inner, moved)
     else:
-        result = adjoint(ni, w, task, rod, step, arg, real)
+        result = adjoint(ni, w, w33, w36, task, rod, step, arg, real)
     return result
 
 
 @ti.real_func
 def sensitivities(
-    ni: Integers, w: Doubles, task: ti.i32, rod: ti.i32, step: ti.i32, arg: ti.i32, real: ti.f64
+    ni: Integers,
+    w: Doubles,
+    w33: Matrices33,
+    w36: Matrices36,
+    task: ti.i32,
+    rod: ti.i32,
+    step: ti.i32,
+    arg: ti.i32,
+    real: ti.f64,
 ) -> ti.f64:
     """Carry all columns over one solve, or write those of the positions as results.
 
@@ -104,26 +120,24 @@ def sensitivities(
             if alive:
                 start = rod + ni[Section.SENSITIVITIES] + 18 * count * ring * group
                 new = start + 18 * count * ((step + HISTORY_SLOTS) % ring)
+                ring_start = ti.raw_div(start, 18)
+                new_index = ti.raw_div(new, 18)
+                couplings = ti.raw_div(rod + ni[Section.INERTIA_COUPLINGS], 9)
                 for j in range(first, end):
                     i = j // 2
                     moved = ti.Matrix.zero(ti.f64, 3, 6)
                     for back in range(1, ni[Header.HISTORY] + 1):
-                        past = start + 18 * count * ((step + HISTORY_SLOTS - back) % ring) + 18 * j
+                        past = ring_start + count * ((step + HISTORY_SLOTS - back) % ring) + j
                         if j % 2 == 0:
                             mass = weight * w[rod + ni[Section.MASSES] + i]
                             share = target_share(ni, w, rod, step, back, carry)
-                            moved += (mass * share) * load36(w, past)
+                            moved += (mass * share) * w36[past]
                         else:
-                            c = (
-                                rod
-                                + ni[Section.INERTIA_COUPLINGS]
-                                + 9 * (HISTORY_SLOTS * i + back - 1)
-                            )
-                            moved -= load33(w, c) @ load36(w, past)
-                    store36(w, new + 18 * j, moved)
+                            moved -= w33[couplings + HISTORY_SLOTS * i + back - 1] @ w36[past]
                     if group >= driven and group < steady:
                         force = parameter_derivatives_at(ni, rod, group - driven, j)
-                        add36(w, new + 18 * j, -load36(w, force))
+                        moved -= w36[ti.raw_div(force, 18)]
+                    w36[new_index + j] = moved
                 if rate > 0.0:
                     for i in range(n - 2):
                         j = 2 * i + 1
@@ -133,51 +147,48 @@ def sensitivities(
                             share = w[time_at(ni, rod, step) + TimeRow.BASE_SHARES + back - 1]
                             if share != 0.0:
                                 past = (
-                                    start
-                                    + 18 * count * ((step + HISTORY_SLOTS - back) % ring)
-                                    + 18 * j
+                                    ring_start + count * ((step + HISTORY_SLOTS - back) % ring) + j
                                 )
                                 jacobian = share * load33(w, after + 9 * back)
-                                moment += jacobian.transpose() @ load36(w, past + 36)
-                                moment -= jacobian @ load36(w, past)
+                                moment += jacobian.transpose() @ w36[past + 2]
+                                moment -= jacobian @ w36[past]
                         for a in ti.static(range(3)):
                             for b in ti.static(range(6)):
                                 moment[a, b] *= rate * w[rod + ni[Section.BENDS] + 6 * i + a]
                         latest = load33(w, after)
+                        to = new_index + j
                         if j >= first:
-                            add36(w, new + 18 * j, -(latest.transpose() @ moment))
+                            w36[to] = w36[to] - latest.transpose() @ moment
                         if j + 2 < end:
-                            add36(w, new + 18 * j + 36, latest @ moment)
+                            w36[to + 2] = w36[to + 2] + latest @ moment
+                h = hessian_index(ni, rod, step)
                 for j in range(ti.max(first - 2, 0), first):
-                    v = load36(w, new + 18 * j)
-                    for k in range(2):
-                        to = j + 1 + k
-                        if to >= first and to < end:
-                            m = hessian_at(ni, rod, step, j) + 9 + 9 * k
-                            add36(w, new + 18 * to, -(load33(w, m) @ v))
+                    for k in range(1, 3):
+                        to = new_index + j + k
+                        if j + k >= first and j + k < end:
+                            w36[to] = w36[to] - w33[h + 3 * j + k] @ w36[new_index + j]
                 for j in range(ti.max(end - 2, first), end):
-                    for k in range(2):
-                        to = j + 1 + k
-                        if to >= end and to < count:
-                            m = hessian_at(ni, rod, step, j) + 9 + 9 * k
-                            v = load36(w, new + 18 * to)
-                            add36(w, new + 18 * j, -(load33(w, m).transpose() @ v))
+                    for k in range(1, 3):
+                        if j + k >= end and j + k < count:
+                            coupled = w33[h + 3 * j + k].transpose() @ w36[new_index + j + k]
+                            w36[new_index + j] = w36[new_index + j] - coupled
                 for j in range(first, stop):
-                    m = hessian_at(ni, rod, step, j)
-                    v = load36(w, new + 18 * j)
+                    v = w36[new_index + j]
                     if j + 1 < end:
-                        add36(w, new + 18 * j + 18, -(load33(w, m + 9) @ v))
+                        to = new_index + j + 1
+                        w36[to] = w36[to] - w33[h + 3 * j + 1] @ v
                     if j + 2 < end:
-                        add36(w, new + 18 * j + 36, -(load33(w, m + 18) @ v))
+                        to = new_index + j + 2
+                        w36[to] = w36[to] - w33[h + 3 * j + 2] @ v
                 for back in range(stop - first):
                     j = end - 1 - back
-                    m = hessian_at(ni, rod, step, j)
-                    v = load33(w, m) @ load36(w, new + 18 * j)
+                    m = h + 3 * j
+                    v = w33[m] @ w36[new_index + j]
                     if j + 1 < end:
-                        v -= load33(w, m + 9).transpose() @ load36(w, new + 18 * j + 18)
+                        v -= w33[m + 1].transpose() @ w36[new_index + j + 1]
                     if j + 2 < end:
-                        v -= load33(w, m + 18).transpose() @ load36(w, new + 18 * j + 36)
-                    store36(w, new + 18 * j, v)
+                        v -= w33[m + 2].transpose() @ w36[new_index + j + 2]
+                    w36[new_index + j] = v
     elif task == Task.WRITE_SENSITIVITIES:
         n = ni[Header.NODES]
         groups = sensitivity_columns_at(ni, rod, step, 0)[1]
@@ -190,5 +201,5 @@ def sensitivities(
                     for b in ti.static(range(6)):
                         w[out + 6 * groups * (3 * i + a) + b] = w[new + 36 * i + 6 * a + b]
     else:
-        result = grip_sensitivities(ni, w, task, rod, step, arg, real)
+        result = grip_sensitivities(ni, w, w33, w36, task, rod, step, arg, real)
     return result

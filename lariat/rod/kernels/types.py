@@ -1,6 +1,13 @@
-"""Types of the two arrays that every real function takes."""
+"""Types of the arrays that every real function takes.
+
+The three arrays of doubles are one: it is passed a second time as 3x3 matrices and a third time as
+3x6 matrices, row by row. Offsets are 32-bit sums to Taichi, which might wrap around, so that the
+compiler finds neighbours in memory only within an element; of matrices it packs them into lanes.
+"""
 
 import taichi as ti
 
 Integers = ti.types.ndarray(dtype=ti.i32, ndim=1)
 Doubles = ti.types.ndarray(dtype=ti.f64, ndim=1)
+Matrices33 = ti.types.ndarray(dtype=ti.types.matrix(3, 3, ti.f64), ndim=1)
+Matrices36 = ti.types.ndarray(dtype=ti.types.matrix(3, 6, ti.f64), ndim=1)

@@ -51,10 +51,24 @@ class LaunchBuffers(Generic[SizesT]):
         """
         return self.rods[:, self.places[name]]
 
-    def obstacles(self) -> Float64[np.ndarray, "m 17"]:
+    def obstacles(self) -> Float64[np.ndarray, "m 18"]:
         """Return the rows of the obstacles, as a view."""
         end = self.rods.size + OBSTACLE_WIDTH * self.sizes.obstacles
         return self.doubles[self.rods.size : end].reshape(-1, OBSTACLE_WIDTH)
+
+
+def kernel_arrays(
+    integers: Int32[np.ndarray, "k"], doubles: Float64[np.ndarray, "m"]
+) -> tuple[
+    Int32[np.ndarray, "k"],
+    Float64[np.ndarray, "m"],
+    Float64[np.ndarray, "u 3 3"],
+    Float64[np.ndarray, "v 3 6"],
+]:
+    """Return the arrays that the rod's kernel takes: the doubles are also passed as matrices."""
+    as33 = doubles[: len(doubles) // 9 * 9].reshape(-1, 3, 3)
+    as36 = doubles[: len(doubles) // 18 * 18].reshape(-1, 3, 6)
+    return integers, doubles, as33, as36
 
 
 class BufferPool:

@@ -20,7 +20,7 @@ from jaxtyping import Float64
 from lariat.geometry.obstacles import Obstacle, pack
 from lariat.rod.initial_shapes import straight
 from lariat.rod.launch import machine_code, taichi_runtime
-from lariat.rod.launch.buffers import BufferPool, LaunchBuffers
+from lariat.rod.launch.buffers import BufferPool, LaunchBuffers, kernel_arrays
 from lariat.rod.launch.codes import Derivatives
 from lariat.rod.launch.inputs import DerivativeRequest, pack_constants, prepare
 from lariat.rod.launch.kernel_key import imported_sources, kernel_key
@@ -63,7 +63,8 @@ def build_library(folder: Path) -> tuple[str, Path]:
     launches = trial_launches()
     expected = [launch.doubles.copy() for launch in launches]
     for launch, doubles in zip(launches, expected, strict=True):
-        taichi_runtime.launch(rollout.roll_out, launch.integers, doubles, launch.sizes.batch)
+        arrays = kernel_arrays(launch.integers, doubles)
+        taichi_runtime.launch(rollout.roll_out, arrays, launch.sizes.batch)
     # Taichi has read the sources: a change after the parent process took its key shows here.
     key = kernel_key(imported_sources())
     (folder / "rod.s").write_text(_kernel_assembly(folder) + _key_assembly(key))

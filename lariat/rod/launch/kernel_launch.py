@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float64, Int32, Int64
 
 from lariat.rod.launch import machine_code
-from lariat.rod.launch.buffers import BufferPool, LaunchBuffers
+from lariat.rod.launch.buffers import BufferPool, LaunchBuffers, kernel_arrays
 from lariat.rod.launch.layout import PARAMETER_WIDTH, STEP_BLOCKS, Header
 from lariat.rod.launch.sizes import Sizes, sections
 
@@ -103,4 +103,4 @@ def _through_taichi(
     taichi_runtime.start()
     from lariat.rod.kernels import rollout
 
-    taichi_runtime.launch(rollout.roll_out, integers, doubles, count)
+    taichi_runtime.launch(rollout.roll_out, kernel_arrays(integers, doubles), count)

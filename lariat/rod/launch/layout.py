@@ -233,15 +233,20 @@ class ObstacleRow(IntEnum):
     """Rotation matrix, row by row."""
     SIZES = 13
     BOUNDING_RADIUS = 16
+    INNER_RADIUS = 17
+    """Radius of the largest ball inside the obstacle [m]."""
 
 
 EFFECTIVE_BEND_WIDTH = 9
 """Numbers of an `EffectiveBend`."""
 HESSIAN_WIDTH = 27
 """Numbers of a row of blocks of the Hessian."""
+MATRIX_WIDTH = 18
+"""Numbers of a 3x6 matrix, at a multiple of which sections of matrices start: the array of doubles
+is also read as one of 3x6 matrices, and of 3x3 matrices."""
 SELF_CONTACT_WIDTH = 14
 """Numbers of a `SelfContact`."""
 REPORT_WIDTH = 4
 """Numbers of a `ReportRow`."""
-OBSTACLE_WIDTH = 17
+OBSTACLE_WIDTH = 18
 """Numbers of an `ObstacleRow`."""

@@ -150,13 +150,17 @@ def _compile(path: Path, failure: Path) -> None:
 
 
 class _Arguments(ctypes.Structure):
-    """Two arrays and a number, laid out as Taichi passes them."""
+    """Arrays of the kernel and a number, laid out as Taichi passes them."""
 
     _fields_ = (
         ("integer_count", ctypes.c_int32),
         ("integers", ctypes.c_void_p),
         ("double_count", ctypes.c_int32),
         ("doubles", ctypes.c_void_p),
+        ("matrix33_count", ctypes.c_int32),
+        ("matrices33", ctypes.c_void_p),
+        ("matrix36_count", ctypes.c_int32),
+        ("matrices36", ctypes.c_void_p),
         ("rod_count", ctypes.c_int32),
     )
 
@@ -201,8 +205,17 @@ def load(path: Path, key: str) -> Kernel:
     def run(
         integers: Int32[np.ndarray, "k"], doubles: Float64[np.ndarray, "m"], count: int
     ) -> None:
+        size, address = len(doubles), doubles.ctypes.data
         arguments = _Arguments(
-            len(integers), integers.ctypes.data, len(doubles), doubles.ctypes.data, count
+            len(integers),
+            integers.ctypes.data,
+            size,
+            address,
+            size // 9,
+            address,
+            size // 18,
+            address,
+            count,
         )
         function(_Context(ctypes.pointer(arguments)))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from lariat.rod.launch.codes import Derivatives
@@ -10,6 +10,7 @@ from lariat.rod.launch.layout import (
     EFFECTIVE_BEND_WIDTH,
     HESSIAN_WIDTH,
     HISTORY_SLOTS,
+    MATRIX_WIDTH,
     REPORT_WIDTH,
     SELF_CONTACT_HEAD,
     SELF_CONTACT_WIDTH,
@@ -17,6 +18,16 @@ from lariat.rod.launch.layout import (
     Scalar,
     Section,
 )
+
+MATRIX_SECTIONS = frozenset(
+    {
+        Section.HESSIAN,
+        Section.INERTIA_COUPLINGS,
+        Section.SENSITIVITIES,
+        Section.PARAMETER_DERIVATIVES,
+    }
+)
+"""Sections that the kernel reads as matrices."""
 
 
 @dataclass(frozen=True)
@@ -94,15 +105,29 @@ def sections(sizes: Sizes) -> tuple[dict[int, slice], int]:
             Section.COST_GRADIENT: backward * 3 * n * sizes.horizon,
             Section.ACTIONS_OUT: backward * 12 * sizes.action_blocks,
             Section.PARAMETERS_OUT: backward * sizes.parameters,
-        }
+        },
+        MATRIX_SECTIONS,
     )
 
 
-def consecutive(lengths: Mapping[int, int]) -> tuple[dict[int, slice], int]:
-    """Return the places of sections that follow each other, and the sum of their lengths."""
+def consecutive(
+    lengths: Mapping[int, int], matrices: Collection[int] = ()
+) -> tuple[dict[int, slice], int]:
+    """Return the places of sections that follow each other, and the numbers that they take.
+
+    Args:
+        lengths: Length of each section.
+        matrices: Sections that start at a multiple of `MATRIX_WIDTH`; with any, the numbers that
+            all sections take are a multiple of it as well.
+    """
     places = {}
     stop = 0
     for section, length in lengths.items():
-        places[section] = slice(stop, stop + length)
-        stop += length
-    return places, stop
+        start = _next_matrix(stop) if section in matrices else stop
+        stop = start + length
+        places[section] = slice(start, stop)
+    return places, _next_matrix(stop) if matrices else stop
+
+
+def _next_matrix(place: int) -> int:
+    return -(-place // MATRIX_WIDTH) * MATRIX_WIDTH

@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import io
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -50,36 +51,33 @@ def start(*, writes_assembly: bool = False) -> None:
 
 
 def launch(
-    kernel: Any,
-    integers: Int32[np.ndarray, "k"],
-    doubles: Float64[np.ndarray, "m"],
-    count: int,
+    kernel: Any, arrays: Sequence[Int32[np.ndarray, "k"] | Float64[np.ndarray, "m *e"]], count: int
 ) -> None:
     """Launch a kernel; the first launch compiles it, later ones bypass Taichi's checks.
 
     Taichi's own call inspects each argument, which takes as long as a step of a rod of ten nodes.
 
     Args:
-        kernel: Kernel of two arrays and a number.
-        integers: Sizes, offsets and indices, as in `layout`.
-        doubles: Inputs and results, as in `layout`.
+        kernel: Kernel of these arrays and a number.
+        arrays: Sizes, offsets and indices, then inputs and results, as in `layout`; elements of an
+            array are numbers or matrices.
         count: Number of rods.
     """
     compiled = _compiled.get(kernel)
     program: Any = get_runtime().prog
     if compiled is None:
-        kernel(integers, doubles, count)
+        kernel(*arrays, count)
         source = next(iter(kernel._primal.compiled_kernels.values()))
         binary = program.compile_kernel(program.config(), program.get_device_caps(), source)
         _compiled[kernel] = source, binary
         return
     source, binary = compiled
     context = source.make_launch_context()
-    for place, array in enumerate((integers, doubles)):
+    for place, array in enumerate(arrays):
         context.set_arg_external_array_with_shape(
-            (place,), array.ctypes.data, array.nbytes, array.shape, 0
+            (place,), array.ctypes.data, array.nbytes, array.shape[:1], 0
         )
-    context.set_arg_int((2,), count)
+    context.set_arg_int((len(arrays),), count)
     program.launch_kernel(binary, context)
 
 

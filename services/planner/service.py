@@ -63,9 +63,6 @@ COVERED_MISMATCH = 0.002
 """Root mean square distance of rod and rope at rest that a path's own reserve covers [m]."""
 MISMATCH_DEVIATIONS = 2.0
 """Distances beyond that one that are added to the clearance [-]."""
-LANDING_PACE = 0.5
-"""Largest pace of paths to where a rope may lean on a support while its stiffness is unsure [-]: it
-lands otherwise than predicted, and slides as far as it swings."""
 MAX_MISMATCH_MARGIN = 0.015
 """Largest clearance that is added for the distance of rod and rope [m]."""
 
@@ -186,13 +183,10 @@ class PlannerService:
             task.replan_count,
         )
         margin = max(task.clearance_margin, self._mismatch_margin(state, rope))
-        pace = task.pace if task.pace else 1.0
-        if problem.supports and self._variants:
-            pace = min(pace, LANDING_PACE)
         problem = replace(
             problem,
             clearance=problem.clearance + margin,
-            pace=pace,
+            pace=task.pace if task.pace else 1.0,
             arms=self._present_arms(arms),
         )
         _write_path(message, self._find(problem).of_grippers(problem))

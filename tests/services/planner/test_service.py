@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from services.planner.problem import Problem, WholePath
-from services.planner.service import LANDING_PACE, PlannerService
+from services.planner.service import PlannerService
 from services.planner.whole_path import stay
 from shared import messages, topics
 from shared.messages import ArmState, ArmStates, Estimate, Parameters, RodParameters, TaskState
@@ -17,7 +16,6 @@ from shared.scenario import Scenario, load
 from shared.service import SECOND, Inbox, Received
 
 SCENARIO = load(Path(__file__).parents[3] / "scenarios" / "over-a-bar.toml")
-WITHOUT_SUPPORT = replace(SCENARIO, obstacles=tuple(o for o in SCENARIO.obstacles if not o.support))
 
 
 class CapturingPlanner(PlannerService):
@@ -68,17 +66,9 @@ def learnt(deviation: float) -> RodParameters:
     )
 
 
-@pytest.mark.parametrize("supported", [True, False])
-@pytest.mark.parametrize("unsure", [True, False])
-def test_rope_of_unsure_stiffness_lands_on_supports_slowly(supported: bool, unsure: bool) -> None:
-    problem = problem_of(
-        SCENARIO if supported else WITHOUT_SUPPORT, learnt(0.2) if unsure else RodParameters()
-    )
-    assert problem.pace == (LANDING_PACE if supported and unsure else 1.0)
-
-
-def test_pace_that_is_asked_for_is_not_exceeded() -> None:
-    assert problem_of(SCENARIO, learnt(0.2), pace=0.2).pace == 0.2
+@pytest.mark.parametrize(("asked", "pace"), [(0.2, 0.2), (0.0, 1.0)])
+def test_pace_is_the_one_that_is_asked_for(asked: float, pace: float) -> None:
+    assert problem_of(SCENARIO, RodParameters(), asked).pace == pace
 
 
 def test_planner_knows_where_the_grippers_hold_the_ends() -> None:

@@ -30,9 +30,7 @@ TITLE_TIME = 2.5
 REST_TIME = 2.5
 """Time that a run stands still at its end [s]."""
 VIEW_ANGLE = -1.05
-"""Angle of the camera about the vertical, from the x axis, at the begin of a run [rad]."""
-ORBIT = 0.25
-"""Angle by which the camera of a video goes round the cell in a run [rad]."""
+"""Angle of the camera about the vertical, from the x axis [rad]."""
 GIF_COLORS = 64
 """Number of colours of a GIF."""
 FONT = Path(mpl.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"
@@ -71,7 +69,7 @@ def main(settings: FilmSettings) -> None:
 
 
 def frames(
-    run: RecordedRun, size: tuple[int, int], rate: int, orbit: float = 0.0
+    run: RecordedRun, size: tuple[int, int], rate: int
 ) -> Iterator[UInt8[np.ndarray, "h w 3"]]:
     """Yield the pictures of a run, blue first.
 
@@ -79,20 +77,17 @@ def frames(
         run: Run.
         size: Columns and rows [pixels].
         rate: Pictures a second [Hz].
-        orbit: Angle by which the camera goes round the cell [rad].
     """
     rope, limits = run.scenario.rope, run.scenario.limits
     whole = np.concatenate([run.at(0.0).nodes, run.at(run.duration).nodes, run.at(0.0).goal])
     low, high = whole.min(0), whole.max(0)
     middle = (low + high) / 2.0 - np.array([0.0, 0.0, 0.05])
     distance = 0.7 + 1.2 * float(np.linalg.norm(high - low))
-    total = TITLE_TIME + run.duration + REST_TIME
+    away = np.array([0.75 * np.cos(VIEW_ANGLE), 0.75 * np.sin(VIEW_ANGLE), 0.6])
+    painter = Painter(size, tuple(middle + distance * away), tuple(middle))
     title = run.scenario.description or run.scenario.name
-    for k in range(round(total * rate)):
+    for k in range(round((TITLE_TIME + run.duration + REST_TIME) * rate)):
         time = k / rate - TITLE_TIME
-        angle = VIEW_ANGLE + orbit * k / (total * rate)
-        eye = middle + distance * np.array([0.75 * np.cos(angle), 0.75 * np.sin(angle), 0.6])
-        painter = Painter(size, tuple(eye), tuple(middle))
         instant = run.at(min(max(time, 0.0), run.duration))
         image = painter.paint(instant, rope.diameter / 2.0, limits.gripper_radius)
         yield _captioned(image, title, max(time, 0.0), 1e3 * instant.error)
@@ -119,7 +114,7 @@ def _write_video(settings: FilmSettings) -> None:
         raise ValueError(f"{settings.output} cannot be written; name a file that ends with .mp4")
     count = 0
     for file in settings.recordings:
-        for image in frames(RecordedRun(file), settings.size, RATE, ORBIT):
+        for image in frames(RecordedRun(file), settings.size, RATE):
             video.write(image)
             count += 1
     video.release()
@@ -127,7 +122,7 @@ def _write_video(settings: FilmSettings) -> None:
 
 
 def _write_gif(recording: Path, file: Path, size: tuple[int, int]) -> None:
-    # The camera and the palette stay, so that only what moves is stored.
+    # One palette for all pictures, so that only what moves is stored.
     images = [Image.fromarray(i[..., ::-1]) for i in frames(RecordedRun(recording), size, GIF_RATE)]
     palette = images[len(images) // 2].quantize(GIF_COLORS)
     first, *others = [i.quantize(palette=palette, dither=Image.Dither.NONE) for i in images]

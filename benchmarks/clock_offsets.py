@@ -35,9 +35,12 @@ class OffsetService:
         """Args: service: The service. offset: By how much its clock is ahead [ns]."""
         self._service = service
         self._offset = offset
+        self.name, self.rate, self.latency = service.name, service.rate, service.latency
+        self.reads, self.writes = service.reads, service.writes
 
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._service, name)
+    def warm_up(self) -> None:
+        """Warm the service up."""
+        self._service.warm_up()
 
     def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         """Step the service at the time of its own clock."""

@@ -83,6 +83,8 @@ def main(
             f"  path: {found}; {path['duration_s']:.1f} s, {path['clearance_mm']:.1f} mm from "
             f"obstacles, planned in {path['plan_s']:.1f} s"
         )
+        if path["start_fault"]:
+            print(f"  at the start itself, {path['start_fault']}")
         for words in path["would_help"]:
             print(f"  would help: {words}")
     return 0 if path.get("reached", True) else 1
@@ -91,7 +93,7 @@ def main(
 def planned(cell: Scenario) -> dict[str, Any]:
     """Return what the planner finds from the scenario's start to its goal."""
     # Imported late: the rod starts a compiler, which a check of values alone does not need.
-    from services.planner.arms.arm_check import goal_fault
+    from services.planner.arms.arm_check import goal_fault, start_fault
     from services.planner.service import PlannerService
     from services.planner.whole_path import plan
     from stack.arm_advice import helpful_changes
@@ -109,6 +111,7 @@ def planned(cell: Scenario) -> dict[str, Any]:
         "duration_s": round(len(path.positions) * path.dt, 3),
         "final_error_mm": round(1e3 * path.final_error, 3),
         "plan_s": round(took, 3),
+        "start_fault": str(start_fault(problem) or ""),
         "would_help": helpful_changes(cell) if goal_fault(problem) else [],
     }
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from lariat.geometry import poses
-from services.planner.arms.arm_check import goal_fault
+from services.planner.arms.arm_check import goal_fault, start_fault
 from shared.scenario import SIDES, Scenario, Side
 from stack.planning import scenario_problem
 
@@ -48,8 +48,7 @@ def _holds_goal(scenario: Scenario) -> bool:
     # An arm that cannot reach its start is not among them.
     if arms is None or len(arms.arms) < driven:
         return False
-    at_start = replace(problem, goal_grips=problem.grips)
-    return goal_fault(at_start) is None and goal_fault(problem) is None
+    return start_fault(problem) is None and goal_fault(problem) is None
 
 
 def _changes(scenario: Scenario) -> Iterator[tuple[str, Scenario]]:

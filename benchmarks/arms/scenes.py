@@ -16,7 +16,7 @@ from lariat.geometry.grippers import gripper_points
 from lariat.geometry.obstacles import chain_clearance, signed_distance
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod
-from services.planner.arms.arm_check import goal_fault
+from services.planner.arms.arm_check import goal_fault, start_fault
 from services.sim.plants.factory import build_plant, true_properties
 from shared.scenario import Scenario, Shape, load
 from shared.scenario.sections import Ends, Obstacle
@@ -150,7 +150,9 @@ def _with_goal(scenario: Scenario, random: np.random.Generator) -> Scenario | No
         right_orientation=_quadruple(right),
     )
     found = replace(scenario, goal=held)
-    return found if goal_fault(scenario_problem(found)) is None else None
+    problem = scenario_problem(found)
+    held_by_arms = start_fault(problem) is None and goal_fault(problem) is None
+    return found if held_by_arms else None
 
 
 def _quadruple(grip: Pose) -> tuple[float, float, float, float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -102,6 +102,17 @@ def arm_fault(
     slack = body_spacing_slack(both[0], both[1], problem.limits.keep_out)
     broken = first_broken({"spacing": slack}, margin)
     return None if broken is None else ArmFault("spacing", "", broken[1])
+
+
+def start_fault(problem: Problem) -> ArmFault | None:
+    """Return the rule that an arm breaks at the start; None where all are kept there.
+
+    The gateway lets arms leave what they break already, but never makes it worse.
+
+    Args:
+        problem: Arms, obstacles and start.
+    """
+    return goal_fault(replace(problem, goal_grips=problem.grips, oriented=(True, True)))
 
 
 def goal_fault(problem: Problem) -> ArmFault | None:

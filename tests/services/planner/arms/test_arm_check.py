@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from services.planner.arms.arm_check import arm_fault, goal_fault
+from services.planner.arms.arm_check import arm_fault, goal_fault, start_fault
 from services.planner.problem import Problem, WholePath
 from services.planner.whole_path import plan
 from tests.services.planner.arms.scenes import AT_THE_GOAL, IN_THE_WAY, two_arms
@@ -72,6 +72,14 @@ def test_a_goal_that_no_arm_can_hold_is_told_before_any_search():
     path = plan(problem)
     assert not path.reached
     assert path.reason.startswith("unreachable: at the goal itself, a link of the left arm")
+
+
+def test_a_start_in_an_obstacle_is_told():
+    elbow = replace(AT_THE_GOAL, position=(-0.55, -0.1, 0.25), height=0.5)
+    fault = start_fault(two_arms(elbow))
+    assert fault is not None
+    assert fault.side == "left"
+    assert start_fault(two_arms()) is None
 
 
 def test_a_goal_whose_grips_may_turn_is_not_judged():

@@ -217,7 +217,7 @@ def _settings_scaled(place: str, factor: float) -> Iterator[None]:
 
 def _scale_frames(service: Any, factor: float) -> None:
     """Scale the times of the exposures of a camera's source."""
-    source = service._source
+    source = service._streams[0]._source
     newest: Callable[[int], Any] = source.newest
 
     def scaled(now: int) -> Any:

@@ -87,7 +87,7 @@ _FUNCTIONS: dict[Stage, tuple[str, ...]] = {
     Stage("runner", "score", "run"): ("stack/simulation/scoring.py:__call__",),
 }
 """Functions of each stage, as `path:name`."""
-_RECEIVE, _PUBLISH = "shared/bus.py:take", "shared/bus.py:put"
+_RECEIVE, _PUBLISH = "shared/bus/subscription.py:take", "shared/bus/publisher.py:put"
 """Functions of the bus, in every live process."""
 _BY_FUNCTION = {place: stage for stage, places in _FUNCTIONS.items() for place in places}
 

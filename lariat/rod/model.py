@@ -106,7 +106,7 @@ class ImplicitRodModel(RodModel[RodProperties]):
     """Chain of nodes whose steps minimize an energy; see `lariat.rod.Rod`."""
 
     tolerance: float = 1e-7
-    """Largest displacement of a node in the Newton step after the last of a converged solve [m]."""
+    """Largest displacement of a node in the last Newton step of a converged solve [m]."""
     scheme: Scheme = "euler"
     """Time integration scheme."""
     self_contact: bool = False

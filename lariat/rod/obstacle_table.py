@@ -12,12 +12,12 @@ from lariat.geometry import poses
 from lariat.geometry.obstacles import PACKED_WIDTH, SHAPES, SUPPORT_COLUMN, Obstacle
 from lariat.rod.launch.layout import OBSTACLE_WIDTH
 
-HALF_SPACE_RADIUS = 1e12
-"""Radius that stands for the radii of a half space, which are infinite [m]."""
+HALF_SPACE_BOUNDING_RADIUS = 1e12
+"""Bounding radius that stands for that of a half space, which is unbounded [m]."""
 
 
-def kernel_rows(packed: Float64[np.ndarray, "m 12"]) -> Float64[np.ndarray, "m 18"]:
-    """Return packed obstacles with rotation matrix and two radii, columns as in `layout`.
+def kernel_rows(packed: Float64[np.ndarray, "m 12"]) -> Float64[np.ndarray, "m 17"]:
+    """Return packed obstacles with rotation matrix and bounding radius, columns as in `layout`.
 
     Args:
         packed: Obstacles from `lariat.geometry.pack`.
@@ -35,7 +35,7 @@ def kernel_rows(packed: Float64[np.ndarray, "m 12"]) -> Float64[np.ndarray, "m 1
 
 
 @lru_cache(maxsize=64)
-def _rows(content: bytes) -> Float64[np.ndarray, "m 18"]:
+def _rows(content: bytes) -> Float64[np.ndarray, "m 17"]:
     """Return the rows; cached, since a controller uses the same scene in every period."""
     packed = np.frombuffer(content).reshape(-1, PACKED_WIDTH)
     rows = np.zeros((len(packed), OBSTACLE_WIDTH))
@@ -45,15 +45,15 @@ def _rows(content: bytes) -> Float64[np.ndarray, "m 18"]:
         row[13:16] = source[8:11]
         match SHAPES[int(source[0])]:
             case "half_space":
-                row[16:] = HALF_SPACE_RADIUS
+                row[16] = HALF_SPACE_BOUNDING_RADIUS
             case "sphere":
-                row[16:] = source[8]
+                row[16] = source[8]
             case "capsule":
-                row[16:] = source[8] + source[9], source[8]
+                row[16] = source[8] + source[9]
             case "cylinder":
-                row[16:] = np.hypot(source[8], source[9]), min(source[8:10])
+                row[16] = np.hypot(source[8], source[9])
             case "box":
-                row[16:] = np.linalg.norm(source[8:11]), min(source[8:11])
+                row[16] = np.linalg.norm(source[8:11])
     rows.setflags(write=False)
     return rows
 

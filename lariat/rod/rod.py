@@ -65,8 +65,8 @@ class Rod:
             left: Hold of the end at node 0.
             right: Hold of the end at node n - 1.
             gravity: Gravitational acceleration in the world frame [m/s^2].
-            tolerance: Largest displacement of a node in the Newton step after the last one of a
-                converged solve, as predicted from the last two [m].
+            tolerance: Largest displacement of a node in the last Newton step of a converged solve
+                [m]; without derivatives, in the step after it as predicted from the last two.
             scheme: Time integration: "euler" is of first order, with one solve a step, and never
                 adds energy; "sdirk2" is of second order, with two solves a step.
             self_contact: Whether strands of the rod collide with each other. They must not

@@ -26,10 +26,8 @@ from lariat.rod.launch.codes import Task
 from lariat.rod.launch.layout import (
     EFFECTIVE_BEND_WIDTH,
     HISTORY_SLOTS,
-    OBSTACLE_WIDTH,
     EffectiveBend,
     Header,
-    ObstacleRow,
     Scalar,
     Section,
     TimeRow,
@@ -122,17 +120,10 @@ def predict(
             if i > 0:
                 strain = ti.max(strain, (displacement - previous).norm())
             previous = displacement
-        # A rod that touches an obstacle stays on its side of the obstacle's middle, with room for
-        # the first Newton step.
-        free_path = 1e300
-        reach = scalar(ni, w, rod, Scalar.CONTACT_REACH)
-        for k in range(ni[Header.OBSTACLES]):
-            row = ni[Header.OBSTACLE_ROWS] + OBSTACLE_WIDTH * k
-            free_path = ti.min(free_path, reach + 0.5 * w[row + ObstacleRow.INNER_RADIUS])
-        if ni[Header.MAX_SELF_CONTACTS] > 0:
-            free_path = ti.min(free_path, reach)
+        near = ni[Header.OBSTACLES] > 0 or ni[Header.MAX_SELF_CONTACTS] > 0
+        unobstructed = not near or largest_displacement < scalar(ni, w, rod, Scalar.CONTACT_REACH)
         share = 0.0
-        if arg == 1 and largest_displacement < free_path and strain < 2.0 * length:
+        if arg == 1 and unobstructed and strain < 2.0 * length:
             share = 1.0
         for i in range(n):
             x1 = load3(w, position_at(ni, rod, step + HISTORY_SLOTS - 1, i))

@@ -226,16 +226,15 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), w36: ti.tem
                     moved = ti.max(moved, size)
                     if j < first or j >= end:
                         driven = ti.max(driven, size)
-            # Quadratic convergence: the ratio of successive steps squares itself, and ten times the
-            # step that this predicts is a safe estimate of what remains. A contact that begins in
-            # the last step is not predicted; it begins softly, and the step must be short.
+            # Quadratic convergence: the next step will be smaller by the square of the last two's
+            # ratio. The ratio alone, times a hundred, is a safe estimate of what remains.
+            # Derivatives need the factors of the Hessian where the iteration ends.
             moved, rotated, driven = ti.sqrt(moved), ti.sqrt(rotated), ti.sqrt(driven)
             size = ti.max(moved, length * rotated)
             remaining = size
-            if iterations > 0 and share == 1.0:
+            if ni[Header.DERIVATIVES] == 0 and iterations > 0 and share == 1.0:
                 ratio = size / (largest + 1e-300)
-                smallest_factor = ti.select(ni[Header.OBSTACLES] > 0 or self_contact, 0.01, 0.0)
-                remaining = ti.min(1.0, ti.max(10.0 * ratio * ratio, smallest_factor)) * size
+                remaining = ti.min(1.0, 100.0 * ratio) * size
             largest = size
             share = 1.0
             near = ni[Header.OBSTACLES] > 0 or self_contact
@@ -265,9 +264,8 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), w36: ti.tem
                         # Self-contacts without a place in the list are missing from the solve.
                         unplaced = w[rod + ni[Section.SELF_CONTACTS] + 1]
                         converged = ti.cast(unplaced == 0.0, ti.i32)
-                    # Derivatives need the true Hessian where the iteration ends.
-                    moved_on = ni[Header.DERIVATIVES] > 0 and largest >= tolerance
-                    phase = ti.cast(exact == 0 or shift > 0.0 or moved_on, ti.i32)
+                    # Derivatives need the true Hessian: FINAL_HESSIAN follows a modified one.
+                    phase = ti.cast(exact == 0 or shift > 0.0, ti.i32)
                     if phase == Phase.ITERATION:
                         task = Task.SOLVED
                 iterations += 1

@@ -233,8 +233,6 @@ class ObstacleRow(IntEnum):
     """Rotation matrix, row by row."""
     SIZES = 13
     BOUNDING_RADIUS = 16
-    INNER_RADIUS = 17
-    """Radius of the largest ball inside the obstacle [m]."""
 
 
 EFFECTIVE_BEND_WIDTH = 9
@@ -248,5 +246,5 @@ SELF_CONTACT_WIDTH = 14
 """Numbers of a `SelfContact`."""
 REPORT_WIDTH = 4
 """Numbers of a `ReportRow`."""
-OBSTACLE_WIDTH = 18
+OBSTACLE_WIDTH = 17
 """Numbers of an `ObstacleRow`."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,6 +35,8 @@ LEAST_LINK_MARGIN = CHUNK_BOUNDARY_MARGIN + 0.0005
 """The same along a path that was optimised for its links, and at the goal [m]."""
 JOINT_SPEED_SHARE = 0.75
 """Share of the limit on the speed of a joint that a path uses [-]; the controller adds to it."""
+JOINT_RULES: tuple[Rule, ...] = ("joint_limits", "singularity")
+"""Rules without a margin."""
 STEPS_TO_GOAL = 25
 """Steps in which the joints are followed to the goal."""
 
@@ -107,12 +110,20 @@ def arm_fault(
 def start_fault(problem: Problem) -> ArmFault | None:
     """Return the rule that an arm breaks at the start; None where all are kept there.
 
-    The gateway lets arms leave what they break already, but never makes it worse.
+    The gateway lets arms leave what they break already, but never makes it worse. The table is left
+    out: the base of an arm may stand in it.
 
     Args:
         problem: Arms, obstacles and start.
     """
-    return goal_fault(replace(problem, goal_grips=problem.grips, oriented=(True, True)))
+    if problem.arms is None:
+        return None
+    slacks = _standing_slacks(problem, problem.arms, [problem.grips])
+    for side, rows in (slacks or {}).items():
+        for rule, slack in rows.items():
+            if rule != "table" and not slack[0] >= 0.0:
+                return ArmFault(rule, side, -float(slack[0]))
+    return None
 
 
 def goal_fault(problem: Problem) -> ArmFault | None:
@@ -120,49 +131,70 @@ def goal_fault(problem: Problem) -> ArmFault | None:
 
     The arm's branch of the inverse kinematics is followed on the straight way to the goal. None is
     returned too where this cannot be told: a grip may turn at will, or an arm cannot go straight.
+    What is broken at the start already may stay so.
 
     Args:
         problem: Arms, obstacles and goal.
     """
-    cell = problem.arms
     turns = problem.moves[:, 3:].any(axis=1)
-    if cell is None or np.any(turns & ~np.array(problem.oriented)):
+    if problem.arms is None or np.any(turns & ~np.array(problem.oriented)):
         return None
     ends = [problem.grips, problem.feasible_goal_grips]
+    slacks = _standing_slacks(problem, problem.arms, ends)
+    for side, rows in (slacks or {}).items():
+        joints = {rule: slack for rule, slack in rows.items() if rule in JOINT_RULES}
+        bodies = {rule: slack for rule, slack in rows.items() if rule not in JOINT_RULES}
+        found = first_broken(joints) or first_broken(bodies, LEAST_LINK_MARGIN)
+        if found is not None:
+            return ArmFault(found[0], side, found[1])
+    return None
+
+
+def _standing_slacks(
+    problem: Problem, cell: CellArms, ends: Sequence[tuple[Pose, Pose]]
+) -> dict[str, Slacks] | None:
+    """Slacks of all rules at poses of the rope's ends, by the arm's side; both arms' under "".
+
+    Joints are followed on the straight way from pose to pose. None where an arm cannot go it.
+
+    Args:
+        problem: Obstacles, and how grippers hold the ends.
+        cell: Arms, whose joints are those at the first pose.
+        ends: Poses of the rope's ends, those at the start first.
+    """
     positions, orientations = problem.grippers(
-        np.array([[grip.position for grip in grips] for grips in ends]),
-        np.array([[grip.orientation for grip in grips] for grips in ends]),
+        np.array([[end.position for end in pair] for pair in ends]),
+        np.array([[end.orientation for end in pair] for pair in ends]),
     )
     collision = CollisionConstraint(problem.limits.keep_out)
     collision.scene = ObstacleScene(problem.solid)
+    slacks: dict[str, Slacks] = {}
     bodies: dict[int, Spheres] = {}
     for end, arm in cell.arms.items():
-        start, goal = (
-            Pose(p, q) for p, q in zip(positions[:, end], orientations[:, end], strict=True)
-        )
-        joints = cell.joints[end]
-        for share in np.linspace(0.0, 1.0, STEPS_TO_GOAL + 1)[1:]:
-            found = arm.kinematics.solve(interpolate(start, goal, float(share)), joints)
-            if found is None:
-                return None
-            joints = found
+        rows = [cell.joints[end]]
+        for k in range(1, len(ends)):
+            first, last = (Pose(positions[j, end], orientations[j, end]) for j in (k - 1, k))
+            joints = rows[-1]
+            for share in np.linspace(0.0, 1.0, STEPS_TO_GOAL + 1)[1:]:
+                found = arm.kinematics.solve(interpolate(first, last, float(share)), joints)
+                if found is None:
+                    return None
+                joints = found
+            rows.append(joints)
+        path = np.array(rows)
         low, high = arm.kinematics.joint_range
-        links = Spheres(*arm.kinematics.link_spheres(joints[None]))
-        slacks: Slacks = {
-            "joint_limits": np.array([np.min(np.minimum(joints - low, high - joints))]),
-            "singularity": singularity_slack(arm.kinematics, joints[None]),
+        links = Spheres(*arm.kinematics.link_spheres(path))
+        slacks[SIDES[end]] = {
+            "joint_limits": np.min(np.minimum(path - low, high - path), axis=1),
+            "singularity": singularity_slack(arm.kinematics, path),
+            **collision.slacks(links.centres, links.radii),
         }
-        for rule, slack in collision.slacks(links.centres, links.radii).items():
-            slacks[rule] = slack - LEAST_LINK_MARGIN
-        for rule, slack in slacks.items():
-            if not slack[0] >= 0.0:
-                return ArmFault(rule, SIDES[end], -float(slack[0]))
         centres, radii = arm.kinematics.base_spheres
-        bodies[end] = Spheres.joined([links, Spheres(centres[None], radii)])
-    both = [_with_gripper(cell, end, bodies, positions[1:], orientations[1:]) for end in (0, 1)]
-    wanted = problem.limits.keep_out + LEAST_LINK_MARGIN
-    slack = float(body_spacing_slack(both[0], both[1], wanted)[0])
-    return None if slack >= 0.0 else ArmFault("spacing", "", -slack)
+        base = np.broadcast_to(centres, (len(path), *centres.shape))
+        bodies[end] = Spheres.joined([links, Spheres(base, radii)])
+    both = [_with_gripper(cell, end, bodies, positions, orientations) for end in (0, 1)]
+    slacks[""] = {"spacing": body_spacing_slack(both[0], both[1], problem.limits.keep_out)}
+    return slacks
 
 
 def _with_gripper(

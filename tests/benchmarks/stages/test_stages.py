@@ -48,7 +48,7 @@ def test_a_sample_counts_for_the_innermost_stage() -> None:
 
 
 def test_what_a_live_process_does_beside_its_stages_is_its_rest() -> None:
-    put = Frame("/clone/shared/bus.py", "put")
+    put = Frame("/clone/shared/bus/publisher.py", "put")
     found = times([Sample((put,), 0.3), Sample((LOOP, KERNEL), 0.2)], "recorder")
     assert found == {
         Stage("recorder", "publish", "step"): 0.3,

@@ -31,7 +31,7 @@ def test_a_saved_training_goes_on_where_it_ended(
     for options in reinforcement.OPTIONS.values():
         monkeypatch.setitem(options, "batch_size", 32)
     monkeypatch.setitem(reinforcement.OPTIONS["sac"], "learning_starts", 20)
-    monkeypatch.setitem(reinforcement.OPTIONS["sac"], "buffer_size", 100)
+    monkeypatch.setitem(reinforcement.OPTIONS["sac"], "buffer_size", 200)
     monkeypatch.setitem(reinforcement.OPTIONS["ppo"], "n_steps", 8)
     file, reports = tmp_path / "policy.zip", []
     for steps in (64, 128):

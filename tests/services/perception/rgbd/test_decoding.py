@@ -56,6 +56,6 @@ def test_float_depth_is_rounded_to_millimetres_and_invalid_values_become_zero() 
 def test_red_of_a_jpeg_is_the_first_channel() -> None:
     red = np.zeros((16, 16, 3), np.uint8)
     red[..., 0] = 200
-    color, _ = decode_frame(color_message(red, 1), DEPTH_IMAGE)
+    color, _ = decode_frame(color_message(red, "overhead", 1), DEPTH_IMAGE)
     assert color.flags.c_contiguous
     assert np.max(np.abs(color.astype(int) - red)) < 3

@@ -16,6 +16,8 @@ from stack.replay.moment import scenario_at
 from stack.simulation import closed_loop
 
 REFERENCE = Path("tests/replay/requests.mcap")
+REACHED = Path("tests/replay/three-cylinders.mcap")
+"""Recording of a run that reaches its goal."""
 
 
 def test_scenario_begins_as_the_recording_was(tmp_path: Path) -> None:
@@ -37,7 +39,7 @@ def test_scenario_begins_as_the_recording_was(tmp_path: Path) -> None:
 
 
 def test_run_goes_on_to_the_goal_of_the_moment(tmp_path: Path) -> None:
-    scenario = scenario_at(Recording.open(REFERENCE), tmp_path, 1.0)
+    scenario = scenario_at(Recording.open(REACHED), tmp_path, 0.5)
     outcome = closed_loop.run(scenario, stop_after=0.0)
     assert outcome.score.reached, outcome.reason
 

@@ -23,7 +23,7 @@ from lariat.rod.launch import machine_code, taichi_runtime
 from lariat.rod.launch.buffers import BufferPool, LaunchBuffers, kernel_arrays
 from lariat.rod.launch.codes import Derivatives
 from lariat.rod.launch.inputs import DerivativeRequest, pack_constants, prepare
-from lariat.rod.launch.kernel_key import imported_sources, kernel_key
+from lariat.rod.launch.kernel_key import imported_sources, kernel_key, own_sources
 from lariat.rod.launch.layout import Section
 from lariat.rod.launch.sizes import Sizes
 from lariat.rod.model import ImplicitRodModel
@@ -54,9 +54,11 @@ def build_library(folder: Path) -> tuple[str, Path]:
         folder: Folder for all files, which must be the current one.
 
     Raises:
-        ValueError: Taichi wrote no kernel, or the library computes other numbers than Taichi.
+        ValueError: Taichi wrote no kernel, the library computes other numbers than Taichi, or a
+            source changed meanwhile.
         CalledProcessError: The assembler or the linker failed.
     """
+    key = kernel_key(own_sources())
     taichi_runtime.start(writes_assembly=True)
     from lariat.rod.kernels import rollout
 
@@ -65,8 +67,9 @@ def build_library(folder: Path) -> tuple[str, Path]:
     for launch, doubles in zip(launches, expected, strict=True):
         arrays = kernel_arrays(launch.integers, doubles)
         taichi_runtime.launch(rollout.roll_out, arrays, launch.sizes.batch)
-    # Taichi has read the sources: a change after the parent process took its key shows here.
-    key = kernel_key(imported_sources())
+    # Taichi has read the sources: what has changed since belongs to another key.
+    if kernel_key(imported_sources()) != key:
+        raise ValueError("a source of the kernel changed while it was compiled")
     (folder / "rod.s").write_text(_kernel_assembly(folder) + _key_assembly(key))
     for command in ("as -o rod.o rod.s", "ld -shared -z noexecstack -o rod.so rod.o"):
         subprocess.run(command.split(), check=True)

@@ -43,8 +43,9 @@ clean:
 	$(PYTHON) -m venv .venv
 
 # Installs a lock by its hashes, then the clone without asking anybody for more, then PyTorch, whose
-# build is the user's choice: one that is installed already stays.
-install = $(BIN)/python -m pip install --quiet --require-hashes --requirement requirements/$(1).txt && \
+# build is the user's choice: one that is installed already stays. A lock names all that it needs but
+# PyTorch, so that nothing is resolved.
+install = $(BIN)/python -m pip install --quiet --require-hashes --no-deps --requirement requirements/$(1).txt && \
   $(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable . --editable ./stack && \
   $(BIN)/python -m pip install --quiet --editable '.[torch]' --no-build-isolation
 

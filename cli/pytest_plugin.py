@@ -34,7 +34,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Collect the folders beside what the command line names, or alone."""
-    folders = [str(Path(folder).resolve()) for folder in config.getoption(OPTION)]
+    folders = [str(Path(folder).resolve()) for folder in config.getoption(OPTION) or ()]
     for folder in folders:
         if not Path(folder).is_dir():
             raise pytest.UsageError(f"--lariat-recordings {folder}: no such folder")
@@ -46,7 +46,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
     """Collect a recording of one of the folders."""
-    folders = [Path(folder).resolve() for folder in parent.config.getoption(OPTION)]
+    folders = [Path(folder).resolve() for folder in parent.config.getoption(OPTION) or ()]
     if file_path.suffix != ".mcap" or not any(file_path.is_relative_to(f) for f in folders):
         return None
     return RecordingFile.from_parent(parent, path=file_path)

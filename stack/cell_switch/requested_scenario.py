@@ -84,8 +84,9 @@ def _choices(section: Any, path: str = "") -> Iterator[tuple[str, str, Extensibl
     hints = get_type_hints(type(section), include_extras=True)
     for item in fields(section):
         key, value = f"{path}{item.name}", getattr(section, item.name)
-        if is_dataclass(value):
+        if is_dataclass(value) and not isinstance(value, type):
             yield from _choices(value, f"{key}.")
         hint = hints[item.name]
-        if get_origin(hint) is Annotated and isinstance(kind := get_args(hint)[1], Extensible):
-            yield key, value, kind
+        kind = get_args(hint)[1] if get_origin(hint) is Annotated else None
+        if isinstance(kind, Extensible):
+            yield key, str(value), kind

@@ -92,6 +92,13 @@ USER lariat
 ENTRYPOINT ["python", "-m", "services.camera"]
 
 FROM rod AS planner
+RUN apt-get update -qq \
+ && apt-get install -y -qq --no-install-recommends libgomp1 \
+ && rm -rf /var/lib/apt/lists/*
+RUN --mount=type=bind,source=requirements/planner.txt,target=/lock.txt \
+    --mount=type=cache,target=/root/.cache/pip \
+    pip install --quiet --require-hashes --requirement /lock.txt \
+ && python -c "import pinocchio"
 COPY --from=kernel --chown=lariat /home/lariat/.cache/lariat /home/lariat/.cache/lariat
 COPY --from=sources / ./
 COPY services/planner services/planner

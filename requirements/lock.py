@@ -21,14 +21,14 @@ IMAGES = (
     "sim",
     "camera",
     "perception",
+    "planner",
     "controller",
     "robot_gateway",
     "recorder",
     "dashboard",
     "cli",
 )
-"""Images with a lock of their own; the planner takes that of `rod`, the emulator that of
-`robot_gateway`."""
+"""Images with a lock of their own; the emulator takes that of `robot_gateway`."""
 ALL = tuple(image for image in IMAGES if image != "camera")
 """Images whose locks together are `all.txt`: all that a clone needs without its tests' tools."""
 BUILD_REQUIREMENTS = ("editables", "hatchling", "pip", "setuptools", "wheel")

@@ -270,36 +270,6 @@ def test_a_question_of_the_first_day_is_answered_by_its_own_buttons(
     page.get_by_role("tab", name="Run", exact=True).click()
 
 
-def test_opened_run_is_shown_at_any_time_and_saved(cell: tuple[Cell, Page], tmp_path: Path) -> None:
-    stage, page = cell
-    page.get_by_role("tab", name="Runs").click()
-    page.get_by_role("button", name="Open run").click()
-    expect(page.get_by_text("hold: as asked", exact=True)).to_be_visible()
-    assert stage.asked(topics.RUN_LIST_REQUEST).action == RunListRequest.SEND_MOTION
-    slider = page.get_by_role("slider").first
-    stage.forget()
-    slider.focus()
-    for _ in range(5):
-        slider.press("ArrowRight")
-    save = page.get_by_role("button", name="Save picture (PNG)")
-    expect(save).to_be_enabled()
-    page.wait_for_timeout(500)
-    assert stage.newest(topics.RUN_LIST_REQUEST).time == pytest.approx(0.1)
-    with page.expect_download() as picture:
-        save.click()
-    picture.value.save_as(tmp_path / "picture.png")
-    assert (tmp_path / "picture.png").read_bytes().startswith(b"\x89PNG")
-    with page.expect_download() as scene:
-        page.get_by_role("button", name="Save scene (HTML)").click()
-    scene.value.save_as(tmp_path / "scene.html")
-    text = (tmp_path / "scene.html").read_text()
-    assert "<html" in text[:500]
-    assert len(text) > 500_000
-    page.get_by_role("button", name="Close", exact=True).last.click()
-    expect(page.get_by_text("hold: as asked", exact=True)).to_be_hidden()
-    page.get_by_role("tab", name="Run", exact=True).click()
-
-
 def test_each_gripper_opens_and_closes_by_its_own_buttons(cell: tuple[Cell, Page]) -> None:
     stage, page = cell
     stage.forget()
@@ -349,3 +319,33 @@ def test_clicked_obstacle_can_be_removed(cell: tuple[Cell, Page]) -> None:
     page.get_by_role("button", name="Remove").click()
     request = stage.asked(topics.SCENE_REQUEST)
     assert (request.action, request.obstacle.name) == (SceneRequest.REMOVE, "middle")
+
+
+def test_opened_run_is_shown_at_any_time_and_saved(cell: tuple[Cell, Page], tmp_path: Path) -> None:
+    stage, page = cell
+    page.get_by_role("tab", name="Runs").click()
+    page.get_by_role("button", name="Open run").click()
+    expect(page.get_by_text("hold: as asked", exact=True)).to_be_visible()
+    assert stage.asked(topics.RUN_LIST_REQUEST).action == RunListRequest.SEND_MOTION
+    slider = page.get_by_role("slider").first
+    stage.forget()
+    slider.focus()
+    for _ in range(5):
+        slider.press("ArrowRight")
+    save = page.get_by_role("button", name="Save picture (PNG)")
+    expect(save).to_be_enabled()
+    page.wait_for_timeout(500)
+    assert stage.newest(topics.RUN_LIST_REQUEST).time == pytest.approx(0.1)
+    with page.expect_download() as picture:
+        save.click()
+    picture.value.save_as(tmp_path / "picture.png")
+    assert (tmp_path / "picture.png").read_bytes().startswith(b"\x89PNG")
+    with page.expect_download() as scene:
+        page.get_by_role("button", name="Save scene (HTML)").click()
+    scene.value.save_as(tmp_path / "scene.html")
+    text = (tmp_path / "scene.html").read_text()
+    assert "<html" in text[:500]
+    assert len(text) > 500_000
+    page.get_by_role("button", name="Close", exact=True).last.click()
+    expect(page.get_by_text("hold: as asked", exact=True)).to_be_hidden()
+    page.get_by_role("tab", name="Run", exact=True).click()

@@ -199,7 +199,9 @@ class OpenedRun:
         if client is not None and self._picture is not None:
             image = cv2.cvtColor(self._picture, cv2.COLOR_RGB2BGR)
             content = cv2.imencode(".png", image)[1].tobytes()
-            client.send_file_download(f"{self._id}-{self._seconds:.2f}s.png", content)
+            client.send_file_download(
+                f"{self._id}-{self._seconds:.2f}s.png", content, save_immediately=True
+            )
 
     def _send_scene(self, client: viser.ClientHandle | None) -> None:
         """Send the scene with the run's motion as one HTML file."""
@@ -214,7 +216,8 @@ class OpenedRun:
         self._seek(self._seconds)
 
         def send() -> None:
-            client.send_file_download(name, serializer.as_html(dark_mode=True).encode())
+            content = serializer.as_html(dark_mode=True).encode()
+            client.send_file_download(name, content, save_immediately=True)
 
         # Compressing takes seconds, which the page must not stand still for.
         threading.Thread(target=send, name="saved scene", daemon=True).start()

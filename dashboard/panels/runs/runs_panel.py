@@ -146,7 +146,7 @@ class RunsPanel:
         self._curves[curves.run] = curves
         for client in self._downloads.pop(curves.run, ()):
             text = csv_text(curves.time, curves.error, curves.clearance)
-            client.send_file_download(f"{curves.run}.csv", text.encode())
+            client.send_file_download(f"{curves.run}.csv", text.encode(), save_immediately=True)
         self._draw()
 
     def take_motion(self, motion: RunMotion) -> None:

@@ -229,7 +229,8 @@ class ScenarioPanel:
 
     def _send_file(self, client: viser.ClientHandle | None) -> None:
         if client is not None:
-            client.send_file_download(f"{self._scenario.name}.toml", self._scenario.text.encode())
+            name, text = f"{self._scenario.name}.toml", self._scenario.text
+            client.send_file_download(name, text.encode(), save_immediately=True)
 
 
 def _real_arms(table: dict[str, object]) -> list[str]:

@@ -36,7 +36,8 @@ class Client:
         self.files: dict[str, bytes] = {}
         self.received = threading.Event()
 
-    def send_file_download(self, name: str, content: bytes) -> None:
+    def send_file_download(self, name: str, content: bytes, save_immediately: bool) -> None:
+        assert save_immediately
         self.files[name] = content
         self.received.set()
 

@@ -95,6 +95,4 @@ class MotionConstraints:
         orientations: Float64[np.ndarray, "m 4"],
     ) -> Spheres:
         """Return the spheres that cover the gripper of one end at m poses."""
-        centres, radius = self._spheres[end]
-        points = positions[:, None] + poses.rotate(orientations[:, None], centres[None])
-        return Spheres(points, np.full(len(centres), radius))
+        return Spheres.of_gripper(self._spheres[end], positions, orientations)

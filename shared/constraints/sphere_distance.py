@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.geometry import poses
+
 
 @dataclass(frozen=True)
 class Spheres:
@@ -17,6 +19,24 @@ class Spheres:
     """Centres in the world frame [m]."""
     radii: Float64[np.ndarray, "k"]
     """Radii [m]."""
+
+    @classmethod
+    def of_gripper(
+        cls,
+        cover: tuple[Float64[np.ndarray, "k 3"], float],
+        positions: Float64[np.ndarray, "m 3"],
+        orientations: Float64[np.ndarray, "m 4"],
+    ) -> Spheres:
+        """Return the spheres that cover a gripper at m poses of its grip.
+
+        Args:
+            cover: Centres in the frame of the grip, and radius [m] (`GripperBody.spheres`).
+            positions: Positions of the grip [m].
+            orientations: Its orientations, wxyz.
+        """
+        centres, radius = cover
+        points = positions[:, None] + poses.rotate(orientations[:, None], centres[None])
+        return cls(points, np.full(len(centres), radius))
 
     @classmethod
     def joined(cls, parts: Sequence[Spheres]) -> Spheres:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry import poses
 from lariat.geometry.grippers import GripperBody, gripper_bodies
 from shared.arms.installation import joint_speed_limit, kinematics_of
 from shared.arms.kinematics import Joints, UrdfKinematics
@@ -68,6 +67,4 @@ class CellArms:
         orientations: Float64[np.ndarray, "m 4"],
     ) -> Spheres:
         """Return the spheres that cover the gripper of one end at m poses of its grip."""
-        centres, radius = self.grippers[end].spheres
-        points = positions[:, None] + poses.rotate(orientations[:, None], centres[None])
-        return Spheres(points, np.full(len(centres), radius))
+        return Spheres.of_gripper(self.grippers[end].spheres, positions, orientations)

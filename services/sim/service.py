@@ -11,6 +11,7 @@ from lariat.geometry.poses import Pose
 from services.sim.camera.lab_camera import LabCamera
 from services.sim.camera.marker_plates import MarkerPlate
 from services.sim.camera.rgbd_camera import BODY_COLOR
+from services.sim.distractors import MovingTubes
 from services.sim.gripper_body import gripper_body
 from services.sim.marked_obstacles import MarkedObstacles
 from services.sim.options import SimOptions
@@ -57,6 +58,8 @@ class SimService:
         self._world = World(scenario)
         self._marked = MarkedObstacles(scenario)
         self._world.set_obstacles(self._marked.merged(scenario.bodies))
+        self._tubes = MovingTubes(scenario.distractors)
+        self._run_started = 0
         takes_images = sensing.source == "camera" and not sensing.outside
         self._cameras = [
             LabCamera(scenario, setup, number)
@@ -90,6 +93,7 @@ class SimService:
     def _update_obstacles(self, inbox: Inbox, now: int) -> None:
         task = inbox.latest(topics.TASK_STATE)
         if task is not None:
+            self._run_started = task.message.run_started
             self._marked.update_task(task.message, now)
             self._release_if_due(task.message, now)
         for request in inbox.every(topics.SCENE_REQUEST):
@@ -155,9 +159,11 @@ class SimService:
         if (marker := self._scenario.sensing.flange_marker) is not None:
             grip = left if marker.side == "left" else right
             plates.append(MarkerPlate(marker.at(grip), marker.size, marker.marker))
+        run_time = (instant - self._run_started) / SECOND if self._run_started else 0.0
+        tubes = self._tubes.at(run_time)
         for camera in self._cameras:
             yield from camera.publish_images(
-                world.nodes, bodies, colors, plates, self._frame, instant
+                world.nodes, bodies, colors, plates, tubes, self._frame, instant
             )
 
 

@@ -15,6 +15,7 @@ from lariat.geometry.poses import Pose
 from shared.bounded_file import path_inside, read_file
 from shared.configuration import Bounds, ConfigurationError
 from shared.scenario.cameras import CameraSetup, PlacedCamera, camera_setups
+from shared.scenario.distractors import Distractor
 from shared.scenario.sections import (
     Control,
     End,
@@ -74,6 +75,7 @@ class Scenario:
     run: Run = Run()
     recording: Recording = Recording()
     events: tuple[Event, ...] = ()
+    distractors: tuple[Distractor, ...] = ()
     folder: Path = field(default=Path(), compare=False)
     """Folder of the file and its CSV files."""
     text: str = field(default="", compare=False, repr=False)

@@ -10,7 +10,7 @@ from jaxtyping import Float64
 from lariat.geometry.obstacles import Obstacle
 from services.sim.camera.marker_plates import MarkerPlate
 from services.sim.camera.messages import calibration_message, color_message, depth_message
-from services.sim.camera.rgbd_camera import RGB, RgbdCamera
+from services.sim.camera.rgbd_camera import RGB, RgbdCamera, Tube
 from services.sim.camera.sensor_noise import SensorNoise
 from services.sim.camera.true_camera import true_camera
 from shared import topics
@@ -69,6 +69,7 @@ class LabCamera:
         bodies: Sequence[Obstacle],
         colors: Sequence[RGB],
         plates: Sequence[MarkerPlate],
+        tubes: Sequence[Tube],
         number: int,
         instant: int,
     ) -> Iterator[Publication]:
@@ -79,9 +80,10 @@ class LabCamera:
             bodies: Everything else in view.
             colors: Colour of each of them.
             plates: Marker plates in view.
+            tubes: Other ropes, hands and arms in view.
             number: Number of the exposure, which selects its noise.
             instant: Time of the exposure [ns].
         """
-        frame = self._camera.take(nodes, self._radius, bodies, colors, number, plates)
+        frame = self._camera.take(nodes, self._radius, bodies, colors, number, plates, tubes)
         yield Publication(self._color, color_message(frame.color, self._name, instant))
         yield Publication(self._depth, depth_message(frame.depth, self._name, instant))

@@ -36,6 +36,10 @@ BODY_COLOR: RGB = (60, 60, 66)
 HALF_SPACE_COLOR: RGB = (12, 12, 12)
 """Default colour of half spaces."""
 
+STRAND_OVERLAP = 2.0
+"""Depth behind another strand of the same rope up to which edge pixels are blended [radii]."""
+TUBE_OVERLAP = 0.0
+"""The same behind anything of another colour, which would show through [radii]."""
 COLOR_NOISE_STRIDE = 7919
 """Offset of the colour noise between two frames in its table, a prime [elements]."""
 COLOR_NOISE_MARGIN = 999_983
@@ -55,6 +59,18 @@ class Frame:
     """Red, green, blue [1/255]."""
     depth: UInt16[np.ndarray, "h w"]
     """Depth [mm], 0 where nothing was measured."""
+
+
+@dataclass(frozen=True)
+class Tube:
+    """Chain of capsules in view, e.g. another rope."""
+
+    nodes: Float64[np.ndarray, "n 3"]
+    """Points of its axis [m]."""
+    radius: float
+    """Radius of its cross-section [m]."""
+    color: RGB
+    """Colour where it faces the camera."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +117,7 @@ class RgbdCamera:
         self._rope_color = rope_color
         self._background_grey = background
         shape = (camera.intrinsics.height, camera.intrinsics.width)
-        self._scratch = [np.zeros(shape, np.float32) for _ in range(3)]
+        self._z_buffer, *self._scratch = (np.zeros(shape, np.float32) for _ in range(3))
         self._background: _Background | None = None
         self._last_bodies: Float64[np.ndarray, "k 15"] | None = None
         random = np.random.default_rng(seed)
@@ -127,6 +143,7 @@ class RgbdCamera:
         colors: Sequence[RGB] | None = None,
         frame: int = 0,
         plates: Sequence[MarkerPlate] = (),
+        tubes: Sequence[Tube] = (),
     ) -> Frame:
         """Take an image of a rope among obstacles.
 
@@ -137,20 +154,17 @@ class RgbdCamera:
             colors: Colour of each obstacle; `BODY_COLOR` and `HALF_SPACE_COLOR` by default.
             frame: Number of the frame, which selects its noise.
             plates: Marker plates.
+            tubes: Other ropes, hands and arms.
         """
         n, i = self.noise, self.camera.intrinsics
         if colors is None:
             colors = [
                 HALF_SPACE_COLOR if o.shape == "half_space" else BODY_COLOR for o in obstacles
             ]
-        capsules = np.empty((len(chain) - 1, 10))
-        capsules[:, 0:3], capsules[:, 3:6] = chain[:-1], chain[1:]
-        capsules[:, 6] = radius
-        capsules[:, 7:10] = np.minimum(np.array(self._rope_color) * n.exposure, 255.0)
         color = np.empty((i.height, i.width, 3), np.uint8)
         depth = np.empty((i.height, i.width), np.uint16)
         flat = color.reshape(i.height, 3 * i.width)
-        z_buffer, cover, shade = self._scratch
+        z_buffer = self._z_buffer
         tints = np.minimum(np.array(colors, float).reshape(-1, 3) * n.exposure, 255.0)
         # Half spaces first: they fill the image and seldom move.
         order = np.argsort([o.shape != "half_space" for o in obstacles], kind="stable")
@@ -163,7 +177,10 @@ class RgbdCamera:
             packed = np.array([plate.packed for plate in plates])
             patterns = np.stack([plate.pattern for plate in plates])
             draw_plates(flat, z_buffer, self._packed_camera, packed, patterns)
-        draw_rope(flat, z_buffer, cover, shade, self._packed_camera, capsules)
+        self._draw_tube(flat, z_buffer, Tube(chain, radius, self._rope_color), STRAND_OVERLAP)
+        # After the rope: a tube that lies beneath it must not show through its edges.
+        for tube in tubes:
+            self._draw_tube(flat, z_buffer, tube, TUBE_OVERLAP)
         measure_depth(
             depth,
             z_buffer,
@@ -187,6 +204,20 @@ class RgbdCamera:
         # Adds and saturates in one pass.
         color = np.asarray(cv2.add(color, color_noise, dtype=cv2.CV_8U), np.uint8)
         return Frame(color, depth)
+
+    def _draw_tube(
+        self,
+        color: UInt8[np.ndarray, "h 3*w"],
+        z_buffer: Float32[np.ndarray, "h w"],
+        tube: Tube,
+        overlap: float,
+    ) -> None:
+        """Draw a chain of capsules over an image."""
+        capsules = np.empty((len(tube.nodes) - 1, 10))
+        capsules[:, 0:3], capsules[:, 3:6] = tube.nodes[:-1], tube.nodes[1:]
+        capsules[:, 6] = tube.radius
+        capsules[:, 7:10] = np.minimum(np.array(tube.color) * self.noise.exposure, 255.0)
+        draw_rope(color, z_buffer, *self._scratch, self._packed_camera, capsules, overlap)
 
     def _draw_background(self, bodies: Float64[np.ndarray, "k 15"]) -> _Background:
         """Draw the bodies that have not moved since the last frame, or return their image."""

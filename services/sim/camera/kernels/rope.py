@@ -21,6 +21,7 @@ def draw_rope(
     shade: images_f32,
     camera: vector_f64,
     capsules: rows_f64,
+    overlap: ti.f64,
 ):
     """Draw a chain of capsules over an image.
 
@@ -31,6 +32,8 @@ def draw_rope(
         shade: (H, W) scratch, cosine between the rope's normal and the ray [-].
         camera: fx, fy, cx, cy, R_world_camera by rows (9), position (3) [pixels, m].
         capsules: (k, 10): both ends of a capsule, its radius and colour [m, 1/255].
+        overlap: Depth behind what is drawn already up to which a capsule still covers edge pixels
+            [radii].
     """
     height = z_buffer.shape[0]
     width = z_buffer.shape[1]
@@ -112,7 +115,7 @@ def draw_rope(
                                     if cap < z:
                                         z = cap
                                         cosine = -(z * d - tip).dot(d) / r
-                            if zc - r < z_buffer[v, u] + 2.0 * r or z < z_buffer[v, u]:
+                            if zc - r < z_buffer[v, u] + overlap * r or z < z_buffer[v, u]:
                                 shaded = cover[v, u] > ti.f32(0.0)
                                 if part > cover[v, u]:
                                     cover[v, u] = ti.f32(part)

@@ -10,7 +10,7 @@ from jaxtyping import Float64
 from lariat.geometry import poses
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from lariat.geometry.obstacles import TABLE, Obstacle, scene_distance
-from services.sim.camera.rgbd_camera import RgbdCamera
+from services.sim.camera.rgbd_camera import RgbdCamera, Tube
 from services.sim.camera.sensor_noise import NOISELESS, SensorNoise
 
 VIEW = Camera(
@@ -141,6 +141,21 @@ def test_an_obstacle_in_front_hides_the_rope() -> None:
     pixel = round(float(v)), round(float(u))
     assert camera.take(chain, RADIUS).color[pixel][0] > 200
     assert camera.take(chain, RADIUS, [wall]).color[pixel][0] < 100
+
+
+@pytest.mark.parametrize(("height", "visible"), [(0.32, True), (0.28, False)])
+def test_of_two_ropes_in_contact_the_upper_one_is_seen(height: float, visible: bool) -> None:
+    view = Camera(VIEW.intrinsics, looking_at((0.0, 0.0, 0.8), (0.0, 0.0, 0.3), (0.0, 1.0, 0.0)))
+    chain = np.array([[-0.1, 0.0, 0.3], [0.1, 0.0, 0.3]])
+    crossing = Tube(np.array([[0.0, -0.1, height], [0.0, 0.1, height]]), RADIUS, (200, 0, 0))
+    camera = RgbdCamera(view, NOISELESS, background=0)
+    frame = camera.take(chain, RADIUS, tubes=[crossing])
+    (u, v), _ = view.project(chain.mean(axis=0))
+    at = np.s_[round(float(v)) - 3 : round(float(v)) + 4, round(float(u)) - 3 : round(float(u)) + 4]
+    green = frame.color[at][..., 1]
+    assert np.all(green < 20) if visible else np.all(green > 200)
+    nearest = 0.8 - max(height, 0.3) - RADIUS
+    assert np.min(frame.depth[at]) == pytest.approx(1000.0 * nearest, abs=1.0)
 
 
 def test_brightness_adds_up_to_the_rope_s_projected_width() -> None:

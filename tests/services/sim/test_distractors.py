@@ -33,7 +33,7 @@ def test_three_points_are_joined_by_a_smooth_curve_through_them() -> None:
 
 
 def test_the_camera_sees_a_distractor_that_no_topic_names() -> None:
-    red = '\n[[distractors]]\npoints = [[-0.1, -0.1, 0.2], [0.1, -0.1, 0.2]]\ncolor = [200, 0, 0]\n'
+    red = "\n[[distractors]]\npoints = [[-0.1, -0.1, 0.2], [0.1, -0.1, 0.2]]\ncolor = [200, 0, 0]\n"
     cells = [Cell(scenario(text)) for text in ("", red)]
     for cell in cells:
         cell.run(0.2)

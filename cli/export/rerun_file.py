@@ -27,7 +27,7 @@ def write(recording: Recording, path: Path) -> str:
         OSError: Rerun's converter failed.
     """
     # Imported late: only this format needs it.
-    import rerun.blueprint as views  # pyright: ignore[reportMissingImports]
+    import rerun.blueprint as views
 
     with tempfile.TemporaryDirectory() as folder:
         drawn = Path(folder, recording.path.name)

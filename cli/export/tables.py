@@ -41,8 +41,8 @@ def write_csv(recording: Recording, folder: Path) -> str:
 def write_parquet(recording: Recording, folder: Path) -> str:
     """Write the tables as Parquet files into a new folder; return one line about them."""
     # Imported late: only this format needs it.
-    import pyarrow  # pyright: ignore[reportMissingImports]
-    import pyarrow.parquet  # pyright: ignore[reportMissingImports]
+    import pyarrow
+    import pyarrow.parquet
 
     found = tables(recording)
     folder.mkdir(parents=True)

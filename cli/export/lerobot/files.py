@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow as pa  # pyright: ignore[reportMissingImports]
-from pyarrow import parquet  # pyright: ignore[reportMissingImports]
+import pyarrow as pa
+from pyarrow import parquet
 
 from cli.export.lerobot.episode import (
     ACTION,

@@ -6,6 +6,7 @@ import csv
 from pathlib import Path
 
 import pytest
+from pyarrow import parquet
 
 from cli.__main__ import main as lariat
 from cli.export import main
@@ -50,9 +51,6 @@ def test_csv_has_a_table_for_each_topic_with_values(file: Path, tmp_path: Path):
 
 
 def test_parquet_has_the_same_columns(file: Path, tmp_path: Path):
-    parquet = pytest.importorskip(
-        "pyarrow.parquet", reason="no pyarrow; install the extra `viewers` of stack/pyproject.toml"
-    )
     assert main((file,), "parquet", tmp_path / "tables") == 0
     table = parquet.read_table(tmp_path / "tables" / "arm_state.parquet")
     assert table.num_rows == 10

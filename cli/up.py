@@ -21,6 +21,7 @@ from shared.configuration import ConfigurationError
 from shared.scenario import Side, find, load
 from shared.scenario.plausibility import doubts
 from stack import dependencies, services
+from stack.cell_switch.campaign.campaigns import Campaigns
 from stack.cell_switch.cell_switch import CellSwitch
 from stack.cell_switch.library import ScenarioLibrary
 from stack.credentials.local_secret import local_secret
@@ -35,6 +36,9 @@ from stack.launcher.programs import (
     emulator_program,
     service_program,
 )
+
+CAMPAIGN_FOLDER = Path("recordings", "campaigns")
+"""Folder of the tables of campaigns."""
 
 
 def main(
@@ -117,7 +121,8 @@ def main(
         if dashboard_password_file:
             page += ["--password-file", str(dashboard_password_file.resolve())]
         library = ScenarioLibrary(saved_scenarios, scenario)
-        switch = CellSwitch(library, scenario, Path(folder, "started"), _check_command)
+        campaigns = Campaigns(CAMPAIGN_FOLDER, Path(folder, "campaign"), _trial_command)
+        switch = CellSwitch(library, scenario, Path(folder, "started"), _check_command, campaigns)
         options = BusOptions(namespace, connect=(), listen=(endpoint,), settings=settings)
         with buses.open(options, "lariat") as bus:
             launcher = Launcher(programs(scenario), bus, console, switch, programs)
@@ -150,6 +155,12 @@ def _preflight(scenario: Path) -> None:
 
 def _check_command(scenario: Path) -> list[str]:
     return [sys.executable, *module_entry.command("cli", "check", str(scenario))]
+
+
+def _trial_command(scenario: Path, seed: int, stop_when_reached: bool) -> list[str]:
+    more = ["--stop-when-reached"] * stop_when_reached
+    run = ("run", str(scenario), "--seed", str(seed), "--json", *more)
+    return list(module_entry.command("cli", *run))
 
 
 def _check_emulator_ports(side: Side) -> None:

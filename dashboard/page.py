@@ -18,6 +18,7 @@ from dashboard.editors.obstacle_editor import ObstacleEditor
 from dashboard.outbox import Notification, Outbox
 from dashboard.panels.camera_feed import CameraFeed
 from dashboard.panels.camera_image import CameraImage
+from dashboard.panels.campaign.campaign_panel import CampaignPanel
 from dashboard.panels.events.events_panel import EventsPanel
 from dashboard.panels.first_day_panel import FirstDayPanel
 from dashboard.panels.health_panel import HealthPanel
@@ -104,6 +105,7 @@ class Page:
             self._plots = RunPlots(gui, scenario)
         self._runs: RunsPanel | None = None
         self._scenarios: ScenarioPanel | None = None
+        self._campaigns: CampaignPanel | None = None
         if live:
             with panel.add_tab("Runs", viser.Icon.LIST):
                 self._runs = RunsPanel(server, scenario, self._actions, outbox, self.notify)
@@ -120,6 +122,10 @@ class Page:
         if live:
             with panel.add_tab("Scenario", viser.Icon.FILE_SETTINGS):
                 self._scenarios = ScenarioPanel(gui, scenario, self._actions, outbox, self.notify)
+            with panel.add_tab("Campaign", viser.Icon.REPEAT):
+                self._campaigns = CampaignPanel(
+                    gui, scenario, self._actions, outbox, self.notify, self._scenarios.changes
+                )
         panel.dock_right()
         panel.set_width(RIGHT_PANEL_WIDTH)
         self._draw_time = 0
@@ -216,9 +222,12 @@ class Page:
         self._parameters.draw(now / SECOND)
         if self._runs is not None:
             self._runs.update(latest_with_age(inbox, topics.RUN_LIST, now)[0], now)
+        stack, age = latest_with_age(inbox, topics.STACK_STATE, now)
+        launcher = stack if age < STALE_AGE else None
         if self._scenarios is not None:
-            stack, age = latest_with_age(inbox, topics.STACK_STATE, now)
-            self._scenarios.update(stack if age < STALE_AGE else None, task, self._obstacles)
+            self._scenarios.update(launcher, task, self._obstacles)
+        if self._campaigns is not None:
+            self._campaigns.update(launcher, latest_with_age(inbox, topics.CAMPAIGN_STATE, now)[0])
         if self._first_day is not None:
             self._first_day.update(*latest_with_age(inbox, topics.COMMISSIONING_STATE, now))
         for camera in self._cameras:

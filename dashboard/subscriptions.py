@@ -42,6 +42,7 @@ READS: tuple[Topic, ...] = (
     topics.RUN_MOTION,
     topics.RUN_PICTURE,
     topics.STACK_STATE,
+    topics.CAMPAIGN_STATE,
     topics.COMMISSIONING_STATE,
     *(topics.HEALTH.at(name) for name in SERVICES),
     *LOGS,

@@ -22,6 +22,7 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from shared.messages import (
     ArmCommand,
     ArmStates,
+    CampaignState,
     CommissioningAnswer,
     CommissioningState,
     Consent,
@@ -221,6 +222,7 @@ STACK_STATE = Topic("stack/state", StackState, "lariat", "latest")
 COMMISSIONING_STATE = Topic("commissioning/state", CommissioningState, "lariat", "latest")
 COMMISSIONING_ANSWER = Topic("commissioning/answer", CommissioningAnswer, "dashboard", "every")
 STACK_REQUEST = Topic("stack/request", StackRequest, "dashboard, lariat", "every")
+CAMPAIGN_STATE = Topic("campaign/state", CampaignState, "lariat", "latest")
 VIEW_SCENE = Topic("view/scene", SceneUpdate, "recorder", "latest")
 VIEW_POINTS = Topic("view/points/{name}", PointCloud, "recorder", "latest")
 VIEW_TRANSFORMS = Topic("view/transforms", FrameTransforms, "recorder", "latest")

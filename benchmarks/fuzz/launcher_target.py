@@ -15,6 +15,7 @@ from shared.message_check import MessageCheck
 from shared.scenario import find
 from shared.service import Received
 from shared.topics import Topic
+from stack.cell_switch.campaign.campaigns import Campaigns
 from stack.cell_switch.cell_switch import CellSwitch
 from stack.cell_switch.library import ScenarioLibrary
 from stack.launcher.console import ProcessConsole
@@ -55,7 +56,8 @@ class LauncherTarget:
         with tempfile.TemporaryDirectory() as folder:
             first = find("three-cylinders")
             library = ScenarioLibrary(Path(folder, "saved"), first)
-            switch = CellSwitch(library, first, Path(folder, "started"), lambda _: CHECK)
+            trials = Campaigns(Path(folder, "tables"), Path(folder, "trials"), lambda *_: CHECK[1:])
+            switch = CellSwitch(library, first, Path(folder, "started"), lambda _: CHECK, trials)
             console = ProcessConsole(io.StringIO())
             launcher = Launcher((PROGRAM,), bus, console, switch, lambda _: (PROGRAM,))  # pyright: ignore[reportArgumentType]
             try:

@@ -49,6 +49,8 @@ from shared.messages.runs_pb2 import (
 )
 from shared.messages.scene_pb2 import Obstacle, Scene, SceneRequest
 from shared.messages.system_pb2 import (
+    CampaignState,
+    CampaignTrial,
     Health,
     ProcessState,
     RecordState,
@@ -57,6 +59,7 @@ from shared.messages.system_pb2 import (
     StackState,
     Trace,
     TraceInput,
+    Variation,
 )
 from shared.messages.task_pb2 import (
     FAILED,
@@ -83,6 +86,8 @@ __all__ = [
     "ArmSetpoints",
     "ArmState",
     "ArmStates",
+    "CampaignState",
+    "CampaignTrial",
     "CommissioningAnswer",
     "CommissioningState",
     "CommissioningStep",
@@ -123,6 +128,7 @@ __all__ = [
     "TaskState",
     "Trace",
     "TraceInput",
+    "Variation",
     "XpbdParameters",
     "arm_pose",
     "chain",

@@ -135,17 +135,21 @@ class StackState(_message.Message):
     def __init__(self, stamp: _Optional[int] = ..., processes: _Optional[_Iterable[_Union[ProcessState, _Mapping]]] = ..., scenario: _Optional[str] = ..., scenarios: _Optional[_Iterable[_Union[ScenarioEntry, _Mapping]]] = ..., activity: _Optional[str] = ..., last_request: _Optional[str] = ..., refusal: _Optional[str] = ...) -> None: ...
 
 class StackRequest(_message.Message):
-    __slots__ = ("id", "stamp", "action", "scenario", "settings", "content", "name", "confirmed")
+    __slots__ = ("id", "stamp", "action", "scenario", "settings", "content", "name", "confirmed", "variations", "first_seed", "seed_count", "stop_when_reached")
     class Action(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
         __slots__ = ()
         UNSPECIFIED: _ClassVar[StackRequest.Action]
         START: _ClassVar[StackRequest.Action]
         SAVE: _ClassVar[StackRequest.Action]
         DELETE: _ClassVar[StackRequest.Action]
+        RUN_CAMPAIGN: _ClassVar[StackRequest.Action]
+        CANCEL_CAMPAIGN: _ClassVar[StackRequest.Action]
     UNSPECIFIED: StackRequest.Action
     START: StackRequest.Action
     SAVE: StackRequest.Action
     DELETE: StackRequest.Action
+    RUN_CAMPAIGN: StackRequest.Action
+    CANCEL_CAMPAIGN: StackRequest.Action
     ID_FIELD_NUMBER: _ClassVar[int]
     STAMP_FIELD_NUMBER: _ClassVar[int]
     ACTION_FIELD_NUMBER: _ClassVar[int]
@@ -154,6 +158,10 @@ class StackRequest(_message.Message):
     CONTENT_FIELD_NUMBER: _ClassVar[int]
     NAME_FIELD_NUMBER: _ClassVar[int]
     CONFIRMED_FIELD_NUMBER: _ClassVar[int]
+    VARIATIONS_FIELD_NUMBER: _ClassVar[int]
+    FIRST_SEED_FIELD_NUMBER: _ClassVar[int]
+    SEED_COUNT_FIELD_NUMBER: _ClassVar[int]
+    STOP_WHEN_REACHED_FIELD_NUMBER: _ClassVar[int]
     id: str
     stamp: int
     action: StackRequest.Action
@@ -162,4 +170,76 @@ class StackRequest(_message.Message):
     content: bytes
     name: str
     confirmed: _containers.RepeatedScalarFieldContainer[str]
-    def __init__(self, id: _Optional[str] = ..., stamp: _Optional[int] = ..., action: _Optional[_Union[StackRequest.Action, str]] = ..., scenario: _Optional[str] = ..., settings: _Optional[_Iterable[str]] = ..., content: _Optional[bytes] = ..., name: _Optional[str] = ..., confirmed: _Optional[_Iterable[str]] = ...) -> None: ...
+    variations: _containers.RepeatedCompositeFieldContainer[Variation]
+    first_seed: int
+    seed_count: int
+    stop_when_reached: bool
+    def __init__(self, id: _Optional[str] = ..., stamp: _Optional[int] = ..., action: _Optional[_Union[StackRequest.Action, str]] = ..., scenario: _Optional[str] = ..., settings: _Optional[_Iterable[str]] = ..., content: _Optional[bytes] = ..., name: _Optional[str] = ..., confirmed: _Optional[_Iterable[str]] = ..., variations: _Optional[_Iterable[_Union[Variation, _Mapping]]] = ..., first_seed: _Optional[int] = ..., seed_count: _Optional[int] = ..., stop_when_reached: _Optional[bool] = ...) -> None: ...
+
+class Variation(_message.Message):
+    __slots__ = ("key", "values")
+    KEY_FIELD_NUMBER: _ClassVar[int]
+    VALUES_FIELD_NUMBER: _ClassVar[int]
+    key: str
+    values: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, key: _Optional[str] = ..., values: _Optional[_Iterable[str]] = ...) -> None: ...
+
+class CampaignTrial(_message.Message):
+    __slots__ = ("seed", "values", "state", "reached", "reached_after", "error", "max_node_error", "min_clearance", "contact_time", "replans", "wall", "reason")
+    class State(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+        __slots__ = ()
+        WAITING: _ClassVar[CampaignTrial.State]
+        RUNNING: _ClassVar[CampaignTrial.State]
+        DONE: _ClassVar[CampaignTrial.State]
+        BROKEN: _ClassVar[CampaignTrial.State]
+        CANCELED: _ClassVar[CampaignTrial.State]
+    WAITING: CampaignTrial.State
+    RUNNING: CampaignTrial.State
+    DONE: CampaignTrial.State
+    BROKEN: CampaignTrial.State
+    CANCELED: CampaignTrial.State
+    SEED_FIELD_NUMBER: _ClassVar[int]
+    VALUES_FIELD_NUMBER: _ClassVar[int]
+    STATE_FIELD_NUMBER: _ClassVar[int]
+    REACHED_FIELD_NUMBER: _ClassVar[int]
+    REACHED_AFTER_FIELD_NUMBER: _ClassVar[int]
+    ERROR_FIELD_NUMBER: _ClassVar[int]
+    MAX_NODE_ERROR_FIELD_NUMBER: _ClassVar[int]
+    MIN_CLEARANCE_FIELD_NUMBER: _ClassVar[int]
+    CONTACT_TIME_FIELD_NUMBER: _ClassVar[int]
+    REPLANS_FIELD_NUMBER: _ClassVar[int]
+    WALL_FIELD_NUMBER: _ClassVar[int]
+    REASON_FIELD_NUMBER: _ClassVar[int]
+    seed: int
+    values: _containers.RepeatedScalarFieldContainer[str]
+    state: CampaignTrial.State
+    reached: bool
+    reached_after: float
+    error: float
+    max_node_error: float
+    min_clearance: float
+    contact_time: float
+    replans: int
+    wall: float
+    reason: str
+    def __init__(self, seed: _Optional[int] = ..., values: _Optional[_Iterable[str]] = ..., state: _Optional[_Union[CampaignTrial.State, str]] = ..., reached: _Optional[bool] = ..., reached_after: _Optional[float] = ..., error: _Optional[float] = ..., max_node_error: _Optional[float] = ..., min_clearance: _Optional[float] = ..., contact_time: _Optional[float] = ..., replans: _Optional[int] = ..., wall: _Optional[float] = ..., reason: _Optional[str] = ...) -> None: ...
+
+class CampaignState(_message.Message):
+    __slots__ = ("stamp", "name", "scenario", "setting_count", "keys", "trials", "running", "file")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    SCENARIO_FIELD_NUMBER: _ClassVar[int]
+    SETTING_COUNT_FIELD_NUMBER: _ClassVar[int]
+    KEYS_FIELD_NUMBER: _ClassVar[int]
+    TRIALS_FIELD_NUMBER: _ClassVar[int]
+    RUNNING_FIELD_NUMBER: _ClassVar[int]
+    FILE_FIELD_NUMBER: _ClassVar[int]
+    stamp: int
+    name: str
+    scenario: str
+    setting_count: int
+    keys: _containers.RepeatedScalarFieldContainer[str]
+    trials: _containers.RepeatedCompositeFieldContainer[CampaignTrial]
+    running: bool
+    file: str
+    def __init__(self, stamp: _Optional[int] = ..., name: _Optional[str] = ..., scenario: _Optional[str] = ..., setting_count: _Optional[int] = ..., keys: _Optional[_Iterable[str]] = ..., trials: _Optional[_Iterable[_Union[CampaignTrial, _Mapping]]] = ..., running: _Optional[bool] = ..., file: _Optional[str] = ...) -> None: ...

@@ -15,6 +15,7 @@ from pathlib import Path
 from shared.configuration import ConfigurationError
 from shared.messages import PAUSED, RUNNING, ArmStates, StackRequest, StackState, TaskState
 from shared.scenario import load
+from stack.cell_switch.campaign.campaigns import Campaigns
 from stack.cell_switch.library import ScenarioLibrary, real_arms, write
 from stack.cell_switch.requested_scenario import requested_scenario
 
@@ -48,6 +49,7 @@ class CellSwitch:
         running: Path,
         staging: Path,
         check: Callable[[Path], Sequence[str]],
+        campaigns: Campaigns,
     ) -> None:
         """Take the scenario that runs.
 
@@ -56,7 +58,10 @@ class CellSwitch:
             running: Scenario that runs.
             staging: Private folder for scenarios that are started without being saved.
             check: Returns the command that checks a scenario's file.
+            campaigns: Campaigns that run beside the cell.
         """
+        self.campaigns = campaigns
+        """Campaigns that run beside the cell."""
         self._library = library
         self._staging = staging
         self._command = check
@@ -82,7 +87,7 @@ class CellSwitch:
         """
         self._last_request, self._refusal = request.id, ""
         try:
-            if self._activity:
+            if self._activity and request.action != StackRequest.CANCEL_CAMPAIGN:
                 raise ConfigurationError(f"{self._activity}; wait for it")
             match request.action:
                 case StackRequest.START:
@@ -94,6 +99,10 @@ class CellSwitch:
                     if self._library.find(request.name) == self._running:
                         raise ConfigurationError(f"{request.name} runs; start another one first")
                     self._library.delete(request.name)
+                case StackRequest.RUN_CAMPAIGN:
+                    self._start_campaign(request)
+                case StackRequest.CANCEL_CAMPAIGN:
+                    self.campaigns.cancel()
                 case _:
                     raise ConfigurationError(f"there is no action {request.action}")
         except (ValueError, OSError) as error:
@@ -142,7 +151,8 @@ class CellSwitch:
         return self._running
 
     def close(self) -> None:
-        """End a check that goes on."""
+        """End a check and a campaign that go on."""
+        self.campaigns.close()
         if self._check is not None:
             self._check.process.kill()
             self._check.process.wait()
@@ -150,10 +160,29 @@ class CellSwitch:
     def _base(self, request: StackRequest) -> Path:
         return self._library.find(request.scenario) if request.scenario else self._running
 
+    def _start_campaign(self, request: StackRequest) -> None:
+        """Start a campaign, unless real arms need the processor.
+
+        Raises:
+            ConfigurationError: The present cell has real arms, or a trial is not valid.
+            OSError: The scenarios of the trials cannot be written.
+        """
+        if arms := real_arms(load(self._running)):
+            raise ConfigurationError(
+                f"the present cell has real arms at {', '.join(arms)}, which need the processor; "
+                "start a simulated one first"
+            )
+        path = self._base(request)
+        self.campaigns.start(request, path, self._library.name_of(path) or self._name)
+
     def _begin(self, request: StackRequest, condition: CellCondition) -> None:
         self._check_condition(condition)
         path = self._base(request)
         scenario = requested_scenario(request, path)
+        if self.campaigns.running and real_arms(scenario):
+            raise ConfigurationError(
+                "a campaign goes on, which takes processor time from real arms; cancel it first"
+            )
         unconfirmed = set(real_arms(scenario)) - set(request.confirmed)
         if unconfirmed:
             raise ConfigurationError(

@@ -4,7 +4,8 @@ The launcher holds the hub of the bus, through which the processes find each oth
 ready when its first health message comes. A process that dies is started again, after a delay that
 doubles; three deaths within a minute end the stack. A restarted gateway never arms by itself.
 
-On request, the launcher ends all processes and starts those of another scenario.
+On request, the launcher ends all processes and starts those of another scenario, or runs a campaign
+beside them.
 """
 
 from __future__ import annotations
@@ -85,6 +86,7 @@ class Launcher:
         self._newest_arms: ArmStates | None = None
         self._requests = bus.publisher(topics.TASK_REQUEST)
         self._stack = bus.publisher(topics.STACK_STATE)
+        self._campaign = bus.publisher(topics.CAMPAIGN_STATE)
         self._published = 0.0
         self._selector = selectors.DefaultSelector()
         self._signals = 0
@@ -142,13 +144,13 @@ class Launcher:
         return 0
 
     def _handle_requests(self) -> None:
-        """Answer requests for other scenarios, and start one whose check has ended."""
+        """Answer requests, go on with a campaign, start a scenario whose check has ended."""
         if self._switch is None:
             return
         requests = self._stack_requests.take()
         for _, item in requests:
             self._switch.handle(item.message, self._condition())
-        if requests:
+        if self._switch.campaigns.poll() or requests:
             self._publish()
         path = self._switch.poll(self._condition)
         if path is not None:
@@ -277,6 +279,9 @@ class Launcher:
         )
         if self._switch is not None:
             self._switch.fill(state)
+            if (campaign := self._switch.campaigns.state) is not None:
+                campaign.stamp = state.stamp
+                self._campaign.put(campaign)
         self._stack.put(state)
 
     def _stop(self) -> None:

@@ -11,6 +11,7 @@ from shared import topics
 from shared.messages import (
     ArmCommand,
     ArmStates,
+    CampaignState,
     CommissioningState,
     GoalDraft,
     GoalPreview,
@@ -53,6 +54,8 @@ class Cell(threading.Thread):
         """Checklist of the first day that is gone through."""
         self.stack: StackState | None = None
         """State of whoever runs the stack."""
+        self.campaign: CampaignState | None = None
+        """State of the campaign that runs beside the cell."""
         self.deaf = False
         """Whether commands to the arms are not answered."""
         self._arms: dict = {"mode": ArmStates.MOVING}
@@ -72,6 +75,8 @@ class Cell(threading.Thread):
                     self._stage.send(topics.RUN_LIST, self.runs)
                 if self.stack is not None:
                     self._stage.send(topics.STACK_STATE, self.stack)
+                if self.campaign is not None:
+                    self._stage.send(topics.CAMPAIGN_STATE, self.campaign)
                 for topic, message in self._stage.step(1.0 / 15.0):
                     self._sent.append((topic, message))
                     self._answer(message)

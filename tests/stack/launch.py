@@ -14,6 +14,7 @@ from pathlib import Path
 from shared import bus as buses
 from shared.bus import BusOptions
 from shared.scenario import find, load
+from stack.cell_switch.campaign.campaigns import Campaigns
 from stack.cell_switch.cell_switch import CellSwitch
 from stack.cell_switch.library import ScenarioLibrary
 from stack.launcher.console import ProcessConsole
@@ -39,7 +40,8 @@ def main() -> int:
     with buses.open(options, "lariat") as bus, tempfile.TemporaryDirectory() as folder:
         library = ScenarioLibrary(Path(folder, "saved"), first)
         check = [sys.executable, "-S", "-c", ""]
-        switch = CellSwitch(library, first, Path(folder, "started"), lambda _: check)
+        trials = Campaigns(Path(folder, "tables"), Path(folder, "trials"), lambda *_: check[1:])
+        switch = CellSwitch(library, first, Path(folder, "started"), lambda _: check, trials)
         launcher = Launcher(programs, bus, ProcessConsole(sys.stderr), switch, programs_of)
         return launcher.run(lambda seconds: print("all ready", flush=True))
 

@@ -200,18 +200,29 @@ class ScenarioPanel:
         for button in (delete, keep):
             button.on_click(lambda _: modal.close())
 
-    def _save(self) -> None:
-        name = self._name.value.strip()
+    def changes(self, with_scene: bool = True) -> list[str] | None:
+        """Return the settings that people have changed; None, and say so, where one is not valid.
+
+        Args:
+            with_scene: Whether to add those of the present goal and obstacles.
+        """
         if self._has_problems():
-            return
-        settings = [] if self._chosen else self._editor.settings
-        if not self._chosen and self._with_scene.value:
+            return None
+        settings = self._editor.settings
+        if with_scene:
             if self._task is not None:
                 settings = settings + goal_settings(self._task.goal, self._scenario)
             settings = settings + obstacle_settings(self._obstacles, self._scenario)
         if any(len(setting) > MAX_TEXT_LENGTH for setting in settings):
             text = "There are too many obstacles to save them from here; edit the file instead."
-            self._notify(Notification("Save", text))
+            self._notify(Notification("Obstacles", text))
+            return None
+        return settings
+
+    def _save(self) -> None:
+        name = self._name.value.strip()
+        settings = [] if self._chosen else self.changes(self._with_scene.value)
+        if settings is None:
             return
         self._outbox.request_stack(
             StackRequest.SAVE,

@@ -10,6 +10,7 @@ import pytest
 
 from shared.messages import PAUSED, RUNNING, ArmStates, StackRequest, StackState, TaskState
 from shared.scenario import find, load
+from stack.cell_switch.campaign.campaigns import Campaigns
 from stack.cell_switch.cell_switch import CellCondition, CellSwitch
 from stack.cell_switch.library import ScenarioLibrary
 
@@ -29,7 +30,9 @@ class Switch(CellSwitch):
         first = first or find(name)
         library = ScenarioLibrary(folder / "saved", first)
         command = [sys.executable, "-S", "-c", check]
-        super().__init__(library, first, folder / "staged", lambda path: command)
+        trial = ["-S", "-c", "import time; time.sleep(60)"]
+        campaigns = Campaigns(folder / "tables", folder / "trials", lambda *_: trial)
+        super().__init__(library, first, folder / "staged", lambda path: command, campaigns)
 
     def state(self) -> StackState:
         state = StackState()
@@ -246,3 +249,18 @@ def test_hostile_file_is_refused_and_ends_nothing(tmp_path: Path, content: bytes
     switch = Switch(tmp_path)
     assert switch.ask(action=StackRequest.START, content=content)
     assert not switch.state().activity
+
+
+def test_campaign_is_refused_beside_real_arms_which_are_refused_beside_a_campaign(
+    tmp_path: Path,
+) -> None:
+    real = real_cell(tmp_path)
+    ask = {"action": StackRequest.RUN_CAMPAIGN, "seed_count": 1}
+    assert "real arms at 10.0.0.6" in Switch(tmp_path, real).ask(**ask)
+    switch = Switch(tmp_path)
+    assert not switch.ask(**ask)
+    start = {"action": StackRequest.START, "scenario": "real", "confirmed": ["10.0.0.6"]}
+    assert "a campaign goes on" in switch.ask(**start)
+    assert not switch.ask(action=StackRequest.CANCEL_CAMPAIGN)
+    assert not switch.ask(**start)
+    switch.close()

@@ -1,0 +1,1 @@
+"""Tab of campaigns: a scenario run headless for several seeds and settings."""

@@ -1,0 +1,160 @@
+"""Progress and tables of a campaign as HTML."""
+
+from __future__ import annotations
+
+import html
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from dashboard import palette
+from dashboard.controls.status_text import format_millimeters
+from dashboard.panels.campaign.value_list import plain_value
+from dashboard.panels.note import note_html
+from shared.messages import CampaignState, CampaignTrial
+
+DONE, BROKEN = CampaignTrial.DONE, CampaignTrial.BROKEN
+OVER = (DONE, BROKEN, CampaignTrial.CANCELED)
+"""States of trials that have ended."""
+STATE_WORDS = {
+    CampaignTrial.WAITING: "waits",
+    CampaignTrial.RUNNING: "runs",
+    BROKEN: "broken",
+    CampaignTrial.CANCELED: "canceled",
+}
+"""Word for each state but DONE, for which the verdict stands."""
+NO_CAMPAIGN = "No campaign has run since this stack was started."
+
+
+def progress_html(campaign: CampaignState | None) -> str:
+    """HTML of a bar and of a line: trials that are done, goals reached, time left."""
+    if campaign is None:
+        return note_html(NO_CAMPAIGN)
+    trials = campaign.trials
+    done = [t for t in trials if t.state == DONE]
+    over = sum(t.state in OVER for t in trials)
+    parts = [f"{over} of {len(trials)} trials", f"{sum(t.reached for t in done)} reached"]
+    if contacts := sum(t.contact_time > 0.0 for t in done):
+        parts.append(f"{contacts} touched something")
+    if broken := sum(t.state == BROKEN for t in trials):
+        parts.append(f"{broken} broken")
+    if campaign.running and done:
+        seconds = float(np.mean([t.wall for t in done])) * (len(trials) - over)
+        parts.append(f"about {seconds / 60.0:.0f} min left" if seconds > 90 else "soon done")
+    if not campaign.running:
+        parts.append(
+            "canceled" if any(t.state == CampaignTrial.CANCELED for t in trials) else "over"
+        )
+    title = campaign.scenario
+    if count := campaign.setting_count:
+        title += f" with {count} change{'s' * (count > 1)}"
+    file = f"<br><span style='opacity:.7'>{html.escape(campaign.file)}</span>" * bool(campaign.file)
+    share = 100.0 * over / max(len(trials), 1)
+    return (
+        "<div style='margin:.5em 1em;font-size:.85em;line-height:1.5;overflow-wrap:anywhere'>"
+        f"<b>{html.escape(title)}</b><br>{html.escape(' · '.join(parts))}{file}"
+        f"<div style='height:6px;border-radius:3px;background:{palette.css(palette.QUIET, 0.3)}'>"
+        f"<div style='height:6px;border-radius:3px;width:{share:.1f}%;"
+        f"background:{palette.css(palette.BUSY)}'></div></div></div>"
+    )
+
+
+def groups_html(campaign: CampaignState | None) -> str:
+    """HTML table of a row for each combination of values: medians and worst of its trials."""
+    if campaign is None or not campaign.keys:
+        return ""
+    groups: dict[tuple[str, ...], list[CampaignTrial]] = {}
+    for trial in campaign.trials:
+        groups.setdefault(tuple(trial.values), []).append(trial)
+    heads = [*map(_short, campaign.keys), "reached", "error", "worst", "min clearance", "after"]
+    rows = []
+    for values, trials in groups.items():
+        done = [t for t in trials if t.state == DONE]
+        errors = [t.error for t in done if math.isfinite(t.error)]
+        clearances = [t.min_clearance for t in done if math.isfinite(t.min_clearance)]
+        times = [t.reached_after for t in done if math.isfinite(t.reached_after)]
+        cells = [
+            *map(plain_value, values),
+            f"{sum(t.reached for t in done)} of {len(done)}",
+            format_millimeters(float(np.median(errors)) if errors else math.nan),
+            format_millimeters(max(errors, default=math.nan)),
+            format_millimeters(min(clearances, default=math.nan)),
+            f"{np.median(times):.1f} s" if times else "–",
+        ]
+        rows.append((cells, palette.QUIET))
+    return _table(heads, rows, len(campaign.keys), 160)
+
+
+def trials_html(campaign: CampaignState | None) -> str:
+    """HTML table of a row for each trial, in the order in which they run."""
+    if campaign is None:
+        return ""
+    heads = [
+        "seed",
+        *map(_short, campaign.keys),
+        "verdict",
+        "error",
+        "min clearance",
+        "after",
+        "took",
+    ]
+    rows = []
+    for trial in campaign.trials:
+        done = trial.state == DONE
+        verdict = STATE_WORDS.get(trial.state, "reached" if trial.reached else "not reached")
+        color = palette.QUIET
+        if done or trial.state == BROKEN:
+            color = palette.GOOD if trial.reached else palette.WARNING if done else palette.BAD
+        error, clearance = (trial.error, trial.min_clearance) if done else (math.nan, math.nan)
+        after = trial.reached_after if done else math.nan
+        cells = [
+            str(trial.seed),
+            *map(plain_value, trial.values),
+            f"{verdict}{f': {trial.reason}' * bool(trial.reason)}",
+            format_millimeters(error),
+            format_millimeters(clearance),
+            f"{after:.1f} s" if math.isfinite(after) else "–",
+            f"{trial.wall:.0f} s" if trial.state in (DONE, BROKEN) else "–",
+        ]
+        rows.append((cells, color))
+    return _table(heads, rows, 1 + len(campaign.keys), 260)
+
+
+def _short(key: str) -> str:
+    return key.rpartition(".")[2].replace("_", " ")
+
+
+def _table(
+    heads: Sequence[str],
+    rows: Sequence[tuple[Sequence[str], palette.Color]],
+    verdict: int,
+    height: int,
+) -> str:
+    """HTML of a table.
+
+    Args:
+        heads: Names of the columns.
+        rows: Cells of each row, and the colour of its verdict.
+        verdict: Column of the verdict.
+        height: Height from which on it scrolls [pixels].
+    """
+    head = "".join(
+        f"<th style='text-align:left;font-weight:500;opacity:.6'>{html.escape(h)}</th>"
+        for h in heads
+    )
+    body = ""
+    for cells, color in rows:
+        styles = ["white-space:nowrap"] * len(cells)
+        styles[verdict] = f"color:{palette.css(color)}"
+        body += "<tr>"
+        body += "".join(
+            f"<td style='{style}'>{html.escape(text)}</td>"
+            for style, text in zip(styles, cells, strict=True)
+        )
+        body += "</tr>"
+    return (
+        f"<div style='margin:.4em .6em;max-height:{height}px;overflow:auto'><table style='"
+        "font-size:.78em;border-spacing:.5em .25em;line-height:1.25;"
+        f"font-variant-numeric:tabular-nums'><tr>{head}</tr>{body}</table></div>"
+    )

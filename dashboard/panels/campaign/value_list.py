@@ -1,0 +1,48 @@
+"""Values of a setting that a campaign varies, as people type them."""
+
+from __future__ import annotations
+
+import tomllib
+
+from dashboard.panels.scenario.setting_fields import SettingField
+from shared.configuration import ConfigurationError
+
+
+def values_of(field: SettingField, text: str) -> list[str]:
+    """Return the values of a text such as "0.01, 0.02", each in TOML.
+
+    Args:
+        field: Setting that takes them.
+        text: Values with commas between them.
+
+    Raises:
+        ConfigurationError: There is none, one occurs twice, or one is not valid.
+    """
+    values = [field.setting(item).partition("=")[2] for item in _items(text)]
+    if not values:
+        raise ConfigurationError(f"{field.key} varies; type its values with commas between them")
+    for value in values:
+        if values.count(value) > 1:
+            raise ConfigurationError(f"{field.key} = {value} stands there twice")
+    return values
+
+
+def _items(text: str) -> list[str]:
+    """Split a text at its commas, but not at those inside of brackets."""
+    items, depth = [""], 0
+    for letter in text:
+        depth += (letter == "[") - (letter == "]")
+        if letter == "," and depth <= 0:
+            items.append("")
+        else:
+            items[-1] += letter
+    return [item.strip() for item in items if item.strip()]
+
+
+def plain_value(value: str) -> str:
+    """Return a value in TOML as people read it: a text without quotes."""
+    try:
+        parsed = tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        return value
+    return parsed if isinstance(parsed, str) else value

@@ -18,6 +18,10 @@ FROZEN_LEASE_MS = 2000
 """Time without a sign of life after which a peer counts as gone [ms]."""
 SEND_QUEUE_SIZE = 16
 """Batches that wait for the network thread, per priority: the most that Zenoh allows."""
+ONE_SIDE_CONNECTS = {"peer": {"to_router": "always", "to_peer": "greater-zid"}}
+"""Strategy by which one of two peers that hear of each other connects, the one with the greater id.
+
+Where both connect at once, each may close the other's link, and neither tries again."""
 SECRET_SETTINGS = ("transport/auth", "transport/link/tls")
 """First part of the settings whose values are secret."""
 
@@ -39,6 +43,7 @@ def zenoh_configuration(options: BusOptions, timeout: float | None) -> zenoh.Con
         "listen/endpoints": options.listen,
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": True,
+        "scouting/gossip/autoconnect_strategy": ONE_SIDE_CONNECTS,
         "transport/link/tx/lease": FROZEN_LEASE_MS,
         "transport/link/rx/max_message_size": MAX_IMAGE_SIZE + HEADER_SIZE,
         "low_pass_filter": _size_filters(options.namespace),

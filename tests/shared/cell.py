@@ -44,6 +44,10 @@ class Cell:
         # A stack that runs there, if any, admits only who knows its secret.
         secret = find_local_secret((self.hub,))
         options = BusOptions(self.namespace, (self.hub,), settings=secret)
+        return self.join(options, publisher)
+
+    def join(self, options: BusOptions, publisher: str) -> Bus:
+        """Joins a process with options of its own."""
         return self._stack.enter_context(buses.open(options, publisher))
 
     @property

@@ -46,6 +46,27 @@ def test_a_message_arrives_with_its_publisher_and_number(cell: Cell) -> None:
     assert subscription.lost == 0
 
 
+def test_of_two_peers_only_the_one_with_the_greater_id_connects(
+    cell: Cell, tmp_path: Path
+) -> None:
+    """Where both connect at once, each may close the other's link, and neither tries again."""
+    ports = {str(number): free_port() for number in (3, 5, 1, 4, 2)}
+    sessions = {}
+    for name, port in ports.items():
+        settings = tmp_path / f"{name}.json"
+        settings.write_text(json.dumps({"id": name}))
+        listen = f"tcp/127.0.0.1:{port}"
+        options = BusOptions(cell.namespace, (cell.hub,), (listen,), settings=settings)
+        sessions[name] = cell.join(options, name)._session
+    for name, session in sessions.items():
+        others = ports.keys() - {name}
+        until(lambda s=session, o=others: o <= {str(link.zid) for link in s.info.links()})
+        for link in session.info.links():
+            if str(link.zid) in others:
+                listens = name if name < str(link.zid) else str(link.zid)
+                assert f":{ports[listens]}" in (link.src + link.dst)
+
+
 def test_a_slow_reader_gets_the_newest_state_and_counts_the_others(
     cell: Cell,
 ) -> None:

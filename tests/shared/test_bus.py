@@ -46,9 +46,7 @@ def test_a_message_arrives_with_its_publisher_and_number(cell: Cell) -> None:
     assert subscription.lost == 0
 
 
-def test_of_two_peers_only_the_one_with_the_greater_id_connects(
-    cell: Cell, tmp_path: Path
-) -> None:
+def test_of_two_peers_only_the_one_with_the_greater_id_connects(cell: Cell, tmp_path: Path) -> None:
     """Where both connect at once, each may close the other's link, and neither tries again."""
     ports = {str(number): free_port() for number in (3, 5, 1, 4, 2)}
     sessions = {}

@@ -11,7 +11,7 @@ import numpy as np
 from lariat.geometry.obstacles import Obstacle
 from shared.aliases import with_current_keys
 from shared.messages import Goal
-from shared.scenario import Scenario
+from shared.scenario import SIDES, Scenario
 from shared.scenario.entries import inline, numbers, obstacle_entry
 
 SAME = 1e-6
@@ -28,18 +28,20 @@ def goal_settings(goal: Goal, scenario: Scenario) -> list[str]:
     grips = (goal.left, goal.right)
     if any(len(g.position) != 3 or len(g.orientation) != 4 for g in grips):
         return []
-    own = scenario.grips(scenario.goal)
+    ends = [scenario.end(side) for side in SIDES]
+    # What an end cannot move is the start's in every goal.
     is_own = all(
-        np.allclose(grip.position, pose.position, atol=SAME)
-        and abs(np.dot(grip.orientation, pose.orientation)) > 1.0 - SAME
-        for grip, pose in zip(grips, own, strict=True)
+        (end.driver == "fixed" or np.allclose(grip.position, pose.position, atol=SAME))
+        and (not end.rotates or abs(np.dot(grip.orientation, pose.orientation)) > 1.0 - SAME)
+        for end, grip, pose in zip(ends, grips, scenario.grips(scenario.goal), strict=True)
     )
     if is_own and goal.turns == scenario.goal.turns:
         return []
     left, right = (numbers(g.position) for g in grips)
     table: dict[str, Any] = {"line": [left, right], "turns": float(goal.turns)}
-    for side, grip in zip(("left", "right"), grips, strict=True):
-        table[f"{side}_orientation"] = numbers(grip.orientation)
+    for side, end, grip in zip(SIDES, ends, grips, strict=True):
+        if end.rotates:
+            table[f"{side}_orientation"] = numbers(grip.orientation)
     return [f"goal={inline(table)}"]
 
 

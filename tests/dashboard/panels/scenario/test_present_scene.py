@@ -10,14 +10,23 @@ import pytest
 from dashboard.panels.scenario.present_scene import goal_settings, obstacle_settings
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
-from shared.messages import Goal, grip
-from shared.scenario import Scenario, find, load
+from shared.messages import Goal, grip, grip_pose
+from shared.scenario import SIDES, Scenario, find, load
 from shared.scenario.shipped import shipped_names
 from stack.scenario_overrides import load_with
 
 
 def goal_of(scenario: Scenario) -> Goal:
-    left, right = scenario.grips(scenario.goal)
+    """Goal of a scenario as the controller publishes it: what an end cannot move is the start's."""
+    left, right = (
+        Pose(
+            (start if scenario.end(side).driver == "fixed" else goal).position,
+            (goal if scenario.end(side).rotates else start).orientation,
+        )
+        for side, start, goal in zip(
+            SIDES, scenario.grips(scenario.start), scenario.grips(scenario.goal), strict=True
+        )
+    )
     return Goal(left=grip(left), right=grip(right), turns=scenario.goal.turns)
 
 
@@ -32,12 +41,12 @@ def test_scene_of_the_scenario_needs_no_setting(name: str) -> None:
 def test_goal_is_saved_by_its_grips(name: str) -> None:
     scenario = load(name)
     goal = goal_of(scenario)
-    left, right = scenario.grips(scenario.goal)
+    left, right = grip_pose(goal.left), grip_pose(goal.right)
     moved = Pose(right.position + np.array([0.01, 0.0, -0.02]), right.orientation)
     goal.right.CopyFrom(grip(moved))
     saved = load_with(find(name), goal_settings(goal, scenario))
-    grips = saved.grips(saved.goal)
-    for pose, wanted in zip(grips, (left, moved), strict=True):
+    kept = goal_of(saved)
+    for pose, wanted in ((grip_pose(kept.left), left), (grip_pose(kept.right), moved)):
         assert pose.position == pytest.approx(wanted.position, abs=1e-6)
         assert pose.orientation == pytest.approx(wanted.orientation, abs=1e-5)
     assert saved.goal.turns == scenario.goal.turns

@@ -14,7 +14,10 @@ from shared.messages import (
     ArmStates,
     CommissioningAnswer,
     Consent,
+    Goal,
     GoalDraft,
+    GoalList,
+    GoalListRequest,
     Obstacle,
     RunList,
     RunListRequest,
@@ -37,6 +40,7 @@ RECEIVERS = {
     topics.SCENE_REQUEST.key: "perception",
     topics.ARM_COMMAND.key: "robot gateway",
     topics.RUN_LIST_REQUEST.key: "recorder",
+    topics.GOAL_LIST_REQUEST.key: "recorder of goals",
     topics.STACK_REQUEST.key: "launcher",
 }
 """Service that answers the requests of a topic, by key."""
@@ -96,6 +100,13 @@ class Outbox:
         """Queue a request about recorded runs, by their ids, and return its id."""
         message = RunListRequest(action=action, runs=runs, **fields)
         return self._add(topics.RUN_LIST_REQUEST, message, label)
+
+    def request_goals(
+        self, action: GoalListRequest.Action, name: str, label: str, goal: Goal | None = None
+    ) -> str:
+        """Queue a request about the goal of a name, and return its id."""
+        message = GoalListRequest(action=action, name=name, goal=goal)
+        return self._add(topics.GOAL_LIST_REQUEST, message, label)
 
     def request_stack(self, action: StackRequest.Action, label: str, **fields: object) -> str:
         """Queue a request about scenarios to whoever runs the stack, and return its id."""
@@ -163,6 +174,7 @@ class Outbox:
         arms: Sequence[ArmStates],
         runs: RunList | None = None,
         stack: StackState | None = None,
+        goals: GoalList | None = None,
     ) -> list[Notification]:
         """Return refusals of this page's requests and missing answers, each of them once.
 
@@ -173,12 +185,15 @@ class Outbox:
             arms: States of the gateway since the last call.
             runs: Newest list of the recorder.
             stack: Newest state of the launcher.
+            goals: Newest list of named goals, the recorder's too.
         """
         answers = [("robot gateway", a.last_command, a.refusal) for a in arms]
         if task is not None:
             answers.append(("controller", task.last_request, task.refusal))
         if runs is not None:
             answers.append(("recorder", runs.last_request, runs.refusal))
+        if goals is not None:
+            answers.append(("recorder of goals", goals.last_request, goals.refusal))
         if stack is not None:
             answers.append(("launcher", stack.last_request, stack.refusal))
         if scene is not None:

@@ -15,6 +15,7 @@ from dashboard.door.site import notify
 from dashboard.editors.goal_editor import GoalEditor
 from dashboard.editors.goal_shortcuts import GoalShortcuts
 from dashboard.editors.obstacle_editor import ObstacleEditor
+from dashboard.editors.saved_goals import SavedGoals
 from dashboard.outbox import Notification, Outbox
 from dashboard.panels.camera_feed import CameraFeed
 from dashboard.panels.camera_image import CameraImage
@@ -84,6 +85,8 @@ class Page:
                 server, scenario, self._actions, outbox, self._scene, self.notify
             )
             self._goal_shortcuts = GoalShortcuts(gui, self._actions, outbox)
+            with gui.add_folder("Saved goals", expand_by_default=False):
+                self._saved_goals = SavedGoals(gui, scenario, self._actions, outbox, self.notify)
         with gui.add_folder("Obstacles", expand_by_default=False, visible=live):
             self._obstacle_editor = ObstacleEditor(
                 server, scenario, self._actions, outbox, self.notify
@@ -177,7 +180,8 @@ class Page:
         scene, _ = latest_with_age(inbox, topics.SCENE_STATE, now)
         runs, _ = latest_with_age(inbox, topics.RUN_LIST, now)
         stack, _ = latest_with_age(inbox, topics.STACK_STATE, now)
-        for notification in self._outbox.notifications(now, task, scene, arms, runs, stack):
+        goals, _ = latest_with_age(inbox, topics.GOAL_LIST, now)
+        for notification in self._outbox.notifications(now, task, scene, arms, runs, stack, goals):
             self.notify(notification)
         self._report_refused_setpoints(arms)
         self._events.take(inbox)
@@ -212,6 +216,7 @@ class Page:
         self._arm_controls.update(arms, arms_age)
         self._goal_editor.update(task, preview, now)
         self._goal_shortcuts.update(task, rope, arms)
+        self._saved_goals.update(latest_with_age(inbox, topics.GOAL_LIST, now)[0], task)
         self._draw_scene(inbox, rope, arms, now)
         if (scene := self._undrawn.pop(topics.SCENE_STATE.key, None)) is not None:
             self._take_scene(scene)

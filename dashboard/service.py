@@ -29,6 +29,7 @@ class DashboardService:
         topics.ARM_COMMAND,
         topics.ARM_CONSENT,
         topics.RUN_LIST_REQUEST,
+        topics.GOAL_LIST_REQUEST,
         topics.COMMISSIONING_ANSWER,
         topics.STACK_REQUEST,
     )

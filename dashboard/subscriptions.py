@@ -41,6 +41,7 @@ READS: tuple[Topic, ...] = (
     topics.RUN_CURVES,
     topics.RUN_MOTION,
     topics.RUN_PICTURE,
+    topics.GOAL_LIST,
     topics.STACK_STATE,
     topics.CAMPAIGN_STATE,
     topics.COMMISSIONING_STATE,

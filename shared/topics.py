@@ -27,6 +27,8 @@ from shared.messages import (
     CommissioningState,
     Consent,
     GoalDraft,
+    GoalList,
+    GoalListRequest,
     GoalPreview,
     Health,
     Message,
@@ -215,6 +217,8 @@ RUN_LIST_REQUEST = Topic("run/list_request", RunListRequest, "dashboard", "every
 RUN_CURVES = Topic("run/curves", RunCurves, "recorder", "every", recorded=False)
 RUN_MOTION = Topic("run/motion", RunMotion, "recorder", "latest", recorded=False)
 RUN_PICTURE = Topic("run/picture", RunPicture, "recorder", "latest", large=True, recorded=False)
+GOAL_LIST = Topic("goal/list", GoalList, "recorder", "latest", recorded=False)
+GOAL_LIST_REQUEST = Topic("goal/list_request", GoalListRequest, "dashboard", "every")
 HEALTH = Topic("health/{service}", Health, "every service", "latest")
 TRACE = Topic("trace/{service}", Trace, "every service", "latest")
 LOG = Topic("log/{service}", Log, "every service", "every")

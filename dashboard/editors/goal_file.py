@@ -33,20 +33,36 @@ def parse(content: bytes, scenario: Scenario) -> Goal:
     Raises:
         ValueError: The file holds no chain of nodes, or one of another length than the rope.
     """
-    nodes = _read_rows(content)
-    length, rope_length = polylines.length(nodes), scenario.rope.length
-    if abs(length - rope_length) > LENGTH_TOLERANCE * rope_length:
-        unit = "; are its numbers millimetres?" if length > 100.0 * rope_length else ""
-        raise ValueError(
-            f"the shape is {length:.4f} m long, the rope {rope_length} m; scale the shape{unit}"
-        )
-    nodes = polylines.resample_smooth(nodes, scenario.rope.node_count)
+    nodes = fitting_nodes(_read_rows(content), scenario)
     first, last = polylines.end_tangents(nodes)
     return Goal(
         positions=nodes.ravel(),
         left=grip(Pose(nodes[0], _grip_orientation(first))),
         right=grip(Pose(nodes[-1], _grip_orientation(last))),
     )
+
+
+def fitting_nodes(
+    nodes: Float64[np.ndarray, "k 3"], scenario: Scenario
+) -> Float64[np.ndarray, "n 3"]:
+    """Return a shape with as many nodes as the rope has [m].
+
+    Args:
+        nodes: Nodes of the shape [m].
+        scenario: Rope that must take the shape.
+
+    Raises:
+        ValueError: The shape is not as long as the rope.
+    """
+    length, rope_length = polylines.length(nodes), scenario.rope.length
+    if abs(length - rope_length) > LENGTH_TOLERANCE * rope_length:
+        unit = "; are its numbers millimetres?" if length > 100.0 * rope_length else ""
+        raise ValueError(
+            f"the shape is {length:.4f} m long, the rope {rope_length} m; scale the shape{unit}"
+        )
+    if len(nodes) == scenario.rope.node_count:
+        return nodes
+    return polylines.resample_smooth(nodes, scenario.rope.node_count)
 
 
 def _read_rows(content: bytes) -> Float64[np.ndarray, "n 3"]:

@@ -6,6 +6,7 @@ import logging
 from collections.abc import Iterator, Sequence
 from typing import Protocol
 
+from services.recorder.goals.goals import Goals
 from services.recorder.options import RecorderOptions
 from services.recorder.pre_roll import QueuedMessage
 from services.recorder.run_files import RunFiles
@@ -26,6 +27,7 @@ OWN_WRITES = (
     topics.RUN_CURVES,
     topics.RUN_MOTION,
     topics.RUN_PICTURE,
+    topics.GOAL_LIST,
 )
 """Topics on which it publishes, beside the drawing."""
 MAX_STREAMS = 4096
@@ -55,7 +57,7 @@ class RecorderService:
     """Recorder whose `tap` writes messages and whose steps open, flush and close files."""
 
     name = "recorder"
-    reads = (topics.RUN_LIST_REQUEST,)
+    reads = (topics.RUN_LIST_REQUEST, topics.GOAL_LIST_REQUEST)
     writes: Sequence[Topic] = (*OWN_WRITES, *WRITES, topics.VIEW_POINTS)
     rate = 30.0
     latency = 0.0
@@ -63,6 +65,7 @@ class RecorderService:
     def __init__(self, scenario: Scenario, options: RecorderOptions) -> None:
         self._files = RunFiles(scenario, options)
         self._runs = Runs(scenario, options.folder)
+        self._goals = Goals(scenario, options.folder)
         self._view = CellView(scenario)
         self.writes = (*OWN_WRITES, *self._view.writes)
         self._topics: dict[str, Topic | None] = {}
@@ -73,8 +76,9 @@ class RecorderService:
         self.note = ""
 
     def warm_up(self) -> None:
-        """List the runs of the folder."""
+        """List the runs and the goals of the folder."""
         self._runs.load()
+        self._goals.load()
 
     def tap(self, message: EncodedMessage) -> None:
         """Take a message of the bus."""
@@ -121,6 +125,8 @@ class RecorderService:
         writer = self._files.writer
         requests = [item.message for item in inbox.every(topics.RUN_LIST_REQUEST)]
         yield from self._runs.step(requests, writer.path.name if writer else "", now)
+        wanted = [item.message for item in inbox.every(topics.GOAL_LIST_REQUEST)]
+        yield from self._goals.step(wanted, now)
         state = (writer is not None, str(writer.path) if writer else "", self._files.run)
         if state != self._published or now - self._publish_time >= SECOND:
             if state != self._published and writer:

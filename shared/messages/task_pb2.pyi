@@ -192,3 +192,47 @@ class GoalPreview(_message.Message):
     reason: str
     goal: Goal
     def __init__(self, draft: _Optional[str] = ..., stamp: _Optional[int] = ..., reachable: _Optional[bool] = ..., reason: _Optional[str] = ..., goal: _Optional[_Union[Goal, _Mapping]] = ...) -> None: ...
+
+class SavedGoal(_message.Message):
+    __slots__ = ("name", "scenario", "goal")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    SCENARIO_FIELD_NUMBER: _ClassVar[int]
+    GOAL_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    scenario: str
+    goal: Goal
+    def __init__(self, name: _Optional[str] = ..., scenario: _Optional[str] = ..., goal: _Optional[_Union[Goal, _Mapping]] = ...) -> None: ...
+
+class GoalList(_message.Message):
+    __slots__ = ("stamp", "goals", "last_request", "refusal")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    GOALS_FIELD_NUMBER: _ClassVar[int]
+    LAST_REQUEST_FIELD_NUMBER: _ClassVar[int]
+    REFUSAL_FIELD_NUMBER: _ClassVar[int]
+    stamp: int
+    goals: _containers.RepeatedCompositeFieldContainer[SavedGoal]
+    last_request: str
+    refusal: str
+    def __init__(self, stamp: _Optional[int] = ..., goals: _Optional[_Iterable[_Union[SavedGoal, _Mapping]]] = ..., last_request: _Optional[str] = ..., refusal: _Optional[str] = ...) -> None: ...
+
+class GoalListRequest(_message.Message):
+    __slots__ = ("id", "stamp", "action", "name", "goal")
+    class Action(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+        __slots__ = ()
+        UNSPECIFIED: _ClassVar[GoalListRequest.Action]
+        SAVE: _ClassVar[GoalListRequest.Action]
+        DELETE: _ClassVar[GoalListRequest.Action]
+    UNSPECIFIED: GoalListRequest.Action
+    SAVE: GoalListRequest.Action
+    DELETE: GoalListRequest.Action
+    ID_FIELD_NUMBER: _ClassVar[int]
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    ACTION_FIELD_NUMBER: _ClassVar[int]
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    GOAL_FIELD_NUMBER: _ClassVar[int]
+    id: str
+    stamp: int
+    action: GoalListRequest.Action
+    name: str
+    goal: Goal
+    def __init__(self, id: _Optional[str] = ..., stamp: _Optional[int] = ..., action: _Optional[_Union[GoalListRequest.Action, str]] = ..., name: _Optional[str] = ..., goal: _Optional[_Union[Goal, _Mapping]] = ...) -> None: ...

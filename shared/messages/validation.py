@@ -250,7 +250,12 @@ def _check_turns(turns: float) -> None:
         raise ValueError(f"turns = {turns:g}, beyond ±{MAX_TURNS:g}")
 
 
-def _check_goal(goal: messages.Goal) -> None:
+def check_goal(goal: messages.Goal) -> None:
+    """Check the lengths and the places of a goal.
+
+    Raises:
+        ValueError: A length does not fit, or a coordinate lies outside of any cell.
+    """
     _count_nodes("goal.positions", goal.positions)
     _check_places("goal.positions", goal.positions)
     _check_turns(goal.turns)
@@ -259,7 +264,7 @@ def _check_goal(goal: messages.Goal) -> None:
 
 
 def _check_task_state(message: messages.TaskState) -> None:
-    _check_goal(message.goal)
+    check_goal(message.goal)
     if message.goal.positions:
         _check_whole_grips(message.goal)
     _check_turns(message.turns)
@@ -269,8 +274,15 @@ def _check_task_state(message: messages.TaskState) -> None:
         raise ValueError(f"clearance_margin = {message.clearance_margin:g} m")
 
 
-def _check_with_goal(message: messages.TaskRequest | messages.GoalPreview) -> None:
-    _check_goal(message.goal)
+def _check_with_goal(
+    message: messages.TaskRequest | messages.GoalPreview | messages.GoalListRequest,
+) -> None:
+    check_goal(message.goal)
+
+
+def _check_goal_list(message: messages.GoalList) -> None:
+    for saved in message.goals:
+        check_goal(saved.goal)
 
 
 def _check_draft(draft: messages.GoalDraft) -> None:
@@ -383,6 +395,8 @@ _CHECKS: dict[type[Message], Callable[[Any], None]] = {
     messages.TaskState: _check_task_state,
     messages.TaskRequest: _check_with_goal,
     messages.GoalPreview: _check_with_goal,
+    messages.GoalListRequest: _check_with_goal,
+    messages.GoalList: _check_goal_list,
     messages.GoalDraft: _check_draft,
     messages.Path: _check_path,
     messages.Parameters: _check_parameters,

@@ -209,6 +209,8 @@ def _ask_again(outbox: Any, entry: Entry) -> None:
         case topics.RUN_LIST_REQUEST.key:
             given = {"note": message.note, "star": message.star, "time": message.time}
             outbox.request_runs(message.action, list(message.runs), words, **given)
+        case topics.GOAL_LIST_REQUEST.key:
+            outbox.request_goals(message.action, message.name, words, message.goal)
         case topics.COMMISSIONING_ANSWER.key:
             outbox.answer_commissioning(message.question_id, message.yes)
         case topics.STACK_REQUEST.key:

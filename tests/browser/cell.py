@@ -14,12 +14,15 @@ from shared.messages import (
     CampaignState,
     CommissioningState,
     GoalDraft,
+    GoalList,
+    GoalListRequest,
     GoalPreview,
     Message,
     RunList,
     RunListRequest,
     RunMotion,
     RunPicture,
+    SavedGoal,
     StackRequest,
     StackState,
     TaskRequest,
@@ -54,6 +57,8 @@ class Cell(threading.Thread):
         """Checklist of the first day that is gone through."""
         self.stack: StackState | None = None
         """State of whoever runs the stack."""
+        self.goals = GoalList()
+        """Goals that the recorder keeps."""
         self.campaign: CampaignState | None = None
         """State of the campaign that runs beside the cell."""
         self.deaf = False
@@ -75,6 +80,8 @@ class Cell(threading.Thread):
                     self._stage.send(topics.RUN_LIST, self.runs)
                 if self.stack is not None:
                     self._stage.send(topics.STACK_STATE, self.stack)
+                self.goals.stamp = self._stage.now
+                self._stage.send(topics.GOAL_LIST, self.goals)
                 if self.campaign is not None:
                     self._stage.send(topics.CAMPAIGN_STATE, self.campaign)
                 for topic, message in self._stage.step(1.0 / 15.0):
@@ -89,12 +96,20 @@ class Cell(threading.Thread):
             self._arms = {**self._arms, "last_command": message.id}
         if isinstance(message, RunListRequest):
             self._show_run(message)
+        if isinstance(message, GoalListRequest):
+            self._keep_goal(message)
         if isinstance(message, StackRequest) and self.stack is not None:
             self.stack.last_request = message.id
         if isinstance(message, TaskRequest):
             answer = TaskState(stamp=self._stage.now, last_request=message.id, refusal=self.refusal)
             self._stage.send(topics.TASK_STATE, answer)
             self._stage.step(0.01)
+
+    def _keep_goal(self, request: GoalListRequest) -> None:
+        """Answer as a recorder that keeps a single goal does."""
+        kept = request.action == GoalListRequest.SAVE
+        saved = SavedGoal(name=request.name, scenario=SCENARIO.name, goal=request.goal)
+        self.goals = GoalList(goals=[saved] * kept, last_request=request.id)
 
     def _show_run(self, request: RunListRequest) -> None:
         """Answer as a recorder with a run of 2 s does."""

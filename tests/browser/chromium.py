@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from jaxtyping import Float64
-from playwright.sync_api import Page, expect, sync_playwright
+from playwright.sync_api import Locator, Page, expect, sync_playwright
 
 from dashboard.scene.scene_setup import initial_viewpoint
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
@@ -66,6 +66,11 @@ def opened(url: str, width: int = 1440, height: int = 810) -> Iterator[Page]:
             yield page
         finally:
             context.close()
+
+
+def field(page: Page, label: str) -> Locator:
+    """Return the input of a labelled field."""
+    return page.get_by_text(label, exact=True).locator("xpath=ancestor::*[.//input][1]//input")
 
 
 def on_screen(

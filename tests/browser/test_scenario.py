@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import expect
 
 from dashboard.options import DashboardOptions
 from dashboard.service import build
 from shared import topics
 from shared.messages import ScenarioEntry, StackRequest, StackState, TaskRequest
 from tests.browser.cell import SCENARIO, Cell
-from tests.browser.chromium import NO_CHROMIUM, opened
+from tests.browser.chromium import NO_CHROMIUM, field, opened
 from tests.browser.stack import free_port
 from tests.dashboard.stage import Stage
 
 pytestmark = NO_CHROMIUM
-
-
-def field(page: Page, label: str) -> Locator:
-    return page.get_by_text(label, exact=True).locator("xpath=ancestor::*[.//input][1]//input")
 
 
 def test_settings_are_checked_started_and_saved() -> None:

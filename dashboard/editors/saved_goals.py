@@ -1,0 +1,143 @@
+"""Goals by name: saved, set again, downloaded, deleted; the recorder keeps them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+import viser
+
+from dashboard import palette
+from dashboard.action_queue import ActionQueue
+from dashboard.editors.goal_file import fitting_nodes
+from dashboard.outbox import Notification, Outbox
+from shared.messages import Goal, GoalList, GoalListRequest, TaskRequest, TaskState, chain
+from shared.scenario import Scenario
+
+NO_GOAL = "(none)"
+"""Option of the list that stands for no goal."""
+
+
+class SavedGoals:
+    """List of the goals that people have named."""
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        scenario: Scenario,
+        actions: ActionQueue,
+        outbox: Outbox,
+        notify: Callable[[Notification], None],
+    ) -> None:
+        """Add the elements to the page.
+
+        Args:
+            gui: The page's GUI.
+            scenario: Scenario that runs.
+            actions: Queue for clicks.
+            outbox: Destination of requests.
+            notify: Shows a notification on the page.
+        """
+        self._scenario, self._actions = scenario, actions
+        self._outbox, self._notify = outbox, notify
+        self._goals: dict[str, Goal] = {}
+        self._labels: dict[str, str] = {}
+        """Names of the goals by the options of the list."""
+        self._task: TaskState | None = None
+        self._stamp = -1
+        self._list = gui.add_dropdown("Saved goal", (NO_GOAL,))
+        self._list.on_update(lambda _: actions.put(self._show_choice))
+        self._set = gui.add_button("Set saved goal", icon=viser.Icon.TARGET, disabled=True)
+        self._set.on_click(lambda _: actions.put(self._request_goal))
+        self._download = gui.add_button(
+            "Download shape (CSV)",
+            icon=viser.Icon.DOWNLOAD,
+            color=palette.NEUTRAL,
+            disabled=True,
+            hint="Nodes of the saved goal: x, y, z [m] in each row",
+        )
+        self._download.on_click(lambda event: actions.put(partial(self._send, event.client)))
+        self._delete = gui.add_button(
+            "Delete goal …", icon=viser.Icon.TRASH, color=palette.NEUTRAL, disabled=True
+        )
+        self._delete.on_click(lambda event: actions.put(partial(self._ask_delete, event.client)))
+        self._name = gui.add_text("Goal name", "", hint="Small letters, digits, - and _")
+        self._save = gui.add_button(
+            "Save goal",
+            icon=viser.Icon.DEVICE_FLOPPY,
+            disabled=True,
+            hint="Keep the present goal under this name",
+        )
+        self._save.on_click(lambda _: actions.put(self._request_save))
+
+    def update(self, goals: GoalList | None, task: TaskState | None) -> None:
+        """Show the goals of the recorder's list.
+
+        Args:
+            goals: Newest list; None before the first.
+            task: Newest state of the controller.
+        """
+        self._task = task
+        unknown = goals is None or task is None or not task.goal.positions
+        if self._save.disabled != unknown:
+            self._save.disabled = unknown
+        if goals is None or goals.stamp == self._stamp:
+            return
+        self._stamp = goals.stamp
+        self._goals = {saved.name: saved.goal for saved in goals.goals}
+        self._labels = {
+            saved.name
+            if saved.scenario == self._scenario.name
+            else f"{saved.name} ({saved.scenario})": saved.name
+            for saved in goals.goals
+        }
+        options = (NO_GOAL, *self._labels)
+        if tuple(self._list.options) != options:
+            self._list.options = options
+            self._show_choice()
+
+    @property
+    def _chosen(self) -> str:
+        """Name of the chosen goal; empty for none."""
+        return self._labels.get(self._list.value, "")
+
+    def _show_choice(self) -> None:
+        for button in (self._set, self._download, self._delete):
+            button.disabled = not self._chosen
+
+    def _request_goal(self) -> None:
+        if not (name := self._chosen):
+            return
+        goal = Goal()
+        goal.CopyFrom(self._goals[name])
+        try:
+            goal.positions[:] = fitting_nodes(chain(goal.positions), self._scenario).ravel()
+        except ValueError as error:
+            self._notify(Notification(f"{name}: not a goal of this rope", str(error)))
+            return
+        self._outbox.request_task(TaskRequest.SET_GOAL, f"Goal {name}", goal=goal)
+
+    def _request_save(self) -> None:
+        if self._task is not None:
+            name = self._name.value.strip()
+            goal = self._task.goal
+            self._outbox.request_goals(GoalListRequest.SAVE, name, "Save goal", goal)
+
+    def _send(self, client: viser.ClientHandle | None) -> None:
+        if client is not None and (name := self._chosen):
+            rows = chain(self._goals[name].positions)
+            text = "".join(f"{','.join(f'{v:.6f}' for v in row)}\n" for row in np.array(rows))
+            client.send_file_download(f"{name}.csv", text.encode(), save_immediately=True)
+
+    def _ask_delete(self, client: viser.ClientHandle | None) -> None:
+        if client is None or not (name := self._chosen):
+            return
+        modal = client.gui.add_modal(f"Delete the goal {name}?")
+        with modal:
+            delete = client.gui.add_button("Delete", color=palette.BAD)
+            keep = client.gui.add_button("Keep", color=palette.NEUTRAL)
+        request = partial(self._outbox.request_goals, GoalListRequest.DELETE, name, "Delete goal")
+        delete.on_click(lambda _: self._actions.put(request))
+        for button in (delete, keep):
+            button.on_click(lambda _: modal.close())

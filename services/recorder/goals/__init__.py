@@ -1,0 +1,1 @@
+"""Goals that people have named: kept as files, listed, deleted."""

@@ -1,0 +1,112 @@
+"""Goals as files: two for each, in a folder beside the recordings.
+
+`NAME.json` holds the whole goal, and `NAME.csv` its nodes, as `lariat shape` writes them: for a
+scenario's `goal.nodes`, or for "Load shape".
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import re
+from pathlib import Path
+
+import numpy as np
+from google.protobuf.json_format import MessageToJson, Parse, ParseError
+
+from services.recorder.private_folder import make_folder
+from shared.bounded_file import read_file
+from shared.messages import Goal, SavedGoal, chain
+from shared.messages.validation import check_goal
+
+log = logging.getLogger(__name__)
+
+FOLDER = "goals"
+"""Name of the folder inside that of the recordings."""
+NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,39}")
+"""Names of goals."""
+MAX_GOALS = 50
+"""Largest number of goals [-]."""
+MAX_FILE_SIZE = 2**20
+"""Largest size of a goal's file [bytes]."""
+
+
+class GoalRefused(ValueError):
+    """Refusal of a request, with the reason for the person who made it."""
+
+
+class GoalFolder:
+    """Named goals of a folder of recordings."""
+
+    def __init__(self, recordings: Path) -> None:
+        """Create an empty list.
+
+        Args:
+            recordings: Folder of the recordings; it need not exist.
+        """
+        self._recordings = recordings
+        self._folder = recordings / FOLDER
+        self._goals: dict[str, SavedGoal] = {}
+
+    @property
+    def goals(self) -> list[SavedGoal]:
+        """Goals by name."""
+        return [self._goals[name] for name in sorted(self._goals)]
+
+    def load(self) -> None:
+        """Read the goals; a file that is none is left out and logged."""
+        for path in sorted(self._folder.glob("*.json"))[:MAX_GOALS]:
+            try:
+                saved = Parse(read_file(path, MAX_FILE_SIZE), SavedGoal())
+                if saved.name != path.stem or not NAME.fullmatch(saved.name):
+                    raise ValueError(f"it holds the goal {saved.name[:100]!r}")
+                check_goal(saved.goal)
+            except (OSError, ValueError, ParseError) as error:
+                log.warning("%s is left out of the list of goals: %s", path, error)
+                continue
+            self._goals[saved.name] = saved
+
+    def save(self, name: str, scenario: str, goal: Goal) -> None:
+        """Save a goal; one that was saved under this name before is replaced.
+
+        Args:
+            name: Its name.
+            scenario: Name of the scenario in which it was saved.
+            goal: The goal.
+
+        Raises:
+            GoalRefused: The name is not allowed, there are too many, or the goal has no nodes.
+            OSError: It cannot be written.
+        """
+        if not NAME.fullmatch(name):
+            raise GoalRefused(
+                f"{name[:60]!r} is no name of a goal; take up to 40 small letters, digits, - and _"
+            )
+        if name not in self._goals and len(self._goals) >= MAX_GOALS:
+            raise GoalRefused(f"{MAX_GOALS} goals are saved; delete one first")
+        if not goal.positions:
+            raise GoalRefused("the goal has no nodes yet; wait for the controller")
+        saved = SavedGoal(name=name, scenario=scenario, goal=goal)
+        make_folder(self._recordings)
+        make_folder(self._folder)
+        header = f"Goal {name} of the scenario {scenario}\nx, y, z [m]"
+        table = self._folder / f"{name}.csv"
+        np.savetxt(table, chain(goal.positions), fmt="%.6f", delimiter=",", header=header)
+        path = self._folder / f"{name}.json"
+        part = path.with_suffix(".part")
+        part.write_text(MessageToJson(saved, preserving_proto_field_name=True))
+        os.replace(part, path)
+        self._goals[name] = saved
+
+    def delete(self, name: str) -> None:
+        """Delete a goal.
+
+        Raises:
+            GoalRefused: There is none of this name.
+            OSError: A file cannot be deleted.
+        """
+        if name not in self._goals:
+            raise GoalRefused(f"there is no goal {name[:60]!r}")
+        for ending in ("json", "csv"):
+            (self._folder / f"{name}.{ending}").unlink(missing_ok=True)
+        del self._goals[name]

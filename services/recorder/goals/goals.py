@@ -1,0 +1,57 @@
+"""Named goals of the recorder: listed, and changed by requests."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from services.recorder.goals.goal_folder import GoalFolder, GoalRefused
+from shared import topics
+from shared.messages import GoalList, GoalListRequest
+from shared.scenario import Scenario
+from shared.service import SECOND, Publication
+
+
+class Goals:
+    """Named goals of one folder of recordings."""
+
+    def __init__(self, scenario: Scenario, recordings: Path) -> None:
+        """Create an empty list.
+
+        Args:
+            scenario: Scenario of the cell.
+            recordings: Folder of the recordings; it need not exist.
+        """
+        self._scenario = scenario.name
+        self._folder = GoalFolder(recordings)
+        self._last_request = self._refusal = ""
+        self._publish_time = -SECOND
+
+    def load(self) -> None:
+        """Read the goals of the folder."""
+        self._folder.load()
+
+    def step(self, requests: Sequence[GoalListRequest], now: int) -> Iterator[Publication]:
+        """Carry out requests; publish the list after each and once a second.
+
+        Args:
+            requests: Requests since the last step.
+            now: Present time [ns].
+        """
+        for request in requests:
+            self._last_request, self._refusal = request.id, ""
+            try:
+                match request.action:
+                    case GoalListRequest.SAVE:
+                        self._folder.save(request.name, self._scenario, request.goal)
+                    case GoalListRequest.DELETE:
+                        self._folder.delete(request.name)
+                    case unknown:
+                        raise GoalRefused(f"there is no action {unknown}")
+            except (GoalRefused, OSError) as error:
+                self._refusal = str(error)
+        if requests or now - self._publish_time >= SECOND:
+            self._publish_time = now
+            message = GoalList(stamp=now, last_request=self._last_request, refusal=self._refusal)
+            message.goals.extend(self._folder.goals)
+            yield Publication(topics.GOAL_LIST, message)

@@ -94,7 +94,13 @@ class TerminalOperator:
     def approach(self, link: CellLink, shown: ArmStates) -> str:
         assert isinstance(link, LiveLink)
         with held_key() as held:
-            print("  hold the space bar down; the arms stop when it is released", flush=True)
-            held.wait()
-            newest = link.client.newest_arm_state()
-            return approach(link.client, newest, shown.approach_distance, held)
+            distance = shown.approach_distance
+            while True:
+                print("  hold the space bar down; the arms stop when it is released", flush=True)
+                held.wait()
+                ended = approach(link.client, link.client.newest_arm_state(), distance, held)
+                state = link.client.newest_arm_state()
+                # Let go on their way, the arms wait for another approach.
+                if not ended or not state.needs_approach:
+                    return ended
+                distance = state.approach_distance

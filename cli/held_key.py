@@ -37,7 +37,8 @@ class HeldKey:
         return self._presses > 0 and now - self._last <= limit
 
     def wait(self) -> None:
-        """Wait until the key is pressed."""
+        """Wait until the key is pressed, or pressed again."""
+        self._presses = 0
         select.select([self._descriptor], [], [])
         self()
 

@@ -44,6 +44,7 @@ class PageOperator:
         self._client, self._scenario, self._record, self._echo = client, scenario, record, echo
         self._publisher = client.bus.publisher(topics.COMMISSIONING_STATE)
         self._answers = client.bus.subscribe(topics.COMMISSIONING_ANSWER)
+        self._former = dict(record.results)
         self._current, self._line, self._published = 0, "", 0
         self._question = self._question_id = ""
 
@@ -73,13 +74,18 @@ class PageOperator:
         def over(state: ArmStates) -> bool:
             nonlocal begun
             begun |= state.approaching
-            return state.may_move or (begun and not state.approaching)
+            # While the arms go, they may move. Let go on their way, they wait for another approach.
+            return not state.approaching and (state.may_move or state.needs_acknowledgement)
 
-        self.tell(f"Hold {self.approach_button} down; the arms stop when it is released.")
+        self.tell(
+            f"Hold {self.approach_button} down; the arms stop when it is released, and go on when "
+            "it is held again."
+        )
         states = link.observe(over, APPROACH_TIMEOUT)
-        if not states or not begun:
-            return "" if states and states[-1].may_move else "nobody has held the button"
-        return "" if states[-1].may_move else states[-1].reason
+        if states and over(states[-1]) and states[-1].may_move:
+            return ""
+        stopped = begun or bool(states and states[-1].needs_acknowledgement)
+        return states[-1].reason if stopped else "nobody has held the button"
 
     def publish_if_due(self) -> None:
         """Publish the checklist again once a while."""
@@ -119,10 +125,9 @@ class PageOperator:
         step = STEPS[index]
         result = self._record.results.get(step.name)
         settings = fingerprint(self._scenario, step.settings)
-        # A result of other settings, or of a step that each session repeats, counts for nothing.
-        holds = result is not None and result.settings == settings
-        begun = step.lasting or 0 < index + 1 < self._current or self._current == 0
-        if result is None or not holds or not begun:
+        # A result of other settings, or of a step that this session is to repeat, counts for nothing.
+        repeated = not step.lasting and result is self._former.get(step.name) and self._current
+        if result is None or result.settings != settings or repeated:
             return CommissioningStep(title=step.title)
         return CommissioningStep(
             title=step.title, outcome=result.outcome, detail=result.detail, when=result.when

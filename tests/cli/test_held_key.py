@@ -40,6 +40,11 @@ def test_key_is_held_from_its_press_until_its_repetitions_end(terminal: tuple[in
         assert held()
     time.sleep(1.5 * REPEAT_PERIOD)
     assert not held()
+    # Pressed again, it begins like the first time.
+    os.write(keyboard, b" ")
+    held.wait()
+    time.sleep(2.0 * REPEAT_PERIOD)
+    assert held()
 
 
 def test_approach_needs_a_terminal(capfd: pytest.CaptureFixture[str]) -> None:

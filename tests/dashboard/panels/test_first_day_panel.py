@@ -9,7 +9,7 @@ import pytest
 from dashboard.action_queue import ActionQueue
 from dashboard.door.private_viser import PrivateViser
 from dashboard.outbox import Outbox
-from dashboard.panels.first_day_panel import FirstDayPanel, checklist_html
+from dashboard.panels.first_day_panel import FirstDayPanel, list_html, present_html
 from shared import topics
 from shared.messages import CommissioningState, CommissioningStep
 
@@ -54,11 +54,17 @@ def shown() -> Iterator[Shown]:
 
 
 def test_steps_results_and_the_question_are_drawn_as_text() -> None:
-    text = checklist_html(state("Nobody within reach?"))
-    assert "armed &lt;ready&gt;" in text
-    assert "✓" in text
-    assert "▸" in text
-    assert "Nobody within reach?" in text
+    steps = list_html(state(), heard=True)
+    assert "armed &lt;ready&gt;" in steps
+    assert "✓" in steps
+    assert "▸" in steps
+    asked = present_html(state("Does it agree with `lariat <status>`?"), heard=True)
+    assert "Does it agree with <code>lariat &lt;status&gt;</code>?" in asked
+
+
+def test_a_question_and_its_answers_stand_above_the_list(shown: Shown) -> None:
+    panel = shown.panel
+    assert panel._present.order < panel._answers.order < panel._list.order
 
 
 def test_without_a_question_nothing_can_be_answered(shown: Shown) -> None:
@@ -80,4 +86,16 @@ def test_a_checklist_that_is_not_renewed_asks_nothing(shown: Shown) -> None:
     shown.panel.update(state("May it move?"), 0.1)
     shown.panel.update(state("May it move?"), 10.0)
     assert not shown.panel._buttons
-    assert "lariat commission FILE --page" in shown.panel._shown
+    present, steps = shown.panel._shown
+    assert "May it move?" not in present
+    assert "lariat commission FILE --page" in present
+    assert "armed &lt;ready&gt;" in steps
+
+
+def test_a_checklist_that_has_ended_stays_to_be_read(shown: Shown) -> None:
+    over = state()
+    over.ended = True
+    shown.panel.update(over, 600.0)
+    present, steps = shown.panel._shown
+    assert "The checklist has ended." in present
+    assert "armed &lt;ready&gt;" in steps

@@ -29,11 +29,12 @@ from shared.topics import Topic
 from shared.version import version
 from stack import services
 from stack.client import RequestFailed
+from stack.commissioning import checks
 from stack.commissioning.checklist import STEPS, go_through
 from stack.commissioning.checks import REQUIRED_SERVICES
 from stack.commissioning.motions import max_speed
 from stack.commissioning.record import CommissioningRecord, record_path
-from stack.commissioning.session import CellLink, Session
+from stack.commissioning.session import CellLink, NotPassed, Session
 from stack.scenario_overrides import load_with
 from stack.simulation.simulated_time import SimulatedStack, session_id
 from tests.closed_loop.loop import SCENARIOS
@@ -264,6 +265,28 @@ def test_a_stack_that_does_not_run_fails_by_name(tmp_path: Path):
     assert not go(SilentLink(), person, path, cell())
     assert outcomes(path)["processes"] == "failed"
     assert "perception is not heard" in person.lines[-1]
+
+
+class NotedLink(SilentLink):
+    """Link to a stack whose controller waits for the grips."""
+
+    def __init__(self, away: bool) -> None:
+        self.away = away
+
+    def latest(self, topic: Topic) -> Health:
+        waits = topic.key == topics.HEALTH.at("controller").key
+        return Health(version=version(), note="waiting for the grips" if waits else "")
+
+    def observe(self, until: Callable[[ArmStates], bool], seconds: float) -> list[ArmStates]:
+        return [ArmStates(needs_approach=self.away)]
+
+
+def test_a_problem_that_a_process_notes_counts_once_the_arms_are_at_the_start():
+    session = Session(cell(), NotedLink(away=True), Person())
+    assert "controller, before the way to the start: waiting for" in checks.processes(session)
+    session = Session(cell(), NotedLink(away=False), Person())
+    with pytest.raises(NotPassed, match="controller: waiting for the grips"):
+        checks.processes(session)
 
 
 def test_a_damaged_file_of_results_is_refused(tmp_path: Path):

@@ -16,7 +16,7 @@ from stack.client import Client
 from stack.commissioning import page_operator
 from stack.commissioning.checklist import STEPS
 from stack.commissioning.page_operator import PageOperator
-from stack.commissioning.record import PASSED, CommissioningRecord, Result, fingerprint
+from stack.commissioning.record import FAILED, PASSED, CommissioningRecord, Result, fingerprint
 from stack.commissioning.session import NotPassed
 from tests.shared.cell import Cell, until
 
@@ -54,9 +54,14 @@ class Table:
 
 
 @pytest.fixture
-def table(tmp_path: Path) -> Iterator[Table]:
+def cell() -> Iterator[Cell]:
     with ExitStack() as stack:
-        yield Table(Cell(stack), tmp_path / "cell.commissioning.json")
+        yield Cell(stack)
+
+
+@pytest.fixture
+def table(cell: Cell, tmp_path: Path) -> Table:
+    return Table(cell, tmp_path / "cell.commissioning.json")
 
 
 def test_only_an_answer_to_the_present_question_counts(table: Table) -> None:
@@ -99,6 +104,24 @@ def test_the_page_sees_results_that_hold_and_the_step_that_goes_on(table: Table)
     until(lambda: table.seen().ended)
 
 
+def test_the_page_sees_the_failure_of_a_step_that_every_session_repeats(
+    cell: Cell, tmp_path: Path
+) -> None:
+    step = STEPS[2]
+    path, settings = tmp_path / "cell.commissioning.json", fingerprint(SCENARIO, step.settings)
+    former = Result(PASSED, "version 0", "2026-01-01T09:00:00", settings)
+    CommissioningRecord(path).put(step.name, former)
+    table = Table(cell, path)
+    table.operator.begin(3)
+    until(lambda: table.seen().current == 3)
+    assert table.state.steps[2].outcome == ""
+    now = Result(FAILED, "planner is not heard", "2026-01-02T09:00:00", settings)
+    table.record.put(step.name, now)
+    table.operator.close()
+    until(lambda: table.seen().ended)
+    assert table.state.steps[2].detail == "planner is not heard"
+
+
 class ArmsOnTheirWay:
     """Link that shows a series of states."""
 
@@ -115,16 +138,20 @@ class ArmsOnTheirWay:
 
 
 STANDING = ArmStates(needs_approach=True)
-GOING = ArmStates(needs_approach=True, approaching=True)
+GOING = ArmStates(may_move=True, approaching=True)
 THERE = ArmStates(may_move=True)
-LET_GO = ArmStates(needs_approach=True, reason="the button was released")
+LET_GO = ArmStates(needs_approach=True, reason="the approach was let go")
+HELD = ArmStates(needs_acknowledgement=True, reason="held by a person")
 
 
 @pytest.mark.parametrize(
     ("states", "ended"),
     [
-        ((STANDING, GOING, THERE), ""),
-        ((STANDING, GOING, LET_GO), "the button was released"),
+        ((STANDING, GOING, GOING, THERE), ""),
+        ((STANDING, GOING, LET_GO, GOING, THERE), ""),
+        ((STANDING, GOING, LET_GO), "the approach was let go"),
+        ((STANDING, GOING, HELD, THERE), "held by a person"),
+        ((HELD, THERE), "held by a person"),
         ((STANDING, STANDING), "nobody has held the button"),
         ((), "nobody has held the button"),
     ],

@@ -66,6 +66,11 @@ def _here(client: Client, scenario: Scenario, record: CommissioningRecord) -> bo
 
 
 def _on_page(client: Client, scenario: Scenario, record: CommissioningRecord) -> bool:
+    if "dashboard" not in client.bus.alive():
+        raise RequestFailed(
+            "no page shows this checklist: the stack runs without its dashboard; start it again "
+            "without --no-dashboard, or leave --page out"
+        )
     operator = PageOperator(client, scenario, record, lambda text: print(text, flush=True))
     link = LiveLink(client, scenario, operator.publish_if_due)
     try:

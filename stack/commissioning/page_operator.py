@@ -125,7 +125,7 @@ class PageOperator:
         step = STEPS[index]
         result = self._record.results.get(step.name)
         settings = fingerprint(self._scenario, step.settings)
-        # A result of other settings, or of a step that this session is to repeat, counts for nothing.
+        # A result of other settings, or of a step that is to be repeated, counts for nothing.
         repeated = not step.lasting and result is self._former.get(step.name) and self._current
         if result is None or result.settings != settings or repeated:
             return CommissioningStep(title=step.title)

@@ -15,6 +15,7 @@ import pytest
 from shared import topics
 from shared.messages import (
     ArmCommand,
+    ArmState,
     ArmStates,
     Consent,
     GoalDraft,
@@ -287,6 +288,27 @@ def test_a_problem_that_a_process_notes_counts_once_the_arms_are_at_the_start():
     session = Session(cell(), NotedLink(away=False), Person())
     with pytest.raises(NotPassed, match="controller: waiting for the grips"):
         checks.processes(session)
+
+
+class ArmLink(SilentLink):
+    """Link to a stack whose real arm sends feedback at some rates, one after the other."""
+
+    def __init__(self, *rates: float) -> None:
+        arm = {"arm": "right", "driver": "cr5", "position": [0.0, 0.0, 0.3]}
+        self.states = [
+            ArmStates(mode=ArmStates.DISARMED, arms=[ArmState(**arm, link_rate=rate)])
+            for rate in rates
+        ]
+
+    def observe(self, until: Callable[[ArmStates], bool], seconds: float) -> list[ArmStates]:
+        return self.states
+
+
+def test_an_arm_fails_by_a_line_that_is_never_fast_enough():
+    real = cell("ends.right.address=192.0.2.7")
+    assert "192.0.2.7" in checks.arms(Session(real, ArmLink(95.0, 124.0, 96.0), Person()))
+    with pytest.raises(NotPassed, match="feedback at 60 Hz at most, 100 Hz are needed"):
+        checks.arms(Session(real, ArmLink(55.0, 60.0), Person()))
 
 
 def test_a_damaged_file_of_results_is_refused(tmp_path: Path):

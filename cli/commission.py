@@ -10,6 +10,7 @@ import tyro
 
 from cli.held_key import held_key
 from cli.task import LOCAL, CellOptions
+from shared import topics
 from shared.messages import ArmStates
 from shared.scenario import Scenario, find, load
 from stack.approach import approach
@@ -19,6 +20,12 @@ from stack.commissioning.live_link import LiveLink
 from stack.commissioning.page_operator import PageOperator
 from stack.commissioning.record import CommissioningRecord, record_path
 from stack.commissioning.session import CellLink, Session
+
+NO_PAGE = (
+    "no page shows this checklist: the stack runs without its dashboard; start it again without "
+    "--no-dashboard, or leave --page out"
+)
+"""Reason why a checklist on the page does not begin."""
 
 
 def main(
@@ -66,11 +73,8 @@ def _here(client: Client, scenario: Scenario, record: CommissioningRecord) -> bo
 
 
 def _on_page(client: Client, scenario: Scenario, record: CommissioningRecord) -> bool:
-    if "dashboard" not in client.bus.alive():
-        raise RequestFailed(
-            "no page shows this checklist: the stack runs without its dashboard; start it again "
-            "without --no-dashboard, or leave --page out"
-        )
+    health = client.bus.subscribe(topics.HEALTH.at("dashboard"))
+    client.wait(health, lambda _: True, NO_PAGE)
     operator = PageOperator(client, scenario, record, lambda text: print(text, flush=True))
     link = LiveLink(client, scenario, operator.publish_if_due)
     try:

@@ -34,8 +34,11 @@ RUN_TIMEOUT = 120.0
 """Longest wait for the goal [s]."""
 RESTART_TIMEOUT = 90.0
 """Longest wait for a frozen process to be replaced [s]."""
-POLL_PERIOD = 3.0
+POLL_PERIOD = 5.0
 """Time between two looks at a run [s]; a look starts a container, which takes processor time."""
+NICENESS = 19
+"""Niceness of the engine's command line: the containers of a cell may together weigh as much as
+one process of it."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +66,7 @@ class ComposeProject:
         """Args: name: Name of the project. files: Compose files. scenario: Name of the scenario.
         port: Port of the dashboard on this machine."""
         self.name = name
-        self._command = ["docker", "compose", "-p", name]
+        self._command = ["nice", "-n", str(NICENESS), "docker", "compose", "-p", name]
         for file in files:
             self._command += ["-f", str(file)]
         self._environment = {**os.environ, "SCENARIO": scenario, "DASHBOARD_PORT": str(port)}

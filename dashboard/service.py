@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from dashboard.controls.first_steps import FirstSteps
 from dashboard.controls.stop_bar import StopBar
 from dashboard.door.site import Site
 from dashboard.options import DashboardOptions
 from dashboard.outbox import Outbox
 from dashboard.page import Page
-from dashboard.subscriptions import READS, latest_with_age, reads, silence
+from dashboard.subscriptions import READS, latest_with_age, reads, silence, unheard
 from shared import topics
 from shared.arms.description import with_own_urdfs
 from shared.scenario import Scenario
@@ -43,6 +44,7 @@ class DashboardService:
         self.reads = reads(scenario)
         self.outbox = Outbox(session)
         self._stop_bar = StopBar(self.outbox)
+        self._first_steps = FirstSteps()
         self._site = Site(options, f"{scenario.name} · Lariat", self._stop_bar)
         self.address = self._site.address
         self._page = Page(self._site.viser, scenario, self.outbox)
@@ -56,12 +58,14 @@ class DashboardService:
         """Run people's actions, draw new messages and publish requests."""
         self._page.run_actions()
         arms, age = latest_with_age(inbox, topics.ARM_STATE, now)
+        task, _ = latest_with_age(inbox, topics.TASK_STATE, now)
         status = self._stop_bar.step(
             [r.message for r in inbox.every(topics.ARM_STATE)],
             arms,
             age,
             now,
             silence(inbox, now),
+            self._first_steps.update(task, arms, unheard(inbox)),
         )
         if status is not None:
             self._site.show_status(status)

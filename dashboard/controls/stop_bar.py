@@ -13,6 +13,7 @@ import msgspec
 from dashboard import palette
 from dashboard.action_queue import ActionQueue
 from dashboard.controls import status_text
+from dashboard.controls.first_steps import FirstStep
 from dashboard.door.cell_socket import HOLD_TIMEOUT, Approach, HoldAnswer
 from dashboard.outbox import Outbox
 from dashboard.subscriptions import STALE_AGE
@@ -95,6 +96,7 @@ class StopBar:
         age: float,
         now: int,
         silent: str = "",
+        steps: Sequence[FirstStep] = (),
     ) -> str | None:
         """Do what people asked for, and answer the holds that the gateway has confirmed.
 
@@ -104,6 +106,7 @@ class StopBar:
             age: Its age [s].
             now: Present time [ns].
             silent: Services that have fallen silent, in words; empty when all are heard.
+            steps: Lines of the guide.
 
         Returns:
             Status for the pages when it is due, a JSON object.
@@ -128,6 +131,7 @@ class StopBar:
             "approach": _offer(newest),
             "ended": self._ended[-1],
             "silent": silent,
+            "steps": steps,
         }
         return msgspec.json.encode(status).decode()
 

@@ -11,7 +11,9 @@ import viser
 
 BROWSER = Path(__file__).parent / "browser"
 """Folder of the scripts and styles around viser's page."""
-PARTS = ("banner.js", "banner.css", "stop_bar.js", "stop_bar.css")
+PARTS = tuple(
+    f"{name}.{kind}" for name in ("stop_bar", "banner", "guide") for kind in ("js", "css")
+)
 """Files of that folder."""
 
 _ICON = (
@@ -75,8 +77,13 @@ def page(title: str, with_cell: bool) -> str:
     text = (Path(viser.__file__).parent / "client/build/index.html").read_text()
     parts = ""
     if with_cell:
-        parts += '<script src="stop_bar.js"></script><link rel="stylesheet" href="stop_bar.css">'
-        parts += '<script src="banner.js"></script><link rel="stylesheet" href="banner.css">'
+        for name in PARTS:
+            script = name.endswith(".js")
+            parts += (
+                f'<script src="{name}"></script>'
+                if script
+                else f'<link rel="stylesheet" href="{name}">'
+            )
     for pattern, new in (
         (r'<link\s+rel="icon".*?/>', f'<link rel="icon" href="{_ICON}">'),
         (r"<title>.*?</title>", f"<title>{html.escape(title)}</title>"),

@@ -6,6 +6,7 @@
   const CHECK_PERIOD = 500; // ms
   const ENDED = "Lariat has ended or was started anew: open the address that it printed last.";
 
+  const narrow = window.matchMedia("(max-width: 700px)"); // a phone, which only watches
   const elements = {};
   let news = null;
   let newsTime = performance.now();
@@ -27,6 +28,7 @@
     if (!news) return null;
     if (news.cell.silent) return ["lost", `${news.cell.silent}. What you see is old.`, {}];
     const { role, asks, asked } = news.controls;
+    if (narrow.matches) return ["watching", "A window as narrow as this only watches; HOLD works.", {}];
     if (role === "holder" && asked) {
       const text = "Another window asks for the controls; without an answer it gets them.";
       return ["asked", text, { "Give them": answer(true), "Keep them": answer(false) }];
@@ -49,7 +51,7 @@
   function show() {
     if (!elements.banner) return;
     const [kind, text, buttons] = line() ?? ["", "", {}];
-    const watching = news !== null && news.controls.role !== "holder";
+    const watching = narrow.matches || (news !== null && news.controls.role !== "holder");
     document.documentElement.classList.toggle("has-banner", kind !== "");
     document.documentElement.classList.toggle("is-lost", kind === "lost");
     document.documentElement.classList.toggle("is-watching", watching);
@@ -101,6 +103,8 @@
 
   window.addEventListener("lariat-news", (event) => {
     news = event.detail;
+    const { role, asked } = news.controls;
+    if (narrow.matches && role === "holder" && asked) say({ type: "answer", give: true });
     newsTime = performance.now();
     connected = admitted = true;
     show();
@@ -109,6 +113,7 @@
     connected = false;
     show();
   });
+  narrow.addEventListener("change", show);
   setInterval(check, CHECK_PERIOD);
   document.addEventListener("DOMContentLoaded", build);
 })();

@@ -162,6 +162,7 @@ def _table(outcome: RunOutcome) -> Table:
         "reached": verdict,
         "final error": _unit(score.final_error_mm, "mm (mean of the nodes)"),
         "largest node error": _unit(score.max_node_error_mm, "mm"),
+        "error of the shape": _unit(score.final_shape_error_mm, "mm (mean distance of the curves)"),
         "least clearance": _unit(score.min_clearance_mm, "mm"),
         "time in contact": _unit(score.contact_time_s, "s"),
         "length error": _unit(score.length_error_mm, "mm"),

@@ -29,6 +29,7 @@ from benchmarks.robustness.trial import (
     TrialFile,
     run_trial,
 )
+from shared.configuration import ConfigurationError
 
 
 def run(
@@ -69,8 +70,8 @@ def run(
         json: Print one JSON object instead of a table.
 
     Returns:
-        0 if all runs ended at their goals, touched nothing and found the stiffness where the shapes
-        tell it, else 1; without adaptation, if all that missed their goals gave up.
+        0 if all combinations ran to their goals, touched nothing and found the stiffness where
+        the shapes tell it, else 1; without adaptation, if all that missed their goals gave up.
     """
     numbers = only or range(first, first + count)
     combinations = [sample(seed, number, scenario, adapt) for number in numbers]
@@ -80,7 +81,12 @@ def run(
     for trial in _run_with_progress(open_ones, len(finished), folder, workers):
         file.append(trial)
         finished[trial.number] = trial
+    refused = len(combinations)
+    combinations = [c for c in combinations if c.number in finished]
+    refused -= len(combinations)
     trials = [finished[c.number] for c in combinations]
+    if not trials:
+        raise ConfigurationError("none of the combinations can be run; take another seed")
     if docs:
         write_page(docs / "robustness" / "table.md", trials, combinations, summary(trials))
     if json:
@@ -88,7 +94,7 @@ def run(
         print(encoder.dumps({"summary": figures, "trials": [asdict(t) for t in trials]}))
     else:
         _print(trials, combinations, scenario)
-    return 0 if not any(t.faults for t in trials) else 1
+    return 0 if not refused and not any(t.faults for t in trials) else 1
 
 
 def _run_with_progress(
@@ -107,11 +113,22 @@ def _run_with_progress(
     with Progress(*columns, console=console, redirect_stdout=False) as progress:
         total = finished + len(combinations)
         bar = progress.add_task("Combinations", total=total, completed=finished)
-        for k, trial in worker_pool.compute(run_trial, tasks, workers):
+        for k, trial in worker_pool.compute(_attempt, tasks, workers):
             progress.advance(bar)
+            if isinstance(trial, ConfigurationError):
+                progress.console.print(escape(f"{combinations[k]}: cannot be run: {trial}"))
+                continue
             verdict = ", ".join(trial.faults) or "good"
             progress.console.print(escape(f"{combinations[k]}: {verdict}"))
             yield trial
+
+
+def _attempt(task: tuple[Combination, Path]) -> Trial | ConfigurationError:
+    """Finished run, or why the combination cannot be run; the others go on."""
+    try:
+        return run_trial(task)
+    except ConfigurationError as error:
+        return error
 
 
 def summary(trials: Sequence[Trial]) -> dict[str, float]:
@@ -127,6 +144,7 @@ def summary(trials: Sequence[Trial]) -> dict[str, float]:
         "touched": sum(t.touched for t in trials),
         "median error [mm]": float(np.median(errors)),
         "90 % of the errors below [mm]": float(np.quantile(errors, 0.9, method="higher")),
+        "median error of the shape [mm]": float(np.nanmedian([t.shape_error_mm for t in trials])),
         "least clearance [mm]": min(clearances, default=np.nan),
         "shapes tell the stiffness": len(told),
         "stiffness within 10 % there": sum(t.stiffness_found for t in told),
@@ -141,6 +159,7 @@ def _print(
     table = Table(
         caption=(
             "camera; error: mean node distance of true rope and goal, last 0.2 s; "
+            "shape: mean distance of their curves; "
             "EI found: share of the true stiffness ± stated standard deviation, in brackets where "
             "start and goal do not tell it; horizon: its prediction error in units of the noise"
         )
@@ -152,6 +171,7 @@ def _print(
         "plant",
         "EI x",
         "error mm",
+        "shape mm",
         "clear mm",
         "EI found",
         "horizon",
@@ -168,6 +188,7 @@ def _print(
             f"{combination.plant} {combination.node_count}",
             f"{combination.stiffness_ratio:.2f}",
             f"{trial.error_mm:.2f}",
+            f"{trial.shape_error_mm:.2f}",
             "-" if clearance is None else f"{clearance:.1f}",
             stiffness if trial.told else f"({stiffness})",
             f"{trial.noise_ratio:.1f}",

@@ -17,6 +17,7 @@ COLUMNS = (
     "EI ×",
     "length",
     "error [mm]",
+    "of the shape [mm]",
     "clearance [mm]",
     "EI found / true",
     "horizon error / noise",
@@ -47,6 +48,8 @@ def write_page(
     lines += [_row(t, c) for t, c in zip(trials, combinations, strict=True)]
     lines += [
         "",
+        "Error of the shape: mean distance of the curves, without what the rope is shifted along "
+        "itself.",
         "EI found in brackets: start and goal do not tell the stiffness to 5 %.",
         "",
     ]
@@ -69,6 +72,7 @@ def _row(trial: Trial, combination: Combination) -> str:
         f"{combination.stiffness_ratio:.2f}",
         f"{100.0 * (combination.length_ratio - 1.0):+.0f} %",
         f"{trial.error_mm:.2f}",
+        f"{trial.shape_error_mm:.2f}",
         "–" if clearance is None else f"{clearance:.1f}",
         stiffness if trial.told else f"({stiffness})",
         f"{trial.noise_ratio:.1f}",

@@ -69,6 +69,12 @@ class Trial:
         return np.inf if error is None else error
 
     @property
+    def shape_error_mm(self) -> float:
+        """Final distance of goal and rope as curves; NaN if the run did not start [mm]."""
+        error = self.score.get("final_shape_error_mm")
+        return np.nan if error is None else error
+
+    @property
     def near(self) -> bool:
         """Whether the rope ended at its goal."""
         return self.error_mm <= (MAX_ERROR_ON_SUPPORT if self.leans else MAX_ERROR)

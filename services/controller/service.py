@@ -315,7 +315,14 @@ class ControllerService:
             return
         model = self.estimator.model_nodes_at(rope.stamp)
         length = self.estimator.rod.properties.length
-        snag = self.snag_detector.observe(rope.stamp, rope.nodes, model, rope.observed, length)
+        snag = self.snag_detector.observe(
+            rope.stamp,
+            rope.nodes,
+            model,
+            rope.observed,
+            length,
+            leaning=self.estimator.leaning,
+        )
         if snag is None:
             return
         self.snag_detector.reset()

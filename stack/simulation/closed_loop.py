@@ -50,6 +50,9 @@ class Score:
     """Mean node distance between true rope and goal, averaged over the last 0.2 s."""
     max_node_error_mm: float | None
     """Largest node distance between true rope and goal, averaged over the last 0.2 s."""
+    final_shape_error_mm: float | None
+    """Mean distance of the goal's nodes from the curve of the true rope at the end: without what
+    the rope is shifted along itself."""
     min_clearance_mm: float | None
     """Least distance between the surfaces of rope and obstacles."""
     contact_time_s: float
@@ -272,6 +275,7 @@ def _score(
         reached_s=None if reached is None else round(reached, 3),
         final_error_mm=_mm(mean),
         max_node_error_mm=_mm(largest),
+        final_shape_error_mm=_mm(scorer.final_shape_error),
         min_clearance_mm=_mm(scorer.min_clearance),
         contact_time_s=round(scorer.contact_time, 3),
         length_error_mm=round(1e3 * scorer.length_error, 4),

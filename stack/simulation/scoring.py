@@ -21,6 +21,8 @@ from stack.simulation.simulated_time import Delivery
 
 FINAL_ERROR_WINDOW = SECOND // 5
 """Time before the end of a run over which the final error is averaged [ns]."""
+CURVE_POINTS = 1000
+"""Points of the true rope's curve to which distances of the goal are measured."""
 CONTACT_DISTANCE = 0.0
 """Distance of the surfaces of rope and obstacle at and below which they touch [m]."""
 
@@ -63,6 +65,7 @@ class Scorer:
         self._update_obstacles()
         self._radius = self.scenario.plant_rope.diameter / 2.0
         self._goal: Float64[np.ndarray, "n 3"] | None = None
+        self._nodes: Float64[np.ndarray, "n 3"] | None = None
         self._first_replans = 0
 
     def __call__(self, delivery: Delivery) -> None:
@@ -119,6 +122,7 @@ class Scorer:
     def _take_rope(self, stamp: int, nodes: Float64[np.ndarray, "n 3"]) -> None:
         since = self.ended or self.started
         self.ended = stamp
+        self._nodes = nodes
         if self._goal is not None:
             resampled = nodes
             if len(nodes) != len(self._goal):
@@ -151,6 +155,17 @@ class Scorer:
         if not last:
             return np.inf, np.inf
         return float(np.mean([e[1] for e in last])), float(np.mean([e[2] for e in last]))
+
+    @property
+    def final_shape_error(self) -> float:
+        """Mean distance of the goal's nodes from the curve of the true rope, at the end [m].
+
+        A rope that lies on the goal but is shifted along itself has no such error.
+        """
+        if self._goal is None or self._nodes is None:
+            return np.inf
+        curve = polylines.resample_smooth(self._nodes, CURVE_POINTS)
+        return float(np.mean(np.min(polylines.point_distances(self._goal, curve), axis=1)))
 
     @property
     def reached_after(self) -> float | None:

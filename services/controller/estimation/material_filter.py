@@ -23,10 +23,8 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from lariat.geometry import poses
-from lariat.geometry.obstacles import chain_clearance
 from lariat.rod import RodProperties
 from lariat.rod.identification import posterior
-from lariat.rod.obstacle_table import unpack
 from lariat.trajectory import MotionState, mean_twists
 from services.controller.estimation.adaptation import ParameterEstimate
 from services.controller.estimation.damping_sensitivity import DampingSensitivity
@@ -45,8 +43,6 @@ from services.controller.estimation.state_estimator import StateEstimator
 
 ROTATION_LEVER_ARM = 0.05
 """Lever arm that converts a grip's rotation into a displacement [m]."""
-LEANING_CLEARANCE = 1e-3
-"""Distance between rope and support below which the rope leans on it [m]."""
 
 
 @dataclass(frozen=True)
@@ -340,7 +336,7 @@ class MaterialFilter:
     def _model_error(self, estimator: StateEstimator) -> float:
         """Error of the model, noise apart; it is the same one in shapes that are alike [m]."""
         settings, before = self.settings, self._previous_shape_motion
-        error = settings.leaning_error if _leans(estimator) else settings.model_error
+        error = settings.leaning_error if estimator.leaning else settings.model_error
         if before is None:
             return error
         moved = _displacement(before, estimator.motion)
@@ -361,17 +357,6 @@ def _displacement(before: MotionState, after: MotionState) -> float:
     """Largest displacement of a grip between two states, rotations included [m]."""
     change = mean_twists(before, after, 1.0)
     return float(np.max(np.linalg.norm(change, axis=2) @ np.array([1.0, ROTATION_LEVER_ARM])))
-
-
-def _leans(estimator: StateEstimator) -> bool:
-    """Whether the model leans on a support."""
-    if estimator.supports is None:
-        return False
-    properties = estimator.rod.properties
-    clearance = chain_clearance(
-        estimator.state.positions, properties.diameter / 2.0, unpack(estimator.supports)
-    )
-    return clearance < LEANING_CLEARANCE
 
 
 def _rms(change: Float64[np.ndarray, "n 3"]) -> float:

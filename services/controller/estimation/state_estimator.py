@@ -16,7 +16,9 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from lariat.geometry import poses
+from lariat.geometry.obstacles import chain_clearance
 from lariat.rod import Rod, RodState, RolloutSpec, add_turns, count_turns, state_along
+from lariat.rod.obstacle_table import unpack
 from lariat.rod.xpbd import XpbdRod
 from lariat.trajectory import MotionState, mean_twists
 from services.controller.estimation.grip_errors import GripErrors
@@ -50,6 +52,8 @@ class EstimatorSettings:
     """Innovation beyond that distance that reduces the gain, in standard deviations [-]."""
     max_drift_time: float = 10.0
     """Longest time between two observations for which the offset drifts [s]."""
+    leaning_clearance: float = 1e-3
+    """Distance between model and support below which it leans on it [m]."""
     diverged_offset: float = 0.08
     """Mean offset above which the model has another shape than the rope [m]."""
 
@@ -125,6 +129,16 @@ class StateEstimator:
     def held_motion(self) -> MotionState:
         """Motion of the model's ends, which the grips hold with their errors."""
         return self.grip_errors.held(self.motion)
+
+    @property
+    def leaning(self) -> bool:
+        """Whether the model leans on a support."""
+        if self.supports is None:
+            return False
+        clearance = chain_clearance(
+            self.state.positions, self.rod.properties.diameter / 2.0, unpack(self.supports)
+        )
+        return clearance < self.settings.leaning_clearance
 
     @property
     def turns(self) -> int:

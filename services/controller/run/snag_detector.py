@@ -1,7 +1,8 @@
 """Detection of a rope that hangs on an unknown obstacle.
 
 There are two signs, each of which must last. The rope stays behind: its nodes hardly move while the
-nodes of the model, which hangs free or leans on known supports, follow the grips. The rope is taut:
+nodes of the model, which hangs free, follow the grips. On a support, friction, which the model
+lacks, holds a rope back as well, and only the second sign counts. The rope is taut:
 the straight lines from both grips to a node are together as long as the rope, while the model has
 slack there; a free rope is never both taut and off the line between its grips. A wrong stiffness
 causes neither sign.
@@ -74,6 +75,8 @@ class SnagDetector:
         model: Float64[np.ndarray, "n 3"],
         observed: Bool[np.ndarray, "n"],
         length: float,
+        *,
+        leaning: bool = False,
     ) -> Snag | None:
         """Take in an observation; return a snag once its sign has lasted.
 
@@ -83,12 +86,13 @@ class SnagDetector:
             model: Nodes of the model at the same time [m].
             observed: Nodes that were seen, not bridged.
             length: Length of the rope, as it is known by now [m].
+            leaning: Whether the rope leans on a support, where friction may hold it back.
         """
         self._past.append((stamp, nodes, model))
         while len(self._past) > 2 and stamp - self._past[1][0] >= self.settings.window:
             self._past.popleft()
         sign: Literal["stays_behind", "taut"] = "stays_behind"
-        node = self._node_behind(nodes, model, observed)
+        node = None if leaning else self._node_behind(nodes, model, observed)
         if node is None:
             sign, node = "taut", self._taut_node(nodes, model, observed, length)
         self._signs = 0 if node is None else self._signs + 1

@@ -17,8 +17,9 @@ class FitSettings:
 
     ray_sigma: float = 0.35
     """Standard deviation of a ridge point across the rope [pixels]; neighbours share pixels."""
-    edge_sigma: float = 3e-5
-    """Standard deviation of the length of an edge [m]."""
+    length_sigma: float = 0.02
+    """Standard deviation of the length of an edge, as a share of it [-]: with edges that are held
+    to a length that is 1 % wrong, the chain leaves the rope by up to 1 mm in bends."""
     curvature_sigma: float = 7.0
     """Standard deviation of the curvature of an unobserved rope [1/m]."""
     curvature_change_sigma: float = 700.0
@@ -104,7 +105,7 @@ class ChainFit:
             self._variance,
             self._statistics,
             edge,
-            s.edge_sigma,
+            s.length_sigma * edge,
             s.curvature_sigma * edge**2,
             self._weight_over_stiffness / s.curvature_sigma**2,
             s.curvature_change_sigma * edge**3,

@@ -24,6 +24,9 @@ EDGE_SOLREF = "0.001 0.1"
 class FlexRope:
     """Rope of one flex; its unknowns are the positions of the nodes and the twists of the edges."""
 
+    relaxation_steps = 0
+    """See `RopeModel`."""
+
     def __init__(self, rope: MujocoRope) -> None:
         self._rope = rope
 

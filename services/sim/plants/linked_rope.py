@@ -33,6 +33,9 @@ other order; with one order throughout, that would add up in a rope that leaves 
 class LinkedRope:
     """Rope of rigid links; its unknowns are one pose and the angles of the joints."""
 
+    relaxation_steps = 300
+    """See `RopeModel`: the small links would whip out of the kinks of a curve that is laid."""
+
     def __init__(self, rope: MujocoRope) -> None:
         self._rope = rope
         self._middle = (rope.node_count - 1) // 2

@@ -15,6 +15,7 @@ from lariat.geometry.poses import Pose
 from services.sim.plants.end_motion import EndMotion, interpolate
 from services.sim.plants.mujoco_rope import TIMESTEP, RopeModel
 from services.sim.plants.slack_curve import slack_curve
+from shared.configuration import ConfigurationError
 
 REST_SPEED = 2e-5
 """Mean speed of every node between two checks below which the rope counts as at rest [m/s]."""
@@ -24,8 +25,16 @@ MIN_SETTLING_TIME = 0.5
 """Least time for which the rope settles at a reset [s]."""
 MAX_SETTLING_CHECKS = 400
 """Largest number of checks whether the rope has settled."""
+DIVERGENCE = (
+    mujoco.mjtWarning.mjWARN_BADQPOS,
+    mujoco.mjtWarning.mjWARN_BADQVEL,
+    mujoco.mjtWarning.mjWARN_BADQACC,
+)
+"""Warnings of the engine that its numbers have become infinite or huge."""
 STEPS_PER_CHECK = 10
 """Steps of the engine between two of these checks."""
+RELAXATION_FACTOR = 0.5
+"""Factor on all velocities after each step of the relaxation [-]."""
 
 
 class MujocoPlant:
@@ -65,6 +74,7 @@ class MujocoPlant:
 
         Raises:
             ValueError: The grips are further apart than the rope is long.
+            ConfigurationError: The engine cannot simulate this rope.
         """
         n, length = self._rope.rope.node_count, self._rope.rope.length
         gap = float(np.linalg.norm(left.position - right.position))
@@ -73,15 +83,17 @@ class MujocoPlant:
                 f"the grips are {gap:.4f} m apart, the rope is {length} m long; "
                 "bring them closer together"
             )
-        mujoco.mj_resetData(self._model, self._state)
         self._ends = [EndMotion(left), EndMotion(right)]
         self._remainder = 0.0
         curve = slack_curve(left, right, length, n) if guess is None else guess
         curve = polylines.resample(np.asarray(curve, float), n)
+        mujoco.mj_resetData(self._model, self._state)
         self._place(self._ends)
         self._rope.place(self._state, curve, (left, right))
         mujoco.mj_forward(self._model, self._state)
+        self._relax()
         self._settle()
+        self._check()
 
     def release(self, end: int) -> None:
         """Let the rope slip out of a grip; see `Plant.release`."""
@@ -100,6 +112,9 @@ class MujocoPlant:
         """Move the grips to their new motion within `duration` [s], and the rope with them.
 
         The engine makes whole steps; the remainder of the duration is carried to the next call.
+
+        Raises:
+            ConfigurationError: The engine cannot simulate this rope.
         """
         goals = [left, right]
         if duration > 0.0:
@@ -115,6 +130,7 @@ class MujocoPlant:
                     self._state.mocap_quat[row] = orientations[k]
                 self._advance()
             self._remainder = duration - (first + TIMESTEP * (count - 1))
+            self._check()
         self._ends = goals
         # Kinematics again, so that the clamped vertices are where the grips are.
         self._place(goals)
@@ -133,6 +149,22 @@ class MujocoPlant:
         mujoco.mj_mulM(self._model, self._state, self._momentum, self._state.qvel)
         np.multiply(self._momentum, -self._drag, out=self._state.qfrc_applied)
         mujoco.mj_step(self._model, self._state)
+
+    def _check(self) -> None:
+        """Raise an error where the engine's numbers have become infinite or huge."""
+        if any(self._state.warning[kind].number for kind in DIVERGENCE):
+            rope = self._rope.rope
+            raise ConfigurationError(
+                f"MuJoCo's simulation of the rope diverges with {rope.node_count} nodes and "
+                f"EI = {rope.bending_stiffness:.3g} N m^2; lower plant.rope.node_count, raise "
+                "plant.rope.damping, or choose another plant.model"
+            )
+
+    def _relax(self) -> None:
+        """Let the rope creep out of its guess, where it would whip."""
+        for _ in range(self._rope.relaxation_steps):
+            self._advance()
+            self._state.qvel *= RELAXATION_FACTOR
 
     def _place(self, ends: Sequence[EndMotion]) -> None:
         for row, end in enumerate(ends):

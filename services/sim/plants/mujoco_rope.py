@@ -95,6 +95,9 @@ class MujocoRope:
 class RopeModel(Protocol):
     """Representation of the rope in MuJoCo, between two mocap bodies that are the grips."""
 
+    relaxation_steps: int
+    """Steps without momentum before the rope settles from a guess."""
+
     @property
     def rope(self) -> MujocoRope:
         """Properties of the rope."""

@@ -1,15 +1,21 @@
 from __future__ import annotations
 
+import json as encoder
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
+
+from benchmarks.robustness import bench
 from benchmarks.robustness.bench import summary
-from benchmarks.robustness.combinations import sample
+from benchmarks.robustness.combinations import Combination, sample
 from benchmarks.robustness.tables import write_page
 from benchmarks.robustness.trial import Trial, TrialFile, as_written
+from shared.configuration import ConfigurationError
 
 SCORE = {
     "final_error_mm": 0.2,
+    "final_shape_error_mm": 0.1,
     "contact_time_s": 0.0,
     "min_clearance_mm": 9.0,
     "horizon_error_mm": 1.5,
@@ -71,3 +77,19 @@ def test_page_lists_every_run_with_what_it_missed(tmp_path: Path) -> None:
     write_page(page, [GOOD, far], [sample(0, 3)] * 2, summary([GOOD, far]))
     rows = [line for line in page.read_text().splitlines() if line.startswith("| 3 |")]
     assert [row.split("|")[-2].strip() for row in rows] == ["", "1.50 mm off"]
+
+
+def test_a_combination_that_cannot_be_run_does_not_end_the_campaign(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def attempt(task: tuple[Combination, Path]) -> Trial:
+        combination, _ = task
+        if combination.number == 3:
+            raise ConfigurationError("its goal is inside an obstacle")
+        return replace(GOOD, combination=as_written(combination))
+
+    monkeypatch.setattr(bench, "run_trial", attempt)
+    assert bench.run(only=(3, 4), folder=tmp_path, json=True) == 1
+    out, err = capsys.readouterr()
+    assert encoder.loads(out)["summary"]["good"] == 1
+    assert "cannot be run: its goal is inside an obstacle" in " ".join(err.split())

@@ -68,6 +68,15 @@ def test_finer_rope_on_the_curve_of_the_goal_has_no_error(count: int) -> None:
     assert largest < 1e-5
 
 
+def test_a_rope_that_is_shifted_along_itself_has_no_error_of_its_shape() -> None:
+    along = LINE + np.array([0.003, 0.0, 0.0])
+    shifted = scored(along, obstacle=FAR)
+    assert shifted.final[0] == pytest.approx(0.003)
+    assert shifted.final_shape_error < 1e-3  # what lies beyond the end of the rope
+    across = scored(LINE + np.array([0.0, 0.003, 0.0]), obstacle=FAR)
+    assert across.final_shape_error == pytest.approx(0.003, rel=1e-3)
+
+
 def test_error_of_a_finer_rope_is_its_distance_by_arc_length() -> None:
     _, mean, largest = scored(arc(88, lift=0.002), obstacle=FAR, goal=arc(30)).errors[-1]
     assert (mean, largest) == pytest.approx((0.002, 0.002), abs=2e-5)

@@ -19,10 +19,12 @@ def observe(
     shapes: list[tuple[np.ndarray, np.ndarray]],
     observed: np.ndarray = SEEN,
     length: float = LENGTH,
+    *,
+    leaning: bool = False,
 ) -> list[Snag | None]:
     """Results of observations of rope and model, one period apart."""
     return [
-        detector.observe(k * PERIOD, nodes, model, observed, length)
+        detector.observe(k * PERIOD, nodes, model, observed, length, leaning=leaning)
         for k, (nodes, model) in enumerate(shapes)
     ]
 
@@ -49,6 +51,11 @@ def test_nodes_that_stay_behind_are_a_snag_after_four_observations_of_the_window
     assert found[7] is not None
     assert found[7].sign == "stays_behind"
     np.testing.assert_array_equal(found[7].position, REST[6])
+
+
+def test_nodes_that_friction_holds_on_a_support_are_no_snag() -> None:
+    found = observe(SnagDetector(), moving(12, slice(5, 8)), leaning=True)
+    assert {snag.sign for snag in found if snag} == {"taut"}
 
 
 def test_two_adjacent_nodes_that_stay_behind_are_no_snag() -> None:

@@ -26,15 +26,24 @@ def samples(points: np.ndarray, ranged: bool, noise: float = 0.0) -> np.ndarray:
     return rows
 
 
-def fitted(nodes: np.ndarray, part: slice = slice(None), noise: float = 0.0) -> Fit:
-    """Fit to rays and ranges of part of a chain, from a start that is 10 mm off."""
+def fitted(
+    nodes: np.ndarray, part: slice = slice(None), noise: float = 0.0, length: float = ROPE.length
+) -> Fit:
+    """Fit to rays and ranges of part of a chain, from a start that is 10 mm off.
+
+    Args:
+        nodes: True nodes [m].
+        part: Visible part of 300 points along them.
+        noise: Standard deviation of the ranges [m].
+        length: Believed length of the rope [m].
+    """
     dense = polylines.resample(nodes, 300)[part]
     segments = np.minimum(np.linspace(0, len(nodes) - 1, 300).astype(int), len(nodes) - 2)[part]
     anchors = np.zeros((len(nodes), 4))
     anchors[[0, -1], :3], anchors[[0, -1], 3] = nodes[[0, -1]], 3e-4
     rows = np.concatenate([samples(dense, False), samples(dense, True, noise)])
     start = nodes + np.array([0.0, 0.01, 0.0])
-    fit = ChainFit(ROPE.node_count, ROPE.length)
+    fit = ChainFit(ROPE.node_count, length)
     return fit.solve(start, rows, np.tile(segments, 2), EYE, anchors)
 
 
@@ -52,6 +61,17 @@ def test_edges_keep_their_length() -> None:
     fit = fitted(curve(2), noise=RANGE_SIGMA)
     edges = np.linalg.norm(np.diff(fit.nodes, axis=0), axis=1)
     np.testing.assert_allclose(edges, ROPE.length / (ROPE.node_count - 1), rtol=0.01)
+
+
+@pytest.mark.parametrize("ratio", [0.99, 1.01])
+def test_a_wrong_length_does_not_lead_the_chain_off_the_rope(ratio: float) -> None:
+    nodes = curve(2)
+    dense = polylines.resample(nodes, 3000)
+    right, wrong = (
+        np.linalg.norm(fit.nodes[:, None] - dense, axis=2).min(axis=1).mean()
+        for fit in (fitted(nodes), fitted(nodes, length=ratio * ROPE.length))
+    )
+    assert wrong < right + 5e-5
 
 
 def test_nodes_without_samples_have_no_support_and_a_larger_sigma() -> None:

@@ -13,6 +13,7 @@ from services.sim.plants.flex_rope import FlexRope
 from services.sim.plants.linked_rope import LinkedRope
 from services.sim.plants.mujoco_plant import MujocoPlant
 from services.sim.plants.mujoco_rope import MujocoRope
+from shared.configuration import ConfigurationError
 
 ALONG_X = np.array([0.5, 0.5, 0.5, 0.5])
 ROPE = MujocoRope(0.45, 0.008, 30, 0.044, 1.0e6, damping=2.0)
@@ -139,3 +140,23 @@ def test_links_that_twist_and_bend_out_of_a_plane_agree_with_the_elastic_rod() -
         plant.reset(left, right)
         shapes.append(plant.nodes)
     assert np.mean(np.linalg.norm(shapes[0] - shapes[1], axis=1)) < 1.5e-4
+
+
+def test_a_long_rope_of_links_comes_to_rest_from_its_guess() -> None:
+    rope = MujocoRope(1.98, 0.012, 120, 0.1, 3.2e6, damping=1.0)
+    left, right = (Pose(np.array([x, -0.45, 0.95]), ALONG_X) for x in (-0.85, 0.85))
+    plant = MujocoPlant(LinkedRope(rope), [TABLE])
+    plant.reset(left, right)
+    np.testing.assert_allclose(plant.nodes[[0, -1]], [left.position, right.position], atol=1e-6)
+    hanging = plant.nodes[:, 2].min()
+    assert 0.4 < hanging < 0.6
+    plant.step(EndMotion(left), EndMotion(right), 0.2)
+    assert plant.nodes[:, 2].min() == pytest.approx(hanging, abs=2e-4)
+
+
+def test_a_simulation_that_diverges_is_refused() -> None:
+    plant = MujocoPlant(FlexRope(ROPE))
+    plant.reset(LEFT, RIGHT)
+    far = Pose(np.array([1e6, 0.0, 0.3]), ALONG_X)
+    with pytest.raises(ConfigurationError, match="diverges with 30 nodes"):
+        plant.step(EndMotion(LEFT), EndMotion(far), 0.01)

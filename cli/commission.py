@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 from datetime import datetime
 from pathlib import Path
@@ -62,9 +63,23 @@ def main(
     loaded = load(path)
     record = CommissioningRecord(results or record_path(path))
     with connect(cell) as client:
-        passed = _on_page(client, loaded, record) if page else _here(client, loaded, record)
+        passed = False
+        try:
+            passed = _on_page(client, loaded, record) if page else _here(client, loaded, record)
+        except KeyboardInterrupt:
+            print("stopped", flush=True)
+        if not passed:
+            _tell_power(client)
     print(f"results: {record.path}")
     return 0 if passed else 1
+
+
+def _tell_power(client: Client) -> None:
+    """Name the arms that keep their power after a checklist that did not come to its end."""
+    with contextlib.suppress(RequestFailed):
+        powered = [arm.arm for arm in client.newest_arm_state().arms if arm.powered]
+        if powered:
+            print(f"still powered: {', '.join(powered)}; `lariat disarm` takes the power")
 
 
 def _here(client: Client, scenario: Scenario, record: CommissioningRecord) -> bool:

@@ -13,6 +13,7 @@ from shared.messages import (
     ArmStates,
     CampaignState,
     CommissioningState,
+    Goal,
     GoalDraft,
     GoalList,
     GoalListRequest,
@@ -104,6 +105,10 @@ class Cell(threading.Thread):
             answer = TaskState(stamp=self._stage.now, last_request=message.id, refusal=self.refusal)
             self._stage.send(topics.TASK_STATE, answer)
             self._stage.step(0.01)
+
+    def goal(self) -> Goal:
+        """Goal of the controller that is played."""
+        return self._stage.goal()
 
     def _keep_goal(self, request: GoalListRequest) -> None:
         """Answer as a recorder that keeps a single goal does."""

@@ -32,6 +32,11 @@ ABOUT = (
     "Runs the scenario headless in simulated time, once for each seed and value, one trial after "
     "the other, while the live cell goes on."
 )
+NO_LAUNCHER = (
+    "Nobody who runs campaigns answers: this stack was not started by lariat up. In a terminal, "
+    "lariat run SCENARIO --seed N --json runs one trial."
+)
+"""Text while the state of the stack is missing."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +78,7 @@ class CampaignPanel:
         self._campaign: CampaignState | None = None
         self._problem = ""
         """Why the fields make no campaign; empty where they do."""
-        gui.add_html(note_html(ABOUT))
+        self._about = gui.add_html(note_html(NO_LAUNCHER))
         self._scenario = gui.add_dropdown(
             "Scenario",
             (RUNNING,),
@@ -127,6 +132,9 @@ class CampaignPanel:
         names = () if stack is None else tuple(entry.name for entry in stack.scenarios)
         if tuple(self._scenario.options) != (RUNNING, *names):
             self._scenario.options = (RUNNING, *names)
+        about = note_html(NO_LAUNCHER if stack is None else ABOUT)
+        if self._about.content != about:
+            self._about.content = about
         running = campaign is not None and campaign.running
         self._start.disabled = stack is None or running or bool(self._problem)
         self._cancel.disabled = stack is None or not running

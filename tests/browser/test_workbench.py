@@ -1,0 +1,222 @@
+"""Page as a workbench in a real browser: scenarios and settings, campaigns, goals, first steps.
+
+What is asked for is done by mouse and keyboard.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from playwright.sync_api import Page, expect
+
+from dashboard.options import DashboardOptions
+from dashboard.service import build
+from shared import topics
+from shared.messages import (
+    ArmCommand,
+    ArmStates,
+    CampaignState,
+    CampaignTrial,
+    GoalListRequest,
+    ScenarioEntry,
+    StackRequest,
+    StackState,
+    TaskRequest,
+    chain,
+)
+from tests.browser.cell import SCENARIO, Cell
+from tests.browser.chromium import NO_CHROMIUM, field, opened
+from tests.browser.stack import free_port
+from tests.dashboard.stage import Stage
+
+pytestmark = NO_CHROMIUM
+
+
+@pytest.fixture(scope="module")
+def bench() -> Iterator[tuple[Cell, Page]]:
+    service = build(SCENARIO, "dashboard-ab", DashboardOptions(port=free_port()))
+    cell = Cell(Stage(service, SCENARIO))
+    cell.address = service.address
+    cell.start()
+    try:
+        with opened(service.address, 1280, 800) as page:
+            yield cell, page
+    finally:
+        cell.end()
+        service.close()
+
+
+def test_settings_are_checked_started_and_saved(bench: tuple[Cell, Page]) -> None:
+    cell, page = bench
+    entries = [
+        ScenarioEntry(name="fixed-end", description="One end is fixed."),
+        ScenarioEntry(name="lab", description="Ours.", own=True, real_arms=["10.0.0.6"]),
+    ]
+    cell.stack = StackState(scenario="three-cylinders", scenarios=entries)
+    page.get_by_role("tab", name="Scenario").click()
+    expect(page.get_by_text("Runs: three-cylinders")).to_be_visible()
+    # Switched without a restart.
+    page.get_by_role("tab", name="Rope").click()
+    field(page, "Adapt").check()
+    request = cell.asked(topics.TASK_REQUEST)
+    assert (request.action, request.key, request.value) == (
+        TaskRequest.SET,
+        "adapt",
+        "true",
+    )
+    page.get_by_role("tab", name="Scenario").click()
+    # A value out of bounds is named at once, and asks for nothing.
+    field(page, "clearance [m]").fill("5")
+    expect(page.get_by_text("control.clearance = 5.0 m is out of bounds")).to_be_visible()
+    start = page.get_by_role("button", name="Start …")
+    start.click()
+    expect(page.get_by_role("dialog")).to_have_count(0)
+    field(page, "clearance [m]").fill("0.02")
+    expect(page.get_by_text("control.clearance: 0.012 → 0.02")).to_be_visible()
+    start.click()
+    page.get_by_role("dialog").get_by_role("button", name="Start", exact=True).click()
+    request = cell.asked(topics.STACK_REQUEST)
+    assert request.action == StackRequest.START
+    assert (request.scenario, list(request.settings)) == ("", ["control.clearance=0.02"])
+    field(page, "Name").fill("mine")
+    page.get_by_role("button", name="Save", exact=True).click()
+    request = cell.asked(topics.STACK_REQUEST)
+    assert (request.action, request.name) == (StackRequest.SAVE, "mine")
+    assert list(request.settings) == ["control.clearance=0.02"]
+    # A scenario with real arms is started by a button that says so.
+    page.get_by_role("combobox", name="Scenario").click()
+    page.get_by_role("option", name="lab").click()
+    expect(page.get_by_text("Ours.")).to_be_visible()
+    start.click()
+    dialog = page.get_by_role("dialog")
+    expect(dialog).to_contain_text("It drives the real arms at 10.0.0.6")
+    dialog.get_by_role("button", name="Start real arms").click()
+    request = cell.asked(topics.STACK_REQUEST)
+    assert (request.scenario, list(request.confirmed)) == ("lab", ["10.0.0.6"])
+    # Without a launcher, the page says what is missing.
+    cell.stack = None
+    expect(page.get_by_text("Nobody who starts scenarios answers")).to_be_visible()
+    expect(start).to_be_disabled()
+
+
+def test_campaign_is_run_watched_canceled_and_downloaded(bench: tuple[Cell, Page]) -> None:
+    cell, page = bench
+    cell.stack = StackState(scenario="three-cylinders", scenarios=[ScenarioEntry(name="rope")])
+    page.get_by_role("tab", name="Campaign").click()
+    expect(page.get_by_text("10 seeds = 10 trials.")).to_be_visible()
+    field(page, "Seeds").fill("2")
+    page.get_by_role("combobox", name="Vary", exact=True).fill("control.clear")
+    page.get_by_role("option", name="control.clearance").click()
+    # Without values, there is nothing to run.
+    run = page.get_by_role("button", name="Run campaign")
+    expect(page.get_by_text("type its values")).to_be_visible()
+    expect(run).to_be_disabled()
+    field(page, "Values").fill("0.012, 0.02")
+    field(page, "Values").press("Enter")
+    expect(page.get_by_text("2 seeds × 2 of control.clearance = 4 trials.")).to_be_visible()
+    run.click()
+    request = cell.asked(topics.STACK_REQUEST)
+    assert request.action == StackRequest.RUN_CAMPAIGN
+    assert (request.scenario, request.first_seed, request.seed_count) == ("", 0, 2)
+    assert [(v.key, list(v.values)) for v in request.variations] == [
+        ("control.clearance", ["0.012", "0.02"])
+    ]
+    assert request.stop_when_reached
+    done = CampaignTrial(
+        values=["0.012"], state=CampaignTrial.DONE, reached=True, error=4e-4, wall=9.0
+    )
+    cell.campaign = CampaignState(
+        stamp=1,
+        name="table",
+        scenario="three-cylinders",
+        keys=["control.clearance"],
+        trials=[done, CampaignTrial(seed=1, values=["0.012"])],
+        running=True,
+    )
+    expect(page.get_by_text("1 of 2 trials · 1 reached")).to_be_visible()
+    expect(page.get_by_text("0.40 mm")).to_have_count(3)
+    expect(run).to_be_disabled()
+    page.get_by_role("button", name="Cancel campaign").click()
+    assert cell.asked(topics.STACK_REQUEST).action == StackRequest.CANCEL_CAMPAIGN
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Download table (CSV)").click()
+    assert download.value.suggested_filename == "table.csv"
+    lines = Path(download.value.path()).read_text().splitlines()
+    assert lines[0].startswith("scenario,seed,control.clearance,state,reached")
+    assert lines[1].startswith("three-cylinders,0,0.012,done,true,")
+    # Without a launcher, nobody runs campaigns.
+    cell.stack = None
+    expect(run).to_be_disabled()
+    expect(page.get_by_text("Nobody who runs campaigns answers")).to_be_visible()
+
+
+def test_goal_is_saved_set_again_downloaded_and_deleted(bench: tuple[Cell, Page]) -> None:
+    cell, page = bench
+    wanted = cell.goal()
+    page.get_by_text("Saved goals").click()
+    name = field(page, "Goal name")
+    name.fill("arch")
+    name.press("Tab")
+    page.get_by_role("button", name="Save goal").click()
+    request = cell.asked(topics.GOAL_LIST_REQUEST)
+    assert (request.action, request.name) == (GoalListRequest.SAVE, "arch")
+    assert request.goal == wanted
+    expect(page.get_by_role("button", name="Set saved goal")).to_be_disabled()
+    page.get_by_role("combobox", name="Saved goal").click()
+    page.get_by_role("option", name="arch").click()
+    page.get_by_role("button", name="Set saved goal").click()
+    request = cell.asked(topics.TASK_REQUEST)
+    assert (request.action, request.goal) == (TaskRequest.SET_GOAL, wanted)
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Download shape (CSV)").click()
+    assert download.value.suggested_filename == "arch.csv"
+    table = np.loadtxt(Path(download.value.path()), delimiter=",")
+    assert table == pytest.approx(chain(wanted.positions), abs=1e-6)
+    page.get_by_role("button", name="Delete goal …").click()
+    page.get_by_role("dialog").get_by_role("button", name="Delete").click()
+    request = cell.asked(topics.GOAL_LIST_REQUEST)
+    assert (request.action, request.name) == (GoalListRequest.DELETE, "arch")
+    expect(page.get_by_role("combobox", name="Saved goal")).to_have_value("(none)")
+    expect(page.get_by_role("button", name="Set saved goal")).to_be_disabled()
+
+
+def test_first_steps_follow_the_cell_and_a_phone_only_watches(bench: tuple[Cell, Page]) -> None:
+    cell, page = bench
+    cell.forget()
+    guide = page.locator("#guide")
+    expect(guide).to_contain_text("Press Edit goal")
+    expect(guide.locator("li.done")).to_have_count(3)
+    cell.show_arms(mode=ArmStates.HOLDING, needs_acknowledgement=True)
+    expect(guide.locator("li.done")).to_have_count(4)
+    page.get_by_role("button", name="Close the first steps").click()
+    expect(guide).to_be_hidden()
+    page.reload()
+    again = page.get_by_role("button", name="Show the first steps")
+    expect(again).to_be_visible()
+    expect(guide).to_be_hidden()
+    again.click()
+    expect(guide).to_contain_text("First steps")
+    disarm = page.get_by_role("button", name="Disarm")
+    for width, height in ((1280, 800), (390, 844)):
+        page.set_viewport_size({"width": width, "height": height})
+        expect(page.locator("#stop-bar .hold")).to_be_visible()
+        hold = page.locator("#stop-bar .hold").bounding_box()
+        assert hold is not None
+        assert hold["x"] >= 0.0
+        assert hold["x"] + hold["width"] <= width
+        assert hold["y"] + hold["height"] <= height
+        # A phone only watches.
+        expect(disarm).to_have_css("pointer-events", "none" if width < 700 else "auto")
+    expect(page.locator("#banner")).to_contain_text("only watches; HOLD works")
+    expect(guide).to_be_hidden()
+    page.locator("#stop-bar .hold").click()
+    assert cell.asked(topics.ARM_COMMAND).action == ArmCommand.HOLD
+    # Whoever asks a phone for the controls has them without its answer.
+    desk = page.context.new_page()
+    desk.set_viewport_size({"width": 1280, "height": 800})
+    desk.goto(cell.address)
+    desk.get_by_role("button", name="Ask for the controls").click()
+    expect(desk.locator("#banner")).to_be_hidden(timeout=10_000)

@@ -44,6 +44,8 @@ def zenoh_configuration(options: BusOptions, timeout: float | None) -> zenoh.Con
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": True,
         "scouting/gossip/autoconnect_strategy": ONE_SIDE_CONNECTS,
+        # /dev/shm belongs to all users of the machine: one that fills it would keep processes out.
+        "transport/shared_memory/enabled": False,
         "transport/link/tx/lease": FROZEN_LEASE_MS,
         "transport/link/rx/max_message_size": MAX_IMAGE_SIZE + HEADER_SIZE,
         "low_pass_filter": _size_filters(options.namespace),

@@ -65,6 +65,13 @@ def test_of_two_peers_only_the_one_with_the_greater_id_connects(cell: Cell, tmp_
                 assert f":{ports[listens]}" in (link.src + link.dst)
 
 
+def test_no_process_needs_the_shared_memory_of_the_machine(cell: Cell) -> None:
+    """Any user of the machine may fill it."""
+    session = cell("peer")._session
+    until(session.info.transports)
+    assert not any(transport.is_shm for transport in session.info.transports())
+
+
 def test_a_slow_reader_gets_the_newest_state_and_counts_the_others(
     cell: Cell,
 ) -> None:

@@ -95,6 +95,11 @@ def _stream(scenario: Scenario, setup: CameraSetup, options: CameraOptions) -> C
     if file is not None and file.suffix not in REALSENSE_SUFFIXES:
         playback = Playback(file, options.camera or setup.name, options.repeat)
         return CameraStream(setup.name, playback, latency=0.0)
+    if file is None and len(scenario.camera_setups) > 1 and not setup.serial:
+        raise ConfigurationError(
+            f"{setup.key}.serial is missing: with several real cameras each needs the serial "
+            "number of its device"
+        )
     # Imported here: an MCAP needs no library of a device.
     from services.camera.realsense import RealSense
 

@@ -128,12 +128,6 @@ def check_cameras(sensing: Sensing, cameras: Mapping[str, PlacedCamera]) -> None
                 f"sensing.{key} places the only camera, but there is [cameras.{next(iter(cameras))}"
                 f"]; move it to the section of its camera, e.g. [cameras.{DEFAULT_CAMERA}]"
             )
-    for one in (name for name, camera in cameras.items() if not camera.serial):
-        if sensing.outside and len(cameras) > 1:
-            raise ConfigurationError(
-                f"cameras.{one}.serial is missing: with several real cameras each needs the serial "
-                "number of its device"
-            )
 
 
 def _pose(camera: PlacedCamera | Sensing) -> Pose:

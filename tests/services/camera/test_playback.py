@@ -14,6 +14,7 @@ from services.perception.service import PerceptionService
 from shared import topics
 from shared.configuration import ConfigurationError
 from shared.messages import chain, stamp_of
+from shared.scenario import find, parse
 from shared.scenario.cameras import DEFAULT_CAMERA
 from shared.service import SECOND, Mailbox, Received
 from stack.simulation.recorder_tap import RecorderTap
@@ -84,3 +85,15 @@ def test_a_recording_without_the_camera_is_refused_by_name(recorded: tuple[Path,
     options = CameraOptions(recording=recorded[0], camera="side")
     with pytest.raises(ConfigurationError, match="camera/side/color"):
         build(outside(), "c", options)
+
+
+def test_only_devices_need_serial_numbers_where_there_are_several(
+    recorded: tuple[Path, Cell],
+) -> None:
+    text = find("two-cameras").read_text()
+    both = parse(text.replace('"camera"', '"camera"\noutside = true'), Path())
+    with pytest.raises(ConfigurationError, match=r"cameras\.overhead\.serial is missing"):
+        build(both, "c")
+    # A recording is read for each camera; this one holds the first of them alone.
+    with pytest.raises(ConfigurationError, match="camera/side/color"):
+        build(both, "c", CameraOptions(recording=recorded[0]))

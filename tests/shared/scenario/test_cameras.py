@@ -57,11 +57,6 @@ def test_named_cameras_take_from_sensing_what_they_leave_open():
             "[sensing]\nlook_at = [0.1, 0.0, 0.0]\n[cameras.a]\nposition = [0.0, 0.0, 1.0]\n",
             r"sensing.look_at places the only camera, but there is \[cameras.a\]",
         ),
-        (
-            "[sensing]\nsource = 'camera'\noutside = true\n[cameras.a]\nserial = '1'\n"
-            "position = [0.0, 0.0, 1.0]\n[cameras.b]\nposition = [0.0, 0.0, 1.0]\n",
-            "cameras.b.serial is missing",
-        ),
     ],
 )
 def test_what_contradicts_itself_is_named_with_a_way_out(extra: str, words: str):

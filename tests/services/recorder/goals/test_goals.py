@@ -37,13 +37,17 @@ class Recorder:
     def ask(self, action: GoalListRequest.Action, name: str, goal: Goal | None = GOAL) -> GoalList:
         self.now += SECOND // 10
         request = GoalListRequest(id="a-1", action=action, name=name, goal=goal)
-        (publication,) = self.goals.step([request], self.now)
-        assert publication.message.last_request == "a-1"
-        return publication.message
+        answer = self._step(request)
+        assert answer.last_request == "a-1"
+        return answer
 
     def listed(self) -> GoalList:
         self.now += SECOND
-        (publication,) = self.goals.step([], self.now)
+        return self._step()
+
+    def _step(self, *requests: GoalListRequest) -> GoalList:
+        (publication,) = self.goals.step(requests, self.now)
+        assert isinstance(publication.message, GoalList)
         return publication.message
 
 

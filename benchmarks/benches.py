@@ -25,6 +25,9 @@ BENCHES: dict[str, Bench] = {
     "coverage": Bench("benchmarks.coverage.bench", "truth of the stated standard deviations"),
     "endurance": Bench("benchmarks.endurance.bench", "hours of runs: memory, files, step times"),
     "faults": Bench("benchmarks.faults", "faults injected into the live stack, and how arms stop"),
+    "following": Bench(
+        "benchmarks.perception.following.bench", "a held rope beside other ropes and behind hands"
+    ),
     "fuzz": Bench("benchmarks.fuzz", "hostile messages and files for every process"),
     "goals": Bench("benchmarks.goals.bench", "closed-loop runs to random goals in random scenes"),
     "horizon": Bench("benchmarks.horizon.bench", "time to plan one horizon, and its error"),

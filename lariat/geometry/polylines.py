@@ -90,13 +90,13 @@ def mean_node_distance(a: Float64[np.ndarray, "n 3"], b: Float64[np.ndarray, "n 
 
 
 def point_distances(
-    a: Float64[np.ndarray, "k 3"], b: Float64[np.ndarray, "n 3"]
+    a: Float64[np.ndarray, "k d"], b: Float64[np.ndarray, "n d"]
 ) -> Float64[np.ndarray, "k n"]:
     """Return the distance of each of k points from each of n others [m].
 
     Coordinate by coordinate this takes a quarter of the time of norms of an array of vectors.
     """
-    squares = sum((a[:, axis, None] - b[:, axis]) ** 2 for axis in range(3))
+    squares = sum((a[:, axis, None] - b[:, axis]) ** 2 for axis in range(a.shape[1]))
     return np.sqrt(squares)
 
 

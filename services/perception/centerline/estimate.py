@@ -11,6 +11,10 @@ MAX_DOUBT = 0.3
 """Doubt [-] above which an estimate contradicts its image: no node counts as observed, all standard
 deviations are large, and the estimate is not used as the next frame's prior."""
 
+REACH_SIGMAS, REACH_MARGIN = 3.0, 0.008
+"""Distance from an expected shape above which something is not the rope: standard deviations [-]
+and margin [m]."""
+
 
 @dataclass(frozen=True)
 class RopeModel:
@@ -35,6 +39,23 @@ class ShapePrior:
     sigma: Float64[np.ndarray, "n"]
     """Standard deviation of each position [m]."""
 
+    @property
+    def reach(self) -> Float64[np.ndarray, "n"]:
+        """Distance from each position within which the rope is expected [m]."""
+        return REACH_SIGMAS * self.sigma + REACH_MARGIN
+
+
+@dataclass(frozen=True)
+class OtherLine:
+    """Rope that is not the held one."""
+
+    pixels: Float64[np.ndarray, "k 2"]
+    """Columns and rows of its axis, in order, bridged where it was not seen."""
+    points: Float64[np.ndarray, "k 3"]
+    """Points along its axis [m]."""
+    seen: float
+    """Share of its length that was seen [-]."""
+
 
 @dataclass(frozen=True)
 class CenterlineEstimate:
@@ -52,6 +73,14 @@ class CenterlineEstimate:
     """Root mean square of the residuals over their standard deviations [-]."""
     doubt: float = 0.0
     """Contradiction between image and chain [-]: 0 for none, above `MAX_DOUBT` for a wrong one."""
+
+    rivals: float = 0.0
+    """Length of what looks like the rope and may take the place of a seen part, relative to the
+    rope's length [-]."""
+    overlap: float = 0.0
+    """Share of the chain that lies on or beside other ropes in the image [-]."""
+    others: tuple[OtherLine, ...] = ()
+    """Other ropes in the image."""
 
     @staticmethod
     def failed(reason: str) -> CenterlineEstimate:

@@ -8,7 +8,7 @@ consistent with the image wins; nodes without ranges are interpolated and count 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,14 +20,20 @@ from services.perception.centerline.chain_fit import ChainFit
 from services.perception.centerline.estimate import (
     MAX_DOUBT,
     CenterlineEstimate,
+    OtherLine,
     RopeModel,
     ShapePrior,
 )
 from services.perception.centerline.fit_samples import SegmentSamples, node_anchors
+from services.perception.centerline.foreign_strands import strands_beside_chain
 from services.perception.centerline.initial_chains import InitialChain, initial_chains
 from services.perception.centerline.observation import FrameObserver, Observation
 from services.perception.centerline.occlusion import occlusion_uncertainty
-from services.perception.centerline.reprojection_consistency import reprojection_consistency
+from services.perception.centerline.other_lines import join_strands, overlap_of
+from services.perception.centerline.reprojection_consistency import (
+    ReprojectionConsistency,
+    reprojection_consistency,
+)
 from services.perception.centerline.settings import CenterlineSettings
 
 CHORD_ERROR_SHARE = 0.5
@@ -90,12 +96,13 @@ class CenterlineEstimator:
         for start in initial_chains(
             view, self.rope, s.prior_reach, left, right, prior, fallback_prior
         ):
-            found = self._fitted(samples, start, left, right)
-            consistency = reprojection_consistency(
-                found.positions, self.camera, view.region, view.depth, view.width
-            )
-            unseen = 1.0 - float(np.mean(found.observed))
+            found, consistency, unseen = self._judged(samples, start, left, right, prior)
             doubt = consistency.doubt(unseen) + max(0.0, found.misfit - 1.0)
+            doubt += found.rivals / s.tolerated_rivals
+            doubt += max(0.0, found.overlap - s.clear_overlap) / s.tolerated_overlap
+            if prior is not None and found.others:
+                away = np.linalg.norm(found.positions - prior.positions, axis=1) > prior.reach
+                doubt += float(np.mean(away)) / s.tolerated_away
             missing = max(0.0, unseen - consistency.covered)
             # Of two consistent hypotheses, the one that explains more of the image is better.
             tried.append((doubt + missing, doubt, found))
@@ -125,6 +132,38 @@ class CenterlineEstimator:
             doubt=doubt,
         )
 
+    def _judged(
+        self,
+        samples: SegmentSamples,
+        start: InitialChain,
+        left: Pose | None,
+        right: Pose | None,
+        prior: ShapePrior | None,
+    ) -> tuple[CenterlineEstimate, ReprojectionConsistency, float]:
+        """Fit of one hypothesis, its consistency with the image, and its share without any ranges.
+
+        Where the image shows other ropes beside the chain, the chain is fitted anew without the
+        measurements that may be of them.
+        """
+        view = samples.observation
+        found = self._fitted(samples, start, left, right)
+        unseen = 1.0 - float(np.mean(found.observed))
+        consistency = reprojection_consistency(found.positions, self.camera, view)
+        if consistency.unexplained < self.settings.hypotheses.tolerated_unexplained:
+            return found, consistency, unseen
+        held = left is not None, right is not None
+        beside = strands_beside_chain(view, self.camera, self.rope, found, held, prior)
+        if not beside.foreign:
+            return replace(found, rivals=beside.rivals), consistency, unseen
+        lines = tuple(join_strands(beside.foreign, view.width))
+        found = self._fitted(samples, start, left, right, lines)
+        beside = strands_beside_chain(view, self.camera, self.rope, found, held, prior)
+        overlap = overlap_of(found.positions, lines, self.camera, view.width)
+        found = replace(found, others=lines, rivals=beside.rivals, overlap=overlap)
+        axes = [line.pixels for line in lines]
+        consistency = reprojection_consistency(found.positions, self.camera, view, axes)
+        return found, consistency, unseen
+
     def _wrong_topology_sigma(
         self, left: Pose | None, right: Pose | None
     ) -> Float64[np.ndarray, "n"]:
@@ -142,12 +181,13 @@ class CenterlineEstimator:
         start: InitialChain,
         left: Pose | None,
         right: Pose | None,
+        others: Sequence[OtherLine] = (),
     ) -> CenterlineEstimate:
-        """Fit of one hypothesis."""
+        """Fit of one hypothesis, without the measurements on other ropes."""
         s = self.settings.hypotheses
         rows, edges = [np.zeros((0, 7))], [np.zeros(0, int)]
         for segment, places in start.edges:
-            measured, index = samples.of(segment)
+            measured, index = samples.without(segment, others) if others else samples.of(segment)
             known = places[index] >= 0
             rows.append(measured[known])
             edges.append(places[index][known])

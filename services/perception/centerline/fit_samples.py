@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Float64, Int64
 
-from lariat.geometry import poses
+from lariat.geometry import polylines, poses
 from lariat.geometry.cameras import Camera
 from lariat.geometry.poses import Pose
-from services.perception.centerline.estimate import RopeModel, ShapePrior
+from services.perception.centerline.estimate import OtherLine, RopeModel, ShapePrior
 from services.perception.centerline.observation import Observation
 from services.perception.centerline.ridge import sample_depth
 from services.perception.centerline.settings import CenterlineSettings
@@ -17,6 +19,14 @@ FLANK_MARGIN = 1.5
 """Distance from the rope's flanks within which a pixel may show the background [pixels]."""
 MAX_FLANK_OFFSET = 3.0
 """Largest distance of a sampled pixel from the axis [pixels]."""
+
+OTHER_MARGIN_WIDTHS = 1.3
+"""Distance from the axis of another rope within which the image may show that one [rope widths]."""
+
+OTHER_MARGIN = 0.008
+"""Distance between the surfaces of two ropes up to which a range may be of either [m]."""
+MERGED_WIDTHS = 1.3
+"""Width of a region, in addition to two pixels, above which it shows two ropes [rope widths]."""
 
 
 class SegmentSamples:
@@ -29,7 +39,7 @@ class SegmentSamples:
         rope: RopeModel,
         settings: CenterlineSettings,
     ) -> None:
-        self._observation, self._camera = observation, camera
+        self.observation, self._camera = observation, camera
         self._rope, self._settings = rope, settings
         self._cache: dict[int, tuple[Float64[np.ndarray, "m 7"], Int64[np.ndarray, "m"]]] = {}
 
@@ -39,9 +49,36 @@ class SegmentSamples:
             self._cache[segment] = self._compute(segment)
         return self._cache[segment]
 
+    def without(
+        self, segment: int, others: Sequence[OtherLine]
+    ) -> tuple[Float64[np.ndarray, "m 7"], Int64[np.ndarray, "m"]]:
+        """Return the samples of a segment that cannot be other ropes'; columns as in `of`.
+
+        Rays are left out where the image shows another rope, or two ropes as one region; ranges,
+        where they lead to another rope.
+
+        Args:
+            segment: Index of the segment.
+            others: Lines of other ropes.
+        """
+        rows, index = self.of(segment)
+        view = self.observation
+        pixels, points = view.ridges[segment].pixels, view.points[segment]
+        reach = OTHER_MARGIN_WIDTHS * view.width
+        beside = view.width_at(pixels) > MERGED_WIDTHS * view.width + 2.0
+        touching = np.zeros(len(pixels), bool)
+        for line in others:
+            near = np.min(polylines.point_distances(pixels, line.pixels), axis=1) < reach
+            beside |= near
+            if np.any(near):
+                gaps = np.min(polylines.point_distances(points[near], line.points), axis=1)
+                touching[near] |= gaps < 2.0 * self._rope.radius + OTHER_MARGIN
+        kept = ~np.where(rows[:, 3] > 0.0, touching[index], beside[index])
+        return rows[kept], index[kept]
+
     def _compute(self, segment: int) -> tuple[Float64[np.ndarray, "m 7"], Int64[np.ndarray, "m"]]:
         s, i = self._settings, self._camera.intrinsics
-        view, ridge = self._observation, self._observation.ridges[segment]
+        view, ridge = self.observation, self.observation.ridges[segment]
         sigma = float(np.hypot(s.depth_sigma, s.depth_quantum / np.sqrt(12.0)))
         sigma = max(sigma, s.min_depth_sigma)
         pixels = ridge.pixels[ridge.clear]

@@ -22,6 +22,9 @@ from services.perception.centerline.segment_ordering import (
 UNIFORM_HALF_WIDTH = 3.0**0.5
 """Half width of a uniform distribution over its standard deviation."""
 
+MAX_STRAY_POINTS = 12
+"""Number of points of a segment away from an expected shape up to which it is wholly the rope's."""
+
 
 @dataclass(frozen=True)
 class InitialChain:
@@ -77,20 +80,26 @@ def _from_prior(
     left: Pose | None,
     right: Pose | None,
 ) -> Iterator[InitialChain]:
-    """Chains with segments assigned by a prior: first whole segments, then single points."""
-    reach = reach + 2.0 * float(np.max(prior.sigma))
-    order = order_by_prior(prior.positions, view.points, reach)
-    if order.indices:
-        yield _from_order(view, rope, order, left, right, prior)
+    """Chains with segments assigned by a prior, as whole segments and by single points.
+
+    Where a segment leaves the expected shape, it is partly or wholly another rope, and single
+    points come first.
+    """
+    far_reach = reach + 2.0 * float(np.max(prior.sigma))
     # Where segments merge in the image, only single points can tell them apart.
     dense = polylines.resample(prior.positions, 4 * rope.node_count)
-    edges = []
+    edges, strays = [], False
     for points in view.points:
         gaps = polylines.point_distances(points, dense)
         nearest = np.argmin(gaps, axis=1)
-        far = gaps[np.arange(len(points)), nearest] > reach
-        edges.append(np.where(far, -1, nearest * (rope.node_count - 1) // len(dense)))
-    yield InitialChain(prior.positions, tuple(enumerate(edges)), prior)
+        node = nearest * (rope.node_count - 1) // len(dense)
+        far = gaps[np.arange(len(points)), nearest] > np.minimum(far_reach, prior.reach[node])
+        edges.append(np.where(far, -1, node))
+        strays |= len(view.points) > 1 and int(np.count_nonzero(far)) > MAX_STRAY_POINTS
+    by_points = InitialChain(prior.positions, tuple(enumerate(edges)), prior)
+    order = order_by_prior(prior.positions, view.points, far_reach)
+    whole = [_from_order(view, rope, order, left, right, prior)] if order.indices else []
+    yield from (by_points, *whole) if strays else (*whole, by_points)
 
 
 def _from_order(

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
+import cv2
 import numpy as np
-from jaxtyping import Float64, UInt8, UInt16
+from jaxtyping import Float32, Float64, UInt8, UInt16
 
 from lariat.geometry import polylines, poses
 from lariat.geometry.cameras import Camera
@@ -39,6 +41,17 @@ class Observation:
     """Points along the axis of each segment [m]."""
     bias: float
     """Remaining bias of every depth, below a millimetre [m]."""
+
+    def width_at(self, pixels: Float64[np.ndarray, "k 2"]) -> Float64[np.ndarray, "k"]:
+        """Return the width of the region of rope pixels around points of its axis [pixels]."""
+        at = np.rint(pixels - [self.region.left, self.region.top]).astype(int)
+        column, row = np.clip(at, 0, np.array(self.region.mask.shape[::-1]) - 1).T
+        return 2.0 * self._edge_distance[row, column].astype(float)
+
+    @cached_property
+    def _edge_distance(self) -> Float32[np.ndarray, "h w"]:
+        """Distance of every pixel of the region from the nearest one that is not rope [pixels]."""
+        return np.asarray(cv2.distanceTransform(self.region.mask, cv2.DIST_L2, 3), np.float32)
 
 
 class FrameObserver:

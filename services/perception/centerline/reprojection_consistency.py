@@ -6,16 +6,17 @@ wrong topology even if it fits its own points well.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from jaxtyping import Float64, UInt16
+from jaxtyping import Float64
 
 from lariat.geometry import polylines
 from lariat.geometry.cameras import Camera
+from services.perception.centerline.observation import Observation
 from services.perception.centerline.ridge import sample_depth
-from services.perception.centerline.segmentation import Region
 
 SEE_THROUGH_DEPTH = 0.02
 """Distance behind the chain beyond which a measured depth contradicts it [m]."""
@@ -59,28 +60,31 @@ class ReprojectionConsistency:
 def reprojection_consistency(
     nodes: Float64[np.ndarray, "n 3"],
     camera: Camera,
-    region: Region,
-    depth: UInt16[np.ndarray, "h w"],
-    width: float,
+    view: Observation,
+    others: Sequence[Float64[np.ndarray, "k 2"]] = (),
 ) -> ReprojectionConsistency:
     """Compare a chain with a frame.
 
     Args:
         nodes: Nodes of the chain [m].
         camera: Camera of the frame.
-        region: Rope pixels of the image.
-        depth: Whole depth image [mm].
-        width: Width of the rope [pixels].
+        view: Rope pixels of the image, depth and width of the rope.
+        others: Axes of other ropes [pixels].
     """
+    region, width = view.region, view.width
     dense = polylines.resample(nodes, 4 * len(nodes))
     pixels, z = camera.project(dense)
     if not np.all(z > 0.0):
         return ReprojectionConsistency(1.0, 1.0, 0.0)
-    local = pixels - np.array([region.left, region.top], float)
+    corner = np.array([region.left, region.top], float)
+    local = pixels - corner
     drawn = np.zeros_like(region.mask)
-    fixed = np.rint(np.clip(local, -1e4, 1e4) * 2**SUBPIXEL_BITS).astype(np.int32)
+    lines = [
+        np.rint(np.clip(line, -1e4, 1e4) * 2**SUBPIXEL_BITS).astype(np.int32)[:, None]
+        for line in (local, *(axis - corner for axis in others))
+    ]
     thickness = max(3, round(1.3 * width + 3.0))
-    cv2.polylines(drawn, [fixed[:, None]], False, 1, thickness, cv2.LINE_8, SUBPIXEL_BITS)
+    cv2.polylines(drawn, lines, False, 1, thickness, cv2.LINE_8, SUBPIXEL_BITS)
     rope = int(np.count_nonzero(region.mask))
     unexplained = int(np.count_nonzero(region.mask & ~drawn & 1))
 
@@ -91,7 +95,7 @@ def reprojection_consistency(
     inside = (at >= 0).all(axis=1) & (at[:, 0] < across) & (at[:, 1] < height)
     clipped = np.clip(at, 0, [across - 1, height - 1])
     visible = inside & (near[clipped[:, 1], clipped[:, 0]] > 0)
-    measured = sample_depth(depth, pixels)
+    measured = sample_depth(view.depth, pixels)
     contradicted = ~visible & (measured > z + SEE_THROUGH_DEPTH)
     covered = ~visible & (measured > 0.0) & (measured < z - OCCLUDING_DEPTH)
     return ReprojectionConsistency(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float64, UInt8, UInt16
@@ -92,17 +92,18 @@ class CenterlineTracker:
         stamp: int,
     ) -> CenterlineEstimate:
         """Estimate the rope in the next frame; arguments as in `RopeTracker.track`."""
+        prior = self._propagated(left, right, stamp)
         estimate = self._estimator.estimate(
             color,
             depth,
             left,
             right,
-            self._propagated(left, right, stamp),
+            prior,
             lambda: self._shape_at_rest(left, right),
             self._bias.update(depth),
         )
         if not estimate.lost:
-            self.adopt(estimate, left, right, stamp)
+            self.adopt(_continued(estimate, prior), left, right, stamp)
         return estimate
 
     def adopt(
@@ -143,3 +144,19 @@ class CenterlineTracker:
         added = s.drift_speed * (stamp - self._stamp) / 1e9 + s.grip_lag * moved
         sigma: Float64[np.ndarray, "n"] = np.hypot(self._last.sigma, added + s.min_sigma)
         return ShapePrior(positions, sigma)
+
+
+def _continued(estimate: CenterlineEstimate, prior: ShapePrior | None) -> CenterlineEstimate:
+    """Estimate beside other ropes; nodes that the frame makes less certain stay as expected.
+
+    Otherwise a frame in which two ropes look like one would let the rope be expected anywhere, and
+    the other rope be followed from the next frame on.
+    """
+    if prior is None or not estimate.others:
+        return estimate
+    expected = estimate.sigma > prior.sigma
+    return replace(
+        estimate,
+        positions=np.where(expected[:, None], prior.positions, estimate.positions),
+        sigma=np.where(expected, prior.sigma, estimate.sigma),
+    )

@@ -245,7 +245,7 @@ def test_a_fast_cell_is_sent_back_to_its_limits(tmp_path: Path):
 class SilentLink:
     """Link to a stack that does not run."""
 
-    def latest(self, topic: Topic) -> None:
+    def latest(self, topic: Topic) -> Any | None:
         return None
 
     def observe(self, until: Callable[[ArmStates], bool], seconds: float) -> list[ArmStates]:

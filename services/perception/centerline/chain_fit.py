@@ -17,9 +17,10 @@ class FitSettings:
 
     ray_sigma: float = 0.35
     """Standard deviation of a ridge point across the rope [pixels]; neighbours share pixels."""
-    length_sigma: float = 0.02
-    """Standard deviation of the length of an edge, as a share of it [-]: with edges that are held
-    to a length that is 1 % wrong, the chain leaves the rope by up to 1 mm in bends."""
+    edge_sigma: float = 3e-5
+    """Standard deviation of the length of an edge [m]."""
+    free_length_sigma: float = 0.02
+    """The same while the length of the rope is measured, as a share of the edge [-]."""
     curvature_sigma: float = 7.0
     """Standard deviation of the curvature of an unobserved rope [1/m]."""
     curvature_change_sigma: float = 700.0
@@ -80,6 +81,9 @@ class ChainFit:
         segments: Int32[np.ndarray, "m"],
         eye: Float64[np.ndarray, "3"],
         anchors: Float64[np.ndarray, "n 4"],
+        *,
+        length_ratio: float = 1.0,
+        free_length: bool = False,
     ) -> Fit:
         """Return the most likely chain.
 
@@ -90,9 +94,11 @@ class ChainFit:
             eye: Centre of projection [m].
             anchors: Expected position of each node and its standard deviation [m]; a standard
                 deviation of 0 means no anchor.
+            length_ratio: Length of the chain, relative to the given one [-].
+            free_length: Whether all edges may stretch, so that the samples tell the length.
         """
         nodes = np.ascontiguousarray(start, dtype=np.float64).copy()
-        s, edge = self.settings, self._edge
+        s, edge = self.settings, length_ratio * self._edge
         kernels.fit(
             nodes,
             np.ascontiguousarray(samples),
@@ -105,7 +111,7 @@ class ChainFit:
             self._variance,
             self._statistics,
             edge,
-            s.length_sigma * edge,
+            s.free_length_sigma * edge if free_length else s.edge_sigma,
             s.curvature_sigma * edge**2,
             self._weight_over_stiffness / s.curvature_sigma**2,
             s.curvature_change_sigma * edge**3,

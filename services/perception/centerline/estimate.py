@@ -46,6 +46,16 @@ class ShapePrior:
 
 
 @dataclass(frozen=True)
+class ChainLength:
+    """Length of the rope between its grips, as far as it is known from earlier frames."""
+
+    ratio: float = 1.0
+    """Length, relative to the given one [-]."""
+    measure: bool = False
+    """Whether to measure it in this frame, if the rope is seen whole."""
+
+
+@dataclass(frozen=True)
 class OtherLine:
     """Rope that is not the held one."""
 
@@ -73,7 +83,8 @@ class CenterlineEstimate:
     """Root mean square of the residuals over their standard deviations [-]."""
     doubt: float = 0.0
     """Contradiction between image and chain [-]: 0 for none, above `MAX_DOUBT` for a wrong one."""
-
+    length_ratio: float | None = None
+    """Length of the rope in the image, relative to the given one [-]; None if not measured."""
     rivals: float = 0.0
     """Length of what looks like the rope and may take the place of a seen part, relative to the
     rope's length [-]."""

@@ -14,12 +14,14 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float64, UInt8, UInt16
 
+from lariat.geometry import polylines
 from lariat.geometry.cameras import Camera
 from lariat.geometry.poses import Pose
 from services.perception.centerline.chain_fit import ChainFit
 from services.perception.centerline.estimate import (
     MAX_DOUBT,
     CenterlineEstimate,
+    ChainLength,
     OtherLine,
     RopeModel,
     ShapePrior,
@@ -38,6 +40,8 @@ from services.perception.centerline.settings import CenterlineSettings
 
 CHORD_ERROR_SHARE = 0.5
 """Share of the correction from straight edges to a smooth rope that counts as uncertain [-]."""
+GIVEN_LENGTH = ChainLength()
+"""Length of a rope that is as long as given."""
 
 
 class CenterlineEstimator:
@@ -63,6 +67,7 @@ class CenterlineEstimator:
         prior: ShapePrior | None = None,
         fallback_prior: Callable[[], ShapePrior | None] | None = None,
         bias: float = 0.0,
+        length: ChainLength = GIVEN_LENGTH,
     ) -> CenterlineEstimate:
         """Estimate the rope in one frame.
 
@@ -75,11 +80,12 @@ class CenterlineEstimator:
             fallback_prior: Function that returns an expected shape; called only where the image
                 leaves doubt.
             bias: Bias of every depth [m].
+            length: Length of the rope, and whether to measure it.
         """
         view = self._observer.observe(color, depth, bias)
         if isinstance(view, str):
             return CenterlineEstimate.failed(view)
-        return self._best_hypothesis(view, left, right, prior, fallback_prior)
+        return self._best_hypothesis(view, left, right, prior, fallback_prior, length)
 
     def _best_hypothesis(
         self,
@@ -88,6 +94,7 @@ class CenterlineEstimator:
         right: Pose | None,
         prior: ShapePrior | None,
         fallback_prior: Callable[[], ShapePrior | None] | None,
+        length: ChainLength,
     ) -> CenterlineEstimate:
         """Best hypothesis, with standard deviations widened by its rivals."""
         s = self.settings.hypotheses
@@ -96,7 +103,7 @@ class CenterlineEstimator:
         for start in initial_chains(
             view, self.rope, s.prior_reach, left, right, prior, fallback_prior
         ):
-            found, consistency, unseen = self._judged(samples, start, left, right, prior)
+            found, consistency, unseen = self._judged(samples, start, left, right, prior, length)
             doubt = consistency.doubt(unseen) + max(0.0, found.misfit - 1.0)
             doubt += found.rivals / s.tolerated_rivals
             doubt += max(0.0, found.overlap - s.clear_overlap) / s.tolerated_overlap
@@ -139,6 +146,7 @@ class CenterlineEstimator:
         left: Pose | None,
         right: Pose | None,
         prior: ShapePrior | None,
+        length: ChainLength,
     ) -> tuple[CenterlineEstimate, ReprojectionConsistency, float]:
         """Fit of one hypothesis, its consistency with the image, and its share without any ranges.
 
@@ -146,7 +154,7 @@ class CenterlineEstimator:
         measurements that may be of them.
         """
         view = samples.observation
-        found = self._fitted(samples, start, left, right)
+        found = self._fitted(samples, start, left, right, length)
         unseen = 1.0 - float(np.mean(found.observed))
         consistency = reprojection_consistency(found.positions, self.camera, view)
         if consistency.unexplained < self.settings.hypotheses.tolerated_unexplained:
@@ -156,7 +164,7 @@ class CenterlineEstimator:
         if not beside.foreign:
             return replace(found, rivals=beside.rivals), consistency, unseen
         lines = tuple(join_strands(beside.foreign, view.width))
-        found = self._fitted(samples, start, left, right, lines)
+        found = self._fitted(samples, start, left, right, length, lines)
         beside = strands_beside_chain(view, self.camera, self.rope, found, held, prior)
         overlap = overlap_of(found.positions, lines, self.camera, view.width)
         found = replace(found, others=lines, rivals=beside.rivals, overlap=overlap)
@@ -181,25 +189,24 @@ class CenterlineEstimator:
         start: InitialChain,
         left: Pose | None,
         right: Pose | None,
+        length: ChainLength,
         others: Sequence[OtherLine] = (),
     ) -> CenterlineEstimate:
         """Fit of one hypothesis, without the measurements on other ropes."""
         s = self.settings.hypotheses
         rows, edges = [np.zeros((0, 7))], [np.zeros(0, int)]
         for segment, places in start.edges:
-            measured, index = samples.without(segment, others) if others else samples.of(segment)
+            found, index = samples.without(segment, others) if others else samples.of(segment)
             known = places[index] >= 0
-            rows.append(measured[known])
+            rows.append(found[known])
             edges.append(places[index][known])
         anchors = node_anchors(
             start.nodes, start.sliding, start.prior, left, right, self.rope, self.settings
         )
+        measured, on_edge = np.concatenate(rows), np.concatenate(edges)
+        eye = self.camera.T_world_camera.position
         fit = self._fit.solve(
-            start.nodes,
-            np.concatenate(rows),
-            np.concatenate(edges),
-            self.camera.T_world_camera.position,
-            anchors,
+            start.nodes, measured, on_edge, eye, anchors, length_ratio=length.ratio
         )
         # A misfit above one means that the noise is larger than assumed.
         sigma = fit.sigma * max(1.0, fit.misfit)
@@ -207,13 +214,19 @@ class CenterlineEstimator:
             sigma = np.hypot(sigma, np.hypot(start.sliding, s.free_end_sigma))
         usual = float(np.median(np.concatenate([fit.support[fit.support > 1.0], [1.0]])))
         observed = fit.support > max(1.0, s.min_support_ratio * usual)
-        edge = self.rope.length / (self.rope.node_count - 1)
         held = left is not None, right is not None
+        ratio = None
+        if length.measure and all(held) and np.mean(observed) >= s.min_seen_for_length:
+            free = self._fit.solve(fit.nodes, measured, on_edge, eye, anchors, free_length=True)
+            ratio = polylines.length(free.nodes) / self.rope.length
+        edge = self.rope.length / (self.rope.node_count - 1)
         sigma = np.hypot(sigma, occlusion_uncertainty(fit.nodes, edge, observed, held))
         chord_error = _chord_error(fit.nodes)
         sigma = np.hypot(sigma, CHORD_ERROR_SHARE * np.linalg.norm(chord_error, axis=1))
         sigma = np.where(observed, 1.0, s.hidden_sigma_factor) * sigma
-        return CenterlineEstimate(fit.nodes - chord_error, sigma, observed, misfit=fit.misfit)
+        return CenterlineEstimate(
+            fit.nodes - chord_error, sigma, observed, misfit=fit.misfit, length_ratio=ratio
+        )
 
 
 def _chord_error(nodes: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "n 3"]:

@@ -50,6 +50,8 @@ class HypothesisSettings:
     """Factor on the standard deviation of hidden nodes: stiffness and motion there are unknown."""
     wrong_topology_sigma: float = 0.12
     """Standard deviation of a node in a wrong topology, relative to the rope's length."""
+    min_seen_for_length: float = 0.75
+    """Share of observed nodes from which the image tells the length of the rope [-]."""
     free_end_sigma: float = 0.002
     """Standard deviation of a visible end that no grip holds [m]: skeletons are shorter than the
     rope by about its radius."""

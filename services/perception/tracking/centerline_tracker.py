@@ -16,7 +16,12 @@ from jaxtyping import Float64, UInt8, UInt16
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties
-from services.perception.centerline.estimate import MAX_DOUBT, CenterlineEstimate, ShapePrior
+from services.perception.centerline.estimate import (
+    MAX_DOUBT,
+    CenterlineEstimate,
+    ChainLength,
+    ShapePrior,
+)
 from services.perception.centerline.estimator import CenterlineEstimator
 from services.perception.rgbd.depth_bias import DepthBias
 
@@ -24,6 +29,13 @@ log = logging.getLogger(__name__)
 
 WARM_UP_COLOR = (255, 255, 255)
 """Red, green, blue of the rope in the warm-up image, where the rope's colour is not given."""
+
+MIN_LENGTH_COUNT, MAX_LENGTH_COUNT = 5, 100
+"""Measurements of the length up to which every frame makes one, and that are averaged at most."""
+LENGTH_PERIOD = 10
+"""Number of frames between two measurements of the length after that."""
+MAX_LENGTH_ERROR = 0.03
+"""Largest deviation of the measured length from the given one, as a share [-]."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +52,31 @@ class TrackerSettings:
     """Standard deviation that each frame adds even without elapsed time or motion [m]."""
     rest_shape_sigma: float = 0.02
     """Standard deviation of the rod's shape at rest [m]; stiffness and swing are unknown."""
+
+
+class LengthMean:
+    """Length of the rope between its grips, from the frames that show it whole.
+
+    The given length may be wrong, and grips hold the rope a few millimetres from where they seem
+    to: a chain of another length leaves the rope in its bends.
+    """
+
+    def __init__(self) -> None:
+        self._ratio, self._count, self._frame = 1.0, 0, 0
+
+    def now(self) -> ChainLength:
+        """Return the length to fit with, and whether to measure it in the next frame."""
+        self._frame += 1
+        often = self._count < MIN_LENGTH_COUNT
+        return ChainLength(self._ratio, often or self._frame % LENGTH_PERIOD == 0)
+
+    def take(self, measured: float | None) -> None:
+        """Take in the length that a frame shows, relative to the given one."""
+        if measured is None:
+            return
+        self._count = min(self._count + 1, MAX_LENGTH_COUNT)
+        bounded = min(max(measured, 1.0 - MAX_LENGTH_ERROR), 1.0 + MAX_LENGTH_ERROR)
+        self._ratio += (bounded - self._ratio) / self._count
 
 
 class CenterlineTracker:
@@ -68,6 +105,7 @@ class CenterlineTracker:
         self._grips: tuple[Pose | None, Pose | None] = (None, None)
         self._rest_failed = False
         self._bias = DepthBias(estimator.camera, bodies)
+        self._length = LengthMean()
 
     def forget(self) -> None:
         """Drop the last estimate."""
@@ -101,7 +139,9 @@ class CenterlineTracker:
             prior,
             lambda: self._shape_at_rest(left, right),
             self._bias.update(depth),
+            self._length.now(),
         )
+        self._length.take(estimate.length_ratio)
         if not estimate.lost:
             self.adopt(_continued(estimate, prior), left, right, stamp)
         return estimate

@@ -27,7 +27,13 @@ def samples(points: np.ndarray, ranged: bool, noise: float = 0.0) -> np.ndarray:
 
 
 def fitted(
-    nodes: np.ndarray, part: slice = slice(None), noise: float = 0.0, length: float = ROPE.length
+    nodes: np.ndarray,
+    part: slice = slice(None),
+    noise: float = 0.0,
+    length: float = ROPE.length,
+    *,
+    length_ratio: float = 1.0,
+    free_length: bool = False,
 ) -> Fit:
     """Fit to rays and ranges of part of a chain, from a start that is 10 mm off.
 
@@ -36,6 +42,8 @@ def fitted(
         part: Visible part of 300 points along them.
         noise: Standard deviation of the ranges [m].
         length: Believed length of the rope [m].
+        length_ratio: See `ChainFit.solve`.
+        free_length: See `ChainFit.solve`.
     """
     dense = polylines.resample(nodes, 300)[part]
     segments = np.minimum(np.linspace(0, len(nodes) - 1, 300).astype(int), len(nodes) - 2)[part]
@@ -44,7 +52,15 @@ def fitted(
     rows = np.concatenate([samples(dense, False), samples(dense, True, noise)])
     start = nodes + np.array([0.0, 0.01, 0.0])
     fit = ChainFit(ROPE.node_count, length)
-    return fit.solve(start, rows, np.tile(segments, 2), EYE, anchors)
+    return fit.solve(
+        start,
+        rows,
+        np.tile(segments, 2),
+        EYE,
+        anchors,
+        length_ratio=length_ratio,
+        free_length=free_length,
+    )
 
 
 def test_exact_rays_and_ranges_reproduce_the_chain() -> None:
@@ -63,15 +79,27 @@ def test_edges_keep_their_length() -> None:
     np.testing.assert_allclose(edges, ROPE.length / (ROPE.node_count - 1), rtol=0.01)
 
 
+@pytest.mark.parametrize("ratio", [0.98, 1.0, 1.02])
+def test_a_chain_that_may_stretch_tells_the_length_of_the_rope(ratio: float) -> None:
+    nodes = curve(2)
+    fit = fitted(nodes, length=ratio * ROPE.length, free_length=True)
+    assert polylines.length(fit.nodes) == pytest.approx(polylines.length(nodes), rel=2.5e-3)
+
+
 @pytest.mark.parametrize("ratio", [0.99, 1.01])
-def test_a_wrong_length_does_not_lead_the_chain_off_the_rope(ratio: float) -> None:
+def test_a_chain_of_the_told_length_stays_on_the_rope(ratio: float) -> None:
     nodes = curve(2)
     dense = polylines.resample(nodes, 3000)
-    right, wrong = (
+    right, told, wrong = (
         np.linalg.norm(fit.nodes[:, None] - dense, axis=2).min(axis=1).mean()
-        for fit in (fitted(nodes), fitted(nodes, length=ratio * ROPE.length))
+        for fit in (
+            fitted(nodes),
+            fitted(nodes, length=ratio * ROPE.length, length_ratio=1.0 / ratio),
+            fitted(nodes, length=ratio * ROPE.length),
+        )
     )
-    assert wrong < right + 5e-5
+    assert told < right + 2e-5
+    assert wrong > right + 1e-4
 
 
 def test_nodes_without_samples_have_no_support_and_a_larger_sigma() -> None:

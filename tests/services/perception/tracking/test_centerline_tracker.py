@@ -1,0 +1,47 @@
+"""The tracker learns the length of the rope from the frames that show it whole."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lariat.geometry import polylines
+from lariat.geometry.obstacles import TABLE
+from lariat.rod import RodProperties
+from services.perception.centerline.estimator import CenterlineEstimator
+from services.perception.tracking.centerline_tracker import CenterlineTracker, LengthMean
+from services.sim.camera.rgbd_camera import RgbdCamera
+from services.sim.camera.sensor_noise import SensorNoise
+from tests.services.perception.scenes import CAMERA, ROPE, curve, grips
+
+
+@pytest.mark.parametrize("ratio", [0.98, 1.02])
+def test_a_rope_whose_length_is_given_wrongly_is_followed_where_it_is(ratio: float) -> None:
+    nodes = curve(2, bend=0.8)
+    believed = replace(ROPE, length=ratio * ROPE.length)
+    estimator = CenterlineEstimator(CAMERA, believed)
+    properties = RodProperties(believed.length, 0.008, 0.044, 1e6)
+    tracker = CenterlineTracker(estimator, properties, [TABLE])
+    camera = RgbdCamera(CAMERA, SensorNoise(), seed=1)
+    dense = polylines.resample_smooth(nodes, 3000)
+    off = []
+    for k in range(8):
+        frame = camera.take(nodes, ROPE.radius, [TABLE], frame=k)
+        stamp = 1_000_000_000 + k * 33_000_000
+        found = tracker.track(frame.color, frame.depth, *grips(nodes), stamp)
+        apart = polylines.point_distances(found.positions, dense).min(axis=1)
+        off.append(float(np.mean(apart[found.observed])))
+    assert np.mean(off[1:]) < 0.7 * off[0]
+
+
+def test_the_length_is_measured_often_at_first_and_bounded() -> None:
+    length = LengthMean()
+    for _ in range(5):
+        assert length.now().measure
+        length.take(1.2)
+    assert length.now().ratio == pytest.approx(1.03)
+    assert sum(length.now().measure for _ in range(30)) == 3
+    length.take(None)
+    assert length.now().ratio == pytest.approx(1.03)

@@ -40,15 +40,30 @@ def carried(time: float) -> tuple[np.ndarray, np.ndarray]:
     return size * np.sin(rate * time) * 0.9, 0.9 * size * rate * np.cos(rate * time)
 
 
-@pytest.fixture(scope="module")
-def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("calibration") / "run.mcap"
-    of = parse(TEXT.replace('[plant]\nmodel = "mujoco"\n', WRONG) + MARKER, Path())
+TWO_CAMERAS = """
+[cameras.above]
+position = [0.0, -0.1, 1.0]
+look_at = [0.0, 0.0, 0.2]
+[cameras.beside]
+position = [0.25, -0.2, 0.9]
+look_at = [0.0, 0.0, 0.2]
+"""
+
+
+def record(path: Path, cameras: str = "", duration: float = 3.0) -> None:
+    """Record a run in which an arm carries the marker through the view."""
+    of = parse(TEXT.replace('[plant]\nmodel = "mujoco"\n', WRONG) + MARKER + cameras, Path())
     cell = Cell(of, carried)
     tap = RecorderTap(path, of, cell.stack)
     cell.stack.taps.append(tap)
-    cell.run(3.0)
+    cell.run(duration)
     tap.close()
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("calibration") / "run.mcap"
+    record(path)
     return path
 
 
@@ -121,3 +136,16 @@ def test_a_recording_without_a_marker_is_refused(tmp_path: Path, capsys) -> None
     tap.close()
     assert main(["calibrate", str(tmp_path / "x.mcap")]) == 2
     assert "flange_marker" in capsys.readouterr().err
+
+
+def test_one_of_several_cameras_is_found_by_its_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "run.mcap"
+    record(path, TWO_CAMERAS, duration=1.6)
+    assert main(["calibrate", str(path)]) == 2
+    assert "give --camera, one of: above, beside" in capsys.readouterr().err
+    assert main(["calibrate", str(path), "--camera", "beside", "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    true = [0.262, -0.208, 0.915]  # with the shift of the plant
+    np.testing.assert_allclose(answer["position"], true, atol=3e-3)

@@ -54,7 +54,7 @@ class Arguments:
 
 def main() -> None:
     """Read the arguments and run until SIGINT or SIGTERM."""
-    arguments = tyro.cli(Arguments)
+    arguments = tyro.cli(Arguments, prog="python -m services.cr5_emulator")
     if arguments.list_faults:
         for name, meaning in FAULTS.items():
             print(f"{name:18} {meaning}")

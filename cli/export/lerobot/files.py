@@ -73,7 +73,8 @@ def write(recordings: Sequence[Recording], folder: Path) -> str:
     _write_tasks(tasks, folder)
     _write_json(statistics.summary(), folder / "meta" / "stats.json")
     _write_json(_info(features, len(rows), count, len(tasks)), folder / "meta" / "info.json")
-    return f"{folder}: {len(rows)} episodes with {count} frames, for LeRobot ({LAYOUT_VERSION})"
+    episodes = "1 episode" if len(rows) == 1 else f"{len(rows)} episodes"
+    return f"{folder}: {episodes} with {count} frames, for LeRobot ({LAYOUT_VERSION})"
 
 
 def _features(episode: Episode) -> dict[str, dict[str, Any]]:

@@ -81,9 +81,8 @@ def run(
     for trial in _run_with_progress(open_ones, len(finished), folder, workers):
         file.append(trial)
         finished[trial.number] = trial
-    refused = len(combinations)
+    refused = [c for c in combinations if c.number not in finished]
     combinations = [c for c in combinations if c.number in finished]
-    refused -= len(combinations)
     trials = [finished[c.number] for c in combinations]
     if not trials:
         raise ConfigurationError("none of the combinations can be run; take another seed")
@@ -94,7 +93,7 @@ def run(
         print(encoder.dumps({"summary": figures, "trials": [asdict(t) for t in trials]}))
     else:
         _print(trials, combinations, scenario)
-    return 0 if not refused and not any(t.faults for t in trials) else 1
+    return 1 if refused or any(t.faults for t in trials) else 0
 
 
 def _run_with_progress(

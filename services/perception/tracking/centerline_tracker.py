@@ -108,8 +108,9 @@ class CenterlineTracker:
         self._length = LengthMean()
 
     def forget(self) -> None:
-        """Drop the last estimate."""
+        """Drop the last estimate and the measured length: another rope may be there."""
         self._last = None
+        self._length = LengthMean()
 
     def warm_up(self, left: Pose, right: Pose) -> None:
         """Compile the fit on an image of a stripe, and the rod."""

@@ -13,10 +13,8 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.arms.scenes import BASES
-from benchmarks.arms.trial import MAX_ERROR_MM, ArmTrial, run_trial
-from services.planner.service import PlannerService
-from shared.scenario import load
-from shared.scenario.shipped import find
+from benchmarks.arms.trial import MAX_ERROR_MM, ArmSpec, ArmTrial, run_trial
+from benchmarks.campaign import Campaign, success_interval
 
 
 def run(
@@ -25,6 +23,7 @@ def run(
     first: int = 0,
     seed: int = 0,
     results: Path | None = None,
+    workers: int = 1,
     json: bool = False,
 ) -> int:
     """Run emulated CR5s in seeded scenes whose obstacles also stand where the arms' links go.
@@ -44,6 +43,7 @@ def run(
         seed: Seed of the scenes.
         results: File of finished trials, one JSON object a line; trials that it holds are not run
             again.
+        workers: Number of processes.
         json: Print one JSON object instead of a table.
 
     Returns:
@@ -52,37 +52,13 @@ def run(
     unknown = set(arms) - set(BASES)
     if unknown:
         raise ValueError(f"--arms takes 1 and 2, not {sorted(unknown)}")
-    known = _read(results)
-    trials, console = [], Console(stderr=True, highlight=False)
-    for base in {BASES[k] for k in arms}:
-        PlannerService(load(find(base))).warm_up()
-    for k, number in product(arms, range(first, first + count)):
-        if (k, number) in known:
-            trials.append(known[k, number])
-            continue
-        try:
-            trial = run_trial(k, number, seed)
-        except ValueError as missing:
-            console.print(str(missing))
-            continue
-        trials.append(trial)
-        console.print(_line(trial))
-        if results:
-            with results.open("a") as file:
-                file.write(encoder.dumps(asdict(trial)) + "\n")
+    specs = [ArmSpec(k, number, seed) for k, number in product(arms, range(first, first + count))]
+    trials = Campaign(run_trial, ArmTrial, _line).trials(specs, results, workers)
     if json:
         print(encoder.dumps({"trials": [asdict(trial) for trial in trials]}))
     else:
         _print(trials)
     return 0 if trials and all(t.reached and not t.in_the_way for t in trials) else 1
-
-
-def _read(results: Path | None) -> dict[tuple[int, int], ArmTrial]:
-    """Trials of a file by number of arms and number."""
-    if results is None or not results.exists():
-        return {}
-    trials = [ArmTrial(**encoder.loads(line)) for line in results.read_text().splitlines() if line]
-    return {(t.arms, t.number): t for t in trials}
 
 
 def _line(trial: ArmTrial) -> str:
@@ -93,8 +69,8 @@ def _line(trial: ArmTrial) -> str:
     if trial.refusals:
         parts.append(f"refused by {', '.join(trial.refusals)}")
     return (
-        f"{trial.arms} arms, scene {trial.number}: planned in {trial.plan_s:.1f} s of processor "
-        f"time; {'; '.join(parts)}"
+        f"{trial.spec.arms} arms, scene {trial.spec.number}: planned in {trial.plan_s:.1f} s of "
+        f"processor time; {'; '.join(parts)}"
     )
 
 
@@ -109,6 +85,7 @@ def _print(trials: Sequence[ArmTrial]) -> None:
         "arm in the way",
         "planned",
         "reached",
+        "95 % interval",
         "refused for arms",
         "otherwise",
         "touched",
@@ -116,16 +93,18 @@ def _print(trials: Sequence[ArmTrial]) -> None:
         "plan p50 / p90 / max [s]",
     ):
         table.add_column(name, justify="right")
-    for k in sorted({t.arms for t in trials}):
-        rows = [t for t in trials if t.arms == k]
+    for k in sorted({t.spec.arms for t in trials}):
+        rows = [t for t in trials if t.spec.arms == k]
         errors = [t.error_mm for t in rows if t.error_mm is not None and t.reached]
         plans = [t.plan_s for t in rows]
+        low, high = success_interval(sum(t.reached for t in rows), len(rows))
         table.add_row(
             str(k),
             str(len(rows)),
             str(sum(bool(t.fault_without_arms) for t in rows)),
             str(sum(t.planned for t in rows)),
             str(sum(t.reached for t in rows)),
+            f"{100.0 * low:.0f} to {100.0 * high:.0f} %",
             str(sum(t.in_the_way for t in rows)),
             str(sum(bool(t.refusals) and not t.in_the_way for t in rows)),
             str(sum(t.touched for t in rows)),

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from benchmarks.arms.scenes import sample_scene
+from benchmarks.arms.scenes import BASES, sample_scene
 from services.planner.arms.arm_check import arm_fault
+from services.planner.service import PlannerService
 from services.planner.whole_path import plan
 from shared import topics
+from shared.scenario import load
+from shared.scenario.shipped import find
 from stack.planning import scenario_problem
 from stack.simulation import closed_loop
 from stack.simulation.simulated_time import Delivery
@@ -27,13 +31,23 @@ ARM_RULES = frozenset(
 
 
 @dataclass(frozen=True)
-class ArmTrial:
-    """Finished trial."""
+class ArmSpec:
+    """Trial to run."""
 
     arms: int
     """Number of CR5s."""
     number: int
     """Number of the scene."""
+    seed: int
+    """Seed of the scenes."""
+
+
+@dataclass(frozen=True)
+class ArmTrial:
+    """Finished trial."""
+
+    spec: ArmSpec
+    """Scene."""
     plan_s: float
     """Processor time of the plan from start to goal [s]."""
     planned: bool
@@ -79,14 +93,21 @@ class RefusalTap:
                 self.rules.append(rule)
 
 
-def run_trial(arms: int, number: int, seed: int) -> ArmTrial:
+@cache
+def _warm_up(base: str) -> None:
+    """Compile the planner's kernels before anything is timed, once in a process."""
+    PlannerService(load(find(base))).warm_up()
+
+
+def run_trial(spec: ArmSpec) -> ArmTrial:
     """Sample a scene, plan in it with and without its arms, and run the closed loop.
 
     Raises:
         ValueError: No such scene was found.
     """
+    _warm_up(BASES[spec.arms])
     with TemporaryDirectory() as folder:
-        scenario = sample_scene(arms, number, seed, Path(folder))
+        scenario = sample_scene(spec.arms, spec.number, spec.seed, Path(folder))
         problem = scenario_problem(scenario)
         blind = plan(replace(problem, arms=None))
         fault = arm_fault(problem, blind.positions, blind.orientations, blind.dt)
@@ -97,8 +118,7 @@ def run_trial(arms: int, number: int, seed: int) -> ArmTrial:
         outcome = closed_loop.run(scenario, stop_after=TIME_AFTER_GOAL, taps=(tap,))
     score = outcome.score
     return ArmTrial(
-        arms,
-        number,
+        spec,
         took,
         path.reached,
         "" if fault is None else str(fault),

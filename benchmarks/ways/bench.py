@@ -1,4 +1,4 @@
-"""Plans through published kinds of obstacle scenes: `lariat bench ways`."""
+"""Closed-loop runs through published kinds of obstacle scenes: `lariat bench ways`."""
 
 from __future__ import annotations
 
@@ -12,14 +12,16 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.ways.scenes import FAMILIES, GAPS, Family
-from benchmarks.ways.trial import WayTrial, run_trial
-from services.planner.service import PlannerService
-from shared.scenario import load
-from shared.scenario.shipped import find
-
-WARM_UP_SCENARIO = "three-cylinders"
-"""Scenario whose plan compiles the kernels before anything is timed."""
+from benchmarks.campaign import Campaign, success_interval
+from benchmarks.ways.scenes import FAMILIES, GAPS, Family, PlantModel
+from benchmarks.ways.trial import (
+    MAX_SHAPE_ERROR,
+    MAX_TIP_ANGLE,
+    MAX_TIP_ERROR,
+    WaySpec,
+    WayTrial,
+    run_trial,
+)
 
 
 def run(
@@ -28,18 +30,21 @@ def run(
     count: int = 2,
     first: int = 0,
     seed: int = 0,
-    stiffness_error: tuple[float, ...] = (1.0,),
+    stiffness_error: tuple[float, ...] = (1.5, 1 / 1.5),
+    plant: tuple[PlantModel, ...] = ("rod", "mujoco"),
     results: Path | None = None,
+    workers: int = 1,
     json: bool = False,
 ) -> int:
-    """Plan in seeded scenes with a hidden way, and drive a finer plant along each path.
+    """Run seeded scenes with a hidden way in closed loop, with a finer plant than the model.
 
-    The plant, Lariat's rod with three times the model's edges, has verified the hidden way. It is
-    driven open loop along the planned path, without control.
+    The plant, Lariat's rod with three times the model's edges, has verified the hidden way of each
+    scene; planner and controller are not told it. True nodes are sensed. The stiffness is wrong and
+    adapted. Stiffnesses and plants alternate from scene to scene, and take turns with each other.
 
     Examples:
-      lariat bench ways --count 5
-      lariat bench ways --family posts windows --gap 2 3 --results ways.jsonl
+      lariat bench ways --count 4 --workers 2 --results ways.jsonl
+      lariat bench ways --family posts windows --gap 2 3 --plant mujoco
 
     Args:
         family: Families of scenes.
@@ -47,100 +52,85 @@ def run(
         count: Number of scenes of each family and width.
         first: Number of the first scene.
         seed: Seed of the scenes.
-        stiffness_error: True stiffness relative to the planner's belief [-].
+        stiffness_error: True stiffnesses relative to the controller's belief [-].
+        plant: Simulators of the true rope.
         results: File of finished trials, one JSON object a line; trials that it holds are not run
             again.
+        workers: Number of processes.
         json: Print one JSON object instead of a table.
 
     Returns:
         0 if all trials succeeded, else 1.
     """
-    PlannerService(load(find(WARM_UP_SCENARIO))).warm_up()
-    known = _read(results)
-    trials, console = [], Console(stderr=True, highlight=False)
-    for kind, width, error, number in product(
-        family, gap, stiffness_error, range(first, first + count)
-    ):
-        key = (kind, number, width, error)
-        if key in known:
-            trials.append(known[key])
-            continue
-        try:
-            trial = run_trial(kind, number, seed, width, error)
-        except ValueError as missing:
-            console.print(str(missing))
-            continue
-        trials.append(trial)
-        console.print(_line(trial))
-        if results:
-            with results.open("a") as file:
-                file.write(encoder.dumps(asdict(trial)) + "\n")
+    hidden = list(product(plant, stiffness_error))
+    specs = [
+        WaySpec(kind, width, number, seed, error, model)
+        for order, (number, kind, width) in enumerate(
+            product(range(first, first + count), family, gap), start=first * len(family) * len(gap)
+        )
+        for model, error in [hidden[(order + order // len(hidden)) % len(hidden)]]
+    ]
+    trials = Campaign(run_trial, WayTrial, _line).trials(specs, results, workers)
     if json:
         print(encoder.dumps({"trials": [asdict(trial) for trial in trials]}))
     else:
         _print(trials)
-    return 0 if trials and all(trial.succeeded for trial in trials) else 1
-
-
-def _read(results: Path | None) -> dict[tuple[Family, int, float, float], WayTrial]:
-    """Trials of a file by family, number, width and stiffness."""
-    if results is None or not results.exists():
-        return {}
-    lines = results.read_text().splitlines()
-    trials = [WayTrial(**encoder.loads(line)) for line in lines if line]
-    return {(t.family, t.number, t.gap, t.stiffness_error): t for t in trials}
+    return 0 if trials and not any(trial.misses for trial in trials) else 1
 
 
 def _line(trial: WayTrial) -> str:
-    found = (
-        f"{trial.clearance_mm:.1f} mm clear, tips {trial.tip_error_mm:.2f} mm"
-        if trial.clearance_mm is not None
-        else trial.reason
-    )
+    spec = trial.spec
+    verdict = ", ".join(trial.misses) or f"reached, shape {trial.shape_error_mm:.2f} mm off"
+    plans = " + ".join(f"{s:.1f}" for s in trial.plan_s)
     return (
-        f"{trial.family}-{trial.number}, {trial.gap:g} diameters: planned in {trial.plan_s:.1f} s "
-        f"of processor time; {found}"
+        f"{spec.family}-{spec.number}, {spec.gap:g} diameters, {spec.plant}, stiffness x "
+        f"{spec.stiffness_error:.2f}: {verdict}; {trial.clearance_mm:.1f} mm clear; plans {plans} "
+        f"s of processor time; {trial.run_s:.1f} s, {trial.reason}"
     )
 
 
 def _print(trials: Sequence[WayTrial]) -> None:
     table = Table(
-        caption="plant: Lariat's rod with three times the model's edges, open loop; plan: processor"
-        " time"
+        caption=f"success: tips within {MAX_TIP_ERROR:g} mm and {MAX_TIP_ANGLE:g} rad, shape "
+        f"within {MAX_SHAPE_ERROR:g} mm, nothing touched; plant finer than the model; true nodes, "
+        "adapting; plan: processor time"
     )
     for name in (
         "family",
         "gap [diameters]",
-        "planned",
         "succeeded",
+        "95 % interval",
+        "touched",
         "least clearance [mm]",
         "tip error median / worst [mm]",
         "shape error median / worst [mm]",
         "plan p50 / p90 [s]",
     ):
         table.add_column(name, justify="right")
-    groups = sorted({(t.family, t.gap) for t in trials})
-    for kind, width in groups:
-        _add_row(
-            table, kind, f"{width:g}", [t for t in trials if (t.family, t.gap) == (kind, width)]
-        )
+    for kind, width in sorted({(t.spec.family, t.spec.gap) for t in trials}):
+        rows = [t for t in trials if (t.spec.family, t.spec.gap) == (kind, width)]
+        _add_row(table, kind, f"{width:g}", rows)
     table.add_section()
-    _add_row(table, "all", "", list(trials))
+    _add_row(table, "all", "", trials)
     Console().print(table)
 
 
-def _add_row(table: Table, family: str, gap: str, trials: list[WayTrial]) -> None:
-    driven = [t for t in trials if t.clearance_mm is not None]
-    plans = [t.plan_s for t in trials]
+def _add_row(table: Table, family: str, gap: str, trials: Sequence[WayTrial]) -> None:
+    if not trials:
+        return
+    good = [t for t in trials if not t.misses]
+    plans = [s for t in trials for s in t.plan_s] or [np.nan]
+    low, high = success_interval(len(good), len(trials))
     table.add_row(
         family,
         gap,
-        f"{len(driven)} / {len(trials)}",
-        f"{sum(t.succeeded for t in trials)}",
-        f"{min((t.clearance_mm or 0.0 for t in driven), default=np.nan):.1f}",
-        _spread([t.tip_error_mm or 0.0 for t in driven]),
-        _spread([t.shape_error_mm or 0.0 for t in driven]),
-        f"{np.quantile(plans, 0.5):.1f} / {np.quantile(plans, 0.9):.1f}" if plans else "-",
+        f"{len(good)} / {len(trials)}",
+        f"{100.0 * low:.0f} to {100.0 * high:.0f} %",
+        str(sum(t.clearance_mm <= 0.0 for t in trials)),
+        f"{min(t.clearance_mm for t in trials):.1f}",
+        _spread([t.tip_error_mm for t in good]),
+        _spread([t.shape_error_mm for t in good]),
+        f"{np.quantile(plans, 0.5):.1f} / {np.quantile(plans, 0.9):.1f}",
     )
 
 

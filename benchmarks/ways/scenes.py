@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from pathlib import Path
 from typing import Literal, get_args
 
 import numpy as np
@@ -32,6 +33,8 @@ from shared.scenario.sections import End, Ends, Limits, Obstacle
 from shared.scenario.shipped import find
 
 Family = Literal["posts", "beams", "windows", "corridors", "clutter"]
+PlantModel = Literal["rod", "mujoco"]
+"""Simulators of the true rope in a run."""
 FAMILIES: tuple[Family, ...] = get_args(Family)
 """All families of scenes."""
 GAPS = (2.0, 3.0, 4.0, 8.0)
@@ -63,7 +66,7 @@ class WayScene:
     """Scene, and what is known of its hidden way."""
 
     scenario: Scenario
-    """Scenario for the planner and the closed loop."""
+    """Scenario of the run."""
     family: Family
     """Family."""
     gap: float
@@ -87,7 +90,13 @@ class _Opening:
 
 
 def sample_scene(
-    family: Family, number: int, seed: int, gap: float, stiffness_error: float = 1.0
+    family: Family,
+    number: int,
+    seed: int,
+    gap: float,
+    folder: Path,
+    stiffness_error: float = 1.0,
+    plant: PlantModel = "rod",
 ) -> WayScene:
     """Return a scene, always the same for the same arguments.
 
@@ -96,17 +105,21 @@ def sample_scene(
         number: Number of the scene.
         seed: Seed of the scenes.
         gap: Width of its opening in rope diameters [-].
-        stiffness_error: True stiffness relative to the planner's belief [-].
+        folder: Folder for the file of the goal's nodes.
+        stiffness_error: True stiffness relative to the belief [-].
+        plant: Simulator of the true rope in the run; Lariat's rod verifies the hidden way.
 
     Raises:
         ValueError: The plant could not verify a hidden way.
     """
     random = np.random.default_rng([seed, number, FAMILIES.index(family), round(10 * gap)])
-    base = _base(f"{family}-{number}", seed + number, stiffness_error)
+    base = _base(f"{family}-{gap:g}-{number}", seed + number, stiffness_error)
+    base = replace(base, folder=folder)
     for _ in range(MAX_SAMPLES):
         scene = _attempt(base, family, gap, random)
         if scene is not None:
-            return scene
+            run = replace(scene.scenario, plant=replace(base.plant, model=plant))
+            return replace(scene, scenario=run)
     raise ValueError(
         f"no hidden way of {family}-{number} with a gap of {gap:g} diameters was verified in "
         f"{MAX_SAMPLES} samples; try another seed"
@@ -154,6 +167,10 @@ def _attempt(
     if motion.clearance < CLEARANCE:
         return None
     start, goal = (_shape(waypoints, k) for k in (0, -1))
+    # The goal is the shape of the true rope: the believed one has another between the same grips.
+    file = f"{base.name}-goal.csv"
+    np.savetxt(base.folder / file, motion.nodes, delimiter=",")
+    goal = replace(goal, line=None, nodes=file)
     return WayScene(
         replace(scenario, start=start, goal=goal), family, gap, motion.clearance, motion.nodes
     )

@@ -1,115 +1,147 @@
-"""One trial: plan a path in a scene, and drive the finer plant along it."""
+"""One trial: the closed loop in a scene with a hidden way, and what the true rope did."""
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
+from jaxtyping import Float64
 
-from benchmarks.ways.plant import drive
-from benchmarks.ways.scenes import Family, WayScene, sample_scene
+from benchmarks.ways.measured_services import MeasuredWorld, TimedPlanner
+from benchmarks.ways.scenes import Family, PlantModel, sample_scene
 from lariat.geometry import polylines, poses
-from lariat.rod import Rod
-from services.planner.whole_path import plan
-from services.sim.plants.factory import true_properties
-from stack.planning import scenario_problem
+from services.sim.service import SimService
+from shared.scenario import Scenario
+from shared.service import Service
+from stack import services
+from stack.simulation import closed_loop
+from stack.simulation.simulated_time import session_id
 
-MAX_TIP_ERROR = 0.010
-"""Largest error of the tips at which a published trial succeeds [m]."""
+TIME_AFTER_GOAL = 1.0
+"""Time for which a run goes on after the controller says that the goal is reached [s]."""
+MAX_TIP_ERROR = 10.0
+"""Largest mean error of the tips at which a published trial succeeds [mm]."""
 MAX_TIP_ANGLE = 0.05
-"""Largest angular error of the tips at which a published trial succeeds [rad]."""
+"""Largest mean angular error of the tips at which a published trial succeeds [rad]."""
+MAX_SHAPE_ERROR = 5.0
+"""Largest mean node distance from the goal at which a trial succeeds here [mm]."""
+
+
+@dataclass(frozen=True)
+class WaySpec:
+    """Trial to run."""
+
+    family: Family
+    """Family of the scene."""
+    gap: float
+    """Width of the opening in rope diameters [-]."""
+    number: int
+    """Number of the scene."""
+    seed: int
+    """Seed of the scenes."""
+    stiffness_error: float
+    """True stiffness relative to the belief [-]."""
+    plant: PlantModel
+    """Simulator of the true rope."""
 
 
 @dataclass(frozen=True)
 class WayTrial:
-    """Finished trial; None for what was not measured."""
+    """Finished trial."""
 
-    family: Family
-    """Family of the scene."""
-    number: int
-    """Number of the scene."""
-    gap: float
-    """Width of the opening in rope diameters [-]."""
-    stiffness_error: float
-    """True stiffness relative to the planner's belief [-]."""
+    spec: WaySpec
+    """Scene, true stiffness and plant."""
     hidden_clearance_mm: float
     """Least clearance of the plant along the hidden way."""
-    plan_s: float
-    """Processor time of the plan [s]."""
-    planned: bool
-    """Whether the planner found a path to the goal."""
+    plan_s: list[float]
+    """Processor time of each plan [s]."""
+    run_s: float
+    """Simulated duration of the run [s]."""
+    clearance_mm: float
+    """Least clearance of the true rope in the run, between its states too."""
+    tip_error_mm: float
+    """Mean distance of the true rope's end nodes from the goal's."""
+    tip_angle: float
+    """Mean angle between the true rope's outermost edges and the goal's [rad]."""
+    shape_error_mm: float
+    """Mean node distance of the true rope from the goal."""
+    replans: int
+    """Number of further paths that the controller requested."""
     reason: str
-    """Why it did not."""
-    duration_s: float
-    """Duration of the path."""
-    clearance_mm: float | None
-    """Least clearance of the plant along the path."""
-    tip_error_mm: float | None
-    """Mean distance of the plant's end nodes from the goal's."""
-    tip_angle: float | None
-    """Mean angle between the plant's outermost edges and the goal's [rad]."""
-    shape_error_mm: float | None
-    """Mean node distance of the plant at rest from the goal, which is the plant's own rest shape at
-    the end of the hidden way."""
+    """Why the run ended."""
 
     @property
-    def succeeded(self) -> bool:
-        """Whether both tips are where they should be and nothing was touched."""
-        return (
-            self.tip_error_mm is not None
-            and self.tip_angle is not None
-            and self.clearance_mm is not None
-            and self.tip_error_mm <= 1e3 * MAX_TIP_ERROR
-            and self.tip_angle <= MAX_TIP_ANGLE
-            and self.clearance_mm > 0.0
-        )
+    def misses(self) -> list[str]:
+        """Reasons why the trial did not succeed, in words."""
+        found = []
+        if self.tip_error_mm > MAX_TIP_ERROR or self.tip_angle > MAX_TIP_ANGLE:
+            found.append(f"tips {self.tip_error_mm:.1f} mm, {self.tip_angle:.3f} rad off")
+        if self.shape_error_mm > MAX_SHAPE_ERROR:
+            found.append(f"shape {self.shape_error_mm:.1f} mm off")
+        if self.clearance_mm <= 0.0:
+            found.append("touched")
+        return found
 
 
-def run_trial(
-    family: Family, number: int, seed: int, gap: float, stiffness_error: float
-) -> WayTrial:
-    """Sample a scene, plan in it, and drive the plant along the path.
+def run_trial(spec: WaySpec) -> WayTrial:
+    """Sample a scene and run it in closed loop.
 
     Raises:
         ValueError: The plant could not verify a hidden way.
     """
-    scene = sample_scene(family, number, seed, gap, stiffness_error)
-    problem = scenario_problem(scene.scenario)
-    began = time.process_time()
-    path = plan(problem)
-    took = time.process_time() - began
-    measured: tuple[float | None, ...] = (None, None, None, None)
-    if path.reached:
-        measured = _measured(scene, path.positions, path.orientations, path.dt)
+    with TemporaryDirectory() as folder:
+        scene = sample_scene(
+            spec.family,
+            spec.number,
+            spec.seed,
+            spec.gap,
+            Path(folder),
+            spec.stiffness_error,
+            spec.plant,
+        )
+        scenario = scene.scenario
+        world, planner = MeasuredWorld(scenario), TimedPlanner(scenario)
+        outcome = closed_loop.run(
+            scenario, stop_after=TIME_AFTER_GOAL, members=_members(scenario, world, planner)
+        )
+    tip_error, tip_angle = tip_errors(world.nodes, scene.goal_nodes)
     return WayTrial(
-        family,
-        number,
-        gap,
-        stiffness_error,
+        spec,
         1e3 * scene.hidden_clearance,
-        took,
-        path.reached,
-        path.reason,
-        len(path.positions) * path.dt,
-        *measured,
+        planner.plan_s,
+        outcome.score.sim_s,
+        1e3 * world.clearance,
+        1e3 * tip_error,
+        tip_angle,
+        1e3 * polylines.mean_node_distance(world.nodes, scene.goal_nodes),
+        outcome.score.replans,
+        outcome.reason,
     )
 
 
-def _measured(
-    scene: WayScene, positions: np.ndarray, orientations: np.ndarray, dt: float
-) -> tuple[float, float, float, float]:
-    """Clearance [mm], tip error [mm], tip angle [rad] and shape error [mm] of the plant."""
-    scenario = scene.scenario
-    rod = Rod(true_properties(scenario), scenario.plant_rope.node_count)
-    motion = drive(rod, scenario.bodies, positions, orientations, dt)
-    nodes, goal = motion.nodes, scene.goal_nodes
-    tips = np.linalg.norm((nodes - goal)[[0, -1]], axis=1)
+def tip_errors(
+    nodes: Float64[np.ndarray, "n 3"], goal: Float64[np.ndarray, "n 3"]
+) -> tuple[float, float]:
+    """Return the mean error of both tips in position [m] and direction [rad].
+
+    Args:
+        nodes: Nodes of the rope [m].
+        goal: Nodes of the goal [m].
+    """
+    apart = np.linalg.norm((nodes - goal)[[0, -1]], axis=1)
     edges = [poses.normalized(chain[[1, -1]] - chain[[0, -2]]) for chain in (nodes, goal)]
     angles = np.arccos(np.clip(np.sum(edges[0] * edges[1], axis=1), -1.0, 1.0))
-    return (
-        1e3 * motion.clearance,
-        1e3 * float(tips.mean()),
-        float(angles.mean()),
-        1e3 * polylines.mean_node_distance(nodes, goal),
+    return float(apart.mean()), float(angles.mean())
+
+
+def _members(
+    scenario: Scenario, world: MeasuredWorld, planner: TimedPlanner
+) -> tuple[Service, ...]:
+    """Services of the cell, with the measuring ones in their places."""
+    measuring: dict[str, Service] = {"sim": SimService(scenario, world), "planner": planner}
+    return tuple(
+        measuring.get(name) or services.build(name, scenario, session_id(name))
+        for name in services.NAMES
     )

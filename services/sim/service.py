@@ -50,12 +50,18 @@ class SimService:
     )
     rate = 60.0
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: Scenario, world: World | None = None) -> None:
+        """Create the service.
+
+        Args:
+            scenario: The scenario.
+            world: The simulated lab; by default that of the scenario.
+        """
         sensing = scenario.sensing
         self.latency = sensing.latency
         self._scenario = scenario
         self._period = round(SECOND / sensing.rate)
-        self._world = World(scenario)
+        self._world = world or World(scenario)
         self._marked = MarkedObstacles(scenario)
         self._world.set_obstacles(self._marked.merged(scenario.bodies))
         self._tubes = MovingTubes(scenario.distractors)

@@ -1,13 +1,16 @@
 from __future__ import annotations
 
+from pathlib import Path
+
+import numpy as np
 import pytest
 
 from benchmarks.ways.scenes import CLEARANCE, WayScene, sample_scene
 
 
 @pytest.fixture(scope="module")
-def scene() -> WayScene:
-    return sample_scene("posts", 0, 0, 3.0)
+def scene(tmp_path_factory: pytest.TempPathFactory) -> WayScene:
+    return sample_scene("posts", 0, 0, 3.0, tmp_path_factory.mktemp("goal"))
 
 
 def test_the_plant_has_verified_the_hidden_way(scene: WayScene) -> None:
@@ -23,11 +26,23 @@ def test_the_opening_is_as_wide_as_stated(scene: WayScene) -> None:
 
 
 def test_start_and_goal_lie_on_both_sides(scene: WayScene) -> None:
-    for shape, side in ((scene.scenario.start, -1.0), (scene.scenario.goal, 1.0)):
-        assert shape.line is not None
-        assert all(side * point[1] > 0.1 for point in shape.line)
+    assert scene.scenario.start.line is not None
+    assert all(point[1] < -0.1 for point in scene.scenario.start.line)
     assert (scene.goal_nodes[:, 1] > 0.1).all()
 
 
-def test_the_same_number_gives_the_same_scene(scene: WayScene) -> None:
-    assert sample_scene("posts", 0, 0, 3.0).scenario.obstacles == scene.scenario.obstacles
+def test_the_goal_is_the_shape_of_the_true_rope(scene: WayScene) -> None:
+    nodes = scene.scenario.nodes(scene.scenario.goal)
+    assert nodes is not None
+    assert len(nodes) == scene.scenario.rope.node_count
+    np.testing.assert_allclose(nodes[[0, -1]], scene.goal_nodes[[0, -1]], atol=1e-9)
+
+
+def test_the_same_number_gives_the_same_scene_whatever_is_believed(
+    scene: WayScene, tmp_path: Path
+) -> None:
+    again = sample_scene("posts", 0, 0, 3.0, tmp_path, 1.5, "mujoco")
+    assert again.scenario.obstacles == scene.scenario.obstacles
+    np.testing.assert_array_equal(again.goal_nodes, scene.goal_nodes)
+    believed, true = again.scenario.rope, again.scenario.plant_rope
+    assert true.youngs_modulus == pytest.approx(1.5 * believed.youngs_modulus)

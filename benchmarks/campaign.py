@@ -1,0 +1,121 @@
+"""Campaigns of seeded trials: resumable, in one or several processes, one line per trial.
+
+A specification is a flat frozen dataclass of numbers and words. A trial is a frozen dataclass whose
+field `spec` holds it, so that a file of finished trials tells which ones need not be run again.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+from rich.console import Console
+from rich.markup import escape
+from scipy.stats import binomtest
+
+from benchmarks import worker_pool
+
+Spec = TypeVar("Spec")
+Trial = TypeVar("Trial")
+
+
+@dataclass(frozen=True)
+class Campaign(Generic[Spec, Trial]):
+    """Trials of one kind."""
+
+    run: Callable[[Spec], Trial]
+    """Function of a module that runs a trial; it raises ValueError where there is no such scene."""
+    restore: Callable[..., Trial]
+    """Function that makes a trial of the fields of its dataclass."""
+    line: Callable[[Trial], str]
+    """Function that states a trial in one line."""
+
+    def trials(
+        self, specs: Sequence[Spec], results: Path | None = None, workers: int = 1
+    ) -> list[Trial]:
+        """Run trials, print a line for each, and return them in the order of their specifications.
+
+        Specifications without a scene are left out.
+
+        Args:
+            specs: Trials to run.
+            results: File of finished trials, one JSON object a line; trials that it holds are not
+                run again.
+            workers: Number of processes.
+        """
+        console = Console(stderr=True, highlight=False, soft_wrap=True)
+        rows = _read(results)
+        found: dict[int, Trial | None] = {}
+        for k, spec in enumerate(specs):
+            if (key := _key(asdict(spec))) in rows:  # pyright: ignore[reportArgumentType]
+                found[k] = self._restored(spec, rows[key])
+        open_ones = [k for k in range(len(specs)) if k not in found]
+        attempts = worker_pool.compute(
+            partial(_attempt, self.run), [specs[k] for k in open_ones], workers
+        )
+        for index, trial in attempts:
+            k = open_ones[index]
+            if isinstance(trial, str):
+                found[k], row = None, {"spec": asdict(specs[k]), "missing": trial}  # pyright: ignore[reportArgumentType]
+                console.print(escape(trial))
+            else:
+                found[k], row = trial, asdict(trial)  # pyright: ignore[reportArgumentType]
+                console.print(escape(self.line(trial)))
+            if results:
+                _append(results, row)
+        in_order = (found[k] for k in range(len(specs)))
+        return [trial for trial in in_order if trial is not None]
+
+    def _restored(self, spec: Spec, row: dict[str, Any]) -> Trial | None:
+        """Trial of a row of the file; None where there was no scene."""
+        if "missing" in row:
+            return None
+        return self.restore(**{**row, "spec": spec})
+
+
+def success_interval(successes: int, count: int) -> tuple[float, float]:
+    """Return the Wilson interval of a rate of success at 95 % confidence.
+
+    Args:
+        successes: Number of successes.
+        count: Number of trials, at least one.
+    """
+    interval = binomtest(successes, count).proportion_ci(method="wilson")
+    return float(interval.low), float(interval.high)
+
+
+def _attempt(run: Callable[[Spec], Trial], spec: Spec) -> Trial | str:
+    """Finished trial, or why there is no such scene."""
+    try:
+        return run(spec)
+    except ValueError as missing:
+        return str(missing)
+
+
+def _read(results: Path | None) -> dict[str, dict[str, Any]]:
+    """Rows of a file by their specification; a line that was cut off is left out."""
+    rows = {}
+    for line in results.read_text().splitlines() if results and results.exists() else ():
+        try:
+            row = json.loads(line)
+        except ValueError:
+            continue
+        rows[_key(row["spec"])] = row
+    return rows
+
+
+def _append(results: Path, row: dict[str, Any]) -> None:
+    """Write one row on a line of its own, after one that was cut off, too."""
+    results.parent.mkdir(parents=True, exist_ok=True)
+    with results.open("a+") as file:
+        file.seek(0)
+        cut_off = not file.read().endswith("\n") and file.tell() > 0
+        file.write("\n" * cut_off + json.dumps(row) + "\n")
+
+
+def _key(spec: dict[str, Any]) -> str:
+    return json.dumps(spec, sort_keys=True)

@@ -1,0 +1,27 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.ways.measured_services import MeasuredWorld
+from lariat.geometry.poses import Pose
+from services.sim.plants.end_motion import EndMotion
+from shared.scenario import load
+from shared.scenario.sections import Obstacle
+
+
+def test_a_thin_wall_that_the_rope_jumps_over_counts() -> None:
+    """Between two arm states the rope jumps from one side of the wall to the other."""
+    base = load("three-cylinders")
+    left, right = base.grips(base.start)
+    wall = Obstacle("box", (0.0, left.position[1] + 0.1, 0.5), size=(2.0, 0.01, 1.0), name="wall")
+    world = MeasuredWorld(replace(base, obstacles=(wall,)))
+    world.advance(EndMotion(left), EndMotion(right), 1)
+    before = world.clearance
+    shift = np.array([0.0, 0.2, 0.0])
+    ends = [EndMotion(Pose(grip.position + shift, grip.orientation)) for grip in (left, right)]
+    world.advance(ends[0], ends[1], 50_000_001)
+    assert before > 0.05
+    assert world.clearance == pytest.approx(-base.rope.diameter / 2.0 - 0.005, abs=0.006)

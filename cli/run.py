@@ -164,6 +164,7 @@ def _table(outcome: RunOutcome) -> Table:
         "largest node error": _unit(score.max_node_error_mm, "mm"),
         "error of the shape": _unit(score.final_shape_error_mm, "mm (mean distance of the curves)"),
         "least clearance": _unit(score.min_clearance_mm, "mm"),
+        "from distractors": _unit(score.min_distractor_clearance_mm, "mm"),
         "time in contact": _unit(score.contact_time_s, "s"),
         "length error": _unit(score.length_error_mm, "mm"),
         "prediction error": _unit(score.prediction_error_mm, "mm"),

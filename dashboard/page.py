@@ -247,6 +247,8 @@ class Page:
             self._scene.show_rope(rope)
         if truth := inbox.fresh(topics.ROPE_TRUTH):
             self._scene.show_truth(truth.message)
+        if others := inbox.fresh(topics.ROPE_OTHERS):
+            self._scene.show_others(others.message)
         if plan := inbox.fresh(topics.CONTROLLER_PLAN):
             self._scene.show_plan(plan.message)
             self._plots.show_cost(plan.message, now / SECOND)

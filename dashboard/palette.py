@@ -22,6 +22,8 @@ UNCERTAIN: Color = (226, 74, 74)
 """Perceived rope where its standard deviation is large."""
 UNOBSERVED: Color = (150, 158, 170)
 """Perceived rope where it was estimated without an observation."""
+OTHER_ROPE: Color = (232, 208, 80)
+"""Rope beside the held one."""
 PREDICTION: Color = (30, 130, 255)
 """Predicted ropes of the horizon."""
 PATH: Color = (150, 84, 255)

@@ -27,6 +27,7 @@ TASK_STATE = replace(topics.TASK_STATE, buffering="every")
 """States of the task, all of them: a plot that leaves some out does not show the run's extremes."""
 READS: tuple[Topic, ...] = (
     topics.ROPE_NODES,
+    topics.ROPE_OTHERS,
     topics.ROPE_TRUTH,
     topics.SCENE_STATE,
     TASK_STATE,

@@ -33,6 +33,7 @@ from shared.messages import (
     Health,
     Message,
     NodeChain,
+    OtherRopes,
     Parameters,
     Path,
     Plan,
@@ -150,6 +151,7 @@ ROPE_NODES = Topic(
     median_tolerance={"positions": 5e-8},
 )
 ROPE_TRUTH = Topic("rope/truth", NodeChain, "sim", "latest", tolerance={"positions": 1e-8})
+ROPE_OTHERS = Topic("rope/others", OtherRopes, "perception", "latest", tolerance={"ropes": 2e-4})
 SCENE_STATE = Topic("scene/state", Scene, "perception", "latest")
 SCENE_REQUEST = Topic("scene/request", SceneRequest, "dashboard, lariat", "every")
 TASK_STATE = Topic(

@@ -26,6 +26,7 @@ LEGEND_ENTRIES = (
         "tube", palette.UNCERTAIN, f"rope, uncertain by {1e3 * UNCERTAIN_SIGMA:.0f} mm or more"
     ),
     LegendEntry("tube", palette.UNOBSERVED, "rope, not observed but estimated"),
+    LegendEntry("lines", palette.OTHER_ROPE, "other ropes (grey: remembered)"),
     LegendEntry("thin tube", palette.GOAL, "goal (thinner than the rope)"),
     LegendEntry("thin tube", palette.TRUTH, "true rope of the simulation (inside the rope)"),
     LegendEntry("tube", palette.OPENED_RUN, "rope of an opened run, with its goal (thin)"),

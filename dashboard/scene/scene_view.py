@@ -15,9 +15,10 @@ from dashboard.scene.certainty import certainty_colors
 from dashboard.scene.chain_lines import LinesView, chain_segments, dashed
 from dashboard.scene.gripper_view import GripperView
 from dashboard.scene.obstacle_view import ObstacleView
+from dashboard.scene.other_ropes_view import OtherRopesView
 from dashboard.scene.tube_view import TubeView
 from lariat.geometry.obstacles import Obstacle
-from shared.messages import ArmStates, GoalPreview, NodeChain, Path, Plan, chain
+from shared.messages import ArmStates, GoalPreview, NodeChain, OtherRopes, Path, Plan, chain
 from shared.scenario import SIDES, Scenario
 
 PATH_ROPE_COUNT = 5
@@ -61,6 +62,7 @@ class SceneView:
         self._truth = TubeView(scene, "/truth", 0.6 * radius)
         # Thinner than the rope, so that the rope covers it once it is there.
         self._goal = TubeView(scene, "/goal", 0.8 * radius, opacity=0.7)
+        self._others = OtherRopesView(scene)
         self._preview = TubeView(scene, "/preview", 0.9 * radius, opacity=0.8)
         self._obstacles = ObstacleView(scene, on_click)
         self._obstacles.show(scenario.bodies)
@@ -76,7 +78,7 @@ class SceneView:
         """Show or hide one of `LAYERS`."""
         match layer:
             case "rope":
-                self._rope.visible = visible
+                self._rope.visible = self._others.visible = visible
             case "goal":
                 self._goal.visible = visible
             case "truth":
@@ -98,6 +100,10 @@ class SceneView:
             self._rope.hide()
             return
         self._rope.show(nodes, certainty_colors(message))
+
+    def show_others(self, message: OtherRopes) -> None:
+        """Draw the ropes beside the held one."""
+        self._others.show(message)
 
     def show_truth(self, message: NodeChain) -> None:
         """Draw the simulated true rope."""

@@ -65,6 +65,7 @@ from shared.configuration import ConfigurationError
 from shared.extensions import ExtensionFault
 from shared.messages import ArmStates, TaskRequest, poses_known, scene_obstacles
 from shared.motion_contract import SETPOINT_PERIOD
+from shared.other_ropes import other_rope_obstacles
 from shared.reset_counter import ResetCounter
 from shared.scenario import SIDES, Scenario
 from shared.scenario.rod_properties import rod_properties
@@ -85,6 +86,7 @@ class ControllerService:
     reads = (
         topics.ROPE_NODES,
         topics.ARM_STATE,
+        topics.ROPE_OTHERS,
         topics.SCENE_STATE,
         topics.CONTROLLER_PATH,
         topics.TASK_REQUEST,
@@ -154,6 +156,7 @@ class ControllerService:
         """Nodes of the rope as observed last; estimated ones where it was not seen [m]."""
         self._start_clearance = np.inf
         """Clearance of the rope at the start of the present path [m]."""
+        self._others_revision = 0
         self._image_stamp = 0
         self._sequence = 0
 
@@ -195,6 +198,7 @@ class ControllerService:
             self._carry_out(request.message, now)
         self._goal_events.apply_due(now, self.task, self._goals.from_shape)
         self._take_scene(inbox)
+        self._take_others(inbox)
         draft = inbox.fresh(topics.TASK_GOAL_DRAFT)
         if draft is not None:
             found = preview(draft_request(draft.message), self._goals, self.scene.obstacles)
@@ -346,10 +350,22 @@ class ControllerService:
 
     def _take_scene(self, inbox: Inbox) -> None:
         item = inbox.latest(topics.SCENE_STATE)
-        if item is None or item.message.revision == self.scene.revision:
+        if item is not None and item.message.revision != self.scene.revision:
+            self.scene.update(scene_obstacles(item.message), item.message.revision)
+            self.estimator.supports = self.scene.supports
+            self._review_path()
+
+    def _take_others(self, inbox: Inbox) -> None:
+        item = inbox.fresh(topics.ROPE_OTHERS)
+        if item is None:
             return
-        self.scene.update(scene_obstacles(item.message), item.message.revision)
-        self.estimator.supports = self.scene.supports
+        self.scene.update_others(other_rope_obstacles(item.message))
+        if item.message.revision != self._others_revision:
+            self._others_revision = item.message.revision
+            self._review_path()
+
+    def _review_path(self) -> None:
+        """Request another path where the rest of the present one is not clear any more."""
         if self.controller.reference is not None and self.task.state is RunState.RUNNING:
             ahead = self.controller.remaining_nodes[::CLEARANCE_STRIDE]
             clearance = self.progress.clearance_along(ahead, self.scene.avoided)
@@ -466,6 +482,8 @@ class ControllerService:
         self.controller.follow(reference, now)
         self.supervisor.follow(offer)
         self._begin_path()
+        if item.message.others_revision != self._others_revision:
+            self._review_path()
         return None
 
     def _begin_path(self) -> None:

@@ -52,4 +52,5 @@ def fuse(estimates: Sequence[CenterlineEstimate]) -> CenterlineEstimate:
         sigma=deviation * np.maximum(1.0, disagreement),
         observed=seen,
         misfit=max(e.misfit for e in found),
+        others=tuple(line for e in found for line in e.others),
     )

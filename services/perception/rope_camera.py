@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from jaxtyping import Bool, Float64, UInt16
+
 from lariat.geometry.cameras import Intrinsics
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
@@ -16,6 +19,9 @@ from services.perception.tracking.rope_tracker import RopeTracker
 from shared import topics
 from shared.messages import stamp_of
 from shared.service import Inbox
+
+BEHIND_DISTANCE = 0.015
+"""Distance behind a point from which a measured depth is of something behind it [m]."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +67,8 @@ class RopeCamera:
         self._view, self._monitor = CameraView(name), CameraMonitor(name)
         self._tracker: RopeTracker | None = None
         self._tracked_calibration = 0
+        self._depth_image: UInt16[np.ndarray, "h w"] | None = None
+        """Depth of the images that were processed last [mm]."""
         self.exposure: Exposure | None = None
         """Newest images that are not processed yet."""
         self.fault = ""
@@ -115,8 +123,26 @@ class RopeCamera:
         """
         assert self.exposure is not None
         (color, depth), stamp = self.exposure.images, self.exposure.stamp
-        self.exposure = None
+        self.exposure, self._depth_image = None, depth
         return self._calibrated_tracker().track(color, depth, left, right, stamp)
+
+    def sees_past(self, points: Float64[np.ndarray, "k 3"]) -> Bool[np.ndarray, "k"]:
+        """Return whether the images that were processed last show something behind each point.
+
+        Args:
+            points: Points in the world [m].
+        """
+        depth = self._depth_image
+        if depth is None or self._tracker is None:
+            return np.zeros(len(points), bool)
+        pixels, z = self._tracker.camera.project(points)
+        at = np.rint(pixels)
+        height, width = depth.shape
+        inside = (z > 0.0) & (at >= 1.0).all(axis=1) & (at < [width - 1, height - 1]).all(axis=1)
+        column, row = np.where(inside[:, None], at, 1.0).astype(int).T
+        around = [depth[row + r, column + c] for r in (-1, 0, 1) for c in (-1, 0, 1)]
+        # Nothing is measured where the depth is 0.
+        return inside & (np.min(around, axis=0) > 1e3 * (z + BEHIND_DISTANCE))
 
     def adopt(
         self, estimate: CenterlineEstimate, left: Pose | None, right: Pose | None, stamp: int

@@ -1,4 +1,4 @@
-"""Perception service: camera frames to `rope/nodes`, scene requests to `scene/state`."""
+"""Perception service: camera frames to ropes, scene requests to `scene/state`."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 
 import numpy as np
+from jaxtyping import Bool, Float64
 
 from lariat.geometry.cameras import Camera, Intrinsics
 from services.perception.centerline.estimate import MAX_DOUBT, CenterlineEstimate, RopeModel
@@ -15,6 +16,7 @@ from services.perception.centerline.settings import CenterlineSettings
 from services.perception.clock_check import ClockCheck
 from services.perception.fusion import fuse
 from services.perception.markers.marker_obstacles import MarkerObstacles
+from services.perception.others_publisher import OthersPublisher
 from services.perception.rope_camera import RopeCamera
 from services.perception.scene import ObstacleScene, SceneChangeRefused
 from services.perception.scene_requests import SceneRequests
@@ -56,7 +58,7 @@ class PerceptionService:
         topics.CAMERA_CALIBRATION,
         *OTHER_READS,
     )
-    writes = (topics.ROPE_NODES, topics.SCENE_STATE)
+    writes = (topics.ROPE_NODES, topics.ROPE_OTHERS, topics.SCENE_STATE)
     rate = 60.0
     latency = 0.010
 
@@ -85,6 +87,7 @@ class PerceptionService:
             self._rope.node_count, scenario.sensing.node_noise, scenario.seed
         )
         self._nodes: np.ndarray | None = None
+        self._others = OthersPublisher(scenario.rope.diameter)
         self._resets, self._restores = ResetCounter(), ResetCounter()
         self._published = -SECOND
         self._published_revision = 0
@@ -130,7 +133,9 @@ class PerceptionService:
         if due and (fault := self._clock_check.fault(stamp, now)):
             yield self._lost(fault, stamp)
         elif due:
-            yield self._rope_nodes(self._perceived(due, stamp), stamp)
+            estimate = self._perceived(due, stamp)
+            yield self._rope_nodes(estimate, stamp)
+            yield from self._others.publications(estimate, self._seen_past, stamp, now)
         elif faults and all(camera.fault for camera in self._cameras):
             yield self._lost("; ".join(c.fault for c in self._cameras), faults[0].stamp)
 
@@ -144,6 +149,10 @@ class PerceptionService:
             for camera in self._cameras:
                 camera.adopt(estimate, left, right, stamp)
         return estimate
+
+    def _seen_past(self, points: Float64[np.ndarray, "k 3"]) -> Bool[np.ndarray, "k"]:
+        """Whether any camera sees something behind each point."""
+        return np.any([camera.sees_past(points) for camera in self._cameras], axis=0)
 
     def _follow_markers(self, camera: RopeCamera) -> None:
         """Move obstacles to where a camera sees their markers.
@@ -228,6 +237,7 @@ class PerceptionService:
             for camera in self._cameras:
                 camera.forget()
             self._nodes = None
+            self._others.forget()
         for refusal in self._scene.follow_run(task.run_started, now):
             log.warning(refusal)
 

@@ -40,6 +40,7 @@ from shared.messages import (
     scene_obstacles,
 )
 from shared.messages.parameters import held_ends
+from shared.other_ropes import other_rope_obstacles
 from shared.scenario import SIDES, Scenario
 from shared.scenario.rod_properties import rod_properties
 from shared.scenario.sections import PATH_PLANNERS
@@ -74,6 +75,7 @@ class PlannerService:
     reads = (
         topics.TASK_STATE,
         topics.SCENE_STATE,
+        topics.ROPE_OTHERS,
         topics.ARM_STATE,
         topics.ROPE_NODES,
         topics.CONTROLLER_PARAMETERS,
@@ -102,7 +104,7 @@ class PlannerService:
             whole_path.plan if own is None else ExtensionPlanner(own, scenario, self._moves).plan
         )
         self._arms = _arms_of(scenario)
-        self._planned: tuple[int, int, int] | None = None
+        self._planned: tuple[int, int, int, int] | None = None
         self._path: Path | None = None
         self._published = 0
 
@@ -125,9 +127,11 @@ class PlannerService:
         arms = inbox.latest(topics.ARM_STATE)
         if task is None or arms is None or scene is None or not task.message.goal.positions:
             return
+        others = inbox.latest(topics.ROPE_OTHERS)
         wanted = (
             task.message.goal_revision,
             scene.message.revision,
+            others.message.revision if others is not None else 0,
             task.message.replan_count,
         )
         if wanted != self._planned and poses_known(arms.message) and _at_rest(arms.message):
@@ -137,7 +141,9 @@ class PlannerService:
             if parameters is not None:
                 self._update_properties(parameters.message)
             self._planned = wanted
-            self._path = self._plan(task.message, scene.message, arms.message, nodes)
+            beside = other_rope_obstacles(others.message) if others is not None else ()
+            self._path = self._plan(task.message, scene.message, beside, arms.message, nodes)
+            self._path.others_revision = wanted[2]
             self._published = 0
         if self._path is not None and now - self._published >= SECOND:
             self._published = now
@@ -156,8 +162,15 @@ class PlannerService:
             self._held = held_ends(parameters.rod)
             self._variants = tuple(self._rod.with_properties(p) for p in unsure)
 
-    def _plan(self, task: TaskState, scene: Scene, arms: ArmStates, rope: NodeChain | None) -> Path:
-        """Message of a path from the current state to the goal."""
+    def _plan(
+        self,
+        task: TaskState,
+        scene: Scene,
+        others: tuple[Obstacle, ...],
+        arms: ArmStates,
+        rope: NodeChain | None,
+    ) -> Path:
+        """Message of a path from the current state to the goal, clear of scene and other ropes."""
         grips = self._ends(arm_pose(arms, "left"), arm_pose(arms, "right"))
         message = Path(
             stamp=arms.stamp,
@@ -166,8 +179,9 @@ class PlannerService:
             replan_count=task.replan_count,
             bending_stiffness=self._rod.properties.bending_stiffness,
         )
+        obstacles = (*scene_obstacles(scene), *others)
         try:
-            state = self._rest_state(grips, rope, scene_obstacles(scene), round(task.turns))
+            state = self._rest_state(grips, rope, obstacles, round(task.turns))
         except ValueError as error:
             message.reason = f"the rod has no shape at rest between the grips: {error}"
             return message
@@ -177,7 +191,7 @@ class PlannerService:
             grips,
             self._resampled(chain(task.goal.positions)),
             goal_grips,
-            scene_obstacles(scene),
+            obstacles,
             (task.goal.left_oriented, task.goal.right_oriented),
             round(task.goal.turns),
             task.replan_count,

@@ -36,7 +36,7 @@ from shared.messages.control_pb2 import (
     RunResult,
     XpbdParameters,
 )
-from shared.messages.rope_pb2 import NodeChain
+from shared.messages.rope_pb2 import NodeChain, OtherRope, OtherRopes, RopeLine
 from shared.messages.runs_pb2 import (
     RunCurves,
     RunFile,
@@ -106,6 +106,8 @@ __all__ = [
     "Message",
     "NodeChain",
     "Obstacle",
+    "OtherRope",
+    "OtherRopes",
     "Parameter",
     "Parameters",
     "Path",
@@ -113,6 +115,7 @@ __all__ = [
     "ProcessState",
     "RecordState",
     "RodParameters",
+    "RopeLine",
     "RunCurves",
     "RunFile",
     "RunList",

@@ -37,6 +37,10 @@ MAX_NODES = 2000
 """Largest number of nodes of a rope."""
 MAX_OBSTACLES = 256
 """Largest number of obstacles of a scene."""
+MAX_OTHER_ROPES, MAX_LINES = 32, 64
+"""Largest number of ropes beside the held one, and of lines of each."""
+MAX_DIAMETER = 1.0
+"""Largest diameter of a rope [m]."""
 MAX_MAGNITUDE = 1e6
 """Magnitude above which a component of a vector is no length, speed or angle [SI]."""
 MAX_DISTORTION_COUNT = 14
@@ -176,6 +180,21 @@ def _check_node_chain(message: messages.NodeChain) -> None:
     _check_bounded("sigma", message.sigma)
     _check_length("sigma", message.sigma, 0, count)
     _check_length("observed", message.observed, 0, count)
+
+
+def _check_other_ropes(message: messages.OtherRopes) -> None:
+    if len(message.ropes) > MAX_OTHER_ROPES:
+        raise ValueError(f"{len(message.ropes)} other ropes, more than {MAX_OTHER_ROPES}")
+    for rope in message.ropes:
+        if not 0.0 < rope.diameter <= MAX_DIAMETER:
+            raise ValueError(f"diameter = {rope.diameter:g} m is not within 0…{MAX_DIAMETER:g} m")
+        if not 0.0 <= rope.doubt <= 1.0:
+            raise ValueError(f"doubt = {rope.doubt:g} is no probability")
+        if len(rope.lines) > MAX_LINES:
+            raise ValueError(f"{len(rope.lines)} lines, more than {MAX_LINES}")
+        for line in rope.lines:
+            _count_nodes("positions", line.positions)
+            _check_places("positions", line.positions)
 
 
 def _check_arms(names: Sequence[str]) -> None:
@@ -389,6 +408,7 @@ def _check_calibration(message: CameraCalibration) -> None:
 
 _CHECKS: dict[type[Message], Callable[[Any], None]] = {
     messages.NodeChain: _check_node_chain,
+    messages.OtherRopes: _check_other_ropes,
     messages.Setpoints: _check_setpoints,
     messages.ArmStates: _check_arm_states,
     messages.ArmCommand: _check_arm_command,

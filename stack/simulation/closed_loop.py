@@ -55,6 +55,8 @@ class Score:
     the rope is shifted along itself."""
     min_clearance_mm: float | None
     """Least distance between the surfaces of rope and obstacles."""
+    min_distractor_clearance_mm: float | None
+    """Least distance between the surfaces of rope and distractors, through which it passes."""
     contact_time_s: float
     """Time during which the rope touches obstacles."""
     length_error_mm: float
@@ -277,6 +279,7 @@ def _score(
         max_node_error_mm=_mm(largest),
         final_shape_error_mm=_mm(scorer.final_shape_error),
         min_clearance_mm=_mm(scorer.min_clearance),
+        min_distractor_clearance_mm=_mm(scorer.min_distractor_clearance),
         contact_time_s=round(scorer.contact_time, 3),
         length_error_mm=round(1e3 * scorer.length_error, 4),
         sim_s=round(seconds, 3),

@@ -9,6 +9,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import chain_clearance, signed_distance
+from services.sim.distractors import MovingTubes
 from services.sim.marked_obstacles import MarkedObstacles
 from shared import topics
 from shared.messages import IDLE, chain, scene_obstacles
@@ -23,6 +24,8 @@ FINAL_ERROR_WINDOW = SECOND // 5
 """Time before the end of a run over which the final error is averaged [ns]."""
 CURVE_POINTS = 1000
 """Points of the true rope's curve to which distances of the goal are measured."""
+DENSE_POINTS = 250
+"""Points of rope and distractor whose distances are measured: 2 mm apart on half a metre."""
 CONTACT_DISTANCE = 0.0
 """Distance of the surfaces of rope and obstacle at and below which they touch [m]."""
 
@@ -42,6 +45,8 @@ class Scorer:
     """Stamp of the newest true rope [ns]."""
     min_clearance: float = np.inf
     """Least distance between the surfaces of rope and obstacles [m]."""
+    min_distractor_clearance: float = np.inf
+    """Least distance between the surfaces of rope and distractors [m]."""
     contact_time: float = 0.0
     """Time in contact [s]."""
     length_error: float = 0.0
@@ -63,6 +68,7 @@ class Scorer:
         self._marked = MarkedObstacles(self.scenario)
         self._believed = self.scenario.bodies
         self._update_obstacles()
+        self._distractors = MovingTubes(self.scenario.distractors)
         self._radius = self.scenario.plant_rope.diameter / 2.0
         self._goal: Float64[np.ndarray, "n 3"] | None = None
         self._nodes: Float64[np.ndarray, "n 3"] | None = None
@@ -131,10 +137,21 @@ class Scorer:
             self.errors.append((stamp, float(np.mean(distances)), float(np.max(distances))))
         deviation = abs(polylines.length(nodes) - self.scenario.plant_rope.length)
         self.length_error = max(self.length_error, deviation)
+        self._take_distractors(stamp, nodes)
         nearest = self._clearance(nodes)
         self.min_clearance = min(self.min_clearance, nearest)
         if nearest <= CONTACT_DISTANCE:
             self.contact_time += (stamp - since) / SECOND
+
+    def _take_distractors(self, stamp: int, nodes: Float64[np.ndarray, "n 3"]) -> None:
+        tubes = self._distractors.at((stamp - self.started) / SECOND)
+        rope = polylines.resample(nodes, DENSE_POINTS) if tubes else nodes
+        for tube in tubes:
+            gap = np.min(
+                polylines.point_distances(rope, polylines.resample(tube.nodes, DENSE_POINTS))
+            )
+            clearance = float(gap) - tube.radius - self._radius
+            self.min_distractor_clearance = min(self.min_distractor_clearance, clearance)
 
     def _clearance(self, nodes: Float64[np.ndarray, "n 3"]) -> float:
         """Least distance between surfaces if it can change the score, else infinite [m]."""

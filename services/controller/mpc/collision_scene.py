@@ -32,6 +32,7 @@ class CollisionScene:
         """
         self._scenario = scenario
         self._goal_clearances: tuple[tuple[int, int], float, float] = (-1, -1), np.inf, np.inf
+        self._others: tuple[Obstacle, ...] = ()
         self.update(scenario.bodies, 0)
 
     def update(self, obstacles: tuple[Obstacle, ...], revision: int) -> None:
@@ -41,8 +42,24 @@ class CollisionScene:
             obstacles: All obstacles.
             revision: Revision of the scene.
         """
-        self.obstacles, self.revision = obstacles, revision
-        self.avoided = tuple(o for o in obstacles if not o.support)
+        self._scene, self.revision = obstacles, revision
+        self._join()
+
+    def update_others(self, others: tuple[Obstacle, ...]) -> None:
+        """Replace the other ropes.
+
+        They are avoided as obstacles are; a goal beside one does not lower the clearance from it.
+
+        Args:
+            others: Capsules around the ropes beside the held one.
+        """
+        self._others = others
+        self._join()
+
+    def _join(self) -> None:
+        self.obstacles = (*self._scene, *self._others)
+        """All obstacles: those of the scene, and other ropes."""
+        self.avoided = tuple(o for o in self.obstacles if not o.support)
         """Obstacles that the rope must not touch."""
 
     @property
@@ -91,8 +108,9 @@ class CollisionScene:
         key = (task.goal_revision, self.revision)
         if self._goal_clearances[0] != key:
             scenario, nodes = self._scenario, task.goal.nodes
-            own = geometry.chain_clearance(nodes, scenario.rope.diameter / 2.0, self.avoided)
+            avoided = [o for o in self._scene if not o.support]
+            own = geometry.chain_clearance(nodes, scenario.rope.diameter / 2.0, avoided)
             bodies = gripper_points(task.goal.left, task.goal.right, scenario.limits.gripper_reach)
-            distances = [float(np.min(signed_distance(bodies, o))) for o in self.obstacles]
+            distances = [float(np.min(signed_distance(bodies, o))) for o in self._scene]
             self._goal_clearances = key, own, min(distances, default=np.inf)
         return self._goal_clearances[1:]

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from lariat.geometry import polylines
 from shared import topics
 from shared.messages import (
     NodeChain,
@@ -220,3 +221,28 @@ def test_a_missing_calibration_is_reported_after_two_seconds() -> None:
         "no calibration of camera 'overhead'"
         in uncalibrated.has_subscribers[topics.ROPE_NODES.key][-1].lost
     )
+
+
+def test_another_rope_is_published_where_it_is_and_only_where_there_is_one() -> None:
+    points = [[0.05, -0.15, 0.26], [0.05, 0.15, 0.28]]
+    alone = Cell(scenario())
+    beside = Cell(scenario(f"\n[[distractors]]\npoints = {points}\n"))
+    for cell in (alone, beside):
+        cell.run(0.5)
+    silent = alone.has_subscribers[topics.ROPE_OTHERS.key]
+    assert len(silent) <= 2
+    assert not any(message.ropes for message in silent)
+    newest = beside.has_subscribers[topics.ROPE_OTHERS.key][-1]
+    (rope,) = newest.ropes
+    assert rope.diameter == 0.008
+    found = np.concatenate([chain(line.positions) for line in rope.lines])
+    axis = polylines.resample(np.array(points), 200)
+    gaps = polylines.point_distances(axis, found)
+    assert np.max(np.min(gaps, axis=0)) < 0.006
+    assert np.mean(np.min(gaps, axis=1) < 0.01) > 0.8
+    errors = [
+        np.linalg.norm(chain(m.positions) - beside.truth()[stamp], axis=1).mean()
+        for stamp, m in beside.chains(topics.ROPE_NODES).items()
+        if not m.lost
+    ]
+    assert np.mean(errors) < 1e-3

@@ -12,6 +12,7 @@ from jaxtyping import Float64
 from shared import topics
 from shared.messages import RUNNING, Goal, NodeChain, TaskState
 from shared.scenario import load
+from shared.scenario.distractors import Distractor
 from shared.scenario.sections import Obstacle
 from shared.service import SECOND
 from stack.simulation.scoring import Scorer
@@ -31,9 +32,14 @@ def arc(count: int, lift: float = 0.0) -> Float64[np.ndarray, "n 3"]:
     return np.stack([0.1 * np.sin(angle), 0.0 * angle, 0.6 + lift - 0.1 * np.cos(angle)], axis=1)
 
 
-def scored(*chains: np.ndarray, obstacle: Obstacle, goal: np.ndarray = LINE) -> Scorer:
+def scored(
+    *chains: np.ndarray,
+    obstacle: Obstacle,
+    goal: np.ndarray = LINE,
+    distractors: tuple[Distractor, ...] = (),
+) -> Scorer:
     """Score of a run in which the true rope is seen once in 0.1 s."""
-    scorer = Scorer(replace(SCENARIO, obstacles=(obstacle,)))
+    scorer = Scorer(replace(SCENARIO, obstacles=(obstacle,), distractors=distractors))
 
     def hear(topic: topics.Topic, message: NodeChain | TaskState) -> None:
         scorer(Delivery(topic, message.SerializeToString(), "sim", 0, message.stamp))
@@ -59,6 +65,18 @@ def test_clearance_and_contact_are_those_of_segments() -> None:
     touching = scored(LINE, LINE + np.array([0.0, 0.008, 0.0]), LINE, obstacle=pin)
     assert touching.min_clearance == pytest.approx(0.002 - RADIUS, abs=1e-6)
     assert touching.contact_time == pytest.approx(0.1)
+
+
+def test_clearance_from_distractors_follows_their_motion() -> None:
+    passing = Distractor(
+        points=((0.0, -0.2, 0.32), (0.0, 0.2, 0.32)),
+        diameter=0.01,
+        times=(0.0, 0.2),
+        shifts=((0.0, 0.0, 0.0), (0.0, 0.0, -0.005)),
+    )
+    scorer = scored(LINE, LINE, obstacle=FAR, distractors=(passing,))
+    assert scorer.min_distractor_clearance == pytest.approx(0.015 - 0.005 - RADIUS, abs=2e-4)
+    assert scorer.contact_time == 0.0
 
 
 @pytest.mark.parametrize("count", [88, 100, 160])

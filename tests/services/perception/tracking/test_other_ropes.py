@@ -1,75 +1,115 @@
-"""The held rope is followed beside others of its colour, and those are told apart."""
+"""Ropes beside the held one keep their numbers while they cross, are hidden, and move."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from jaxtyping import Float64
+from jaxtyping import Bool, Float64
 
 from lariat.geometry import polylines
-from lariat.geometry.obstacles import TABLE
-from lariat.rod import RodProperties
-from services.perception.centerline.estimate import CenterlineEstimate
-from services.perception.centerline.estimator import CenterlineEstimator
-from services.perception.tracking.centerline_tracker import CenterlineTracker
-from services.sim.camera.rgbd_camera import RGB, RgbdCamera, Tube
-from tests.services.perception.scenes import CAMERA, ROPE, curve, grips
+from services.perception.tracking.other_ropes import OtherRopes
 
-WHITE: RGB = (255, 255, 255)
-FRAMES = 6
+FRAME = 33_000_000
+Points = Float64[np.ndarray, "k 3"]
 
 
-def across(nodes: Float64[np.ndarray, "n 3"], heading: float, lift: float) -> Tube:
-    """Straight rope of 0.5 m that crosses the middle of another."""
-    middle = nodes[len(nodes) // 2]
-    along = nodes[len(nodes) // 2 + 1] - nodes[len(nodes) // 2 - 1]
-    yaw = np.arctan2(along[1], along[0]) + heading
-    direction = np.array([np.cos(yaw), np.sin(yaw), 0.0])
-    ends = [middle + s * 0.25 * direction + [0.0, 0.0, lift] for s in (-1.0, 1.0)]
-    return Tube(polylines.resample(np.array(ends), 40), ROPE.radius, WHITE)
+def line(x: float, y: float, yaw: float, length: float = 0.4) -> Points:
+    """Straight line at a height of 0.2 m."""
+    s = np.linspace(-0.5, 0.5, 60)[:, None] * length
+    return np.array([x, y, 0.2]) + s * np.array([np.cos(yaw), np.sin(yaw), 0.0])
 
 
-def followed(nodes: Float64[np.ndarray, "n 3"], *tubes: Tube) -> list[CenterlineEstimate]:
-    """Estimates of a rope at rest in successive frames."""
-    estimator = CenterlineEstimator(CAMERA, ROPE)
-    tracker = CenterlineTracker(estimator, RodProperties(0.45, 0.008, 0.044, 1e6), [TABLE])
-    camera = RgbdCamera(CAMERA, seed=1)
-    found = []
-    for k in range(FRAMES):
-        frame = camera.take(nodes, ROPE.radius, [TABLE], frame=k, tubes=tubes)
-        stamp = 1_000_000_000 + k * 33_000_000
-        found.append(tracker.track(frame.color, frame.depth, *grips(nodes), stamp))
-    return found
+def nowhere(points: Points) -> Bool[np.ndarray, "k"]:
+    """Hidden: nothing is seen behind."""
+    return np.zeros(len(points), bool)
 
 
-@pytest.mark.parametrize(("heading", "lift"), [(1.2, 0.02), (1.2, -0.02), (2.0, 0.009)])
-def test_a_rope_of_the_same_colour_that_crosses_is_told_apart(heading: float, lift: float) -> None:
-    nodes = curve(3, bend=0.6)
-    other = across(nodes, heading, lift)
-    for estimate in followed(nodes, other):
-        errors = np.linalg.norm(estimate.positions - nodes, axis=1)
-        assert np.mean(estimate.observed) > 0.6
-        assert np.mean(errors[estimate.observed]) < 1e-3
-        (line,) = estimate.others
-        gaps = np.min(polylines.point_distances(line.points, other.nodes), axis=1)
-        assert np.median(gaps) < 0.012
-        assert polylines.length(polylines.resample(line.points, 20)) > 0.35
+def everywhere(points: Points) -> Bool[np.ndarray, "k"]:
+    """Nothing stands there."""
+    return np.ones(len(points), bool)
 
 
-def test_a_rope_that_lies_on_ours_in_the_image_is_followed_with_doubt_only() -> None:
-    nodes = curve(3, bend=0.6)
-    along = Tube(nodes + np.array([0.004, 0.004, 0.012]), ROPE.radius, WHITE)
-    for estimate in followed(nodes, along):
-        errors = np.linalg.norm(estimate.positions - nodes, axis=1)
-        wrong = (errors > 0.01) & (errors > 3.0 * estimate.sigma)
-        assert not np.any(wrong & estimate.observed)
+def after(*frames: list[Points], others: OtherRopes | None = None, start: int = 0) -> OtherRopes:
+    others = others or OtherRopes()
+    for number, lines in enumerate(frames):
+        others.update(lines, nowhere, (start + number) * FRAME)
+    return others
 
 
-def test_a_rope_alone_has_no_others() -> None:
-    assert not any(estimate.others for estimate in followed(curve(3, bend=0.6)))
+def test_a_rope_is_reported_from_its_third_frame_on() -> None:
+    assert [len(after(*n * [[line(0, 0, 0)]]).ropes) for n in (1, 2, 3)] == [0, 0, 1]
 
 
-def test_a_gripper_of_the_rope_s_colour_is_no_other_rope() -> None:
-    nodes = curve(3, bend=0.6)
-    hand = Tube(nodes[-1] + np.array([[0.0, 0.0, 0.0], [0.06, 0.03, 0.02]]), 0.014, WHITE)
-    assert not any(estimate.others for estimate in followed(nodes, hand))
+def test_two_ropes_that_cross_keep_their_numbers_while_one_passes() -> None:
+    others = OtherRopes()
+    for k in range(40):
+        lines = [line(0, 0, 0), line(0.015 * k - 0.3, 0, 1.5)]
+        drawn = np.concatenate(lines)
+
+        def clear(points: Points, drawn: Points = drawn) -> Bool[np.ndarray, "k"]:
+            return np.min(polylines.point_distances(points, drawn), axis=1) > 0.01
+
+        others.update(lines, clear, k * FRAME)
+    assert [rope.id for rope in others.ropes] == [1, 2]
+    assert np.ptp(others.ropes[0].points[:, 1]) < 0.01
+    assert np.ptp(others.ropes[1].points[:, 1]) > 0.3
+
+
+def test_a_rope_that_is_hidden_for_less_than_a_second_keeps_its_number_and_place() -> None:
+    others = after(*5 * [[line(0, 0, 0)]])
+    after(*27 * [[]], others=others, start=5)
+    (rope,) = others.ropes
+    assert not any(part.seen for part in rope.parts)
+    assert rope.length == pytest.approx(0.4, abs=1e-3)
+    after([line(0, 0.01, 0)], others=others, start=32)
+    (rope,) = others.ropes
+    assert rope.id == 1
+    after(*40 * [[]], others=others, start=33)
+    assert not others.ropes
+
+
+def test_a_rope_is_forgotten_at_once_where_the_camera_sees_past_it() -> None:
+    others = after(*5 * [[line(0, 0, 0)]])
+    others.update([], everywhere, 5 * FRAME)
+    assert not others.ropes
+
+
+def test_a_hidden_half_is_remembered_beside_the_half_in_view() -> None:
+    others = after(*5 * [[line(0, 0, 0)]], [line(-0.1, 0, 0, length=0.2)])
+    (rope,) = others.ropes
+    assert sorted(part.seen for part in rope.parts) == [False, True]
+    assert rope.length == pytest.approx(0.4, abs=0.03)
+
+
+def test_two_halves_that_turn_out_to_be_one_rope_go_on_by_the_older_number() -> None:
+    halves = [line(-0.12, 0, 0, length=0.16), line(0.12, 0, 0, length=0.16)]
+    others = after(*4 * [halves])
+    assert len(others.ropes) == 2
+    after([line(0, 0, 0)], others=others, start=4)
+    (rope,) = others.ropes
+    assert rope.id == 1
+    assert len(rope.parts) == 1
+
+
+def test_the_same_rope_in_two_images_counts_once() -> None:
+    others = after(*3 * [[line(0, 0, 0), line(0.01, 0.004, 0, length=0.36)]])
+    (rope,) = others.ropes
+    assert rope.length == pytest.approx(0.4, abs=1e-3)
+
+
+def test_the_revision_grows_when_a_rope_comes_moves_or_goes_and_not_by_noise() -> None:
+    random = np.random.default_rng(0)
+
+    def noisy(y: float) -> list[Points]:
+        place = line(0, y, 0)
+        return [place + 0.001 * random.normal(size=place.shape)]
+
+    others = after(*3 * [noisy(0)])
+    come = others.revision
+    assert come == 2
+    after(*10 * [noisy(0)], others=others, start=3)
+    assert others.revision == come
+    after(noisy(0.013), others=others, start=13)
+    assert others.revision == come + 1
+    others.forget()
+    assert others.revision == come + 2

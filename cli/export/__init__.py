@@ -11,7 +11,7 @@ from cli.export import foxglove_layout, rerun_file, ros2_bag, tables
 from shared.configuration import ConfigurationError
 from shared.recording import Recording
 
-Format = Literal["csv", "parquet", "ros2", "rerun", "foxglove-layout", "lerobot"]
+Format = Literal["csv", "parquet", "ros2", "rerun", "foxglove-layout", "lerobot", "video", "gif"]
 """Formats of `lariat export`."""
 OUTPUT_NAMES: dict[Format, str] = {
     "csv": "{stem}_csv",
@@ -20,8 +20,12 @@ OUTPUT_NAMES: dict[Format, str] = {
     "rerun": "{stem}.rrd",
     "foxglove-layout": "{stem}.foxglove.json",
     "lerobot": "{stem}_lerobot",
+    "video": "{stem}.mp4",
+    "gif": "{stem}.gif",
 }
 """Name of the written file or folder by the format; it lies beside the recording."""
+JOINING: tuple[Format, ...] = ("lerobot", "video")
+"""Formats that join several recordings."""
 
 
 def main(
@@ -35,26 +39,30 @@ def main(
     csv and parquet write one table for each topic with values; ros2 a rosbag2 of standard messages;
     rerun a file of Rerun's own with the arrangement of its views beside it; foxglove-layout the
     arrangement of Foxglove's and Lichtblick's panels for this recording; lerobot a data set with an
-    episode for each of several recordings.
+    episode for each of several recordings; video and gif pictures of the run, drawn from its
+    messages in real time.
 
     Examples:
       lariat export recordings/run.mcap --to csv
       lariat export recordings/run.mcap --to ros2 --output /tmp/bag
       lariat export recordings/run.mcap --to foxglove-layout
       lariat export recordings/*.mcap --to lerobot --output /tmp/dataset
+      lariat export recordings/*.mcap --to video --output /tmp/film.mp4
 
     Args:
-        files: The recording, whole or cut; several for lerobot.
+        files: The recording, whole or cut; several for lerobot and video.
         to: Format of the export.
         output: File or folder to write, which must not exist. Default: beside a single recording.
     """
-    if len(files) != 1 and to != "lerobot":
+    if len(files) != 1 and to not in JOINING:
         raise ConfigurationError(
-            f"--to {to} takes one recording and was given {len(files)}; several go into one data "
-            "set with --to lerobot"
+            f"--to {to} takes one recording and was given {len(files)}; several are joined by "
+            f"--to {' and --to '.join(JOINING)}"
         )
     if output is None and len(files) != 1:
-        raise ConfigurationError(f"{len(files)} recordings need --output FOLDER for their data set")
+        raise ConfigurationError(
+            f"{len(files)} recordings need --output PATH for what they are joined to"
+        )
     path = output or _beside(next(iter(files)), to)
     if path.exists():
         raise ConfigurationError(f"{path} exists; name another --output or remove it")
@@ -81,7 +89,7 @@ def write(recordings: tuple[Recording, ...], to: Format, path: Path) -> str:
     """Write an export.
 
     Args:
-        recordings: The recording; several for a data set.
+        recordings: The recording; several for a data set or a video.
         to: Format of the export.
         path: File or folder to write.
 
@@ -110,3 +118,12 @@ def write(recordings: tuple[Recording, ...], to: Format, path: Path) -> str:
             from cli.export.lerobot import files
 
             return files.write(recordings, path)
+        case "video" | "gif":
+            # Imported late: only these formats need OpenCV and Pillow.
+            from shared.film import film
+
+            if to == "gif":
+                duration = film.write_gif(recording, path)
+            else:
+                duration = film.write_video(recordings, path)
+            return f"{path}: {duration:.0f} s"

@@ -5,16 +5,14 @@ Bodies are painted from far to near, each as the shaded outline of its projectio
 
 from __future__ import annotations
 
-import itertools
-from functools import lru_cache
-
 import cv2
 import numpy as np
 from jaxtyping import Float64, UInt8
 
-from docs.film.recorded_run import Instant
-from lariat.geometry import Camera, Intrinsics, looking_at, poses
+from lariat.geometry import Camera, Intrinsics, looking_at
 from lariat.geometry.obstacles import Obstacle
+from shared.film.recorded_run import Instant
+from shared.film.surfaces import surface
 
 Color = tuple[int, int, int]
 """Colour: blue, green, red."""
@@ -23,6 +21,7 @@ TABLE: Color = (74, 62, 56)
 GRID: Color = (92, 79, 72)
 BODY: Color = (176, 158, 140)
 SUPPORT: Color = (120, 160, 120)
+ARM: Color = (196, 190, 184)
 ROPE: Color = (60, 160, 245)
 GRIPPER: Color = (90, 70, 215)
 GOAL: Color = (220, 70, 220)
@@ -30,8 +29,8 @@ PATH: Color = (200, 190, 90)
 SHADOW: Color = (50, 41, 37)
 LIGHT = np.array([0.35, -0.5, 0.8]) / np.linalg.norm([0.35, -0.5, 0.8])
 """Direction to the light."""
-SIDES = 28
-"""Number of points on the circle of a round body."""
+NEAREST_DEPTH = 0.05
+"""Depth below which nothing is painted [m]."""
 FINE = 4
 """Number of binary digits of a pixel coordinate behind its point."""
 
@@ -70,14 +69,15 @@ class Painter:
             gripper_radius: Radius of a gripper's body [m].
         """
         image = self._ground.copy()
-        for body in instant.obstacles:
-            self._hull(image, _on_table(_surface(body)), SHADOW)
+        for body in (*instant.obstacles, *instant.arms):
+            self._hull(image, _on_table(surface(body).points), SHADOW)
         self._line(image, _on_table(instant.nodes), SHADOW, radius)
         for way in instant.path:
             self._line(image, way, PATH, 0.001)
         parts: list[tuple[float, object]] = [
-            (self._distance(np.array(b.position)), b) for b in instant.obstacles
+            (self._distance(np.array(b.position)), b) for b in (*instant.obstacles, *instant.arms)
         ]
+        arms = set(instant.arms)
         nodes = instant.nodes
         parts += [
             (self._distance(nodes[k : k + 2].mean(0)), nodes[k : k + 2])
@@ -87,7 +87,8 @@ class Painter:
         self._line(image, instant.goal, GOAL, 0.4 * radius)
         for _, part in sorted(parts, key=lambda pair: -pair[0]):
             if isinstance(part, Obstacle):
-                self._body(image, part)
+                color = ARM if part in arms else SUPPORT if part.support else BODY
+                self._body(image, part, color)
             elif isinstance(part, tuple):
                 self._line(image, part[0], GRIPPER, gripper_radius)
             else:
@@ -108,14 +109,20 @@ class Painter:
             self._line(image, np.array([[-1.0, at, 0.0], [1.0, at, 0.0]]), GRID, 0.0008)
         return image
 
-    def _body(self, image: np.ndarray, body: Obstacle) -> None:
+    def _body(self, image: np.ndarray, body: Obstacle, color: Color) -> None:
         """Paint a body: its outline, and its faces by their light."""
-        color = SUPPORT if body.support else BODY
-        points = _surface(body)
-        self._hull(image, points, _shaded(color, 0.55))
-        for face, normal in _faces(body):
-            if normal @ (self._eye - face.mean(0)) > 0.0:
-                self._hull(image, face, _shaded(color, 0.5 + 0.5 * max(normal @ LIGHT, 0.0)))
+        faces = surface(body)
+        pixels, depth = self._camera.project(faces.points)
+        if depth.min() < NEAREST_DEPTH:
+            return
+        corners = np.round(pixels * 2**FINE).astype(np.int32)
+        self._fill(image, corners, _shaded(color, 0.55))
+        begin = 0
+        for end, normal in zip(faces.ends, faces.normals, strict=True):
+            if normal @ (self._eye - faces.points[begin:end].mean(0)) > 0.0:
+                light = 0.5 + 0.5 * max(float(normal @ LIGHT), 0.0)
+                self._fill(image, corners[begin:end], _shaded(color, light))
+            begin = end
 
     def _distance(self, point: np.ndarray) -> float:
         return float(np.linalg.norm(point - self._eye))
@@ -123,13 +130,17 @@ class Painter:
     def _pixels(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Pixels in fixed point, and depths [m]; points behind the camera are left out."""
         pixels, depth = self._camera.project(np.asarray(points, float))
-        front = depth > 0.05
+        front = depth > NEAREST_DEPTH
         return np.round(pixels[front] * 2**FINE).astype(np.int32), depth[front]
 
     def _hull(self, image: np.ndarray, points: np.ndarray, color: Color) -> None:
         pixels, _ = self._pixels(points)
         if len(pixels) >= 3:
-            cv2.fillConvexPoly(image, cv2.convexHull(pixels), color, cv2.LINE_AA, FINE)
+            self._fill(image, pixels, color)
+
+    @staticmethod
+    def _fill(image: np.ndarray, pixels: np.ndarray, color: Color) -> None:
+        cv2.fillConvexPoly(image, cv2.convexHull(pixels), color, cv2.LINE_AA, FINE)
 
     def _line(self, image: np.ndarray, points: np.ndarray, color: Color, radius: float) -> None:
         pixels, depth = self._pixels(points)
@@ -147,52 +158,3 @@ def _shaded(color: Color, light: float) -> Color:
 def _on_table(points: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "n 3"]:
     """Shadows of points on the table."""
     return points - points[:, 2:] / LIGHT[2] * LIGHT
-
-
-@lru_cache(maxsize=256)
-def _surface(body: Obstacle) -> Float64[np.ndarray, "n 3"]:
-    """Points whose convex hull is the body."""
-    return np.concatenate([face for face, _ in _faces(body)])
-
-
-@lru_cache(maxsize=256)
-def _faces(body: Obstacle) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Faces of a body and their outward normals."""
-    angles = np.linspace(0.0, 2.0 * np.pi, SIDES, endpoint=False)
-    around = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(SIDES)])
-    local: list[tuple[np.ndarray, np.ndarray]] = []
-    if body.shape == "box":
-        signs = np.array([[a, b] for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))], float)
-        for axis in range(3):
-            for sign in (-1.0, 1.0):
-                corners = np.insert(signs, axis, sign, axis=1) * np.array(body.size) / 2.0
-                local.append((corners, sign * np.eye(3)[axis]))
-    else:
-        half = 0.0 if body.shape == "sphere" else body.height / 2.0
-        rounded = body.shape != "cylinder"
-        latitudes = np.linspace(-np.pi / 2.0, np.pi / 2.0, 10) if rounded else np.zeros(2)
-        rings = [
-            np.cos(a) * body.radius * around
-            + np.array(
-                [0.0, 0.0, np.sin(a) * body.radius + (half if k >= len(latitudes) // 2 else -half)]
-            )
-            for k, a in enumerate(latitudes)
-        ]
-        for low, high in itertools.pairwise(rings):
-            for k in range(SIDES):
-                after = (k + 1) % SIDES
-                face = np.array([low[k], low[after], high[after], high[k]])
-                normal = face.mean(0) - np.array(
-                    [0.0, 0.0, np.clip(face[:, 2].mean(), -half, half)]
-                )
-                local.append((face, normal / max(np.linalg.norm(normal), 1e-9)))
-        if not rounded:
-            local += [
-                (rings[-1], np.array([0.0, 0.0, 1.0])),
-                (rings[0], np.array([0.0, 0.0, -1.0])),
-            ]
-    turn = np.array(body.orientation)
-    return [
-        (poses.rotate(turn, face) + np.array(body.position), poses.rotate(turn, normal))
-        for face, normal in local
-    ]

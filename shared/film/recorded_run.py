@@ -7,16 +7,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Float64, UInt8
 
-from lariat.geometry import polylines
+from lariat.geometry import polylines, poses
 from lariat.geometry.obstacles import Obstacle
 from shared import topics
-from shared.messages import IDLE, chain, scene_obstacles
+from shared.film.arm_bodies import arm_bodies
+from shared.messages import IDLE, chain, scene_obstacles, stamp_of
 from shared.recording import Recording
-from shared.scenario import SIDES, Scenario
+from shared.scenario import SIDES, Scenario, Side
 from shared.service import SECOND
+
+STEM_RADIUS = 0.008
+"""Radius of what joins an arm to its gripper [m]."""
 
 
 @dataclass(frozen=True)
@@ -33,45 +38,51 @@ class Instant:
     """Planned positions of both grips [m]."""
     obstacles: tuple[Obstacle, ...]
     """Obstacles."""
+    arms: tuple[Obstacle, ...]
+    """Bodies of the arms."""
     error: float
     """Mean node distance of rope and goal [m]."""
+    view: UInt8[np.ndarray, "h w 3"] | None = None
+    """Image of the first camera, blue first; None where none was recorded."""
 
 
 class RecordedRun:
     """Run of a recording, from its start to the recording's end."""
 
-    def __init__(self, file: Path) -> None:
+    def __init__(self, recording: Recording) -> None:
         """Read the recording.
 
         Args:
-            file: Recording.
+            recording: Recording.
 
         Raises:
             ValueError: It cannot be read, or holds no run.
         """
-        recording = Recording.open(file)
         with tempfile.TemporaryDirectory() as folder:
             self.scenario: Scenario = recording.scenario(Path(folder))
-        """Scenario that ran."""
-        nodes = topics.ROPE_TRUTH, topics.ROPE_NODES
+            """Scenario that ran."""
+            self._arms = {side: arm_bodies(self.scenario, side) for side in SIDES}
+        self._camera = topics.CAMERA_COLOR.at(self.scenario.camera_setups[0].name).key
         kept = (
-            *nodes,
-            topics.TASK_STATE,
-            topics.ARM_STATE,
-            topics.SCENE_STATE,
-            topics.CONTROLLER_PATH,
+            topics.ROPE_TRUTH.key,
+            topics.ROPE_NODES.key,
+            topics.TASK_STATE.key,
+            topics.ARM_STATE.key,
+            topics.SCENE_STATE.key,
+            topics.CONTROLLER_PATH.key,
+            self._camera,
         )
         self._series: dict[str, tuple[list[float], list[Any]]] = {}
         begin = 0
-        for entry in recording.messages({topic.key for topic in kept}):
+        for entry in recording.messages(kept):
             message = entry.parse()
             if entry.key == topics.TASK_STATE.key and message.state != IDLE and not begin:
                 begin = message.run_started or message.stamp
             stamps, values = self._series.setdefault(entry.key, ([], []))
-            stamps.append(message.stamp / SECOND)
+            stamps.append(stamp_of(message) / SECOND)
             values.append(message)
         if not begin:
-            raise ValueError(f"{file} holds no run")
+            raise ValueError(f"{recording.path} holds no run")
         self._begin = begin / SECOND
         truth = topics.ROPE_TRUTH.key
         self._rope = truth if truth in self._series else topics.ROPE_NODES.key
@@ -95,33 +106,63 @@ class RecordedRun:
         ways = [chain(p) for p in (path.left_positions, path.right_positions)] if path else []
         scene = self._latest(topics.SCENE_STATE.key, now)
         obstacles = scene_obstacles(scene) if scene else self.scenario.bodies
+        grips = self._grippers(nodes, now)
         distance = polylines.resample_smooth(nodes, len(goal)) - goal
         return Instant(
             nodes,
-            self._grippers(nodes, now),
+            tuple(grips.values()),
             goal,
             np.array(ways).reshape(2, -1, 3) if ways else np.zeros((2, 0, 3)),
             tuple(o for o in obstacles if o.shape != "half_space"),
+            self._arm_bodies(grips, now),
             float(np.linalg.norm(distance, axis=1).mean()),
+            self._view(now),
         )
 
     def _grippers(
         self, nodes: Float64[np.ndarray, "n 3"], now: float
-    ) -> tuple[Float64[np.ndarray, "2 3"], ...]:
+    ) -> dict[Side, Float64[np.ndarray, "2 3"]]:
         """Axes of the grippers' bodies: from each end of the rope along its tangent, outwards."""
         reach = self.scenario.limits.gripper_height
         states = self._latest(topics.ARM_STATE.key, now)
         held = {arm.arm for arm in states.arms}
-        axes = []
+        axes: dict[Side, np.ndarray] = {}
         for side, end, inner in ((SIDES[0], 0, 1), (SIDES[1], -1, -2)):
             if side in held:
                 outwards = nodes[end] - nodes[inner]
                 outwards = outwards / np.linalg.norm(outwards)
-                axes.append(np.array([nodes[end], nodes[end] + reach * outwards]))
-        return tuple(axes)
+                axes[side] = np.array([nodes[end], nodes[end] + reach * outwards])
+        return axes
+
+    def _arm_bodies(
+        self, grips: dict[Side, Float64[np.ndarray, "2 3"]], now: float
+    ) -> tuple[Obstacle, ...]:
+        """Bodies of the arms, and of what joins the last one to its gripper."""
+        joints = {a.arm: np.array(a.joints) for a in self._latest(topics.ARM_STATE.key, now).arms}
+        bodies: list[Obstacle] = []
+        for side, arm in self._arms.items():
+            links = arm.at(joints[side]) if arm is not None and side in joints else ()
+            bodies += links
+            if links and side in grips:
+                bodies.append(_stem(np.array(links[-1].position), grips[side][1]))
+        return tuple(bodies)
+
+    def _view(self, now: float) -> UInt8[np.ndarray, "h w 3"] | None:
+        message = self._latest(self._camera, now)
+        if message is None:
+            return None
+        return cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_COLOR)
 
     def _latest(self, key: str, now: float) -> Any:
         if key not in self._series:
             return None
         stamps, values = self._series[key]
         return values[max(int(np.searchsorted(stamps, now, side="right")) - 1, 0)]
+
+
+def _stem(begin: Float64[np.ndarray, "3"], end: Float64[np.ndarray, "3"]) -> Obstacle:
+    """Capsule between two points."""
+    length = float(np.linalg.norm(end - begin))
+    turn = poses.rotation_between(np.array([0.0, 0.0, 1.0]), (end - begin) / max(length, 1e-9))
+    (x, y, z), (w, i, j, k) = (0.5 * (begin + end)).tolist(), turn.tolist()
+    return Obstacle("capsule", (x, y, z), (w, i, j, k), radius=STEM_RADIUS, height=length)

@@ -1,1 +1,0 @@
-"""Film of recorded runs: a video and GIFs."""

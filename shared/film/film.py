@@ -1,0 +1,217 @@
+"""Video and GIF of recorded runs: pictures of each run in real time, below its title."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from jaxtyping import UInt8
+from PIL import Image
+
+from shared.film.picture import Painter
+from shared.film.recorded_run import RecordedRun
+from shared.recording import Recording
+
+Picture = UInt8[np.ndarray, "h w 3"]
+"""Picture, blue first."""
+
+
+@dataclass(frozen=True)
+class FilmSettings:
+    """Size and duration of a film."""
+
+    size: tuple[int, int] = (1280, 720)
+    """Columns and rows [pixels]."""
+    rate: int = 25
+    """Pictures a second [Hz]."""
+    title_time: float = 2.5
+    """Time that a run stands still at its start [s]."""
+    rest_time: float = 2.5
+    """Time that a run stands still at its end [s]."""
+
+
+VIDEO = FilmSettings()
+"""Settings of a video."""
+GIF = FilmSettings(size=(480, 288), rate=12, title_time=1.0)
+"""Settings of a GIF."""
+CODEC = "vp09"
+"""Codec of a video in an MP4 file: VP9, which browsers play."""
+GIF_COLORS = 64
+"""Number of colours of a GIF."""
+VIEW_ANGLE = -1.05
+"""Angle of the camera about the vertical, from the x axis [rad]."""
+ARM_VIEW_FACTOR = 1.3
+"""Factor of the camera's distance with which more of the arms is seen [-]."""
+INSET_WIDTH = 0.24
+"""Width of the camera's image in that of the picture [-]."""
+TEXT_COLOR = (235, 235, 235)
+"""Colour of text: blue, green, red."""
+FONT = "sans"
+"""Font of OpenCV."""
+
+
+def write_video(
+    recordings: Sequence[Recording], file: Path, settings: FilmSettings = VIDEO
+) -> float:
+    """Write a video of recorded runs, one after the other.
+
+    Args:
+        recordings: Recordings.
+        file: Video, *.mp4.
+        settings: Size and duration.
+
+    Returns:
+        Duration of the video [s].
+
+    Raises:
+        ValueError: A recording cannot be read or holds no run; the file cannot be written.
+    """
+    pictures = (p for r in recordings for p in run_pictures(RecordedRun(r), settings))
+    return encode_video(pictures, file, settings)
+
+
+def encode_video(pictures: Iterable[Picture], file: Path, settings: FilmSettings = VIDEO) -> float:
+    """Write pictures as a video and return its duration [s].
+
+    Args:
+        pictures: Pictures of the settings' size.
+        file: Video, *.mp4.
+        settings: Size and rate.
+
+    Raises:
+        ValueError: The file cannot be written.
+    """
+    if file.suffix != ".mp4":
+        raise ValueError(f"a video is named *.mp4, got {file}")
+    code = cv2.VideoWriter.fourcc(*CODEC)
+    video = cv2.VideoWriter(str(file), cv2.CAP_FFMPEG, code, settings.rate, settings.size)
+    if not video.isOpened():
+        raise ValueError(f"{file} cannot be written; is its folder there, and writable?")
+    count = 0
+    for picture in pictures:
+        video.write(picture)
+        count += 1
+    video.release()
+    return count / settings.rate
+
+
+def write_gif(recording: Recording, file: Path, settings: FilmSettings = GIF) -> float:
+    """Write a GIF of a recorded run.
+
+    Args:
+        recording: Recording.
+        file: GIF.
+        settings: Size and duration.
+
+    Returns:
+        Duration of the GIF [s].
+
+    Raises:
+        ValueError: The recording cannot be read or holds no run.
+    """
+    return encode_gif(run_pictures(RecordedRun(recording), settings), file, settings)
+
+
+def encode_gif(pictures: Iterable[Picture], file: Path, settings: FilmSettings = GIF) -> float:
+    """Write pictures as a GIF and return its duration [s].
+
+    Args:
+        pictures: Pictures.
+        file: GIF.
+        settings: Rate.
+    """
+    # One palette for all pictures, so that only what moves is stored.
+    images = [Image.fromarray(p[..., ::-1]) for p in pictures]
+    palette = images[len(images) // 2].quantize(GIF_COLORS)
+    first, *others = [i.quantize(palette=palette, dither=Image.Dither.NONE) for i in images]
+    duration = 1000 // settings.rate
+    first.save(file, save_all=True, append_images=others, duration=duration, loop=0)
+    return len(images) / settings.rate
+
+
+def run_pictures(run: RecordedRun, settings: FilmSettings = VIDEO) -> Iterator[Picture]:
+    """Yield the pictures of a run.
+
+    Args:
+        run: Run.
+        settings: Size and duration.
+    """
+    rope, limits = run.scenario.rope, run.scenario.limits
+    whole = np.concatenate([run.at(0.0).nodes, run.at(run.duration).nodes, run.at(0.0).goal])
+    low, high = whole.min(0), whole.max(0)
+    middle = (low + high) / 2.0 - np.array([0.0, 0.0, 0.05])
+    distance = 0.7 + 1.2 * float(np.linalg.norm(high - low))
+    if run.at(0.0).arms:
+        distance *= ARM_VIEW_FACTOR
+    away = np.array([0.75 * np.cos(VIEW_ANGLE), 0.75 * np.sin(VIEW_ANGLE), 0.6])
+    painter = Painter(settings.size, tuple(middle + distance * away), tuple(middle))
+    title = run.scenario.description or run.scenario.name
+    total = settings.title_time + run.duration + settings.rest_time
+    for k in range(round(total * settings.rate)):
+        time = k / settings.rate - settings.title_time
+        instant = run.at(min(max(time, 0.0), run.duration))
+        picture = painter.paint(instant, rope.diameter / 2.0, limits.gripper_radius)
+        if instant.view is not None:
+            _inset(picture, instant.view)
+        _caption(picture, title, max(time, 0.0), 1e3 * instant.error)
+        yield picture
+
+
+def title_card(
+    title: str, lines: Sequence[str], duration: float, settings: FilmSettings = VIDEO
+) -> Iterator[Picture]:
+    """Yield the pictures of a title.
+
+    Args:
+        title: Title.
+        lines: Lines below it.
+        duration: Time that it is shown [s].
+        settings: Size and rate.
+    """
+    width, height = settings.size
+    picture = np.full((height, width, 3), (40, 33, 30), np.uint8)
+    left, top = width // 10, 2 * height // 5
+    write_text(picture, title, (left, top), height // 10, bold=True)
+    for k, line in enumerate(lines):
+        write_text(picture, line, (left, top + height // 8 + k * height // 16), height // 26)
+    for _ in range(round(duration * settings.rate)):
+        yield picture
+
+
+def write_text(
+    picture: Picture, text: str, place: tuple[int, int], size: int, bold: bool = False
+) -> None:
+    """Write a line of text into a picture.
+
+    Args:
+        picture: Picture.
+        text: Line.
+        place: Column and row of its lower left corner [pixels].
+        size: Height of a line [pixels].
+        bold: Whether it is bold.
+    """
+    weight = 700 if bold else 400
+    cv2.putText(picture, text, place, TEXT_COLOR, cv2.FontFace(FONT), size, weight)
+
+
+def _inset(picture: Picture, view: Picture) -> None:
+    """Put the camera's image into the upper right corner."""
+    width = round(INSET_WIDTH * picture.shape[1])
+    height = round(width * view.shape[0] / view.shape[1])
+    margin = width // 16
+    small = cv2.resize(view, (width, height), interpolation=cv2.INTER_AREA)
+    picture[margin : margin + height, -margin - width : -margin] = small
+
+
+def _caption(picture: Picture, title: str, time: float, error: float) -> None:
+    """Write the title above, and time and error below."""
+    height, width = picture.shape[:2]
+    size = max(height // 30, 13)
+    for k, line in enumerate(textwrap.wrap(title, round(1.3 * width / size))):
+        write_text(picture, line, (size, round((2.0 + 1.3 * k) * size)), size)
+    text = f"{time:4.1f} s     distance to the goal {error:.1f} mm"
+    write_text(picture, text, (size, height - size), size)

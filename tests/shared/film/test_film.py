@@ -1,0 +1,129 @@
+"""Film of recorded runs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from PIL import Image
+
+from lariat.geometry import poses
+from lariat.geometry.obstacles import Obstacle
+from shared.film import film
+from shared.film.film import FilmSettings
+from shared.film.picture import ARM, GOAL, ROPE, Painter
+from shared.film.recorded_run import Instant, RecordedRun
+from shared.recording import Recording
+
+RECORDING = Path(__file__).parents[2] / "replay" / "three-cylinders.mcap"
+SIZE = (160, 96)
+
+
+def instant(*obstacles: Obstacle) -> Instant:
+    rope = np.zeros((9, 3))
+    rope[:, 0], rope[:, 2] = np.linspace(-0.2, 0.2, 9), 0.1
+    goal = rope + np.array([0.0, 0.0, 0.2])
+    return Instant(rope, (), goal, np.zeros((2, 0, 3)), obstacles, (), 0.2)
+
+
+def pixels_near(image: np.ndarray, color: tuple[int, int, int]) -> int:
+    return int(np.sum(np.abs(image.astype(int) - color).max(axis=2) < 40))
+
+
+def test_a_recorded_run_comes_to_its_goal():
+    run = RecordedRun(Recording.open(RECORDING))
+    first, last = run.at(0.0), run.at(run.duration)
+    assert first.error > 0.1
+    assert last.error < 0.002
+    assert len(last.grips) == 2
+    assert last.path.shape[1] > 10
+    between = run.at(run.duration / 2.0)
+    assert last.error < between.error < first.error
+    assert np.array_equal(run.at(run.duration + 5.0).nodes, last.nodes)
+
+
+def test_an_arm_reaches_to_the_end_that_it_holds():
+    run = RecordedRun(Recording.open(RECORDING.with_name("rope.mcap")))
+    for time in (0.0, run.duration):
+        now = run.at(time)
+        assert len(now.arms) > 6
+        # The last body joins the arm's flange to its gripper.
+        stem = now.arms[-1]
+        tip = np.array(stem.position) - poses.rotate(
+            np.array(stem.orientation), np.array([0.0, 0.0, -stem.height / 2.0])
+        )
+        assert tip == pytest.approx(now.grips[-1][1], abs=1e-9)
+        assert stem.height < 0.25
+    assert run.at(0.0).arms != run.at(run.duration).arms
+    assert run.at(0.0).view is not None
+
+
+def test_an_arm_is_painted_before_what_it_hides():
+    painter = Painter(SIZE, (0.0, -1.0, 0.3), (0.0, 0.0, 0.15))
+    link = Obstacle("capsule", (0.0, -0.2, 0.1), radius=0.1, height=0.2)
+    image = painter.paint(replace(instant(), arms=(link,)), 0.01, 0.012)
+    assert pixels_near(image, ARM) > 50
+    free = painter.paint(instant(), 0.01, 0.012)
+    assert pixels_near(image, ROPE) < 0.8 * pixels_near(free, ROPE)
+
+
+def test_a_body_hides_what_is_behind_it():
+    painter = Painter(SIZE, (0.0, -1.0, 0.3), (0.0, 0.0, 0.15))
+    wall = Obstacle("box", (0.0, -0.2, 0.1), size=(1.0, 0.02, 0.2))
+    behind = Obstacle("box", (0.0, 0.2, 0.1), size=(1.0, 0.02, 0.2))
+    free = pixels_near(painter.paint(instant(), 0.01, 0.012), ROPE)
+    assert free > 50
+    assert pixels_near(painter.paint(instant(behind), 0.01, 0.012), ROPE) > 0.8 * free
+    assert pixels_near(painter.paint(instant(wall), 0.01, 0.012), ROPE) == 0
+    assert pixels_near(painter.paint(instant(wall), 0.01, 0.012), GOAL) > 20
+
+
+@pytest.mark.parametrize("shape", ["box", "cylinder", "sphere", "capsule"])
+def test_a_body_is_as_large_as_its_projection(shape):
+    body = Obstacle(shape, (0.0, 0.0, 0.1), radius=0.05, height=0.1, size=(0.1, 0.1, 0.1))
+    painter = Painter(SIZE, (0.0, -1.0, 0.1), (0.0, 0.0, 0.1), view=0.5)
+    away = instant(Obstacle("sphere", (9.0, 9.0, 0.1), radius=0.01))
+    here = Instant(away.nodes + 5.0, (), away.goal + 5.0, away.path, (body,), (), 0.0)
+    empty = Instant(here.nodes, (), here.goal, here.path, away.obstacles, (), 0.0)
+    changed = np.abs(painter.paint(here, 1e-3, 0.01).astype(int) - painter.paint(empty, 1e-3, 0.01))
+    columns = np.flatnonzero(changed[SIZE[1] // 2].max(axis=1) > 8)
+    wide = SIZE[0] / (2.0 * np.tan(0.25)) * 0.1
+    assert np.ptp(columns) + 1 == pytest.approx(wide, abs=5.0)
+
+
+def test_video_shows_runs_one_after_the_other(tmp_path: Path):
+    recording, file = Recording.open(RECORDING), tmp_path / "film.mp4"
+    settings = FilmSettings(size=SIZE, rate=5, title_time=0.4, rest_time=0.2)
+    written = film.write_video((recording, recording), file, settings)
+    duration = 2.0 * (0.6 + RecordedRun(recording).duration)
+    assert written == pytest.approx(duration, abs=0.3)
+    capture = cv2.VideoCapture(str(file))
+    images = [capture.read()[1] for _ in range(round(written * 5))]
+    assert not capture.read()[0]
+    assert images[0].shape == (SIZE[1], SIZE[0], 3)
+    # The second run begins as the first one did.
+    assert np.abs(images[len(images) // 2].astype(int) - images[0]).mean() < 4.0
+    assert np.abs(images[len(images) // 2 - 1].astype(int) - images[0]).mean() > 4.0
+
+
+def test_a_video_of_another_suffix_is_refused_by_name(tmp_path: Path):
+    with pytest.raises(ValueError, match=r"\*\.mp4, got .*film\.avi"):
+        film.write_video((Recording.open(RECORDING),), tmp_path / "film.avi")
+
+
+def test_gif_lasts_as_long_as_its_run(tmp_path: Path):
+    recording, file = Recording.open(RECORDING), tmp_path / "run.gif"
+    settings = FilmSettings(size=SIZE, rate=4, title_time=0.5, rest_time=0.5)
+    film.write_gif(recording, file, settings)
+    with Image.open(file) as picture:
+        shown = sum(_durations(picture)) / 1000.0
+    assert shown == pytest.approx(1.0 + RecordedRun(recording).duration, abs=0.3)
+
+
+def _durations(picture: Image.Image):
+    for k in range(getattr(picture, "n_frames", 1)):
+        picture.seek(k)
+        yield picture.info["duration"]

@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from services.recorder.runs.run_folder import MAX_NOTE_LENGTH
 from shared import topics
 from shared.configuration import ConfigurationError
 from shared.messages import RunState
@@ -24,6 +25,7 @@ from shared.service import SECOND
 from stack import preflight
 from stack.scenario_overrides import load_with
 from stack.simulation.closed_loop import RunOutcome, Watch, as_json, run
+from stack.simulation.kept_run import KeptRun
 from stack.simulation.scoring import Scorer
 from stack.simulation.simulated_time import START, SimulatedStack
 
@@ -38,6 +40,8 @@ def main(
     json: bool = False,
     stop_when_reached: bool = False,
     seed: int | None = None,
+    list_in: Path | None = None,
+    note: str = "",
     set: Annotated[
         tyro.conf.UseAppendAction[tuple[str, ...]], tyro.conf.arg(metavar="KEY=VALUE")
     ] = (),
@@ -48,6 +52,7 @@ def main(
       lariat run three-cylinders
       lariat run three-cylinders --set sensing.source=truth --json
       lariat run three-cylinders --record run.mcap --stop-when-reached
+      lariat run three-cylinders --seed 3 --list-in recordings --note "third seed"
 
     Args:
         scenario: The scenario's TOML file, or the short name of a shipped one.
@@ -55,6 +60,8 @@ def main(
         json: Answer with one JSON object on standard output.
         stop_when_reached: End as soon as the controller says that the goal is reached.
         seed: Replaces the scenario's seed.
+        list_in: Folder of recordings that lists the run, as the page shows it.
+        note: Note of the run in that list.
         set: Replaces one value of the scenario, e.g. sensing.source=truth; may be repeated.
 
     Returns:
@@ -74,11 +81,20 @@ def main(
         messages.print(f"{side} arm: emulated, in the place of the one at {address}")
     for line in doubts(loaded):
         messages.print(f"plausible only by mistake: {line}", markup=False)
-    return run_scenario(loaded, record, json, 0.0 if stop_when_reached else None)
+    if len(note) > MAX_NOTE_LENGTH:
+        raise ConfigurationError(
+            f"--note has {len(note)} characters; it takes up to {MAX_NOTE_LENGTH}"
+        )
+    kept = KeptRun(loaded, list_in, record, note) if list_in else None
+    return run_scenario(loaded, record, json, 0.0 if stop_when_reached else None, kept)
 
 
 def run_scenario(
-    scenario: Scenario, record: Path | None, json: bool, stop_after: float | None = None
+    scenario: Scenario,
+    record: Path | None,
+    json: bool,
+    stop_after: float | None = None,
+    kept: KeptRun | None = None,
 ) -> int:
     """Check and run a scenario in simulated time, and print its score.
 
@@ -87,6 +103,7 @@ def run_scenario(
         record: File of the recording; None records nothing.
         json: Whether to print one JSON object.
         stop_after: Time after the goal at which the run ends [s]; None: its time limit.
+        kept: Entry of the run in a list of runs; None lists it nowhere.
 
     Returns:
         0 when the goal was reached, 1 when not.
@@ -95,9 +112,16 @@ def run_scenario(
     with _progress(scenario, messages) as watch:
         preflight.check(scenario)
         try:
-            outcome = run(scenario, record, stop_after, watch, start=_start(record))
+            taps = (kept,) if kept else ()
+            start = _start(wall_clock=bool(record or kept))
+            outcome = run(scenario, record, stop_after, watch, taps, start=start)
         except OSError as error:
             raise ConfigurationError(f"--record {record}: {error}") from error
+    if kept:
+        try:
+            kept.keep()
+        except OSError as error:
+            raise ConfigurationError(f"--list-in: {error}") from error
     if json:
         print(jsons.dumps(as_json(outcome.score)))
     else:
@@ -107,9 +131,9 @@ def run_scenario(
     return 0 if outcome.score.reached else 1
 
 
-def _start(record: Path | None) -> int:
-    """Return the start of simulated time [ns]: that of the wall clock, where it is recorded."""
-    return time.time_ns() // SECOND * SECOND if record else START
+def _start(wall_clock: bool) -> int:
+    """Return the start of simulated time [ns]: that of the wall clock, where the run is kept."""
+    return time.time_ns() // SECOND * SECOND if wall_clock else START
 
 
 def _check_writable(record: Path) -> None:

@@ -15,6 +15,7 @@ from typing import Annotated
 import tyro
 
 from dashboard.door.secret_files import load_token
+from services.recorder.options import RecorderOptions
 from shared import bus as buses
 from shared.bus import BusOptions
 from shared.configuration import ConfigurationError
@@ -22,6 +23,7 @@ from shared.scenario import Side, find, load
 from shared.scenario.plausibility import doubts
 from stack import dependencies, services
 from stack.cell_switch.campaign.campaigns import Campaigns
+from stack.cell_switch.campaign.trial_process import TrialOptions
 from stack.cell_switch.cell_switch import CellSwitch
 from stack.cell_switch.library import ScenarioLibrary
 from stack.credentials.local_secret import local_secret
@@ -37,7 +39,9 @@ from stack.launcher.programs import (
     service_program,
 )
 
-CAMPAIGN_FOLDER = Path("recordings", "campaigns")
+RECORDINGS = RecorderOptions().folder
+"""Folder of the recorder."""
+CAMPAIGN_FOLDER = RECORDINGS / "campaigns"
 """Folder of the tables of campaigns."""
 
 
@@ -157,9 +161,12 @@ def _check_command(scenario: Path) -> list[str]:
     return [sys.executable, *module_entry.command("cli", "check", str(scenario))]
 
 
-def _trial_command(scenario: Path, seed: int, stop_when_reached: bool) -> list[str]:
-    more = ["--stop-when-reached"] * stop_when_reached
-    run = ("run", str(scenario), "--seed", str(seed), "--json", *more)
+def _trial_command(trial: TrialOptions) -> list[str]:
+    run = ["run", str(trial.scenario), "--seed", str(trial.seed), "--json"]
+    run += ["--list-in", str(RECORDINGS), f"--note={trial.note}"]
+    run += ["--stop-when-reached"] * trial.stop_when_reached
+    if trial.recording:
+        run += ["--record", str(RECORDINGS / trial.recording)]
     return list(module_entry.command("cli", *run))
 
 

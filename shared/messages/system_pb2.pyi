@@ -135,7 +135,7 @@ class StackState(_message.Message):
     def __init__(self, stamp: _Optional[int] = ..., processes: _Optional[_Iterable[_Union[ProcessState, _Mapping]]] = ..., scenario: _Optional[str] = ..., scenarios: _Optional[_Iterable[_Union[ScenarioEntry, _Mapping]]] = ..., activity: _Optional[str] = ..., last_request: _Optional[str] = ..., refusal: _Optional[str] = ...) -> None: ...
 
 class StackRequest(_message.Message):
-    __slots__ = ("id", "stamp", "action", "scenario", "settings", "content", "name", "confirmed", "variations", "first_seed", "seed_count", "stop_when_reached")
+    __slots__ = ("id", "stamp", "action", "scenario", "settings", "content", "name", "confirmed", "variations", "first_seed", "seed_count", "stop_when_reached", "record")
     class Action(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
         __slots__ = ()
         UNSPECIFIED: _ClassVar[StackRequest.Action]
@@ -162,6 +162,7 @@ class StackRequest(_message.Message):
     FIRST_SEED_FIELD_NUMBER: _ClassVar[int]
     SEED_COUNT_FIELD_NUMBER: _ClassVar[int]
     STOP_WHEN_REACHED_FIELD_NUMBER: _ClassVar[int]
+    RECORD_FIELD_NUMBER: _ClassVar[int]
     id: str
     stamp: int
     action: StackRequest.Action
@@ -174,7 +175,8 @@ class StackRequest(_message.Message):
     first_seed: int
     seed_count: int
     stop_when_reached: bool
-    def __init__(self, id: _Optional[str] = ..., stamp: _Optional[int] = ..., action: _Optional[_Union[StackRequest.Action, str]] = ..., scenario: _Optional[str] = ..., settings: _Optional[_Iterable[str]] = ..., content: _Optional[bytes] = ..., name: _Optional[str] = ..., confirmed: _Optional[_Iterable[str]] = ..., variations: _Optional[_Iterable[_Union[Variation, _Mapping]]] = ..., first_seed: _Optional[int] = ..., seed_count: _Optional[int] = ..., stop_when_reached: _Optional[bool] = ...) -> None: ...
+    record: bool
+    def __init__(self, id: _Optional[str] = ..., stamp: _Optional[int] = ..., action: _Optional[_Union[StackRequest.Action, str]] = ..., scenario: _Optional[str] = ..., settings: _Optional[_Iterable[str]] = ..., content: _Optional[bytes] = ..., name: _Optional[str] = ..., confirmed: _Optional[_Iterable[str]] = ..., variations: _Optional[_Iterable[_Union[Variation, _Mapping]]] = ..., first_seed: _Optional[int] = ..., seed_count: _Optional[int] = ..., stop_when_reached: _Optional[bool] = ..., record: _Optional[bool] = ...) -> None: ...
 
 class Variation(_message.Message):
     __slots__ = ("key", "values")

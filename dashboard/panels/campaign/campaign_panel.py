@@ -30,7 +30,7 @@ MAX_SEED_COUNT = 200
 """Largest number of seeds of a campaign [-]."""
 ABOUT = (
     "Runs the scenario headless in simulated time, once for each seed and value, one trial after "
-    "the other, while the live cell goes on."
+    "the other, while the live cell goes on. The tab Runs lists each trial."
 )
 NO_LAUNCHER = (
     "Nobody who runs campaigns answers: this stack was not started by lariat up. In a terminal, "
@@ -99,6 +99,9 @@ class CampaignPanel:
             self._variations.append(_VariationFields(key, values))
         self._stop_when_reached = gui.add_checkbox(
             "End each trial at its goal", True, hint="Otherwise it lasts until its time limit"
+        )
+        self._record = gui.add_checkbox(
+            "Record each trial", False, hint="To open it in the tab Runs: about 7 MB a second"
         )
         self._summary = gui.add_html("")
         self._start = gui.add_button(
@@ -203,6 +206,7 @@ class CampaignPanel:
             first_seed=int(self._first_seed.value),
             seed_count=int(self._seed_count.value),
             stop_when_reached=self._stop_when_reached.value,
+            record=self._record.value,
         )
 
     def _request_cancel(self) -> None:

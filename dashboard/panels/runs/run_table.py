@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from datetime import UTC, datetime
 
 from dashboard import palette
@@ -33,10 +33,26 @@ def verdict(run: RunSummary) -> str:
     return "not reached" if run.over else "goes on"
 
 
+def matching(runs: Iterable[RunSummary], words: str) -> list[RunSummary]:
+    """Return the runs whose scenario, verdict, reason, method, note or time has all of some words.
+
+    Args:
+        runs: Runs.
+        words: Words with spaces between them, in any case; none of them match every run.
+    """
+    wanted = words.lower().split()
+    return [run for run in runs if all(word in _words(run) for word in wanted)]
+
+
+def _words(run: RunSummary) -> str:
+    star = "★" * run.star
+    return f"{label(run)} {verdict(run)} {run.reason} {run.method} {run.note} {star}".lower()
+
+
 def table_html(runs: Sequence[RunSummary], selected: Collection[str]) -> str:
     """HTML table of runs, newest first; those that are selected are highlighted."""
     if not runs:
-        return "<div style='margin:.5em 1em;opacity:.8'>No run has been kept yet.</div>"
+        return "<div style='margin:.5em 1em;opacity:.8'>No run is kept that matches.</div>"
     heads = ("", "start", "scenario", "verdict", "error", "clearance", "time", "note")
     head = "".join(
         f"<th style='text-align:left;font-weight:500;opacity:.6'>{h}</th>" for h in heads

@@ -14,7 +14,7 @@ from dashboard.action_queue import ActionQueue
 from dashboard.outbox import Notification, Outbox
 from dashboard.panels.chart import add_comparison_chart, comparison_series, overlay
 from dashboard.panels.runs.opened_run import OpenedRun
-from dashboard.panels.runs.run_table import csv_text, detail_html, label, table_html
+from dashboard.panels.runs.run_table import csv_text, detail_html, label, matching, table_html
 from shared.messages import (
     RunCurves,
     RunList,
@@ -77,6 +77,10 @@ class RunsPanel:
         self._downloads: dict[str, list[viser.ClientHandle]] = {}
         self._typed: _TypedNote | None = None
         self._stamp = -1
+        self._filter = gui.add_text(
+            "Show", "", hint="Words of scenario, verdict, note (a campaign's name) or ★; empty: all"
+        )
+        self._filter.on_update(lambda _: actions.put(self._show_options))
         self._table = gui.add_html(table_html((), ()))
         self._selection = gui.add_dropdown("Run", (NO_RUN,))
         self._selection.on_update(
@@ -97,6 +101,13 @@ class RunsPanel:
         self._open.on_click(lambda _: actions.put(lambda: self._opened.open(self._selected)))
         self._compare = gui.add_button("Compare", icon=viser.Icon.CHART_LINE, disabled=True)
         self._compare.on_click(lambda _: actions.put(self._toggle_compared))
+        self._compare_shown = gui.add_button(
+            "Compare the shown ones",
+            icon=viser.Icon.CHART_DOTS,
+            disabled=True,
+            hint=f"Curves of the runs of the table, the newest {MAX_COMPARED}, and of no other",
+        )
+        self._compare_shown.on_click(lambda _: actions.put(self._compare_all_shown))
         self._star = gui.add_button("Star", icon=viser.Icon.STAR, disabled=True)
         self._star.on_click(lambda _: actions.put(self._toggle_star))
         self._note = gui.add_text("Note", "", disabled=True)
@@ -134,11 +145,8 @@ class RunsPanel:
             return
         self._runs = found
         self._ids = {label(run): run.id for run in runs.runs}
-        options = (NO_RUN, *self._ids)
-        if tuple(self._selection.options) != options:
-            self._selection.options = options
         self._compared = [id for id in self._compared if id in found]
-        self._select(self._selected if self._selected in found else "")
+        self._show_options()
         self._draw()
 
     def take_curves(self, curves: RunCurves) -> None:
@@ -157,6 +165,20 @@ class RunsPanel:
         """Take a picture of a run that was opened."""
         self._opened.take_picture(picture)
 
+    def _shown(self) -> list[RunSummary]:
+        return matching(self._runs.values(), self._filter.value)
+
+    def _show_options(self) -> None:
+        """Offer the runs that the filter shows; the selected one stays among them."""
+        shown = self._shown()
+        if (run := self._runs.get(self._selected)) and run not in shown:
+            shown.append(run)
+        options = (NO_RUN, *map(label, shown))
+        if tuple(self._selection.options) != options:
+            self._selection.options = options
+        self._compare_shown.disabled = not self._shown()
+        self._select(self._selected)
+
     def _select(self, id: str) -> None:
         run = self._runs.get(id)
         changed, self._selected = id != self._selected, id if run else ""
@@ -171,12 +193,9 @@ class RunsPanel:
             self._note.value = run.note if run else ""
         self._show_table()
 
-    def _select_label(self, name: str) -> None:
-        self._select(self._ids.get(name, ""))
-
     def _show_table(self) -> None:
         selected = {self._selected, *self._compared}
-        self._table.content = table_html(list(self._runs.values()), selected)
+        self._table.content = table_html(self._shown(), selected)
 
     def _toggle_compared(self) -> None:
         if not (id := self._selected):
@@ -193,8 +212,15 @@ class RunsPanel:
         self._select(id)
         self._draw()
 
-    def _request_curves(self, id: str) -> None:
-        self._outbox.request_runs(RunListRequest.SEND_CURVES, [id], "Curves")
+    def _compare_all_shown(self) -> None:
+        self._compared = [run.id for run in self._shown()[:MAX_COMPARED]]
+        if self._compared:
+            self._request_curves(*self._compared)
+        self._select(self._selected)
+        self._draw()
+
+    def _request_curves(self, *ids: str) -> None:
+        self._outbox.request_runs(RunListRequest.SEND_CURVES, ids, "Curves")
 
     def _request_export(self, client: viser.ClientHandle | None) -> None:
         if self._selected and client is not None:

@@ -12,12 +12,13 @@ from google.protobuf.json_format import MessageToJson, Parse, ParseError
 from services.recorder.private_folder import make_folder
 from shared.bounded_file import path_inside, read_file
 from shared.messages import RunFile, RunSummary
+from shared.service import SECOND
 
 log = logging.getLogger(__name__)
 
 FOLDER = "runs"
 """Name of the folder inside that of the recordings."""
-MAX_RUNS = 100
+MAX_RUNS = 300
 """Largest number of runs that are listed, newest first [-]."""
 MAX_FILE_SIZE = 2**20
 """Largest size of a run's file [bytes]."""
@@ -41,14 +42,32 @@ class RunFolder:
         self._recordings = recordings
         self._folder = recordings / FOLDER
         self._runs: dict[str, RunFile] = {}
+        self._changed = 0
+        """Time of the folder's last change that has been listed [ns]."""
+        self._read: set[str] = set()
+        """Names of the files that have been read, broken ones too."""
         self.revision = 0
         """Number of changes."""
 
-    def load(self) -> None:
-        """List the newest runs; a file that is none is left out and logged."""
-        if not self._folder.is_dir():
+    def load(self, now: int) -> None:
+        """List the newest runs that are not listed yet, as other processes may have written some.
+
+        A file that is none is left out and logged.
+
+        Args:
+            now: Present time [ns].
+        """
+        try:
+            changed = self._folder.stat().st_mtime_ns
+        except OSError:
             return
-        for path in sorted(self._folder.glob("*.json"), reverse=True)[:MAX_RUNS]:
+        if changed == self._changed:
+            return
+        # Another change may follow within the resolution of the file system's clock.
+        self._changed = changed if now - changed > SECOND else 0
+        newest = sorted(self._folder.glob("*.json"), reverse=True)[:MAX_RUNS]
+        for path in [p for p in newest if p.name not in self._read]:
+            self._read.add(path.name)
             try:
                 run = Parse(read_file(path, MAX_FILE_SIZE), RunFile(), ignore_unknown_fields=True)
                 if run.summary.id != path.stem:
@@ -56,8 +75,9 @@ class RunFolder:
             except (OSError, ValueError, ParseError) as error:
                 log.warning("%s is left out of the list of runs: %s", path, error)
                 continue
-            self._runs[run.summary.id] = run
-        self.revision += 1
+            self._runs.setdefault(run.summary.id, run)
+            self.revision += 1
+        self._forget_oldest()
 
     def summaries(self) -> list[RunSummary]:
         """Return the runs, newest first, with the size of what is left of their recordings."""
@@ -75,8 +95,7 @@ class RunFolder:
         if known := self._runs.get(run.summary.id):
             run.summary.note, run.summary.star = known.summary.note, known.summary.star
         self._write(run)
-        for old in self.summaries()[MAX_RUNS:]:
-            del self._runs[old.id]
+        self._forget_oldest()
 
     def annotate(self, id: str, note: str, star: bool) -> None:
         """Set note and star of a run.
@@ -124,6 +143,10 @@ class RunFolder:
             raise RunRefused(f"there is no run {id[:100]!r}")
         return self._runs[id]
 
+    def _forget_oldest(self) -> None:
+        for old in self.summaries()[MAX_RUNS:]:
+            del self._runs[old.id]
+
     def _size(self, name: str) -> int:
         with suppress(OSError, ValueError):
             return path_inside(self._recordings, name).stat().st_size
@@ -137,4 +160,5 @@ class RunFolder:
         part.write_text(MessageToJson(run, preserving_proto_field_name=True))
         os.replace(part, path)
         self._runs[run.summary.id] = run
+        self._read.add(path.name)
         self.revision += 1

@@ -39,7 +39,7 @@ class Runs:
 
     def load(self) -> None:
         """List the runs of the folder."""
-        self._folder.load()
+        self._folder.load(0)
 
     def take_task(self, task: TaskState) -> None:
         """Follow the task; the run before is final when another one begins."""
@@ -78,6 +78,9 @@ class Runs:
         yield from self._recorded.take(now)
         state = self._folder.revision, self._last_request
         if state != self._published or now - self._publish_time >= SECOND:
+            # Trials of a campaign are listed by processes of their own.
+            self._folder.load(now)
+            state = self._folder.revision, self._last_request
             self._published, self._publish_time = state, now
             message = RunList(stamp=now, last_request=self._last_request, refusal=self._refusal)
             message.runs.extend(self._folder.summaries())

@@ -9,10 +9,11 @@ import time
 from datetime import UTC, datetime
 from pathlib import Path
 
+from services.recorder.runs.run_folder import MAX_NOTE_LENGTH
 from shared.campaign_table import campaign_csv
 from shared.configuration import ConfigurationError
 from shared.messages import CampaignState, CampaignTrial, StackRequest
-from stack.cell_switch.campaign.trial_process import Command, TrialProcess
+from stack.cell_switch.campaign.trial_process import Command, TrialOptions, TrialProcess
 from stack.cell_switch.campaign.trial_scenarios import trial_scenarios
 from stack.cell_switch.library import write
 
@@ -37,7 +38,7 @@ class Campaigns:
         self._state: CampaignState | None = None
         self._scenarios: list[Path] = []
         """Scenario file of each trial."""
-        self._stop_when_reached = False
+        self._request = StackRequest()
         self._process: TrialProcess | None = None
         self._present: CampaignTrial | None = None
 
@@ -81,7 +82,7 @@ class Campaigns:
             for seed in group.seeds:
                 campaign.trials.add(seed=seed, values=group.values)
                 self._scenarios.append(path)
-        self._state, self._stop_when_reached = campaign, request.stop_when_reached
+        self._state, self._request = campaign, request
 
     def cancel(self) -> None:
         """End the campaign; its finished trials stay.
@@ -106,9 +107,9 @@ class Campaigns:
             if not self._process.take_end(self._present):
                 return False
             self._process = self._present = None
-        for trial, path in zip(campaign.trials, self._scenarios, strict=True):
+        for number, trial in enumerate(campaign.trials):
             if trial.state == CampaignTrial.WAITING:
-                self._begin(trial, path)
+                self._begin(campaign, number)
                 break
         else:
             campaign.running = False
@@ -128,10 +129,17 @@ class Campaigns:
                 trial.state = CampaignTrial.CANCELED
         self._write(campaign)
 
-    def _begin(self, trial: CampaignTrial, path: Path) -> None:
+    def _begin(self, campaign: CampaignState, number: int) -> None:
+        trial, path = campaign.trials[number], self._scenarios[number]
         trial.state = CampaignTrial.RUNNING
-        command = self._command(path, trial.seed, self._stop_when_reached)
-        self._process, self._present = TrialProcess(command, path.parent), trial
+        options = TrialOptions(
+            path,
+            trial.seed,
+            self._request.stop_when_reached,
+            trial_note(campaign, trial),
+            f"{campaign.name}_{number}.mcap" if self._request.record else "",
+        )
+        self._process, self._present = TrialProcess(self._command(options), path.parent), trial
 
     def _write(self, campaign: CampaignState) -> None:
         """Write the table; a disk that is full must not end the campaign."""
@@ -146,3 +154,9 @@ class Campaigns:
         except OSError as error:
             campaign.file = ""
             log.error("the table of the campaign %s cannot be written: %s", campaign.name, error)
+
+
+def trial_note(campaign: CampaignState, trial: CampaignTrial) -> str:
+    """Return the note of a trial in the list of runs: campaign, seed and values."""
+    values = [f"{k} = {v}" for k, v in zip(campaign.keys, trial.values, strict=True)]
+    return ", ".join([f"{campaign.name}: seed {trial.seed}", *values])[:MAX_NOTE_LENGTH]

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -24,9 +25,26 @@ WIDE = {"COLUMNS": "500"}
 """Environment variable by which messages of a trial stay on one line."""
 NOT_A_NUMBER = float("nan")
 
-Command = Callable[[Path, int, bool], Sequence[str]]
-"""Arguments of the Python interpreter that run a scenario's file with a seed, and end at the goal
-or not; the process prints a score as `lariat run --json` does."""
+
+@dataclass(frozen=True)
+class TrialOptions:
+    """Trial to run."""
+
+    scenario: Path
+    """Scenario's file."""
+    seed: int
+    """Seed of the run."""
+    stop_when_reached: bool
+    """Whether the run ends as soon as its goal is reached."""
+    note: str
+    """Note of the run in the list of runs."""
+    recording: str
+    """File name of its recording; empty records nothing."""
+
+
+Command = Callable[[TrialOptions], Sequence[str]]
+"""Arguments of the Python interpreter that run a trial, which prints a score as
+`lariat run --json` does."""
 
 
 class TrialProcess:

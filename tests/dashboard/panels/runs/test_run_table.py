@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import math
 
-from dashboard.panels.runs.run_table import csv_text, detail_html, label, table_html
+from dashboard.panels.runs.run_table import csv_text, detail_html, label, matching, table_html
 from shared.messages import RunSummary
 from shared.service import SECOND
 
@@ -52,3 +52,11 @@ def test_csv_leaves_out_what_is_no_clearance() -> None:
         "0.5000,0.2000000,0.0300000",
     ]
     assert math.isfinite(float(csv_text([1.0], [2.0], [3.0]).split(",")[-1]))
+
+
+def test_words_choose_among_runs_by_scenario_verdict_and_note() -> None:
+    trial = RunSummary(scenario="rope", over=True, note="2026_rope: seed 3, control.clearance = 0.02")
+    assert matching([RUN, trial], "") == [RUN, trial]
+    assert matching([RUN, trial], "2026_rope Seed") == [trial]
+    assert matching([RUN, trial], "not reached") == [trial]
+    assert matching([RUN, trial], "rope 0.4") == []

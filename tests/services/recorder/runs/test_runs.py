@@ -169,3 +169,20 @@ def test_file_that_is_no_run_is_left_out(tmp_path: Path, caplog: pytest.LogCaptu
     assert [run.id for run in again.listed().runs] == [id]
     assert "broken.json" in caplog.text
     assert "copied.json" in caplog.text
+
+
+def test_run_that_another_process_keeps_is_listed(tmp_path: Path) -> None:
+    recorder = Recorder(tmp_path)
+    own = recorder.run("run-1", 0.0)
+    (written,) = (tmp_path / "runs").glob("*.json")
+    text = written.read_text().replace(own, "trial")
+    (tmp_path / "runs" / "trial.json").write_text(text)
+    assert {run.id for run in recorder.listed().runs} == {own, "trial"}
+    (request,) = [
+        m
+        for m in recorder.step(
+            RunListRequest(action=RunListRequest.SEND_CURVES, runs=["trial"])
+        )
+        if isinstance(m, RunCurves)
+    ]
+    assert len(request.time) == 2

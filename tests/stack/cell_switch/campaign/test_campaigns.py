@@ -34,7 +34,10 @@ def campaigns(folder: Path, program: str) -> Campaigns:
     return Campaigns(
         folder / "tables",
         folder / "trials",
-        lambda path, seed, stop: ["-S", "-c", program, str(path), str(seed), str(stop)],
+        lambda trial: [
+            *("-S", "-c", program, str(trial.scenario), str(trial.seed)),
+            *(str(trial.stop_when_reached), trial.note, trial.recording),
+        ],
     )
 
 
@@ -84,6 +87,24 @@ def test_every_combination_runs_with_every_seed_and_fills_a_row(tmp_path: Path) 
     assert table[0]["error [m]"] == "0.0004"
     assert table[0]["min_clearance [m]"] == ""
     assert Path(state.file).parent.stat().st_mode & 0o077 == 0
+
+
+def test_trial_is_told_its_note_and_recorded_where_that_is_asked_for(tmp_path: Path) -> None:
+    told = tmp_path / "told"
+    program = f"import sys; open({str(told)!r}, 'a').write('|'.join(sys.argv[4:]) + '\\n')"
+    each = campaigns(tmp_path, program)
+    ask = request(1, control__clearance=["0.012", "0.02"])
+    each.start(ask, find("three-cylinders"), "three-cylinders")
+    name = finished(each).name
+    ask.record = True
+    each.start(ask, find("three-cylinders"), "three-cylinders")
+    recorded = finished(each).name
+    assert told.read_text().splitlines() == [
+        f"{name}: seed 0, control.clearance = 0.012|",
+        f"{name}: seed 0, control.clearance = 0.02|",
+        f"{recorded}: seed 0, control.clearance = 0.012|{recorded}_0.mcap",
+        f"{recorded}: seed 0, control.clearance = 0.02|{recorded}_1.mcap",
+    ]
 
 
 def test_broken_trial_is_named_and_the_rest_goes_on(tmp_path: Path) -> None:

@@ -89,15 +89,21 @@ def add_chart(
     return _plot(gui, title, tuple(series))
 
 
-def add_comparison_chart(gui: viser.GuiApi, title: str) -> viser.GuiUplotHandle:
-    """Add a chart of several runs, whose lines `comparison_series` names.
+def add_comparison_chart(
+    gui: viser.GuiApi, title: str, names: Sequence[str] = (), curves: Sequence[Curve] = ()
+) -> viser.GuiUplotHandle:
+    """Add a chart of several runs.
+
+    Other runs need another chart: viser keeps the part of the time axis that was seen before.
 
     Args:
         gui: The page's GUI.
         title: Quantity and unit.
+        names: Names of the runs.
+        curves: Curve of each run.
     """
-    chart = _plot(gui, title, comparison_series([]), with_legend=True)
-    chart.data = overlay([])
+    chart = _plot(gui, title, comparison_series(names), with_legend=True)
+    chart.data = overlay(curves)
     return chart
 
 

@@ -19,6 +19,7 @@ from shared.messages import (
     GoalListRequest,
     GoalPreview,
     Message,
+    RunCurves,
     RunList,
     RunListRequest,
     RunMotion,
@@ -119,6 +120,12 @@ class Cell(threading.Thread):
     def _show_run(self, request: RunListRequest) -> None:
         """Answer as a recorder with a run of 2 s does."""
         run = request.runs[0]
+        if request.action == RunListRequest.SEND_CURVES:
+            time = np.arange(0.0, 2.01, 0.2)
+            for k, id in enumerate(request.runs):
+                error = 0.15 * np.exp(-2.0 * time) + 0.001 * k
+                curves = RunCurves(run=id, time=time, error=error, clearance=0.02 + 0.01 * time)
+                self._stage.send(topics.RUN_CURVES, curves)
         if request.action == RunListRequest.SEND_MOTION:
             shapes = [self._stage.nodes(f) for f in np.linspace(0.0, 1.0, 21)]
             motion = RunMotion(run=run, node_count=len(shapes[0]), time=np.linspace(0.0, 2.0, 21))

@@ -21,12 +21,16 @@ from shared.messages import (
     CampaignState,
     CampaignTrial,
     GoalListRequest,
+    RunList,
+    RunListRequest,
+    RunSummary,
     ScenarioEntry,
     StackRequest,
     StackState,
     TaskRequest,
     chain,
 )
+from shared.service import SECOND
 from tests.browser.cell import SCENARIO, Cell
 from tests.browser.chromium import NO_CHROMIUM, field, opened
 from tests.browser.stack import free_port
@@ -151,6 +155,41 @@ def test_campaign_is_run_watched_canceled_and_downloaded(bench: tuple[Cell, Page
     cell.stack = None
     expect(run).to_be_disabled()
     expect(page.get_by_text("Nobody who runs campaigns answers")).to_be_visible()
+
+
+def test_runs_are_chosen_by_words_and_compared_together(bench: tuple[Cell, Page]) -> None:
+    cell, page = bench
+    started = 1_790_000_000 * SECOND
+    runs = [
+        RunSummary(
+            id=f"run-{k}",
+            run=f"run-{k}",
+            scenario="three-cylinders",
+            started=started + k * SECOND,
+            over=True,
+            note=f"2026_table: seed {k}" if k < 2 else "",
+        )
+        for k in range(3)
+    ]
+    cell.runs = RunList(stamp=1, runs=runs)
+    page.get_by_role("tab", name="Runs", exact=True).click()
+    rows = page.locator("tr:not(.u-series)").filter(has_text="three-cylinders")
+    expect(rows).to_have_count(3)
+    words = field(page, "Show")
+    words.fill("2026_TABLE seed")
+    words.press("Enter")
+    expect(rows).to_have_count(2)
+    page.get_by_role("button", name="Compare the shown ones").click()
+    request = cell.asked(topics.RUN_LIST_REQUEST)
+    assert request.action == RunListRequest.SEND_CURVES
+    assert list(request.runs) == ["run-0", "run-1"]
+    # The charts show the runs from their start to their end.
+    expect(page.locator(".u-legend").first).to_contain_text("run-1")
+    ends = "Object.values(window.__viserTestpoints.uplots).map(u => u.chart.scales.x.max)"
+    page.wait_for_function(f"{ends}.filter(x => Math.abs(x - 2.0) < 1e-6).length == 2")
+    words.fill("")
+    words.press("Enter")
+    expect(rows).to_have_count(3)
 
 
 def test_goal_is_saved_set_again_downloaded_and_deleted(bench: tuple[Cell, Page]) -> None:

@@ -53,7 +53,7 @@ def table_html(runs: Sequence[RunSummary], selected: Collection[str]) -> str:
     """HTML table of runs, newest first; those that are selected are highlighted."""
     if not runs:
         return "<div style='margin:.5em 1em;opacity:.8'>No run is kept that matches.</div>"
-    heads = ("", "start", "scenario", "verdict", "error", "clearance", "time", "note")
+    heads = ("", "start", "scenario, note", "verdict", "error", "clearance", "time")
     head = "".join(
         f"<th style='text-align:left;font-weight:500;opacity:.6'>{h}</th>" for h in heads
     )
@@ -63,16 +63,15 @@ def table_html(runs: Sequence[RunSummary], selected: Collection[str]) -> str:
         number = "text-align:right;white-space:nowrap"
         cells = (
             ("", "★" if run.star else ""),
-            ("white-space:nowrap", time_text(run)[5:]),
-            ("", run.scenario),
-            (f"color:{palette.css(color)};white-space:nowrap", verdict(run)),
+            ("", time_text(run)[5:]),
+            ("overflow-wrap:anywhere", run.scenario, run.note),
+            (f"color:{palette.css(color)}", verdict(run)),
             (number, format_millimeters(run.error)),
             (number, format_millimeters(run.min_clearance)),
             (number, f"{run.duration:.1f} s"),
-            ("", run.note),
         )
         shade = "background:rgba(92,170,255,.15)" if run.id in selected else ""
-        row = "".join(f"<td style='{style}'>{html.escape(text)}</td>" for style, text in cells)
+        row = "".join(_cell(*cell) for cell in cells)
         rows.append(f"<tr style='{shade}'>{row}</tr>")
     return (
         "<div style='margin:.4em .6em;max-height:260px;overflow:auto'><table style='"
@@ -80,6 +79,12 @@ def table_html(runs: Sequence[RunSummary], selected: Collection[str]) -> str:
         "font-variant-numeric:tabular-nums'>"
         f"<tr>{head}</tr>{''.join(rows)}</table></div>"
     )
+
+
+def _cell(style: str, text: str, more: str = "") -> str:
+    """HTML of a cell; what is more is in dimmer type below."""
+    below = f"<div style='opacity:.65'>{html.escape(more)}</div>" if more else ""
+    return f"<td style='{style}'>{html.escape(text)}{below}</td>"
 
 
 def detail_html(run: RunSummary | None) -> str:

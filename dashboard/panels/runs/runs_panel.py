@@ -12,7 +12,7 @@ import viser
 from dashboard import palette
 from dashboard.action_queue import ActionQueue
 from dashboard.outbox import Notification, Outbox
-from dashboard.panels.chart import add_comparison_chart, comparison_series, overlay
+from dashboard.panels.chart import Curve, add_comparison_chart
 from dashboard.panels.runs.opened_run import OpenedRun
 from dashboard.panels.runs.run_table import csv_text, detail_html, label, matching, table_html
 from shared.messages import (
@@ -66,8 +66,10 @@ class RunsPanel:
             outbox: Destination of requests to the recorder.
             notify: Shows a notification on the page.
         """
-        gui = server.gui
+        self._gui = gui = server.gui
         self._outbox, self._notify = outbox, notify
+        self._shown_curves: list[tuple[str, str]] | None = None
+        """Id and label of each run that the charts show; None before the first drawing."""
         self._runs: dict[str, RunSummary] = {}
         self._ids: dict[str, str] = {}
         """Ids of the runs by their labels."""
@@ -125,8 +127,9 @@ class RunsPanel:
         self._delete.on_click(lambda event: actions.put(partial(self._confirm, event.client)))
         self._actions = actions
         self._opened = OpenedRun(server, scenario, actions, outbox)
-        self._error = add_comparison_chart(gui, "Error of the compared runs [mm]")
-        self._clearance = add_comparison_chart(gui, "Clearance of the compared runs [mm]")
+        self._charts = gui.add_folder("Compared runs")
+        self._drawn: tuple[viser.GuiUplotHandle, ...] = ()
+        self._draw()
 
     def update(self, runs: RunList | None, now: int) -> None:
         """Show the recorder's list, and send a note that a person has finished typing.
@@ -269,12 +272,25 @@ class RunsPanel:
         known: Sequence[RunCurves] = [
             self._curves[id] for id in self._compared if id in self._curves
         ]
-        names = [label(self._runs[curves.run]) for curves in known]
-        for chart, column in ((self._error, "error"), (self._clearance, "clearance")):
-            rows = []
-            for curves in known:
-                values = np.array(getattr(curves, column))
-                values = np.where(values < 0.0, np.nan, 1e3 * values)
-                rows.append((np.array(curves.time), values))
-            chart.series = comparison_series(names)
-            chart.data = overlay(rows)
+        shown = [(curves.run, label(self._runs[curves.run])) for curves in known]
+        if shown == self._shown_curves:
+            return
+        self._shown_curves = shown
+        for chart in self._drawn:
+            chart.remove()
+        with self._charts:
+            self._drawn = tuple(
+                add_comparison_chart(
+                    self._gui,
+                    f"{column.capitalize()} [mm]",
+                    [name for _, name in shown],
+                    [_curve(curves, column) for curves in known],
+                )
+                for column in ("error", "clearance")
+            )
+
+
+def _curve(curves: RunCurves, column: str) -> Curve:
+    """Curve of a run in mm, without values that are none."""
+    values = np.array(getattr(curves, column))
+    return np.array(curves.time), np.where(values < 0.0, np.nan, 1e3 * values)

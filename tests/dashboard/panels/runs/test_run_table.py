@@ -55,7 +55,9 @@ def test_csv_leaves_out_what_is_no_clearance() -> None:
 
 
 def test_words_choose_among_runs_by_scenario_verdict_and_note() -> None:
-    trial = RunSummary(scenario="rope", over=True, note="2026_rope: seed 3, control.clearance = 0.02")
+    trial = RunSummary(
+        scenario="rope", over=True, note="2026_rope: seed 3, control.clearance = 0.02"
+    )
     assert matching([RUN, trial], "") == [RUN, trial]
     assert matching([RUN, trial], "2026_rope Seed") == [trial]
     assert matching([RUN, trial], "not reached") == [trial]

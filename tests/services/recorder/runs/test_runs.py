@@ -180,9 +180,7 @@ def test_run_that_another_process_keeps_is_listed(tmp_path: Path) -> None:
     assert {run.id for run in recorder.listed().runs} == {own, "trial"}
     (request,) = [
         m
-        for m in recorder.step(
-            RunListRequest(action=RunListRequest.SEND_CURVES, runs=["trial"])
-        )
+        for m in recorder.step(RunListRequest(action=RunListRequest.SEND_CURVES, runs=["trial"]))
         if isinstance(m, RunCurves)
     ]
     assert len(request.time) == 2

@@ -37,6 +37,8 @@ RETRY_PERIOD = 0.2
 """Time between two requests to resume while the arms are being made ready [s]."""
 SLICE = 0.02
 """Time for which a process that is slowed down runs, and stands, in turn [s]."""
+APPROACH_ATTEMPTS = 3
+"""Number of times that the operator holds the button of an approach anew, over what is left."""
 OTHER_GATEWAY_TIMEOUT = 15.0
 """Time limit for another gateway to be heard once its line is open [s]."""
 SPEED_TIMEOUT = 15.0
@@ -224,11 +226,8 @@ class FaultCell:
             Description for the result: armed, with or without an approach.
         """
         done = "armed"
-        shown = self.client.newest_arm_state()
-        if shown.needs_approach:
-            if ended := approach(self.client, shown, shown.approach_distance, lambda: True):
-                raise RequestFailed(f"the approach ended early: {ended}")
-            done = "armed, with an approach to the start"
+        if self.client.newest_arm_state().needs_approach:
+            done = f"armed, with {self._approach_start()}"
         else:
             self.client.command_arms(ArmCommand.ARM)
         self.states.clear()
@@ -238,6 +237,23 @@ class FaultCell:
             "the arm did not become ready",
         )
         return done
+
+    def _approach_start(self) -> str:
+        """Let the arms approach the start, and return in how many approaches they did.
+
+        On an overloaded machine a sign of life comes late, which ends an approach.
+        """
+        ended = ""
+        for attempt in range(APPROACH_ATTEMPTS):
+            if attempt:
+                self.wait_until(lambda: not self.arms.braking, STOP_TIMEOUT, ended)
+                if self.arms.needs_acknowledgement:
+                    self.client.command_arms(ArmCommand.ACKNOWLEDGE)
+            shown = self.client.newest_arm_state()
+            ended = approach(self.client, shown, shown.approach_distance, lambda: True)
+            if not ended:
+                return f"{attempt + 1} approaches" if attempt else "an approach to the start"
+        raise RequestFailed(f"the approach ended early: {ended}")
 
     def _ready(self) -> bool:
         """Return whether no person is waited for and every arm follows."""

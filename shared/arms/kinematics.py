@@ -16,6 +16,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
+from shared.arms.serial_chain import SerialChain
 from shared.arms.sphere_cover import Cover, sphere_cover
 
 NEWTON_STEP_LIMIT = 0.5
@@ -66,6 +67,7 @@ class UrdfKinematics:
         self._model, geometry = load_arm(urdf, flange)
         self._data = self._model.createData()
         self._frame = self._model.getFrameId(flange)
+        self._chain = SerialChain(self._model, self._frame)
         self._T_world_base, self._T_flange_grip = T_world_base, T_flange_grip
         self._T_base_world, self._T_grip_flange = T_world_base.inverse(), T_flange_grip.inverse()
         self._se3_base_world = _to_se3(self._T_base_world)
@@ -82,6 +84,8 @@ class UrdfKinematics:
         counts = [len(radii) for _, (_, radii) in links]
         self._sphere_rows = np.repeat(np.arange(len(links)), counts)
         """Index of each sphere's link among those with spheres."""
+        self._sphere_columns = np.repeat(np.array(self._sphere_joints, dtype=int) - 1, counts)
+        """Index of each sphere's joint in the chain."""
         self._sphere_centres, self._sphere_radii = _joined([cover for _, cover in links])
         """Spheres in the frames of their joints: centres and radii [m]."""
         centres, radii = _joined([cover for joint, cover in covers if joint == 0])
@@ -132,10 +136,10 @@ class UrdfKinematics:
     def joint_speed(self, joints: Joints, velocity: Float64[np.ndarray, "2 3"]) -> Joints:
         """Return the joint speeds for a twist of the grip in the world [rad/s]."""
         linear, angular = poses.rotate(self._T_base_world.orientation, velocity)
-        flange = self.flange(joints)
-        lever = poses.rotate(flange.orientation, self._T_flange_grip.position)
+        jacobian = self.jacobian(joints)
+        lever = self._data.oMf[self._frame].rotation @ self._T_flange_grip.position
         twist = np.concatenate([linear - poses.cross(angular, lever), angular])
-        return np.linalg.lstsq(self.jacobian(joints), twist, rcond=1e-6)[0]
+        return np.linalg.lstsq(jacobian, twist, rcond=1e-6)[0]
 
     def jacobian(self, joints: Joints) -> Float64[np.ndarray, "6 j"]:
         """Return the Jacobian of the flange twist in the base, linear over angular [m/rad, -]."""
@@ -238,8 +242,7 @@ class UrdfKinematics:
         self, path: Float64[np.ndarray, "m j"]
     ) -> Float64[np.ndarray, "m"]:
         """Return the smallest singular value of the Jacobian along a path of the joints [m/rad]."""
-        jacobians = np.array([self.jacobian(joints) for joints in path])
-        return np.linalg.svd(jacobians, compute_uv=False)[:, -1]
+        return np.linalg.svd(self._chain.jacobians(path), compute_uv=False)[:, -1]
 
     def link_spheres(
         self, path: Float64[np.ndarray, "m j"]
@@ -252,13 +255,7 @@ class UrdfKinematics:
         Returns:
             Centres in the world, and radii [m].
         """
-        placements = np.empty((len(path), len(self._sphere_joints), 4, 4))
-        of_joints = self._data.oMi
-        for row, joints in zip(placements, path, strict=True):
-            pinocchio.forwardKinematics(self._model, self._data, joints)
-            for k, joint in enumerate(self._sphere_joints):
-                row[k] = of_joints[joint].homogeneous
-        of_sphere = placements[:, self._sphere_rows, :3]
+        of_sphere = self._chain.placements(path)[:, self._sphere_columns, :3]
         centres = np.einsum("mkij,kj->mki", of_sphere[..., :3], self._sphere_centres)
         return self._T_world_base.apply(centres + of_sphere[..., 3]), self._sphere_radii
 

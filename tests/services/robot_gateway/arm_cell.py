@@ -50,6 +50,8 @@ class ArmWorld:
         values = {"firmware": firmware, "joints": tuple(np.degrees(joints)), "power_on_time": 0.5}
         self.emulator = Emulator(EmulatorOptions(**{**values, **options}), start=START * 1e-9)
         self.now = START
+        self.tick = TICK
+        """Time between two steps of the gateway [ns]."""
         self.start_gateway(automatic)
         self.commanded: list[np.ndarray] = []
         self.measured: list[np.ndarray] = []
@@ -80,10 +82,10 @@ class ArmWorld:
         return self.report.safety.mode
 
     def step(self) -> CellStatus:
-        self.now += TICK
+        self.now += self.tick
         if self.held_command:
             self._signs += 1
-            sign = SignOfLife(self.held_command, BOOT, self._signs, self.now - TICK)
+            sign = SignOfLife(self.held_command, BOOT, self._signs, self.now - self.tick)
             self.cell.take_sign_of_life(sign, self.now)
         self.report = self.cell.step(self.now)
         pose = self.report.arms[1].pose

@@ -70,6 +70,15 @@ def test_jacobians_are_the_derivatives_of_grip_and_spheres(arm: UrdfKinematics):
         np.testing.assert_allclose(moved, centres[:, :, k], atol=1e-5)
 
 
+def test_paths_have_the_singular_values_and_spheres_of_their_poses(arm: UrdfKinematics):
+    path = usual_joints(arm) + np.linspace(-0.4, 0.4, 5)[:, None]
+    expected = [np.linalg.svd(arm.jacobian(joints), compute_uv=False)[-1] for joints in path]
+    np.testing.assert_allclose(arm.smallest_singular_values(path), expected, atol=1e-12)
+    centres, _ = arm.link_spheres(path)
+    for joints, row in zip(path, centres, strict=True):
+        np.testing.assert_allclose(row, arm.link_spheres(joints[None])[0][0], atol=1e-12)
+
+
 def test_the_start_keeps_away_from_the_joint_limits(arm: UrdfKinematics):
     grip = arm.grip(usual_joints(arm))
     joints = arm.solve_anywhere(grip)

@@ -23,9 +23,10 @@ from shared.cr5 import pose_vectors
 from shared.cr5.alarms import FOLLOWING_MODES
 from shared.cr5.kinematics import Kinematics
 
-SERVO_POINT_TICKS = 4
-"""Ticks between servo points: 32 ms, just above the 30 ms that the vendor recommends. Points are
-sent at rest too, as an arm may take their absence for a fault."""
+SERVO_POINT_INTERVAL = 28_000_000
+"""Least time between servo points [ns]: with ticks of 8 ms they come every 32 ms, just above the
+30 ms that the vendor recommends, and a tick that is 4 ms late delays none. Points are sent at rest
+too, as an arm may take their absence for a fault."""
 SERVO_POINT_TIME = 0.04
 """Time in which a point is to be reached [s]: slightly longer than the time between points."""
 PLACEMENT_TOLERANCE = 0.004
@@ -70,7 +71,8 @@ class Cr5Driver:
         self._tool_output = tool_output
         self._closed = True
         self._enable_requested = False
-        self._ticks = 0
+        self._point_time: int | None = None
+        """Time of the last servo point [ns]."""
         self._streaming = False
         self._joints: np.ndarray | None = None
         self._placement: Pose | None = None
@@ -125,20 +127,23 @@ class Cr5Driver:
         feedback = self._feedback(now)
         self._check_placed(feedback.pose)
         if target is not None and feedback.ready and feedback.pose is not None:
-            self._follow(target, feedback.pose)
+            self._follow(now, target, feedback.pose)
         else:
             self._streaming, self._joints = False, None
         return feedback
 
-    def _follow(self, target: Pose, measured: Pose) -> None:
-        """Send a servo point when one is due."""
-        self._ticks += 1
-        if self._ticks < SERVO_POINT_TICKS:
+    def _follow(self, now: int, target: Pose, measured: Pose) -> None:
+        """Send a servo point when one is due.
+
+        Time decides, not the number of ticks: the points of a gateway that loses ticks keep their
+        pace, or the arm would stop between them and fall behind.
+        """
+        if self._point_time is not None and now - self._point_time < SERVO_POINT_INTERVAL:
             return
         distance = np.linalg.norm(target.position - measured.position)
         if not self._streaming and distance > FIRST_POINT_DISTANCE:
             return
-        self._ticks, self._streaming = 0, True
+        self._point_time, self._streaming = now, True
         flange = self._kinematics.flange_of_grip(target)
         if self._client.firmware == "v3" and self._client.timed_joints:
             self._send_joints(flange)

@@ -46,8 +46,10 @@ def test_calibrated_arm_is_no_fault_and_keeps_to_its_path(firmware: str) -> None
     assert 1e-4 < np.linalg.norm(start - GRIPS[1].position) < 2e-3
 
 
-def test_servo_points_come_at_an_even_pace_and_never_two_at_once() -> None:
+@pytest.mark.parametrize(("tick", "interval"), [(0.008, 0.032), (0.02, 0.04)])
+def test_servo_points_keep_their_pace_where_ticks_are_lost(tick: float, interval: float) -> None:
     world = ArmWorld("v4")
+    world.tick = round(1e9 * tick)
     sent: list[float] = []
     follow_point = world.emulator.controller.follow_point
 
@@ -59,7 +61,7 @@ def test_servo_points_come_at_an_even_pace_and_never_two_at_once() -> None:
     world.until_ready()
     world.follow(circle(world.cell.follower.state.positions[0], 0.05, 0.1), 2.0)
     gaps = np.diff(sent[10:])
-    assert np.all(np.abs(gaps - 0.032) < 1e-6)
+    assert np.all(np.abs(gaps - interval) < 1e-6)
 
 
 def test_firmware_that_takes_no_time_for_joints_is_sent_poses() -> None:

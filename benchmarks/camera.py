@@ -11,11 +11,12 @@ import json as encoder
 import math
 import time
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 from rich.table import Table
 
+from benchmarks.result_block import find_block, show
 from lariat.geometry import poses
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from lariat.geometry.obstacles import TABLE, Obstacle
@@ -65,7 +66,12 @@ class CameraFigures:
 
 
 def run(
-    frames: int = 200, places: int = 24, side: float = 0.04, seed: int = 0, json: bool = False
+    frames: int = 200,
+    places: int = 24,
+    side: float = 0.04,
+    seed: int = 0,
+    docs: Path | None = None,
+    json: bool = False,
 ) -> int:
     """Time the simulated camera and measure the accuracy of markers in its images.
 
@@ -76,8 +82,10 @@ def run(
         places: Number of random marker poses.
         side: Side of the marker's black square [m].
         seed: Seed of poses and noise.
+        docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of a table.
     """
+    block = find_block(docs)
     rows = [measure(resolution, frames, places, side, seed) for resolution in RESOLUTIONS]
     if json:
         print(encoder.dumps({"frames": frames, "marker_m": side, "rows": [vars(r) for r in rows]}))
@@ -89,7 +97,7 @@ def run(
     )
     for row in rows:
         table.add_row(*(f"{v:.3g}" if isinstance(v, float) else str(v) for v in vars(row).values()))
-    Console().print(table)
+    show([table], block)
     return 0
 
 

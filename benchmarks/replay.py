@@ -23,6 +23,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from benchmarks.result_block import find_block, show
 from shared.recording import Recording
 from stack.replay.outside_inputs import subject
 from stack.replay.recorded_service import RecordedService
@@ -93,13 +94,15 @@ The dashboard publishes what people enter.
 """
 
 
-def run(service: tuple[str, ...] = (), json: bool = False) -> int:
+def run(service: tuple[str, ...] = (), docs: Path | None = None, json: bool = False) -> int:
     """Measure the smallest relative change of one number that each service's replay detects.
 
     Args:
         service: Names of services; all by default.
+        docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of a table.
     """
+    block = find_block(docs)
     chosen = [p for p in PERTURBATIONS if not service or p.service in service]
     console = Console(stderr=True)
     rows = []
@@ -120,7 +123,7 @@ def run(service: tuple[str, ...] = (), json: bool = False) -> int:
     for row in rows:
         found = f"{row['smallest']:.0e}" if row["smallest"] else "none"
         table.add_row(row["service"], row["recording"], row["quantity"], found)
-    Console().print(table)
+    show([table], block)
     return 0
 
 

@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from benchmarks.result_block import find_block, show
 from shared import topics
 from shared.messages import FAILED, IDLE, REACHED, RunState, TaskRequest, TaskState, chain
 from shared.scenario import Scenario
@@ -47,7 +48,11 @@ class ResetTrial:
 
 
 def run(
-    scenario: tuple[str, ...] = (), runs: int = 2, sensing: str = "truth", json: bool = False
+    scenario: tuple[str, ...] = (),
+    runs: int = 2,
+    sensing: str = "truth",
+    docs: Path | None = None,
+    json: bool = False,
 ) -> int:
     """Run scenarios several times in one stack, with a reset after each run.
 
@@ -59,11 +64,13 @@ def run(
         scenario: Names of shipped scenarios; by default all of them.
         runs: Number of runs of each.
         sensing: Source of the perceived rope: truth, or camera.
+        docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of a table.
 
     Returns:
         0 if every run reached its goal, else 1.
     """
+    block = find_block(docs)
     chosen = scenario or shipped_names()
     console = Console(stderr=True, highlight=False)
     columns = (
@@ -83,7 +90,7 @@ def run(
     if json:
         print(encoder.dumps({"trials": [asdict(trial) for trial in trials]}))
     else:
-        _print(trials, sensing)
+        show([_table(trials, sensing)], block)
     return 0 if all(trial.succeeded for trial in trials) else 1
 
 
@@ -149,7 +156,7 @@ def _wait(stack: SimulatedStack, states: tuple[int, ...], limit: int) -> TaskSta
     return _task(stack)
 
 
-def _print(trials: list[ResetTrial], sensing: str) -> None:
+def _table(trials: list[ResetTrial], sensing: str) -> Table:
     table = Table(caption=f"{sensing} sensed; errors as the controller sees them")
     for column in ("scenario", "runs", "errors mm", "start mm"):
         table.add_column(column)
@@ -157,4 +164,4 @@ def _print(trials: list[ResetTrial], sensing: str) -> None:
         errors = ", ".join(f"{error:.2f}" for error in trial.errors_mm)
         start = f"{trial.start_error_mm:.2f}"
         table.add_row(trial.scenario, ", ".join(trial.final_states), errors, start)
-    Console().print(table)
+    return table

@@ -124,7 +124,7 @@ class Topic:
 
 
 # Replay tolerances hold on other machines as well, whose compilers order sums differently, so that
-# last bits differ. The effect of a change in the last bit is measured (docs/testing.md); each
+# last bits differ. The effect of a change in the last bit is measured (docs/guide/testing.md); each
 # tolerance lies above it.
 #
 # A rendered depth close to a rounding threshold rounds the other way in about one pixel of 10 000.

@@ -9,12 +9,13 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from benchmarks.arms.scenes import BASES
 from benchmarks.arms.trial import MAX_ERROR_MM, ArmSpec, ArmTrial, run_trial
 from benchmarks.campaign import Campaign, success_interval
+from benchmarks.result_block import find_block, show
 
 
 def run(
@@ -24,6 +25,7 @@ def run(
     seed: int = 0,
     results: Path | None = None,
     workers: int = 1,
+    docs: Path | None = None,
     json: bool = False,
 ) -> int:
     """Run emulated CR5s in seeded scenes whose obstacles also stand where the arms' links go.
@@ -44,11 +46,13 @@ def run(
         results: File of finished trials, one JSON object a line; trials that it holds are not run
             again.
         workers: Number of processes.
+        docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of a table.
 
     Returns:
         0 if all goals were reached and nothing was refused, else 1.
     """
+    block = find_block(docs)
     unknown = set(arms) - set(BASES)
     if unknown:
         raise ValueError(f"--arms takes 1 and 2, not {sorted(unknown)}")
@@ -57,7 +61,7 @@ def run(
     if json:
         print(encoder.dumps({"trials": [asdict(trial) for trial in trials]}))
     else:
-        _print(trials)
+        show([_table(trials)], block)
     return 0 if trials and all(t.reached and not t.in_the_way for t in trials) else 1
 
 
@@ -74,7 +78,7 @@ def _line(trial: ArmTrial) -> str:
     )
 
 
-def _print(trials: Sequence[ArmTrial]) -> None:
+def _table(trials: Sequence[ArmTrial]) -> Table:
     table = Table(
         caption=f"reached: within {MAX_ERROR_MM:g} mm, nothing touched; true nodes, not adapting; "
         "plan: processor time"
@@ -92,7 +96,7 @@ def _print(trials: Sequence[ArmTrial]) -> None:
         "error median / worst [mm]",
         "plan p50 / p90 / max [s]",
     ):
-        table.add_column(name, justify="right")
+        table.add_column(escape(name), justify="right")
     for k in sorted({t.spec.arms for t in trials}):
         rows = [t for t in trials if t.spec.arms == k]
         errors = [t.error_mm for t in rows if t.error_mm is not None and t.reached]
@@ -111,4 +115,4 @@ def _print(trials: Sequence[ArmTrial]) -> None:
             f"{np.median(errors):.2f} / {max(errors):.2f}" if errors else "-",
             " / ".join(f"{v:.1f}" for v in np.quantile(plans, [0.5, 0.9, 1.0])),
         )
-    Console().print(table)
+    return table

@@ -16,6 +16,7 @@ from rich.table import Table
 from benchmarks import worker_pool
 from benchmarks.coverage import swung_rope, trial
 from benchmarks.coverage.trial import PlantModel, Stated
+from benchmarks.result_block import find_block, show
 
 INTERVAL_DEVIATIONS = 1.645
 """Half the width of a 90 % interval, in standard deviations [-]."""
@@ -73,6 +74,7 @@ def run(
     folder: Path = Path("coverage-trials"),
     again: bool = False,
     workers: int = 1,
+    docs: Path | None = None,
     json: bool = False,
 ) -> int:
     """Count how often the stated 90 % intervals of what is learnt hold the truth.
@@ -95,11 +97,13 @@ def run(
         folder: Folder for finished trials.
         again: Run finished trials again.
         workers: Number of processes.
+        docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of a table.
 
     Returns:
         0 if all coverages are within 85 and 95 % and no interval is twice too wide, else 1.
     """
+    block = find_block(docs)
     numbers = range(first, first + count)
     path = folder / ("identified-ropes.jsonl" if identify else "trials.jsonl")
     folder.mkdir(parents=True, exist_ok=True)
@@ -124,7 +128,8 @@ def run(
     if json:
         print(encoder.dumps({"trials": len(trials), "coverages": [r._asdict() for r in rows]}))
     else:
-        _print(rows, len(trials), sum(not stages for stages in trials))
+        left_out = sum(not stages for stages in trials)
+        show([_table(rows, len(trials), left_out)], block)
     return 0 if all(row.true for row in rows) else 1
 
 
@@ -168,7 +173,7 @@ def _read(path: Path, seed: int) -> dict[int, list[list[Stated]]]:
     return found
 
 
-def _print(rows: Sequence[Coverage], count: int, left_out: int) -> None:
+def _table(rows: Sequence[Coverage], count: int, left_out: int) -> Table:
     table = Table(
         "",
         "shapes",
@@ -192,4 +197,4 @@ def _print(rows: Sequence[Coverage], count: int, left_out: int) -> None:
             f"{row.width_ratio:.2f}",
             "yes" if row.true else "no",
         )
-    Console().print(table)
+    return table

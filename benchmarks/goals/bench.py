@@ -20,6 +20,7 @@ from rich.table import Table
 
 from benchmarks.goals import campaign
 from benchmarks.goals.campaign import Trial, TrialSpec
+from benchmarks.result_block import find_block, show
 from environments.scenes import Kind
 from shared.configuration import ConfigurationError
 from shared.scenario import Scenario, load
@@ -55,6 +56,7 @@ def run(
     adapt: tuple[bool, ...] = (False,),
     time_limit: float = 8.0,
     workers: int = 1,
+    docs: Path | None = None,
     json: bool = False,
     plots: Path | None = None,
 ) -> int:
@@ -89,6 +91,7 @@ def run(
         adapt: Whether the controller adapts the rope's parameters.
         time_limit: Duration of each run [s].
         workers: Number of processes.
+        docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of a table.
         plots: Folder for plots: a summary, and one of every failure.
 
@@ -99,6 +102,7 @@ def run(
         ConfigurationError: A method is unknown, or perception is compared without a camera.
     """
     _check_names(method, planner, estimator, perception, sensing)
+    block = find_block(docs)
     common = _common_scenario(youngs_modulus, noise, sensing, time_limit)
     options = {
         "scene": scene,
@@ -147,7 +151,7 @@ def run(
         }
         print(encoder.dumps({"summary": summaries, "trials": [t.as_json() for t in trials]}))
     else:
-        _print(groups)
+        show([_table(groups)], block)
     return 0 if all(t.succeeded for t in trials) else 1
 
 
@@ -226,7 +230,7 @@ def _line(trial: Trial) -> str:
     )
 
 
-def _print(groups: dict[str, list[Trial]]) -> None:
+def _table(groups: dict[str, list[Trial]]) -> Table:
     table = Table(caption="error: mean node distance of true rope and goal, last 0.2 s of a run")
     table.add_column("")
     for name in groups:
@@ -238,7 +242,7 @@ def _print(groups: dict[str, list[Trial]]) -> None:
     summaries = [campaign.summary(group) for group in groups.values()]
     for name in summaries[0]:
         table.add_row(escape(name), *(f"{column[name]:g}" for column in summaries))
-    Console().print(table)
+    return table
 
 
 def _plot(groups: dict[str, list[Trial]], folder: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json as encoder
 from dataclasses import asdict
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -13,6 +14,7 @@ from rich.table import Table
 
 from benchmarks.horizon.errors import MAX_NOISE_RATIO, HorizonErrors, horizon_errors
 from benchmarks.horizon.times import Method, planning_times
+from benchmarks.result_block import find_block, show
 from shared.scenario import load
 
 BASE_SCENARIO = "three-cylinders"
@@ -27,6 +29,7 @@ def run(
     calls: int = 200,
     errors: tuple[str, ...] = ("three-cylinders", "markers", "rope", "cable"),
     plant: tuple[Literal["rod", "mujoco", "links"], ...] = (),
+    docs: Path | None = None,
     json: bool = False,
 ) -> int:
     """Time the planning of one horizon [ms], and compare its prediction with the true rope [mm].
@@ -45,11 +48,13 @@ def run(
         calls: Number of timed horizons for each method and number of nodes.
         errors: Names of the shipped scenarios whose predictions are measured.
         plant: Simulators of the true rope for the errors; by default the scenario's.
+        docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of tables.
 
     Returns:
         0 if every prediction error is at most twice the noise, else 1.
     """
+    block = find_block(docs)
     times = _times(method, nodes, calls) if calls else []
     cases = [(name, model) for name in errors for model in (plant or (None,))]
     measured = [
@@ -60,7 +65,7 @@ def run(
         rows = [{**asdict(row), "ratio": row.ratio} for row in measured]
         print(encoder.dumps({"ms": times, "paper_ms": PAPER_HORIZON_MS, "errors": rows}))
     else:
-        _print(times, measured)
+        show(_tables(times, measured), block)
     return 0 if all(row.ratio <= MAX_NOISE_RATIO for row in measured) else 1
 
 
@@ -77,8 +82,8 @@ def _times(
     return rows
 
 
-def _print(times: list[dict[str, float | str]], errors: list[HorizonErrors]) -> None:
-    console = Console()
+def _tables(times: list[dict[str, float | str]], errors: list[HorizonErrors]) -> list[Table]:
+    tables = []
     if times:
         table = Table(
             "method",
@@ -86,11 +91,12 @@ def _print(times: list[dict[str, float | str]], errors: list[HorizonErrors]) -> 
             "p50 ms",
             "p99 ms",
             "max ms",
-            caption="plant = model (Lariat's rod), state known, not adapting; one horizon",
+            caption="plant = model (Lariat's rod), state known, not adapting; one horizon; "
+            f"the paper reports {PAPER_HORIZON_MS:g} ms, on a GPU",
         )
         for row in times:
             table.add_row(*(str(value) for value in row.values()))
-        console.print(table, f"The paper reports {PAPER_HORIZON_MS:g} ms, on a GPU.")
+        tables.append(table)
     if errors:
         table = Table(
             "scenario",
@@ -110,4 +116,5 @@ def _print(times: list[dict[str, float | str]], errors: list[HorizonErrors]) -> 
                 f"{row.noise_mm:.2f}",
                 f"{row.ratio:.1f}",
             )
-        console.print(table)
+        tables.append(table)
+    return tables

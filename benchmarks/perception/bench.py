@@ -13,10 +13,12 @@ import math
 import sys
 import time
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from benchmarks.perception.scenes import ROPES, STIFFNESS_ERROR, Kind, views_of
+from benchmarks.result_block import figures_table, find_block, show
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties
 from services.perception.centerline.estimate import CenterlineEstimate, RopeModel, ShapePrior
@@ -91,7 +93,13 @@ class RowFigures:
     """99th percentile of the processor time of a frame [ms]."""
 
 
-def run(views: int = 40, seed: int = 0, only: tuple[str, ...] = (), json: bool = False) -> int:
+def run(
+    views: int = 40,
+    seed: int = 0,
+    only: tuple[str, ...] = (),
+    docs: Path | None = None,
+    json: bool = False,
+) -> int:
     """Measure the accuracy of the rope that is perceived in single images.
 
     Plant: MuJoCo's rope (n = 30) and cable (n = 40), at rest. Sensed: one image of the simulated
@@ -105,8 +113,10 @@ def run(views: int = 40, seed: int = 0, only: tuple[str, ...] = (), json: bool =
         views: Number of random views for each row.
         seed: Seed of the views.
         only: Rope, kind, resolution or noise of the rows to measure; all rows by default.
-        json: Print one JSON object instead of a Markdown table.
+        docs: Folder of pages, in which the block of this command is written; none by default.
+        json: Print one JSON object instead of a table.
     """
+    block = find_block(docs)
     rows = []
     for setting in TABLE_ROWS:
         words = _words(*setting)
@@ -121,17 +131,12 @@ def run(views: int = 40, seed: int = 0, only: tuple[str, ...] = (), json: bool =
     if json:
         print(encoder.dumps({"views": views, "seed": seed, "rows": [vars(r) for r in rows]}))
         return 0
-    names = list(vars(rows[0]))
-    print("| " + " | ".join(n.replace("_", " ") for n in names) + " |")
-    print("|" + "---|" * len(names))
-    for row in rows:
-        cells = [f"{v:.2f}" if isinstance(v, float) else str(v) for v in vars(row).values()]
-        print("| " + " | ".join(cells) + " |")
     nodes = ", ".join(f"{name} n = {rope.node_count}" for name, rope in ROPES.items())
-    print(
-        f"\nPlant: MuJoCo ({nodes}), at rest; sensed: one image of the simulated camera a view; "
+    caption = (
+        f"Plant: MuJoCo ({nodes}), at rest; sensed: one image of the simulated camera a view; "
         f"believed / true stiffness {STIFFNESS_ERROR:g}, not adapting; {views} views a row."
     )
+    show([figures_table([vars(row) for row in rows], caption)], block)
     return 0
 
 

@@ -13,6 +13,7 @@ from rich.progress import Progress
 from rich.table import Table
 
 from benchmarks.physics.convergence import Case, Convergence, measure
+from benchmarks.result_block import find_block, show
 
 Part = Literal[
     "elasticae",
@@ -42,7 +43,12 @@ TABLE_WIDTH = 132
 """Width of the tables [characters]."""
 
 
-def run(part: tuple[Part, ...] = ALL_PARTS, plot: Path | None = None, json: bool = False) -> int:
+def run(
+    part: tuple[Part, ...] = ALL_PARTS,
+    plot: Path | None = None,
+    docs: Path | None = None,
+    json: bool = False,
+) -> int:
     """Measure the rod's errors over its number of nodes, and compare them with their bounds.
 
     There is no camera or adaptation: each error is that of a rod itself with n nodes. The parts
@@ -59,11 +65,13 @@ def run(part: tuple[Part, ...] = ALL_PARTS, plot: Path | None = None, json: bool
     Args:
         part: Parts to measure; all by default.
         plot: File for a plot of shapes and errors, a PNG.
+        docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of tables.
 
     Returns:
         0 if all errors and orders are within their bounds, else 1.
     """
+    block = find_block(docs)
     measured: dict[Part, list[Convergence]] = {}
     with Progress(console=Console(stderr=True), transient=True) as progress:
         for name in part:
@@ -81,9 +89,8 @@ def run(part: tuple[Part, ...] = ALL_PARTS, plot: Path | None = None, json: bool
         rows = {name: [_row(found) for found in measured[name]] for name in part}
         print(encoder.dumps({**rows, "held": held}))
     else:
+        show([_table(name, measured[name]) for name in part], block, TABLE_WIDTH)
         console = Console(width=TABLE_WIDTH)
-        for name in part:
-            console.print(_table(name, measured[name]))
         for name in part:
             for found in measured[name]:
                 if not found.held:

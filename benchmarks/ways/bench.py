@@ -9,10 +9,11 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from benchmarks.campaign import Campaign, success_interval
+from benchmarks.result_block import find_block, show
 from benchmarks.ways.scenes import FAMILIES, GAPS, Family, PlantModel
 from benchmarks.ways.trial import (
     MAX_SHAPE_ERROR,
@@ -34,6 +35,7 @@ def run(
     plant: tuple[PlantModel, ...] = ("rod", "mujoco"),
     results: Path | None = None,
     workers: int = 1,
+    docs: Path | None = None,
     json: bool = False,
 ) -> int:
     """Run seeded scenes with a hidden way in closed loop, with a finer plant than the model.
@@ -57,11 +59,13 @@ def run(
         results: File of finished trials, one JSON object a line; trials that it holds are not run
             again.
         workers: Number of processes.
+        docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of a table.
 
     Returns:
         0 if all trials succeeded, else 1.
     """
+    block = find_block(docs)
     hidden = list(product(plant, stiffness_error))
     specs = [
         WaySpec(kind, width, number, seed, error, model)
@@ -74,7 +78,7 @@ def run(
     if json:
         print(encoder.dumps({"trials": [asdict(trial) for trial in trials]}))
     else:
-        _print(trials)
+        show([_table(trials)], block)
     return 0 if trials and not any(trial.misses for trial in trials) else 1
 
 
@@ -89,7 +93,7 @@ def _line(trial: WayTrial) -> str:
     )
 
 
-def _print(trials: Sequence[WayTrial]) -> None:
+def _table(trials: Sequence[WayTrial]) -> Table:
     table = Table(
         caption=f"success: tips within {MAX_TIP_ERROR:g} mm and {MAX_TIP_ANGLE:g} rad, shape "
         f"within {MAX_SHAPE_ERROR:g} mm, nothing touched; plant finer than the model; true nodes, "
@@ -106,13 +110,13 @@ def _print(trials: Sequence[WayTrial]) -> None:
         "shape error median / worst [mm]",
         "plan p50 / p90 [s]",
     ):
-        table.add_column(name, justify="right")
+        table.add_column(escape(name), justify="right")
     for kind, width in sorted({(t.spec.family, t.spec.gap) for t in trials}):
         rows = [t for t in trials if (t.spec.family, t.spec.gap) == (kind, width)]
         _add_row(table, kind, f"{width:g}", rows)
     table.add_section()
     _add_row(table, "all", "", trials)
-    Console().print(table)
+    return table
 
 
 def _add_row(table: Table, family: str, gap: str, trials: Sequence[WayTrial]) -> None:

@@ -6,6 +6,7 @@ import json as encoder
 import sys
 import time
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float64
@@ -13,6 +14,7 @@ from jaxtyping import Bool, Float64
 from benchmarks.perception.following.cases import CASES, Case
 from benchmarks.perception.following.frames import VIEW, TrueFrame, frames_of
 from benchmarks.perception.scenes import ROPES, STIFFNESS_ERROR
+from benchmarks.result_block import figures_table, find_block, show
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import TABLE
 from lariat.rod import RodProperties
@@ -76,7 +78,11 @@ class Figures:
 
 
 def run(
-    sequences: int = 4, seed: int = 0, only: tuple[Case, ...] = CASES, json: bool = False
+    sequences: int = 4,
+    seed: int = 0,
+    only: tuple[Case, ...] = CASES,
+    docs: Path | None = None,
+    json: bool = False,
 ) -> int:
     """Measure how a held rope is followed beside other ropes, behind hands and out of view.
 
@@ -91,8 +97,10 @@ def run(
         sequences: Number of sequences of each case.
         seed: Seed of the first one.
         only: Cases to measure.
-        json: Print one JSON object instead of a Markdown table.
+        docs: Folder of pages, in which the block of this command is written; none by default.
+        json: Print one JSON object instead of a table.
     """
+    block = find_block(docs)
     rows = []
     for case in only:
         print(f"{case} ...", file=sys.stderr)
@@ -103,11 +111,11 @@ def run(
     if json:
         print(encoder.dumps({"sequences": sequences, "seed": seed, "rows": rows}))
         return 0
-    print("| " + " | ".join(k.replace("_", " ") for k in rows[0]) + " |")
-    print("|" + "---|" * len(rows[0]))
-    for row in rows:
-        cells = [f"{v:.2f}" if isinstance(v, float) else str(v) for v in row.values()]
-        print("| " + " | ".join(cells) + " |")
+    caption = (
+        "Plant: MuJoCo, n = 88 for a model of 30; sensed: the simulated camera, 640 by 480 pixels; "
+        f"believed / true stiffness {STIFFNESS_ERROR:g}, not adapting; {sequences} sequences a row."
+    )
+    show([figures_table(rows, caption)], block)
     return 0
 
 

@@ -1,0 +1,184 @@
+"""Make Lariat's film and the GIFs of the documentation: `python -m tests.browser.film`.
+
+Runs are recorded by `lariat run`, unless the folder holds them, and drawn from their messages. The
+page is that of `lariat show`, photographed while its time bar is moved. Every piece is kept in the
+folder, so that an interrupted film goes on.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import tyro
+
+from shared.film import film
+from shared.film.film import VIDEO, FilmSettings, Picture
+from shared.film.recorded_run import RecordedRun
+from shared.recording import Recording
+from tests.browser.chromium import opened
+from tests.browser.stack import free_port
+
+PAGE_RUN = "three-cylinders"
+"""Scenario of the run that the page shows."""
+PAGE_PERIOD = 0.15
+"""Time of the recording between two pictures of the page [s]."""
+PAGE_SETTLING_TIME = 0.4
+"""Time that the page gets to draw another moment [s]."""
+PAGE_GIF = FilmSettings(size=(720, 405), rate=7)
+"""Settings of the page's GIF."""
+TITLE_TIME = 4.0
+"""Time for which a title is shown [s]."""
+REPEATS = 8
+"""Pictures of the video for each picture of the page, which then plays at about half speed."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Part of the film: a title, then a recorded run."""
+
+    scenario: str
+    """Shipped scenario."""
+    title: str
+    """Title."""
+    lines: tuple[str, ...]
+    """Lines below it."""
+
+
+SCENES = (
+    Scene(
+        "three-cylinders",
+        "Over obstacles",
+        (
+            "A planned path around three cylinders,",
+            "followed by model predictive control at 50 Hz.",
+        ),
+    ),
+    Scene(
+        "cable",
+        "Unknown stiffness",
+        (
+            "The cable's stiffness is believed wrong by a factor of four.",
+            "It is learned on the way.",
+        ),
+    ),
+    Scene(
+        "fixed-end",
+        "One arm",
+        ("One end is fixed, an emulated CR5 moves the other.", "The camera sees the rope."),
+    ),
+    Scene(
+        "two-arms",
+        "Two arms",
+        ("Links and joint limits of both arms are part of the plan.",),
+    ),
+    Scene(
+        "markers",
+        "Obstacles that are not where they should be",
+        ("Markers tell where they stand; one of them moves.",),
+    ),
+    Scene(
+        "over-a-bar",
+        "Leaning on a support",
+        ("The rope is laid over a bar with friction.",),
+    ),
+    Scene("two-turns", "Twist", ("The rope is wound by two whole turns.",)),
+    Scene("twenty-posts", "Long ropes", ("Two metres of rope among twenty posts.",)),
+)
+"""Parts of the film, in its order."""
+
+
+def main(folder: Path = Path("film"), gifs: Path | None = None) -> None:
+    """Make the film, and the GIFs of the documentation if their folder is named.
+
+    Args:
+        folder: Folder of recordings, pictures of the page and the film, `lariat.mp4`.
+        gifs: Folder for `run.gif` and `page.gif`, e.g. docs/guide.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    recordings = {s.scenario: recorded(s.scenario, folder) for s in SCENES}
+    page = page_pictures(recordings[PAGE_RUN], folder / "page")
+    if gifs is not None:
+        film.write_gif(Recording.open(recordings[PAGE_RUN]), gifs / "run.gif")
+        small = (
+            cv2.resize(cv2.imread(str(p)), PAGE_GIF.size, interpolation=cv2.INTER_AREA)
+            for p in page
+        )
+        film.encode_gif(small, gifs / "page.gif", PAGE_GIF)
+    file = folder / "lariat.mp4"
+    duration = film.encode_video(pictures(recordings, page), file)
+    print(f"{file}: {duration:.0f} s")
+
+
+def recorded(scenario: str, folder: Path) -> Path:
+    """Return the recording of a scenario's run, which is made if it is missing."""
+    file = folder / f"{scenario}.mcap"
+    if not file.exists():
+        run = [sys.executable, "-m", "cli", "run", scenario, "--stop-when-reached"]
+        subprocess.run([*run, "--record", str(file)], check=True)
+    return file
+
+
+def page_pictures(file: Path, folder: Path) -> list[Path]:
+    """Return pictures of the page that shows a recording, `PAGE_PERIOD` apart."""
+    folder.mkdir(exist_ok=True)
+    run = RecordedRun(Recording.open(file))
+    pictures = [folder / f"{k:03d}.png" for k in range(int(run.duration / PAGE_PERIOD))]
+    missing = [(k, picture) for k, picture in enumerate(pictures) if not picture.exists()]
+    if not missing:
+        return pictures
+    command = [sys.executable, "-m", "cli", "show", str(file), "--port", str(free_port())]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    try:
+        assert process.stderr is not None
+        line = process.stderr.readline()
+        address = next(word for word in line.split() if word.startswith("http://"))
+        with opened(address, *VIDEO.size) as page:
+            time_field = page.get_by_role("textbox").first
+            for k, picture in missing:
+                time_field.fill(f"{k * PAGE_PERIOD:.2f}")
+                time_field.press("Enter")
+                page.wait_for_timeout(1e3 * PAGE_SETTLING_TIME)
+                page.screenshot(path=picture)
+    finally:
+        process.terminate()
+        process.wait(10.0)
+    return pictures
+
+
+def pictures(recordings: dict[str, Path], page: list[Path]) -> Iterator[Picture]:
+    """Yield the pictures of the whole film.
+
+    Args:
+        recordings: Recordings by scenario.
+        page: Pictures of the page.
+    """
+    yield from film.title_card("Lariat", ("Shaping ropes and cables with a robot",), TITLE_TIME)
+    yield from film.title_card(
+        "The page", ("Set a goal, press Start, watch rope, path, camera and plots.",), TITLE_TIME
+    )
+    for file in page:
+        picture = cv2.imread(str(file))
+        assert picture is not None
+        for _ in range(REPEATS):
+            yield picture
+    for scene in SCENES:
+        yield from film.title_card(scene.title, scene.lines, TITLE_TIME)
+        run = RecordedRun(Recording.open(recordings[scene.scenario]))
+        yield from film.run_pictures(run)
+    yield from film.title_card(
+        "Lariat",
+        (
+            "All runs are simulated and shown in real time.",
+            "Orange: rope. Magenta: goal. Blue: path.",
+        ),
+        TITLE_TIME,
+    )
+
+
+if __name__ == "__main__":
+    tyro.cli(main)

@@ -23,7 +23,7 @@ BLOCKS = [
 
 
 def table() -> Table:
-    found = Table("what", "error [mm]", title="Two | rows", caption="plant: rod, n = 118")
+    found = Table("what", r"error \[mm]", title="Two | rows", caption="plant: rod, n = 118")
     found.columns[1].justify = "right"
     found.add_row("[red]straight[/red]", "0.12")
     found.add_row("a < b", r"\[0.5]")

@@ -51,6 +51,8 @@ class RopeObservation:
     """Standard deviation of each node's position [m]."""
     observed: Bool[np.ndarray, "n"]
     """Nodes that were seen, not bridged."""
+    doubt: float = 0.0
+    """Probability that the nodes are not those of the held rope [-]."""
 
 
 def rope_observation(message: NodeChain) -> RopeObservation:
@@ -62,6 +64,7 @@ def rope_observation(message: NodeChain) -> RopeObservation:
         nodes,
         np.array(message.sigma) if message.sigma else np.zeros(count),
         np.array(message.observed) if message.observed else np.ones(count, dtype=bool),
+        message.doubt,
     )
 
 

@@ -152,6 +152,8 @@ class ControllerService:
         self._estimate_begun = False
         """Whether the state estimate began where the arms were; False where it must begin anew."""
         self._last_seen: int | None = None
+        self._doubt = 0.0
+        """Probability that the newest nodes are not those of the rope [-]."""
         self._observed: Float64[np.ndarray, "n 3"] = self.estimator.nodes
         """Nodes of the rope as observed last; estimated ones where it was not seen [m]."""
         self._start_clearance = np.inf
@@ -259,6 +261,9 @@ class ControllerService:
     def _take_rope(self, inbox: Inbox, now: int) -> None:
         item = inbox.fresh(topics.ROPE_NODES)
         if item is None or self._arms is None:
+            return
+        self._doubt = item.message.doubt
+        if self._doubt > self.supervisor.settings.max_doubt:
             return
         if not item.message.positions or item.message.stamp < self.estimator.start_time:
             return
@@ -444,7 +449,9 @@ class ControllerService:
         """Reason to publish nothing but a hold; None when the arms can be controlled."""
         condition = arm_condition(arms, self._session)
         following = self.controller.reference is not None
-        reason = self.supervisor.hold_reason(now, condition, self._last_seen, following=following)
+        reason = self.supervisor.hold_reason(
+            now, condition, self._last_seen, following=following, doubt=self._doubt
+        )
         if reason is not None:
             return reason
         tracking_error = self.controller.tracking_error()

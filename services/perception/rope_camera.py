@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float64, UInt16
+from jaxtyping import Float64, UInt16
 
 from lariat.geometry.cameras import Intrinsics
 from lariat.geometry.obstacles import Obstacle
@@ -15,13 +15,11 @@ from services.perception.centerline.estimate import CenterlineEstimate
 from services.perception.markers.marker_obstacles import MarkerObstacles, ObstacleMove
 from services.perception.rgbd.camera_monitor import CameraMonitor
 from services.perception.rgbd.camera_view import CameraView, Images
+from services.perception.rgbd.line_of_sight import Sight, line_of_sight
 from services.perception.tracking.rope_tracker import RopeTracker
 from shared import topics
 from shared.messages import stamp_of
 from shared.service import Inbox
-
-BEHIND_DISTANCE = 0.015
-"""Distance behind a point from which a measured depth is of something behind it [m]."""
 
 
 @dataclass(frozen=True)
@@ -126,23 +124,17 @@ class RopeCamera:
         self.exposure, self._depth_image = None, depth
         return self._calibrated_tracker().track(color, depth, left, right, stamp)
 
-    def sees_past(self, points: Float64[np.ndarray, "k 3"]) -> Bool[np.ndarray, "k"]:
-        """Return whether the images that were processed last show something behind each point.
+    def look(self, points: Float64[np.ndarray, "k 3"], radius: float) -> Sight:
+        """Return what the images that were processed last show at points of a rope's axis.
 
         Args:
             points: Points in the world [m].
+            radius: Radius of the rope [m].
         """
-        depth = self._depth_image
-        if depth is None or self._tracker is None:
-            return np.zeros(len(points), bool)
-        pixels, z = self._tracker.camera.project(points)
-        at = np.rint(pixels)
-        height, width = depth.shape
-        inside = (z > 0.0) & (at >= 1.0).all(axis=1) & (at < [width - 1, height - 1]).all(axis=1)
-        column, row = np.where(inside[:, None], at, 1.0).astype(int).T
-        around = [depth[row + r, column + c] for r in (-1, 0, 1) for c in (-1, 0, 1)]
-        # Nothing is measured where the depth is 0.
-        return inside & (np.min(around, axis=0) > 1e3 * (z + BEHIND_DISTANCE))
+        if self._depth_image is None or self._tracker is None:
+            nothing = np.zeros(len(points), bool)
+            return Sight(nothing, nothing)
+        return line_of_sight(points, radius, self._depth_image, self._tracker.camera)
 
     def adopt(
         self, estimate: CenterlineEstimate, left: Pose | None, right: Pose | None, stamp: int

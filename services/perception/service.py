@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator, Sequence
-from functools import partial
+from functools import partial, reduce
+from operator import or_
 
 import numpy as np
-from jaxtyping import Bool, Float64
+from jaxtyping import Float64
 
 from lariat.geometry.cameras import Camera, Intrinsics
 from services.perception.centerline.estimate import MAX_DOUBT, CenterlineEstimate, RopeModel
@@ -17,6 +18,7 @@ from services.perception.clock_check import ClockCheck
 from services.perception.fusion import fuse
 from services.perception.markers.marker_obstacles import MarkerObstacles
 from services.perception.others_publisher import OthersPublisher
+from services.perception.rgbd.line_of_sight import Sight
 from services.perception.rope_camera import RopeCamera
 from services.perception.scene import ObstacleScene, SceneChangeRefused
 from services.perception.scene_requests import SceneRequests
@@ -46,6 +48,16 @@ GRAVITY = 9.81
 """Gravitational acceleration [m/s^2]."""
 MAX_DOUBTFUL_FRAMES = 8
 """Number of doubtful frames in a row from which the rope is reported as lost."""
+CONTRADICTED = (
+    "the image contradicts the grips and the rope's length; if nothing hides the rope, it has left "
+    "a grip, or the camera needs a calibration (lariat calibrate)"
+)
+"""Reason why a doubtful rope is lost."""
+BESIDE_ANOTHER = (
+    "the rope is not told from another one that lies on it or along it in the image; move the "
+    "other one away"
+)
+"""The same beside other ropes."""
 
 
 class PerceptionService:
@@ -135,7 +147,7 @@ class PerceptionService:
         elif due:
             estimate = self._perceived(due, stamp)
             yield self._rope_nodes(estimate, stamp)
-            yield from self._others.publications(estimate, self._seen_past, stamp, now)
+            yield from self._others.publications(estimate, self._look, stamp, now)
         elif faults and all(camera.fault for camera in self._cameras):
             yield self._lost("; ".join(c.fault for c in self._cameras), faults[0].stamp)
 
@@ -150,9 +162,9 @@ class PerceptionService:
                 camera.adopt(estimate, left, right, stamp)
         return estimate
 
-    def _seen_past(self, points: Float64[np.ndarray, "k 3"]) -> Bool[np.ndarray, "k"]:
-        """Whether any camera sees something behind each point."""
-        return np.any([camera.sees_past(points) for camera in self._cameras], axis=0)
+    def _look(self, points: Float64[np.ndarray, "k 3"]) -> Sight:
+        """What all cameras see at points of a rope's axis."""
+        return reduce(or_, (c.look(points, self._rope.radius) for c in self._cameras))
 
     def _follow_markers(self, camera: RopeCamera) -> None:
         """Move obstacles to where a camera sees their markers.
@@ -196,11 +208,8 @@ class PerceptionService:
             return self._lost(estimate.lost, stamp)
         self._doubtful_frames = self._doubtful_frames + 1 if estimate.doubt > MAX_DOUBT else 0
         if self._doubtful_frames >= MAX_DOUBTFUL_FRAMES:
-            return self._lost(
-                "the image contradicts the grips and the rope's length; if nothing hides the "
-                "rope, it has left a grip, or the camera needs a calibration (lariat calibrate)",
-                stamp,
-            )
+            reason = BESIDE_ANOTHER if estimate.others else CONTRADICTED
+            return self._lost(reason, stamp, estimate.probability_wrong)
         self._set_note("")
         self._nodes = estimate.positions
         return Publication(
@@ -210,12 +219,13 @@ class PerceptionService:
                 positions=estimate.positions.ravel(),
                 sigma=estimate.sigma,
                 observed=estimate.observed.tolist(),
+                doubt=estimate.probability_wrong,
             ),
         )
 
-    def _lost(self, reason: str, stamp: int) -> Publication:
+    def _lost(self, reason: str, stamp: int, doubt: float = 0.0) -> Publication:
         self._set_note(reason)
-        return Publication(topics.ROPE_NODES, NodeChain(stamp=stamp, lost=reason))
+        return Publication(topics.ROPE_NODES, NodeChain(stamp=stamp, lost=reason, doubt=doubt))
 
     def _set_note(self, lost: str) -> None:
         if bool(lost) != self._is_lost:

@@ -7,18 +7,20 @@ from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 DESCRIPTOR: _descriptor.FileDescriptor
 
 class NodeChain(_message.Message):
-    __slots__ = ("stamp", "positions", "sigma", "observed", "lost")
+    __slots__ = ("stamp", "positions", "sigma", "observed", "lost", "doubt")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     POSITIONS_FIELD_NUMBER: _ClassVar[int]
     SIGMA_FIELD_NUMBER: _ClassVar[int]
     OBSERVED_FIELD_NUMBER: _ClassVar[int]
     LOST_FIELD_NUMBER: _ClassVar[int]
+    DOUBT_FIELD_NUMBER: _ClassVar[int]
     stamp: int
     positions: _containers.RepeatedScalarFieldContainer[float]
     sigma: _containers.RepeatedScalarFieldContainer[float]
     observed: _containers.RepeatedScalarFieldContainer[bool]
     lost: str
-    def __init__(self, stamp: _Optional[int] = ..., positions: _Optional[_Iterable[float]] = ..., sigma: _Optional[_Iterable[float]] = ..., observed: _Optional[_Iterable[bool]] = ..., lost: _Optional[str] = ...) -> None: ...
+    doubt: float
+    def __init__(self, stamp: _Optional[int] = ..., positions: _Optional[_Iterable[float]] = ..., sigma: _Optional[_Iterable[float]] = ..., observed: _Optional[_Iterable[bool]] = ..., lost: _Optional[str] = ..., doubt: _Optional[float] = ...) -> None: ...
 
 class RopeLine(_message.Message):
     __slots__ = ("positions", "seen")

@@ -180,6 +180,8 @@ def _check_node_chain(message: messages.NodeChain) -> None:
     _check_bounded("sigma", message.sigma)
     _check_length("sigma", message.sigma, 0, count)
     _check_length("observed", message.observed, 0, count)
+    if not 0.0 <= message.doubt <= 1.0:
+        raise ValueError(f"doubt = {message.doubt:g} is no probability")
 
 
 def _check_other_ropes(message: messages.OtherRopes) -> None:

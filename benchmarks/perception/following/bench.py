@@ -12,16 +12,21 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from benchmarks.perception.following.cases import CASES, Case
+from benchmarks.perception.following.doubt import StatedDoubt, fitted, reliability
 from benchmarks.perception.following.frames import VIEW, TrueFrame, frames_of
 from benchmarks.perception.scenes import ROPES, STIFFNESS_ERROR
 from benchmarks.result_block import figures_table, find_block, show
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import TABLE
 from lariat.rod import RodProperties
+from services.controller.run.supervisor import SupervisorSettings
 from services.perception.centerline.estimate import CenterlineEstimate, RopeModel
 from services.perception.centerline.estimator import CenterlineEstimator
 from services.perception.tracking.centerline_tracker import CenterlineTracker
+from services.perception.tracking.chain_doubt import ChainDoubt
 
+MAX_DOUBT = SupervisorSettings().max_doubt
+"""Probability above which the controller does not use a chain [-]."""
 WRONG_ERROR, WRONG_SIGMAS = 0.010, 3.0
 """Error [m] and error relative to sigma above which a node counts as confidently wrong."""
 FOUND_ERROR, FOUND_SHARE = 0.003, 0.5
@@ -45,6 +50,12 @@ class Figures:
     """Number of frames with a confidently wrong node."""
     followed: int = 0
     """Number of frames with an observed node that is off and lies on another rope."""
+    believed: int = 0
+    """Number of these whose stated doubt lets the controller use them."""
+    refused: int = 0
+    """Number of frames with a right chain whose stated doubt keeps the controller from using it."""
+    doubts: list[StatedDoubt] = field(default_factory=list)
+    """Stated doubt of every chain, and whether it was wrong."""
     errors: list[Float64[np.ndarray, "n"]] = field(default_factory=list)
     sigmas: list[Float64[np.ndarray, "n"]] = field(default_factory=list)
     observed: list[Bool[np.ndarray, "n"]] = field(default_factory=list)
@@ -68,6 +79,8 @@ class Figures:
             "p99_mm": 1e3 * float(np.percentile(seen, 99)),
             "max_mm": 1e3 * float(np.max(seen)),
             "other_rope_followed": self.followed,
+            "believed": self.believed,
+            "right_refused": self.refused,
             "confidently_wrong": self.wrong,
             "within_90": float(np.mean(seen < INTERVAL_SIGMAS * sigmas[observed])),
             "observed_of_visible": float(np.mean(observed[visible])),
@@ -83,6 +96,7 @@ def run(
     only: tuple[Case, ...] = CASES,
     docs: Path | None = None,
     json: bool = False,
+    fit: bool = False,
 ) -> int:
     """Measure how a held rope is followed beside other ropes, behind hands and out of view.
 
@@ -99,23 +113,32 @@ def run(
         only: Cases to measure.
         docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of a table.
+        fit: Print the coefficients of the doubt, fitted to these sequences.
     """
     block = find_block(docs)
-    rows = []
+    rows, doubts = [], []
     for case in only:
         print(f"{case} ...", file=sys.stderr)
         figures = Figures()
         for k in range(sequences):
             follow(case, seed + k, figures)
         rows.append(figures.row(case))
+        doubts += figures.doubts
+    bins = reliability(doubts)
     if json:
-        print(encoder.dumps({"sequences": sequences, "seed": seed, "rows": rows}))
+        every = {"sequences": sequences, "seed": seed, "rows": rows, "reliability": bins}
+        print(encoder.dumps(every))
         return 0
     caption = (
         "Plant: MuJoCo, n = 88 for a model of 30; sensed: the simulated camera, 640 by 480 pixels; "
         f"believed / true stiffness {STIFFNESS_ERROR:g}, not adapting; {sequences} sequences a row."
     )
-    show([figures_table(rows, caption)], block)
+    stated = (
+        "Probability that a visible node is off by over a centimetre, stated and as it came out."
+    )
+    show([figures_table(rows, caption), figures_table(bins, stated)], block)
+    if fit:
+        print(f"COEFFICIENTS = {tuple(round(c, 3) for c in fitted(doubts))}")
     return 0
 
 
@@ -128,7 +151,7 @@ def follow(case: Case, seed: int, figures: Figures) -> None:
     weight = 9.81 * truth.linear_density / believed.bending_stiffness
     model = RopeModel(truth.length, truth.diameter / 2.0, truth.node_count, weight)
     tracker = CenterlineTracker(CenterlineEstimator(VIEW, model), believed, [TABLE])
-    gone, returned = False, 0.0
+    gone, returned, model_doubt = False, 0.0, ChainDoubt()
     for number, frame in enumerate(frames_of(truth, case, seed)):
         if not number:
             tracker.warm_up(frame.left, frame.right)
@@ -152,6 +175,10 @@ def follow(case: Case, seed: int, figures: Figures) -> None:
             continue
         errors = np.linalg.norm(estimate.positions - frame.nodes, axis=1)
         _count(figures, frame, estimate, errors)
+        features = model_doubt.features(estimate.doubt, round(1e9 * (1.0 + frame.time)))
+        off = bool(np.any(errors[frame.visible] > WRONG_ERROR))
+        figures.doubts.append(StatedDoubt(estimate.probability_wrong, off, features))
+        figures.refused += not off and estimate.probability_wrong > MAX_DOUBT
         if gone and returned and _is_found(frame, estimate, errors):
             figures.found_again.append(frame.time - returned)
             gone = False
@@ -169,10 +196,12 @@ def _count(
     figures.wrong += bool(np.any(off & (errors > WRONG_SIGMAS * estimate.sigma)))
     suspects = estimate.positions[off & estimate.observed]
     if len(suspects):
-        figures.followed += any(
+        on_another = any(
             bool(np.any(_axis_distance(suspects, tube.nodes) < 2.0 * tube.radius))
             for tube in frame.tubes
         )
+        figures.followed += on_another
+        figures.believed += on_another and estimate.probability_wrong <= MAX_DOUBT
     figures.errors.append(errors)
     figures.sigmas.append(estimate.sigma)
     figures.observed.append(estimate.observed)

@@ -32,6 +32,7 @@ class ReasonCode(Enum):
     ARMS_UNAVAILABLE = auto()
     WAITING_FOR_RESET = auto()
     ROPE_NOT_SEEN = auto()
+    ROPE_DOUBTFUL = auto()
     SETPOINTS_REFUSED = auto()
     ARM_OFF_COURSE = auto()
     APPROACHING_OBSTACLE = auto()
@@ -81,6 +82,10 @@ TEXTS: Mapping[ReasonCode, str] = {
     ReasonCode.ARMS_UNAVAILABLE: "the arms do not follow: {state}",
     ReasonCode.WAITING_FOR_RESET: "waiting for the arms to reset",
     ReasonCode.ROPE_NOT_SEEN: "the rope has not been seen for {seconds:g} s",
+    ReasonCode.ROPE_DOUBTFUL: (
+        "the rope has not been told from what lies beside it for {seconds:g} s (what is seen is "
+        "another shape or rope with probability {doubt:.2f}); move the other away"
+    ),
     ReasonCode.SETPOINTS_REFUSED: "the gateway refuses the path ({refusal})",
     ReasonCode.ARM_OFF_COURSE: "an arm is {error_mm:.0f} mm from where it should be",
     ReasonCode.APPROACHING_OBSTACLE: (

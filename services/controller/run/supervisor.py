@@ -30,6 +30,8 @@ class SupervisorSettings:
 
     Half a second, less what an arm takes to follow, so that it has begun to brake in time.
     """
+    max_doubt: float = 0.03
+    """Probability that what is seen is not the held rope, above which it is no observation [-]."""
     max_tracking_error: float = 0.04
     """Distance between command and arm at which the command is given up [m].
 
@@ -135,7 +137,13 @@ class RunSupervisor:
     # Conditions to hold the arms.
 
     def hold_reason(
-        self, now: int, arms: ArmCondition, last_seen: int | None, *, following: bool
+        self,
+        now: int,
+        arms: ArmCondition,
+        last_seen: int | None,
+        *,
+        following: bool,
+        doubt: float = 0.0,
     ) -> Reason | None:
         """Reason to hold the arms; None when they can be controlled.
 
@@ -144,6 +152,7 @@ class RunSupervisor:
             arms: Condition of the arms.
             last_seen: Time of the last observation of the rope [ns]; None before the first one.
             following: Whether a path is being followed.
+            doubt: Probability that what was seen since is not the rope [-]; 0 if nothing was.
         """
         task, max_blind_time = self._task, self.settings.max_blind_time
         if not task.active:
@@ -155,7 +164,10 @@ class RunSupervisor:
         if last_seen is None or now - last_seen > max_blind_time:
             if following:
                 task.request_path()
-            return Reason(ReasonCode.ROPE_NOT_SEEN, {"seconds": max_blind_time / SECOND})
+            seconds = max_blind_time / SECOND
+            if doubt > self.settings.max_doubt:
+                return Reason(ReasonCode.ROPE_DOUBTFUL, {"seconds": seconds, "doubt": doubt})
+            return Reason(ReasonCode.ROPE_NOT_SEEN, {"seconds": seconds})
         return None
 
     def unfollowed_reason(

@@ -83,6 +83,8 @@ class CenterlineEstimate:
     """Root mean square of the residuals over their standard deviations [-]."""
     doubt: float = 0.0
     """Contradiction between image and chain [-]: 0 for none, above `MAX_DOUBT` for a wrong one."""
+    probability_wrong: float = 0.0
+    """Probability that some visible node lies off the rope by more than a centimetre [-]."""
     length_ratio: float | None = None
     """Length of the rope in the image, relative to the given one [-]; None if not measured."""
     rivals: float = 0.0

@@ -40,6 +40,9 @@ from services.perception.centerline.settings import CenterlineSettings
 
 CHORD_ERROR_SHARE = 0.5
 """Share of the correction from straight edges to a smooth rope that counts as uncertain [-]."""
+KNOWN_WIDTHS, KNOWN_SHARE = 0.7, 0.9
+"""Distance in the image up to which a line lies on a known one [rope widths], and share of its
+points that do from which it is known."""
 GIVEN_LENGTH = ChainLength()
 """Length of a rope that is as long as given."""
 
@@ -68,6 +71,7 @@ class CenterlineEstimator:
         fallback_prior: Callable[[], ShapePrior | None] | None = None,
         bias: float = 0.0,
         length: ChainLength = GIVEN_LENGTH,
+        known: Sequence[OtherLine] = (),
     ) -> CenterlineEstimate:
         """Estimate the rope in one frame.
 
@@ -81,11 +85,12 @@ class CenterlineEstimator:
                 leaves doubt.
             bias: Bias of every depth [m].
             length: Length of the rope, and whether to measure it.
+            known: Lines of other ropes where they are expected.
         """
         view = self._observer.observe(color, depth, bias)
         if isinstance(view, str):
             return CenterlineEstimate.failed(view)
-        return self._best_hypothesis(view, left, right, prior, fallback_prior, length)
+        return self._best_hypothesis(view, left, right, prior, fallback_prior, length, known)
 
     def _best_hypothesis(
         self,
@@ -95,6 +100,7 @@ class CenterlineEstimator:
         prior: ShapePrior | None,
         fallback_prior: Callable[[], ShapePrior | None] | None,
         length: ChainLength,
+        known: Sequence[OtherLine],
     ) -> CenterlineEstimate:
         """Best hypothesis, with standard deviations widened by its rivals."""
         s = self.settings.hypotheses
@@ -103,7 +109,9 @@ class CenterlineEstimator:
         for start in initial_chains(
             view, self.rope, s.prior_reach, left, right, prior, fallback_prior
         ):
-            found, consistency, unseen = self._judged(samples, start, left, right, prior, length)
+            found, consistency, unseen = self._judged(
+                samples, start, left, right, prior, length, known
+            )
             doubt = consistency.doubt(unseen) + max(0.0, found.misfit - 1.0)
             doubt += found.rivals / s.tolerated_rivals
             doubt += max(0.0, found.overlap - s.clear_overlap) / s.tolerated_overlap
@@ -147,30 +155,33 @@ class CenterlineEstimator:
         right: Pose | None,
         prior: ShapePrior | None,
         length: ChainLength,
+        known: Sequence[OtherLine],
     ) -> tuple[CenterlineEstimate, ReprojectionConsistency, float]:
         """Fit of one hypothesis, its consistency with the image, and its share without any ranges.
 
-        Where the image shows other ropes beside the chain, the chain is fitted anew without the
-        measurements that may be of them.
+        The chain is fitted without the measurements that may be of other ropes. Where the image
+        shows others than the known ones, it is fitted anew.
         """
         view = samples.observation
-        found = self._fitted(samples, start, left, right, length)
+        found = self._fitted(samples, start, left, right, length, known)
         unseen = 1.0 - float(np.mean(found.observed))
-        consistency = reprojection_consistency(found.positions, self.camera, view)
-        if consistency.unexplained < self.settings.hypotheses.tolerated_unexplained:
+        axes = [line.pixels for line in known]
+        consistency = reprojection_consistency(found.positions, self.camera, view, axes)
+        if not known and consistency.unexplained < self.settings.hypotheses.tolerated_unexplained:
             return found, consistency, unseen
         held = left is not None, right is not None
         beside = strands_beside_chain(view, self.camera, self.rope, found, held, prior)
-        if not beside.foreign:
-            return replace(found, rivals=beside.rivals), consistency, unseen
-        lines = tuple(join_strands(beside.foreign, view.width))
-        found = self._fitted(samples, start, left, right, length, lines)
-        beside = strands_beside_chain(view, self.camera, self.rope, found, held, prior)
-        overlap = overlap_of(found.positions, lines, self.camera, view.width)
-        found = replace(found, others=lines, rivals=beside.rivals, overlap=overlap)
-        axes = [line.pixels for line in lines]
-        consistency = reprojection_consistency(found.positions, self.camera, view, axes)
-        return found, consistency, unseen
+        if beside.foreign:
+            lines = [*join_strands(beside.foreign, view.width)]
+            every = [*lines, *known]
+            if not all(_is_known(line, known, view.width) for line in lines):
+                found = self._fitted(samples, start, left, right, length, every)
+                beside = strands_beside_chain(view, self.camera, self.rope, found, held, prior)
+            overlap = overlap_of(found.positions, every, self.camera, view.width)
+            found = replace(found, others=tuple(lines), overlap=overlap)
+            axes = [line.pixels for line in every]
+            consistency = reprojection_consistency(found.positions, self.camera, view, axes)
+        return replace(found, rivals=beside.rivals), consistency, unseen
 
     def _wrong_topology_sigma(
         self, left: Pose | None, right: Pose | None
@@ -227,6 +238,15 @@ class CenterlineEstimator:
         return CenterlineEstimate(
             fit.nodes - chord_error, sigma, observed, misfit=fit.misfit, length_ratio=ratio
         )
+
+
+def _is_known(line: OtherLine, known: Sequence[OtherLine], width: float) -> bool:
+    """Whether a line lies on known ones in the image."""
+    if not known:
+        return False
+    pixels = np.concatenate([other.pixels for other in known])
+    gaps = np.min(polylines.point_distances(line.pixels[::4], pixels), axis=1)
+    return float(np.mean(gaps < KNOWN_WIDTHS * width)) > KNOWN_SHARE
 
 
 def _chord_error(nodes: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "n 3"]:

@@ -103,7 +103,7 @@ def _uncovered(
         camera: Camera of the frame.
         nodes: Nodes of the chain [m].
     """
-    dense = camera.project(polylines.resample(nodes, 8 * len(nodes)))[0]
+    dense = camera.project(polylines.resample(nodes, 4 * len(nodes)))[0]
     reach = CHAIN_HALF_WIDTH * view.width + CHAIN_MARGIN
     shortest = MIN_STRAND_WIDTHS * view.width
     for ridge, points in zip(view.ridges, view.points, strict=True):

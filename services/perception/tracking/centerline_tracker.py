@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float64, UInt8, UInt16
 
+from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties
@@ -20,10 +21,15 @@ from services.perception.centerline.estimate import (
     MAX_DOUBT,
     CenterlineEstimate,
     ChainLength,
+    OtherLine,
     ShapePrior,
 )
 from services.perception.centerline.estimator import CenterlineEstimator
 from services.perception.rgbd.depth_bias import DepthBias
+from services.perception.rgbd.line_of_sight import Sight, line_of_sight
+from services.perception.tracking.chain_doubt import ChainDoubt
+from services.perception.tracking.motion_uncertainty import MotionUncertainty
+from services.perception.tracking.other_ropes import OtherRopes
 
 log = logging.getLogger(__name__)
 
@@ -36,6 +42,10 @@ LENGTH_PERIOD = 10
 """Number of frames between two measurements of the length after that."""
 MAX_LENGTH_ERROR = 0.03
 """Largest deviation of the measured length from the given one, as a share [-]."""
+MAX_LEARNT_DOUBT = 0.03
+"""Probability of a wrong chain below which the lines beside it are taken for other ropes [-]."""
+KNOWN_POINT_DISTANCE = 0.003
+"""Distance of the points of another rope where it is expected [m]."""
 
 
 @dataclass(frozen=True)
@@ -106,11 +116,16 @@ class CenterlineTracker:
         self._rest_failed = False
         self._bias = DepthBias(estimator.camera, bodies)
         self._length = LengthMean()
+        self._doubt = ChainDoubt()
+        self._others = OtherRopes()
+        self._motion = MotionUncertainty()
 
     def forget(self) -> None:
         """Drop the last estimate and the measured length: another rope may be there."""
         self._last = None
         self._length = LengthMean()
+        self._doubt.forget()
+        self._others.forget()
 
     def warm_up(self, left: Pose, right: Pose) -> None:
         """Compile the fit on an image of a stripe, and the rod."""
@@ -141,11 +156,32 @@ class CenterlineTracker:
             lambda: self._shape_at_rest(left, right),
             self._bias.update(depth),
             self._length.now(),
+            self._expected_others(),
         )
         self._length.take(estimate.length_ratio)
+        count = self._estimator.rope.node_count
+        added, wrong = self._motion.take((left, right), count, stamp), 0.0
         if not estimate.lost:
             self.adopt(_continued(estimate, prior), left, right, stamp)
-        return estimate
+            wrong = self._doubt.take(estimate.doubt, stamp)
+        # Beside a chain that may lie on another rope, ours would be taken for the other one.
+        lines = [line.points for line in estimate.others if wrong < MAX_LEARNT_DOUBT]
+        self._others.update(lines, lambda points: self._look(points, depth), stamp)
+        if estimate.lost:
+            return estimate
+        return replace(estimate, sigma=np.hypot(estimate.sigma, added), probability_wrong=wrong)
+
+    def _expected_others(self) -> list[OtherLine]:
+        """Lines of the other ropes where they were seen last."""
+        lines = []
+        for part in (part for rope in self._others.ropes for part in rope.parts):
+            count = max(2, round(polylines.length(part.points) / KNOWN_POINT_DISTANCE))
+            points = polylines.resample(part.points, count)
+            lines.append(OtherLine(self.camera.project(points)[0], points, 0.0))
+        return lines
+
+    def _look(self, points: Float64[np.ndarray, "k 3"], depth: UInt16[np.ndarray, "h w"]) -> Sight:
+        return line_of_sight(points, self._estimator.rope.radius, depth, self.camera)
 
     def adopt(
         self, estimate: CenterlineEstimate, left: Pose | None, right: Pose | None, stamp: int

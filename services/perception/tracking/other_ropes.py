@@ -1,18 +1,19 @@
 """Ropes beside the held one, followed over time.
 
-A rope that is hidden, in part or whole, is remembered where it was; a place through which the
-camera sees is empty.
+A rope that is hidden, in part or whole, is remembered where it was, longer while something is seen
+there; a place through which the camera sees is empty.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
 from lariat.geometry import polylines
+from services.perception.rgbd.line_of_sight import Look
 
 POINT_DISTANCE = 0.01
 """Distance of the points of a line [m]."""
@@ -32,6 +33,8 @@ class OtherRopesSettings:
     """Share of a rope on a line from which both are one rope [-]."""
     memory: int = 1_000_000_000
     """Time for which a hidden part is remembered [ns]."""
+    max_memory: int = 5_000_000_000
+    """The same while something is seen at its place [ns]."""
     min_frames: int = 3
     """Number of images in which a rope is seen before it is reported."""
     min_length: float = 0.04
@@ -74,9 +77,6 @@ class FollowedRope:
         return sum(polylines.length(part.points) for part in self.parts)
 
 
-SeesPast = Callable[[Float64[np.ndarray, "k 3"]], Bool[np.ndarray, "k"]]
-
-
 class OtherRopes:
     """Ropes beside the held one, each by a number that it keeps."""
 
@@ -99,14 +99,12 @@ class OtherRopes:
         self._ropes = []
         self._revise()
 
-    def update(
-        self, lines: Sequence[Float64[np.ndarray, "k 3"]], sees_past: SeesPast, stamp: int
-    ) -> None:
+    def update(self, lines: Sequence[Float64[np.ndarray, "k 3"]], look: Look, stamp: int) -> None:
         """Take in the lines of a frame.
 
         Args:
             lines: Points along the axis of each line [m].
-            sees_past: Function that tells for points whether a camera sees something behind them.
+            look: Function that tells what the cameras see at some points.
             stamp: Time of the exposure [ns].
         """
         found: dict[int, list[Float64[np.ndarray, "k 3"]]] = {}
@@ -114,7 +112,7 @@ class OtherRopes:
             rope = self._rope_of(line)
             found.setdefault(rope.id, []).append(line)
         for rope in self._ropes:
-            self._follow(rope, found.get(rope.id, []), sees_past, stamp)
+            self._follow(rope, found.get(rope.id, []), look, stamp)
         self._ropes = [rope for rope in self._ropes if rope.parts]
         self._revise()
 
@@ -144,7 +142,7 @@ class OtherRopes:
         self,
         rope: FollowedRope,
         lines: Sequence[Float64[np.ndarray, "k 3"]],
-        sees_past: SeesPast,
+        look: Look,
         stamp: int,
     ) -> None:
         """Replace the parts of a rope by the lines of a frame, and keep those that are hidden."""
@@ -153,7 +151,8 @@ class OtherRopes:
         parts = [RopePart(line, seen=True) for line in lines]
         stamps = [np.full(len(line), stamp) for line in lines]
         for part, since in zip(rope.parts, rope.stamps, strict=True):
-            kept = (stamp - since < s.memory) & ~sees_past(part.points)
+            sight, age = look(part.points), stamp - since
+            kept = (age < np.where(sight.there, s.max_memory, s.memory)) & ~sight.past
             if len(seen):
                 gaps = polylines.point_distances(part.points, seen)
                 kept &= np.min(gaps, axis=1) > s.same_distance

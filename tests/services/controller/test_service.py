@@ -37,9 +37,10 @@ def inbox(now: int, distance: float, newest: dict[str, Received], *requests: Tas
     return Inbox(newest, {**arrived, topics.TASK_REQUEST.key: items(*requests)})
 
 
-def observe(service: ControllerService, now: int) -> None:
-    """Hand over an observation that agrees with the estimate."""
-    rope = messages.NodeChain(stamp=now, positions=service.estimator.nodes.ravel())
+def observe(service: ControllerService, now: int, doubt: float = 0.0, aside: float = 0.0) -> None:
+    """Hand over an observation that agrees with the estimate, or lies aside of it [m]."""
+    nodes = service.estimator.nodes + np.array([0.0, aside, 0.0])
+    rope = messages.NodeChain(stamp=now, positions=nodes.ravel(), doubt=doubt)
     arrived = {topics.ROPE_NODES.key: [Received(rope, "perception", 0, now)]}
     list(service.step(Inbox({}, arrived), now))
 
@@ -101,6 +102,31 @@ def test_run_asks_once_for_a_path_after_an_older_failure() -> None:
     # A failure that is newer than the run ends it.
     receive_failure(5 * SECOND, 5 * SECOND)
     assert task.state is RunState.FAILED
+
+
+def test_a_rope_that_may_be_another_is_no_observation_and_the_hold_says_so() -> None:
+    service = build(SCENARIO, "session")
+
+    def hold(now: int) -> str:
+        (reason,) = (
+            p.message.reason
+            for p in published(service, now, 0.4)
+            if p.topic is topics.ARM_SETPOINTS
+        )
+        return reason
+
+    published(service, SECOND, 0.4, TaskRequest(id="1", action=TaskRequest.START))
+    observe(service, SECOND)
+    assert hold(SECOND + SECOND // 10) == "waiting for a path"
+    before, now = service.estimator.nodes, SECOND
+    for _ in range(25):
+        now += SECOND // 50
+        published(service, now, 0.4)
+        observe(service, now, doubt=0.8, aside=0.02)
+    assert "probability 0.80" in hold(now)
+    np.testing.assert_allclose(service.estimator.nodes, before, atol=1e-3)
+    observe(service, now, doubt=0.01)
+    assert hold(now) == "waiting for a path"
 
 
 def test_duration_of_a_run_ends_with_the_run() -> None:

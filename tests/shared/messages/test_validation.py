@@ -72,6 +72,8 @@ def test_every_message_of_a_run_is_valid(recording: FilePath) -> None:
     [
         (topics.ROPE_NODES, NodeChain(positions=[0.0, 1.0]), "not 3 a point"),
         (topics.ROPE_NODES, NodeChain(positions=[0.0] * 3), "a rope has 2 to"),
+        (topics.ROPE_NODES, NodeChain(positions=[0.0] * 6, doubt=-0.1), "is no probability"),
+        (topics.ROPE_NODES, NodeChain(doubt=math.nan), "is no probability"),
         (topics.ROPE_OTHERS, beside(positions=[0.0] * 3), "positions has 1 nodes"),
         (topics.ROPE_OTHERS, beside(positions=[0.0] * 5 + [1e4]), "beyond ±100 m"),
         (topics.ROPE_OTHERS, beside(diameter=0.0), "diameter = 0 m"),

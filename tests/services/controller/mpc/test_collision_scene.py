@@ -25,8 +25,8 @@ def test_other_ropes_are_avoided_and_stay_when_the_scene_changes() -> None:
 
 def test_a_goal_on_another_rope_does_not_lower_the_clearance_from_it() -> None:
     task = ControllerService(SCENARIO, "session").task
+    before = CollisionScene(SCENARIO).avoidance(task, 0.0)
     scene = CollisionScene(SCENARIO)
-    before = scene.avoidance(task, 0.0)
     middle = tuple(task.goal.nodes[20].tolist())
     scene.update_others((Obstacle("sphere", middle, radius=0.01, name="other rope 1"),))
     beside = scene.avoidance(task, 0.0)

@@ -87,14 +87,21 @@ def code_of(reason) -> ReasonCode | None:
 
 
 def test_arms_hold_for_the_task_the_arms_and_a_rope_that_is_not_seen(run: Run) -> None:
-    def reason(arms: ArmCondition = ARMS, last_seen: int | None = 2 * SECOND) -> ReasonCode | None:
-        return code_of(run.supervisor.hold_reason(2 * SECOND + 1, arms, last_seen, following=False))
+    def reason(
+        arms: ArmCondition = ARMS, last_seen: int | None = 2 * SECOND, doubt: float = 0.0
+    ) -> ReasonCode | None:
+        now = 2 * SECOND + 1
+        hold = run.supervisor.hold_reason(now, arms, last_seen, following=False, doubt=doubt)
+        return code_of(hold)
 
     assert reason() is None
     assert reason(replace(ARMS, available=False)) is ReasonCode.ARMS_UNAVAILABLE
     assert reason(replace(ARMS, reset_count=1)) is ReasonCode.WAITING_FOR_RESET
     assert reason(last_seen=None) is ReasonCode.ROPE_NOT_SEEN
     assert reason(last_seen=SECOND) is ReasonCode.ROPE_NOT_SEEN
+    assert reason(last_seen=SECOND, doubt=0.02) is ReasonCode.ROPE_NOT_SEEN
+    assert reason(last_seen=SECOND, doubt=0.6) is ReasonCode.ROPE_DOUBTFUL
+    assert reason(doubt=0.6) is None
     run.task.pause()
     assert reason() is ReasonCode.PAUSE_REQUESTED
 

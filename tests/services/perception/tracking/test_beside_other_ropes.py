@@ -9,7 +9,7 @@ from jaxtyping import Float64
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import TABLE
 from lariat.rod import RodProperties
-from services.perception.centerline.estimate import CenterlineEstimate
+from services.perception.centerline.estimate import CenterlineEstimate, OtherLine, ShapePrior
 from services.perception.centerline.estimator import CenterlineEstimator
 from services.perception.tracking.centerline_tracker import CenterlineTracker
 from services.sim.camera.rgbd_camera import RGB, RgbdCamera, Tube
@@ -63,6 +63,41 @@ def test_a_rope_that_lies_on_ours_in_the_image_is_followed_with_doubt_only() -> 
         errors = np.linalg.norm(estimate.positions - nodes, axis=1)
         wrong = (errors > 0.01) & (errors > 3.0 * estimate.sigma)
         assert not np.any(wrong & estimate.observed)
+
+
+def test_a_rope_that_is_known_to_lie_on_ours_does_not_draw_the_chain_to_it() -> None:
+    nodes = curve(3, bend=0.6)
+    along = Tube(nodes + np.array([0.004, 0.004, 0.012]), ROPE.radius, WHITE)
+    frame = RgbdCamera(CAMERA, seed=1).take(nodes, ROPE.radius, [TABLE], frame=0, tubes=[along])
+    points = polylines.resample(along.nodes, 150)
+    line = OtherLine(CAMERA.project(points)[0], points, 1.0)
+    prior = ShapePrior(nodes, np.full(len(nodes), 0.004))
+    estimator = CenterlineEstimator(CAMERA, ROPE)
+    unknown, known = (
+        estimator.estimate(frame.color, frame.depth, *grips(nodes), prior, known=lines)
+        for lines in ((), (line,))
+    )
+    errors = [np.mean(np.linalg.norm(e.positions - nodes, axis=1)) for e in (unknown, known)]
+    assert errors[0] > 5e-3
+    assert errors[1] < 1e-3
+    assert not np.any(known.observed)
+
+
+def test_a_rope_that_is_moved_under_another_is_not_taken_for_it() -> None:
+    nodes = curve(3, bend=0.6)
+    other = Tube(nodes + np.array([0.0, 0.003, 0.012]), ROPE.radius, WHITE)
+    estimator = CenterlineEstimator(CAMERA, ROPE)
+    tracker = CenterlineTracker(estimator, RodProperties(0.45, 0.008, 0.044, 1e6), [TABLE])
+    camera = RgbdCamera(CAMERA, seed=1)
+    for k in range(12):
+        moved = nodes + np.array([0.0, 0.06 - 0.006 * min(k, 10), 0.0])
+        frame = camera.take(moved, ROPE.radius, [TABLE], frame=k, tubes=[other])
+        stamp = 1_000_000_000 + k * 33_000_000
+        found = tracker.track(frame.color, frame.depth, *grips(moved), stamp)
+        errors = np.linalg.norm(found.positions - moved, axis=1)
+        assert not np.any(errors[found.observed] > 5e-3)
+    assert np.mean(errors) < 5e-3
+    assert not np.any((errors > 0.01) & (errors > 3.0 * found.sigma))
 
 
 def test_a_rope_alone_has_no_others() -> None:

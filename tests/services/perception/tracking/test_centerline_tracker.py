@@ -51,3 +51,20 @@ def test_the_length_is_measured_often_at_first_and_bounded() -> None:
     assert sum(length.now().measure for _ in range(30)) == 3
     length.take(None)
     assert length.now().ratio == pytest.approx(1.03)
+
+
+def test_nodes_of_a_rope_in_motion_are_less_certain() -> None:
+    nodes = curve(2, bend=0.8)
+    camera = RgbdCamera(CAMERA, SensorNoise(), seed=1)
+    sigmas = []
+    for step in (0.0, 0.02):
+        tracker = CenterlineTracker(
+            CenterlineEstimator(CAMERA, ROPE), RodProperties(ROPE.length, 0.008, 0.044, 1e6)
+        )
+        for k in range(3):
+            moved = nodes + k * np.array([0.0, step, 0.0])
+            frame = camera.take(moved, ROPE.radius, [TABLE], frame=k)
+            stamp = 1_000_000_000 + k * 40_000_000
+            found = tracker.track(frame.color, frame.depth, *grips(moved), stamp)
+        sigmas.append(float(np.median(found.sigma)))
+    assert sigmas[1] > sigmas[0] + 2e-4

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
-from jaxtyping import Bool, Float64
+from jaxtyping import Float64
 
 from lariat.geometry import polylines
+from services.perception.rgbd.line_of_sight import Sight
 from services.perception.tracking.other_ropes import OtherRopes
 
 FRAME = 33_000_000
@@ -19,20 +22,14 @@ def line(x: float, y: float, yaw: float, length: float = 0.4) -> Points:
     return np.array([x, y, 0.2]) + s * np.array([np.cos(yaw), np.sin(yaw), 0.0])
 
 
-def nowhere(points: Points) -> Bool[np.ndarray, "k"]:
-    """Hidden: nothing is seen behind."""
-    return np.zeros(len(points), bool)
-
-
-def everywhere(points: Points) -> Bool[np.ndarray, "k"]:
-    """Nothing stands there."""
-    return np.ones(len(points), bool)
+def sight(points: Points, past: bool = False, there: bool = False) -> Sight:
+    return Sight(np.full(len(points), past), np.full(len(points), there))
 
 
 def after(*frames: list[Points], others: OtherRopes | None = None, start: int = 0) -> OtherRopes:
     others = others or OtherRopes()
     for number, lines in enumerate(frames):
-        others.update(lines, nowhere, (start + number) * FRAME)
+        others.update(lines, sight, (start + number) * FRAME)
     return others
 
 
@@ -46,8 +43,9 @@ def test_two_ropes_that_cross_keep_their_numbers_while_one_passes() -> None:
         lines = [line(0, 0, 0), line(0.015 * k - 0.3, 0, 1.5)]
         drawn = np.concatenate(lines)
 
-        def clear(points: Points, drawn: Points = drawn) -> Bool[np.ndarray, "k"]:
-            return np.min(polylines.point_distances(points, drawn), axis=1) > 0.01
+        def clear(points: Points, drawn: Points = drawn) -> Sight:
+            past = np.min(polylines.point_distances(points, drawn), axis=1) > 0.01
+            return Sight(past, ~past)
 
         others.update(lines, clear, k * FRAME)
     assert [rope.id for rope in others.ropes] == [1, 2]
@@ -70,7 +68,16 @@ def test_a_rope_that_is_hidden_for_less_than_a_second_keeps_its_number_and_place
 
 def test_a_rope_is_forgotten_at_once_where_the_camera_sees_past_it() -> None:
     others = after(*5 * [[line(0, 0, 0)]])
-    others.update([], everywhere, 5 * FRAME)
+    others.update([], partial(sight, past=True), 5 * FRAME)
+    assert not others.ropes
+
+
+def test_a_rope_whose_place_stays_taken_is_remembered_for_five_seconds() -> None:
+    others = after(*5 * [[line(0, 0, 0)]])
+    for number in range(5, 140):
+        others.update([], partial(sight, there=True), number * FRAME)
+    assert len(others.ropes) == 1
+    others.update([], partial(sight, there=True), 170 * FRAME)
     assert not others.ropes
 
 

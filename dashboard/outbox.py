@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+import numpy as np
 from google.protobuf.message import Message
+from jaxtyping import Float64
 
 from lariat.geometry.poses import Pose
 from shared import topics
@@ -138,15 +140,24 @@ class Outbox:
         message = CommissioningAnswer(question_id=question, yes=yes)
         return self._add(topics.COMMISSIONING_ANSWER, message, "")
 
-    def draft_goal(self, left: Pose, right: Pose, turns: float) -> str:
+    def draft_goal(
+        self,
+        left: Pose,
+        right: Pose,
+        turns: float,
+        pull: tuple[int, Float64[np.ndarray, "3"]] | None = None,
+    ) -> str:
         """Queue a request for the rod's rest shape between two grips and return its id.
 
         Args:
             left: Left grip.
             right: Right grip.
             turns: Whole turns of twist in the rod.
+            pull: Node and place to which it is pulled [m], to which the grips give way.
         """
         message = GoalDraft(left=grip(left), right=grip(right), turns=turns)
+        if pull is not None:
+            message.node, message.pull[:] = pull
         return self._add(topics.TASK_GOAL_DRAFT, message, "")
 
     def _add(self, topic: Topic, message: Message, label: str) -> str:

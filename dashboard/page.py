@@ -28,7 +28,7 @@ from dashboard.panels.run_plots import RunPlots
 from dashboard.panels.runs.runs_panel import RunsPanel
 from dashboard.panels.scenario.scenario_panel import ScenarioPanel
 from dashboard.scene.legend import legend_html
-from dashboard.scene.scene_setup import initial_viewpoint
+from dashboard.scene.scene_setup import initial_viewpoint, set_theme
 from dashboard.scene.scene_view import INITIALLY_HIDDEN, LAYERS, SceneView
 from dashboard.subscriptions import STALE_AGE, latest_with_age, unheard
 from shared import topics
@@ -131,6 +131,8 @@ class Page:
                 )
         panel.dock_right()
         panel.set_width(RIGHT_PANEL_WIDTH)
+        self._light_windows: set[int] = set()
+        """Windows whose theme is light, by their number."""
         self._draw_time = 0
         self._undrawn: dict[str, Message] = {}
         self._refused_sequence = 0
@@ -152,6 +154,10 @@ class Page:
         frame.on_click(
             lambda event: self._actions.put(partial(self._frame_everything, event.client))
         )
+        theme = gui.add_button(
+            "Light or dark", icon=viser.Icon.SUN, hint="Switch the colours of this window"
+        )
+        theme.on_click(lambda event: self._actions.put(partial(self._switch_theme, event.client)))
         gui.add_html(legend_html())
 
     def _frame_everything(self, client: viser.ClientHandle | None) -> None:
@@ -159,6 +165,11 @@ class Page:
             viewpoint = initial_viewpoint(self._scenario)
             client.camera.position = viewpoint.position
             client.camera.look_at = viewpoint.target
+
+    def _switch_theme(self, client: viser.ClientHandle | None) -> None:
+        if client is not None:
+            self._light_windows ^= {client.client_id}
+            set_theme(client, light=client.client_id in self._light_windows)
 
     def notify(self, notification: Notification) -> None:
         """Show a notification in every open browser."""

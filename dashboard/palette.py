@@ -1,4 +1,4 @@
-"""Colours of the page (dark theme); a colour has the same meaning everywhere."""
+"""Colours of the page; a colour has the same meaning everywhere, in the dark and the light theme."""
 
 from __future__ import annotations
 
@@ -14,6 +14,10 @@ BACKGROUND_TOP: Color = (38, 46, 58)
 """Upper edge of the scene's background."""
 BACKGROUND_BOTTOM: Color = (14, 17, 22)
 """Lower edge of the scene's background."""
+LIGHT_TOP: Color = (238, 242, 247)
+"""Upper edge of the background of the light theme."""
+LIGHT_BOTTOM: Color = (188, 197, 209)
+"""Lower edge of the background of the light theme."""
 
 # Scene.
 ROPE: Color = (250, 160, 30)
@@ -67,6 +71,12 @@ QUIET: Color = (138, 147, 160)
 def css(color: Color, opacity: float = 1.0) -> str:
     """CSS notation of a colour."""
     return f"rgba({color[0]},{color[1]},{color[2]},{opacity:g})"
+
+
+def text_css(color: Color) -> str:
+    """CSS notation of a text's colour, darker in the light theme."""
+    red, green, blue = (round(0.55 * c) for c in color)
+    return f"light-dark({css((red, green, blue))},{css(color)})"
 
 
 def linear(color: Color) -> Color:

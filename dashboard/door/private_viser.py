@@ -17,8 +17,6 @@ from typing import Any
 import viser
 import websockets.asyncio.server as websocket_server
 
-from dashboard import palette
-
 _patch = threading.Lock()
 
 
@@ -43,9 +41,6 @@ class PrivateViser:
         if not self.path.is_socket():
             self.close()
             raise RuntimeError(f"viser {viser.__version__} does not listen on {self.path}")
-        self.server.gui.configure_theme(
-            dark_mode=True, show_logo=False, show_share_button=False, brand_color=palette.BRAND
-        )
 
     def close(self) -> None:
         """Stop the server and its threads."""

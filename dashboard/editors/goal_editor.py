@@ -1,4 +1,4 @@
-"""Goal editor: draggable grips, and a preview of the rod at rest between them."""
+"""Goal editor: draggable grips and nodes, and a preview of the rod at rest between the grips."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from dashboard.controls import status_text
 from dashboard.controls.status_text import StatusLine
 from dashboard.editors import goal_file
 from dashboard.editors.grip_angles import grip_angles, grip_orientation
+from dashboard.editors.pull_handle import ARRIVED, PullHandle
 from dashboard.outbox import Notification, Outbox
 from dashboard.scene.scene_view import SceneView
 from lariat.geometry.poses import Pose
@@ -33,8 +34,8 @@ class GoalEditor:
     """Editor of the two grips of a goal, and of the turns of twist between them.
 
     Every change sends a draft to the controller, which answers with a preview: the rod at rest
-    between the grips. "Set goal" requests the previewed shape; without a change there is nothing
-    to set.
+    between the grips. A node that is pulled moves the grips. "Set goal" requests the previewed
+    shape; without a change there is nothing to set.
     """
 
     def __init__(
@@ -68,6 +69,8 @@ class GoalEditor:
         """Whether there is a change that has not been drafted."""
         self._draft_time = 0
         self._draft_id = ""
+        self._pull_number = 0
+        """Number of the first draft of the present pull [-]."""
         self._preview: GoalPreview | None = None
         left, right = scenario.grips(scenario.goal)
         self._grips: dict[Side, Pose] = {"left": left, "right": right}
@@ -84,6 +87,7 @@ class GoalEditor:
         rotating = [s for s in driven if scenario.end(s).rotates]
         self._angle_fields = {side: self._add_angle_field(gui, side, actions) for side in rotating}
         self._turns_fields = [self._add_turns_field(gui, actions)] if rotating else []
+        self._handle = PullHandle(server, scenario, actions, self._take_pull)
         self._set = gui.add_button(
             "Set goal",
             icon=viser.Icon.TARGET,
@@ -195,6 +199,7 @@ class GoalEditor:
 
     def _take_turns(self, turns: float) -> None:
         if self._editing and np.isfinite(turns):
+            self._handle.release()
             self._turns = turns
             self._touch()
 
@@ -206,9 +211,17 @@ class GoalEditor:
         if not self._editing:
             return
         self._grips[side] = pose
+        self._handle.release()
         self._touch()
         # A gizmo that is being dragged must not be moved from here.
         self._show_grip(side, with_gizmo=False)
+
+    def _take_pull(self) -> None:
+        if not self._editing:
+            return
+        if not self._pull_number:
+            self._pull_number = _number(self._draft_id) + 1
+        self._touch()
 
     def _show_grip(self, side: Side, with_gizmo: bool) -> None:
         """Set the field, and optionally the gizmo, to the pose of a grip."""
@@ -237,8 +250,9 @@ class GoalEditor:
         fields = (*self._fields.values(), *self._angle_fields.values(), *self._turns_fields)
         for handle in (*self._gizmos.values(), *fields, self._set, self._status):
             handle.visible = editing
+        self._handle.show(editing)
         if editing:
-            self._show_status(StatusLine("Drag an end", palette.QUIET))
+            self._show_status(StatusLine("Drag an end or the middle", palette.QUIET))
             self._touched, self._changed = False, True
             for side in SIDES:
                 self._show_grip(side, with_gizmo=True)
@@ -279,7 +293,9 @@ class GoalEditor:
         if self._changed and now - self._draft_time >= DRAFT_PERIOD:
             self._changed, self._draft_time = False, now
             grips = self._grips["left"], self._grips["right"]
-            self._draft_id = self._outbox.draft_goal(*grips, self._turns)
+            pull = self._handle.pull
+            self._pull_number *= pull is not None
+            self._draft_id = self._outbox.draft_goal(*grips, self._turns, pull)
         if preview is not None and preview is not self._preview:
             self._take_preview(preview)
 
@@ -296,13 +312,34 @@ class GoalEditor:
             return
         self._preview = preview
         self._view.show_preview(preview)
+        goal = preview.goal
+        pulled = 0 < self._pull_number <= _number(preview.draft) and bool(goal.positions)
+        if pulled and self._handle.pull is not None:
+            self._grips = {"left": grip_pose(goal.left), "right": grip_pose(goal.right)}
+            for side in SIDES:
+                self._show_grip(side, with_gizmo=True)
+        if self._handle.take_shape(chain(goal.positions)):
+            self._changed = True
         current = preview.draft == self._draft_id and not self._changed
         self._set.disabled = not (self._touched and current and preview.reachable)
         if preview.reachable and not self._touched:
-            self._show_status(StatusLine("The present goal", palette.QUIET, "Drag an end."))
+            text = "Drag an end or the middle."
+            self._show_status(StatusLine("The present goal", palette.QUIET, text))
+        elif preview.reachable and self._handle.distance > ARRIVED and not self._changed:
+            text = (
+                f"The node stays {status_text.format_millimeters(self._handle.distance)} from the "
+                "handle: nearer, there is no shape in which the rope rests."
+            )
+            self._show_status(StatusLine("Reachable, as near as it goes", palette.WARNING, text))
         elif preview.reachable:
             self._show_status(
                 StatusLine("Reachable", palette.GOOD, "The rope will rest in this shape.")
             )
         else:
             self._show_status(StatusLine("Not reachable", palette.BAD, preview.reason))
+
+
+def _number(draft: str) -> int:
+    """Number of a draft, of its id; 0 before the first."""
+    number = draft.rpartition("-")[2]
+    return int(number) if number.isdigit() else 0

@@ -14,8 +14,6 @@ from dashboard.palette import Color
 
 REFRESH_PERIOD = 0.2
 """Least time between two drawings of a chart [s]."""
-TEXT_COLOR = "#aab4c3"
-"""CSS colour of axes and labels."""
 TEXT_FONT = "11px sans-serif"
 """CSS font of axes and labels."""
 CHART_HEIGHT = 185
@@ -187,11 +185,10 @@ def overlay(curves: Sequence[Curve]) -> tuple[np.ndarray, ...]:
 def _plot(
     gui: viser.GuiApi, title: str, series: tuple[uplot.Series, ...], with_legend: bool = False
 ) -> viser.GuiUplotHandle:
-    grid: uplot.Axis_Grid = {"stroke": "rgba(255,255,255,0.07)", "width": 1}
+    # Without colours of its own, an axis has those of the window's theme.
     axis: uplot.Axis = {
-        "stroke": TEXT_COLOR,
-        "grid": grid,
-        "ticks": {"stroke": "rgba(255,255,255,0.15)", "width": 1, "size": 4},
+        "grid": {"width": 1},
+        "ticks": {"width": 1, "size": 4},
         "font": TEXT_FONT,
     }
     return gui.add_uplot(

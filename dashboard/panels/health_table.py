@@ -87,7 +87,7 @@ def table_html(
         cells = "".join(f"<td style='text-align:right'>{n}</td>" for n in numbers)
         rows.append(
             f"<tr><td>{html.escape(name.replace('_', ' '))}</td>"
-            f"<td style='color:{palette.css(state.color)};white-space:nowrap'>● {state.word}"
+            f"<td style='color:{palette.text_css(state.color)};white-space:nowrap'>● {state.word}"
             f"{restarts}</td>{cells}</tr>"
         )
         if message is not None and message.note:

@@ -54,13 +54,7 @@ def set_up(server: viser.ViserServer, scenario: Scenario) -> None:
     """Set background, light and first viewpoint."""
     scene = server.scene
     scene.set_up_direction("+z")
-    weight = np.linspace(0.0, 1.0, 128)[:, None, None]
-    background = (1.0 - weight) * np.array(palette.BACKGROUND_TOP) + weight * np.array(
-        palette.BACKGROUND_BOTTOM
-    )
-    scene.set_background_image(
-        np.repeat(background, 4, axis=1).round().astype(np.uint8), format="png"
-    )
+    set_theme(server, light=False)
     # The default lights of viser bleach every colour.
     scene.configure_default_lights(enabled=False)
     scene.configure_environment_map(None)
@@ -74,6 +68,28 @@ def set_up(server: viser.ViserServer, scenario: Scenario) -> None:
     server.initial_camera.position = viewpoint.position
     server.initial_camera.look_at = viewpoint.target
     server.initial_camera.fov = viewpoint.field_of_view
+
+
+def set_theme(page: viser.ViserServer | viser.ClientHandle, light: bool) -> None:
+    """Set the colours of panels and background, of all windows or of one.
+
+    Args:
+        page: Server of all windows, or one of them.
+        light: Whether the page is light.
+    """
+    page.gui.configure_theme(
+        dark_mode=not light, show_logo=False, show_share_button=False, brand_color=palette.BRAND
+    )
+    weight = np.linspace(0.0, 1.0, 128)[:, None, None]
+    top, bottom = (
+        (palette.LIGHT_TOP, palette.LIGHT_BOTTOM)
+        if light
+        else (palette.BACKGROUND_TOP, palette.BACKGROUND_BOTTOM)
+    )
+    colors = (1.0 - weight) * np.array(top) + weight * np.array(bottom)
+    page.scene.set_background_image(
+        np.repeat(colors, 4, axis=1).round().astype(np.uint8), format="png"
+    )
 
 
 def add_camera(scene: viser.SceneApi, camera: CameraSetup) -> viser.CameraFrustumHandle:

@@ -123,9 +123,10 @@ def task_request(message: TaskRequest) -> Request:
 
 
 def draft_request(message: GoalDraft) -> GoalRequest:
-    """Grips that are being dragged, as a goal."""
+    """Grips that are being dragged, or a node between them, as a goal."""
     grips = messages.grip_pose(message.left), messages.grip_pose(message.right)
-    return GoalRequest(grips=grips, turns=message.turns)
+    pull = (message.node, np.array(message.pull)) if message.pull else None
+    return GoalRequest(grips=grips, turns=message.turns, pull=pull)
 
 
 def preview_message(preview: Preview, draft: str, now: int) -> GoalPreview:

@@ -203,7 +203,9 @@ class ControllerService:
         self._take_others(inbox)
         draft = inbox.fresh(topics.TASK_GOAL_DRAFT)
         if draft is not None:
-            found = preview(draft_request(draft.message), self._goals, self.scene.obstacles)
+            wanted = draft_request(draft.message)
+            running = self.task.state is RunState.RUNNING
+            found = preview(wanted, self._goals, self.scene.obstacles, running)
             answer = preview_message(found, draft.message.id, now)
             yield Publication(topics.TASK_GOAL_PREVIEW, answer)
         if self._arms is not None:

@@ -166,18 +166,22 @@ class TaskRequest(_message.Message):
     def __init__(self, id: _Optional[str] = ..., stamp: _Optional[int] = ..., action: _Optional[_Union[TaskRequest.Action, str]] = ..., goal: _Optional[_Union[Goal, _Mapping]] = ..., key: _Optional[str] = ..., value: _Optional[str] = ...) -> None: ...
 
 class GoalDraft(_message.Message):
-    __slots__ = ("id", "stamp", "left", "right", "turns")
+    __slots__ = ("id", "stamp", "left", "right", "turns", "pull", "node")
     ID_FIELD_NUMBER: _ClassVar[int]
     STAMP_FIELD_NUMBER: _ClassVar[int]
     LEFT_FIELD_NUMBER: _ClassVar[int]
     RIGHT_FIELD_NUMBER: _ClassVar[int]
     TURNS_FIELD_NUMBER: _ClassVar[int]
+    PULL_FIELD_NUMBER: _ClassVar[int]
+    NODE_FIELD_NUMBER: _ClassVar[int]
     id: str
     stamp: int
     left: Grip
     right: Grip
     turns: float
-    def __init__(self, id: _Optional[str] = ..., stamp: _Optional[int] = ..., left: _Optional[_Union[Grip, _Mapping]] = ..., right: _Optional[_Union[Grip, _Mapping]] = ..., turns: _Optional[float] = ...) -> None: ...
+    pull: _containers.RepeatedScalarFieldContainer[float]
+    node: int
+    def __init__(self, id: _Optional[str] = ..., stamp: _Optional[int] = ..., left: _Optional[_Union[Grip, _Mapping]] = ..., right: _Optional[_Union[Grip, _Mapping]] = ..., turns: _Optional[float] = ..., pull: _Optional[_Iterable[float]] = ..., node: _Optional[int] = ...) -> None: ...
 
 class GoalPreview(_message.Message):
     __slots__ = ("draft", "stamp", "reachable", "reason", "goal")

@@ -309,6 +309,9 @@ def _check_goal_list(message: messages.GoalList) -> None:
 def _check_draft(draft: messages.GoalDraft) -> None:
     _check_whole_grips(draft)
     _check_turns(draft.turns)
+    if draft.pull:
+        _check_length("pull", draft.pull, 3)
+        _check_places("pull", draft.pull)
 
 
 def _check_whole_grips(message: messages.Goal | messages.GoalDraft) -> None:

@@ -149,6 +149,11 @@ class Cell(threading.Thread):
             self._sent = [(t, m) for t, m in self._sent if m is not found]
             return found
 
+    def sent(self, topic: Topic) -> list[Message]:
+        """All messages of a topic that the page has sent since the last `forget`."""
+        with self._news:
+            return [m for t, m in self._sent if t == topic]
+
     def show_arms(self, **fields: object) -> None:
         """Change the state of the gateway that is played."""
         with self._news:
@@ -178,11 +183,18 @@ def preview(draft: GoalDraft) -> GoalPreview:
     """Answer of a controller, with a parabola for the rod."""
     left, right = grip_pose(draft.left).position, grip_pose(draft.right).position
     length = SCENARIO.rope.length
+    if draft.pull:
+        # Nobody bends: the whole shape goes where its node is pulled.
+        present = hanging(left, right, length, SCENARIO.rope.node_count)
+        shift = np.array(draft.pull) - present[draft.node]
+        left, right = left + shift, right + shift
     answer = GoalPreview(draft=draft.id, reachable=bool(np.linalg.norm(right - left) < length))
     if answer.reachable:
-        answer.goal.positions.extend(hanging(left, right, length, 40).ravel())
+        answer.goal.positions.extend(hanging(left, right, length, SCENARIO.rope.node_count).ravel())
         answer.goal.left.CopyFrom(draft.left)
         answer.goal.right.CopyFrom(draft.right)
+        answer.goal.left.position[:] = left
+        answer.goal.right.position[:] = right
     else:
         answer.reason = "the ends are out of each other's reach"
     return answer

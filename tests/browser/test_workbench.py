@@ -32,7 +32,7 @@ from shared.messages import (
 )
 from shared.service import SECOND
 from tests.browser.cell import SCENARIO, Cell
-from tests.browser.chromium import NO_CHROMIUM, field, opened
+from tests.browser.chromium import NO_CHROMIUM, drag, field, on_screen, opened
 from tests.browser.stack import free_port
 from tests.dashboard.stage import Stage
 
@@ -220,6 +220,45 @@ def test_goal_is_saved_set_again_downloaded_and_deleted(bench: tuple[Cell, Page]
     assert (request.action, request.name) == (GoalListRequest.DELETE, "arch")
     expect(page.get_by_role("combobox", name="Saved goal")).to_have_value("(none)")
     expect(page.get_by_role("button", name="Set saved goal")).to_be_disabled()
+
+
+def test_goal_is_pulled_at_a_node(bench: tuple[Cell, Page]) -> None:
+    cell, page = bench
+    cell.forget()
+    page.get_by_role("button", name="Edit goal").click()
+    expect(page.get_by_text("Drag an end or the middle.")).to_be_visible()
+    middle = chain(cell.goal().positions)[SCENARIO.rope.node_count // 2]
+    # The arrow along the world's z, which points up in the window.
+    start = on_screen(page, SCENARIO, middle + np.array([0.0, 0.0, 0.05]))
+    drag(page, start, start - np.array([0.0, 60.0]))
+    page.wait_for_timeout(1000)
+    drafts = [m for m in cell.sent(topics.TASK_GOAL_DRAFT) if m.pull]
+    assert drafts, "the handle was not caught"
+    assert {m.node for m in drafts} == {SCENARIO.rope.node_count // 2}
+    pulled = np.array(drafts[-1].pull)
+    assert pulled[2] > middle[2] + 0.02
+    page.get_by_role("button", name="Set goal").click()
+    goal = cell.asked(topics.TASK_REQUEST).goal
+    found = chain(goal.positions)[SCENARIO.rope.node_count // 2]
+    assert found == pytest.approx(pulled, abs=2e-3)
+    assert goal.left.position[2] > cell.goal().left.position[2] + 0.02
+
+
+def test_each_window_has_its_own_theme(bench: tuple[Cell, Page]) -> None:
+    _, page = bench
+    scheme = "document.documentElement.dataset.mantineColorScheme"
+    assert page.evaluate(scheme) == "dark"
+    page.get_by_text("View", exact=True).click()
+    switch = page.get_by_role("button", name="Light or dark")
+    switch.click()
+    page.wait_for_function(f"{scheme} == 'light'")
+    other = page.context.new_page()
+    other.goto(page.url)
+    expect(other.get_by_text("Running:")).to_be_visible()
+    assert other.evaluate(scheme) == "dark"
+    other.close()
+    switch.click()
+    page.wait_for_function(f"{scheme} == 'dark'")
 
 
 def test_first_steps_follow_the_cell_and_a_phone_only_watches(bench: tuple[Cell, Page]) -> None:

@@ -146,7 +146,7 @@ def _table(
     body = ""
     for cells, color in rows:
         styles = ["white-space:nowrap"] * len(cells)
-        styles[verdict] = f"color:{palette.css(color)}"
+        styles[verdict] = f"color:{palette.text_css(color)}"
         body += "<tr>"
         body += "".join(
             f"<td style='{style}'>{html.escape(text)}</td>"

@@ -65,7 +65,7 @@ def table_html(runs: Sequence[RunSummary], selected: Collection[str]) -> str:
             ("", "★" if run.star else ""),
             ("", time_text(run)[5:]),
             ("overflow-wrap:anywhere", run.scenario, run.note),
-            (f"color:{palette.css(color)}", verdict(run)),
+            (f"color:{palette.text_css(color)}", verdict(run)),
             (number, format_millimeters(run.error)),
             (number, format_millimeters(run.min_clearance)),
             (number, f"{run.duration:.1f} s"),

@@ -13,6 +13,7 @@ from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, add_turns
+from services.controller.run.sculptor import Sculptor
 from services.controller.run.task import Goal, RequestRefused
 from shared.scenario import SIDES, Scenario, Shape
 
@@ -36,6 +37,8 @@ class GoalRequest:
     """Whether the orientation of the right grip is part of a goal given by nodes."""
     turns: float = 0.0
     """Twist of the right end against the left one [turns]."""
+    pull: tuple[int, Float64[np.ndarray, "3"]] | None = None
+    """Node and place to which it is pulled [m]; None where the grips stay."""
 
 
 @dataclass(frozen=True)
@@ -85,12 +88,31 @@ class GoalFactory:
         """
         grips = self.feasible_grips(*(request.grips or self.start))
         nodes = request.nodes
+        if nodes is None and request.pull is not None:
+            grips = self._pulled(grips, request, obstacles)
         if nodes is None:
             return self.at_rest(*grips, obstacles, request.turns)
         count = self.scenario.rope.node_count
         if len(nodes) != count and len(nodes) >= 3:
             nodes = polylines.resample_smooth(nodes, count)
         return Goal(nodes, *grips, request.left_oriented, request.right_oriented, request.turns)
+
+    def _pulled(
+        self, grips: tuple[Pose, Pose], request: GoalRequest, obstacles: tuple[Obstacle, ...]
+    ) -> tuple[Pose, Pose]:
+        """Grips whose rest shape comes nearer to where a node is pulled.
+
+        Raises:
+            RequestRefused: The rod has no rest shape between the grips, or no such node.
+        """
+        assert request.pull is not None
+        movable = [self.scenario.end(side).driver != "fixed" for side in SIDES]
+        try:
+            return Sculptor(self.rod, movable).pull(
+                grips, *request.pull, request.turns, _supports(obstacles)
+            )
+        except ValueError as error:
+            raise RequestRefused(str(error)) from error
 
     def feasible_grips(self, left: Pose, right: Pose) -> tuple[Pose, Pose]:
         """Grips that the ends can reach; what is fixed or does not rotate stays as it started.
@@ -122,8 +144,7 @@ class GoalFactory:
             RequestRefused: It does not come to rest there, or the grips are too far apart.
         """
         try:
-            supports = [o for o in obstacles if o.support]
-            packed = geometry.pack(supports) if supports else None
+            packed = _supports(obstacles)
             rest = self.rod.rest(left, right, obstacles=packed)
             if turns:
                 guess = add_turns(rest.state, turns)
@@ -183,3 +204,9 @@ class GoalFactory:
                 raise RequestRefused(
                     f"the goal lies {1e3 * depth:.1f} mm deep in obstacle {obstacle.name!r}"
                 )
+
+
+def _supports(obstacles: Sequence[Obstacle]) -> Float64[np.ndarray, "m 12"] | None:
+    """Supports among some obstacles, as the rod takes them; None without any."""
+    supports = [o for o in obstacles if o.support]
+    return geometry.pack(supports) if supports else None

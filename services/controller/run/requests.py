@@ -105,14 +105,19 @@ def carry_out(
     return begun
 
 
-def preview(request: GoalRequest, goals: GoalFactory, obstacles: tuple[Obstacle, ...]) -> Preview:
+def preview(
+    request: GoalRequest, goals: GoalFactory, obstacles: tuple[Obstacle, ...], running: bool
+) -> Preview:
     """Rod at rest between grips that are being dragged, or the reason why there is none.
 
     Args:
         request: Grips of a person.
         goals: Factory of goals.
         obstacles: Obstacles of the scene.
+        running: Whether a run goes on, whose steps must not wait for a pulled node.
     """
+    if request.pull is not None and running:
+        return Preview(None, "a run goes on; pause or stop it to pull the rope at a node")
     goal = None
     try:
         goal = goals.from_request(request, obstacles)

@@ -107,8 +107,15 @@ def test_unknown_action_is_answered_and_changes_nothing() -> None:
 
 def test_preview_holds_the_goal_and_the_reason_why_it_is_refused() -> None:
     goal = task().goal
-    refused = preview(GoalRequest(), Goals(goal, "in the post"), ())  # pyright: ignore
+    refused = preview(GoalRequest(), Goals(goal, "in the post"), (), False)  # pyright: ignore
     assert (refused.goal, refused.problem) == (goal, "in the post")
-    allowed = preview(GoalRequest(), Goals(goal), ())  # pyright: ignore
+    allowed = preview(GoalRequest(), Goals(goal), (), True)  # pyright: ignore
     assert np.array_equal(allowed.goal.nodes, goal.nodes)  # pyright: ignore
     assert allowed.problem == ""
+
+
+def test_node_is_not_pulled_while_a_run_goes_on() -> None:
+    pulled = GoalRequest(pull=(3, np.zeros(3)))
+    refused = preview(pulled, Goals(task().goal), (), running=True)  # pyright: ignore
+    assert refused.goal is None
+    assert "pause or stop it" in refused.problem

@@ -1,4 +1,4 @@
-"""Colours of the page; a colour has the same meaning everywhere, in the dark and the light theme."""
+"""Colours of the page; a colour has the same meaning everywhere, in both themes."""
 
 from __future__ import annotations
 

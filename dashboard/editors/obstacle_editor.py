@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import viser
+from jaxtyping import Float64
 
 from dashboard import palette
 from dashboard.action_queue import ActionQueue
@@ -92,6 +93,21 @@ class ObstacleEditor:
                 and actions.put(lambda value=event.target.value: self._take_field(value))
             )
         )
+        self._size_field = gui.add_vector3(
+            "Size [mm]",
+            (0.0, 0.0, 0.0),
+            min=(1.0, 1.0, 1.0),
+            step=1.0,
+            visible=False,
+            hint="Of an obstacle that was added: extents along its x, y, z; a round shape's "
+            "diameter is its extent along x",
+        )
+        self._size_field.on_update(
+            lambda event: (
+                event.client is not None
+                and actions.put(lambda value=event.target.value: self._take_size(value))
+            )
+        )
         self._remove = gui.add_button(
             "Remove", icon=viser.Icon.TRASH, color=palette.NEUTRAL, visible=False
         )
@@ -142,13 +158,15 @@ class ObstacleEditor:
         obstacle = self._obstacles.get(name)
         self._selected = name if obstacle is not None else ""
         self._selection.value = self._selected or NO_SELECTION
-        for handle in (self._gizmo, self._centre_field, self._remove, self._duplicate):
+        fields = (self._centre_field, self._size_field)
+        for handle in (self._gizmo, *fields, self._remove, self._duplicate):
             handle.visible = obstacle is not None
         if obstacle is not None:
             self._gizmo.position, self._gizmo.wxyz = obstacle.position, obstacle.orientation
             self._centre_field.value = tuple(
                 np.round(1e3 * np.array(obstacle.position), 1).tolist()
             )
+            self._size_field.value = tuple(np.round(1e3 * extents(obstacle), 1).tolist())
 
     def _take_drag(
         self,
@@ -176,6 +194,15 @@ class ObstacleEditor:
         if obstacle is not None:
             moved = obstacle.moved(position, orientation)
             self._request(SceneRequest.MOVE, moved, "Move", (SceneRequest.MOVE, obstacle))
+
+    def _take_size(self, value: tuple[float, float, float]) -> None:
+        obstacle = self._obstacles.get(self._selected)
+        size = np.array(value, float) / 1e3
+        if obstacle is None or not (np.all(np.isfinite(size)) and np.all(size > 0.0)):
+            return
+        shaped = new_obstacle(obstacle.shape, size, obstacle.position)
+        resized = replace(obstacle, radius=shaped.radius, height=shaped.height, size=shaped.size)
+        self._request(SceneRequest.RESIZE, resized, "Resize", (SceneRequest.RESIZE, obstacle))
 
     def _request_removal(self) -> None:
         obstacle = self._obstacles.get(self._selected)
@@ -228,6 +255,19 @@ def duplicate(obstacle: Obstacle, names: Collection[str]) -> Obstacle:
     width = obstacle.size[1] if obstacle.shape == "box" else 2.0 * obstacle.radius
     x, y, z = obstacle.position
     return replace(obstacle, name=name, position=(x, y - DUPLICATE_GAP - width, z))
+
+
+def extents(obstacle: Obstacle) -> Float64[np.ndarray, "3"]:
+    """Return the extents of an obstacle along its x, y and z [m], as `new_obstacle` takes them."""
+    width = 2.0 * obstacle.radius
+    match obstacle.shape:
+        case "box":
+            return np.array(obstacle.size)
+        case "cylinder":
+            return np.array([width, width, obstacle.height])
+        case "capsule":
+            return np.array([width, width, obstacle.height + width])
+    return np.array([width, width, width])
 
 
 def new_obstacle(

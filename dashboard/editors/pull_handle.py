@@ -70,20 +70,16 @@ class PullHandle:
             lambda event: event.client is not None and actions.put(self._take_node)
         )
 
-        # Coroutines, because threads of a pool could reorder the events of a drag.
+        # A coroutine, because threads of a pool could reorder the events of a drag.
         @self._gizmo.on_update
         async def _(event: viser.TransformControlsEvent) -> None:
-            if event.client is not None:
-                position = np.array(event.target.position)
+            if event.client is None:
+                return
+            position, phase = np.array(event.target.position), event.phase
+            if phase == "update":
                 actions.put(lambda: self._take_drag(position))
-
-        @self._gizmo.on_drag_start
-        async def _(_: viser.TransformControlsEvent) -> None:
-            actions.put(lambda: self._set_dragged(True))
-
-        @self._gizmo.on_drag_end
-        async def _(_: viser.TransformControlsEvent) -> None:
-            actions.put(lambda: self._set_dragged(False))
+            else:
+                actions.put(lambda: self._set_dragged(phase == "start"))
 
     @property
     def pull(self) -> tuple[int, Float64[np.ndarray, "3"]] | None:

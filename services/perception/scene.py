@@ -99,6 +99,29 @@ class ObstacleScene:
         self._set(tuple(o for o in self.obstacles if o is not old))
         self._requested = tuple(o for o in self._requested if o.name != name)
 
+    def resize(self, wanted: Obstacle, rope: Float64[np.ndarray, "n 3"] | None = None) -> None:
+        """Give an obstacle that a request has added another size, at its place.
+
+        Args:
+            wanted: Obstacle of the same name, of which radius, height and size count.
+            rope: Nodes of the rope, which it must not overlap [m]; None when they are unknown.
+
+        Raises:
+            SceneChangeRefused: There is no such obstacle, it belongs to the scenario, its new size
+                is invalid, or it would overlap the rope.
+        """
+        old = self._named(wanted.name)
+        if any(body.name == wanted.name for body in self._start):
+            raise SceneChangeRefused(
+                f"{wanted.name!r} belongs to the scenario and keeps its size; add another "
+                "obstacle, or change the file"
+            )
+        resized = replace(old, radius=wanted.radius, height=wanted.height, size=wanted.size)
+        _check(resized)
+        self._check_rope(resized, rope)
+        self._set(_replaced(self.obstacles, resized))
+        self._requested = _replaced(self._requested, resized)
+
     def follow_run(self, run_started: int, now: int) -> list[str]:
         """Apply the events that are due and return the reasons of those that were refused.
 

@@ -25,7 +25,7 @@ class SceneRequests:
         """Apply a request, or keep the reason why it is refused.
 
         Args:
-            request: Obstacle to add, move or remove.
+            request: Obstacle to add, move, resize or remove.
             rope: Nodes of the rope, which obstacles must not overlap [m]; None when unknown.
         """
         self._last_request, self._refusal = request.id, ""
@@ -58,7 +58,11 @@ class SceneRequests:
                         f"of 4 or none, got {list(o.position)} and {list(o.orientation)}"
                     )
                 self._scene.move(o.name, o.position, o.orientation, rope)
+            case SceneRequest.RESIZE:
+                (obstacle,) = scene_obstacles(Scene(obstacles=[request.obstacle]))
+                self._scene.resize(obstacle, rope)
             case SceneRequest.REMOVE:
                 self._scene.remove(request.obstacle.name)
             case unknown:
-                raise SceneChangeRefused(f"there is no action {unknown}; use ADD, MOVE or REMOVE")
+                known = "ADD, MOVE, RESIZE or REMOVE"
+                raise SceneChangeRefused(f"there is no action {unknown}; use {known}")

@@ -19,6 +19,8 @@ STEP = 0.002
 """Displacement of a grip for finite differences [m]."""
 MAX_CHANGE = 0.04
 """Largest displacement of the node in one step [m]; further away the rod is far from linear."""
+SHARES = (1.0, 0.3, 0.1)
+"""Shares of a step, of which the first that brings the node nearer is taken [-]."""
 STEP_COUNT = 2
 """Number of steps of one call; a drag goes on with the next one [-]."""
 CLOSE = 5e-4
@@ -73,10 +75,7 @@ class Sculptor:
             moved = self._step(grips, rest, node, target, obstacles)
             if moved is None:
                 break
-            after, new = moved
-            if not np.linalg.norm(target - new.state.positions[node]) < distance:
-                break
-            grips, rest = after, new
+            grips, rest = moved
         return grips
 
     def _step(
@@ -87,7 +86,7 @@ class Sculptor:
         target: Float64[np.ndarray, "3"],
         obstacles: Float64[np.ndarray, "m 12"] | None,
     ) -> tuple[tuple[Pose, Pose], Rest] | None:
-        """Grips after one step and the rod between them; None where it does not come to rest."""
+        """Grips after one step and the rod between them; None where none brings the node nearer."""
         columns = []
         for side in self._movable:
             for axis in np.eye(3):
@@ -103,10 +102,15 @@ class Sculptor:
         own = jacobian[:, node]
         direction = np.linalg.solve(cost, own)
         change = direction @ np.linalg.solve(own.T @ direction + 1e-3 * np.eye(3), wanted)
-        for k, side in enumerate(self._movable):
-            grips = _moved(grips, side, change[3 * k : 3 * k + 3])
-        new = self._at_rest(grips, rest.state, obstacles)
-        return None if new is None else (grips, new)
+        distance = np.linalg.norm(target - rest.state.positions[node])
+        for share in SHARES:
+            after = grips
+            for k, side in enumerate(self._movable):
+                after = _moved(after, side, share * change[3 * k : 3 * k + 3])
+            new = self._at_rest(after, rest.state, obstacles)
+            if new and np.linalg.norm(target - new.state.positions[node]) < distance:
+                return after, new
+        return None
 
     def _at_rest(
         self,

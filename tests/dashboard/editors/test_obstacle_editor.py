@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dashboard.editors.obstacle_editor import SHAPES, duplicate, new_obstacle
+from dashboard.editors.obstacle_editor import SHAPES, duplicate, extents, new_obstacle
 from lariat.geometry import obstacles
 
 
@@ -31,3 +31,12 @@ def test_duplicate_stands_free_beside_its_original(shape: obstacles.Shape) -> No
     assert len({body.name, copy.name, again.name}) == 3
     centre = np.array([copy.position])
     assert obstacles.signed_distance(centre, body)[0] == pytest.approx(0.03 + 0.02)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_extents_are_those_from_which_the_shape_is_made(shape: obstacles.Shape) -> None:
+    body = new_obstacle(shape, np.array([0.06, 0.06, 0.1]), (0.1, 0.2, 0.3))
+    again = new_obstacle(shape, extents(body), (0.1, 0.2, 0.3))
+    assert again.radius == pytest.approx(body.radius)
+    assert again.height == pytest.approx(body.height)
+    assert again.size == pytest.approx(body.size)

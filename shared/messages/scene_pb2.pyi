@@ -50,9 +50,11 @@ class SceneRequest(_message.Message):
         ADD: _ClassVar[SceneRequest.Action]
         MOVE: _ClassVar[SceneRequest.Action]
         REMOVE: _ClassVar[SceneRequest.Action]
+        RESIZE: _ClassVar[SceneRequest.Action]
     ADD: SceneRequest.Action
     MOVE: SceneRequest.Action
     REMOVE: SceneRequest.Action
+    RESIZE: SceneRequest.Action
     ID_FIELD_NUMBER: _ClassVar[int]
     STAMP_FIELD_NUMBER: _ClassVar[int]
     ACTION_FIELD_NUMBER: _ClassVar[int]

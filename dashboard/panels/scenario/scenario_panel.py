@@ -22,7 +22,7 @@ from shared.scenario import MAX_SCENARIO_SIZE, SIDES, Scenario
 
 NO_LAUNCHER = (
     "Nobody who starts scenarios answers: this stack was not started by lariat up. In containers, "
-    "start another scenario with SCENARIO=NAME docker compose up."
+    "start another scenario with SCENARIO=NAME docker compose up --detach."
 )
 """Text while the state of the stack is missing."""
 RUNNING = "(this one)"

@@ -95,7 +95,7 @@ class ObstacleEditor:
         )
         self._size_field = gui.add_vector3(
             "Size [mm]",
-            (0.0, 0.0, 0.0),
+            (1.0, 1.0, 1.0),
             min=(1.0, 1.0, 1.0),
             step=1.0,
             visible=False,

@@ -144,6 +144,7 @@ def summary(trials: Sequence[Trial]) -> dict[str, float]:
         "median error [mm]": float(np.median(errors)),
         "90 % of the errors below [mm]": float(np.quantile(errors, 0.9, method="higher")),
         "median error of the shape [mm]": float(np.nanmedian([t.shape_error_mm for t in trials])),
+        "shape within 1 mm": sum(t.shape_error_mm <= MAX_ERROR for t in trials),
         "least clearance [mm]": min(clearances, default=np.nan),
         "shapes tell the stiffness": len(told),
         "stiffness within 10 % there": sum(t.stiffness_found for t in told),
@@ -159,6 +160,7 @@ def _print(
         caption=(
             "camera; error: mean node distance of true rope and goal, last 0.2 s; "
             "shape: mean distance of their curves; "
+            "place: least standard deviation of the nodes along the rope that the shapes admit; "
             "EI found: share of the true stiffness ± stated standard deviation, in brackets where "
             "start and goal do not tell it; horizon: its prediction error in units of the noise"
         )
@@ -171,6 +173,7 @@ def _print(
         "EI x",
         "error mm",
         "shape mm",
+        "place mm",
         "clear mm",
         "EI found",
         "horizon",
@@ -188,6 +191,7 @@ def _print(
             f"{combination.stiffness_ratio:.2f}",
             f"{trial.error_mm:.2f}",
             f"{trial.shape_error_mm:.2f}",
+            f"{trial.place_bound_mm:.2f}",
             "-" if clearance is None else f"{clearance:.1f}",
             stiffness if trial.told else f"({stiffness})",
             f"{trial.noise_ratio:.1f}",

@@ -1,7 +1,8 @@
 """Scenario of a combination, in a folder: its goal is a rest shape of the true rope as truly held.
 
 The goal's grips are those of the shipped scenario, or displaced from there at random. Where the
-true rope or a gripper would come too near to an obstacle, they are displaced until it does not.
+true rope or a gripper would come too near to an obstacle, or the rope would not lie on the support
+that there is, they are displaced until it does.
 """
 
 from __future__ import annotations
@@ -26,6 +27,8 @@ from stack.simulation.rest_shape import goal_grips, rest_shape, write_nodes
 
 MIN_CLEARANCE = 0.010
 """Least distance of the true rope from an obstacle that is no support, at start and goal [m]."""
+MAX_SUPPORT_DISTANCE = 0.001
+"""Largest distance of the true rope from a support, where there is one, at the goal [m]."""
 GRIP_STEP = 0.03
 """Standard deviation of each coordinate of a seeded goal's grips from the shipped one [m]."""
 GRIP_TURN = 10.0
@@ -57,7 +60,7 @@ def build_scene(combination: Combination, folder: Path) -> Scenario:
             nodes = rest_shape(base, left, right)
         except ConfigurationError:
             continue
-        if _is_clear(base, nodes):
+        if _is_clear(base, nodes) and _leans(base, nodes):
             break
     else:
         raise ConfigurationError(
@@ -147,3 +150,10 @@ def _true_positions(scenario: Scenario) -> Iterator[tuple[str, list[tuple[float,
         places += [e.position for e in scenario.events if e.move_obstacle == name and e.position]
         if places:
             yield name, places
+
+
+def _leans(scenario: Scenario, nodes: np.ndarray) -> bool:
+    """Whether the rope lies on a support, where there are supports, and has not slid off it."""
+    supports = [body for body in scenario.bodies if body.support]
+    radius = scenario.plant_rope.diameter / 2.0
+    return not supports or chain_clearance(nodes, radius, supports) < MAX_SUPPORT_DISTANCE

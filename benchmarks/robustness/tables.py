@@ -18,6 +18,7 @@ COLUMNS = (
     "length",
     "error [mm]",
     "of the shape [mm]",
+    "place known to [mm]",
     "clearance [mm]",
     "EI found / true",
     "horizon error / noise",
@@ -50,6 +51,8 @@ def write_page(
         "",
         "Error of the shape: mean distance of the curves, without what the rope is shifted along "
         "itself.",
+        "Place known to: least standard deviation (Cramér-Rao) of the nodes along the rope, which "
+        "is seen across itself at start and goal.",
         "EI found in brackets: start and goal do not tell the stiffness to 5 %.",
         "",
     ]
@@ -73,6 +76,7 @@ def _row(trial: Trial, combination: Combination) -> str:
         f"{100.0 * (combination.length_ratio - 1.0):+.0f} %",
         f"{trial.error_mm:.2f}",
         f"{trial.shape_error_mm:.2f}",
+        f"{trial.place_bound_mm:.2f}",
         "–" if clearance is None else f"{clearance:.1f}",
         stiffness if trial.told else f"({stiffness})",
         f"{trial.noise_ratio:.1f}",

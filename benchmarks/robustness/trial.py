@@ -11,8 +11,8 @@ import numpy as np
 
 from benchmarks.horizon.errors import MAX_NOISE_RATIO
 from benchmarks.robustness.combinations import Combination
+from benchmarks.robustness.observability import bounds
 from benchmarks.robustness.scene import build_scene
-from benchmarks.robustness.stiffness import stiffness_deviation
 from lariat.geometry.obstacles import chain_clearance
 from services.sim.plants.factory import true_properties
 from shared import topics
@@ -56,6 +56,8 @@ class Trial:
     """Bending stiffness of the true rope, averaged along it [N m^2]."""
     stiffness_bound: float
     """Least relative standard deviation of the stiffness that start and goal admit [-]."""
+    place_bound_mm: float
+    """Least standard deviation of the nodes along the rope that they admit [mm]."""
 
     @property
     def number(self) -> int:
@@ -139,7 +141,7 @@ def run_trial(task: tuple[Combination, Path]) -> Trial:
     scenario = build_scene(combination, folder)
     outcome = closed_loop.run(scenario, stop_after=TIME_AFTER_GOAL)
     ended = outcome.stack.latest(topics.TASK_STATE)
-    properties = true_properties(scenario)
+    properties, least = true_properties(scenario), bounds(scenario)
     profile = np.mean(properties.stiffness_profile)
     return Trial(
         as_written(combination),
@@ -150,7 +152,8 @@ def run_trial(task: tuple[Combination, Path]) -> Trial:
         any(body.support for body in scenario.bodies),
         1e3 * _clearance(scenario),
         properties.bending_stiffness * float(profile),
-        stiffness_deviation(scenario),
+        least.stiffness,
+        1e3 * least.place,
     )
 
 

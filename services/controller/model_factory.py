@@ -35,6 +35,11 @@ from shared.scenario.sections import (
     PaperControl,
 )
 
+ADAPTING_PLACE_WEIGHT = 0.3
+"""Weight of a node's place along the rope, relative to its distance across it, while length and
+grips are being learnt [-]. A camera does not see that place, and the goal of a rope that is longer
+or shorter than the model cannot be met node by node: the rope would be bent to make up for it."""
+
 
 def check(scenario: Scenario) -> None:
     """Check that method, solver and adaptation of a scenario fit together.
@@ -162,7 +167,11 @@ def horizon_optimizer(
     free = int(moves.sum())
     match control.method:
         case "gauss_newton":
-            weights = ObjectiveWeights(control.speed_weight, control.acceleration_weight)
+            weights = ObjectiveWeights(
+                control.speed_weight,
+                control.acceleration_weight,
+                ADAPTING_PLACE_WEIGHT if control.adapt else 1.0,
+            )
             return GaussNewton(
                 moves, control.horizon, control.time_step, control.iterations, weights, limits
             )

@@ -342,8 +342,10 @@ class ControllerService:
                 "the rope rests in another equilibrium than the model; the model is restarted there"
             )
             return
-        self.supervisor.snagged(snag)
-        log.warning("%s", self.task.reason)
+        if self.supervisor.snagged(snag, self.predictions.max_deviation):
+            log.warning("%s", self.task.reason)
+        else:
+            log.info("the rope stays behind the model; the arms stop, for another path from there")
 
     def _carry_out(self, message: TaskRequest, now: int) -> None:
         request, scene = task_request(message), self.scene.obstacles

@@ -7,9 +7,11 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.geometry.obstacles import pack
 from lariat.geometry.poses import Pose
+from lariat.rod import Rod
 from services.sim.plants.end_motion import EndMotion
-from services.sim.plants.factory import build_plant
+from services.sim.plants.factory import build_plant, true_properties
 from services.sim.plants.plant import Plant
 from services.sim.plants.winding import wind
 from shared.configuration import ConfigurationError
@@ -31,7 +33,7 @@ def rest_shape(
     """Return the nodes of the true rope at rest between two grips, as they truly hold it [m].
 
     A grip that does not rotate has the orientation of the start; the rope has the turns of twist
-    of the goal.
+    of the goal. Where there are supports, it lies on them as a rod does that is laid from above.
 
     Args:
         scenario: Scenario with the true rope.
@@ -48,13 +50,25 @@ def rest_shape(
     )
     plant = build_plant(scenario)
     try:
-        plant.reset(first, last)
+        plant.reset(first, last, _laid(scenario, first, last))
     except ValueError as error:
         raise ConfigurationError(str(error)) from error
     if scenario.goal.turns:
         wind(plant, first, last, scenario.goal.turns)
         _settle(plant, first, last)
     return plant.nodes
+
+
+def _laid(scenario: Scenario, left: Pose, right: Pose) -> Float64[np.ndarray, "n 3"] | None:
+    """Nodes of the rod laid onto the supports, near which a plant's rope rests; None without any.
+
+    Plants begin below their grips, where a rope may lie below a support.
+    """
+    supports = [body for body in scenario.bodies if body.support]
+    if not supports:
+        return None
+    rod = Rod(true_properties(scenario), scenario.plant_rope.node_count)
+    return rod.rest(left, right, obstacles=pack(supports)).state.positions
 
 
 def goal_grips(scenario: Scenario) -> tuple[Pose, Pose]:

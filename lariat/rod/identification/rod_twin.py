@@ -85,6 +85,12 @@ class RodTwin:
         """Length between the innermost held vertices, estimated from the vertices [m]."""
         return float(self.arcs[-1])
 
+    def refined(self, nodes: int, substeps: int) -> RodTwin:
+        """Return a twin with so many times the nodes and the steps."""
+        finer = RodTwin(self.motion, nodes * self.node_count)
+        finer.substeps = substeps * self.substeps
+        return finer
+
     def of_length(self, properties: RodProperties, scale: float) -> RodProperties:
         """Return a material with the length of this rope at a length scale [-]."""
         return replace(properties, length=scale * self.length)

@@ -111,7 +111,9 @@ class GaussNewton:
                 jacobian[:, [0, -1]],
                 self._rotation_jacobian(means),
             )
-            rope = rope_terms(nodes, grips, jacobian, problem.reference, avoidance, dt)
+            rope = rope_terms(
+                nodes, grips, jacobian, problem.reference, avoidance, dt, self.weights.along
+            )
             effort = effort_terms(
                 velocities[:, self.moves], initial_velocity[self.moves], units, self.weights, dt
             )

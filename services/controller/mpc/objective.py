@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float64
 
+from lariat.geometry import poses
 from services.controller.mpc.collision_avoidance import (
     MILLIMETRE,
     AvoidanceSpecification,
@@ -45,6 +46,8 @@ class ObjectiveWeights:
     """Weight of squared speed [s^2]."""
     acceleration: float = 2e-4
     """Weight of squared acceleration [s^4]."""
+    along: float = 1.0
+    """Weight of a node's place along the rope, relative to its distance across it [-]."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +74,7 @@ def rope_terms(
     reference: Float64[np.ndarray, "h n 3"],
     avoidance: AvoidanceSpecification,
     dt: float,
+    along: float = 1.0,
 ) -> NormalEquations:
     """Tracking, swing and collision avoidance: the terms that depend on the rope and its grips.
 
@@ -81,11 +85,17 @@ def rope_terms(
         reference: Reference nodes [m].
         avoidance: Obstacles and clearances.
         dt: Duration of a step of the horizon [s].
+        along: Weight of a node's place along the rope, relative to its distance across it [-].
     """
     horizon, count = nodes.shape[:2]
     scale = MILLIMETRE / np.sqrt(count)
-    rows = [scale * jacobian.reshape(3 * horizon * count, -1)]
-    residuals = [scale * (nodes - reference).ravel()]
+    miss, response = nodes - reference, jacobian
+    if along < 1.0:
+        tangents = poses.normalized(np.gradient(reference, axis=1))
+        miss = _less_along(miss[..., None], tangents, along)[..., 0]
+        response = _less_along(response, tangents, along)
+    rows = [scale * response.reshape(3 * horizon * count, -1)]
+    residuals = [scale * miss.ravel()]
     terms = ["tracking"]
     if horizon > 1:
         swing = scale * SWING_TIME / dt
@@ -102,6 +112,14 @@ def rope_terms(
     stacked, residual = np.concatenate(rows), np.concatenate(residuals)
     cost = {name: float(r @ r) for name, r in zip(terms, residuals, strict=True)}
     return NormalEquations(stacked.T @ stacked, stacked.T @ residual, cost)
+
+
+def _less_along(
+    vectors: Float64[np.ndarray, "h n 3 v"], tangents: Float64[np.ndarray, "h n 3"], weight: float
+) -> Float64[np.ndarray, "h n 3 v"]:
+    """Vectors whose components along the rope are scaled by a weight."""
+    along = np.matmul(tangents[..., None, :], vectors)
+    return vectors - (1.0 - weight) * tangents[..., None] * along
 
 
 def effort_terms(

@@ -74,6 +74,12 @@ class SupervisorSettings:
     """Deviation of the prediction that a path's own reserve covers [m]."""
     max_deviation: float = 0.015
     """Error of the predictions above which a path is planned again [m]."""
+    max_snag_replans: int = 1
+    """New paths that are requested because the rope stays behind, in one run.
+
+    After that it hangs on something. A rope in another equilibrium than the model stays behind
+    once.
+    """
     max_unforeseen_replans: int = 2
     """New paths that are requested because predictions were wrong, in one run."""
     slowdown: float = 0.6
@@ -132,6 +138,7 @@ class RunSupervisor:
         """Restore the budgets of a run."""
         self._stall_replans = self._material_replans = 0
         self._unfollowed_replans = self._contact_replans = self._unforeseen_replans = 0
+        self._snag_replans = 0
         self._task.clearance_margin, self._task.pace = 0.0, 1.0
 
     # Conditions to hold the arms.
@@ -367,18 +374,27 @@ class RunSupervisor:
 
     # Outcome of the run.
 
-    def snagged(self, snag: Snag) -> None:
-        """Give up because the rope hangs on something.
+    def snagged(self, snag: Snag, deviation: float) -> bool:
+        """Stop a rope that stays behind and look again from rest; give up if it hangs on something.
 
         Args:
             snag: Place and sign.
+            deviation: Error of the predictions so far [m].
+
+        Returns:
+            Whether the run has been given up.
         """
+        if snag.sign == "stays_behind" and self._snag_replans < self.settings.max_snag_replans:
+            self._snag_replans += 1
+            self._request_cautious_path(deviation)
+            return False
         code = {
             "stays_behind": ReasonCode.SNAG_STAYS_BEHIND,
             "taut": ReasonCode.SNAG_TAUT,
         }[snag.sign]
         x, y, z = snag.position.tolist()
         self._task.apply(RunEvent.GIVE_UP, code, x=x, y=y, z=z)
+        return True
 
     def slipped(self, slip: Slip) -> None:
         """Give up because the rope has slipped out of a grip.

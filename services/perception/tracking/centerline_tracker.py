@@ -46,6 +46,9 @@ MAX_LEARNT_DOUBT = 0.03
 """Probability of a wrong chain below which the lines beside it are taken for other ropes [-]."""
 KNOWN_POINT_DISTANCE = 0.003
 """Distance of the points of another rope where it is expected [m]."""
+LENGTH_BIAS = 0.004
+"""Deviation of the measured length up to which the given one may be right, as a share [-]: depth
+noise, the width of the rope and its curvature between nodes lengthen a chain."""
 
 
 @dataclass(frozen=True)
@@ -73,12 +76,16 @@ class LengthMean:
 
     def __init__(self) -> None:
         self._ratio, self._count, self._frame = 1.0, 0, 0
+        self._given_wrong = False
 
     def now(self) -> ChainLength:
         """Return the length to fit with, and whether to measure it in the next frame."""
         self._frame += 1
         often = self._count < MIN_LENGTH_COUNT
-        return ChainLength(self._ratio, often or self._frame % LENGTH_PERIOD == 0)
+        # Once found wrong, the given length does not return: a chain that changes its length moves.
+        self._given_wrong |= abs(self._ratio - 1.0) > LENGTH_BIAS
+        ratio = self._ratio if self._given_wrong else 1.0
+        return ChainLength(ratio, often or self._frame % LENGTH_PERIOD == 0)
 
     def take(self, measured: float | None) -> None:
         """Take in the length that a frame shows, relative to the given one."""

@@ -4,10 +4,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from benchmarks.robustness.combinations import Combination, sample
+from benchmarks.robustness.observability import bounds
 from benchmarks.robustness.scene import build_scene
-from benchmarks.robustness.stiffness import stiffness_deviation
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import chain_clearance
 from services.sim.plants.factory import build_plant
@@ -57,4 +58,14 @@ def test_a_taut_rope_tells_its_stiffness_less_than_a_slack_one(tmp_path: Path) -
         goal=replace(slack.goal, nodes="", line=((-0.205, 0.1, 0.3), (0.205, 0.1, 0.3))),
         ends=replace(slack.ends, left=slack.ends.right),
     )
-    assert stiffness_deviation(slack) < stiffness_deviation(taut)
+    assert bounds(slack).stiffness < bounds(taut).stiffness
+
+
+def test_place_along_the_rope_is_told_by_the_grips_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenario = build_scene(combination("fixed-end"), tmp_path)
+    unsure = bounds(scenario).place
+    monkeypatch.setattr("benchmarks.robustness.observability.GRIP_OFFSET", 3e-5)
+    assert bounds(scenario).place < 0.2 * unsure
+    assert 3e-4 < unsure < 1.3e-3

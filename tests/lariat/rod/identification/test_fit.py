@@ -7,14 +7,17 @@ import pytest
 
 from lariat.rod.identification import (
     Finding,
+    Motion,
     findings,
     generic_rope,
     identify,
     predict,
     undetermined,
 )
+from lariat.rod.identification.rod_twin import RodTwin
 from tests.lariat.rod.identification.ropes import (
     CURVED_PROPERTIES,
+    NODES,
     STIFFNESS,
     TRUE_PROPERTIES,
     recorded,
@@ -49,6 +52,27 @@ def test_undetermined_properties_are_listed() -> None:
     assert "Twist ratio" in listed
     assert "Mass" not in " ".join(undetermined(fit, density_known=True))
     assert TRUE_PROPERTIES.linear_density == pytest.approx(generic_rope().linear_density)
+
+
+def test_a_coarse_rod_says_how_much_its_length_is_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    motion = recorded(sequences=1, frames=90)
+    alone = identify_coarsely(motion, monkeypatch, refined=False)
+    stated = identify_coarsely(motion, monkeypatch, refined=True)
+    assert stated.value == alone.value
+    # The innermost held vertices are the middles of the outer edges.
+    error = abs(stated.value - TRUE_PROPERTIES.length * (NODES - 2) / (NODES - 1))
+    assert error > 3.0 * alone.standard_deviation
+    assert 0.3 * error < stated.standard_deviation < 3.0 * error
+
+
+def identify_coarsely(motion: Motion, monkeypatch: pytest.MonkeyPatch, refined: bool) -> Finding:
+    """Length found with a rod of twelve nodes, with or without the error of its resolution."""
+    with monkeypatch.context() as patched:
+        patched.setattr("lariat.rod.identification.fit.RodTwin", lambda m: RodTwin(m, 12))
+        if not refined:
+            patched.setattr("lariat.rod.identification.fit.NODE_REFINEMENT", 0.0)
+            patched.setattr("lariat.rod.identification.fit.STEP_REFINEMENT", 0.0)
+        return named(findings(identify(motion)), "length")
 
 
 def test_motion_that_is_too_short_is_refused() -> None:

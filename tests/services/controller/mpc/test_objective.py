@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle
@@ -19,7 +20,8 @@ CRATE = Obstacle("sphere", (-0.25, 0.02, 0.01), radius=0.015, name="crate")
 AROUND = AvoidanceSpecification((POST,), 0.012, 0.004, 0.44, 0.002, (POST, CRATE), 0.05, 0.05)
 
 
-def test_gradient_equals_finite_differences_of_the_cost() -> None:
+@pytest.mark.parametrize("along", [1.0, 0.3])
+def test_gradient_equals_finite_differences_of_the_cost(along: float) -> None:
     random = np.random.default_rng(0)
     line = np.stack([np.linspace(-0.2, 0.2, COUNT), *np.zeros((2, COUNT))], axis=1)
     nodes = line + 0.005 * random.normal(size=(HORIZON, 1, 3))
@@ -33,13 +35,26 @@ def test_gradient_equals_finite_differences_of_the_cost() -> None:
         ends = [0, -1]
         orientations = poses.multiply(poses.exponential(turns @ change), along_x)
         grips = GripPrediction(moved[:, ends], orientations, jacobian[:, ends], turns)
-        return rope_terms(moved, grips, jacobian, goal, AROUND, 0.05)
+        return rope_terms(moved, grips, jacobian, goal, AROUND, 0.05, along)
 
     here = at(np.zeros(VARIABLES))
     assert set(here.cost) == {"tracking", "calm", "obstacles", "grippers"}
     assert min(here.cost.values()) > 0.0
     measured = [(at(d).total - at(-d).total) / 2e-7 for d in 1e-7 * np.eye(VARIABLES)]
     assert np.allclose(2.0 * here.gradient, measured, rtol=1e-4)
+
+
+def test_place_along_the_rope_counts_by_its_weight() -> None:
+    goal = np.stack([np.linspace(-0.2, 0.2, COUNT), *np.zeros((2, COUNT))], axis=1)[None]
+    jacobian, free = np.zeros((1, COUNT, 3, 1)), AvoidanceSpecification((), 0.0, 0.0, 0.44)
+    ends = GripPrediction(
+        goal[:, [0, -1]], np.zeros((1, 2, 4)), np.zeros((1, 2, 3, 1)), np.zeros((1, 2, 3, 1))
+    )
+    costs = []
+    for shift in ((0.001, 0.0, 0.0), (0.0, 0.001, 0.0)):
+        terms = rope_terms(goal + shift, ends, jacobian, goal, free, 0.05, along=0.3)
+        costs.append(terms.cost["tracking"])
+    np.testing.assert_allclose(costs, [0.09, 1.0])
 
 
 def test_clearance_is_also_kept_between_nodes() -> None:

@@ -277,9 +277,18 @@ def test_nothing_is_judged_before_the_end_of_the_path(run: Run) -> None:
 
 
 def test_snag_ends_the_run_and_says_where(run: Run) -> None:
-    run.supervisor.snagged(Snag("taut", np.array([0.02, 0.0, 0.31])))
+    assert run.supervisor.snagged(Snag("taut", np.array([0.02, 0.0, 0.31])), 0.0)
     assert run.task.reason.code is ReasonCode.SNAG_TAUT
     assert "near [0.02, 0.00, 0.31] m: it is taut" in str(run.task.reason)
+
+
+def test_rope_that_stays_behind_once_gets_another_path_and_a_slower_pace(run: Run) -> None:
+    snag, before = Snag("stays_behind", np.array([0.02, 0.0, 0.31])), run.task.replan_count
+    assert not run.supervisor.snagged(snag, 0.004)
+    assert (run.task.state, run.task.replan_count) == (RunState.RUNNING, before + 1)
+    assert run.task.pace < 1.0
+    assert run.supervisor.snagged(snag, 0.004)
+    assert run.task.reason.code is ReasonCode.SNAG_STAYS_BEHIND
 
 
 def test_obstacle_in_the_rest_of_the_path_needs_another_one(run: Run) -> None:

@@ -68,3 +68,13 @@ def test_nodes_of_a_rope_in_motion_are_less_certain() -> None:
             found = tracker.track(frame.color, frame.depth, *grips(moved), stamp)
         sigmas.append(float(np.median(found.sigma)))
     assert sigmas[1] > sigmas[0] + 2e-4
+
+
+def test_the_given_length_stands_until_it_is_found_wrong() -> None:
+    length = LengthMean()
+    length.take(0.997)
+    assert length.now().ratio == 1.0
+    length.take(0.993)
+    assert length.now().ratio == pytest.approx(0.995)
+    length.take(1.001)
+    assert length.now().ratio == pytest.approx(0.997)

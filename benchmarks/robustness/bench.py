@@ -61,7 +61,7 @@ def run(
         first: Number of the first one.
         seed: Seed of the combinations.
         only: Numbers of single combinations, in place of `count` and `first`.
-        scenario: Names of shipped scenarios; by default all of them.
+        scenario: Names of shipped scenarios; by default all with one rope.
         adapt: Whether the controller adapts the rope's parameters. Without, a run may give up.
         folder: Folder for finished runs, scenarios and goals.
         again: Run finished combinations again.

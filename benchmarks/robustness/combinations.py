@@ -94,6 +94,11 @@ class Combination:
         )
 
 
+def scenarios_of_one_rope() -> tuple[str, ...]:
+    """Return the names of the shipped scenarios in which only the held rope is seen."""
+    return tuple(name for name in shipped_names() if not load(name).distractors)
+
+
 def sample(
     seed: int, number: int, scenarios: tuple[str, ...] = (), adapts: bool = True
 ) -> Combination:
@@ -105,10 +110,10 @@ def sample(
     Args:
         seed: Seed of the campaign.
         number: Number of the combination.
-        scenarios: Names of shipped scenarios; by default all of them.
+        scenarios: Names of shipped scenarios; by default all with one rope.
         adapts: Whether the controller adapts the rope's parameters.
     """
-    names = scenarios or tuple(shipped_names())
+    names = scenarios or scenarios_of_one_rope()
     random = np.random.default_rng([seed, number])
     name = names[number % len(names)]
     base = load(name)

@@ -5,9 +5,8 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from benchmarks.robustness.combinations import PLANTS, sample
+from benchmarks.robustness.combinations import PLANTS, sample, scenarios_of_one_rope
 from shared.scenario import load
-from shared.scenario.shipped import shipped_names
 
 COMBINATIONS = [sample(0, number) for number in range(60)]
 
@@ -19,7 +18,7 @@ def test_a_combination_is_the_same_for_the_same_seed_and_number() -> None:
 
 def test_every_scenario_meets_every_plant() -> None:
     met = {(c.scenario, c.plant) for c in COMBINATIONS}
-    assert met == {(name, plant) for name in shipped_names() for plant in PLANTS}
+    assert met == {(name, plant) for name in scenarios_of_one_rope() for plant in PLANTS}
 
 
 def test_hidden_quantities_fill_their_ranges() -> None:

@@ -124,9 +124,9 @@ def encode_gif(pictures: Iterable[Picture], file: Path, settings: FilmSettings =
         file: GIF.
         settings: Rate.
     """
-    # One palette for all pictures, so that only what moves is stored.
+    # One palette for all pictures, so that only what moves is stored; small things keep their colour.
     images = [Image.fromarray(p[..., ::-1]) for p in pictures]
-    palette = images[len(images) // 2].quantize(GIF_COLORS)
+    palette = images[len(images) // 2].quantize(GIF_COLORS, Image.Quantize.MAXCOVERAGE)
     first, *others = [i.quantize(palette=palette, dither=Image.Dither.NONE) for i in images]
     duration = 1000 // settings.rate
     first.save(file, save_all=True, append_images=others, duration=duration, loop=0)

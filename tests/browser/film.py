@@ -17,14 +17,20 @@ import cv2
 import tyro
 
 from shared.film import film
-from shared.film.film import VIDEO, FilmSettings, Picture
+from shared.film.film import FilmSettings, Picture
 from shared.film.recorded_run import RecordedRun
 from shared.recording import Recording
 from tests.browser.chromium import opened
 from tests.browser.stack import free_port
 
+FILM = FilmSettings(size=(960, 540))
+"""Settings of the film."""
+PAGE_SIZE = (1280, 720)
+"""Columns and rows of the page [pixels]."""
 PAGE_RUN = "three-cylinders"
 """Scenario of the run that the page shows."""
+GIFS = {"run.gif": PAGE_RUN, "two-arms.gif": "two-arms"}
+"""Scenario of each GIF by the name of its file."""
 PAGE_PERIOD = 0.15
 """Time of the recording between two pictures of the page [s]."""
 PAGE_SETTLING_TIME = 0.4
@@ -97,20 +103,17 @@ def main(folder: Path = Path("film"), gifs: Path | None = None) -> None:
 
     Args:
         folder: Folder of recordings, pictures of the page and the film, `lariat.mp4`.
-        gifs: Folder for `run.gif` and `page.gif`, e.g. docs/guide.
+        gifs: Folder for `run.gif`, `two-arms.gif` and `page.gif`, e.g. docs/guide.
     """
     folder.mkdir(parents=True, exist_ok=True)
     recordings = {s.scenario: recorded(s.scenario, folder) for s in SCENES}
     page = page_pictures(recordings[PAGE_RUN], folder / "page")
     if gifs is not None:
-        film.write_gif(Recording.open(recordings[PAGE_RUN]), gifs / "run.gif")
-        small = (
-            cv2.resize(cv2.imread(str(p)), PAGE_GIF.size, interpolation=cv2.INTER_AREA)
-            for p in page
-        )
-        film.encode_gif(small, gifs / "page.gif", PAGE_GIF)
+        for name, scenario in GIFS.items():
+            film.write_gif(Recording.open(recordings[scenario]), gifs / name)
+        film.encode_gif((resized(p, PAGE_GIF) for p in page), gifs / "page.gif", PAGE_GIF)
     file = folder / "lariat.mp4"
-    duration = film.encode_video(pictures(recordings, page), file)
+    duration = film.encode_video(pictures(recordings, page), file, FILM)
     print(f"{file}: {duration:.0f} s")
 
 
@@ -137,7 +140,7 @@ def page_pictures(file: Path, folder: Path) -> list[Path]:
         assert process.stderr is not None
         line = process.stderr.readline()
         address = next(word for word in line.split() if word.startswith("http://"))
-        with opened(address, *VIDEO.size) as page:
+        with opened(address, *PAGE_SIZE) as page:
             time_field = page.get_by_role("textbox").first
             for k, picture in missing:
                 time_field.fill(f"{k * PAGE_PERIOD:.2f}")
@@ -150,6 +153,13 @@ def page_pictures(file: Path, folder: Path) -> list[Path]:
     return pictures
 
 
+def resized(file: Path, settings: FilmSettings) -> Picture:
+    """Return the picture of a file in the size of a film."""
+    picture = cv2.imread(str(file))
+    assert picture is not None
+    return cv2.resize(picture, settings.size, interpolation=cv2.INTER_AREA)
+
+
 def pictures(recordings: dict[str, Path], page: list[Path]) -> Iterator[Picture]:
     """Yield the pictures of the whole film.
 
@@ -157,19 +167,23 @@ def pictures(recordings: dict[str, Path], page: list[Path]) -> Iterator[Picture]
         recordings: Recordings by scenario.
         page: Pictures of the page.
     """
-    yield from film.title_card("Lariat", ("Shaping ropes and cables with a robot",), TITLE_TIME)
     yield from film.title_card(
-        "The page", ("Set a goal, press Start, watch rope, path, camera and plots.",), TITLE_TIME
+        "Lariat", ("Shaping ropes and cables with a robot",), TITLE_TIME, FILM
+    )
+    yield from film.title_card(
+        "The page",
+        ("Set a goal, press Start, watch rope, path, camera and plots.",),
+        TITLE_TIME,
+        FILM,
     )
     for file in page:
-        picture = cv2.imread(str(file))
-        assert picture is not None
+        picture = resized(file, FILM)
         for _ in range(REPEATS):
             yield picture
     for scene in SCENES:
-        yield from film.title_card(scene.title, scene.lines, TITLE_TIME)
+        yield from film.title_card(scene.title, scene.lines, TITLE_TIME, FILM)
         run = RecordedRun(Recording.open(recordings[scene.scenario]))
-        yield from film.run_pictures(run)
+        yield from film.run_pictures(run, FILM)
     yield from film.title_card(
         "Lariat",
         (
@@ -177,6 +191,7 @@ def pictures(recordings: dict[str, Path], page: list[Path]) -> Iterator[Picture]
             "Orange: rope. Magenta: goal. Blue: path.",
         ),
         TITLE_TIME,
+        FILM,
     )
 
 

@@ -123,6 +123,16 @@ def test_gif_lasts_as_long_as_its_run(tmp_path: Path):
     assert shown == pytest.approx(1.0 + RecordedRun(recording).duration, abs=0.3)
 
 
+def test_a_small_thing_keeps_its_colour_in_a_gif(tmp_path: Path):
+    shades = np.tile(np.linspace(20, 235, SIZE[0]).astype(np.uint8), (SIZE[1], 1))
+    image = np.stack([shades, np.roll(shades, 40, axis=1), np.roll(shades, 80, axis=1)], axis=2)
+    image[50:52, 70:90] = GOAL
+    film.encode_gif([image, image], tmp_path / "small.gif")
+    with Image.open(tmp_path / "small.gif") as gif:
+        shown = np.asarray(gif.convert("RGB"))[51, 80, ::-1]
+    assert np.abs(shown.astype(int) - GOAL).max() < 30
+
+
 def _durations(picture: Image.Image):
     for k in range(getattr(picture, "n_frames", 1)):
         picture.seek(k)

@@ -124,7 +124,8 @@ def encode_gif(pictures: Iterable[Picture], file: Path, settings: FilmSettings =
         file: GIF.
         settings: Rate.
     """
-    # One palette for all pictures, so that only what moves is stored; small things keep their colour.
+    # One palette for all pictures, so that only what moves is stored; in it, small things keep
+    # their colour.
     images = [Image.fromarray(p[..., ::-1]) for p in pictures]
     palette = images[len(images) // 2].quantize(GIF_COLORS, Image.Quantize.MAXCOVERAGE)
     first, *others = [i.quantize(palette=palette, dither=Image.Dither.NONE) for i in images]

@@ -33,6 +33,11 @@ def test_the_bodies_hold_the_spheres_of_the_kinematics(scenario: Scenario):
         centres = kinematics.link_spheres(joints[None])[0][0]
         distances = [signed_distance(centres, body) for body in bodies.at(joints)]
         assert np.max(np.min(distances, axis=0)) < 0.0
+        # A mesh is drawn by the very spheres that cover it.
+        spheres = [body.position for body in bodies.at(joints) if body.shape == "sphere"]
+        if spheres:
+            gaps = np.linalg.norm(centres[:, None] - np.array(spheres), axis=2)
+            assert np.max(np.min(gaps, axis=1)) < 1e-9
 
 
 def test_no_body_is_drawn_without_every_joint():

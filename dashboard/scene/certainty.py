@@ -1,15 +1,32 @@
-"""Colours of a perceived rope by the certainty of its nodes."""
+"""Colours and beads of a perceived rope by the certainty of its nodes."""
 
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import UInt8
+from jaxtyping import Float64, UInt8
 
 from dashboard import palette
 from shared.messages import NodeChain
 
 UNCERTAIN_SIGMA = 0.01
 """Standard deviation above which a node has the full warning colour [m]."""
+
+BEAD_SIGMAS = 2.0
+"""Radius of a bead in standard deviations [-]."""
+MAX_BEAD_RADIUS = 0.03
+"""Largest radius of a bead [m]; a rope that was never seen would fill the scene."""
+
+
+def bead_radii(message: NodeChain, radius: float) -> Float64[np.ndarray, "n"]:
+    """Radius of the ball drawn at each node [m]: two standard deviations, at least the rope's.
+
+    Args:
+        message: Perceived rope.
+        radius: Radius of the rope [m].
+    """
+    count = len(message.positions) // 3
+    sigma = np.array(message.sigma) if len(message.sigma) == count else np.zeros(count)
+    return np.clip(BEAD_SIGMAS * sigma, radius, max(radius, MAX_BEAD_RADIUS))
 
 
 def certainty_colors(message: NodeChain) -> UInt8[np.ndarray, "n 3"]:

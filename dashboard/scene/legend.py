@@ -8,7 +8,7 @@ from dashboard import palette
 from dashboard.palette import Color
 from dashboard.scene.certainty import UNCERTAIN_SIGMA
 
-Shape = Literal["tube", "thin tube", "lines", "dashes", "block"]
+Shape = Literal["tube", "beads", "thin tube", "lines", "dashes", "block"]
 """Shape in which something is drawn, so that colours alone need not tell it."""
 
 
@@ -26,6 +26,7 @@ LEGEND_ENTRIES = (
         "tube", palette.UNCERTAIN, f"rope, uncertain by {1e3 * UNCERTAIN_SIGMA:.0f} mm or more"
     ),
     LegendEntry("tube", palette.UNOBSERVED, "rope, not observed but estimated"),
+    LegendEntry("beads", palette.UNCERTAIN, "beads: two standard deviations about each node"),
     LegendEntry("lines", palette.OTHER_ROPE, "other ropes (grey: remembered)"),
     LegendEntry("thin tube", palette.GOAL, "goal (thinner than the rope)"),
     LegendEntry("thin tube", palette.TRUTH, "true rope of the simulation (inside the rope)"),
@@ -54,6 +55,8 @@ def _swatch(shape: Shape, color: Color) -> str:
     css = palette.css(color)
     look = {
         "tube": f"height:.45em;border-radius:.25em;background:{css}",
+        "beads": f"height:.8em;background:radial-gradient(circle,{css} 60%,transparent 62%) "
+        "0 0/.8em .8em",
         "thin tube": f"height:.2em;border-radius:.1em;background:{css}",
         "lines": f"height:.5em;border:solid {css};border-width:1px 0",
         "dashes": f"height:0;border-top:2px dashed {css}",

@@ -11,7 +11,7 @@ from jaxtyping import Float64
 from dashboard import palette
 from dashboard.scene import scene_setup
 from dashboard.scene.arm_view import arm_view
-from dashboard.scene.certainty import certainty_colors
+from dashboard.scene.certainty import bead_radii, certainty_colors
 from dashboard.scene.chain_lines import LinesView, chain_segments, dashed
 from dashboard.scene.gripper_view import GripperView
 from dashboard.scene.obstacle_view import ObstacleView
@@ -56,7 +56,7 @@ class SceneView:
             on_click: Called with the name of a clicked obstacle, in a thread of the web server.
         """
         scene = server.scene
-        radius = scenario.rope.diameter / 2.0
+        self._radius = radius = scenario.rope.diameter / 2.0
         scene_setup.set_up(server, scenario)
         self._rope = TubeView(scene, "/rope", radius)
         self._truth = TubeView(scene, "/truth", 0.6 * radius)
@@ -94,12 +94,13 @@ class SceneView:
                 self._path.visible = visible
 
     def show_rope(self, message: NodeChain) -> None:
-        """Draw the perceived rope, coloured by the certainty of its nodes."""
+        """Draw the perceived rope, with colours and beads by the certainty of its nodes."""
         nodes = chain(message.positions)
         if message.lost or len(nodes) < 2:
             self._rope.hide()
             return
-        self._rope.show(nodes, certainty_colors(message))
+        radii = bead_radii(message, self._radius)
+        self._rope.show(nodes, certainty_colors(message), radii)
 
     def show_others(self, message: OtherRopes) -> None:
         """Draw the ropes beside the held one."""

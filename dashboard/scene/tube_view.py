@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import viser
-from jaxtyping import Float64, UInt8
+from jaxtyping import Float32, Float64, UInt8
 
 from dashboard.palette import Color
 from dashboard.scene import meshes
@@ -49,23 +49,31 @@ class TubeView:
                 handle.visible = value
 
     def show(
-        self, nodes: Float64[np.ndarray, "n 3"], colors: Color | UInt8[np.ndarray, "n 3"]
+        self,
+        nodes: Float64[np.ndarray, "n 3"],
+        colors: Color | UInt8[np.ndarray, "n 3"],
+        node_radii: Float64[np.ndarray, "n"] | None = None,
     ) -> None:
         """Draw the chain.
 
         Args:
             nodes: Node positions [m].
             colors: One colour for all nodes, or one for each.
+            node_radii: Radius of the ball at each node [m]; None for that of the tube.
         """
+        radii = np.full(len(nodes), self._radius) if node_radii is None else node_radii
+        scales = np.repeat(radii[:, None], 3, axis=1).astype(np.float32)
         colors = np.broadcast_to(np.array(colors, np.uint8), (len(nodes), 3))
         tube = meshes.tube(nodes, self._radius)
         if self._segments is None or self._nodes is None or self._count != len(nodes):
-            self._create(nodes, tube, colors)
+            self._create(nodes, tube, colors, scales)
             return
         self._segments.batched_positions = tube.centres.astype(np.float32)
         self._segments.batched_wxyzs = tube.orientations.astype(np.float32)
         self._segments.batched_scales = tube.scales.astype(np.float32)
         self._nodes.batched_positions = nodes.astype(np.float32)
+        if not np.array_equal(self._nodes.batched_scales, scales):
+            self._nodes.batched_scales = scales
         for handle, new_colors in (
             (self._segments, _segment_colors(colors)),
             (self._nodes, colors),
@@ -82,7 +90,11 @@ class TubeView:
                 handle.visible = False
 
     def _create(
-        self, nodes: np.ndarray, tube: meshes.Tube, colors: UInt8[np.ndarray, "n 3"]
+        self,
+        nodes: np.ndarray,
+        tube: meshes.Tube,
+        colors: UInt8[np.ndarray, "n 3"],
+        scales: Float32[np.ndarray, "n 3"],
     ) -> None:
         for handle in (self._segments, self._nodes):
             if handle is not None:
@@ -109,7 +121,7 @@ class TubeView:
             sphere.faces,
             batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (len(nodes), 1)),
             batched_positions=nodes,
-            batched_scales=np.full((len(nodes), 3), self._radius),
+            batched_scales=scales,
             batched_colors=np.array(colors),
             **common,
         )

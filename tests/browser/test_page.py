@@ -224,7 +224,7 @@ def test_runs_are_compared_noted_and_deleted_after_a_question(cell: tuple[Cell, 
     page.get_by_role("tab", name="Runs").click()
     page.get_by_role("combobox").last.click()
     page.get_by_role("option", name="run-1").click()
-    page.get_by_role("button", name="Compare").click()
+    page.get_by_role("button", name="Compare", exact=True).click()
     request = stage.asked(topics.RUN_LIST_REQUEST)
     assert (request.action, list(request.runs)) == (RunListRequest.SEND_CURVES, ["id-1"])
     note = page.get_by_role("textbox").last

@@ -13,31 +13,36 @@ from shared.film.arm_bodies import arm_bodies
 from shared.scenario import Scenario, load
 from shared.scenario.shipped import find
 from stack.scenario_overrides import load_with
-from tests.robots import UR5
+from tests.robots import PANDA, UR5, Robot
 
-BENT = np.array([0.3, -0.8, 1.2, -0.4, 1.1, 0.2])
+BENT = np.array([0.3, -0.8, 1.2, -1.4, 1.1, 0.9, 0.2])
+
+
+def cell_with(robot: Robot) -> Scenario:
+    return load_with(Path("three-cylinders"), robot.settings("left"))
 
 
 @pytest.mark.parametrize(
     "scenario",
     [
         pytest.param(load(find("two-arms")), id="cylinders"),
-        pytest.param(load_with(Path("three-cylinders"), UR5.settings("left")), id="meshes"),
+        pytest.param(cell_with(UR5), id="UR5"),
+        pytest.param(cell_with(PANDA), id="Panda"),
     ],
 )
 def test_the_bodies_hold_the_spheres_of_the_kinematics(scenario: Scenario):
     kinematics, bodies = kinematics_of(scenario, "left"), arm_bodies(scenario, "left")
     assert kinematics is not None
     assert bodies is not None
-    for joints in (np.zeros(6), BENT):
-        centres = kinematics.link_spheres(joints[None])[0][0]
-        distances = [signed_distance(centres, body) for body in bodies.at(joints)]
-        assert np.max(np.min(distances, axis=0)) < 0.0
-        # A mesh is drawn by the very spheres that cover it.
-        spheres = [body.position for body in bodies.at(joints) if body.shape == "sphere"]
-        if spheres:
-            gaps = np.linalg.norm(centres[:, None] - np.array(spheres), axis=2)
-            assert np.max(np.min(gaps, axis=1)) < 1e-9
+    joints = BENT[: kinematics.joint_count]
+    centres = kinematics.link_spheres(joints[None])[0][0]
+    drawn = bodies.at(joints)
+    assert np.max(np.min([signed_distance(centres, body) for body in drawn], axis=0)) < 0.0
+    # A mesh is drawn by the very spheres that cover it.
+    known = np.concatenate([centres, kinematics.base_spheres[0]])
+    for body in drawn:
+        if body.shape == "sphere":
+            assert np.linalg.norm(known - body.position, axis=1).min() < 1e-9
 
 
 def test_no_body_is_drawn_without_every_joint():

@@ -22,6 +22,9 @@ def test_site_builds_without_a_warning(tmp_path: Path):
     # A page of the reference is not empty: it documents what its module offers.
     for name, member in (("rod", "lariat.rod.Rod.rollout"), ("geometry", "lariat.geometry.Pose")):
         assert f'id="{member}"' in (tmp_path / "reference" / "library" / f"{name}.html").read_text()
+    for page in (tmp_path / "reference" / "library").glob("*.html"):
+        text = page.read_text()
+        assert "doc-object doc-function" in text or "doc-object doc-class" in text, page.name
     commands = (tmp_path / "reference" / "commands.html").read_text()
     assert all(f'id="lariat-{verb}"' in commands for verb in VERBS)
     assert all(f'id="lariat-bench-{name}"' in commands for name in BENCHES)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from services.perception.centerline.estimate import MAX_DOUBT, CenterlineEstimate
+from services.perception.centerline.estimate import CenterlineEstimate
 from services.perception.rgbd.line_of_sight import Look
+from services.perception.tracking.centerline_tracker import MAX_LEARNT_DOUBT
 from services.perception.tracking.other_ropes import FollowedRope, OtherRopes
 from shared import messages, topics
 from shared.service import SECOND, Publication
@@ -43,7 +44,7 @@ class OthersPublisher:
             now: Present time [ns].
         """
         others, before = self._others, self._others.revision
-        sure = not estimate.lost and estimate.doubt < MAX_DOUBT
+        sure = estimate.probability_wrong < MAX_LEARNT_DOUBT
         others.update([o.points for o in estimate.others if sure], look, stamp)
         changed = bool(others.ropes) or others.revision != before
         if not changed and now - self._published < SECOND:

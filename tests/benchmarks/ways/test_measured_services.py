@@ -12,12 +12,13 @@ from shared.scenario import load
 from shared.scenario.sections import Obstacle
 
 
-def test_a_thin_wall_that_the_rope_jumps_over_counts() -> None:
-    """Between two arm states the rope jumps from one side of the wall to the other."""
+def test_a_bar_that_the_rope_jumps_over_counts() -> None:
+    """Between two arm states the left end jumps from one side of the bar to the other."""
     base = load("three-cylinders")
     left, right = base.grips(base.start)
-    wall = Obstacle("box", (0.0, left.position[1] + 0.1, 0.5), size=(2.0, 0.01, 1.0), name="wall")
-    world = MeasuredWorld(replace(base, obstacles=(wall,)))
+    x, y, z = left.position
+    bar = Obstacle("box", (x, y + 0.1, z), size=(0.05, 0.01, 0.05), name="bar")
+    world = MeasuredWorld(replace(base, obstacles=(bar,)))
     world.advance(EndMotion(left), EndMotion(right), 1)
     before = world.clearance
     shift = np.array([0.0, 0.2, 0.0])

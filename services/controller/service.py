@@ -134,7 +134,7 @@ class ControllerService:
             expected_lag(scenario),
         )
         self.predictions = PredictionMonitor()
-        self.guard = ClearanceGuard(scenario.rope.diameter / 2.0)
+        self.guard = ClearanceGuard(scenario.rope.diameter / 2.0, scenario.control.clearance)
         self.snag_detector = SnagDetector()
         self._slip_detector = SlipDetector()
         self.progress = ProgressMonitor(scenario.run.tolerance, scenario.rope.diameter / 2.0)

@@ -54,6 +54,8 @@ class Problem:
     """Clearance to keep between all surfaces [m]."""
     tolerance: float
     """Mean node distance to the goal at which it is reached [m]."""
+    spare_clearance: float = 0.0
+    """Part of the clearance without which a path is not blocked [m]."""
     oriented: tuple[bool, bool] = (False, False)
     """Whether the orientation of each goal grip is prescribed."""
     turns: int = 0

@@ -5,7 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from jaxtyping import Float64
 
+from lariat.geometry.obstacles import scene_distance
+from lariat.geometry.polylines import with_midpoints
 from lariat.trajectory import NANOSECONDS
 from services.planner.arms.arm_check import LINK_MARGIN, arm_fault
 from services.planner.collision_check import gripper_overlap, path_clearance
@@ -32,9 +35,13 @@ class RetimingSettings:
     )
     """Paces, of which the one that comes to rest first is chosen. Likely ones are listed first, so
     that most others need not be simulated to their end."""
-    close_paces: tuple[Pace, ...] = (Pace(2.5, (0.16, 0.1)), Pace(4.0, (0.1, 0.05)))
+    close_paces: tuple[Pace, ...] = (
+        Pace(2.5, (0.16, 0.1)),
+        Pace(1.3, (0.16, 0.1), 0.4),
+        Pace(2.0, (0.16, 0.1), 0.1),
+    )
     """Paces that are tried when all others pass too close to obstacles: narrow running means
-    deviate less from the waypoints."""
+    deviate less from the waypoints, and corners are passed slowly where there is little room."""
     sufficient_clearance: float = 0.7
     """Clearance above which a path is accepted, relative to the wanted one."""
     negligible_swing: float = 2e-4
@@ -59,7 +66,7 @@ def required_clearance(
     optimizer: PathOptimizer, settings: RetimingSettings = RETIMING_SETTINGS
 ) -> float:
     """Return the clearance below which a path is blocked [m]."""
-    return min(settings.min_clearance, optimizer.wanted_clearance)
+    return min(settings.min_clearance, optimizer.necessary_clearance)
 
 
 def retime(
@@ -103,11 +110,13 @@ def _at_best_pace(
     """Path of a candidate at the best of all paces, whatever the arms can do."""
     s = settings
     waypoints, limits = optimizer.grips(candidate), problem.limits.scaled(problem.pace)
-    best, least = None, (True, np.inf)
+    best, least, room = None, (True, np.inf), None
     for k, pace in enumerate((*s.paces, *s.close_paces)):
         if k >= len(s.paces) and not least[0]:
             break
-        positions, orientations = time_parameterize(*waypoints, limits, PATH_PERIOD, pace)
+        if k >= len(s.paces) and room is None:
+            room = _room(problem, optimizer, candidate, s)
+        positions, orientations = time_parameterize(*waypoints, limits, PATH_PERIOD, pace, room)
         cost = len(positions) * PATH_PERIOD
         if (False, cost) >= least:
             continue
@@ -140,6 +149,19 @@ def _at_best_pace(
         candidate.error,
         clearance,
     )
+
+
+def _room(
+    problem: Problem,
+    optimizer: PathOptimizer,
+    candidate: PathCandidate,
+    settings: RetimingSettings,
+) -> Float64[np.ndarray, "w"]:
+    """Clearance of the rope at each waypoint, beyond what it needs [m]."""
+    start = problem.state.positions[None]
+    nodes = np.concatenate([start, candidate.nodes[: len(optimizer.grips(candidate)[0]) - 1]])
+    clearance = scene_distance(with_midpoints(nodes), problem.obstacles).min(axis=1)
+    return np.maximum(clearance - problem.radius - required_clearance(optimizer, settings), 0.0)
 
 
 def _failure(

@@ -200,6 +200,7 @@ class PlannerService:
         problem = replace(
             problem,
             clearance=problem.clearance + margin,
+            spare_clearance=margin,
             pace=task.pace if task.pace else 1.0,
             arms=self._present_arms(arms),
         )

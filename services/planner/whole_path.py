@@ -19,6 +19,7 @@ from services.planner.problem import Problem, WholePath, grip_distance
 from services.planner.retiming import PATH_PERIOD, RETIMING_SETTINGS, required_clearance, retime
 from services.planner.seeds import random_via_paths, seed_paths
 from services.planner.tree_search.search import TreeSearch, pose_displacements
+from services.planner.tree_search.settings import TREE_SEARCH_SETTINGS
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,13 @@ class PlannerSettings:
     grid_search_shortfall: float = 0.01
     """Shortfall of the best seed above which a path is searched on the grid [m]."""
     tree_clearances: tuple[float, ...] = (0.8, 0.5, 0.65)
-    """Clearances of the tree searches, relative to the wanted one, in the order of trial."""
+    """Clearances of the tree searches in the order of trial: the first one relative to the wanted
+    clearance, the others to the necessary one."""
+    tree_iterations: int = 6
+    """Largest number of Gauss-Newton iterations of a path that the trees found."""
+    first_tree_growth: int = 10
+    """Number of iterations of the trees before a path is searched on the grid, where both ends
+    rotate: by then they have tried to lead the rope lengthwise through each narrow passage."""
     max_rest_error: float = 0.02
     """Mean node distance of the goal from a rest shape between its grips above which the trees are
     not tried, because the goal is not a shape that the rope takes [m]."""
@@ -70,6 +77,10 @@ def plan(problem: Problem, settings: PlannerSettings = PLANNER_SETTINGS) -> Whol
     candidates = sorted(optimizer.evaluate(seed_paths(problem, blocks)), key=lambda c: c.cost)
     candidates, grid_path = _distinct(candidates, settings)[: settings.max_refined], None
     if candidates[0].shortfall > settings.grid_search_shortfall:
+        if problem.moves.all():
+            threaded = _search_trees(problem, optimizer, settings, settings.first_tree_growth)
+            if threaded is not None and threaded.reached:
+                return threaded
         grid_path = _search_grid(problem, optimizer, settings)
     if grid_path is not None and grid_path.reaches_goal:
         found = optimizer.evaluate([block_displacements(grid_path.grips, blocks)])
@@ -96,8 +107,8 @@ def plan(problem: Problem, settings: PlannerSettings = PLANNER_SETTINGS) -> Whol
         found = [_best_path(problem, seeker, distinct, settings)] if more else []
         best = max([best, *found], key=lambda path: _rank(path, optimizer))
     proof = ""
-    if not best.reached and grid_path is None:
-        proof = proof_of_no_path(problem)
+    if not best.reached and (grid_path is None or grid_path.reaches_goal):
+        proof = proof_of_no_path(problem) if grid_path is None else ""
         turned = None if proof else _search_trees(problem, optimizer, settings)
         best = max([best, turned or best], key=lambda path: _rank(path, optimizer))
     if not _is_clear(best, optimizer):
@@ -121,9 +132,19 @@ def _nearest(
 
 
 def _search_trees(
-    problem: Problem, optimizer: PathOptimizer, settings: PlannerSettings
+    problem: Problem,
+    optimizer: PathOptimizer,
+    settings: PlannerSettings,
+    first_growth: int | None = None,
 ) -> WholePath | None:
-    """Path along which the grips turn, by tree searches; None where they do not find any."""
+    """Path along which the grips turn, by tree searches; None where they do not find any.
+
+    Args:
+        problem: Planning problem.
+        optimizer: Optimiser of the problem, for its clearances.
+        settings: Effort.
+        first_growth: Number of iterations of the first search, to which the effort is limited.
+    """
     if not _is_rest_shape(problem, settings):
         return None
     low, high = np.array(problem.limits.workspace)
@@ -132,15 +153,20 @@ def _search_trees(
     if np.any(ends < low) or np.any(ends > high) or apart > problem.longest_grip_distance:
         return None
     paths: list[WholePath] = []
-    for seed, share in enumerate(settings.tree_clearances):
-        found = TreeSearch(problem, share * optimizer.wanted_clearance, seed).run()
+    growth, clearances = TREE_SEARCH_SETTINGS, settings.tree_clearances
+    if first_growth is not None:
+        growth, clearances = replace(growth, max_iterations=first_growth), clearances[:1]
+    refinement = replace(settings, iterations=settings.tree_iterations)
+    for seed, share in enumerate(clearances):
+        base = optimizer.necessary_clearance if seed else optimizer.wanted_clearance
+        found = TreeSearch(problem, share * base, seed, growth).run()
         if not found.reaches_goal:
             continue
         lengths = found.step_lengths
         finer = optimizer.settings.for_length(float(np.sum(lengths)))
         follower = PathOptimizer(problem, settings=finer)
         start = follower.follow(pose_displacements(found.grips, lengths, finer.blocks))
-        paths.append(_refined_path(problem, follower, start, settings))
+        paths.append(_refined_path(problem, follower, start, refinement))
         if paths[-1].reached and _is_clear(paths[-1], optimizer):
             break
     return max(paths, key=lambda path: _rank(path, optimizer), default=None)

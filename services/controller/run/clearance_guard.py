@@ -25,6 +25,8 @@ class GuardSettings:
 
     min_clearance: float = 0.003
     """Clearance that the rope keeps, uncertainty deducted [m]."""
+    wanted_share: float = 0.5
+    """Share of the wanted clearance that is enough, where that is less [-]."""
     deviations: float = 2.0
     """Measured deviations of the prediction that are deducted at the end of the horizon [-]."""
     max_uncertainty: float = 0.02
@@ -54,15 +56,19 @@ class Threat:
 class ClearanceGuard:
     """Checks every horizon, and every observation, for contact."""
 
-    def __init__(self, radius: float, settings: GuardSettings | None = None) -> None:
+    def __init__(
+        self, radius: float, wanted: float = np.inf, settings: GuardSettings | None = None
+    ) -> None:
         """Create a guard.
 
         Args:
             radius: Radius of the rope [m].
+            wanted: Clearance that paths are asked to keep [m].
             settings: Clearances.
         """
         self.settings = settings or GuardSettings()
         self._radius = radius
+        self._least = min(self.settings.min_clearance, self.settings.wanted_share * wanted)
 
     def check(
         self,
@@ -87,8 +93,8 @@ class ClearanceGuard:
         uncertainty = min(settings.deviations * deviation, settings.max_uncertainty)
         chains = np.concatenate([observed[None], estimate[None], predicted])
         shares = np.concatenate([[0.0, 0.0], np.arange(1, len(predicted) + 1) / len(predicted)])
-        limits = min(settings.min_clearance, accepted) + uncertainty * shares
-        limits[0] = min(settings.min_clearance, accepted - settings.min_approach)
+        limits = min(self._least, accepted) + uncertainty * shares
+        limits[0] = min(self._least, accepted - settings.min_approach)
         # A distance changes by at most the distance travelled, which rules out most obstacles.
         coarse = estimate[::COARSE_STRIDE]
         moved = float(np.max(np.linalg.norm(chains - estimate, axis=2)))

@@ -97,6 +97,11 @@ class PathOptimizer:
         return min(self._problem.clearance, float(np.min(self._margins)))
 
     @property
+    def necessary_clearance(self) -> float:
+        """Wanted clearance without what the problem can spare [m]."""
+        return min(self.wanted_clearance, self._problem.clearance - self._problem.spare_clearance)
+
+    @property
     def goal_clearance(self) -> float:
         """Clearance of the goal itself [m]."""
         problem = self._problem

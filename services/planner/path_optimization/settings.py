@@ -59,9 +59,9 @@ class PathOptimizationSettings:
     """Relative gain of an iteration below which the optimisation has converged."""
     absolute_tolerance: float = 1e-4
     """Absolute gain that is added to the relative one [mm^2]."""
-    block_length: float = 0.12
+    block_length: float = 0.08
     """Motion of a grip above which a path has more blocks, one for each such length [m]."""
-    max_blocks: int = 24
+    max_blocks: int = 32
     """Largest number of blocks."""
 
     def for_length(self, length: float) -> PathOptimizationSettings:

@@ -57,7 +57,8 @@ def find_passages(
     width = np.linalg.norm(other - one, axis=1)
     near = (width > s.width_range[0]) & (width < s.width_range[1])
     middle, way = 0.5 * (one + other)[near], (other - one)[near] / width[near, None]
-    free = scene_distance(middle, problem.solid) > margin
+    # Those without room get some by the improvement, or are left out after it.
+    free = scene_distance(middle, problem.solid) > 0.0
     middle, way = middle[free][: s.candidates], way[free][: s.candidates]
     if not len(middle):
         return Passages(middle, middle)
@@ -68,11 +69,12 @@ def find_passages(
     best = np.argmax(room, axis=1)
     row = np.arange(len(middle))
     along, room, places = across[row, best], room[row, best], middle
-    for _ in range(s.improvements):
+    sigmas = (np.geomspace(*pair, s.improvements) for pair in (s.place_sigmas, s.direction_sigmas))
+    for place_sigma, direction_sigma in zip(*sigmas, strict=True):
         # Across the rope alone: along it, the place would leave its passage.
-        shift = random.normal(scale=s.place_sigma, size=places.shape)
+        shift = random.normal(scale=place_sigma, size=places.shape)
         moved = places + shift - np.sum(shift * along, axis=1, keepdims=True) * along
-        turned = poses.normalized(along + random.normal(scale=s.direction_sigma, size=along.shape))
+        turned = poses.normalized(along + random.normal(scale=direction_sigma, size=along.shape))
         found = _room(problem, moved, turned, s)
         better = (found > room) & (np.linalg.norm(moved - middle, axis=1) < s.max_shift)
         places = np.where(better[:, None], moved, places)
@@ -89,7 +91,11 @@ def _room(
     settings: PassageSettings,
 ) -> Float64[np.ndarray, "*b"]:
     """Least distance of short straight pieces of rope from all obstacles [m]."""
-    reach = settings.probe_share * problem.rod.properties.length * np.linspace(-1.0, 1.0, 5)
+    reach = (
+        settings.probe_share
+        * problem.rod.properties.length
+        * np.linspace(-1.0, 1.0, settings.probes)
+    )
     probes = places[..., None, :] + reach[:, None] * directions[..., None, :]
     return scene_distance(probes, problem.solid).min(axis=-1)
 

@@ -15,6 +15,7 @@ from services.planner.tree_search.grip_motion import GripMotion, Grips
 from services.planner.tree_search.passages import find_passages
 from services.planner.tree_search.sag import SagTable
 from services.planner.tree_search.settings import TreeSearchSettings
+from services.planner.tree_search.threads import find_threads
 
 
 @dataclass(frozen=True)
@@ -67,9 +68,12 @@ class GripSampler:
         low = np.maximum(around.min(axis=0) - settings.margin_around, low)
         high = np.minimum(around.max(axis=0) + settings.margin_around + 0.5 * length, high)
         self._low, self._high = low, high
-        self._passages = find_passages(
-            problem, low, high, clearance + problem.radius, self._random, settings.passages
+        margin = clearance + problem.radius
+        self._passages = find_passages(problem, low, high, margin, self._random, settings.passages)
+        self.threads = find_threads(
+            problem, self._passages, sag, margin, settings.step, settings.threads
         )
+        """Motions lengthwise through the narrow passages of the scene."""
 
     def sample(self, count: int) -> Samples:
         """Return random places of the grips.

@@ -20,7 +20,7 @@ from lariat.rod import Rod, RodState, RolloutSpec, add_turns, count_turns, state
 from services.planner.problem import Problem
 from services.planner.tree_search.grip_motion import GripMotion, Grips
 from services.planner.tree_search.sag import SagTable
-from services.planner.tree_search.sampling import GripSampler
+from services.planner.tree_search.sampling import GripSampler, Samples
 from services.planner.tree_search.settings import TREE_SEARCH_SETTINGS, TreeSearchSettings
 from services.planner.tree_search.shape_check import ShapeCheck
 from services.planner.tree_search.tree import ShapeTree
@@ -89,6 +89,8 @@ class TreeSearch:
             problem, self._motion, SagTable(self._rod), clearance, seed, settings
         )
         self._random = np.random.default_rng([problem.seed, seed, 3])
+        self._open_threads = [list(range(len(self._sampler.threads))) for _ in self._trees]
+        """Threads through which each tree has not been led."""
 
     def run(self) -> TreePath:
         """Return the path found, or a path to the nearest shape that was reached."""
@@ -98,9 +100,9 @@ class TreeSearch:
             if found is not None:
                 return self._path(True, self._shortened(found), self._goal.positions, iteration)
             side = iteration % 2
-            new = self._grow(side)
-            if len(new):
-                found = self._connect(side, new)
+            for grow in (self._thread, self._grow):
+                new = grow(side)
+                found = self._connect(side, new) if found is None and len(new) else found
         near, tree = self._problem.goal, self._trees[0]
         coarse = polylines.resample_smooth(near, self._rod.node_count)
         index = int(np.argmin(tree.mean_distances(coarse)))
@@ -134,6 +136,65 @@ class TreeSearch:
         targets = self._sampler.grips(samples, tree.grips[nearest])
         last, _ = self._extend(side, nearest, targets)
         return np.unique(last[last != nearest])
+
+    def _thread(self, side: int) -> np.ndarray:
+        """Grow a tree to the mouths of narrow passages, and lengthwise through them.
+
+        Returns:
+            Last new nodes of its branches.
+        """
+        s, tree, waiting = self._settings, self._trees[side], self._open_threads[side]
+        first = len(tree) == 1
+        some = waiting if first else waiting[: s.threads.per_iteration]
+        if not some:
+            return np.zeros(0, dtype=int)
+        threads, travel = self._sampler.threads, slice(None, None, 1 if side == 0 else -1)
+        middles, chords = threads.middles[some, travel], threads.chords[some, travel]
+        mouths = Samples(middles[:, 0], chords[:, 0], np.ones(len(some), dtype=bool))
+        nearest = tree.nearest(
+            self._motion.placed(mouths.middles, mouths.chords, tree.grips[np.zeros_like(some)]),
+            turning=False,
+        )
+        targets = self._sampler.grips(mouths, tree.grips[nearest])
+        last, arrived = nearest.copy(), np.zeros(len(some), dtype=bool)
+        going = ~arrived
+        for _ in range(s.max_connection_extensions if first else 1):
+            before = last[going]
+            last[going], arrived[going] = self._extend(side, before, targets[going])
+            going[going] = (last[going] != before) & ~arrived[going]
+            if not going.any():
+                break
+        if arrived.any():
+            last[arrived] = self._led_through(
+                side, last[arrived], targets[arrived], middles[arrived], chords[arrived]
+            )
+        done = {k for k, there in zip(some, arrived, strict=True) if there}
+        # The others wait for a larger tree, each for its turn.
+        self._open_threads[side] = [k for k in (*waiting[len(some) :], *some) if k not in done]
+        return np.unique(last[last != nearest])
+
+    def _led_through(
+        self,
+        side: int,
+        nodes: np.ndarray,
+        mouths: Grips,
+        middles: Float64[np.ndarray, "k m 3"],
+        chords: Float64[np.ndarray, "k m 3"],
+    ) -> np.ndarray:
+        """Grow branches from mouths along threads, as far as all shapes are clear."""
+        tree, (count, places) = self._trees[side], middles.shape[:2]
+        steps = places - 1
+        like = mouths[np.repeat(np.arange(count), steps)]
+        grips = self._motion.placed(
+            middles[:, 1:].reshape(-1, 3), chords[:, 1:].reshape(-1, 3), like
+        )
+        states, clear = self._rolled([tree.states[k] for k in nodes], mouths, grips)
+        last = nodes.copy()
+        for b in range(count):
+            for h in range(steps if clear[b].all() else int(np.argmin(clear[b]))):
+                k = b * steps + h
+                last[b] = tree.add(int(last[b]), grips[k : k + 1], states(b, h))
+        return last
 
     def _connect(self, side: int, new: np.ndarray) -> Grips | None:
         """Grow the other tree towards new nodes; return the path if they meet."""
@@ -183,7 +244,8 @@ class TreeSearch:
         start = tree.grips[nodes]
         counts = np.maximum(np.ceil(self._motion.length(start, targets) / s.step), 1.0)
         shares = np.minimum(np.arange(1, s.steps_per_extension + 1) / counts[:, None], 1.0)
-        grips, states, clear = self._rolled([tree.states[k] for k in nodes], start, targets, shares)
+        grips = self._motion.between(start, targets, shares)
+        states, clear = self._rolled([tree.states[k] for k in nodes], start, grips)
         last, arrived = nodes.copy(), np.zeros(len(nodes), dtype=bool)
         for b in range(len(nodes)):
             for h in range(s.steps_per_extension):
@@ -194,20 +256,19 @@ class TreeSearch:
                 arrived[b] = shares[b, h] >= 1.0
         return last, arrived
 
-    def _rolled(
-        self,
-        begin: list[RodState],
-        start: Grips,
-        targets: Grips,
-        shares: Float64[np.ndarray, "k h"],
-    ):
+    def _rolled(self, begin: list[RodState], start: Grips, grips: Grips):
         """Roll rods out along motions, in one launch.
 
+        Args:
+            begin: Rods at the beginning of each motion.
+            start: Grips there.
+            grips: Grips after each step, motion by motion.
+
         Returns:
-            Grips of all steps, a function that returns a state, and whether each step is clear.
+            A function that returns a state, and whether each step is clear.
         """
-        count, steps = shares.shape
-        grips = self._motion.between(start, targets, shares)
+        count = len(begin)
+        steps = len(grips) // count
         positions = grips.positions.reshape(count, steps, 2, 3)
         orientations = grips.orientations.reshape(count, steps, 2, 4)
         before = np.concatenate([start.positions[:, None], positions[:, :-1]], axis=1)
@@ -241,7 +302,7 @@ class TreeSearch:
                 np.zeros_like(r.final.angular_velocities),
             )
 
-        return grips, state, clear
+        return state, clear
 
     def _followed(self, begin: RodState, grips: Grips) -> tuple[list[RodState], bool]:
         """Rod along a path from its first place, and whether all shapes are clear."""
@@ -279,9 +340,8 @@ class TreeSearch:
                 continue
             start, target = grips[pairs[:, 0]], grips[pairs[:, 1]]
             shares = np.minimum(np.arange(1, counts.max() + 1) / counts[:, None], 1.0)
-            steps, state, clear = self._rolled(
-                [states[k] for k in pairs[:, 0]], start, target, shares
-            )
+            steps = self._motion.between(start, target, shares)
+            state, clear = self._rolled([states[k] for k in pairs[:, 0]], start, steps)
             gains = pairs[:, 1] - pairs[:, 0] - counts
             for b in np.argsort(-gains, kind="stable"):
                 end = state(b, counts.max() - 1)

@@ -11,7 +11,7 @@ class PassageSettings:
 
     points: int = 300
     """Number of points that are sampled in each obstacle."""
-    pairs: int = 4000
+    pairs: int = 20000
     """Number of pairs of these points that are compared."""
     width_range: tuple[float, float] = (0.015, 0.35)
     """Range of the distance between such a pair of points [m]."""
@@ -24,12 +24,14 @@ class PassageSettings:
     open_share: float = 0.3
     """Distance before and behind a place at which the openness of the scene is compared, in rope
     lengths [-]."""
-    improvements: int = 40
+    probes: int = 13
+    """Number of points of that piece."""
+    improvements: int = 60
     """Number of random changes of a place and its direction."""
-    place_sigma: float = 0.012
-    """Standard deviation of a change of place along each axis [m]."""
-    direction_sigma: float = 0.12
-    """Standard deviation of a change of direction [rad]."""
+    place_sigmas: tuple[float, float] = (0.012, 0.0005)
+    """Standard deviations of the first and the last change of place along each axis [m]."""
+    direction_sigmas: tuple[float, float] = (0.2, 0.01)
+    """Standard deviations of the first and the last change of direction [rad]."""
     max_shift: float = 0.1
     """Largest distance of an improved place from where it was found [m]."""
     min_distance: float = 0.06
@@ -38,6 +40,22 @@ class PassageSettings:
     """Angle between two passages above which both are kept [rad]."""
     count: int = 12
     """Largest number of passages."""
+
+
+@dataclass(frozen=True)
+class ThreadSettings:
+    """Motions lengthwise through narrow passages."""
+
+    taut_share: float = 0.99
+    """Distance of the grips, relative to the longest permitted one [-]."""
+    mouth: float = 0.03
+    """Room beyond the margin with which a passage ends [m]."""
+    max_depth: float = 0.3
+    """Largest distance of a mouth from the middle of its passage [m]."""
+    depth_probes: int = 31
+    """Number of places at which the room is compared on the way to a mouth."""
+    per_iteration: int = 4
+    """Number of threads whose mouths a tree seeks in an iteration; all of them in its first."""
 
 
 @dataclass(frozen=True)
@@ -82,6 +100,8 @@ class TreeSearchSettings:
     before and behind it count as passing [-]."""
     passages: PassageSettings = PassageSettings()
     """Effort of the search for narrow passages."""
+    threads: ThreadSettings = ThreadSettings()
+    """Motions lengthwise through them."""
     tilt_share: float = 0.4
     """Share of the samples in which ends that rotate are tilted against the chord [-]."""
     tilt: float = 0.5

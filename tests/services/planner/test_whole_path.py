@@ -253,3 +253,33 @@ def test_blocked_path_of_one_end_goes_as_far_as_it_is_clear(behind_the_wall: Pro
     assert f"ends {1e3 * path.final_error:.0f} mm from the goal" in path.reason
     last = np.diff(path.positions[-3:], axis=0)
     assert np.abs(last).max() < 2e-4
+
+
+def test_a_gap_that_is_too_narrow_for_the_spare_clearance_is_passed(
+    behind_the_wall: Problem,
+) -> None:
+    """Between the walls the rope keeps 4 mm at most, where 6 are wanted and 2 necessary."""
+    along = poses.multiply(poses.exponential(np.array([0.0, 0.0, np.pi / 2.0])), LEVEL)
+    ends = [
+        tuple(Pose(np.array([0.0, y + s * 0.218, 0.4]), along) for s in (-1.0, 1.0))
+        for y in (-0.3, 0.3)
+    ]
+    walls = tuple(
+        Obstacle("box", (s * 0.508, 0.0, 0.7), size=(1.0, 0.02, 1.4), name=f"wall{s:+g}")
+        for s in (-1.0, 1.0)
+    )
+    rod = behind_the_wall.rod
+    problem = replace(
+        behind_the_wall,
+        state=rod.rest(*ends[0]).state,
+        grips=(ends[0][0], ends[0][1]),
+        goal=rod.rest(*ends[1]).state.positions,
+        goal_grips=(ends[1][0], ends[1][1]),
+        obstacles=walls,
+        limits=replace(Limits(), gripper_radius=0.004, gripper_height=0.008, keep_out=0.0),
+        clearance=0.006,
+        spare_clearance=0.004,
+    )
+    path = plan(problem)
+    assert path.reached, path.reason
+    assert 0.002 < path.clearance < 0.0041

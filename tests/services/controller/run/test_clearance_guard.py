@@ -26,12 +26,13 @@ def threat(
     deviation: float = 0.0,
     seen: float | None = None,
     accepted: float = np.inf,
+    wanted: float = 0.012,
 ) -> Threat | None:
     """Threat of a rope with a clearance at the start and at the end of a horizon [m]."""
     ways = SURFACE - np.linspace(start, end, 6)
     chains = np.stack([at(way) for way in ways])
     observed = chains[0] if seen is None else at(SURFACE - seen)
-    guard = ClearanceGuard(RADIUS)
+    guard = ClearanceGuard(RADIUS, wanted)
     return guard.check(observed, chains[0], chains[1:], deviation, (POST,), accepted)
 
 
@@ -46,6 +47,12 @@ def test_predicted_contact_is_a_threat_and_says_with_what() -> None:
 
 def test_rope_that_stays_clear_is_no_threat() -> None:
     assert threat(0.03, 0.004) is None
+
+
+def test_half_of_a_small_wanted_clearance_is_enough() -> None:
+    assert threat(0.006, 0.0015) is not None
+    assert threat(0.006, 0.0015, wanted=0.002) is None
+    assert threat(0.006, 0.0005, wanted=0.002) is not None
 
 
 def test_clearance_is_that_of_segments() -> None:

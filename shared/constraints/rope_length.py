@@ -109,12 +109,19 @@ class RopeLengthConstraint:
             steps: Number of steps that are left.
         """
         if self._search is None:
-            self._search = PathSearch(ends[0], ends[1], self._reachable(ends))
+            self._search = PathSearch(
+                ends[0], ends[1], self._reachable(ends), self._nearest_path(ends), self.max_length
+            )
         found, steps = self._search.advance(steps)
         if found is not None:
             self._search = None
             self._paths.append(found)
         return found, steps
+
+    def _nearest_path(self, ends: Float64[np.ndarray, "2 3"]) -> ShortPath | None:
+        """Return the remembered path whose ends are nearest; None where there is none."""
+        found = (path for path in self._paths if path.points is not None)
+        return min(found, key=lambda p: float(np.linalg.norm(p.ends - ends)), default=None)
 
     def _reachable(self, ends: Float64[np.ndarray, "2 3"]) -> list[Obstacle]:
         """Return the obstacles that a path of the permitted length may touch."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lariat.geometry.obstacles import TABLE, Obstacle
-from shared.constraints.shortest_path import shortest_path_length
+from shared.constraints.shortest_path import PathSearch, ShortPath, shortest_path_length
 
 HALF = 0.3
 LEFT, RIGHT = np.array([-HALF, 0.0, 0.5]), np.array([HALF, 0.0, 0.5])
@@ -33,3 +33,43 @@ def test_path_is_straight_beside_an_obstacle_and_goes_over_a_low_one() -> None:
         2.0 * np.hypot(HALF - 0.01, 0.02) + 0.02,
         rtol=5e-3,
     )
+
+
+WALLS = tuple(
+    Obstacle("box", (side * 0.508, 0.0, 0.7), size=(1.0, 0.03, 1.4), name=f"wall{side:+g}")
+    for side in (-1.0, 1.0)
+)
+"""Wall with a slit of 16 mm."""
+
+
+def _searched(right_x: float, known: ShortPath | None, max_length: float) -> tuple[ShortPath, int]:
+    """Path through the slit of the wall, whose right end lies aside, and the steps it takes."""
+    search = PathSearch(
+        np.array([0.0, -0.2, 0.4]), np.array([right_x, 0.2, 0.4]), WALLS, known, max_length
+    )
+    for steps in range(1, 100_000):
+        found, _ = search.advance(1)
+        if found is not None:
+            return found, steps
+    raise AssertionError("the search does not end")
+
+
+def test_a_slit_is_found_by_the_path_that_led_through_it_before() -> None:
+    straight, _ = _searched(0.0, None, 1.0)
+    without, steps = _searched(0.05, None, 1.0)
+    found, fewer = _searched(0.05, straight, 1.0)
+    assert without.length == np.inf
+    assert np.hypot(0.4, 0.05) < found.length < np.hypot(0.4, 0.05) + 0.002
+    assert 4 * fewer < steps
+
+
+def test_a_known_path_that_is_too_long_gives_way_to_a_shorter_one() -> None:
+    post = Obstacle("cylinder", (0.0, 0.0, 0.4), radius=0.05, height=0.8)
+    left, right = np.array([-0.3, 0.04, 0.4]), np.array([0.3, 0.04, 0.4])
+    around = np.array([left, [0.0, -0.06, 0.4], right])
+    known = ShortPath(around[[0, -1]], around, 0.7)
+    search = PathSearch(left, right, (post,), known, 0.605)
+    found, _ = search.advance(100_000)
+    assert found is not None
+    assert found.length == pytest.approx(shortest_path_length(left, right, (post,)))
+    assert found.length < 0.605

@@ -46,8 +46,9 @@ class PassageSettings:
 class ThreadSettings:
     """Motions lengthwise through narrow passages."""
 
-    taut_share: float = 0.99
-    """Distance of the grips, relative to the longest permitted one [-]."""
+    taut_share: float = 0.97
+    """Distance of the grips, relative to the longest permitted one [-]: the gateway asks that the
+    rope reaches round what lies between the grips."""
     mouth: float = 0.03
     """Room beyond the margin with which a passage ends [m]."""
     max_depth: float = 0.3

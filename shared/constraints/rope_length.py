@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Bool, Float64
 
-from lariat.geometry.obstacles import Obstacle
+from lariat.geometry.obstacles import Obstacle, segment_distance
 from shared.constraints.obstacle_scene import ObstacleScene
 from shared.constraints.shortest_path import PathSearch, ShortPath
 
@@ -84,6 +84,9 @@ class RopeLengthConstraint:
         steps = self._steps
         lengths = self._upper_bounds(positions)
         exact = np.zeros(len(positions), dtype=bool)
+        far = np.flatnonzero(lengths > self.max_length)
+        exact[far] = self._are_straight(positions[far])
+        lengths[exact] = distances[exact]
         while np.any(unsure := ~exact & (lengths > self.max_length)):
             worst = int(np.argmax(np.where(unsure, lengths, -np.inf)))
             found, steps = self._advance_search(positions[worst], steps)
@@ -98,6 +101,17 @@ class RopeLengthConstraint:
             if worst > 0 and exact[worst] and lengths[worst] > self.max_length:
                 break
         return np.maximum(lengths, distances)
+
+    def _are_straight(self, positions: Float64[np.ndarray, "k 2 3"]) -> Bool[np.ndarray, "k"]:
+        """Return whether no obstacle is in the way from grip to grip."""
+        straight = np.ones(len(positions), dtype=bool)
+        for solid in self._scene.solids:
+            left = np.flatnonzero(straight)
+            if not len(left):
+                break
+            starts, ends = positions[left, 0], positions[left, 1]
+            straight[left] = segment_distance(starts, ends, solid) >= 0.0
+        return straight
 
     def _advance_search(
         self, ends: Float64[np.ndarray, "2 3"], steps: int

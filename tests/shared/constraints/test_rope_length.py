@@ -137,3 +137,17 @@ def test_rope_that_is_too_tight_already_may_not_get_tighter() -> None:
     constraint.replace_scene(ObstacleScene([TABLE, POST]))
     assert first_broken({"overstretch": slack(constraint, grips(0.3, 0.29))}) is None
     assert first_broken({"overstretch": slack(constraint, grips(0.29, 0.3))}) is not None
+
+
+def test_straight_lines_through_a_slit_are_known_without_a_search(searches: list[object]) -> None:
+    constraint = RopeLengthConstraint(0.45)
+    walls = tuple(
+        Obstacle("box", (side * 0.508, 0.0, z), size=(1.0, 0.03, 0.2), name=f"wall{side:+g}-{z:g}")
+        for side in (-1.0, 1.0)
+        for z in (0.1, 0.3, 0.5, 0.7, 0.9, 1.1)
+    )
+    constraint.replace_scene(ObstacleScene(walls))
+    way = np.linspace(-0.3, 0.3, 40)
+    ends = [[[0.0, y - 0.215, 0.4], [0.0, y + 0.215, 0.4]] for y in way]
+    np.testing.assert_allclose(hurried_slack(constraint, np.array(ends)), 0.02, atol=1e-9)
+    assert not searches

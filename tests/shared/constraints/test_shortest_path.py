@@ -56,9 +56,9 @@ def _searched(right_x: float, known: ShortPath | None, max_length: float) -> tup
 
 def test_a_slit_is_found_by_the_path_that_led_through_it_before() -> None:
     straight, _ = _searched(0.0, None, 1.0)
-    without, steps = _searched(0.05, None, 1.0)
-    found, fewer = _searched(0.05, straight, 1.0)
-    assert np.hypot(0.4, 0.05) < found.length < without.length + 0.001
+    without, steps = _searched(0.02, None, 1.0)
+    found, fewer = _searched(0.02, straight, 1.0)
+    assert np.hypot(0.4, 0.02) < found.length < without.length + 0.001
     assert 4 * fewer < steps
 
 

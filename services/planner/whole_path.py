@@ -77,7 +77,7 @@ def plan(problem: Problem, settings: PlannerSettings = PLANNER_SETTINGS) -> Whol
     candidates = sorted(optimizer.evaluate(seed_paths(problem, blocks)), key=lambda c: c.cost)
     candidates, grid_path = _distinct(candidates, settings)[: settings.max_refined], None
     if candidates[0].shortfall > settings.grid_search_shortfall:
-        if problem.moves.all():
+        if problem.moves.all() and not problem.spare_clearance:
             threaded = _search_trees(problem, optimizer, settings, settings.first_tree_growth)
             if threaded is not None and threaded.reached:
                 return threaded

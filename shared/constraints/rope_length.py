@@ -87,6 +87,9 @@ class RopeLengthConstraint:
         far = np.flatnonzero(lengths > self.max_length)
         exact[far] = self._are_straight(positions[far])
         lengths[exact] = distances[exact]
+        if exact.any():
+            # A search for poses nearby begins with it.
+            self._paths.append(ShortPath.straight(positions[np.flatnonzero(exact)[-1]]))
         while np.any(unsure := ~exact & (lengths > self.max_length)):
             worst = int(np.argmax(np.where(unsure, lengths, -np.inf)))
             found, steps = self._advance_search(positions[worst], steps)

@@ -55,6 +55,12 @@ class ShortPath:
     length: float
     """Its length [m]; infinite where no path was found."""
 
+    @classmethod
+    def straight(cls, ends: Float64[np.ndarray, "2 3"]) -> ShortPath:
+        """Return the straight line between two ends."""
+        points = polylines.resample(ends, FINAL_POINT_COUNT)
+        return cls(ends, points, float(np.linalg.norm(ends[1] - ends[0])))
+
     def avoids(self, obstacle: Obstacle) -> bool:
         """Return whether the path stays outside an obstacle."""
         if self.points is None:
@@ -132,8 +138,7 @@ def _search(
             blocked |= bool(segment_distance(ends[:1], ends[1:], obstacle)[0] < 0.0)
         yield
     if not blocked:
-        straight = polylines.resample(ends, FINAL_POINT_COUNT)
-        return ShortPath(ends, straight, float(np.linalg.norm(ends[1] - ends[0])))
+        return ShortPath.straight(ends)
     if known is not None and known.points is not None:
         near = _moved(known.points, ends)[None]
         near = yield from _contracted(near, POINT_COUNTS[-1:], KNOWN_ROUNDS, outside)

@@ -58,7 +58,9 @@ def find_threads(
         step: Longest motion from place to place [m].
         settings: Mouths of the passages, and how taut the rope is.
     """
-    if not len(passages) or not problem.moves[:, :3].all():
+    # A path that was not followed is replaced by one of another kind: the gateway may have refused
+    # a rope that is taut round the edges of its passage.
+    if not len(passages) or not problem.moves[:, :3].all() or problem.spare_clearance > 0.0:
         return Threads(np.zeros((0, 2, 3)), np.zeros((0, 2, 3)))
     onward = problem.goal.mean(axis=0) - problem.state.positions.mean(axis=0)
     back = passages.directions @ onward < 0.0

@@ -77,6 +77,13 @@ def test_a_window_of_two_diameters_is_passed(narrow: Problem) -> None:
     assert path.clearance > 0.0015
 
 
+def test_a_path_that_replaces_one_that_was_not_followed_uses_no_threads(narrow: Problem) -> None:
+    passage = Passages(CENTRE[None], np.array([[0.0, 1.0, 0.0]]))
+    careful = replace(narrow, clearance=0.005, spare_clearance=0.003)
+    sag = SagTable(narrow.rod)
+    assert not len(find_threads(careful, passage, sag, 0.006, 0.025, ThreadSettings()))
+
+
 def test_a_fixed_end_has_no_threads(narrow: Problem) -> None:
     moves = narrow.moves.copy()
     moves[0] = False

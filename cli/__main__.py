@@ -7,15 +7,15 @@ from __future__ import annotations
 
 import importlib
 import os
-import select
 import sys
 from collections.abc import Callable, Sequence
 
+from shared.closed_pipe import ending_with_the_reader
 from shared.suggestion import did_you_mean
 from stack.launcher.library_environment import LIBRARY_ENVIRONMENT
 
-SUCCESS, FAILURE, BAD_INPUT, INTERRUPTED, PIPE_CLOSED = 0, 1, 2, 130, 141
-"""Exit codes; the last one if what read standard output has ended, as `head` does."""
+SUCCESS, FAILURE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+"""Exit codes."""
 
 VERBS = {
     "up": ("cli.up:main", "start the live stack with dashboard and recorder"),
@@ -81,24 +81,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         0 for success, 1 for failure, 2 for bad input, 130 after Ctrl-C, 141 if the reader of
         standard output has gone.
     """
-    try:
-        try:
-            return _run(arguments)
-        finally:
-            sys.stdout.flush()
-    except BrokenPipeError:
-        if not _reader_has_gone():
-            raise
-        # What is left in the buffer goes nowhere when the interpreter ends.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return PIPE_CLOSED
-
-
-def _reader_has_gone() -> bool:
-    """Whether standard output is a pipe whose reader has closed it."""
-    poll = select.poll()
-    poll.register(sys.stdout, 0)
-    return any(events & select.POLLERR for _, events in poll.poll(0))
+    with ending_with_the_reader():
+        return _run(arguments)
 
 
 def _run(arguments: Sequence[str] | None) -> int:

@@ -35,6 +35,7 @@ from shared import bus as buses
 from shared import topics
 from shared.bus import Bus, BusError, BusOptions
 from shared.clock import Clock, SystemClock
+from shared.closed_pipe import ending_with_the_reader
 from shared.configuration import ConfigurationError
 from shared.health import HealthMeter
 from shared.logs import BusHandler, log_to_standard_error
@@ -89,7 +90,8 @@ def main(module: str, extra: type | None = None) -> None:
     """
     log_to_standard_error()
     name = module.rpartition(".")[2]
-    live, *more = _arguments(module, extra)
+    with ending_with_the_reader():
+        live, *more = _arguments(module, extra)
     session = f"{name}-{secrets.token_hex(4)}"
     try:
         build: Callable[..., Service] = importlib.import_module(f"{module}.service").build

@@ -14,6 +14,7 @@ from pathlib import Path
 import tyro
 
 from shared import bus
+from shared.closed_pipe import ending_with_the_reader
 from shared.live import EXIT_BAD_INPUT, Stopped, stopping_on_signals
 from shared.logs import log_to_standard_error
 
@@ -36,7 +37,8 @@ class RouterOptions:
 def main() -> None:
     """Route messages until SIGINT or SIGTERM."""
     log_to_standard_error()
-    router = tyro.cli(RouterOptions, prog="python -m shared.router")
+    with ending_with_the_reader():
+        router = tyro.cli(RouterOptions, prog="python -m shared.router")
     options = bus.BusOptions(
         connect=(), listen=router.listen, mode="router", settings=router.settings
     )

@@ -1,10 +1,11 @@
-"""Fault injection into the live stack during a motion: `lariat bench faults`.
+"""Fault injection into the live stack: `lariat bench faults`.
 
 The motion of the arm is measured by the emulator's joint log, independently of the gateway.
 """
 
 from __future__ import annotations
 
+import itertools
 import json as encoder
 import os
 import sys
@@ -15,7 +16,7 @@ from typing import Literal
 
 from benchmarks.faults.cases import CASES, FaultCase
 from benchmarks.faults.cell import LINK_TIMEOUT, FaultCell
-from benchmarks.faults.fault_trial import FaultResult, run_trial
+from benchmarks.faults.fault_trial import FaultResult, Phase, run_trial
 from benchmarks.faults.processes import OTHER_SIDE, DeadlineMissed
 from shared.configuration import ConfigurationError
 from shared.messages import ArmStates
@@ -30,10 +31,11 @@ def run(
     cases: tuple[str, ...] = (),
     scenario: Path = DEFAULT_SCENARIO,
     firmware: Literal["v3", "v4"] = "v3",
+    phases: tuple[Phase, ...] = ("moving",),
     folder: Path | None = None,
     json: bool = False,
 ) -> int:
-    """Inject faults into a moving cell and measure how the arm stops.
+    """Inject faults into a live cell and measure how the arm stops.
 
     Processes are killed, frozen, slowed or raise an exception, the arm's connection is disturbed,
     another gateway joins, hostile messages are sent, the disk of the recordings fills up (which
@@ -44,6 +46,8 @@ def run(
         cases: Names of the faults, as in the first column; by default all that the scenario allows.
         scenario: A scenario with a CR5 at its right end; at both ends for other-arm-killed.
         firmware: Firmware of the emulated arms.
+        phases: Phases of operation in which each fault is injected. A resting arm must not move
+            before a person agrees.
         folder: Folder for the logs of stack and joints; by default a temporary one.
         json: Print one JSON object instead of a table.
 
@@ -74,7 +78,7 @@ def run(
             f
             for names in groups
             if names
-            for f in _run_trials(names, scenario, logs.resolve(), firmware)
+            for f in _run_trials(names, phases, scenario, logs.resolve(), firmware)
         ]
     if json:
         print(encoder.dumps({"firmware": firmware, "cases": [asdict(f) for f in results]}))
@@ -84,7 +88,7 @@ def run(
 
 
 def _run_trials(
-    chosen: list[str], scenario: Path, folder: Path, firmware: str
+    chosen: list[str], phases: tuple[Phase, ...], scenario: Path, folder: Path, firmware: str
 ) -> list[FaultResult]:
     print("starting the stack", file=sys.stderr)
     cell = FaultCell(scenario, folder, firmware, *_kind(CASES[chosen[0]]))
@@ -96,11 +100,12 @@ def _run_trials(
         cell.wait_until(lambda: cell.arms.mode == ArmStates.DISARMED, 5.0, "not disarmed at boot")
         cell.wait_until(lambda: cell.arms_connected, LINK_TIMEOUT, "the arm is not connected")
         cell.arm()
-        for name in chosen:
+        # One phase after the other: the launcher gives up a process that dies three times a minute.
+        for phase, name in itertools.product(phases, chosen):
             if CASES[name].silence != silence:
                 silence = CASES[name].silence
                 cell.replace_arm(silence)
-            result = run_trial(cell, name)
+            result = run_trial(cell, name, phase)
             results.append(result)
             print(_line(result), file=sys.stderr, flush=True)
             if not result.reached:
@@ -121,7 +126,8 @@ def _kind(case: FaultCase) -> tuple[bool, bool]:
 def _line(f: FaultResult) -> str:
     """Return the progress line of a trial."""
     verdict = "ok" if f.ok else f"NOT OK: {f.failure}"
-    return f"{f.case}: {f.cause or 'no stop'} ({f.reason}); {_times(f)}; {f.resumed}; {verdict}"
+    stop = f"{f.cause or 'no stop'} ({f.reason})"
+    return f"{f.case}, {f.phase}: {stop}; {_times(f)}; {f.resumed}; {verdict}"
 
 
 def _times(f: FaultResult) -> str:
@@ -141,13 +147,14 @@ def _print(results: list[FaultResult]) -> None:
     from rich.table import Table
 
     table = Table(box=None, pad_edge=False)
-    heads = ("case", "fault", "cause", "noticed ms", "braking ms", "rest ms", "drift mrad")
+    heads = ("case", "phase", "fault", "cause", "noticed ms", "braking ms", "rest ms", "drift mrad")
     for head in (*heads, "resumed", "goal", ""):
         table.add_column(head, justify="right" if head.endswith(("ms", "mrad")) else "left")
     for f in results:
         times = (_milliseconds(t) for t in (f.noticed_s, f.braking_s, f.rest_s))
         table.add_row(
             f.case,
+            f.phase,
             f.description,
             f.cause or "none",
             *times,

@@ -314,6 +314,27 @@ class FaultCell:
         )
         self.client.request_task(TaskRequest.START)
 
+    def end_run(self) -> None:
+        """End the run, if there is one."""
+        if self.task_state is not None and self.task_state.state == RUNNING:
+            self.client.request_task(TaskRequest.STOP)
+
+    def hold(self) -> None:
+        """Hold the arms, and wait until they are held."""
+        self.client.command_arms(ArmCommand.HOLD)
+        self.wait_until(lambda: self.arms.mode == ArmStates.HOLDING, STOP_TIMEOUT, "not held")
+
+    def disarm(self) -> None:
+        """Disarm, and wait until the arms have no power."""
+        self.client.command_arms(ArmCommand.DISARM)
+        self.wait_until(
+            lambda: (
+                self.arms.mode == ArmStates.DISARMED and not any(a.powered for a in self.arms.arms)
+            ),
+            STOP_TIMEOUT,
+            "not disarmed, or still powered",
+        )
+
     def wait_until_fast(self, speed: float) -> None:
         """Wait until the gripper exceeds a speed [m/s]."""
 

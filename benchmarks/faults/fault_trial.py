@@ -1,4 +1,4 @@
-"""Trial of one fault: motion, injection, repair, resumption, motion to the goal."""
+"""Trial of one fault: a phase of operation, injection, repair, resumption, motion to the goal."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Literal
 
 from benchmarks.faults.cases import CASES, FaultCase
 from benchmarks.faults.cell import LINK_TIMEOUT, FaultCell
@@ -32,6 +33,10 @@ GATEWAY_TIMEOUT = 10.0
 RESTART_TIMEOUT = 60.0
 """Time limit for a process to be restarted [s]."""
 
+Phase = Literal["moving", "disarmed", "armed", "held", "reached"]
+"""Phase of operation in which a fault is injected: a motion; disarmed; armed, without a run; held
+by a person in the middle of a run; after the goal has been reached."""
+
 RESUMPTION_WORDS = {
     "by itself": "by itself",
     "after acknowledgement": "acknowledged",
@@ -46,6 +51,8 @@ class FaultResult:
 
     case: str
     """Name in `CASES`."""
+    phase: Phase
+    """Phase of operation in which it was injected."""
     description: str
     """Fault in words."""
     cause: str
@@ -59,7 +66,8 @@ class FaultResult:
     rest_s: float | None
     """Time from the effect until the joints were at rest [s]."""
     drift_rad: float
-    """Largest motion of a joint between rest and the operator's consent [rad]."""
+    """Largest motion of a joint between rest, or the injection where the arm rests, and the
+    operator's consent [rad]."""
     resumed: str
     """Way in which the cell resumed: by itself, acknowledged or armed."""
     reached: bool
@@ -72,27 +80,30 @@ class FaultResult:
     """Promises that were not kept; empty when ok."""
 
 
-def run_trial(cell: FaultCell, name: str) -> FaultResult:
-    """Inject one fault into a motion, repair it, resume, and reach the goal.
+def run_trial(cell: FaultCell, name: str, phase: Phase = "moving") -> FaultResult:
+    """Inject one fault, repair it, resume, and reach the goal.
+
+    Args:
+        cell: The cell, armed.
+        name: Name in `CASES`.
+        phase: Phase of operation in which the fault is injected.
 
     Raises:
-        DeadlineMissed: The motion did not start.
+        DeadlineMissed: The phase was not reached.
         RequestFailed: The controller or the gateway refused a request.
     """
     case = CASES[name]
     if case.prepare:
         case.prepare(cell)
     try:
-        cell.start_motion()
-        cell.wait_until_fast(INJECTION_SPEED)
+        _enter(cell, phase)
     except (DeadlineMissed, RequestFailed) as error:
         # An overloaded machine stops the cell too; the operator acknowledges and tries again.
         print(f"{name}: {error}; trying again", file=sys.stderr)
         cell.update()
         if cell.arms.needs_acknowledgement:
             cell.acknowledge()
-        cell.start_motion()
-        cell.wait_until_fast(INJECTION_SPEED)
+        _enter(cell, phase)
     cell.states.clear()
     cell.notes.clear()
     begun = cell.now()
@@ -123,7 +134,7 @@ def run_trial(cell: FaultCell, name: str) -> FaultResult:
         consent = cell.now()
         resumed = _resume(cell)
         if cell.task_state is None or cell.task_state.state != RUNNING:
-            cell.start_motion(new_goal=False)
+            cell.start_motion(new_goal=phase not in ("moving", "held"))
         further_holds = cell.wait_until_reached()
         reached = True
     except (DeadlineMissed, RequestFailed) as error:
@@ -131,15 +142,20 @@ def run_trial(cell: FaultCell, name: str) -> FaultResult:
     if case.repair and case.persists:
         case.repair(cell)
     log = cell.joint_log()
-    braking = log.braking_after(effect, ended) if cause else None
-    rest = log.rest_after(effect, ended) if cause else None
-    drift = _drift(log, effect, rest, consent) if resumed != "by itself" else 0.0
+    braking = rest = None
+    if phase != "moving":
+        drift = log.moved(begun, consent)
+    else:
+        braking = log.braking_after(effect, ended) if cause else None
+        rest = log.rest_after(effect, ended) if cause else None
+        drift = _drift(log, effect, rest, consent) if resumed != "by itself" else 0.0
     failures = [failure] if failure else []
     if case.complains and not cell.notes.get(case.complains):
         failures.append(f"{case.complains} states no problem")
-    failures += _broken_promises(cell, case, cause, braking, drift, resumed)
+    failures += _broken_promises(cell, case, phase, cause, braking, drift, resumed)
     return FaultResult(
         case=name,
+        phase=phase,
         description=case.description,
         cause=cause,
         reason=reason or "; ".join(cell.notes.get(case.complains, ())),
@@ -158,12 +174,17 @@ def run_trial(cell: FaultCell, name: str) -> FaultResult:
 def _broken_promises(
     cell: FaultCell,
     case: FaultCase,
+    phase: Phase,
     cause: str,
     braking: float | None,
     drift: float,
     resumed: str,
 ) -> Iterator[str]:
     """Yield the promises of docs/concepts/safety.md that a trial breaks."""
+    if phase != "moving":
+        if drift > SETTLING_TOLERANCE:
+            yield f"a joint of the resting arm moved by {drift:.4f} rad before the operator agreed"
+        return
     if cause not in (case.causes or ("",)):
         yield f"cause {cause or 'none'} instead of {' or '.join(case.causes) or 'none'}"
     if case.promised and braking is not None and braking > BRAKING_TIME_LIMIT:
@@ -176,6 +197,33 @@ def _broken_promises(
         RESUMPTION_WORDS[STOP_CAUSES[cause].resumes]
     ):
         yield f"resumed {resumed} instead of {STOP_CAUSES[cause].resumes}"
+
+
+def _enter(cell: FaultCell, phase: Phase) -> None:
+    """Bring an armed cell into a phase of operation.
+
+    Raises:
+        DeadlineMissed: It did not get there.
+        RequestFailed: The controller or the gateway refused a request.
+    """
+    match phase:
+        case "moving":
+            cell.start_motion()
+            cell.wait_until_fast(INJECTION_SPEED)
+        case "held":
+            cell.start_motion()
+            cell.wait_until_fast(INJECTION_SPEED)
+            cell.hold()
+        case "reached":
+            cell.start_motion()
+            cell.wait_until_reached()
+        case "armed":
+            cell.end_run()
+        case "disarmed":
+            cell.end_run()
+            cell.disarm()
+    if phase != "moving":
+        observe(cell, cell.now() + OBSERVATION_TIME)
 
 
 def observe(cell: FaultCell, end: float) -> None:

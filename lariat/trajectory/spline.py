@@ -40,6 +40,8 @@ class Spline:
         before = 2.0 * points[:1] - points[1:2] + (second if len(second) else 0.0)
         self.points = np.concatenate([before, points, points[-1:], points[-1:]])
         """Control points, one before the first pose and two after the last: k+3 n 2 3."""
+        self._latest: tuple[int, MotionState] | None = None
+        """Time and state that were asked for last: several in turn ask for the same."""
 
     @property
     def end(self) -> int:
@@ -61,6 +63,11 @@ class Spline:
         Args:
             now: Time on the clock of the reader [ns].
         """
+        if self._latest is None or self._latest[0] != now:
+            self._latest = now, self._state(now)
+        return self._latest[1]
+
+    def _state(self, now: int) -> MotionState:
         u = (now - self.start) * NANOSECONDS / self.dt
         k = min(max(int(np.floor(u)), 0), self.count - 1)
         s = min(u - k, 1.0)

@@ -19,6 +19,7 @@ from services.cr5_emulator.options import FAULTS, EmulatorOptions
 from services.cr5_emulator.priority import raised_priority
 from services.cr5_emulator.tcp_server import TcpServer, beat
 from shared.clock import SystemClock
+from shared.closed_pipe import ending_with_the_reader
 from shared.scenario import Scenario, Side, load
 
 
@@ -54,11 +55,12 @@ class Arguments:
 
 def main() -> None:
     """Read the arguments and run until SIGINT or SIGTERM."""
-    arguments = tyro.cli(Arguments, prog="python -m services.cr5_emulator")
-    if arguments.list_faults:
-        for name, meaning in FAULTS.items():
-            print(f"{name:18} {meaning}")
-        return
+    with ending_with_the_reader():
+        arguments = tyro.cli(Arguments, prog="python -m services.cr5_emulator")
+        if arguments.list_faults:
+            for name, meaning in FAULTS.items():
+                print(f"{name:18} {meaning}")
+            return
     try:
         if arguments.firmware not in ("v3", "v4"):
             raise ValueError(f"--firmware {arguments.firmware!r}: expected v3 or v4")

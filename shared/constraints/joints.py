@@ -19,6 +19,8 @@ from shared.constraints.sphere_distance import Spheres
 
 LEAST_SOLVED_POSES = 8
 """Least number of poses of a chunk for which joints are solved, if it has as many."""
+SAME_POSE_TOLERANCE = 1e-12
+"""Difference in position and quaternion up to which two grip poses count as one [m, -]."""
 MAX_SOLVED_STRIDE = 0.025
 """Longest motion of a grip between two poses for which joints are solved [m]."""
 
@@ -37,25 +39,47 @@ class JointConstraints:
         self.joint_speed = joint_speed
         self.joints: Joints | None = None
         """Joints of the commanded grip; None until the arm has reported."""
+        self._solved: tuple[Pose, Joints] | None = None
+        """Grip pose that was solved last from the present joints, and its joints."""
         self._links = Spheres(np.zeros((0, 0, 3)), np.zeros(0))
         """Spheres of the links along the path that was checked last, the present ones first."""
 
     def set_joints(self, joints: tuple[float, ...]) -> None:
         """Set the joints to those that the arm reports [rad], which also select the branch."""
         self.joints = np.array(joints, dtype=float)
+        # They may be on another branch.
+        self._solved = None
 
     def track(self, grip: Pose) -> None:
         """Solve the joints for the commanded grip; a pose out of reach leaves them unchanged."""
         if self.joints is not None:
-            found = self.kinematics.solve(grip, self.joints)
+            found = self._solve(grip, self.joints)
             self.joints = self.joints if found is None else found
+
+    def _solve(self, grip: Pose, near: Joints) -> Joints | None:
+        """Return the joints for a grip pose on the branch of `near`, if any.
+
+        The pose that was solved last from the present joints is remembered: in one tick the next
+        command is solved for its speed, for its stop, and when it is taken.
+        """
+        begun = near is self.joints
+        if begun and self._solved is not None:
+            pose, joints = self._solved
+            if np.max(np.abs(pose.position - grip.position)) < SAME_POSE_TOLERANCE and (
+                np.max(np.abs(pose.orientation - grip.orientation)) < SAME_POSE_TOLERANCE
+            ):
+                return joints
+        found = self.kinematics.solve(grip, near)
+        if found is not None and begun:
+            self._solved = grip, found
+        return found
 
     def too_fast(self, grip: Pose, velocity: Float64[np.ndarray, "2 3"]) -> bool:
         """Return whether a twist of the grip exceeds the speed limit of a joint.
 
         A pose out of reach, or joints that are not known, count as too fast.
         """
-        joints = None if self.joints is None else self.kinematics.solve(grip, self.joints)
+        joints = None if self.joints is None else self._solve(grip, self.joints)
         if joints is None:
             return True
         return bool(
@@ -86,7 +110,7 @@ class JointConstraints:
             return "lost_link", 0.0
         rows = [self.joints]
         for k in solved:
-            found = self.kinematics.solve(Pose(positions[k], orientations[k]), rows[-1])
+            found = self._solve(Pose(positions[k], orientations[k]), rows[-1])
             if found is None:
                 # The reach ends where the arm is stretched out, which is singular.
                 return "singularity", 0.0

@@ -8,12 +8,20 @@ import pytest
 
 @pytest.mark.parametrize(
     "arguments",
-    [("--help",), ("check", "--help"), ("check", "three-cylinders", "--json"), ("bench", "--help")],
+    [
+        ("cli", "--help"),
+        ("cli", "check", "--help"),
+        ("cli", "check", "three-cylinders", "--json"),
+        ("cli", "bench", "--help"),
+        ("services.planner", "--help"),
+        ("services.cr5_emulator", "--list-faults"),
+        ("shared.router", "--help"),
+    ],
 )
 def test_a_command_ends_without_a_traceback_when_its_reader_has_ended(
     arguments: tuple[str, ...],
 ) -> None:
-    command = [sys.executable, "-m", "cli", *arguments]
+    command = [sys.executable, "-m", *arguments]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdout is not None
         assert process.stderr is not None

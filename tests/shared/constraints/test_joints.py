@@ -56,6 +56,31 @@ def test_joint_limits_hold_up_to_the_largest_angle(elbow: float, rule: str) -> N
     assert broken([(0.0, elbow)]) == rule
 
 
+def test_a_pose_is_solved_once_until_the_arm_reports_other_joints() -> None:
+    class CountingArm(PlanarArm):
+        solved = 0
+
+        def solve(self, grip: Pose, near: np.ndarray) -> np.ndarray | None:
+            self.solved += 1
+            return super().solve(grip, near)
+
+    arm = CountingArm()
+    made = JointConstraints(arm, SPEED)
+    made.set_joints((0.0, 1.2))
+    grip, still = ARM.grip(np.array([0.1, 1.3])), np.zeros((2, 3))
+    assert not made.too_fast(grip, still)
+    made.track(grip)
+    assert arm.solved == 1
+    assert made.joints is not None
+    np.testing.assert_allclose(made.joints, (0.1, 1.3), atol=1e-6)
+    made.track(ARM.grip(np.array([0.1, 1.3 + 1e-9])))
+    assert arm.solved == 2
+    # They may be on another branch.
+    made.set_joints((0.1, 1.3 + 1e-9))
+    made.track(ARM.grip(np.array([0.1, 1.3 + 1e-9])))
+    assert arm.solved == 3
+
+
 def test_joint_beyond_its_limit_may_come_back() -> None:
     assert broken([(0.0, 2.55)], begin=(0.0, 2.6)) == ""
     assert broken([(0.0, 2.65)], begin=(0.0, 2.6)) == "joint_limits"

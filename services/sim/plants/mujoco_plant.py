@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Sequence
 
@@ -16,6 +17,8 @@ from services.sim.plants.end_motion import EndMotion, interpolate
 from services.sim.plants.mujoco_rope import TIMESTEP, RopeModel
 from services.sim.plants.slack_curve import slack_curve
 from shared.configuration import ConfigurationError
+
+log = logging.getLogger(__name__)
 
 REST_SPEED = 2e-5
 """Mean speed of every node between two checks below which the rope counts as at rest [m/s]."""
@@ -47,6 +50,8 @@ class MujocoPlant:
             rope: Representation of the true rope.
             obstacles: Obstacles that the rope can touch.
         """
+        # The engine's own handler writes MUJOCO_LOG.TXT into the working folder.
+        mujoco.set_mju_user_warning(_log_warning)
         self._rope = rope
         self._drag = rope.rope.damping
         self._build(obstacles)
@@ -187,3 +192,8 @@ class MujocoPlant:
         self._drag = self._rope.rope.damping
         self._state.qvel[:] = 0.0
         mujoco.mj_forward(self._model, self._state)
+
+
+def _log_warning(text: str) -> None:
+    """Log a warning of the engine."""
+    log.warning("MuJoCo: %s", text)

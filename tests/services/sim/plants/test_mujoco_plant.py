@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -156,9 +157,14 @@ def test_a_long_rope_of_links_comes_to_rest_from_its_guess() -> None:
     assert plant.nodes[:, 2].min() == pytest.approx(hanging, abs=2e-4)
 
 
-def test_a_simulation_that_diverges_is_refused() -> None:
+def test_a_simulation_that_diverges_is_refused_and_writes_no_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.chdir(tmp_path)
     plant = MujocoPlant(FlexRope(ROPE))
     plant.reset(LEFT, RIGHT)
     far = Pose(np.array([1e6, 0.0, 0.3]), ALONG_X)
     with pytest.raises(ConfigurationError, match="diverges with 30 nodes"):
         plant.step(EndMotion(LEFT), EndMotion(far), 0.01)
+    assert "MuJoCo: Nan, Inf or huge value" in caplog.text
+    assert not list(tmp_path.iterdir())

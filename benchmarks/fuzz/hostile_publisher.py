@@ -85,6 +85,8 @@ def open_session(options: Options) -> zenoh.Session:
         "namespace": options.namespace,
         "connect/endpoints": [options.hub],
         "scouting/multicast/enabled": False,
+        # Ended by a signal, it would leave a file in /dev/shm.
+        "transport/shared_memory/enabled": False,
     }
     if options.settings:
         settings |= json.loads(options.settings.read_text(encoding="utf-8"))

@@ -155,6 +155,7 @@ def test_messages_of_a_wrong_type_or_version_are_dropped_and_logged(
         "connect/endpoints": [cell.hub],
         "listen/endpoints": ["tcp/127.0.0.1:0"],
         "scouting/multicast/enabled": False,
+        "transport/shared_memory/enabled": False,
     }.items():
         config.insert_json5(key, json.dumps(value))
     typed = zenoh.Encoding("application/protobuf;lariat.TaskRequest")

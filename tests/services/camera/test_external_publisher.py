@@ -43,6 +43,7 @@ def test_a_plain_publisher_of_color_depth_and_calibration_is_a_camera(cell: Cell
     config = zenoh.Config()
     config.insert_json5("connect/endpoints", json.dumps([cell.hub]))
     config.insert_json5("scouting/multicast/enabled", "false")
+    config.insert_json5("transport/shared_memory/enabled", "false")
     config.insert_json5("namespace", json.dumps(cell.namespace))
     received: set[str] = set()
 

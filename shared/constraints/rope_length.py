@@ -15,6 +15,11 @@ from shared.constraints.shortest_path import PathSearch, ShortPath
 
 KEPT_PATHS = 32
 """Number of paths that are remembered."""
+MIN_AHEAD_SLACK = 0.08
+"""Slack below which a path is searched before the known ones do not suffice any more [m]: a search
+takes some 0.2 s."""
+MIN_LOOSENESS = 0.02
+"""Excess of a bound over the path that it follows from, below which none is searched ahead [m]."""
 SEARCH_STEPS = 10
 """Steps of a search in one evaluation of the constraint, some 0.1 ms each; a tick evaluates it
 a few times."""
@@ -40,11 +45,8 @@ class RopeLengthConstraint:
         self._paths: deque[ShortPath] = deque(maxlen=KEPT_PATHS)
         self._search: PathSearch | None = None
         self._steps = SEARCH_STEPS
-
-    @property
-    def searching(self) -> bool:
-        """Whether a path is being searched."""
-        return self._search is not None
+        self.searching = False
+        """Whether a path was missing in the last evaluation, and is being searched."""
 
     @contextmanager
     def finishing_searches(self) -> Iterator[None]:
@@ -79,10 +81,11 @@ class RopeLengthConstraint:
         self, positions: Float64[np.ndarray, "m 2 3"], distances: Float64[np.ndarray, "m"]
     ) -> Float64[np.ndarray, "m"]:
         """Return upper bounds on the shortest paths, tight where they exceed the limit [m]."""
+        self.searching = False
         if not self._may_block(positions):
             return distances
         steps = self._steps
-        lengths = self._upper_bounds(positions)
+        lengths, looseness = self._upper_bounds(positions)
         exact = np.zeros(len(positions), dtype=bool)
         far = np.flatnonzero(lengths > self.max_length)
         exact[far] = self._are_straight(positions[far])
@@ -94,15 +97,21 @@ class RopeLengthConstraint:
             worst = int(np.argmax(np.where(unsure, lengths, -np.inf)))
             found, steps = self._advance_search(positions[worst], steps)
             if found is None:
+                self.searching = True
                 lengths[unsure] = np.inf
                 if unsure[0]:
                     # Otherwise the present pose, not known either, would excuse all others.
                     lengths[0] = self.max_length
                 break
             exact |= np.all(positions == found.ends, axis=(1, 2))
-            lengths = np.minimum(lengths, self._upper_bounds(positions))
+            bounds, looseness = self._upper_bounds(positions)
+            lengths = np.minimum(lengths, bounds)
             if worst > 0 and exact[worst] and lengths[worst] > self.max_length:
                 break
+        ahead = (lengths > self.max_length - MIN_AHEAD_SLACK) & (looseness > MIN_LOOSENESS)
+        if steps > 0 and np.any(ahead & np.isfinite(lengths)):
+            worst = int(np.argmax(np.where(ahead, lengths, -np.inf)))
+            self._advance_search(positions[worst], min(steps, SEARCH_STEPS))
         return np.maximum(lengths, distances)
 
     def _are_straight(self, positions: Float64[np.ndarray, "k 2 3"]) -> Bool[np.ndarray, "k"]:
@@ -149,14 +158,18 @@ class RopeLengthConstraint:
         near = np.flatnonzero(detours - 2.0 * scene.radii <= self.max_length)
         return [*scene.half_spaces, *(scene.solids[k] for k in near)]
 
-    def _upper_bounds(self, positions: Float64[np.ndarray, "m 2 3"]) -> Float64[np.ndarray, "m"]:
-        """Return upper bounds from the remembered paths and the motion of the ends [m]."""
+    def _upper_bounds(
+        self, positions: Float64[np.ndarray, "m 2 3"]
+    ) -> tuple[Float64[np.ndarray, "m"], Float64[np.ndarray, "m"]]:
+        """Return upper bounds from the remembered paths, and what the ends' motion adds to them."""
         if not self._paths:
-            return np.full(len(positions), np.inf)
+            return np.full(len(positions), np.inf), np.full(len(positions), np.inf)
         ends = np.array([path.ends for path in self._paths])
         lengths = np.array([path.length for path in self._paths])
         moved = np.linalg.norm(positions[:, None] - ends, axis=-1).sum(axis=-1)
-        return np.min(lengths + moved, axis=1)
+        nearest = np.argmin(lengths + moved, axis=1)
+        added = moved[np.arange(len(moved)), nearest]
+        return lengths[nearest] + added, added
 
     def _may_block(self, positions: Float64[np.ndarray, "m 2 3"]) -> bool:
         """Return whether any bounding sphere touches a straight line between the grips.

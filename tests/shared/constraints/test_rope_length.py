@@ -111,6 +111,16 @@ def test_what_is_not_known_yet_breaks_the_rule_also_beside_an_unknown_present() 
     np.testing.assert_allclose(found, slack(constraint, positions))
 
 
+def test_path_is_searched_before_the_known_ones_do_not_suffice() -> None:
+    constraint = RopeLengthConstraint(0.68)
+    constraint.replace_scene(ObstacleScene([TABLE, POST]))
+    slack(constraint, grips(0.25))
+    # Both grips rise by 0.4 m/s, evaluated once in a tick of 8 ms.
+    for height in np.arange(0.0, 0.4, 0.0032):
+        found = hurried_slack(constraint, grips(0.25) + np.array([0.0, 0.0, height]))
+        assert first_broken({"overstretch": found}) is None
+
+
 def test_scene_full_of_obstacles_takes_no_more_work_at_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float64
@@ -140,7 +141,7 @@ def _members(
     scenario: Scenario, world: MeasuredWorld, planner: TimedPlanner
 ) -> tuple[Service, ...]:
     """Services of the cell, with the measuring ones in their places."""
-    measuring: dict[str, Service] = {"sim": SimService(scenario, world), "planner": planner}
+    measuring: dict[str, Any] = {"sim": SimService(scenario, world), "planner": planner}
     return tuple(
         measuring.get(name) or services.build(name, scenario, session_id(name))
         for name in services.NAMES

@@ -264,7 +264,8 @@ class ControllerService:
         item = inbox.fresh(topics.ROPE_NODES)
         if item is None or self._arms is None:
             return
-        self._doubt = item.message.doubt
+        # A rope that perception has lost is not seen, however doubtful it was before.
+        self._doubt = item.message.doubt if item.message.positions else 0.0
         if self._doubt > self.supervisor.settings.max_doubt:
             return
         if not item.message.positions or item.message.stamp < self.estimator.start_time:

@@ -54,10 +54,10 @@ CONTRADICTED = (
 )
 """Reason why a doubtful rope is lost."""
 BESIDE_ANOTHER = (
-    "the rope is not told from another one that lies on it or along it in the image; move the "
-    "other one away"
+    "the image contradicts the grips and the rope's length: the rope is not told from another one "
+    "that lies on it or along it; move the other one away, or see whether the rope has left a grip"
 )
-"""The same beside other ropes."""
+"""The same beside other ropes, for one of which a rope that has left a grip is taken."""
 
 
 class PerceptionService:

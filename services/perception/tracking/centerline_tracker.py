@@ -44,6 +44,8 @@ MAX_LENGTH_ERROR = 0.03
 """Largest deviation of the measured length from the given one, as a share [-]."""
 MAX_LEARNT_DOUBT = 0.03
 """Probability of a wrong chain below which the lines beside it are taken for other ropes [-]."""
+MIN_GRIP_DISTANCE = 0.03
+"""Distance of a line from the grips up to which it may be a gripper, and is no other rope [m]."""
 KNOWN_POINT_DISTANCE = 0.003
 """Distance of the points of another rope where it is expected [m]."""
 LENGTH_BIAS = 0.004
@@ -173,6 +175,7 @@ class CenterlineTracker:
             wrong = self._doubt.take(estimate.doubt, stamp)
         # Beside a chain that may lie on another rope, ours would be taken for the other one.
         lines = [line.points for line in estimate.others if wrong < MAX_LEARNT_DOUBT]
+        lines = [line for line in lines if _is_away(line, (left, right))]
         self._others.update(lines, lambda points: self._look(points, depth), stamp)
         if estimate.lost:
             return estimate
@@ -228,6 +231,15 @@ class CenterlineTracker:
         added = s.drift_speed * (stamp - self._stamp) / 1e9 + s.grip_lag * moved
         sigma: Float64[np.ndarray, "n"] = np.hypot(self._last.sigma, added + s.min_sigma)
         return ShapePrior(positions, sigma)
+
+
+def _is_away(points: Float64[np.ndarray, "k 3"], grips: Sequence[Pose | None]) -> bool:
+    """Whether a line is no part of a gripper."""
+    return all(
+        np.min(np.linalg.norm(points - grip.position, axis=1)) > MIN_GRIP_DISTANCE
+        for grip in grips
+        if grip is not None
+    )
 
 
 def _continued(estimate: CenterlineEstimate, prior: ShapePrior | None) -> CenterlineEstimate:

@@ -11,15 +11,17 @@ from jaxtyping import Bool, Float64
 
 from lariat.geometry.obstacles import Obstacle, segment_distance
 from shared.constraints.obstacle_scene import ObstacleScene
-from shared.constraints.shortest_path import PathSearch, ShortPath
+from shared.constraints.shortest_path import PathSearch, ShortPath, joined
 
 KEPT_PATHS = 32
 """Number of paths that are remembered."""
 MIN_AHEAD_SLACK = 0.08
 """Slack below which a path is searched before the known ones do not suffice any more [m]: a search
 takes some 0.2 s."""
-MIN_LOOSENESS = 0.02
+MIN_LOOSENESS = 0.01
 """Excess of a bound over the path that it follows from, below which none is searched ahead [m]."""
+MAX_JOINS = 2
+"""Poses of one evaluation whose ends are joined to a remembered path, for some 1 ms each."""
 SEARCH_STEPS = 10
 """Steps of a search in one evaluation of the constraint, some 0.1 ms each; a tick evaluates it
 a few times."""
@@ -93,8 +95,14 @@ class RopeLengthConstraint:
         if exact.any():
             # A search for poses nearby begins with it.
             self._paths.append(ShortPath.straight(positions[np.flatnonzero(exact)[-1]]))
+        joins = MAX_JOINS
         while np.any(unsure := ~exact & (lengths > self.max_length)):
             worst = int(np.argmax(np.where(unsure, lengths, -np.inf)))
+            joins -= 1
+            if joins >= 0 and self._join(positions[worst]):
+                bounds, looseness = self._upper_bounds(positions)
+                lengths = np.minimum(lengths, bounds)
+                continue
             found, steps = self._advance_search(positions[worst], steps)
             if found is None:
                 self.searching = True
@@ -109,7 +117,8 @@ class RopeLengthConstraint:
             if worst > 0 and exact[worst] and lengths[worst] > self.max_length:
                 break
         ahead = (lengths > self.max_length - MIN_AHEAD_SLACK) & (looseness > MIN_LOOSENESS)
-        if steps > 0 and np.any(ahead & np.isfinite(lengths)):
+        if steps > 0 and not self.searching and (self._search is not None or np.any(ahead)):
+            # What was begun for a refused pose is finished while the arms stand before it.
             worst = int(np.argmax(np.where(ahead, lengths, -np.inf)))
             self._advance_search(positions[worst], min(steps, SEARCH_STEPS))
         return np.maximum(lengths, distances)
@@ -124,6 +133,15 @@ class RopeLengthConstraint:
             starts, ends = positions[left, 0], positions[left, 1]
             straight[left] = segment_distance(starts, ends, solid) >= 0.0
         return straight
+
+    def _join(self, ends: Float64[np.ndarray, "2 3"]) -> bool:
+        """Remember the nearest path joined to other ends, if it is short enough then."""
+        nearest = self._nearest_path(ends)
+        found = None if nearest is None else joined(nearest, ends, self._reachable(ends))
+        if found is None or found.length > self.max_length:
+            return False
+        self._paths.append(found)
+        return True
 
     def _advance_search(
         self, ends: Float64[np.ndarray, "2 3"], steps: int

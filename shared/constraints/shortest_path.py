@@ -38,6 +38,10 @@ MAX_PENETRATION = 1.5e-3
 """Depth to which a band may cut into an obstacle between its points [m]."""
 INITIAL_AMPLITUDES = (0.25, 0.5, 1.0, 2.0)
 """Amplitudes of the initial bands that are tried, relative to the straight distance [-]."""
+JOIN_COUNT = 8
+"""Number of points of a path at which either end may join it."""
+JOIN_SPACING = 0.002
+"""Distance of the points on the lines from the ends to the path that they join [m]."""
 NORMAL_STEP = 1e-5
 """Step of the central differences for an obstacle's normal [m]."""
 
@@ -102,6 +106,47 @@ class PathSearch:
             except StopIteration as end:
                 return end.value, steps - taken - 1
         return None, 0
+
+
+def joined(
+    path: ShortPath, ends: Float64[np.ndarray, "2 3"], obstacles: Sequence[Obstacle]
+) -> ShortPath | None:
+    """Return a path whose ends join a known one by straight lines; None where none is clear.
+
+    It is not contracted anew, and longer than the shortest one by what that would gain.
+
+    Args:
+        path: Path between other ends, with points.
+        ends: Ends of the new path [m].
+        obstacles: Obstacles to go round; those that contain an end are ignored.
+    """
+    points = path.points
+    if points is None:
+        return None
+    middle, last = len(points) // 2, len(points) - 1
+    places = np.linspace([0, middle], [middle, last], JOIN_COUNT).astype(int).T
+    starts = np.repeat(ends, JOIN_COUNT, axis=0)
+    clear = np.ones(2 * JOIN_COUNT, dtype=bool)
+    for obstacle in obstacles:
+        if np.min(signed_distance(ends, obstacle)) > 0.0:
+            gaps = segment_distance(starts, points[places.ravel()], obstacle)
+            clear &= gaps > -MAX_PENETRATION
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    lengths = np.linalg.norm(starts - points[places.ravel()], axis=1)
+    lengths += np.abs(along[places.ravel()] - along[middle])
+    first, second = np.where(clear, lengths, np.inf).reshape(2, JOIN_COUNT)
+    if not (np.isfinite(first).any() and np.isfinite(second).any()):
+        return None
+    i, j = places[0, np.argmin(first)], places[1, np.argmin(second)]
+    whole = [_line(ends[0], points[i]), points[i + 1 : j], _line(points[j], ends[1])]
+    return ShortPath(ends, np.concatenate(whole), float(first.min() + second.min()))
+
+
+def _line(
+    start: Float64[np.ndarray, "3"], end: Float64[np.ndarray, "3"]
+) -> Float64[np.ndarray, "k 3"]:
+    count = 2 + int(np.linalg.norm(end - start) / JOIN_SPACING)
+    return np.linspace(start, end, count)
 
 
 def shortest_path_length(

@@ -46,7 +46,7 @@ class PassageSettings:
 class ThreadSettings:
     """Motions lengthwise through narrow passages."""
 
-    taut_share: float = 0.98
+    taut_share: float = 0.96
     """Distance of the grips, relative to the longest permitted one [-]: the gateway asks that the
     rope reaches round what lies between the grips."""
     mouth: float = 0.03

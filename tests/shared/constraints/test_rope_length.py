@@ -124,6 +124,18 @@ def test_path_is_searched_before_the_known_ones_do_not_suffice() -> None:
         assert first_broken({"overstretch": found}) is None
 
 
+def test_taut_rope_is_followed_by_joining_known_paths() -> None:
+    length = shortest_path_length(*grips(0.25)[0], [TABLE, POST])
+    constraint = RopeLengthConstraint(length + 0.008)
+    constraint.replace_scene(ObstacleScene([TABLE, POST]))
+    slack(constraint, grips(0.25))
+    # 5 mm from one evaluation to the next is more than 8 mm of slack allow for two of them.
+    step = np.array([0.0, 0.0, 0.005])
+    for k in range(20):
+        positions = np.concatenate([grips(0.25) + (k + i) * step for i in (0, 1)])
+        assert first_broken({"overstretch": hurried_slack(constraint, positions)}) is None
+
+
 def test_scene_full_of_obstacles_takes_no_more_work_at_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -3,8 +3,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lariat.geometry.obstacles import TABLE, Obstacle
-from shared.constraints.shortest_path import PathSearch, ShortPath, shortest_path_length
+from lariat.geometry.obstacles import TABLE, Obstacle, signed_distance
+from shared.constraints.shortest_path import (
+    PathSearch,
+    ShortPath,
+    joined,
+    shortest_path_length,
+)
 
 HALF = 0.3
 LEFT, RIGHT = np.array([-HALF, 0.0, 0.5]), np.array([HALF, 0.0, 0.5])
@@ -72,3 +77,26 @@ def test_a_known_path_that_is_too_long_gives_way_to_a_shorter_one() -> None:
     assert found is not None
     assert found.length == pytest.approx(shortest_path_length(left, right, (post,)))
     assert found.length < 0.605
+
+
+def test_ends_join_a_known_path_where_the_lines_to_it_are_clear() -> None:
+    box = Obstacle("box", (0.0, 0.0, 0.3), size=(0.1, 0.1, 4.0))
+    ends = np.array([[-HALF, 0.0, 0.3], [HALF, 0.0, 0.3]])
+    search, found = PathSearch(*ends, [box]), None
+    while found is None:
+        found, _ = search.advance(1000)
+    moved = ends + np.array([[0.02, 0.0, 0.05], [-0.05, 0.01, 0.0]])
+    path = joined(found, moved, [box])
+    assert path is not None
+    assert path.points is not None
+    np.testing.assert_array_equal(path.points[[0, -1]], moved)
+    steps = np.linalg.norm(np.diff(path.points, axis=0), axis=1)
+    np.testing.assert_allclose(path.length, steps.sum())
+    shortest = shortest_path_length(*moved, [box])
+    assert shortest - 1e-3 < path.length < shortest + 0.01
+    assert np.min(signed_distance(path.points, box)) > -1.6e-3
+    # Ends between walls join nothing.
+    walls = [
+        Obstacle("box", (x, 0.0, 0.3), size=(0.005, 4.0, 4.0)) for x in (-HALF - 0.1, -HALF - 0.2)
+    ]
+    assert joined(found, ends - np.array([0.15, 0.0, 0.0]), [box, *walls]) is None

@@ -47,6 +47,8 @@ class RopeLengthConstraint:
         self._paths: deque[ShortPath] = deque(maxlen=KEPT_PATHS)
         self._search: PathSearch | None = None
         self._steps = SEARCH_STEPS
+        self._joined = False
+        """Whether a path was joined to other ends since one was searched."""
         self.searching = False
         """Whether a path was missing in the last evaluation, and is being searched."""
 
@@ -117,9 +119,10 @@ class RopeLengthConstraint:
             if worst > 0 and exact[worst] and lengths[worst] > self.max_length:
                 break
         ahead = (lengths > self.max_length - MIN_AHEAD_SLACK) & (looseness > MIN_LOOSENESS)
-        if steps > 0 and not self.searching and (self._search is not None or np.any(ahead)):
+        begun = self._search is not None or self._joined
+        if steps > 0 and not self.searching and (begun or np.any(ahead)):
             # What was begun for a refused pose is finished while the arms stand before it.
-            worst = int(np.argmax(np.where(ahead, lengths, -np.inf)))
+            worst = int(np.argmax(lengths))
             self._advance_search(positions[worst], min(steps, SEARCH_STEPS))
         return np.maximum(lengths, distances)
 
@@ -141,6 +144,7 @@ class RopeLengthConstraint:
         if found is None or found.length > self.max_length:
             return False
         self._paths.append(found)
+        self._joined = True
         return True
 
     def _advance_search(
@@ -158,7 +162,7 @@ class RopeLengthConstraint:
             )
         found, steps = self._search.advance(steps)
         if found is not None:
-            self._search = None
+            self._search, self._joined = None, False
             self._paths.append(found)
         return found, steps
 

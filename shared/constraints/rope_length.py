@@ -167,8 +167,8 @@ class RopeLengthConstraint:
         return found, steps
 
     def _nearest_path(self, ends: Float64[np.ndarray, "2 3"]) -> ShortPath | None:
-        """Return the remembered path whose ends are nearest; None where there is none."""
-        found = (path for path in self._paths if path.points is not None)
+        """Return the searched path whose ends are nearest; None where there is none."""
+        found = (p for p in self._paths if p.points is not None and p.contracted)
         return min(found, key=lambda p: float(np.linalg.norm(p.ends - ends)), default=None)
 
     def _reachable(self, ends: Float64[np.ndarray, "2 3"]) -> list[Obstacle]:

@@ -58,6 +58,8 @@ class ShortPath:
     """Points along it [m]; None where no path was found."""
     length: float
     """Its length [m]; infinite where no path was found."""
+    contracted: bool = True
+    """Whether it was searched; one that was joined to other ends is longer than it need be."""
 
     @classmethod
     def straight(cls, ends: Float64[np.ndarray, "2 3"]) -> ShortPath:
@@ -139,7 +141,8 @@ def joined(
         return None
     i, j = places[0, np.argmin(first)], places[1, np.argmin(second)]
     whole = [_line(ends[0], points[i]), points[i + 1 : j], _line(points[j], ends[1])]
-    return ShortPath(ends, np.concatenate(whole), float(first.min() + second.min()))
+    length = float(first.min() + second.min())
+    return ShortPath(ends, np.concatenate(whole), length, contracted=False)
 
 
 def _line(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from jaxtyping import Bool, Float64
 
 from lariat.geometry.obstacles import Obstacle
 
@@ -20,6 +21,25 @@ class ObstacleScene:
         """Centres of the solids' bounding spheres [m]."""
         self.radii = np.array([bounding_radius(o) for o in self.solids])
         """Radii of the solids' bounding spheres [m]."""
+
+    def touched(
+        self, starts: Float64[np.ndarray, "m 3"], ends: Float64[np.ndarray, "m 3"]
+    ) -> Bool[np.ndarray, "m s"]:
+        """Return which bounding spheres of the solids touch some straight lines.
+
+        A half space is convex, so that none is in the way between points outside it.
+
+        Args:
+            starts: First ends of the lines [m].
+            ends: Other ends of the lines [m].
+        """
+        if not len(self.radii):
+            return np.zeros((len(starts), 0), dtype=bool)
+        line = (ends - starts)[:, None]
+        offset = self.centres - starts[:, None]
+        along = np.sum(offset * line, axis=-1) / np.maximum(np.sum(line * line, axis=-1), 1e-12)
+        nearest = offset - np.clip(along, 0.0, 1.0)[..., None] * line
+        return np.asarray(np.sum(nearest * nearest, axis=-1) < self.radii**2)
 
 
 def bounding_radius(obstacle: Obstacle) -> float:

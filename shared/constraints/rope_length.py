@@ -20,6 +20,8 @@ MIN_AHEAD_SLACK = 0.08
 takes some 0.2 s."""
 MIN_LOOSENESS = 0.01
 """Excess of a bound over the path that it follows from, below which none is searched ahead [m]."""
+MAX_CHECKED_SOLIDS = 8
+"""Solids that one evaluation checks against straight lines, some 0.2 ms each."""
 MAX_JOINS = 2
 """Poses of one evaluation whose ends are joined to a remembered path, for some 1 ms each."""
 SEARCH_STEPS = 10
@@ -86,7 +88,7 @@ class RopeLengthConstraint:
     ) -> Float64[np.ndarray, "m"]:
         """Return upper bounds on the shortest paths, tight where they exceed the limit [m]."""
         self.searching = False
-        if not self._may_block(positions):
+        if not np.any(self._scene.touched(positions[:, 0], positions[:, 1])):
             return distances
         steps = self._steps
         lengths, looseness = self._upper_bounds(positions)
@@ -128,19 +130,20 @@ class RopeLengthConstraint:
 
     def _are_straight(self, positions: Float64[np.ndarray, "k 2 3"]) -> Bool[np.ndarray, "k"]:
         """Return whether no obstacle is in the way from grip to grip."""
-        straight = np.ones(len(positions), dtype=bool)
-        for solid in self._scene.solids:
-            left = np.flatnonzero(straight)
-            if not len(left):
-                break
-            starts, ends = positions[left, 0], positions[left, 1]
-            straight[left] = segment_distance(starts, ends, solid) >= 0.0
+        touched = self._scene.touched(positions[:, 0], positions[:, 1])
+        near = np.flatnonzero(touched.any(axis=0))
+        straight = ~touched[:, near[MAX_CHECKED_SOLIDS:]].any(axis=1)
+        for k in near[:MAX_CHECKED_SOLIDS]:
+            rows = np.flatnonzero(straight & touched[:, k])
+            if len(rows):
+                starts, ends = positions[rows, 0], positions[rows, 1]
+                straight[rows] = segment_distance(starts, ends, self._scene.solids[k]) >= 0.0
         return straight
 
     def _join(self, ends: Float64[np.ndarray, "2 3"]) -> bool:
         """Remember the nearest path joined to other ends, if it is short enough then."""
         nearest = self._nearest_path(ends)
-        found = None if nearest is None else joined(nearest, ends, self._reachable(ends))
+        found = None if nearest is None else joined(nearest, ends, self._scene)
         if found is None or found.length > self.max_length:
             return False
         self._paths.append(found)
@@ -192,18 +195,3 @@ class RopeLengthConstraint:
         nearest = np.argmin(lengths + moved, axis=1)
         added = moved[np.arange(len(moved)), nearest]
         return lengths[nearest] + added, added
-
-    def _may_block(self, positions: Float64[np.ndarray, "m 2 3"]) -> bool:
-        """Return whether any bounding sphere touches a straight line between the grips.
-
-        A half space is convex and both grips are outside, so it blocks no straight line.
-        """
-        scene = self._scene
-        if not len(scene.radii):
-            return False
-        start = positions[:, 0, None]
-        line = positions[:, 1, None] - start
-        offset = scene.centres - start
-        along = np.sum(offset * line, axis=-1) / np.maximum(np.sum(line * line, axis=-1), 1e-12)
-        nearest = offset - np.clip(along, 0.0, 1.0)[..., None] * line
-        return bool(np.any(np.sum(nearest * nearest, axis=-1) < scene.radii**2))

@@ -22,7 +22,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle, segment_distance, signed_distance
-from shared.constraints.obstacle_scene import bounding_radius
+from shared.constraints.obstacle_scene import ObstacleScene, bounding_radius
 
 POINT_COUNTS = (5, 9, 17, 33)
 """Numbers of points of a band, refined in turn."""
@@ -40,6 +40,8 @@ INITIAL_AMPLITUDES = (0.25, 0.5, 1.0, 2.0)
 """Amplitudes of the initial bands that are tried, relative to the straight distance [-]."""
 JOIN_COUNT = 8
 """Number of points of a path at which either end may join it."""
+MAX_JOIN_SOLIDS = 8
+"""Solids near the lines that join a path above which none is sought."""
 JOIN_SPACING = 0.002
 """Distance of the points on the lines from the ends to the path that they join [m]."""
 NORMAL_STEP = 1e-5
@@ -111,7 +113,7 @@ class PathSearch:
 
 
 def joined(
-    path: ShortPath, ends: Float64[np.ndarray, "2 3"], obstacles: Sequence[Obstacle]
+    path: ShortPath, ends: Float64[np.ndarray, "2 3"], scene: ObstacleScene
 ) -> ShortPath | None:
     """Return a path whose ends join a known one by straight lines; None where none is clear.
 
@@ -120,7 +122,8 @@ def joined(
     Args:
         path: Path between other ends, with points.
         ends: Ends of the new path [m].
-        obstacles: Obstacles to go round; those that contain an end are ignored.
+        scene: Obstacles to go round; those that contain an end are ignored, and half spaces, which
+            are in the way of no line between points outside.
     """
     points = path.points
     if points is None:
@@ -128,13 +131,16 @@ def joined(
     middle, last = len(points) // 2, len(points) - 1
     places = np.linspace([0, middle], [middle, last], JOIN_COUNT).astype(int).T
     starts = np.repeat(ends, JOIN_COUNT, axis=0)
+    targets = points[places.ravel()]
+    near = np.flatnonzero(scene.touched(starts, targets).any(axis=0))
+    if len(near) > MAX_JOIN_SOLIDS:
+        return None
     clear = np.ones(2 * JOIN_COUNT, dtype=bool)
-    for obstacle in obstacles:
+    for obstacle in (scene.solids[k] for k in near):
         if np.min(signed_distance(ends, obstacle)) > 0.0:
-            gaps = segment_distance(starts, points[places.ravel()], obstacle)
-            clear &= gaps > -MAX_PENETRATION
+            clear &= segment_distance(starts, targets, obstacle) > -MAX_PENETRATION
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    lengths = np.linalg.norm(starts - points[places.ravel()], axis=1)
+    lengths = np.linalg.norm(starts - targets, axis=1)
     lengths += np.abs(along[places.ravel()] - along[middle])
     first, second = np.where(clear, lengths, np.inf).reshape(2, JOIN_COUNT)
     if not (np.isfinite(first).any() and np.isfinite(second).any()):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from lariat.geometry.obstacles import TABLE, Obstacle, signed_distance
+from shared.constraints.obstacle_scene import ObstacleScene
 from shared.constraints.shortest_path import (
     PathSearch,
     ShortPath,
@@ -86,7 +87,7 @@ def test_ends_join_a_known_path_where_the_lines_to_it_are_clear() -> None:
     while found is None:
         found, _ = search.advance(1000)
     moved = ends + np.array([[0.02, 0.0, 0.05], [-0.05, 0.01, 0.0]])
-    path = joined(found, moved, [box])
+    path = joined(found, moved, ObstacleScene([box]))
     assert path is not None
     assert path.points is not None
     np.testing.assert_array_equal(path.points[[0, -1]], moved)
@@ -99,4 +100,5 @@ def test_ends_join_a_known_path_where_the_lines_to_it_are_clear() -> None:
     walls = [
         Obstacle("box", (x, 0.0, 0.3), size=(0.005, 4.0, 4.0)) for x in (-HALF - 0.1, -HALF - 0.2)
     ]
-    assert joined(found, ends - np.array([0.15, 0.0, 0.0]), [box, *walls]) is None
+    between = ends - np.array([0.15, 0.0, 0.0])
+    assert joined(found, between, ObstacleScene([box, *walls])) is None

@@ -132,7 +132,7 @@ class RopeLengthConstraint:
         """Return whether no obstacle is in the way from grip to grip."""
         touched = self._scene.touched(positions[:, 0], positions[:, 1])
         near = np.flatnonzero(touched.any(axis=0))
-        straight = ~touched[:, near[MAX_CHECKED_SOLIDS:]].any(axis=1)
+        straight = np.asarray(~touched[:, near[MAX_CHECKED_SOLIDS:]].any(axis=1))
         for k in near[:MAX_CHECKED_SOLIDS]:
             rows = np.flatnonzero(straight & touched[:, k])
             if len(rows):

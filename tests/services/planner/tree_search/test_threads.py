@@ -41,7 +41,7 @@ def narrow(behind_the_wall: Problem) -> Problem:
 def threads(narrow: Problem) -> Threads:
     passage = Passages(CENTRE[None], np.array([[0.0, -1.0, 0.0]]))
     sag = SagTable(narrow.rod)
-    return find_threads(narrow, passage, sag, 0.006, 0.025, ThreadSettings())
+    return find_threads(narrow, passage, sag, 0.006, 0.025, ThreadSettings(taut_share=0.98))
 
 
 def test_the_middle_of_a_narrow_window_is_found(narrow: Problem) -> None:

@@ -41,6 +41,11 @@ class ObstacleScene:
         nearest = offset - np.clip(along, 0.0, 1.0)[..., None] * line
         return np.asarray(np.sum(nearest * nearest, axis=-1) < self.radii**2)
 
+    def at(self, points: Float64[np.ndarray, "m 3"]) -> list[Obstacle]:
+        """Return the half spaces, and the solids whose bounding spheres hold one of some points."""
+        near = np.flatnonzero(self.touched(points, points).any(axis=0))
+        return [*self.half_spaces, *(self.solids[k] for k in near)]
+
 
 def bounding_radius(obstacle: Obstacle) -> float:
     """Return the radius of the sphere around a solid's centre that contains it [m]."""

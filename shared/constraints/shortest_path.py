@@ -126,7 +126,11 @@ def joined(
             are in the way of no line between points outside.
     """
     points = path.points
-    if points is None:
+    if points is None or any(
+        # The path was searched without the obstacles that contain its ends.
+        np.min(signed_distance(path.ends, obstacle)) <= 0.0
+        for obstacle in scene.at(path.ends)
+    ):
         return None
     middle, last = len(points) // 2, len(points) - 1
     places = np.linspace([0, middle], [middle, last], JOIN_COUNT).astype(int).T

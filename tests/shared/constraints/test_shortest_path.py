@@ -102,3 +102,12 @@ def test_ends_join_a_known_path_where_the_lines_to_it_are_clear() -> None:
     ]
     between = ends - np.array([0.15, 0.0, 0.0])
     assert joined(found, between, ObstacleScene([box, *walls])) is None
+
+
+def test_a_path_that_begins_inside_an_obstacle_is_joined_by_none() -> None:
+    ball = Obstacle("sphere", (-HALF, 0.0, 0.3), radius=0.05)
+    ends = np.array([[-HALF, 0.0, 0.3], [HALF, 0.0, 0.3]])
+    through = ShortPath.straight(ends)
+    behind = ends - np.array([[0.1, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    assert joined(through, behind, ObstacleScene([ball])) is None
+    assert joined(through, behind, ObstacleScene()) is not None

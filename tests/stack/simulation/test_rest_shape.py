@@ -38,3 +38,11 @@ def test_a_fixed_end_of_a_goal_stays_where_it_starts() -> None:
 
 def _rod(scenario) -> Rod:
     return Rod(rod_properties(scenario.rope), scenario.rope.node_count)
+
+
+def test_a_rope_lies_over_its_support_also_in_another_simulator() -> None:
+    scenario = load_with(Path("over-a-bar"), ("plant.rope.node_count=60",))
+    nodes = rest_shape(scenario)
+    bar = next(body for body in scenario.bodies if body.support)
+    nearest = np.argmin(np.abs(nodes[:, 0] - bar.position[0]))
+    assert nodes[nearest, 2] > bar.position[2] + bar.radius

@@ -15,7 +15,9 @@ from typing import Any
 
 import numpy as np
 import tyro
+from rich.table import Table
 
+from benchmarks.result_block import find_block, show
 from lariat.rod.identification.hanging import (
     HangingShape,
     bending_stiffness,
@@ -30,7 +32,12 @@ ARRAY_NAMES = ("hanging", "linear_density", "critical_twist_deg")
 """Names of the arrays in a file."""
 
 
-def run(files: tyro.conf.Positional[tuple[Path, ...]], /, json: bool = False) -> int:
+def run(
+    files: tyro.conf.Positional[tuple[Path, ...]],
+    /,
+    docs: Path | None = None,
+    json: bool = False,
+) -> int:
     """Predict the shapes and critical twists of real cables by leave-one-out fits.
 
     There is no plant: the shapes were measured on real cables. Each shape is predicted with the EI
@@ -43,8 +50,10 @@ def run(files: tyro.conf.Positional[tuple[Path, ...]], /, json: bool = False) ->
 
     Args:
         files: Measured cables, one .npz each.
-        json: Print one JSON object instead of lines.
+        docs: Folder of pages, in which the block of this command is written; none by default.
+        json: Print one JSON object instead of a table.
     """
+    block = find_block(docs)
     if not files:
         raise ConfigurationError("name at least one .npz of a measured cable")
     rows = []
@@ -55,15 +64,39 @@ def run(files: tyro.conf.Positional[tuple[Path, ...]], /, json: bool = False) ->
     if json:
         print(encoder.dumps({"rows": rows}))
         return 0
-    for row in rows:
-        print(
-            f"{Path(row['file']).stem}: EI {row['EI']:.3g} N m^2 ({row['EI_spread']:.1%} between "
-            f"the fits), error of the shape left out {row['shape_error_mm']:.1f} mm = "
-            f"{row['shape_error_L']:.2%} of the length, worst {row['worst_shape_error_L']:.2%}; "
-            f"GJ/EI {row['GJ_EI']:.3g}, error of the other twists {row['twist_error']:.1%}, worst "
-            f"{row['worst_twist_error']:.1%}"
-        )
+    show([_table(rows)], block)
     return 0
+
+
+def _table(rows: list[dict[str, Any]]) -> Table:
+    table = Table(
+        caption="Plant: the real cables. Between the fits: largest less smallest EI, relative."
+    )
+    for head in (
+        "cable",
+        "EI \\[N m²]",
+        "between the fits",
+        "shape left out, mean",
+        "mean / length",
+        "worst / length",
+        "GJ/EI",
+        "other twists, mean",
+        "worst",
+    ):
+        table.add_column(head, justify="left" if head == "cable" else "right")
+    for row in rows:
+        table.add_row(
+            Path(row["file"]).stem,
+            f"{row['EI']:.3g}",
+            f"{row['EI_spread']:.1%}",
+            f"{row['shape_error_mm']:.1f} mm",
+            f"{row['shape_error_L']:.2%}",
+            f"{row['worst_shape_error_L']:.2%}",
+            f"{row['GJ_EI']:.3g}",
+            f"{row['twist_error']:.1%}",
+            f"{row['worst_twist_error']:.1%}",
+        )
+    return table
 
 
 def read(path: Path) -> tuple[list[HangingShape], np.ndarray]:

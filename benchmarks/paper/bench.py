@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import Progress
 from rich.table import Table
 
@@ -20,7 +21,11 @@ from benchmarks.paper.studies import (
     adaptation_studies,
     studies,
 )
+from benchmarks.result_block import find_block, show
 from shared.configuration import ConfigurationError
+
+TABLE_WIDTH = 150
+"""Least width of the printed tables [characters]."""
 
 
 def run(
@@ -32,6 +37,7 @@ def run(
     only: tuple[str, ...] = (),
     speed: bool = True,
     plot: Path | None = None,
+    docs: Path | None = None,
     json: bool = False,
 ) -> int:
     """Run the paper's simulations: ten goals behind three cylinders, by its methods and Lariat's.
@@ -55,11 +61,13 @@ def run(
         only: Words of the studies to run; all studies by default.
         speed: Whether gradients are timed.
         plot: File for the counterpart of the paper's Fig. 9, a PNG.
+        docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of tables.
 
     Returns:
         0 if the network on the paper's rod is as accurate as the paper says, else 1.
     """
+    block = find_block(docs)
     runner = StudyRunner(seed)
     todo = [(s, goals) for s in studies(seeds)]
     todo += [(s, adaptation_goals) for s in adaptation_studies()]
@@ -99,7 +107,8 @@ def run(
             )
         )
     else:
-        _show(rows, _adaptation_rows(results), times)
+        tables = _tables(rows, _adaptation_rows(results), times)
+        show(tables, block, max(TABLE_WIDTH, Console().width))
     if plot is not None:
         draw(results[:split], results[split:], plot)
     return 0 if _reproduced(results) else 1
@@ -144,25 +153,30 @@ def _reproduced(results: list[StudyResult]) -> bool:
     )
 
 
-def _show(rows: list[dict], adapted: list[dict], times: dict[str, float]) -> None:
-    console = Console(width=max(150, Console().width))
-    table = Table(
-        caption="Plant = model, n = 40, state known (last row: Lariat's rod, true nodes sensed); "
+def _tables(rows: list[dict], adapted: list[dict], times: dict[str, float]) -> list[Table]:
+    """Tables of the studies, of what was adapted in them, and of the times of gradients."""
+    studies_caption = (
+        "Plant = model, n = 40, state known (last row: Lariat's rod, true nodes sensed); "
         "not adapting unless stated. Error: mean node distance to the goal, last 0.2 s."
     )
-    for name in rows[0]:
-        table.add_column(name, justify="left" if name == "study" else "right")
-    for row in rows:
-        table.add_row(*(str(value) for value in row.values()))
-    console.print(table)
+    adapted_caption = (
+        f"Plant: xpbd, n = 40, {COMPLIANCE_RATIO:g} times as soft as the model; true nodes sensed"
+    )
+    tables = [_table(rows, studies_caption)]
     if adapted:
-        console.print(
-            f"Adaptation: plant xpbd, n = 40, {COMPLIANCE_RATIO:g} times as soft as the model; "
-            "true nodes sensed"
-        )
-    for row in adapted:
-        console.print(", ".join(f"{k} {v}" if k != "study" else str(v) for k, v in row.items()))
+        tables.append(_table(adapted, adapted_caption))
     if times:
-        console.print("Gradients: n = 40, 5 steps of 10 ms, no contact; processor time")
-    for name, value in times.items():
-        console.print(f"{name:55s} {value:.4g}")
+        timed = [{"quantity": name, "value": f"{value:.4g}"} for name, value in times.items()]
+        tables.append(_table(timed, "n = 40, 5 steps of 10 ms, no contact; processor time"))
+    return tables
+
+
+def _table(rows: list[dict], caption: str) -> Table:
+    """Table whose columns are all names of the rows; a row may lack some."""
+    table = Table(caption=caption)
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    for name in names:
+        table.add_column(escape(name), justify="left" if name == names[0] else "right")
+    for row in rows:
+        table.add_row(*(escape(str(row.get(name, ""))) for name in names))
+    return table

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import Console
-from rich.markdown import Markdown
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
 
 from benchmarks.conditions import Conditions
 from benchmarks.real.experiments import (
@@ -26,6 +26,7 @@ from benchmarks.real.experiments import (
     scenario,
 )
 from benchmarks.real.tables import PAPER_ERRORS, error, table_2, table_3
+from benchmarks.result_block import find_block, show
 
 MAX_MEAN_ERROR_MM = 3.0
 """Largest mean error of a rope for which the bench succeeds [mm]."""
@@ -53,13 +54,15 @@ def run(
         resolution: Width and height of the camera's images [pixels].
         depth_noise: Standard deviation of a depth pixel [m].
         time_limit: Duration of each run [s].
-        docs: Folder in which `real/` is written, with tables and figures; nothing is by default.
+        docs: Folder of pages, in which the block of this command is written, with figures beside
+            its page; none by default.
         json: Print one JSON object instead of the tables.
 
     Returns:
         0 if, with adaptation, rope and cable each average at most 3 mm, and every run reaches its
         goal and touches nothing; else 1.
     """
+    block = find_block(docs)
     messages = Console(stderr=True, highlight=False)
     done: list[ExperimentRun] = []
     todo = list(experiments(beliefs))
@@ -78,17 +81,17 @@ def run(
             done.append(finished)
             messages.print(_line(finished))
             progress.advance(bar)
-    if docs:
+    if block is not None:
         from benchmarks.real.figures import draw
 
-        for path in (*draw(done, docs / "real"), _write_tables(done, docs / "real")):
+        for path in draw(done, block.page.parent):
             messages.print(f"wrote {path}")
     summary = _summary(done)
     if json:
         runs = [{**asdict(r.experiment), **asdict(r.score), "ended": r.reason} for r in done]
         print(encoder.dumps({"summary": summary, "paper_mm": PAPER_ERRORS, "runs": runs}))
     else:
-        Console().print(Markdown(_text(done)))
+        show(_tables(done), block)
     return 0 if summary["good"] else 1
 
 
@@ -123,21 +126,12 @@ def _summary(runs: list[ExperimentRun]) -> dict[str, float | bool]:
     return summary
 
 
-def _write_tables(runs: list[ExperimentRun], folder: Path) -> Path:
-    path = folder / "tables.md"
-    path.write_text(
-        f"# Rope and cable, measured\n\nWritten by `lariat bench real`.\n{_text(runs)}\n"
-    )
-    return path
-
-
-def _text(runs: list[ExperimentRun]) -> str:
+def _tables(runs: list[ExperimentRun]) -> list[Table]:
     conditions = {r.experiment.rope: Conditions.of(r.scenario) for r in runs}
     plants = "; ".join(f"{rope}: {c.plant}" for rope, c in conditions.items())
     sensed = next(iter(conditions.values())).sensed
-    return (
-        f"\nPlant: {plants}. Sensed: {sensed}. Arm: an emulated CR5. Error: mean node distance of "
-        "true rope and goal, last 0.2 s of a run.\n"
-        f"\n## Errors [mm], after Table 3\n\n{table_3(runs)}\n"
-        f"\n## Adapted stiffness, after Table 2\n\n{table_2(runs)}"
+    caption = (
+        f"Plant: {plants}. Sensed: {sensed}. Arm: an emulated CR5. Error: mean node distance of "
+        "true rope and goal, last 0.2 s of a run."
     )
+    return [table_3(runs, caption), table_2(runs)]

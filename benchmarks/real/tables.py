@@ -1,10 +1,11 @@
-"""Counterparts of the paper's Tables 2 and 3, as Markdown."""
+"""Counterparts of the paper's Tables 2 and 3."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
+from rich.table import Table
 
 from benchmarks.real.experiments import GOALS, ROPES, ExperimentRun
 
@@ -12,33 +13,40 @@ PAPER_ERRORS = {"rope": (18.0, 11.0, 9.0), "cable": (10.0, 11.0, 7.0)}
 """Final mean node errors of the paper's Table 3, by rope and goal [mm]."""
 
 
-def table_2(runs: Sequence[ExperimentRun]) -> str:
-    """Markdown table of believed, adapted and true bending stiffness."""
-    lines = [
-        "| | believed EI [N m²] | adapted EI [N m²] | true EI [N m²] | adapted / true − 1 |",
-        "|---|---|---|---|---|",
-    ]
+def table_2(runs: Sequence[ExperimentRun]) -> Table:
+    """Return the table of believed, adapted and true bending stiffness."""
+    table = Table(title="Adapted stiffness, after Table 2")
+    table.add_column("")
+    for head in ("believed EI", "adapted EI", "true EI", "adapted / true − 1"):
+        table.add_column(head if "/" in head else f"{head} \\[N m²]", justify="right")
     for run in runs:
         if not run.experiment.adapt:
             continue
         value, deviation = run.adapted_stiffness
         off = value / run.true_stiffness - 1.0
-        lines.append(
-            f"| {run.experiment.rope}, goal {run.experiment.goal} | {run.believed_stiffness:.2e} | "
-            f"({1e4 * value:.2f} ± {1e4 * deviation:.2f})e-4 | {run.true_stiffness:.2e} | "
-            f"{100.0 * off:+.0f} % |"
+        table.add_row(
+            f"{run.experiment.rope}, goal {run.experiment.goal}",
+            f"{run.believed_stiffness:.2e}",
+            f"({1e4 * value:.2f} ± {1e4 * deviation:.2f})e-4",
+            f"{run.true_stiffness:.2e}",
+            f"{100.0 * off:+.0f} %",
         )
-    return "\n".join(lines)
+    return table
 
 
-def table_3(runs: Sequence[ExperimentRun]) -> str:
-    """Markdown table of the final mean node errors [mm], beside the paper's."""
-    goals = " | ".join(f"goal {g}" for g in GOALS)
-    lines = [
-        f"| | believed stiffness | adapting | {goals} | average | longest time to goal | "
-        "least clearance |",
-        "|---|---|---|" + "---|" * (len(GOALS) + 3),
-    ]
+def table_3(runs: Sequence[ExperimentRun], caption: str) -> Table:
+    """Return the table of the final mean node errors [mm], beside the paper's.
+
+    Args:
+        runs: Runs.
+        caption: Conditions.
+    """
+    table = Table(title="Errors \\[mm], after Table 3", caption=caption)
+    for head in ("", "believed stiffness", "adapting"):
+        table.add_column(head)
+    goals = (f"goal {g}" for g in GOALS)
+    for head in (*goals, "average", "longest time to goal", "least clearance"):
+        table.add_column(head, justify="right")
     for rope in ROPES:
         rows = sorted(
             {(r.experiment.belief, r.experiment.adapt) for r in runs if r.experiment.rope == rope}
@@ -46,19 +54,22 @@ def table_3(runs: Sequence[ExperimentRun]) -> str:
         for belief, adapt in sorted(rows, key=lambda row: (not row[1], row[0])):
             same_setting = select(runs, rope, belief, adapt)
             errors = [error(r) for r in same_setting]
-            times = [r.score.reached_s for r in same_setting]
-            slowest = "not all" if None in times else f"{max(times):.1f} s"
+            times = [t for r in same_setting if (t := r.score.reached_s) is not None]
+            slowest = f"{max(times):.1f} s" if len(times) == len(errors) else "not all"
             clearances = [r.score.min_clearance_mm for r in same_setting]
             least = min((c for c in clearances if c is not None), default=float("nan"))
-            cells = " | ".join(f"{e:.2f}" for e in errors)
-            lines.append(
-                f"| {rope} | × {belief:g} | {'yes' if adapt else 'no'} | {cells} | "
-                f"**{np.mean(errors):.2f}** | {slowest} | {least:.1f} mm |"
+            table.add_row(
+                rope,
+                f"× {belief:g}",
+                "yes" if adapt else "no",
+                *(f"{e:.2f}" for e in (*errors, np.mean(errors))),
+                slowest,
+                f"{least:.1f} mm",
             )
         paper = PAPER_ERRORS[rope]
-        cells = " | ".join(f"{e:.0f}" for e in paper)
-        lines.append(f"| {rope}, paper | | yes | {cells} | {np.mean(paper):.1f} | | |")
-    return "\n".join(lines)
+        cells = (*(f"{e:.0f}" for e in paper), f"{np.mean(paper):.1f}")
+        table.add_row(f"{rope}, paper", "", "yes", *cells, "", "")
+    return table
 
 
 def select(

@@ -12,6 +12,8 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
+from benchmarks.result_block import find_block, show
+
 Part = Literal["gradients", "speed", "batch", "start", "hard", "against-paper", "diagram"]
 ALL_PARTS: tuple[Part, ...] = get_args(Part)
 """All parts, in the order of their tables."""
@@ -31,6 +33,7 @@ def run(
     part: tuple[Part, ...] = ALL_PARTS,
     cases: int = 1000,
     plots: Path | None = None,
+    docs: Path | None = None,
     json: bool = False,
 ) -> int:
     """Measure gradients, speed, start-up, robustness, and error against time of the rod.
@@ -50,8 +53,10 @@ def run(
         part: Parts to measure; all by default.
         cases: Number of random rods of the part `hard`.
         plots: Folder for error-against-time.png, the plot of the part `diagram`.
+        docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of tables.
     """
+    block = find_block(docs)
     tables: dict[Part, list[Mapping[str, object]]] = {}
     with Progress(console=Console(stderr=True), transient=True) as progress:
         for name in part:
@@ -63,9 +68,7 @@ def run(
     if json:
         print(encoder.dumps(tables))
     else:
-        console = Console()
-        for name, rows in tables.items():
-            console.print(_table(name, rows))
+        show([_table(name, rows) for name, rows in tables.items()], block)
     if plots is not None and "diagram" in tables:
         from benchmarks.rod.work_precision_plot import draw
 

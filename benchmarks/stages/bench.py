@@ -9,8 +9,10 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import tyro
+from rich.table import Table
 
 from benchmarks.conditions import Conditions
+from benchmarks.result_block import find_block, show
 from benchmarks.stages.sampling import sample_command
 from benchmarks.stages.stages import Stage, times, within
 from shared.configuration import ConfigurationError
@@ -20,6 +22,8 @@ from stack.scenario_overrides import load_with
 
 RUN = "stack/simulation/closed_loop.py:_drive"
 """Function whose time is that of the run: start-up and warm-up are outside of it."""
+TABLE_WIDTH = 120
+"""Width of the table [characters]."""
 
 
 def run(
@@ -29,6 +33,7 @@ def run(
         tyro.conf.UseAppendAction[tuple[str, ...]], tyro.conf.arg(metavar="KEY=VALUE")
     ] = (),
     profile: Path | None = None,
+    docs: Path | None = None,
     json: bool = False,
 ) -> int:
     """Print where the time of `lariat run` goes, by stage of the loop.
@@ -44,8 +49,10 @@ def run(
         scenario: The scenario's TOML file, or the short name of a shipped one.
         set: Replaces one value of the scenario; may be repeated.
         profile: File for the sampled call stacks, in speedscope's format.
+        docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of a table.
     """
+    block = find_block(docs)
     loaded = load_with(scenario, set, None)
     changes = [word for value in set for word in ("--set", value)]
     command = [sys.executable, "-m", "cli", "run", str(scenario), "--json", *changes]
@@ -58,7 +65,7 @@ def run(
     if json:
         print(encoder.dumps({"score": score, "stages": rows}))
     else:
-        _print(rows, score, loaded)
+        show([_table(rows, score, loaded)], block, TABLE_WIDTH)
     return 0
 
 
@@ -95,10 +102,7 @@ def _rows(found: Counter[Stage], score: dict[str, Any], scenario: Scenario) -> l
     return rows
 
 
-def _print(rows: list[dict[str, Any]], score: dict[str, Any], scenario: Scenario) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
+def _table(rows: list[dict[str, Any]], score: dict[str, Any], scenario: Scenario) -> Table:
     table = Table(
         box=None,
         pad_edge=False,
@@ -123,4 +127,4 @@ def _print(rows: list[dict[str, Any]], score: dict[str, Any], scenario: Scenario
             "" if each is None else f"per {row['unit']}",
         )
         shown = row["process"]
-    Console(file=sys.stdout, width=120).print(table)
+    return table

@@ -22,6 +22,7 @@ from benchmarks.perception.instances import calibration
 from benchmarks.perception.instances.judgement import Judgement, judge
 from benchmarks.perception.instances.reliability import draw_reliability
 from benchmarks.perception.pictures.generators import Ground, held_out_picture
+from benchmarks.result_block import figures_table, find_block, show
 from services.perception.image import detector
 
 CABLE_COUNTS = (1, 2, 3)
@@ -79,6 +80,7 @@ def run(
     photographs: Path | None = None,
     diagram: Path | None = None,
     fit: int = 0,
+    docs: Path | None = None,
     json: bool = False,
 ) -> int:
     """Measure the detection of several ropes in single pictures, and whether its doubt is true.
@@ -99,8 +101,10 @@ def run(
         diagram: Image file to write: stated doubt against the share of wrong answers.
         fit: Number of pictures of the tuning generator; prints coefficients of the doubt fitted to
             them, and measures nothing.
-        json: Print one JSON object instead of a Markdown table.
+        docs: Folder of pages, in which the block of this command is written; none by default.
+        json: Print one JSON object instead of a table.
     """
+    block = find_block(docs)
     if fit:
         ropes, images = calibration.fit(fit)
         print(f"ROPE_COEFFICIENTS = {tuple(round(c, 4) for c in ropes)}")
@@ -120,12 +124,11 @@ def run(
     if json:
         print(encoder.dumps({"seed": seed, "rows": [vars(r) for r in rows]}))
         return 0
-    names = list(vars(rows[0]))
-    print("| " + " | ".join(n.replace("_", " ") for n in names) + " |")
-    print("|" + "---|" * len(names))
-    for row in rows:
-        cells = [f"{v:.3f}" if isinstance(v, float) else str(v) for v in vars(row).values()]
-        print("| " + " | ".join(cells) + " |")
+    caption = (
+        "Shares of pictures, of cables and of answers; no plant: the curves are drawn; ms: "
+        "processor time."
+    )
+    show([figures_table([vars(row) for row in rows], caption)], block)
     return 0
 
 

@@ -6,14 +6,15 @@ robust far from the equilibrium; long ones are Newton's method on the statics.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
-from lariat.geometry.obstacles import SUPPORT_COLUMN, chain_clearance
+from lariat.geometry.obstacles import SUPPORT_COLUMN, Obstacle, chain_clearance
 from lariat.geometry.poses import Pose
 from lariat.rod.initial_shapes import (
     between_grips,
@@ -39,10 +40,16 @@ Settle = Callable[
 
 RELAXATION_DURATIONS = 0.02 * 1.7 ** np.arange(36)
 """Durations of the relaxation steps, from viscous creep to pure statics [s]."""
+FALLING_STEPS = 8
+"""Relaxation steps in which a rod falls from its start; later ones hardly move it."""
 APPROACH_STEPS = 12
 """Steps over which the grips of a guess move to the wanted grips."""
 MAX_OVERLAP = 0.25
 """Overlap with an obstacle above which a shape counts as caught inside it, in diameters [-]."""
+MAX_REFINEMENTS = 4
+"""Number of times that the steps are halved when the rod jumps over an obstacle in one of them."""
+JUMP_STRIDE = 0.5
+"""Distance between the places along a step at which it is checked for a jump, in diameters [-]."""
 REST_TOLERANCE = 1e-6
 """Displacement in the last step, relative to the length, below which the rod is at rest [-]."""
 PERTURBATION_SIZE = 0.02
@@ -133,24 +140,67 @@ def _relax(
     right: Pose,
     obstacles: Float64[np.ndarray, "m 12"] | None,
 ) -> Rest:
-    """Move the grips of a start to the wanted ones and let the rod come to rest."""
-    durations = np.concatenate(
-        [np.full(APPROACH_STEPS, RELAXATION_DURATIONS[0]), RELAXATION_DURATIONS]
-    )
-    actions = np.zeros((len(durations), 2, 6))
-    for end, (pose, kind) in enumerate(((left, model.left), (right, model.right))):
-        if kind == "free":
-            continue
-        q, p = start.orientations[-end], start.positions[-end]
-        turn = poses.logarithm(poses.multiply(pose.orientation, poses.conjugate(q)))
-        actions[:APPROACH_STEPS, end, :3] = (pose.position - p) / (
-            APPROACH_STEPS * RELAXATION_DURATIONS[0]
-        )
-        actions[:APPROACH_STEPS, end, 3:] = turn / (APPROACH_STEPS * RELAXATION_DURATIONS[0])
-    rollout, stable = settle(start, actions, durations, obstacles)
+    """Move the grips of a start to the wanted ones and let the rod come to rest.
+
+    The steps are halved where a long one would carry the rod over a thin obstacle.
+    """
+    solids = [] if obstacles is None else unpack(obstacles)
+    diameter = model.properties.diameter
+    for refinement in range(MAX_REFINEMENTS + 1):
+        approach, durations = _durations(2**refinement)
+        actions = np.zeros((len(durations), 2, 6))
+        for end, (pose, kind) in enumerate(((left, model.left), (right, model.right))):
+            if kind == "free":
+                continue
+            q, p = start.orientations[-end], start.positions[-end]
+            turn = poses.logarithm(poses.multiply(pose.orientation, poses.conjugate(q)))
+            time = approach * durations[0]
+            actions[:approach, end, :3] = (pose.position - p) / time
+            actions[:approach, end, 3:] = turn / time
+        rollout, stable = settle(start, actions, durations, obstacles)
+        path = np.concatenate([start.positions[None], rollout.positions])
+        if not _jumps(path, diameter, solids):
+            break
     residual = float(np.max(np.abs(rollout.positions[-1] - rollout.positions[-2])))
     converged = bool(rollout.converged[-1]) and residual < REST_TOLERANCE * model.properties.length
     return Rest(rollout.final.at_rest(), converged, stable, residual)
+
+
+def _durations(division: int) -> tuple[int, Float64[np.ndarray, "H"]]:
+    """Return the number of approach steps, and the durations of all steps [s].
+
+    Args:
+        division: Number of steps into which each of the first ones is divided.
+    """
+    first = np.full(APPROACH_STEPS, RELAXATION_DURATIONS[0])
+    falling = np.concatenate([first, RELAXATION_DURATIONS[:FALLING_STEPS]])
+    divided = np.repeat(falling / division, division)
+    return division * APPROACH_STEPS, np.append(divided, RELAXATION_DURATIONS[FALLING_STEPS:])
+
+
+def _jumps(
+    path: Float64[np.ndarray, "t n 3"], diameter: float, obstacles: Sequence[Obstacle]
+) -> bool:
+    """Whether a rod is outside of an obstacle before and after a step, and inside it on the way.
+
+    Args:
+        path: Nodes before the first step and after each one [m].
+        diameter: Diameter of the rod [m].
+        obstacles: Obstacles of the scene.
+    """
+    if not obstacles:
+        return False
+    radius, moved = diameter / 2.0, np.linalg.norm(np.diff(path, axis=0), axis=2).max(axis=1)
+    for k in np.flatnonzero(moved > diameter):
+        ends = [chain_clearance(nodes, radius, obstacles) for nodes in path[k : k + 2]]
+        if sum(ends) > moved[k]:
+            continue
+        shares = np.linspace(0.0, 1.0, 1 + math.ceil(moved[k] / (JUMP_STRIDE * diameter)))[1:-1]
+        between = [path[k] + share * (path[k + 1] - path[k]) for share in shares]
+        deepest = min(chain_clearance(nodes, radius, obstacles) for nodes in between)
+        if deepest < min(*ends, 0.0) - MAX_OVERLAP * diameter:
+            return True
+    return False
 
 
 def _perturbed(model: RodModel[Dimensions], state: RodState) -> RodState:

@@ -143,6 +143,19 @@ def test_rest_bends_around_a_sharp_edge_without_cutting_it() -> None:
     assert chain_clearance(found.state.positions, PROPERTIES.diameter / 2.0, [box]) > -5e-4
 
 
+@pytest.mark.parametrize("modulus", [0.3e6, 0.58e6])
+def test_a_soft_rod_that_falls_onto_a_thin_bar_lies_over_it(modulus: float) -> None:
+    rod = Rod(replace(PROPERTIES, youngs_modulus=modulus), 60)
+    turned = (0.5**0.5, 0.5**0.5, 0.0, 0.0)
+    bar = Obstacle(
+        "capsule", (0.02, 0.0, 0.23), turned, radius=0.015, height=0.16, name="bar", support=True
+    )
+    left, right = Pose(np.array([-0.15, 0.0, 0.34]), ALONG_X), Pose(np.array([0.15, 0.0, 0.36]), ALONG_X)
+    nodes = rod.rest(left, right, obstacles=pack([bar])).state.positions
+    at_bar = np.argmin(np.abs(nodes[:, 0] - 0.02))
+    assert nodes[at_bar, 2] > 0.245
+
+
 def test_grips_out_of_reach_are_refused() -> None:
     with pytest.raises(ValueError, match="apart but the rod"):
         Rod(PROPERTIES, 40).rest(*grips(0.5))

@@ -150,7 +150,10 @@ def test_a_soft_rod_that_falls_onto_a_thin_bar_lies_over_it(modulus: float) -> N
     bar = Obstacle(
         "capsule", (0.02, 0.0, 0.23), turned, radius=0.015, height=0.16, name="bar", support=True
     )
-    left, right = Pose(np.array([-0.15, 0.0, 0.34]), ALONG_X), Pose(np.array([0.15, 0.0, 0.36]), ALONG_X)
+    left, right = (
+        Pose(np.array([-0.15, 0.0, 0.34]), ALONG_X),
+        Pose(np.array([0.15, 0.0, 0.36]), ALONG_X),
+    )
     nodes = rod.rest(left, right, obstacles=pack([bar])).state.positions
     at_bar = np.argmin(np.abs(nodes[:, 0] - 0.02))
     assert nodes[at_bar, 2] > 0.245

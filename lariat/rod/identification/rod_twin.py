@@ -27,8 +27,10 @@ from lariat.rod.identification.motion import Motion
 
 MAX_TIME_STEP = 5.1e-3
 """Longest implicit step [s]; it damps like an internal damping of half its duration."""
-ARC_LENGTH_QUANTILE = 0.95
-"""Quantile of the distance between neighbouring vertices that is taken as arc length [-]."""
+MAX_LENGTH_FRAMES = 2000
+"""Largest number of frames that the lengths between vertices are measured in."""
+PIECES_PER_GAP = 16
+"""Number of straight pieces that measure a curve between two vertices."""
 MAX_REFERENCE_COSINE = 0.9
 """Cosine between tangent and reference axis above which another reference is used [-]."""
 SOLVER_TOLERANCE = 1e-6
@@ -64,13 +66,11 @@ class RodTwin:
         self.motion = motion
         spanned = motion.vertices[:, :, motion.spanned]
         self._vertices = spanned
-        chords = np.linalg.norm(np.diff(spanned, axis=2), axis=3)
-        gaps = np.quantile(chords.reshape(-1, chords.shape[2]), ARC_LENGTH_QUANTILE, axis=0)
-        self.arcs: Float64[np.ndarray, "k"] = np.concatenate([[0.0], np.cumsum(gaps)])
-        """Arc length of the vertices that the rod spans, from the first of them [m]."""
-        self.node_count = node_count or int(np.clip(2 * len(self.arcs), 20, 60))
         self.kinds = _kind(motion.left), _kind(motion.right)
         """Hold of the left and of the right end."""
+        self.arcs: Float64[np.ndarray, "k"] = self._arc_lengths()
+        """Arc length of the vertices that the rod spans, from the first of them [m]."""
+        self.node_count = node_count or int(np.clip(2 * len(self.arcs), 20, 60))
         self.substeps = int(np.ceil(motion.dt / MAX_TIME_STEP))
         self._at_nodes = np.linspace(0.0, 1.0, self.node_count)
         self._weights = cubic_weights(
@@ -182,6 +182,30 @@ class RodTwin:
         whole = np.stack([v[w.sequence, w.frame + 1 : w.frame + 1 + w.length] for w in windows])
         whole[:, :, self.motion.free] = free
         return whole[:, :, ::-1] if self.mirrored else whole
+
+    def _arc_lengths(self) -> Float64[np.ndarray, "k"]:
+        """Return the arc length of the vertices [m].
+
+        It is the median over the frames of lengths along splines. Distances between vertices
+        are shorter where the rope is bent: by 1 % in a bend whose radius is twice the distance.
+        """
+        count = self._vertices.shape[2]
+        frames = self._vertices.reshape(-1, count, 3)
+        every = max(1, len(frames) // MAX_LENGTH_FRAMES)
+        frames = frames[::every]
+        tangents = [
+            self.motion.tangents(end).reshape(-1, 3)[::every] if kind == "clamped" else None
+            for end, kind in enumerate(self.kinds)
+        ]
+        gaps = np.median(np.linalg.norm(np.diff(frames, axis=1), axis=2), axis=0)
+        knots = np.concatenate([[0.0], np.cumsum(gaps)])
+        places = np.interp(
+            np.linspace(0.0, count - 1.0, (count - 1) * PIECES_PER_GAP + 1), np.arange(count), knots
+        )
+        curve = cubic_spline(knots, frames, tangents[0], tangents[1], places)
+        pieces = np.linalg.norm(np.diff(curve, axis=1), axis=2)
+        lengths = pieces.reshape(len(frames), count - 1, PIECES_PER_GAP).sum(axis=2)
+        return np.concatenate([[0.0], np.cumsum(np.median(lengths, axis=0))])
 
     def _grip_frames(self) -> tuple[Float64[np.ndarray, "S T 4"] | None, ...]:
         """Return the orientation of each clamp at every frame; None for other ends."""

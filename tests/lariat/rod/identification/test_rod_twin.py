@@ -18,6 +18,18 @@ def mirrored(motion: Motion) -> Motion:
     return Motion(motion.vertices[:, :, ::-1], motion.dt, motion.right, motion.left)
 
 
+def test_length_of_a_bent_rope_is_that_along_its_bend() -> None:
+    gap, turn = 0.08, 0.5
+    angles = turn * np.arange(7)
+    arc = gap / turn * np.stack([np.sin(angles), 0.0 * angles, 1.0 - np.cos(angles)], axis=1)
+    ahead = np.array([np.cos(angles[-1]), 0.0, np.sin(angles[-1])])
+    held = arc[:1] - 0.05 * np.array([1.0, 0.0, 0.0]), arc[-1:] + 0.05 * ahead
+    vertices = np.concatenate([held[0], arc, held[1]])
+    noise = 1e-4 * np.random.default_rng(1).normal(size=(1, 200, *vertices.shape))
+    twin = RodTwin(Motion(vertices + noise, 0.01, 2, 2))
+    np.testing.assert_allclose(np.diff(twin.arcs), gap, atol=1e-4)
+
+
 @pytest.mark.parametrize("right", ["clamped", "free"])
 def test_true_material_predicts_the_motion(right: str) -> None:
     motion = recorded(frames=100, right=right)

@@ -131,7 +131,8 @@ FROM kinematics AS robot_gateway
 COPY --from=sources / ./
 COPY services/robot_gateway services/robot_gateway
 USER lariat
-ENTRYPOINT ["python", "-m", "services.robot_gateway"]
+# A container ends with its main process; the guards of the arms need a moment after the gateway.
+ENTRYPOINT ["sh", "-c", "trap 'kill -TERM $!' TERM INT; python -m services.robot_gateway \"$@\" & wait $!; wait $!; sleep 0.7", "robot_gateway"]
 
 FROM kinematics AS cr5_emulator
 COPY --from=sources / ./

@@ -93,6 +93,12 @@ class TimedLink:
         self._link.advance(now)
         self.seconds += time.thread_time() - begun
 
+    def guard(self, stream: ByteStream | None, commands: tuple[str, str], moving: bool) -> None:
+        """Do nothing: the arm and the gateway are one process."""
+
+    def close(self) -> None:
+        """Do nothing: there is no guard."""
+
 
 class GatewayCell:
     """Gateway with emulated arms, and a writer of its setpoints."""

@@ -32,6 +32,7 @@ def run(
     scenario: Path = DEFAULT_SCENARIO,
     firmware: Literal["v3", "v4"] = "v3",
     phases: tuple[Phase, ...] = ("moving",),
+    seconds: float | None = None,
     folder: Path | None = None,
     json: bool = False,
 ) -> int:
@@ -48,6 +49,7 @@ def run(
         firmware: Firmware of the emulated arms.
         phases: Phases of operation in which each fault is injected. A resting arm must not move
             before a person agrees.
+        seconds: Time until each fault is repaired [s]; by default 1 s.
         folder: Folder for the logs of stack and joints; by default a temporary one.
         json: Print one JSON object instead of a table.
 
@@ -78,7 +80,7 @@ def run(
             f
             for names in groups
             if names
-            for f in _run_trials(names, phases, scenario, logs.resolve(), firmware)
+            for f in _run_trials(names, phases, seconds, scenario, logs.resolve(), firmware)
         ]
     if json:
         print(encoder.dumps({"firmware": firmware, "cases": [asdict(f) for f in results]}))
@@ -88,7 +90,12 @@ def run(
 
 
 def _run_trials(
-    chosen: list[str], phases: tuple[Phase, ...], scenario: Path, folder: Path, firmware: str
+    chosen: list[str],
+    phases: tuple[Phase, ...],
+    seconds: float | None,
+    scenario: Path,
+    folder: Path,
+    firmware: str,
 ) -> list[FaultResult]:
     print("starting the stack", file=sys.stderr)
     cell = FaultCell(scenario, folder, firmware, *_kind(CASES[chosen[0]]))
@@ -105,7 +112,7 @@ def _run_trials(
             if CASES[name].silence != silence:
                 silence = CASES[name].silence
                 cell.replace_arm(silence)
-            result = run_trial(cell, name, phase)
+            result = run_trial(cell, name, phase, seconds)
             results.append(result)
             print(_line(result), file=sys.stderr, flush=True)
             if not result.reached:

@@ -63,6 +63,8 @@ class FaultCase:
     """Service that must state the problem in its health; empty: none."""
     promised: bool = True
     """Whether the arm must brake within the time limit."""
+    keeps_up: bool = False
+    """Whether the process may keep up, so that times of a stop count from its report."""
 
 
 def _send(name: str, number: signal.Signals) -> Action:
@@ -87,16 +89,30 @@ def _killed(
     )
 
 
+def _killed_together(first: str, second: str, *causes: str) -> FaultCase:
+    def kill(cell: FaultCell) -> None:
+        for name in (first, second):
+            cell.send_signal(name, signal.SIGKILL)
+
+    description = f"{first} and {second}: kill -9 at once"
+    return FaultCase(description, kill, causes, restarted=(first, second))
+
+
 def _frozen(
-    name: str, *causes: str, effect: float = 0.0, point_in_flight: bool = False
+    name: str,
+    *causes: str,
+    effect: float = 0.0,
+    point_in_flight: bool = False,
+    silence: str = "hold",
 ) -> FaultCase:
     return FaultCase(
-        f"{name}: SIGSTOP for 1 s",
+        f"{name}: SIGSTOP" + (f", the arm then: {silence}" if name == "robot_gateway" else ""),
         _send(name, signal.SIGSTOP),
         causes,
         repair=_send(name, signal.SIGCONT),
         effect=effect,
         point_in_flight=point_in_flight,
+        silence=silence,
     )
 
 
@@ -132,7 +148,7 @@ def _slowed(name: str) -> FaultCase:
         f"{name}: runs half of the time for 1 s, 20 ms on and 20 ms off",
         lambda cell: cell.slow_down(name, 1.0),
         SLOWED_CAUSES,
-        promised=False,
+        keeps_up=True,
     )
 
 
@@ -159,10 +175,23 @@ CASES: dict[str, FaultCase] = {
     "perception-frozen": _frozen("perception", "writer_holds", effect=BLIND_TIME),
     "planner-killed": _killed("planner"),
     "hub-frozen": _frozen("lariat"),
-    "gateway-frozen": _frozen("robot_gateway", "stalled", "lost_link"),
+    "gateway-frozen": _frozen("robot_gateway", "stalled", "alarm", "lost_link"),
+    "gateway-frozen-coast": _frozen(
+        "robot_gateway", "stalled", "alarm", "lost_link", silence="coast"
+    ),
     "gateway-killed": _killed("robot_gateway", "boot"),
-    "gateway-killed-coast": _killed("robot_gateway", "boot", silence="coast", promised=False),
-    "gateway-killed-alarm": _killed("robot_gateway", "boot", silence="alarm", promised=False),
+    "gateway-killed-coast": _killed("robot_gateway", "boot", silence="coast"),
+    "gateway-killed-alarm": _killed("robot_gateway", "boot", silence="alarm"),
+    "guard-killed": FaultCase(
+        "the gateway's guard of the arm: kill -9",
+        lambda cell: cell.send_signal("guard", signal.SIGKILL),
+        (),
+    ),
+    "gateway-and-controller-killed": _killed_together("robot_gateway", "controller", "boot"),
+    "gateway-and-planner-killed": _killed_together("robot_gateway", "planner", "boot"),
+    "controller-and-perception-killed": _killed_together(
+        "controller", "perception", "silence", "new_writer"
+    ),
     "controller-raises": _raised("controller", "silence", "new_writer"),
     "gateway-raises": _raised("robot_gateway", "boot"),
     "perception-raises": _raised("perception", "writer_holds", effect=BLIND_TIME),
@@ -206,7 +235,7 @@ CASES: dict[str, FaultCase] = {
     ),
     "arm-frozen": _frozen("emulator", "lost_link", point_in_flight=True),
     "line-cut": FaultCase("line: every connection closed", _command_line("cut"), ("lost_link",)),
-    "line-blocked": _line("blocked", "nothing passes for 1 s", "lost_link"),
+    "line-blocked": _line("blocked", "nothing passes", "lost_link"),
     "line-delayed": _line("delayed", "200 ms late, both ways", "lost_link", "tracking"),
     "line-fragmented": _line("fragmented", "in pieces of 1 to 300 bytes"),
     "line-corrupted": _line(
@@ -224,7 +253,7 @@ CASES: dict[str, FaultCase] = {
         duration=2.5,
     ),
     "router-frozen": FaultCase(
-        "router: SIGSTOP for 1 s",
+        "router: SIGSTOP",
         _send("router", signal.SIGSTOP),
         ("silence",),
         repair=_send("router", signal.SIGCONT),

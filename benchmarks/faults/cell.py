@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -75,6 +77,8 @@ class FaultCell:
         self._own_boot = ""
         """Boot id of the cell's gateway, once another one may speak; empty before."""
         self._other_heard = False
+        self._button: threading.Thread | None = None
+        self._button_held = False
         self.start_stack()
 
     # Connection
@@ -119,14 +123,15 @@ class FaultCell:
         """Send a signal to a process.
 
         Args:
-            name: A service, `router`, `lariat` (the launcher) or `emulator`.
+            name: A service, `router`, `lariat` (the launcher), `emulator` or `guard`: the gateway's
+                guard of its last arm.
             number: The signal.
         """
         pid = self.processes.pid(name)
         if pid is None:
             self.update()
-            pid = self._service_pids[name]
-        os.kill(pid, number)
+            pid = guards_of(self._service_pids["robot_gateway"])[-1] if name == "guard" else None
+        os.kill(pid or self._service_pids[name], number)
 
     def slow_down(self, name: str, seconds: float) -> None:
         """Freeze a process for half of the time.
@@ -261,6 +266,27 @@ class FaultCell:
             a.driver != "cr5" or a.mode in ("idle", "running") for a in self.arms.arms
         )
 
+    def hold_approach_button(self) -> None:
+        """Begin an approach to the start and hold its button until it is released."""
+        away = lambda: self.arms.needs_approach  # noqa: E731
+        self.wait_until(away, STOP_TIMEOUT, "the arm is at the start")
+        self._button_held = True
+        shown = self.client.newest_arm_state()
+
+        def hold() -> None:
+            with contextlib.suppress(RequestFailed):
+                approach(self.client, shown, shown.approach_distance, lambda: self._button_held)
+
+        self._button = threading.Thread(target=hold, name="approach button")
+        self._button.start()
+
+    def release_approach_button(self) -> None:
+        """Release the button of the approach, if it is held."""
+        self._button_held = False
+        if self._button is not None:
+            self._button.join()
+            self._button = None
+
     def replace_arm(self, silence: str) -> None:
         """Replace the observed arm, at the scenario's start.
 
@@ -282,6 +308,10 @@ class FaultCell:
         """Acknowledge a hold or fault, resume, and wait until the arms are ready."""
         if self.arms.needs_acknowledgement:
             self.client.command_arms(ArmCommand.ACKNOWLEDGE)
+        if self.client.newest_arm_state().needs_approach:
+            # A stop on the way to the start is left by another approach only.
+            self.arm()
+            return
         deadline = time.monotonic() + ENABLE_TIMEOUT
         while True:
             try:
@@ -313,6 +343,12 @@ class FaultCell:
             TaskRequest.SET_GOAL, goal=goal_message(self.scenario, shape, self.client)
         )
         self.client.request_task(TaskRequest.START)
+
+    def go_to_goal(self) -> None:
+        """Start a run to the scenario's goal, and wait until it is reached."""
+        self._goal = 1
+        self.start_motion()
+        self.wait_until_reached()
 
     def end_run(self) -> None:
         """End the run, if there is one."""
@@ -366,3 +402,10 @@ class FaultCell:
 
     def _task_is(self, state: int) -> bool:
         return self.task_state is not None and self.task_state.state == state
+
+
+def guards_of(gateway: int) -> list[int]:
+    """Return the ids of the guards that a gateway's process has started, the oldest first."""
+    children = Path(f"/proc/{gateway}/task/{gateway}/children").read_text(encoding="ascii")
+    pids = [int(pid) for pid in children.split()]
+    return [p for p in pids if b"guard_process" in Path(f"/proc/{p}/cmdline").read_bytes()]

@@ -33,9 +33,15 @@ GATEWAY_TIMEOUT = 10.0
 RESTART_TIMEOUT = 60.0
 """Time limit for a process to be restarted [s]."""
 
-Phase = Literal["moving", "disarmed", "armed", "held", "reached"]
-"""Phase of operation in which a fault is injected: a motion; disarmed; armed, without a run; held
-by a person in the middle of a run; after the goal has been reached."""
+APPROACH_SPEED = 0.03
+"""Speed of the gripper above which the fault is injected during an approach [m/s]."""
+
+Phase = Literal["moving", "approaching", "disarmed", "armed", "held", "reached"]
+"""Phase of operation in which a fault is injected: a motion; an approach, whose button stays held;
+disarmed; armed, without a run; held by a person in the middle of a run; after the goal has been
+reached."""
+RESTING_PHASES: tuple[Phase, ...] = ("disarmed", "armed", "held", "reached")
+"""Phases in which the arm rests."""
 
 RESUMPTION_WORDS = {
     "by itself": "by itself",
@@ -80,13 +86,16 @@ class FaultResult:
     """Promises that were not kept; empty when ok."""
 
 
-def run_trial(cell: FaultCell, name: str, phase: Phase = "moving") -> FaultResult:
+def run_trial(
+    cell: FaultCell, name: str, phase: Phase = "moving", seconds: float | None = None
+) -> FaultResult:
     """Inject one fault, repair it, resume, and reach the goal.
 
     Args:
         cell: The cell, armed.
         name: Name in `CASES`.
         phase: Phase of operation in which the fault is injected.
+        seconds: Time until the fault is repaired [s]; None: that of the case.
 
     Raises:
         DeadlineMissed: The phase was not reached.
@@ -100,6 +109,7 @@ def run_trial(cell: FaultCell, name: str, phase: Phase = "moving") -> FaultResul
     except (DeadlineMissed, RequestFailed) as error:
         # An overloaded machine stops the cell too; the operator acknowledges and tries again.
         print(f"{name}: {error}; trying again", file=sys.stderr)
+        cell.release_approach_button()
         cell.update()
         if cell.arms.needs_acknowledgement:
             cell.acknowledge()
@@ -108,11 +118,12 @@ def run_trial(cell: FaultCell, name: str, phase: Phase = "moving") -> FaultResul
     cell.notes.clear()
     begun = cell.now()
     effect = case.inject(cell) or begun + case.effect
-    observe(cell, effect + case.duration)
+    observe(cell, effect + (seconds or case.duration))
     states = list(cell.states)
-    if case.stack_ends:
-        cell.disconnect()
     ended = cell.now()
+    if case.stack_ends:
+        cell.release_approach_button()
+        cell.disconnect()
     if case.repair and not case.persists:
         case.repair(cell)
     repaired, count = cell.now(), len(cell.states)
@@ -123,7 +134,11 @@ def run_trial(cell: FaultCell, name: str, phase: Phase = "moving") -> FaultResul
             lambda: len(cell.states) > count, GATEWAY_TIMEOUT, "the gateway publishes nothing"
         )
     states += [s for s in cell.states if s not in states[-1:]]
+    approached = phase == "approaching" and cell.arms.may_move
+    cell.release_approach_button()
     cause, noticed, reason = _reported_cause(states, effect, case.causes)
+    if cause and case.keeps_up:
+        effect += noticed or 0.0
     resumed, reached, failure, further_holds = "", False, "", 0
     consent = cell.now()
     try:
@@ -134,7 +149,7 @@ def run_trial(cell: FaultCell, name: str, phase: Phase = "moving") -> FaultResul
         consent = cell.now()
         resumed = _resume(cell)
         if cell.task_state is None or cell.task_state.state != RUNNING:
-            cell.start_motion(new_goal=phase not in ("moving", "held"))
+            cell.start_motion(new_goal=phase in ("disarmed", "armed", "reached"))
         further_holds = cell.wait_until_reached()
         reached = True
     except (DeadlineMissed, RequestFailed) as error:
@@ -143,12 +158,13 @@ def run_trial(cell: FaultCell, name: str, phase: Phase = "moving") -> FaultResul
         case.repair(cell)
     log = cell.joint_log()
     braking = rest = None
-    if phase != "moving":
+    if phase in RESTING_PHASES:
         drift = log.moved(begun, consent)
     else:
         braking = log.braking_after(effect, ended) if cause else None
         rest = log.rest_after(effect, ended) if cause else None
-        drift = _drift(log, effect, rest, consent) if resumed != "by itself" else 0.0
+        moves = resumed == "by itself" or approached
+        drift = 0.0 if moves else _drift(log, effect, rest, consent)
     failures = [failure] if failure else []
     if case.complains and not cell.notes.get(case.complains):
         failures.append(f"{case.complains} states no problem")
@@ -181,11 +197,12 @@ def _broken_promises(
     resumed: str,
 ) -> Iterator[str]:
     """Yield the promises of docs/concepts/safety.md that a trial breaks."""
-    if phase != "moving":
+    if phase in RESTING_PHASES:
         if drift > SETTLING_TOLERANCE:
             yield f"a joint of the resting arm moved by {drift:.4f} rad before the operator agreed"
         return
-    if cause not in (case.causes or ("",)):
+    # An approach needs neither controller nor camera.
+    if phase == "moving" and cause not in (case.causes or ("",)):
         yield f"cause {cause or 'none'} instead of {' or '.join(case.causes) or 'none'}"
     if case.promised and braking is not None and braking > BRAKING_TIME_LIMIT:
         yield f"braking began after {1e3 * braking:.0f} ms"
@@ -193,8 +210,10 @@ def _broken_promises(
     in_flight = SERVO_POINT_DURATION * joint_speed if case.point_in_flight else 0.0
     if drift > in_flight + SETTLING_TOLERANCE:
         yield f"a joint moved by {drift:.4f} rad before the operator agreed"
-    if cause in STOP_CAUSES and not resumed.startswith(
-        RESUMPTION_WORDS[STOP_CAUSES[cause].resumes]
+    if (
+        phase == "moving"
+        and cause in STOP_CAUSES
+        and not resumed.startswith(RESUMPTION_WORDS[STOP_CAUSES[cause].resumes])
     ):
         yield f"resumed {resumed} instead of {STOP_CAUSES[cause].resumes}"
 
@@ -210,6 +229,12 @@ def _enter(cell: FaultCell, phase: Phase) -> None:
         case "moving":
             cell.start_motion()
             cell.wait_until_fast(INJECTION_SPEED)
+        case "approaching":
+            cell.go_to_goal()
+            cell.end_run()
+            cell.disarm()
+            cell.hold_approach_button()
+            cell.wait_until_fast(APPROACH_SPEED)
         case "held":
             cell.start_motion()
             cell.wait_until_fast(INJECTION_SPEED)
@@ -222,7 +247,7 @@ def _enter(cell: FaultCell, phase: Phase) -> None:
         case "disarmed":
             cell.end_run()
             cell.disarm()
-    if phase != "moving":
+    if phase in RESTING_PHASES:
         observe(cell, cell.now() + OBSERVATION_TIME)
 
 

@@ -123,6 +123,12 @@ class HostileLink:
         """Advance the arm to the time of a step [ns]."""
         self._link.advance(now)
 
+    def guard(self, stream: ByteStream | None, commands: tuple[str, str], moving: bool) -> None:
+        """Do nothing: the arm and the gateway are one process."""
+
+    def close(self) -> None:
+        """Do nothing: there is no guard."""
+
 
 class HostileStream:
     """Connection to one port that changes what it receives."""

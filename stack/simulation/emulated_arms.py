@@ -75,6 +75,12 @@ class MemoryLink:
         """Advance the arm to the time of a step [ns]."""
         self.emulator.advance_to(now * 1e-9)
 
+    def guard(self, stream: ByteStream | None, commands: tuple[str, str], moving: bool) -> None:
+        """Do nothing: the arm and the gateway are one process."""
+
+    def close(self) -> None:
+        """Do nothing: there is no guard."""
+
 
 def emulated_links(scenario: Scenario, first_step: int) -> dict[Side, MemoryLink]:
     """Return a link to an emulated arm for each CR5 of a scenario, at the scenario's start.

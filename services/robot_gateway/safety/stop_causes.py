@@ -121,7 +121,7 @@ STOP_CAUSES: dict[str, StopCause] = {
     ),
     "stalled": StopCause(
         "the gateway was suspended for more than 100 ms",
-        "at the first tick after",
+        "at the first tick after; the guard of a moving CR5 stops it after 100 ms",
         "by the arm",
         "after acknowledgement",
         "the pose is read; the rest of the old motion is never sent",
@@ -152,7 +152,7 @@ STOP_CAUSES: dict[str, StopCause] = {
     ),
     "alarm": StopCause(
         "the arm reports an alarm, a collision, an emergency stop, power off, a blocked queue or "
-        "another operator",
+        "another operator; its guard has stopped it",
         "from its feedback, 8 ms",
         "by the arm",
         "after acknowledgement",
@@ -167,11 +167,11 @@ STOP_CAUSES: dict[str, StopCause] = {
         "lost_link",
     ),
     "gateway_dies": StopCause(
-        "the gateway process dies or its machine stops",
-        "not detected: no watchdog of the CR5 is documented",
-        "undocumented",
+        "the gateway process dies",
+        "at once, by the guard of a CR5",
+        "by the arm",
         "after arming",
-        "at most one servo point is in flight; the arm's reaction is not documented",
+        "the guard takes the arm's power; the next gateway is armed by a person",
     ),
 }
 

@@ -30,6 +30,7 @@ from services.robot_gateway.drivers.cr5.outliers import OutlierFilter
 from services.robot_gateway.drivers.cr5.power_sequences import (
     IN_ALARM,
     STARTING,
+    STOP_COMMANDS,
     UNPOWERED_MODES,
     EnableSettings,
     disable_steps,
@@ -219,6 +220,7 @@ class Cr5Client:
     def shut_down(self) -> None:
         """Close the connection."""
         self._connection.close()
+        self._link.close()
 
     # Stepping
 
@@ -226,6 +228,12 @@ class Cr5Client:
         """Read, update the state, and write what is due. Args: now: [ns]."""
         self._now = now
         self._link.advance(now)
+        self._step(now)
+        stream = self._connection.streams.get(COMMAND_PORT) if self.phase == "online" else None
+        moving = self.feedback is not None and not self._at_rest()
+        self._link.guard(stream, STOP_COMMANDS[self.firmware or "v4"], moving)
+
+    def _step(self, now: int) -> None:
         if self.phase != "online":
             if self._connection.advance(now):
                 self._reset()
@@ -301,6 +309,9 @@ class Cr5Client:
             self._sequence.answer(reply)
             if reply.error and not self.busy:
                 self.refusal = f"{reply.echo}: {reply.words}"
+        elif self.enabled and reply.echo in STOP_COMMANDS[self.firmware or "v4"]:
+            self.control_lost = "its guard has stopped it: the gateway was suspended while it moved"
+            self.enabled = False
         elif reply.echo.lower().startswith("servoj") and reply.error in (-10000, -20000):
             # Firmware before 3.5.5 takes no time.
             self.timed_joints = False

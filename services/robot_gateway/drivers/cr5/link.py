@@ -56,3 +56,17 @@ class Link(Protocol):
     def advance(self, now: int) -> None:
         """State the time of the current step [ns]; a simulated device is stepped up to it."""
         ...
+
+    def guard(self, stream: ByteStream | None, commands: tuple[str, str], moving: bool) -> None:
+        """Report a step to who stops the device when steps cease; a simulated one needs nobody.
+
+        Args:
+            stream: Stream that takes the commands; None while there is none.
+            commands: Command that stops the device, and the one that takes its power.
+            moving: Whether the device moves.
+        """
+        ...
+
+    def close(self) -> None:
+        """End the guard, in an orderly way."""
+        ...

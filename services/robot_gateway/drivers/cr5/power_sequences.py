@@ -24,6 +24,11 @@ IDLE_TIMEOUT = 3.0
 """Time limit from the last setting until the arm is idle [s]."""
 STARTING, NO_POWER, DISABLED, IDLE, HAND_GUIDED, IN_ALARM = 1, 3, 4, 5, 6, 9
 """Values of RobotMode, as in `shared.cr5.alarms.MODE_TEXTS`."""
+STOP_COMMANDS: dict[Literal["v3", "v4"], tuple[str, str]] = {
+    "v3": ("ResetRobot()", "DisableRobot()"),
+    "v4": ("Stop()", "DisableRobot()"),
+}
+"""Command that stops any motion, and the one that takes the power, by version of the protocol."""
 UNPOWERED_MODES = (NO_POWER, DISABLED)
 """Modes in which the drives are off and the brakes on."""
 
@@ -62,7 +67,7 @@ def enable_steps(
         yield Request("EmergencyStop(0)")
     if mode() not in FOLLOWING_MODES:
         yield Request("ClearError()")
-    yield Request("ResetRobot()" if firmware == "v3" else "Stop()")
+    yield Request(STOP_COMMANDS[firmware or "v4"][0])
     if mode() == HAND_GUIDED:
         yield Request("StopDrag()")
     if mode() in (STARTING, NO_POWER, IN_ALARM):
@@ -110,9 +115,9 @@ def disable_steps(
         describe: Returns the present RobotMode in words.
     """
     # An error is fine: whatever ran, the drives are disabled next.
-    yield Request("ResetRobot()" if firmware == "v3" else "Stop()")
+    yield Request(STOP_COMMANDS[firmware or "v4"][0])
     yield WaitUntil(at_rest, REST_TIMEOUT)
-    reply = yield Request("DisableRobot()")
+    reply = yield Request(STOP_COMMANDS[firmware or "v4"][1])
     if not (yield WaitUntil(drives_off, DISABLE_TIMEOUT)):
         words = f", {reply.words}" if isinstance(reply, Reply) and reply.error else ""
         return f"still powered after DisableRobot: {describe()}{words}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import errno
 import os
 import socket
@@ -10,6 +11,7 @@ import struct
 import time
 
 from services.robot_gateway.drivers.cr5.link import ByteStream, StreamState
+from services.robot_gateway.stop_guard.stop_guard import StopGuard
 from shared.configuration import ConfigurationError
 
 SEND_DEADLINE = 50_000_000
@@ -20,6 +22,8 @@ READ_SIZE = 65536
 """Largest read from a socket [bytes]."""
 READS_PER_STEP = 64
 """Largest number of reads from one socket in one step."""
+UNSPECIFIED_ADDRESS = bytes(16)
+"""Socket address of family AF_UNSPEC: connecting to it dissolves a connection, connect(2)."""
 
 
 class TcpLink:
@@ -52,6 +56,7 @@ class TcpLink:
         self._host = str(address[0])
         self._now: int | None = None
         self._clock_offset = 0
+        self._guard = StopGuard()
 
     def open(self, port: int) -> ByteStream:
         return TcpStream(self._host, port, self)
@@ -61,6 +66,13 @@ class TcpLink:
         offset = time.monotonic_ns() - now
         self._clock_offset = offset if self._now is None else min(self._clock_offset, offset)
         self._now = now
+
+    def guard(self, stream: ByteStream | None, commands: tuple[str, str], moving: bool) -> None:
+        connection = stream.socket if isinstance(stream, TcpStream) else None
+        self._guard.report(connection, commands, moving)
+
+    def close(self) -> None:
+        self._guard.close()
 
     @property
     def overdue(self) -> bool:
@@ -80,10 +92,10 @@ class TcpStream:
         self._state: StreamState = "opening"
         self._reason = ""
         self._unsent = b""
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-        self._socket.setblocking(False)
-        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        code = self._socket.connect_ex((host, port))
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        self.socket.setblocking(False)
+        self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        code = self.socket.connect_ex((host, port))
         if code not in (0, errno.EINPROGRESS):
             self._fail(os.strerror(code).lower())
 
@@ -102,7 +114,7 @@ class TcpStream:
             return
         self._unsent += data
         try:
-            sent = self._socket.send(self._unsent)
+            sent = self.socket.send(self._unsent)
             self._unsent = self._unsent[sent:]
         except BlockingIOError:
             if len(self._unsent) > SEND_BUFFER_LIMIT:
@@ -116,7 +128,7 @@ class TcpStream:
         parts = []
         try:
             while len(parts) < READS_PER_STEP:
-                data = self._socket.recv(READ_SIZE)
+                data = self.socket.recv(READ_SIZE)
                 if not data:
                     self._fail("closed by the other side")
                     break
@@ -129,27 +141,31 @@ class TcpStream:
 
     def close(self) -> None:
         with contextlib.suppress(OSError):
-            self._socket.shutdown(socket.SHUT_RDWR)
-        self._socket.close()
+            self.socket.shutdown(socket.SHUT_RDWR)
+        self.socket.close()
         self._state = "closed"
 
     def abort(self) -> None:
         if self._state != "closed":
-            # With a linger time of zero, close sends a reset and discards the send buffer.
-            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
-            self._socket.close()
+            # With a linger time of zero, the end of the connection sends a reset and discards the
+            # send buffer. It must end here, though the guard holds a copy of the socket.
+            self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            ctypes.CDLL(None).connect(
+                self.socket.fileno(), UNSPECIFIED_ADDRESS, len(UNSPECIFIED_ADDRESS)
+            )
+            self.socket.close()
         self._state = "closed"
 
     def _check_connected(self) -> None:
         try:
-            self._socket.getpeername()
+            self.socket.getpeername()
             self._state = "open"
         except OSError:
-            code = self._socket.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
+            code = self.socket.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
             if code:
                 self._fail(os.strerror(code).lower())
 
     def _fail(self, reason: str) -> None:
         self._reason = f"{self._address}: {reason}"
         self._state = "closed"
-        self._socket.close()
+        self.socket.close()

@@ -157,6 +157,24 @@ def test_reply_to_another_request_does_not_advance_a_sequence() -> None:
     assert not line.client.enabled
 
 
+@pytest.mark.parametrize(("firmware", "stop"), [("v3", "ResetRobot()"), ("v4", "Stop()")])
+def test_arm_that_its_guard_has_stopped_must_be_enabled_again(firmware: str, stop: str) -> None:
+    line = Line(firmware=firmware)
+    line.run(0.1)
+    line.client.enable()
+    line.run(1.0)
+    assert line.client.enabled
+    # Over the same connection, but not by this client.
+    line.client._connection.streams[29999].send(stop.encode())
+    line.run(0.1)
+    assert not line.client.enabled
+    assert "guard" in line.client.control_lost
+    line.client.enable()
+    line.run(1.0)
+    assert line.client.enabled
+    assert not line.client.control_lost
+
+
 def test_shut_down_closes_every_port() -> None:
     line = Line()
     line.run(0.1)

@@ -33,13 +33,24 @@ class ObstacleScene:
             starts: First ends of the lines [m].
             ends: Other ends of the lines [m].
         """
+        return np.asarray(self.line_distances(starts, ends) < 0.0)
+
+    def line_distances(
+        self, starts: Float64[np.ndarray, "m 3"], ends: Float64[np.ndarray, "m 3"]
+    ) -> Float64[np.ndarray, "m s"]:
+        """Return the distances of straight lines from the bounding spheres of the solids [m].
+
+        Args:
+            starts: First ends of the lines [m].
+            ends: Other ends of the lines [m].
+        """
         if not len(self.radii):
-            return np.zeros((len(starts), 0), dtype=bool)
+            return np.zeros((len(starts), 0))
         line = (ends - starts)[:, None]
         offset = self.centres - starts[:, None]
         along = np.sum(offset * line, axis=-1) / np.maximum(np.sum(line * line, axis=-1), 1e-12)
         nearest = offset - np.clip(along, 0.0, 1.0)[..., None] * line
-        return np.asarray(np.sum(nearest * nearest, axis=-1) < self.radii**2)
+        return np.sqrt(np.sum(nearest * nearest, axis=-1)) - self.radii
 
     def at(self, points: Float64[np.ndarray, "m 3"]) -> list[Obstacle]:
         """Return the half spaces, and the solids whose bounding spheres hold one of some points."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -10,18 +9,15 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from lariat.geometry.obstacles import Obstacle, segment_distance
+from shared.constraints.known_paths import MAX_CHECKED_SOLIDS, KnownPaths
 from shared.constraints.obstacle_scene import ObstacleScene
 from shared.constraints.shortest_path import PathSearch, ShortPath, joined
 
-KEPT_PATHS = 32
-"""Number of paths that are remembered."""
 MIN_AHEAD_SLACK = 0.08
 """Slack below which a path is searched before the known ones do not suffice any more [m]: a search
 takes some 0.2 s."""
 MIN_LOOSENESS = 0.01
 """Excess of a bound over the path that it follows from, below which none is searched ahead [m]."""
-MAX_CHECKED_SOLIDS = 8
-"""Solids that one evaluation checks against straight lines, some 0.2 ms each."""
 MAX_JOINS = 2
 """Poses of one evaluation whose ends are joined to a remembered path, for some 1 ms each."""
 SEARCH_STEPS = 10
@@ -32,8 +28,8 @@ a few times."""
 class RopeLengthConstraint:
     """Length of the shortest path round the obstacles between the grips.
 
-    Paths are expensive, so a few are remembered: a path grows by no more than its ends move, so
-    that each known one bounds the length for all poses nearby. Where they do not suffice, another
+    Paths are expensive, so a few are remembered, each of which bounds the length for all poses
+    nearby (`KnownPaths`). Where they do not suffice, another
     one is searched, a few steps at every evaluation. Until it is found, what is not known to be
     short enough counts as too long.
     """
@@ -45,8 +41,7 @@ class RopeLengthConstraint:
             max_length: Longest permitted path between the grips [m].
         """
         self.max_length = max_length
-        self._scene = ObstacleScene()
-        self._paths: deque[ShortPath] = deque(maxlen=KEPT_PATHS)
+        self._paths = KnownPaths()
         self._search: PathSearch | None = None
         self._steps = SEARCH_STEPS
         self._joined = False
@@ -67,10 +62,12 @@ class RopeLengthConstraint:
         """Take another scene, and forget the paths that new or moved obstacles cut."""
         if scene.obstacles == self._scene.obstacles:
             return
-        new = set(scene.obstacles) - set(self._scene.obstacles)
-        kept = (path for path in self._paths if all(path.avoids(obstacle) for obstacle in new))
-        self._scene, self._search = scene, None
-        self._paths = deque(kept, maxlen=KEPT_PATHS)
+        self._search = None
+        self._paths.replace_scene(scene)
+
+    @property
+    def _scene(self) -> ObstacleScene:
+        return self._paths.scene
 
     def slack(
         self, positions: Float64[np.ndarray, "m 2 3"], distances: Float64[np.ndarray, "m"]
@@ -91,20 +88,20 @@ class RopeLengthConstraint:
         if not np.any(self._scene.touched(positions[:, 0], positions[:, 1])):
             return distances
         steps = self._steps
-        lengths, looseness = self._upper_bounds(positions)
+        lengths, looseness = self._paths.upper_bounds(positions)
         exact = np.zeros(len(positions), dtype=bool)
         far = np.flatnonzero(lengths > self.max_length)
         exact[far] = self._are_straight(positions[far])
         lengths[exact] = distances[exact]
         if exact.any():
             # A search for poses nearby begins with it.
-            self._paths.append(ShortPath.straight(positions[np.flatnonzero(exact)[-1]]))
+            self._paths.add(ShortPath.straight(positions[np.flatnonzero(exact)[-1]]))
         joins = MAX_JOINS
         while np.any(unsure := ~exact & (lengths > self.max_length)):
             worst = int(np.argmax(np.where(unsure, lengths, -np.inf)))
             joins -= 1
             if joins >= 0 and self._join(positions[worst]):
-                bounds, looseness = self._upper_bounds(positions)
+                bounds, looseness = self._paths.upper_bounds(positions)
                 lengths = np.minimum(lengths, bounds)
                 continue
             found, steps = self._advance_search(positions[worst], steps)
@@ -116,7 +113,7 @@ class RopeLengthConstraint:
                     lengths[0] = self.max_length
                 break
             exact |= np.all(positions == found.ends, axis=(1, 2))
-            bounds, looseness = self._upper_bounds(positions)
+            bounds, looseness = self._paths.upper_bounds(positions)
             lengths = np.minimum(lengths, bounds)
             if worst > 0 and exact[worst] and lengths[worst] > self.max_length:
                 break
@@ -142,11 +139,11 @@ class RopeLengthConstraint:
 
     def _join(self, ends: Float64[np.ndarray, "2 3"]) -> bool:
         """Remember the nearest path joined to other ends, if it is short enough then."""
-        nearest = self._nearest_path(ends)
+        nearest = self._paths.nearest(ends)
         found = None if nearest is None else joined(nearest, ends, self._scene)
         if found is None or found.length > self.max_length:
             return False
-        self._paths.append(found)
+        self._paths.add(found)
         self._joined = True
         return True
 
@@ -161,18 +158,13 @@ class RopeLengthConstraint:
         """
         if self._search is None:
             self._search = PathSearch(
-                ends[0], ends[1], self._reachable(ends), self._nearest_path(ends), self.max_length
+                ends[0], ends[1], self._reachable(ends), self._paths.nearest(ends), self.max_length
             )
         found, steps = self._search.advance(steps)
         if found is not None:
             self._search, self._joined = None, False
-            self._paths.append(found)
+            self._paths.add(found)
         return found, steps
-
-    def _nearest_path(self, ends: Float64[np.ndarray, "2 3"]) -> ShortPath | None:
-        """Return the searched path whose ends are nearest; None where there is none."""
-        found = (p for p in self._paths if p.points is not None and p.contracted)
-        return min(found, key=lambda p: float(np.linalg.norm(p.ends - ends)), default=None)
 
     def _reachable(self, ends: Float64[np.ndarray, "2 3"]) -> list[Obstacle]:
         """Return the obstacles that a path of the permitted length may touch."""
@@ -182,16 +174,3 @@ class RopeLengthConstraint:
         detours = np.linalg.norm(ends[:, None] - scene.centres, axis=-1).sum(axis=0)
         near = np.flatnonzero(detours - 2.0 * scene.radii <= self.max_length)
         return [*scene.half_spaces, *(scene.solids[k] for k in near)]
-
-    def _upper_bounds(
-        self, positions: Float64[np.ndarray, "m 2 3"]
-    ) -> tuple[Float64[np.ndarray, "m"], Float64[np.ndarray, "m"]]:
-        """Return upper bounds from the remembered paths, and what the ends' motion adds to them."""
-        if not self._paths:
-            return np.full(len(positions), np.inf), np.full(len(positions), np.inf)
-        ends = np.array([path.ends for path in self._paths])
-        lengths = np.array([path.length for path in self._paths])
-        moved = np.linalg.norm(positions[:, None] - ends, axis=-1).sum(axis=-1)
-        nearest = np.argmin(lengths + moved, axis=1)
-        added = moved[np.arange(len(moved)), nearest]
-        return lengths[nearest] + added, added

@@ -176,3 +176,28 @@ def test_straight_lines_through_a_slit_are_known_without_a_search(searches: list
     ends = [[[0.0, y - 0.215, 0.4], [0.0, y + 0.215, 0.4]] for y in way]
     np.testing.assert_allclose(hurried_slack(constraint, np.array(ends)), 0.02, atol=1e-9)
     assert not searches
+
+
+def test_path_known_on_one_side_of_an_obstacle_bounds_nothing_on_the_other() -> None:
+    constraint = RopeLengthConstraint(0.55)
+    constraint.replace_scene(ObstacleScene([POST, BESIDE]))
+    before = np.array([[[0.0, -0.12, 0.3], [0.0, -0.4, 0.3]]])
+    behind = np.array([[[0.0, 0.12, 0.3], [0.0, -0.4, 0.3]]])
+    length = shortest_path_length(*behind[0], [POST])
+    assert 0.56 < length < 0.62
+    # It is remembered: the obstacle's bounding sphere is in the way, the obstacle is not.
+    assert slack(constraint, before)[0] == pytest.approx(0.27)
+    for positions in (behind, np.concatenate([before, behind])):
+        assert slack(constraint, positions)[-1] == pytest.approx(0.55 - length, abs=1e-3)
+
+
+def test_path_searched_from_an_end_inside_an_obstacle_bounds_nothing_outside() -> None:
+    constraint = RopeLengthConstraint(0.65)
+    constraint.replace_scene(ObstacleScene([POST]))
+    inside = np.array([[[-0.09, 0.0, 0.3], [0.3, 0.0, 0.3]]])
+    # Through the obstacle, which is ignored: an end inside breaks another rule.
+    assert slack(constraint, inside)[0] == pytest.approx(0.26)
+    outside = grips(0.33)
+    length = shortest_path_length(*outside[0], [POST])
+    assert length > 0.65
+    assert slack(constraint, outside)[0] == pytest.approx(0.65 - length, abs=1e-3)

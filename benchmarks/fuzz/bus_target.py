@@ -70,7 +70,7 @@ class BusTarget:
         arrived = 0
         try:
             while arrived < count and time.monotonic() < deadline:
-                totals.accepted += len(self._everything.take())
+                totals.accepted += sum(1 for _ in self._everything.take())
                 for subscription in self._subscriptions:
                     subscription.take()
                 arrived = self._everything.refused + totals.accepted - before

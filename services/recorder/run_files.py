@@ -38,6 +38,8 @@ RETRY_PERIOD = 10 * SECOND
 """Time between two attempts to open a file [ns]."""
 MAX_PRE_ROLL_SIZE = 2**28
 """Largest size of the messages that wait [bytes]."""
+LARGE_MESSAGE = 2**16
+"""Size from which a message, an image, is left out by a recorder that falls behind [bytes]."""
 MAX_STEP_SIZE = 2**22
 """Size of the messages that one step writes to a file [bytes]; a run's first steps write its
 pre-roll."""
@@ -70,6 +72,8 @@ class RunFiles:
         """Name of the run in the file; empty while the cell is idle."""
         self.failure = ""
         """Reason why nothing is recorded; empty while a file is open."""
+        self.lost = 0
+        """Number of messages of runs that were left out, since too many waited."""
 
     @property
     def writer(self) -> Writer | None:
@@ -77,7 +81,18 @@ class RunFiles:
         return self._writer
 
     def put(self, message: QueuedMessage) -> None:
-        """Take a message, which is written by a later `tick`."""
+        """Take a message, which is written by a later `tick`.
+
+        Images are left out first where too many messages of a run wait.
+        """
+        size = len(message.payload)
+        if (
+            self._kind == "run"
+            and size >= LARGE_MESSAGE
+            and self._pre_roll.size + size > MAX_PRE_ROLL_SIZE
+        ):
+            self.lost += 1
+            return
         self._pre_roll.put(message)
 
     def take_task(self, task: TaskState, now: int) -> None:
@@ -145,8 +160,7 @@ class RunFiles:
             # Without a file the messages of the last seconds wait for one.
             if self._writer is not None:
                 self._write(self._pre_roll.take_oldest(MAX_STEP_SIZE), now)
-            for _ in self._pre_roll.take_older(0, MAX_PRE_ROLL_SIZE):
-                pass
+            self.lost += sum(1 for _ in self._pre_roll.take_older(0, MAX_PRE_ROLL_SIZE))
             return
         since = now - round(self._settings.pre_roll * SECOND)
         self._write_thinned(self._pre_roll.take_older(since, MAX_PRE_ROLL_SIZE), now)

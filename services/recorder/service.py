@@ -141,7 +141,7 @@ class RecorderService:
                     file=file,
                     bytes=writer.bytes if writer else 0,
                     messages=writer.messages if writer else 0,
-                    drops=self._drops,
+                    drops=self._drops + self._files.lost,
                     run=run,
                 ),
             )

@@ -14,6 +14,10 @@ from shared.bus.subscription import RawSubscription, Subscription
 from shared.clock import Clock, SystemClock
 from shared.topics import Topic
 
+ALL_CAPACITY = 2048
+"""Number of unread messages of all topics that are kept: seconds of a cell, with its images about
+100 MB."""
+
 
 @contextmanager
 def open(
@@ -70,7 +74,7 @@ class Bus:
         """
         return Subscription(self._session, topic, self._clock, own)
 
-    def subscribe_all(self, capacity: int = 8192) -> RawSubscription:
+    def subscribe_all(self, capacity: int = ALL_CAPACITY) -> RawSubscription:
         """Return a subscription to the future messages of all topics.
 
         Args:

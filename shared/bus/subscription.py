@@ -95,9 +95,10 @@ class RawSubscription(_Door):
         super().__init__(session, "**", capacity, clock)
         self._topics: dict[str, Topic] = {}
 
-    def take(self) -> list[RawMessage]:
-        """Return the messages since the last call, in order of arrival."""
-        return [raw for raw in self._arrived() if self._is_valid(raw)]
+    def take(self) -> Iterator[RawMessage]:
+        """Yield the messages since the last call, in order of arrival."""
+        # One at a time: images that wait in a list would take as much memory as the ring.
+        return (raw for raw in self._arrived() if self._is_valid(raw))
 
     def _is_valid(self, raw: RawMessage) -> bool:
         topic = self._topics.get(raw.key)

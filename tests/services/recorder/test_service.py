@@ -160,6 +160,24 @@ def test_state_counts_recorded_and_lost_messages(tmp_path: Path):
     assert Path(state.file).exists()
 
 
+def test_images_are_left_out_and_counted_where_too_many_wait(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr("services.recorder.run_files.MAX_PRE_ROLL_SIZE", 2**21)
+    cell = Cell(tmp_path)
+    cell.live(1.0, RUNNING, "run-1")
+    color, image = topics.CAMERA_COLOR.at("overhead"), CompressedImage(data=bytes(2**19))
+    for _ in range(8):
+        cell.hear(color, image)
+        cell.hear(topics.ROPE_NODES, NodeChain(stamp=1))
+    cell.live(2.0, RUNNING, "run-1")
+    cell.recorder.close()
+    (run,) = runs_of(tmp_path)
+    assert len(stamps(run, color.key)) == 3
+    assert len(stamps(run, topics.ROPE_NODES.key)) == 8
+    assert cell.states()[-1].drops == 5
+
+
 def stamps(path: Path, key: str) -> list[float]:
     """Times of a topic's messages since the start of the test [s]."""
     return [(e.log_time - NOW) / SECOND for e in Recording(path).messages([key])]

@@ -27,7 +27,7 @@ from dashboard.panels.parameter_panel import ParameterPanel
 from dashboard.panels.run_plots import RunPlots
 from dashboard.panels.runs.runs_panel import RunsPanel
 from dashboard.panels.scenario.scenario_panel import ScenarioPanel
-from dashboard.scene.legend import legend_html
+from dashboard.scene.legend import COLORINGS, Coloring, legend_html
 from dashboard.scene.scene_setup import initial_viewpoint, set_theme
 from dashboard.scene.scene_view import INITIALLY_HIDDEN, LAYERS, SceneView
 from dashboard.subscriptions import STALE_AGE, latest_with_age, unheard
@@ -148,6 +148,12 @@ class Page:
                     lambda: self._scene.set_layer_visible(layer, event.target.value)
                 )
             )
+        coloring = gui.add_dropdown(
+            "Rope's colour", COLORINGS, hint="What the seen rope's colour is"
+        )
+        coloring.on_update(
+            lambda event: self._actions.put(partial(self._color_rope, event.target.value))
+        )
         frame = gui.add_button(
             "Frame everything", icon=viser.Icon.MAXIMIZE, hint="See start, goal and obstacles whole"
         )
@@ -158,7 +164,11 @@ class Page:
             "Light or dark", icon=viser.Icon.SUN, hint="Switch the colours of this window"
         )
         theme.on_click(lambda event: self._actions.put(partial(self._switch_theme, event.client)))
-        gui.add_html(legend_html())
+        self._legend = gui.add_html(legend_html(coloring.value))
+
+    def _color_rope(self, coloring: Coloring) -> None:
+        self._scene.coloring = coloring
+        self._legend.content = legend_html(coloring)
 
     def _frame_everything(self, client: viser.ClientHandle | None) -> None:
         if client is not None:
@@ -208,6 +218,8 @@ class Page:
                 self._runs.take_motion(fresh.message)
             if fresh := inbox.fresh(topics.RUN_PICTURE):
                 self._runs.take_picture(fresh.message)
+            if fresh := inbox.fresh(topics.RUN_VIDEO):
+                self._runs.take_video(fresh.message)
         # Published rarely: kept until the next drawing.
         for topic in (topics.SCENE_STATE, topics.CONTROLLER_PATH, topics.RUN_RESULT):
             if fresh := inbox.fresh(topic):

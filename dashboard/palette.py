@@ -26,6 +26,10 @@ UNCERTAIN: Color = (226, 74, 74)
 """Perceived rope where its standard deviation is large."""
 UNOBSERVED: Color = (150, 158, 170)
 """Perceived rope where it was estimated without an observation."""
+STRAIGHT: Color = (44, 82, 190)
+"""Perceived rope, coloured by its curvature, where it is straight."""
+BENT: Color = (250, 228, 70)
+"""Perceived rope, coloured by its curvature, where it is bent."""
 OTHER_ROPE: Color = (232, 208, 80)
 """Rope beside the held one."""
 PREDICTION: Color = (30, 130, 255)

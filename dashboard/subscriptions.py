@@ -42,6 +42,7 @@ READS: tuple[Topic, ...] = (
     topics.RUN_CURVES,
     topics.RUN_MOTION,
     topics.RUN_PICTURE,
+    topics.RUN_VIDEO,
     topics.GOAL_LIST,
     topics.STACK_STATE,
     topics.CAMPAIGN_STATE,

@@ -44,6 +44,7 @@ from shared.messages import (
     RunMotion,
     RunPicture,
     RunResult,
+    RunVideo,
     Scene,
     SceneRequest,
     Setpoints,
@@ -219,6 +220,7 @@ RUN_LIST_REQUEST = Topic("run/list_request", RunListRequest, "dashboard", "every
 RUN_CURVES = Topic("run/curves", RunCurves, "recorder", "every", recorded=False)
 RUN_MOTION = Topic("run/motion", RunMotion, "recorder", "latest", recorded=False)
 RUN_PICTURE = Topic("run/picture", RunPicture, "recorder", "latest", large=True, recorded=False)
+RUN_VIDEO = Topic("run/video", RunVideo, "recorder", "latest", large=True, recorded=False)
 GOAL_LIST = Topic("goal/list", GoalList, "recorder", "latest", recorded=False)
 GOAL_LIST_REQUEST = Topic("goal/list_request", GoalListRequest, "dashboard", "every")
 HEALTH = Topic("health/{service}", Health, "every service", "latest")

@@ -6,6 +6,7 @@ from typing import Literal, NamedTuple
 
 from dashboard import palette
 from dashboard.palette import Color
+from dashboard.scene.bending import LEAST_RADIUS
 from dashboard.scene.certainty import UNCERTAIN_SIGMA
 
 Shape = Literal["tube", "beads", "thin tube", "lines", "dashes", "block"]
@@ -20,12 +21,27 @@ class LegendEntry(NamedTuple):
     text: str
 
 
-LEGEND_ENTRIES = (
-    LegendEntry("tube", palette.ROPE, "rope, observed"),
-    LegendEntry(
-        "tube", palette.UNCERTAIN, f"rope, uncertain by {1e3 * UNCERTAIN_SIGMA:.0f} mm or more"
+Coloring = Literal["certainty", "curvature"]
+"""Quantity by which the perceived rope is coloured."""
+COLORINGS: tuple[Coloring, ...] = ("certainty", "curvature")
+"""All of them."""
+ROPE_ENTRIES: dict[Coloring, tuple[LegendEntry, ...]] = {
+    "certainty": (
+        LegendEntry("tube", palette.ROPE, "rope, observed"),
+        LegendEntry(
+            "tube", palette.UNCERTAIN, f"rope, uncertain by {1e3 * UNCERTAIN_SIGMA:.0f} mm or more"
+        ),
+        LegendEntry("tube", palette.UNOBSERVED, "rope, not observed but estimated"),
     ),
-    LegendEntry("tube", palette.UNOBSERVED, "rope, not observed but estimated"),
+    "curvature": (
+        LegendEntry("tube", palette.STRAIGHT, "rope, straight"),
+        LegendEntry(
+            "tube", palette.BENT, f"rope, bent to a radius of {1e3 * LEAST_RADIUS:.0f} mm or less"
+        ),
+    ),
+}
+"""Lines about the perceived rope, by what it is coloured by."""
+LEGEND_ENTRIES = (
     LegendEntry("beads", palette.UNCERTAIN, "beads: two standard deviations about each node"),
     LegendEntry("lines", palette.OTHER_ROPE, "other ropes (grey: remembered)"),
     LegendEntry("thin tube", palette.GOAL, "goal (thinner than the rope)"),
@@ -37,15 +53,19 @@ LEGEND_ENTRIES = (
     LegendEntry("block", palette.OBSTACLE, "obstacle: the rope must not touch it"),
     LegendEntry("block", palette.SUPPORT, "support: the rope may rest on it"),
 )
-"""Lines of the legend."""
+"""Lines below them."""
 
 
-def legend_html() -> str:
-    """HTML of the legend."""
+def legend_html(coloring: Coloring) -> str:
+    """HTML of the legend.
+
+    Args:
+        coloring: Quantity by which the perceived rope is coloured.
+    """
     rows = "".join(
         f"<div style='display:flex;gap:.7em;align-items:center'>{_swatch(e.shape, e.color)}"
         f"<span>{e.text}</span></div>"
-        for e in LEGEND_ENTRIES
+        for e in (*ROPE_ENTRIES[coloring], *LEGEND_ENTRIES)
     )
     return f"<div style='margin:.5em 1em;font-size:.8em;line-height:1.7;opacity:.9'>{rows}</div>"
 

@@ -11,9 +11,11 @@ from jaxtyping import Float64
 from dashboard import palette
 from dashboard.scene import scene_setup
 from dashboard.scene.arm_view import arm_view
+from dashboard.scene.bending import bending_colors
 from dashboard.scene.certainty import bead_radii, certainty_colors
 from dashboard.scene.chain_lines import LinesView, chain_segments, dashed
 from dashboard.scene.gripper_view import GripperView
+from dashboard.scene.legend import Coloring
 from dashboard.scene.obstacle_view import ObstacleView
 from dashboard.scene.other_ropes_view import OtherRopesView
 from dashboard.scene.tube_view import TubeView
@@ -71,6 +73,8 @@ class SceneView:
         self._grippers = {side: GripperView(scene, scenario, side) for side in SIDES}
         self._arms = {side: arm_view(scene, scenario, side) for side in SIDES}
         self._cameras = [scene_setup.add_camera(scene, c) for c in scenario.camera_setups]
+        self.coloring: Coloring = "certainty"
+        """Quantity by which the perceived rope is coloured."""
         for layer in INITIALLY_HIDDEN:
             self.set_layer_visible(layer, False)
 
@@ -94,13 +98,14 @@ class SceneView:
                 self._path.visible = visible
 
     def show_rope(self, message: NodeChain) -> None:
-        """Draw the perceived rope, with colours and beads by the certainty of its nodes."""
+        """Draw the perceived rope, with beads by the certainty of its nodes."""
         nodes = chain(message.positions)
         if message.lost or len(nodes) < 2:
             self._rope.hide()
             return
-        radii = bead_radii(message, self._radius)
-        self._rope.show(nodes, certainty_colors(message), radii)
+        by_certainty = self.coloring == "certainty"
+        colors = certainty_colors(message) if by_certainty else bending_colors(nodes)
+        self._rope.show(nodes, colors, bead_radii(message, self._radius))
 
     def show_others(self, message: OtherRopes) -> None:
         """Draw the ropes beside the held one."""

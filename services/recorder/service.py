@@ -27,6 +27,7 @@ OWN_WRITES = (
     topics.RUN_CURVES,
     topics.RUN_MOTION,
     topics.RUN_PICTURE,
+    topics.RUN_VIDEO,
     topics.GOAL_LIST,
 )
 """Topics on which it publishes, beside the drawing."""

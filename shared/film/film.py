@@ -1,16 +1,15 @@
-"""Video and GIF of recorded runs: pictures of each run in real time, below its title."""
+"""Video of recorded runs: pictures of each run in real time, below its title."""
 
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
 import numpy as np
 from jaxtyping import UInt8
-from PIL import Image
 
 from shared.film.picture import Painter
 from shared.film.recorded_run import RecordedRun
@@ -36,12 +35,8 @@ class FilmSettings:
 
 VIDEO = FilmSettings()
 """Settings of a video."""
-GIF = FilmSettings(size=(480, 288), rate=12, title_time=1.0)
-"""Settings of a GIF."""
 CODEC = "vp09"
 """Codec of a video in an MP4 file: VP9, which browsers play."""
-GIF_COLORS = 64
-"""Number of colours of a GIF."""
 VIEW_ANGLE = -1.05
 """Angle of the camera about the vertical, from the x axis [rad]."""
 ARM_VIEW_FACTOR = 1.3
@@ -55,7 +50,10 @@ FONT = "sans"
 
 
 def write_video(
-    recordings: Sequence[Recording], file: Path, settings: FilmSettings = VIDEO
+    recordings: Sequence[Recording],
+    file: Path,
+    settings: FilmSettings = VIDEO,
+    watch: Callable[[float], None] | None = None,
 ) -> float:
     """Write a video of recorded runs, one after the other.
 
@@ -63,6 +61,7 @@ def write_video(
         recordings: Recordings.
         file: Video, *.mp4.
         settings: Size and duration.
+        watch: Called with the fraction that is done before each picture.
 
     Returns:
         Duration of the video [s].
@@ -70,8 +69,17 @@ def write_video(
     Raises:
         ValueError: A recording cannot be read or holds no run; the file cannot be written.
     """
-    pictures = (p for r in recordings for p in run_pictures(RecordedRun(r), settings))
-    return encode_video(pictures, file, settings)
+
+    def pictures() -> Iterator[Picture]:
+        for number, recording in enumerate(recordings):
+            run = RecordedRun(recording)
+            count = picture_count(run, settings)
+            for k, picture in enumerate(run_pictures(run, settings)):
+                if watch:
+                    watch((number + k / count) / len(recordings))
+                yield picture
+
+    return encode_video(pictures(), file, settings)
 
 
 def encode_video(pictures: Iterable[Picture], file: Path, settings: FilmSettings = VIDEO) -> float:
@@ -99,39 +107,10 @@ def encode_video(pictures: Iterable[Picture], file: Path, settings: FilmSettings
     return count / settings.rate
 
 
-def write_gif(recording: Recording, file: Path, settings: FilmSettings = GIF) -> float:
-    """Write a GIF of a recorded run.
-
-    Args:
-        recording: Recording.
-        file: GIF.
-        settings: Size and duration.
-
-    Returns:
-        Duration of the GIF [s].
-
-    Raises:
-        ValueError: The recording cannot be read or holds no run.
-    """
-    return encode_gif(run_pictures(RecordedRun(recording), settings), file, settings)
-
-
-def encode_gif(pictures: Iterable[Picture], file: Path, settings: FilmSettings = GIF) -> float:
-    """Write pictures as a GIF and return its duration [s].
-
-    Args:
-        pictures: Pictures.
-        file: GIF.
-        settings: Rate.
-    """
-    # One palette for all pictures, so that only what moves is stored; in it, small things keep
-    # their colour.
-    images = [Image.fromarray(p[..., ::-1]) for p in pictures]
-    palette = images[len(images) // 2].quantize(GIF_COLORS, Image.Quantize.MAXCOVERAGE)
-    first, *others = [i.quantize(palette=palette, dither=Image.Dither.NONE) for i in images]
-    duration = 1000 // settings.rate
-    first.save(file, save_all=True, append_images=others, duration=duration, loop=0)
-    return len(images) / settings.rate
+def picture_count(run: RecordedRun, settings: FilmSettings = VIDEO) -> int:
+    """Return the number of pictures of a run."""
+    total = settings.title_time + run.duration + settings.rest_time
+    return round(total * settings.rate)
 
 
 def run_pictures(run: RecordedRun, settings: FilmSettings = VIDEO) -> Iterator[Picture]:
@@ -151,8 +130,7 @@ def run_pictures(run: RecordedRun, settings: FilmSettings = VIDEO) -> Iterator[P
     away = np.array([0.75 * np.cos(VIEW_ANGLE), 0.75 * np.sin(VIEW_ANGLE), 0.6])
     painter = Painter(settings.size, tuple(middle + distance * away), tuple(middle))
     title = run.scenario.description or run.scenario.name
-    total = settings.title_time + run.duration + settings.rest_time
-    for k in range(round(total * settings.rate)):
+    for k in range(picture_count(run, settings)):
         time = k / settings.rate - settings.title_time
         instant = run.at(min(max(time, 0.0), run.duration))
         picture = painter.paint(instant, rope.diameter / 2.0, limits.gripper_radius)

@@ -46,6 +46,7 @@ from shared.messages.runs_pb2 import (
     RunMotion,
     RunPicture,
     RunSummary,
+    RunVideo,
 )
 from shared.messages.scene_pb2 import Obstacle, Scene, SceneRequest
 from shared.messages.system_pb2 import (
@@ -126,6 +127,7 @@ __all__ = [
     "RunResult",
     "RunState",
     "RunSummary",
+    "RunVideo",
     "SavedGoal",
     "ScenarioEntry",
     "Scene",

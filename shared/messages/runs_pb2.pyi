@@ -69,12 +69,16 @@ class RunListRequest(_message.Message):
         SEND_CURVES: _ClassVar[RunListRequest.Action]
         SEND_MOTION: _ClassVar[RunListRequest.Action]
         SEND_PICTURE: _ClassVar[RunListRequest.Action]
+        MAKE_VIDEO: _ClassVar[RunListRequest.Action]
+        CANCEL_VIDEO: _ClassVar[RunListRequest.Action]
     UNSPECIFIED: RunListRequest.Action
     ANNOTATE: RunListRequest.Action
     DELETE: RunListRequest.Action
     SEND_CURVES: RunListRequest.Action
     SEND_MOTION: RunListRequest.Action
     SEND_PICTURE: RunListRequest.Action
+    MAKE_VIDEO: RunListRequest.Action
+    CANCEL_VIDEO: RunListRequest.Action
     ID_FIELD_NUMBER: _ClassVar[int]
     STAMP_FIELD_NUMBER: _ClassVar[int]
     ACTION_FIELD_NUMBER: _ClassVar[int]
@@ -142,6 +146,20 @@ class RunPicture(_message.Message):
     time: float
     data: bytes
     def __init__(self, stamp: _Optional[int] = ..., run: _Optional[str] = ..., time: _Optional[float] = ..., data: _Optional[bytes] = ...) -> None: ...
+
+class RunVideo(_message.Message):
+    __slots__ = ("stamp", "run", "progress", "failure", "data")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    RUN_FIELD_NUMBER: _ClassVar[int]
+    PROGRESS_FIELD_NUMBER: _ClassVar[int]
+    FAILURE_FIELD_NUMBER: _ClassVar[int]
+    DATA_FIELD_NUMBER: _ClassVar[int]
+    stamp: int
+    run: str
+    progress: float
+    failure: str
+    data: bytes
+    def __init__(self, stamp: _Optional[int] = ..., run: _Optional[str] = ..., progress: _Optional[float] = ..., failure: _Optional[str] = ..., data: _Optional[bytes] = ...) -> None: ...
 
 class RunFile(_message.Message):
     __slots__ = ("summary", "curves")

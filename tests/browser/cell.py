@@ -24,6 +24,7 @@ from shared.messages import (
     RunListRequest,
     RunMotion,
     RunPicture,
+    RunVideo,
     SavedGoal,
     StackRequest,
     StackState,
@@ -63,6 +64,8 @@ class Cell(threading.Thread):
         """Goals that the recorder keeps."""
         self.campaign: CampaignState | None = None
         """State of the campaign that runs beside the cell."""
+        self.video: RunVideo | None = None
+        """Video that the recorder makes."""
         self.deaf = False
         """Whether commands to the arms are not answered."""
         self._arms: dict = {"mode": ArmStates.MOVING}
@@ -84,6 +87,8 @@ class Cell(threading.Thread):
                     self._stage.send(topics.STACK_STATE, self.stack)
                 self.goals.stamp = self._stage.now
                 self._stage.send(topics.GOAL_LIST, self.goals)
+                if self.video is not None:
+                    self._stage.send(topics.RUN_VIDEO, self.video)
                 if self.campaign is not None:
                     self._stage.send(topics.CAMPAIGN_STATE, self.campaign)
                 for topic, message in self._stage.step(1.0 / 15.0):
@@ -106,6 +111,10 @@ class Cell(threading.Thread):
             answer = TaskState(stamp=self._stage.now, last_request=message.id, refusal=self.refusal)
             self._stage.send(topics.TASK_STATE, answer)
             self._stage.step(0.01)
+
+    def rope(self) -> np.ndarray:
+        """Nodes of the rope that is played [m]."""
+        return self._stage.nodes(0.3)
 
     def goal(self) -> Goal:
         """Goal of the controller that is played."""

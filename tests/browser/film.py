@@ -16,7 +16,7 @@ from pathlib import Path
 import cv2
 import tyro
 
-from shared.film import film
+from shared.film import film, gif
 from shared.film.film import FilmSettings, Picture
 from shared.film.recorded_run import RecordedRun
 from shared.recording import Recording
@@ -110,8 +110,8 @@ def main(folder: Path = Path("film"), gifs: Path | None = None) -> None:
     page = page_pictures(recordings[PAGE_RUN], folder / "page")
     if gifs is not None:
         for name, scenario in GIFS.items():
-            film.write_gif(Recording.open(recordings[scenario]), gifs / name)
-        film.encode_gif((resized(p, PAGE_GIF) for p in page), gifs / "page.gif", PAGE_GIF)
+            gif.write_gif(Recording.open(recordings[scenario]), gifs / name)
+        gif.encode_gif((resized(p, PAGE_GIF) for p in page), gifs / "page.gif", PAGE_GIF)
     file = folder / "lariat.mp4"
     duration = film.encode_video(pictures(recordings, page), file, FILM)
     print(f"{file}: {duration:.0f} s")

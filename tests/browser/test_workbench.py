@@ -8,11 +8,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
 from dashboard.options import DashboardOptions
+from dashboard.scene.bending import LEAST_RADIUS, curvatures
 from dashboard.service import build
 from shared import topics
 from shared.messages import (
@@ -24,6 +26,7 @@ from shared.messages import (
     RunList,
     RunListRequest,
     RunSummary,
+    RunVideo,
     ScenarioEntry,
     StackRequest,
     StackState,
@@ -197,6 +200,36 @@ def test_runs_are_chosen_by_words_and_compared_together(bench: tuple[Cell, Page]
     expect(rows).to_have_count(3)
 
 
+def test_video_shows_its_progress_is_canceled_and_downloaded(bench: tuple[Cell, Page]) -> None:
+    cell, page = bench
+    run = RunSummary(id="run-1", scenario="rope", run="run-1", started=SECOND, over=True, bytes=9)
+    cell.runs = RunList(stamp=2, runs=[run])
+    page.get_by_role("tab", name="Runs", exact=True).click()
+    make = page.get_by_role("button", name="Make video (MP4)")
+    page.get_by_role("combobox", name="Run", exact=True).click()
+    page.get_by_role("option", name="(none)").click()
+    expect(make).to_be_disabled()
+    page.get_by_role("combobox", name="Run", exact=True).click()
+    page.get_by_role("option", name="run-1").click()
+    cell.forget()
+    make.click()
+    request = cell.asked(topics.RUN_LIST_REQUEST)
+    assert (request.action, list(request.runs)) == (RunListRequest.MAKE_VIDEO, ["run-1"])
+    cell.video = RunVideo(run="run-1", progress=0.4)
+    page.get_by_role("button", name="Video: 40 % (cancel)").click()
+    request = cell.asked(topics.RUN_LIST_REQUEST)
+    assert (request.action, list(request.runs)) == (RunListRequest.CANCEL_VIDEO, ["run-1"])
+    cell.video = RunVideo(run="run-1", failure="it was canceled")
+    expect(page.get_by_text("No video of run-1").first).to_be_visible()
+    cell.video = None
+    make.click()
+    with page.expect_download() as download:
+        cell.video = RunVideo(run="run-1", progress=1.0, data=b"moving pictures")
+    assert download.value.suggested_filename == "run-1.mp4"
+    assert Path(download.value.path()).read_bytes() == b"moving pictures"
+    cell.video = None
+
+
 def test_goal_is_saved_set_again_downloaded_and_deleted(bench: tuple[Cell, Page]) -> None:
     cell, page = bench
     wanted = cell.goal()
@@ -247,6 +280,36 @@ def test_goal_is_pulled_at_a_node(bench: tuple[Cell, Page]) -> None:
     found = chain(goal.positions)[SCENARIO.rope.node_count // 2]
     assert found == pytest.approx(pulled, abs=2e-3)
     assert goal.left.position[2] > cell.goal().left.position[2] + 0.02
+
+
+def test_rope_is_coloured_by_its_curvature(bench: tuple[Cell, Page]) -> None:
+    cell, page = bench
+    page.locator("canvas").first.wait_for()
+    page.wait_for_timeout(1000)
+    nodes = cell.rope()
+    # Between the gripper and the nodes that are not seen.
+    place = on_screen(page, SCENARIO, nodes[8])
+    assert curvatures(nodes)[8] < 0.3 / LEAST_RADIUS
+
+    def shown() -> np.ndarray:
+        clip = {"x": place[0] - 2.0, "y": place[1] - 2.0, "width": 5.0, "height": 5.0}
+        image = cv2.imdecode(np.frombuffer(page.screenshot(clip=clip), np.uint8), 1)
+        return image[..., ::-1].reshape(-1, 3).astype(float).mean(axis=0)
+
+    red, _, blue = shown()
+    assert red > 1.5 * blue, "the rope is not where it is looked for"
+    page.get_by_text("View", exact=True).click()
+    page.get_by_role("combobox", name="Rope's colour").click()
+    page.get_by_role("option", name="curvature").click()
+    expect(page.get_by_text("rope, bent to a radius of 40 mm or less")).to_be_visible()
+    expect(page.get_by_text("rope, not observed but estimated")).to_have_count(0)
+    page.wait_for_timeout(1500)
+    red, _, blue = shown()
+    assert blue > 1.5 * red
+    page.get_by_role("combobox", name="Rope's colour").click()
+    page.get_by_role("option", name="certainty").click()
+    expect(page.get_by_text("rope, not observed but estimated")).to_be_visible()
+    page.get_by_text("View", exact=True).click()
 
 
 def test_each_window_has_its_own_theme(bench: tuple[Cell, Page]) -> None:

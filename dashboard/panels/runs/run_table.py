@@ -101,7 +101,6 @@ def detail_html(run: RunSummary | None) -> str:
     lines.append(f"Recording: {', '.join(run.files) or 'none'}{size if run.files else ''}")
     if run.files and run.bytes:
         lines.append(f"lariat show recordings/{run.files[0]}")
-        lines.append(f"Video: lariat export recordings/{run.files[0]} --to video")
     text = "<br>".join(html.escape(line) for line in lines)
     style = "margin:.3em 1em;font-size:.8em;opacity:.85;word-break:break-word"
     return f"<div style='{style}'>{text}</div>"

@@ -15,6 +15,7 @@ from dashboard.outbox import Notification, Outbox
 from dashboard.panels.chart import Curve, add_comparison_chart
 from dashboard.panels.runs.opened_run import OpenedRun
 from dashboard.panels.runs.run_table import csv_text, detail_html, label, matching, table_html
+from dashboard.panels.runs.video_button import VideoButton
 from shared.messages import (
     RunCurves,
     RunList,
@@ -22,6 +23,7 @@ from shared.messages import (
     RunMotion,
     RunPicture,
     RunSummary,
+    RunVideo,
 )
 from shared.scenario import Scenario
 from shared.service import SECOND
@@ -123,6 +125,7 @@ class RunsPanel:
         self._export.on_click(
             lambda event: actions.put(partial(self._request_export, event.client))
         )
+        self._video = VideoButton(gui, actions, outbox, notify)
         self._delete = gui.add_button("Delete …", icon=viser.Icon.TRASH, disabled=True)
         self._delete.on_click(lambda event: actions.put(partial(self._confirm, event.client)))
         self._actions = actions
@@ -168,6 +171,10 @@ class RunsPanel:
         """Take a picture of a run that was opened."""
         self._opened.take_picture(picture)
 
+    def take_video(self, video: RunVideo) -> None:
+        """Take how far a video is, or the video."""
+        self._video.take(video)
+
     def _shown(self) -> list[RunSummary]:
         return matching(self._runs.values(), self._filter.value)
 
@@ -188,7 +195,9 @@ class RunsPanel:
         self._selection.value = label(run) if run else NO_RUN
         for handle in (self._compare, self._star, self._note, self._export, self._delete):
             handle.disabled = run is None
-        self._open.disabled = run is None or not run.over or not run.bytes
+        recorded = run is not None and run.over and run.bytes > 0
+        self._open.disabled = not recorded
+        self._video.select(id if recorded else "")
         self._detail.content = detail_html(run)
         self._star.label = "Remove the star" if run and run.star else "Star"
         self._compare.label = "Compare no more" if id and id in self._compared else "Compare"

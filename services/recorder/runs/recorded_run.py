@@ -64,7 +64,7 @@ class RecordedRun:
         Raises:
             RunRefused: Its recording is gone.
         """
-        files = self._files(run)
+        files = self.files(run)
         self._waiting.append(self._thread.submit(self._readable_motion, run, files))
 
     def read_picture(self, run: RunSummary, seconds: float) -> None:
@@ -79,12 +79,24 @@ class RecordedRun:
         """
         if not abs(seconds) < 1e6:
             raise RunRefused(f"{seconds} s is no time of a run")
-        files = self._files(run)
+        files = self.files(run)
         # Of the times that a slider runs through, the last one counts.
         if self._picture_waiting is not None:
             self._picture_waiting.cancel()
         self._picture_waiting = self._thread.submit(self._picture, run, files, seconds)
         self._waiting.append(self._picture_waiting)
+
+    def files(self, run: RunSummary) -> list[Path]:
+        """Return those recordings of a run that are left.
+
+        Raises:
+            RunRefused: There are none.
+        """
+        files = [path_inside(self._recordings, name) for name in run.files]
+        files = [path for path in files if path.is_file()]
+        if not files:
+            raise RunRefused(f"the recording of {run.id} has been deleted")
+        return files
 
     def take(self, now: int) -> Iterator[Publication]:
         """Yield what has been read since the last call, stamped with `now` [ns]."""
@@ -103,13 +115,6 @@ class RecordedRun:
     def close(self) -> None:
         """End the thread."""
         self._thread.shutdown(wait=False, cancel_futures=True)
-
-    def _files(self, run: RunSummary) -> list[Path]:
-        files = [path_inside(self._recordings, name) for name in run.files]
-        files = [path for path in files if path.is_file()]
-        if not files:
-            raise RunRefused(f"the recording of {run.id} has been deleted")
-        return files
 
     def _readable_motion(self, run: RunSummary, files: list[Path]) -> Publication:
         """Return the motion of a run; one without shapes that says why where it is unreadable."""

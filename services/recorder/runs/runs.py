@@ -9,6 +9,7 @@ from pathlib import Path
 from services.recorder.runs.recorded_run import RecordedRun
 from services.recorder.runs.run_folder import RunFolder, RunRefused
 from services.recorder.runs.run_log import RunLog
+from services.recorder.runs.video_process import VideoProcess
 from shared import topics
 from shared.messages import RunFile, RunList, RunListRequest, RunResult, TaskState
 from shared.scenario import Scenario
@@ -33,6 +34,7 @@ class Runs:
         self._log = RunLog(scenario)
         self._folder = RunFolder(recordings)
         self._recorded = RecordedRun(recordings)
+        self._video = VideoProcess()
         self._last_request = self._refusal = ""
         self._published: tuple[int, str] = (-1, "")
         self._publish_time = -SECOND
@@ -56,7 +58,7 @@ class Runs:
     ) -> Iterator[Publication]:
         """Carry out requests; publish the list on change and once a second.
 
-        Curves, motion and pictures are published on request.
+        Curves, motion, pictures and videos are published on request.
 
         Args:
             requests: Requests since the last step.
@@ -76,6 +78,7 @@ class Runs:
                 run.curves.stamp = now
                 yield Publication(topics.RUN_CURVES, run.curves)
         yield from self._recorded.take(now)
+        yield from self._video.take(now)
         state = self._folder.revision, self._last_request
         if state != self._published or now - self._publish_time >= SECOND:
             # Trials of a campaign are listed by processes of their own.
@@ -89,6 +92,7 @@ class Runs:
     def close(self) -> None:
         """Keep the present run as it stands."""
         self._recorded.close()
+        self._video.close()
         if (run := self._log.present) is not None:
             run.summary.over = True
             self._keep(run)
@@ -105,7 +109,11 @@ class Runs:
                     self._folder.delete(id, open_file)
             case RunListRequest.SEND_CURVES:
                 return [self._folder.named(id) for id in request.runs]
-            case RunListRequest.SEND_MOTION | RunListRequest.SEND_PICTURE:
+            case RunListRequest.CANCEL_VIDEO:
+                self._video.cancel()
+            case (
+                RunListRequest.SEND_MOTION | RunListRequest.SEND_PICTURE | RunListRequest.MAKE_VIDEO
+            ):
                 summary = self._folder.named(request.runs[0]).summary
                 if not summary.over or open_file in summary.files:
                     raise RunRefused(
@@ -113,8 +121,10 @@ class Runs:
                     )
                 if request.action == RunListRequest.SEND_MOTION:
                     self._recorded.read_motion(summary)
-                else:
+                elif request.action == RunListRequest.SEND_PICTURE:
                     self._recorded.read_picture(summary, request.time)
+                else:
+                    self._video.start(summary, self._recorded.files(summary))
             case unknown:
                 raise RunRefused(f"there is no action {unknown}")
         return []

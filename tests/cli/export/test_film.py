@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from cli.__main__ import main as lariat
-from shared.film import film
+from shared.film import film, gif
 from shared.film.film import FilmSettings
 
 RECORDING = Path(__file__).parents[2] / "replay" / "three-cylinders.mcap"
@@ -16,8 +16,8 @@ SMALL = FilmSettings(size=(160, 96), rate=2, title_time=0.0, rest_time=0.0)
 
 @pytest.fixture(autouse=True)
 def _small_films(monkeypatch: pytest.MonkeyPatch):
-    for write in (film.write_video, film.write_gif):
-        monkeypatch.setattr(write, "__defaults__", (SMALL,))
+    monkeypatch.setattr(film.write_video, "__defaults__", (SMALL, None))
+    monkeypatch.setattr(gif.write_gif, "__defaults__", (SMALL,))
 
 
 def test_several_recordings_join_to_one_video(tmp_path: Path, capsys: pytest.CaptureFixture[str]):

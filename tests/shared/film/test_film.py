@@ -12,7 +12,7 @@ from PIL import Image
 
 from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle
-from shared.film import film
+from shared.film import film, gif
 from shared.film.film import FilmSettings
 from shared.film.picture import ARM, GOAL, ROPE, Painter
 from shared.film.recorded_run import Instant, RecordedRun
@@ -117,7 +117,7 @@ def test_a_video_of_another_suffix_is_refused_by_name(tmp_path: Path):
 def test_gif_lasts_as_long_as_its_run(tmp_path: Path):
     recording, file = Recording.open(RECORDING), tmp_path / "run.gif"
     settings = FilmSettings(size=SIZE, rate=4, title_time=0.5, rest_time=0.5)
-    film.write_gif(recording, file, settings)
+    gif.write_gif(recording, file, settings)
     with Image.open(file) as picture:
         shown = sum(_durations(picture)) / 1000.0
     assert shown == pytest.approx(1.0 + RecordedRun(recording).duration, abs=0.3)
@@ -127,9 +127,9 @@ def test_a_small_thing_keeps_its_colour_in_a_gif(tmp_path: Path):
     shades = np.tile(np.linspace(20, 235, SIZE[0]).astype(np.uint8), (SIZE[1], 1))
     image = np.stack([shades, np.roll(shades, 40, axis=1), np.roll(shades, 80, axis=1)], axis=2)
     image[50:52, 70:90] = GOAL
-    film.encode_gif([image, image], tmp_path / "small.gif")
-    with Image.open(tmp_path / "small.gif") as gif:
-        shown = np.asarray(gif.convert("RGB"))[51, 80, ::-1]
+    gif.encode_gif([image, image], tmp_path / "small.gif")
+    with Image.open(tmp_path / "small.gif") as shown_gif:
+        shown = np.asarray(shown_gif.convert("RGB"))[51, 80, ::-1]
     assert np.abs(shown.astype(int) - GOAL).max() < 30
 
 

@@ -193,7 +193,7 @@ def _search(
         # An end inside an obstacle breaks another rule, and no path leads round that obstacle.
         if np.min(signed_distance(ends, obstacle)) > 0.0:
             outside.append(obstacle)
-            blocked |= bool(segment_distance(ends[:1], ends[1:], obstacle)[0] < 0.0)
+            blocked = blocked or _is_between(ends, obstacle)
         yield
     if not blocked:
         return ShortPath.straight(ends)
@@ -206,6 +206,13 @@ def _search(
     bands = yield from _initial_bands(ends, outside)
     bands = yield from _contracted(bands, POINT_COUNTS, CONTRACTION_ROUNDS, outside)
     return (yield from _finished(ends, bands, outside))
+
+
+def _is_between(ends: Float64[np.ndarray, "2 3"], obstacle: Obstacle) -> bool:
+    """Return whether an obstacle that holds no end is in the way of the straight line."""
+    if obstacle.shape == "half_space" or not ObstacleScene([obstacle]).touched(*ends[:, None])[0]:
+        return False
+    return bool(segment_distance(ends[:1], ends[1:], obstacle)[0] < 0.0)
 
 
 def _moved(

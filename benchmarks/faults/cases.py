@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from benchmarks.faults.cell import FaultCell
 from benchmarks.faults.line_condition import LineCommand, LineCondition
+from stack.launcher.launcher import MAX_DEATHS
 
 Action = Callable[[FaultCell], float | None]
 """Injection or repair of a fault; an injection may return the time of its effect [s]."""
@@ -21,6 +22,10 @@ SLOWED_CAUSES = (
 """Stop causes of a process that runs half of the time: it may still keep up."""
 BOOT_TIME = 3.0
 """Time that a gateway takes to start [s]."""
+BOOT_TIMEOUT = 30.0
+"""Time limit for a process to be ready again [s]."""
+IMPATIENCE = 0.05
+"""Time between two presses of Ctrl-C [s]."""
 BLIND_TIME = 0.5
 """Time for which the controller continues without observing the rope [s]."""
 
@@ -125,6 +130,26 @@ def _raised(name: str, *causes: str, effect: float = 0.0, promised: bool = True)
         restarted=(name,),
         promised=promised,
     )
+
+
+def _interrupt_twice(cell: FaultCell) -> None:
+    """Press Ctrl-C twice: the second time, every process is killed."""
+    cell.send_signal("lariat", signal.SIGINT)
+    time.sleep(IMPATIENCE)
+    cell.send_signal("lariat", signal.SIGINT)
+
+
+def _kill_until_given_up(cell: FaultCell) -> float:
+    """Kill the planner whenever it is ready, until the launcher gives it up."""
+    for _ in range(MAX_DEATHS):
+        cell.wait_until(
+            lambda: cell.process_state("planner") == "ready", BOOT_TIMEOUT, "no planner"
+        )
+        cell.send_signal("planner", signal.SIGKILL)
+        cell.wait_until(
+            lambda: cell.process_state("planner") != "ready", BOOT_TIMEOUT, "the planner lives on"
+        )
+    return cell.now()
 
 
 def _prepare_second_gateway(cell: FaultCell) -> None:
@@ -251,6 +276,22 @@ CASES: dict[str, FaultCase] = {
         repair=lambda cell: cell.start_stack(),
         stack_ends=True,
         duration=2.5,
+    ),
+    "interrupted-twice": FaultCase(
+        "lariat up: Ctrl-C twice, which kills every process",
+        _interrupt_twice,
+        ("boot",),
+        repair=lambda cell: cell.start_stack(),
+        stack_ends=True,
+        duration=2.5,
+    ),
+    "deaths-in-a-row": FaultCase(
+        "planner: kill -9 three times, so that the launcher ends the stack",
+        _kill_until_given_up,
+        ("boot",),
+        repair=lambda cell: cell.start_stack(),
+        stack_ends=True,
+        duration=4.0,
     ),
     "router-frozen": FaultCase(
         "router: SIGSTOP",

@@ -135,7 +135,9 @@ def run_trial(
         )
     states += [s for s in cell.states if s not in states[-1:]]
     approached = phase == "approaching" and cell.arms.may_move
-    cell.release_approach_button()
+    if phase == "approaching":
+        cell.release_approach_button()
+        observe(cell, cell.now() + OBSERVATION_TIME)
     cause, noticed, reason = _reported_cause(states, effect, case.causes)
     if cause and case.keeps_up:
         effect += noticed or 0.0

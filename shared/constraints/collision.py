@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.obstacles import signed_distance
+from shared.constraints.near_solids import NearSolids
 from shared.constraints.obstacle_scene import ObstacleScene
 from shared.constraints.slacks import Slacks
 from shared.constraints.sphere_distance import distances
@@ -29,7 +30,10 @@ class CollisionConstraint:
         self.scene = ObstacleScene()
 
     def slacks(
-        self, centres: Float64[np.ndarray, "m k 3"], radii: Float64[np.ndarray, "k"]
+        self,
+        centres: Float64[np.ndarray, "m k 3"],
+        radii: Float64[np.ndarray, "k"],
+        near: NearSolids | None = None,
     ) -> Slacks:
         """Return the slacks of both rules for k spheres at m poses [m].
 
@@ -38,6 +42,7 @@ class CollisionConstraint:
         Args:
             centres: Centres of the spheres in the world frame [m].
             radii: Radii of the spheres [m].
+            near: Solids that were near the same spheres before; it is kept up to date.
         """
         if not len(radii):
             free = np.full(len(centres), np.inf)
@@ -46,29 +51,35 @@ class CollisionConstraint:
             np.min(signed_distance(centres, o) - radii, axis=1) for o in self.scene.half_spaces
         ]
         return {
-            "keep_out": self._solid_slack(centres, radii),
+            "keep_out": self._solid_slack(centres, radii, near or NearSolids(surroundings=0.0)),
             "table": np.min(table, axis=0) if table else np.full(len(centres), np.inf),
         }
 
     def _solid_slack(
-        self, centres: Float64[np.ndarray, "m k 3"], radii: Float64[np.ndarray, "k"]
+        self,
+        centres: Float64[np.ndarray, "m k 3"],
+        radii: Float64[np.ndarray, "k"],
+        listed: NearSolids,
     ) -> Float64[np.ndarray, "m"]:
         """Return the slack of the distance from the solid obstacles [m].
 
         The box around each sphere's path rules out most obstacles for all poses at once.
         """
         scene = self.scene
-        low, high = np.min(centres, axis=0)[:, None], np.max(centres, axis=0)[:, None]
-        outside = np.maximum(np.maximum(low - scene.centres, scene.centres - high), 0.0)
-        reach = radii[:, None] + scene.radii + self.keep_out
+        low, high = np.min(centres, axis=0), np.max(centres, axis=0)
+        listed.update(scene, low, high, radii + self.keep_out, EXACT_SLACK)
+        points = scene.centres[listed.columns]
+        outside = np.maximum(np.maximum(low[:, None] - points, points - high[:, None]), 0.0)
+        reach = radii[:, None] + scene.radii[listed.columns] + self.keep_out
         bounds = np.linalg.norm(outside, axis=-1) - reach
         near = bounds < EXACT_SLACK
-        slack = np.full(len(centres), np.min(bounds, where=~near, initial=np.inf))
-        columns = np.flatnonzero(np.any(near, axis=0))
-        if not len(columns):
+        least = min(listed.far_slack, float(np.min(bounds, where=~near, initial=np.inf)))
+        slack = np.full(len(centres), least)
+        nearest = np.flatnonzero(np.any(near, axis=0))
+        if not len(nearest):
             return slack
-        near = near[:, columns]
-        gaps = distances(centres, scene.centres[columns]) - reach[:, columns]
+        near, columns = near[:, nearest], listed.columns[nearest]
+        gaps = distances(centres, points[nearest]) - reach[:, nearest]
         gaps = np.min(np.where(near, gaps, np.inf), axis=1)
         coarse = np.min(gaps, axis=0) >= EXACT_SLACK
         slack = np.minimum(slack, np.min(gaps[:, coarse], axis=1, initial=np.inf))

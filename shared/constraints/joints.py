@@ -12,6 +12,7 @@ from jaxtyping import Float64
 from lariat.geometry.poses import Pose
 from shared.constraints.arm_kinematics import ArmKinematics, Joints
 from shared.constraints.collision import CollisionConstraint
+from shared.constraints.near_solids import NearSolids
 from shared.constraints.rule import Rule
 from shared.constraints.singularity import singularity_slack
 from shared.constraints.slacks import Slacks, first_broken
@@ -43,6 +44,7 @@ class JointConstraints:
         """Grip pose that was solved last from the present joints, and its joints."""
         self._links = Spheres(np.zeros((0, 0, 3)), np.zeros(0))
         """Spheres of the links along the path that was checked last, the present ones first."""
+        self._near_solids = NearSolids()
 
     def set_joints(self, joints: tuple[float, ...]) -> None:
         """Set the joints to those that the arm reports [rad], which also select the branch."""
@@ -127,7 +129,7 @@ class JointConstraints:
             "joint_limits": self._range_slack(joints),
             "singularity": singularity_slack(self.kinematics, joints),
         }
-        links = collision.slacks(self._links.centres, self._links.radii)
+        links = collision.slacks(self._links.centres, self._links.radii, self._near_solids)
         return first_broken(slacks) or first_broken(links, margin)
 
     def limit_slack(self, measured: Joints) -> Slacks:
@@ -147,7 +149,7 @@ class JointConstraints:
         """
         path = np.array([self.joints, measured])
         self._links = Spheres(*self.kinematics.link_spheres(path))
-        return collision.slacks(self._links.centres, self._links.radii)
+        return collision.slacks(self._links.centres, self._links.radii, self._near_solids)
 
     def spheres(self) -> Spheres:
         """Return the spheres that cover the arm along the path that was checked last."""

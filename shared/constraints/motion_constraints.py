@@ -12,6 +12,7 @@ from lariat.geometry import poses
 from lariat.geometry.grippers import GripperBody
 from lariat.geometry.obstacles import Obstacle
 from shared.constraints.collision import CollisionConstraint
+from shared.constraints.near_solids import NearSolids
 from shared.constraints.obstacle_scene import ObstacleScene
 from shared.constraints.rope_length import RopeLengthConstraint
 from shared.constraints.slacks import Slacks
@@ -57,6 +58,7 @@ class MotionConstraints:
         self._ends = np.repeat(self.driven, [len(centres) for centres, _ in spheres])
         self._centres = np.concatenate([np.zeros((0, 3)), *(centres for centres, _ in spheres)])
         self._radii = np.array([r for centres, r in spheres for _ in centres])
+        self._near_solids = NearSolids()
 
     @property
     def obstacles(self) -> tuple[Obstacle, ...]:
@@ -80,7 +82,7 @@ class MotionConstraints:
         )
         result: Slacks = {
             "workspace": workspace_slack(positions[:, self.driven], self.boundaries.workspace),
-            **self.collision.slacks(centres, self._radii),
+            **self.collision.slacks(centres, self._radii, self._near_solids),
         }
         if positions.shape[1] == 2:
             distances = grip_distances(positions)

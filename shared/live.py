@@ -132,15 +132,15 @@ def run(
         SystemExit: A step failed; its traceback is in the log.
     """
     handler = BusHandler(bus.publisher(topics.LOG.at(service.name)), service.name)
-    logging.getLogger().addHandler(handler)
     runner = Runner(service, bus, clock, session, heartbeat)
-    bus.declare_alive(service.name)
-    reserve_memory()
-    # Objects that exist at this point stay: garbage collection need not visit them.
-    gc.collect()
-    gc.freeze()
-    gc.disable()
     try:
+        logging.getLogger().addHandler(handler)
+        bus.declare_alive(service.name)
+        reserve_memory()
+        # Objects that exist at this point stay: garbage collection need not visit them.
+        gc.collect()
+        gc.freeze()
+        gc.disable()
         log.info("ready")
         if greeting := getattr(service, "greeting", ""):
             print(greeting, file=sys.stderr, flush=True)

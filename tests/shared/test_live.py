@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import signal
 import subprocess
 import sys
@@ -14,8 +15,10 @@ import pytest
 
 from shared import live, topics
 from shared.bus import Bus
+from shared.clock import SystemClock
 from shared.messages import Health, TaskRequest
 from shared.scenario.shipped import shipped_names
+from shared.service import Inbox, Publication
 from tests.shared.cell import Cell, until
 
 MODULE = "tests.shared.beacon"
@@ -128,6 +131,30 @@ def test_a_signal_ends_even_a_long_step_at_once(cell: Cell) -> None:
     code, took, _ = beacon.end(signal.SIGINT)
     assert code == 0
     assert took < 1.0
+
+
+def test_a_signal_before_the_first_step_closes_the_service(
+    cell: Cell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Closing:
+        name, reads, writes, rate, latency = "beacon", (), (), 10.0, 0.0
+        closed = False
+
+        def step(self, inbox: Inbox, now: int) -> Iterator[Publication]:
+            yield from ()
+
+        def close(self) -> None:
+            self.closed = True
+
+    def stop() -> None:
+        raise live.Stopped
+
+    monkeypatch.setattr(live, "reserve_memory", stop)
+    service, before = Closing(), list(logging.getLogger().handlers)
+    with pytest.raises(live.Stopped):
+        live.run(service, cell("beacon"), SystemClock(), "beacon-0")
+    assert service.closed
+    assert logging.getLogger().handlers == before
 
 
 def test_an_error_in_a_step_is_logged_and_ends_the_process_with_70(cell: Cell) -> None:

@@ -10,12 +10,13 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import tyro
+from google.protobuf.json_format import MessageToDict
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress
 from rich.table import Table
 
-from cli.run import run_scenario
+from cli.run import run_scenario, score_table
 from shared import topics
 from shared.configuration import ConfigurationError
 from shared.extensions import require_allowed
@@ -24,10 +25,12 @@ from shared.scenario import Scenario
 from shared.service import SECOND
 from shared.suggestion import did_you_mean
 from stack import services
+from stack.replay.measures import RecordedMeasures, recorded_measures
 from stack.replay.moment import scenario_at
 from stack.replay.outside_inputs import NotReplayable, subject
 from stack.replay.recorded_service import RecordedService
 from stack.replay.trace_replay import ReplayResult, replay_start
+from stack.simulation.closed_loop import as_json
 
 LISTED_DIFFERENCES = 12
 """Number of differences that are listed for each start of a service."""
@@ -49,6 +52,7 @@ def main(
     ] = (),
     json: bool = False,
     update: bool = False,
+    measures: bool = False,
     from_: Annotated[float | None, tyro.conf.arg(name="from", metavar="SECONDS")] = None,
     allow: Annotated[
         tyro.conf.UseAppendAction[tuple[str, ...]], tyro.conf.arg(metavar="NAME")
@@ -60,12 +64,16 @@ def main(
     the tolerance of its topic (shared/topics.py). An input that the recording lacks and a message
     that it holds twice are differences, too.
 
+    With --measures, no service is stepped: the measures of `lariat run` are computed again from the
+    recorded messages, by the true rope or, where it was not recorded, by the seen one.
+
     With --from, the loop is run on instead, in simulated time with this version's code: from rope,
     grips, goal and obstacles of that moment, the rope at rest. The answer is that of `lariat run`.
 
     Examples:
       lariat replay recordings/run.mcap
       lariat replay recordings/run.mcap --from 4.2
+      lariat replay recordings/run.mcap --measures
       lariat replay run.mcap --service controller --service planner --json
       lariat replay tests/replay/three-cylinders.mcap --update
 
@@ -75,18 +83,23 @@ def main(
             trace in the recording.
         json: Answer with one JSON object on standard output.
         update: Replace the recorded outputs by those of this replay.
+        measures: Compute the run's measures again, and replay nothing.
         from_: Moment from which the loop is run on, from the recording's first message [s].
         allow: Own method or driver that the recorded scenario names and that may be imported, such
             as "mypkg:Mine"; may be repeated.
 
     Returns:
-        0 when everything is as recorded (or was updated), or the goal was reached; 1 otherwise.
+        0 when everything is as recorded (or was updated), the measures could be computed, or the
+        goal was reached; 1 otherwise.
     """
     console = Console(stderr=True, highlight=False)
     with tempfile.TemporaryDirectory() as folder:
         try:
             recording = Recording.open(file)
             scenario = recording.scenario(Path(folder))
+            if measures:
+                _report_measures(recorded_measures(recording, scenario), json)
+                return 0
         except ValueError as error:
             raise ConfigurationError(str(error)) from error
         require_allowed(scenario, allow)
@@ -222,6 +235,23 @@ def _report(results: list[ReplayResult], skipped: dict[str, str], start: int) ->
             console.print(f"  … and {len(result.differences) - LISTED_DIFFERENCES} more")
     for name, reason in skipped.items():
         console.print(f"[bold]{name}[/]: not replayed: {escape(reason)}")
+
+
+def _report_measures(measured: RecordedMeasures, json: bool) -> None:
+    score, seen = measured.score, measured.recorded
+    if json:
+        recorded = MessageToDict(seen, preserving_proto_field_name=True) if seen else None
+        print(jsons.dumps({**as_json(score), "by_truth": measured.by_truth, "recorded": recorded}))
+        return
+    console = Console(highlight=False)
+    console.print(score_table(score))
+    console.print(f"by the {'true' if measured.by_truth else 'seen'} rope, computed again")
+    if seen is not None:
+        console.print(
+            f"recorded, as the controller saw it: {'reached' if seen.reached else 'not reached'}, "
+            f"error {1e3 * seen.error:.2f} mm, largest {1e3 * seen.max_node_error:.2f} mm, "
+            f"least clearance {1e3 * seen.min_clearance:.2f} mm, replans {seen.replans}"
+        )
 
 
 def _as_json(

@@ -24,7 +24,7 @@ from shared.scenario.plausibility import doubts
 from shared.service import SECOND
 from stack import preflight
 from stack.scenario_overrides import load_with
-from stack.simulation.closed_loop import RunOutcome, Watch, as_json, run
+from stack.simulation.closed_loop import Score, Watch, as_json, run
 from stack.simulation.kept_run import KeptRun
 from stack.simulation.scoring import Scorer
 from stack.simulation.simulated_time import START, SimulatedStack
@@ -125,7 +125,7 @@ def run_scenario(
     if json:
         print(jsons.dumps(as_json(outcome.score)))
     else:
-        Console().print(_table(outcome))
+        Console().print(score_table(outcome.score))
     if not outcome.score.reached:
         messages.print(f"[bold]Not reached[/]: {outcome.reason}.{_hold_note(outcome.stack)}")
     return 0 if outcome.score.reached else 1
@@ -178,8 +178,8 @@ def _progress(scenario: Scenario, console: Console) -> Iterator[Watch]:
         yield watch
 
 
-def _table(outcome: RunOutcome) -> Table:
-    score = outcome.score
+def score_table(score: Score) -> Table:
+    """Return the table of a score."""
     table = Table(title=score.scenario, show_header=False, title_justify="left")
     verdict = f"after {score.reached_s} s" if score.reached else "no"
     rows = {
@@ -196,8 +196,9 @@ def _table(outcome: RunOutcome) -> Table:
         "sensing error": _unit(score.sensing_error_mm, "mm"),
         "replans": str(score.replans),
         "simulated": f"{score.sim_s} s in {score.wall_s} s ({score.real_time_factor} x real time)",
-        "control step": "p50 {p50}, p99 {p99}, max {max} ms".format(**score.plan_ms),
     }
+    if score.plan_ms["max"]:
+        rows["control step"] = "p50 {p50}, p99 {p99}, max {max} ms".format(**score.plan_ms)
     for name, (value, deviation) in score.parameters.items():
         rows[name] = f"{value:.4g}" + (f" ± {deviation:.2g}" if deviation else "")
     if score.recording:

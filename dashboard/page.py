@@ -208,6 +208,7 @@ class Page:
         self._events.take(inbox)
         for item in inbox.every(topics.TASK_STATE):
             self._plots.add(item.message)
+            self._parameters.mark_run(item.message)
             self._forget_past_motion(item.message)
         if fresh := inbox.fresh(topics.CONTROLLER_PARAMETERS):
             self._parameters.add(fresh.message)
@@ -321,6 +322,7 @@ class Page:
         """Add a message from before the moment to which a recording jumped."""
         if isinstance(message, TaskState):
             self._plots.add(message)
+            self._parameters.mark_run(message)
         else:
             self._parameters.add(message)
 

@@ -18,6 +18,8 @@ TEXT_FONT = "11px sans-serif"
 """CSS font of axes and labels."""
 CHART_HEIGHT = 185
 """Height of a chart [pixels]."""
+MARK_WIDTH = 1e-3
+"""Time between the two ends of an upright line, which no screen shows [s]."""
 EMPTY_CHART_SPAN = 10.0
 """Time that a chart spans before there is anything to draw [s]."""
 COMPARISON_COLORS = (
@@ -106,7 +108,10 @@ def add_comparison_chart(
 
 
 def add_estimate_chart(gui: viser.GuiApi, title: str, color: Color) -> viser.GuiUplotHandle:
-    """Add a chart of an estimate: time, true value, estimate, estimate plus and minus sigma.
+    """Add a chart of an estimate over several runs.
+
+    The columns of its data are time, true value, estimate, estimate plus and minus sigma, and the
+    marks of the runs' starts (`with_marks`).
 
     Args:
         gui: The page's GUI.
@@ -136,6 +141,12 @@ def add_estimate_chart(gui: viser.GuiApi, title: str, color: Color) -> viser.Gui
         },
         edge,
         edge,
+        {
+            "label": "start of a run",
+            "stroke": palette.css(palette.QUIET, 0.8),
+            "width": 1,
+            "points": {"show": False},
+        },
     )
     chart = _plot(gui, title, series)
     chart.bands = ({"series": (3, 4), "fill": palette.css(color, 0.15)},)
@@ -180,6 +191,25 @@ def overlay(curves: Sequence[Curve]) -> tuple[np.ndarray, ...]:
         for t, values, mask in finite
     ]
     return times, *rows
+
+
+def with_marks(columns: tuple[np.ndarray, ...], times: Sequence[float]) -> tuple[np.ndarray, ...]:
+    """Return the columns of a chart with one more: upright lines at some times.
+
+    Args:
+        columns: Times [s], in order, and values, which the lines span.
+        times: Times of the lines [s]; those outside of the columns' times are left out.
+    """
+    begin, end = columns[0][0], columns[0][-1]
+    starts = np.unique([t for t in times if begin <= t <= end])
+    marked = np.unique(np.concatenate([columns[0], starts, starts + MARK_WIDTH]))
+    values = [np.interp(marked, columns[0], row) for row in columns[1:]]
+    low, high = np.nanmin(values), np.nanmax(values)
+    marks = np.where(np.isin(marked, starts + MARK_WIDTH), high, np.nan)
+    marks[np.isin(marked, starts)] = low
+    # The charts' library finds no range where a first value is NaN.
+    marks[0] = low
+    return marked, *values, marks
 
 
 def _plot(

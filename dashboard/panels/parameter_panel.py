@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import math
+from collections import deque
 
 import numpy as np
 import viser
@@ -11,7 +12,12 @@ import viser
 from dashboard import palette
 from dashboard.action_queue import ActionQueue
 from dashboard.outbox import Outbox
-from dashboard.panels.chart import REFRESH_PERIOD, add_chart, add_estimate_chart, overlay
+from dashboard.panels.chart import (
+    REFRESH_PERIOD,
+    add_chart,
+    add_estimate_chart,
+    with_marks,
+)
 from dashboard.panels.note import note_html
 from shared.history import History
 from shared.messages import Parameters, TaskRequest, TaskState
@@ -22,12 +28,14 @@ from shared.service import SECOND
 
 ADAPT = "adapt"
 """Setting of the controller that switches the adaptation."""
+MAX_MARKS = 100
+"""Largest number of runs whose starts are marked [-]."""
 FIRST_PARAMETER = "bending_stiffness"
 """Parameter that is drawn first."""
 
 
 class ParameterPanel:
-    """Table of the parameters, chart of one over time with its deviation, and of the prediction."""
+    """Table of the parameters; charts of one over all runs and of the prediction."""
 
     def __init__(
         self,
@@ -80,6 +88,8 @@ class ParameterPanel:
         self._history = History(1)
         self._chart = add_chart(gui, "Prediction error [mm]", "prediction error", palette.WARNING)
         self._first_stamp = 0
+        self._run_starts: deque[int] = deque(maxlen=MAX_MARKS)
+        """Starts of the runs [ns]."""
         self._draw_time = -math.inf
         self._undrawn: Parameters | None = None
         self._newest: Parameters | None = None
@@ -88,6 +98,7 @@ class ParameterPanel:
         """Drop the history, for a jump in a recording."""
         self._history.clear()
         self._histories.clear()
+        self._run_starts.clear()
         self._first_stamp = 0
         self._draw_time = -math.inf
 
@@ -100,6 +111,11 @@ class ParameterPanel:
             history = self._histories.setdefault(parameter.name, History(2))
             history.add(seconds, parameter.value, parameter.standard_deviation)
         self._undrawn = self._newest = message
+
+    def mark_run(self, task: TaskState) -> None:
+        """Take the start of the task's run, which the chart marks."""
+        if task.run_started and task.run_started not in self._run_starts:
+            self._run_starts.append(task.run_started)
 
     def update(self, task: TaskState | None) -> None:
         """Show whether the controller adapts.
@@ -149,7 +165,8 @@ class ParameterPanel:
         title = f"{self._selected.replace('_', ' ')} [{units.get(self._selected, '')}]"
         if self._estimate.title != title:
             self._estimate.title = title
-        self._estimate.data = overlay([(time, row) for row in rows])
+        starts = [(start - self._first_stamp) / SECOND for start in self._run_starts]
+        self._estimate.data = with_marks((time, *rows), starts)
 
 
 def true_values(scenario: Scenario) -> dict[str, float]:

@@ -155,7 +155,7 @@ def run(
         if not reason:
             reason = _drive(stack, scenario, stop_after, watch, scorer)
         wall = time.perf_counter() - began
-    score = _score(scenario, scorer, wall, stack.step_ms("controller")[steps_before:], record)
+    score = score_of(scenario, scorer, wall, stack.step_ms("controller")[steps_before:], record)
     return RunOutcome(score, reason, stack, scorer)
 
 
@@ -262,9 +262,18 @@ def _drive(
             return "the time limit has passed"
 
 
-def _score(
+def score_of(
     scenario: Scenario, scorer: Scorer, wall: float, step_ms: list[float], record: Path | None
 ) -> Score:
+    """Return the score of a run that a scorer has followed.
+
+    Args:
+        scenario: Scenario of the run.
+        scorer: Tap that has followed it.
+        wall: Wall time that it took [s].
+        step_ms: Wall times of the controller's steps [ms].
+        record: Its recording.
+    """
     mean, largest = scorer.final
     seconds = max(scorer.ended - scorer.started, 0) / SECOND
     quantiles = np.quantile(step_ms, [0.5, 0.99, 1.0]) if step_ms else np.zeros(3)

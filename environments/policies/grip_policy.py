@@ -10,7 +10,7 @@ from jaxtyping import Float, Float32
 from torch import nn
 
 WIDTH = 64
-"""Number of units of each hidden layer."""
+"""Default number of units of each hidden layer."""
 GAIN = 4.0
 """Gain of the law towards the goal [1/s]."""
 VANISHING_DISTANCE = 0.05
@@ -27,16 +27,17 @@ class GripPolicy(nn.Module):
     rope's nodes are no input: they enter the training through its cost.
     """
 
-    def __init__(self, speed: float) -> None:
+    def __init__(self, speed: float, width: int = WIDTH) -> None:
         """Create a policy whose network is zero.
 
         Args:
             speed: Limit of each grip's speed, which scales actions [m/s].
+            width: Number of units of each hidden layer.
         """
         super().__init__()
-        self.speed = speed
+        self.speed, self.width = speed, width
         self.network = nn.Sequential(
-            nn.Linear(21, WIDTH), nn.Tanh(), nn.Linear(WIDTH, WIDTH), nn.Tanh(), nn.Linear(WIDTH, 6)
+            nn.Linear(21, width), nn.Tanh(), nn.Linear(width, width), nn.Tanh(), nn.Linear(width, 6)
         )
         nn.init.zeros_(self.network[-1].weight)
         nn.init.zeros_(self.network[-1].bias)
@@ -61,6 +62,11 @@ class GripPolicy(nn.Module):
         far = way.norm(dim=2).mean(1)[:, None, None]
         return GAIN * way + self.speed * bend * far / (far + VANISHING_DISTANCE)
 
+    def ignore_velocities(self) -> None:
+        """Remove the weights of the velocities, which stay zero where the velocities are zero."""
+        with torch.no_grad():
+            self.network[0].weight[:, -6:] = 0.0
+
     def act(self, observation: dict[str, np.ndarray]) -> Float32[np.ndarray, "2 3"]:
         """Return the action for an observation of `ShapeControl`."""
         goal = observation["goal"]
@@ -75,12 +81,13 @@ class GripPolicy(nn.Module):
 
     def save(self, file: Path) -> None:
         """Write the weights."""
-        torch.save({"speed": self.speed, "weights": self.state_dict()}, file)
+        kept = {"speed": self.speed, "width": self.width, "weights": self.state_dict()}
+        torch.save(kept, file)
 
     @staticmethod
     def load(file: Path) -> GripPolicy:
         """Return the policy that `save` wrote."""
         saved = torch.load(file, weights_only=True)
-        policy = GripPolicy(saved["speed"]).double()
+        policy = GripPolicy(saved["speed"], saved["width"]).double()
         policy.load_state_dict(saved["weights"])
         return policy

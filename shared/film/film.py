@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 from jaxtyping import UInt8
 
+from shared.film.framing import Rectangle, Viewpoint, azimuth_of, frame, points_of
 from shared.film.picture import Painter
 from shared.film.recorded_run import RecordedRun
 from shared.recording import Recording
@@ -31,18 +32,20 @@ class FilmSettings:
     """Time that a run stands still at its start [s]."""
     rest_time: float = 2.5
     """Time that a run stands still at its end [s]."""
+    sway: float = 0.0
+    """Angle by which the camera goes round the run from its start to its end [rad]."""
 
 
 VIDEO = FilmSettings()
 """Settings of a video."""
 CODEC = "vp09"
 """Codec of a video in an MP4 file: VP9, which browsers play."""
-VIEW_ANGLE = -1.05
-"""Angle of the camera about the vertical, from the x axis [rad]."""
-ARM_VIEW_FACTOR = 1.3
-"""Factor of the camera's distance with which more of the arms is seen [-]."""
+AREA: Rectangle = (0.04, 0.16, 0.96, 0.91)
+"""Part of the picture in which the run is seen, between title and measures."""
 INSET_WIDTH = 0.24
 """Width of the camera's image in that of the picture [-]."""
+INSET_MARGIN = 0.015
+"""Distance of the camera's image from the edges, in the width of the picture [-]."""
 TEXT_COLOR = (235, 235, 235)
 """Colour of text: blue, green, red."""
 FONT = "sans"
@@ -121,21 +124,19 @@ def run_pictures(run: RecordedRun, settings: FilmSettings = VIDEO) -> Iterator[P
         settings: Size and duration.
     """
     rope, limits = run.scenario.rope, run.scenario.limits
-    whole = np.concatenate([run.at(0.0).nodes, run.at(run.duration).nodes, run.at(0.0).goal])
-    low, high = whole.min(0), whole.max(0)
-    middle = (low + high) / 2.0 - np.array([0.0, 0.0, 0.05])
-    distance = 0.7 + 1.2 * float(np.linalg.norm(high - low))
-    if run.at(0.0).arms:
-        distance *= ARM_VIEW_FACTOR
-    away = np.array([0.75 * np.cos(VIEW_ANGLE), 0.75 * np.sin(VIEW_ANGLE), 0.6])
-    painter = Painter(settings.size, tuple(middle + distance * away), tuple(middle))
+    viewpoint, inset = _viewpoint(run, settings.size)
+    painter = Painter(settings.size, viewpoint.eye, viewpoint.target)
     title = run.scenario.description or run.scenario.name
-    for k in range(picture_count(run, settings)):
+    count = picture_count(run, settings)
+    for k in range(count):
         time = k / settings.rate - settings.title_time
         instant = run.at(min(max(time, 0.0), run.duration))
+        if settings.sway:
+            turned = viewpoint.turned(settings.sway * (k / max(count - 1, 1) - 0.5))
+            painter = Painter(settings.size, turned.eye, turned.target)
         picture = painter.paint(instant, rope.diameter / 2.0, limits.gripper_radius)
         if instant.view is not None:
-            _inset(picture, instant.view)
+            _show_view(picture, instant.view, inset)
         _caption(picture, title, max(time, 0.0), 1e3 * instant.error)
         yield picture
 
@@ -154,7 +155,10 @@ def title_card(
     width, height = settings.size
     picture = np.full((height, width, 3), (40, 33, 30), np.uint8)
     left, top = width // 10, 2 * height // 5
-    write_text(picture, title, (left, top), height // 10, bold=True)
+    size = height // 10
+    wide = text_width(title, size, bold=True)
+    fitting = min(size, size * (width - 2 * left) // max(wide, 1))
+    write_text(picture, title, (left, top), fitting, bold=True)
     for k, line in enumerate(lines):
         write_text(picture, line, (left, top + height // 8 + k * height // 16), height // 26)
     for _ in range(round(duration * settings.rate)):
@@ -173,17 +177,50 @@ def write_text(
         size: Height of a line [pixels].
         bold: Whether it is bold.
     """
-    weight = 700 if bold else 400
-    cv2.putText(picture, text, place, TEXT_COLOR, cv2.FontFace(FONT), size, weight)
+    cv2.putText(picture, text, place, TEXT_COLOR, cv2.FontFace(FONT), size, _weight(bold))
 
 
-def _inset(picture: Picture, view: Picture) -> None:
-    """Put the camera's image into the upper right corner."""
-    width = round(INSET_WIDTH * picture.shape[1])
-    height = round(width * view.shape[0] / view.shape[1])
-    margin = width // 16
-    small = cv2.resize(view, (width, height), interpolation=cv2.INTER_AREA)
-    picture[margin : margin + height, -margin - width : -margin] = small
+def text_width(text: str, size: int, bold: bool = False) -> int:
+    """Return the width of a line of text [pixels].
+
+    Args:
+        text: Line.
+        size: Height of a line [pixels].
+        bold: Whether it is bold.
+    """
+    *_, width, _ = cv2.getTextSize((0, 0), text, (0, 0), cv2.FontFace(FONT), size, _weight(bold))
+    return width
+
+
+def _weight(bold: bool) -> int:
+    return 700 if bold else 400
+
+
+def _viewpoint(run: RecordedRun, size: tuple[int, int]) -> tuple[Viewpoint, Rectangle]:
+    """Viewpoint of a run, and the right corner for the camera's image that leads it nearest."""
+    points, azimuth, view = points_of(run), azimuth_of(run), run.at(0.0).view
+    columns, rows = (4, 3) if view is None else (view.shape[1], view.shape[0])
+    height = INSET_WIDTH * rows / columns * size[0] / size[1]
+    left, margin = 1.0 - INSET_MARGIN - INSET_WIDTH, INSET_MARGIN * size[0] / size[1]
+    corners: list[Rectangle] = [
+        (left, upper, left + INSET_WIDTH, upper + height)
+        for upper in (margin, 1.0 - margin - height)
+    ]
+    found = [
+        (frame(points, size, azimuth, AREA, None if view is None else corner), corner)
+        for corner in corners
+    ]
+    return min(found, key=lambda pair: pair[0].distance)
+
+
+def _show_view(picture: Picture, view: Picture, area: Rectangle) -> None:
+    """Put the camera's image into a part of the picture."""
+    rows, columns = picture.shape[:2]
+    left, upper, right, lower = (
+        round(share * count) for share, count in zip(area, (columns, rows) * 2, strict=True)
+    )
+    size = (right - left, lower - upper)
+    picture[upper:lower, left:right] = cv2.resize(view, size, interpolation=cv2.INTER_AREA)
 
 
 def _caption(picture: Picture, title: str, time: float, error: float) -> None:

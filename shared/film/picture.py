@@ -11,6 +11,7 @@ from jaxtyping import Float64, UInt8
 
 from lariat.geometry import Camera, Intrinsics, looking_at
 from lariat.geometry.obstacles import Obstacle
+from shared.film.framing import VIEW_ANGLE
 from shared.film.recorded_run import Instant
 from shared.film.surfaces import surface
 
@@ -23,6 +24,7 @@ BODY: Color = (176, 158, 140)
 SUPPORT: Color = (120, 160, 120)
 ARM: Color = (196, 190, 184)
 ROPE: Color = (60, 160, 245)
+OTHER_ROPE: Color = (120, 170, 150)
 GRIPPER: Color = (90, 70, 215)
 GOAL: Color = (220, 70, 220)
 PATH: Color = (200, 190, 90)
@@ -43,7 +45,7 @@ class Painter:
         size: tuple[int, int],
         eye: tuple[float, float, float],
         target: tuple[float, float, float],
-        view: float = 0.75,
+        view: float = VIEW_ANGLE,
     ) -> None:
         """Create a painter.
 
@@ -84,6 +86,9 @@ class Painter:
             for k in range(len(nodes) - 1)
         ]
         parts += [(self._distance(axis.mean(0)), (axis,)) for axis in instant.grips]
+        for line in instant.others:
+            self._line(image, _on_table(line), SHADOW, radius)
+            self._line(image, line, OTHER_ROPE, radius)
         self._line(image, instant.goal, GOAL, 0.4 * radius)
         for _, part in sorted(parts, key=lambda pair: -pair[0]):
             if isinstance(part, Obstacle):

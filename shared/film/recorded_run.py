@@ -42,6 +42,8 @@ class Instant:
     """Bodies of the arms."""
     error: float
     """Mean node distance of rope and goal [m]."""
+    others: tuple[Float64[np.ndarray, "k 3"], ...] = ()
+    """Axes of other ropes, as perceived [m]."""
     view: UInt8[np.ndarray, "h w 3"] | None = None
     """Image of the first camera, blue first; None where none was recorded."""
 
@@ -66,6 +68,7 @@ class RecordedRun:
         kept = (
             topics.ROPE_TRUTH.key,
             topics.ROPE_NODES.key,
+            topics.ROPE_OTHERS.key,
             topics.TASK_STATE.key,
             topics.ARM_STATE.key,
             topics.SCENE_STATE.key,
@@ -116,6 +119,7 @@ class RecordedRun:
             tuple(o for o in obstacles if o.shape != "half_space"),
             self._arm_bodies(grips, now),
             float(np.linalg.norm(distance, axis=1).mean()),
+            self._others(now),
             self._view(now),
         )
 
@@ -146,6 +150,11 @@ class RecordedRun:
             if links and side in grips:
                 bodies.append(_stem(np.array(links[-1].position), grips[side][1]))
         return tuple(bodies)
+
+    def _others(self, now: float) -> tuple[Float64[np.ndarray, "k 3"], ...]:
+        message = self._latest(topics.ROPE_OTHERS.key, now)
+        ropes = message.ropes if message is not None else ()
+        return tuple(chain(line.positions) for rope in ropes for line in rope.lines)
 
     def _view(self, now: float) -> UInt8[np.ndarray, "h w 3"] | None:
         message = self._latest(self._camera, now)

@@ -23,7 +23,7 @@ from shared.recording import Recording
 from tests.browser.chromium import opened
 from tests.browser.stack import free_port
 
-FILM = FilmSettings(size=(960, 540))
+FILM = FilmSettings(size=(960, 540), rate=15, sway=0.35)
 """Settings of the film."""
 PAGE_SIZE = (1280, 720)
 """Columns and rows of the page [pixels]."""
@@ -39,7 +39,7 @@ PAGE_GIF = FilmSettings(size=(720, 405), rate=7)
 """Settings of the page's GIF."""
 TITLE_TIME = 4.0
 """Time for which a title is shown [s]."""
-REPEATS = 8
+REPEATS = 5
 """Pictures of the video for each picture of the page, which then plays at about half speed."""
 
 
@@ -84,13 +84,18 @@ SCENES = (
     ),
     Scene(
         "markers",
-        "Obstacles that are not where they should be",
-        ("Markers tell where they stand; one of them moves.",),
+        "Obstacles found by markers",
+        ("They stand elsewhere than the scenario says, and one of them moves.",),
     ),
     Scene(
         "over-a-bar",
         "Leaning on a support",
         ("The rope is laid over a bar with friction.",),
+    ),
+    Scene(
+        "second-rope",
+        "Another rope",
+        ("A second rope of the same colour lies in the way.", "The camera tells them apart."),
     ),
     Scene("two-turns", "Twist", ("The rope is wound by two whole turns.",)),
     Scene("twenty-posts", "Long ropes", ("Two metres of rope among twenty posts.",)),

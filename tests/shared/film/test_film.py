@@ -14,7 +14,7 @@ from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle
 from shared.film import film, gif
 from shared.film.film import FilmSettings
-from shared.film.picture import ARM, GOAL, ROPE, Painter
+from shared.film.picture import ARM, GOAL, OTHER_ROPE, ROPE, Painter
 from shared.film.recorded_run import Instant, RecordedRun
 from shared.recording import Recording
 
@@ -137,3 +137,20 @@ def _durations(picture: Image.Image):
     for k in range(getattr(picture, "n_frames", 1)):
         picture.seek(k)
         yield picture.info["duration"]
+
+
+@pytest.mark.parametrize("title", ["Twist", "Obstacles that stand elsewhere than they should"])
+def test_a_title_ends_within_the_picture(title: str):
+    settings = FilmSettings(size=(480, 270), rate=5)
+    (picture,) = film.title_card(title, (), 0.2, settings)
+    written = np.flatnonzero((picture != picture[0, 0]).any(axis=(0, 2)))
+    assert len(written) > 20
+    assert written.max() < 0.92 * settings.size[0]
+
+
+def test_another_rope_is_painted():
+    painter = Painter(SIZE, (0.0, -1.0, 0.3), (0.0, 0.0, 0.15))
+    line = np.array([[-0.1, -0.1, 0.2], [0.1, -0.1, 0.2]])
+    both = painter.paint(replace(instant(), others=(line,)), 0.01, 0.012)
+    assert pixels_near(painter.paint(instant(), 0.01, 0.012), OTHER_ROPE) == 0
+    assert pixels_near(both, OTHER_ROPE) > 50

@@ -199,6 +199,8 @@ CASES: dict[str, FaultCase] = {
     "perception-killed": _killed("perception", "writer_holds", effect=BLIND_TIME),
     "perception-frozen": _frozen("perception", "writer_holds", effect=BLIND_TIME),
     "planner-killed": _killed("planner"),
+    "planner-frozen": _frozen("planner"),
+    "sim-frozen": _frozen("sim", "writer_holds", effect=BLIND_TIME),
     "hub-frozen": _frozen("lariat"),
     "gateway-frozen": _frozen("robot_gateway", "stalled", "alarm", "lost_link"),
     "gateway-frozen-coast": _frozen(

@@ -75,7 +75,7 @@ class FaultResult:
     """Largest motion of a joint between rest, or the injection where the arm rests, and the
     operator's consent [rad]."""
     resumed: str
-    """Way in which the cell resumed: by itself, acknowledged or armed."""
+    """Way in which the cell resumed: by itself, acknowledged, approached or armed."""
     reached: bool
     """Whether the goal was reached afterwards."""
     further_holds: int
@@ -283,6 +283,9 @@ def _resume(cell: FaultCell) -> str:
         cell.wait_until(lambda: cell.arms_connected, LINK_TIMEOUT, "the arm is not connected")
         cell.acknowledge()
         return "acknowledged"
+    if cell.arms.needs_approach:
+        cell.arm()
+        return "approached"
     return "by itself"
 
 

@@ -11,13 +11,11 @@ from dashboard import palette
 from dashboard.palette import Color
 from dashboard.subscriptions import STALE_AGE
 from shared import messages
+from shared.arms.rest import stands
 from shared.messages import ArmState, ArmStates, NodeChain, TaskState
 
 MIN_SHOWN_FORCE = 1.0
 """Contact force below which it is not shown [N]."""
-REST_SPEED, REST_TURN_RATE = 0.002, 0.02
-"""Speed and rate of turn of a gripper below which it stands, above what control makes of noise
-[m/s, rad/s]."""
 
 GATEWAY_MODES = {
     ArmStates.DISARMED: ("Disarmed", palette.QUIET),
@@ -130,7 +128,7 @@ def gateway_status(arms: ArmStates | None, age: float) -> StatusLine:
     if age > STALE_AGE:
         return StatusLine(f"The robot gateway is silent for {age:.0f} s", palette.BAD)
     text, color = GATEWAY_MODES.get(arms.mode, (f"Unknown mode {arms.mode}", palette.BAD))
-    if arms.mode == ArmStates.MOVING and all(_stands(a) for a in arms.arms):
+    if arms.mode == ArmStates.MOVING and all(stands(a) for a in arms.arms):
         text, color = "At rest, following", palette.GOOD
     if arms.approaching:
         text, color = "Approaching the start", palette.BUSY
@@ -145,15 +143,6 @@ def gateway_status(arms: ArmStates | None, age: float) -> StatusLine:
         details.append(f"rule “{arms.rule}”")
     details += [f"{a.arm}: {alarm}" for a in arms.arms for alarm in a.alarms]
     return StatusLine(text, color, "; ".join(details))
-
-
-def _stands(arm: ArmState) -> bool:
-    """Return whether a gripper is known to stand."""
-    return (
-        len(arm.linear_velocity) == 3
-        and math.hypot(*arm.linear_velocity) < REST_SPEED
-        and math.hypot(*arm.angular_velocity) < REST_TURN_RATE
-    )
 
 
 def arm_status(arm: ArmState) -> str:

@@ -14,6 +14,7 @@ from services.recorder.runs.runs import Runs
 from services.recorder.view.cell_view import WRITES, CellView
 from shared import topics
 from shared.arms.description import with_own_urdfs
+from shared.arms.rest import stands
 from shared.messages import ArmStates, RecordState, RunResult, TaskState
 from shared.scenario import Scenario
 from shared.service import SECOND, Inbox, Publication
@@ -166,7 +167,9 @@ class RecorderService:
 
 
 def _is_moving(payload: bytes) -> bool:
-    return ArmStates.FromString(payload).mode == ArmStates.MOVING
+    """Whether an arm moves; one that holds a goal follows setpoints at rest."""
+    states = ArmStates.FromString(payload)
+    return states.mode == ArmStates.MOVING and not all(map(stands, states.arms))
 
 
 def build(

@@ -23,6 +23,7 @@ from shared.messages import (
     REACHED,
     RUNNING,
     ArmCommand,
+    ArmState,
     ArmStates,
     NodeChain,
     TaskState,
@@ -115,15 +116,34 @@ def test_every_run_has_a_file_from_idle_to_its_end(tmp_path: Path):
     assert files[0].name == "2026-05-28_20-26-40_three-posts.mcap"
 
 
+def following(speed: float) -> ArmStates:
+    """Arms that follow setpoints, the left one at a speed [m/s]."""
+    arms = [
+        ArmState(arm=side, linear_velocity=[v, 0.0, 0.0], angular_velocity=[0.0] * 3)
+        for side, v in (("left", speed), ("right", 0.0))
+    ]
+    return ArmStates(mode=ArmStates.MOVING, arms=arms)
+
+
 def test_arms_that_move_on_after_a_run_stay_in_its_file(tmp_path: Path):
     cell = Cell(tmp_path)
     cell.live(1.0, RUNNING, "run-1")
     for _ in range(90):
-        cell.hear(topics.ARM_STATE, ArmStates(stamp=cell.now, mode=ArmStates.MOVING))
+        cell.hear(topics.ARM_STATE, following(0.1))
         cell.live(1 / 30, REACHED, "run-1")
     cell.live(5.0, REACHED, "run-1")
     cell.recorder.close()
     assert len(runs_of(tmp_path)) == 1
+
+
+def test_file_of_a_run_ends_although_the_arms_go_on_to_follow_setpoints_at_rest(tmp_path: Path):
+    cell = Cell(tmp_path)
+    cell.live(1.0, RUNNING, "run-1")
+    for _ in range(90):
+        cell.hear(topics.ARM_STATE, following(0.001))
+        cell.live(1 / 30, REACHED, "run-1")
+    assert [s.run for s in cell.states()][-1] == ""
+    assert len(list(tmp_path.glob("*_idle.mcap"))) == 1
 
 
 def test_a_failed_run_ends_its_file_too(tmp_path: Path):
@@ -223,7 +243,7 @@ def test_a_moving_arm_is_recorded_like_a_run(tmp_path: Path):
     cell = Cell(tmp_path, start_up=0.0)
     cell.live(5.0)
     for _ in range(30):
-        cell.hear(topics.ARM_STATE, ArmStates(mode=ArmStates.MOVING))
+        cell.hear(topics.ARM_STATE, following(0.1))
         cell.live(0.1)
     cell.live(4.0)
     cell.recorder.close()

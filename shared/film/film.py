@@ -32,8 +32,6 @@ class FilmSettings:
     """Time that a run stands still at its start [s]."""
     rest_time: float = 2.5
     """Time that a run stands still at its end [s]."""
-    sway: float = 0.0
-    """Angle by which the camera goes round the run from its start to its end [rad]."""
 
 
 VIDEO = FilmSettings()
@@ -127,13 +125,9 @@ def run_pictures(run: RecordedRun, settings: FilmSettings = VIDEO) -> Iterator[P
     viewpoint, inset = _viewpoint(run, settings.size)
     painter = Painter(settings.size, viewpoint.eye, viewpoint.target)
     title = run.scenario.description or run.scenario.name
-    count = picture_count(run, settings)
-    for k in range(count):
+    for k in range(picture_count(run, settings)):
         time = k / settings.rate - settings.title_time
         instant = run.at(min(max(time, 0.0), run.duration))
-        if settings.sway:
-            turned = viewpoint.turned(settings.sway * (k / max(count - 1, 1) - 0.5))
-            painter = Painter(settings.size, turned.eye, turned.target)
         picture = painter.paint(instant, rope.diameter / 2.0, limits.gripper_radius)
         if instant.view is not None:
             _show_view(picture, instant.view, inset)

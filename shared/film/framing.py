@@ -46,16 +46,6 @@ class Viewpoint:
         """Distance of the camera from its target [m]."""
         return float(np.linalg.norm(np.subtract(self.eye, self.target)))
 
-    def turned(self, angle: float) -> Viewpoint:
-        """Return the viewpoint after a rotation about the vertical through the target.
-
-        Args:
-            angle: Angle [rad].
-        """
-        target = np.array(self.target)
-        turn = poses.exponential(np.array([0.0, 0.0, angle]))
-        return _view(target, poses.rotate(turn, np.array(self.eye) - target))
-
     def camera(self, size: tuple[int, int]) -> Camera:
         """Return the camera.
 

@@ -23,7 +23,7 @@ from shared.recording import Recording
 from tests.browser.chromium import opened
 from tests.browser.stack import free_port
 
-FILM = FilmSettings(size=(960, 540), rate=15, sway=0.35)
+FILM = FilmSettings(size=(960, 540), rate=15)
 """Settings of the film."""
 PAGE_SIZE = (1280, 720)
 """Columns and rows of the page [pixels]."""

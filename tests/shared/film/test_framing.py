@@ -58,12 +58,3 @@ def test_a_single_arm_stands_behind_the_rope():
     assert np.linalg.norm(arm - view.eye) > np.linalg.norm(instant.nodes.mean(0) - view.eye)
     without = RecordedRun(Recording.open(REPLAY / "three-cylinders.mcap"))
     assert azimuth_of(without) == AZIMUTH
-
-
-def test_a_turned_viewpoint_looks_at_the_same_point_from_as_far():
-    view = frame(np.array([[0.1, 0.0, 0.2], [-0.1, 0.1, 0.3]]), SIZE, AZIMUTH, AREA)
-    turned = view.turned(0.2)
-    assert turned.target == view.target
-    assert turned.distance == pytest.approx(view.distance)
-    assert turned.eye[2] == pytest.approx(view.eye[2])
-    assert turned.eye[:2] != pytest.approx(view.eye[:2], abs=0.01)

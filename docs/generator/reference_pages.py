@@ -32,6 +32,7 @@ LIBRARY = {
         "environments.shape_control",
         "environments.scenes",
         "environments.policies.grip_policy",
+        "environments.policies.distillation",
         "environments.policies.training",
         "environments.policies.reinforced_policy",
         "environments.policies.reinforcement",

@@ -98,11 +98,9 @@ class KnownPaths:
         bounds = moved + [known.path.length for known in self._paths]
         rows = np.arange(count)
         unproven = np.ones(count, dtype=bool)
-        for attempt in range(TRIED_PATHS + 1):
-            nearest = np.argmin(bounds, axis=1)
+        nearest = np.argmin(bounds, axis=1)
+        for _ in range(TRIED_PATHS):
             unproven &= np.isfinite(bounds[rows, nearest])
-            if attempt == TRIED_PATHS:
-                bounds[unproven] = np.inf
             for k in np.unique(nearest[unproven]):
                 chosen = np.flatnonzero(unproven & (nearest == k))
                 clear = self._in_reach(self._paths[k], positions[chosen])
@@ -110,6 +108,8 @@ class KnownPaths:
                 bounds[chosen[~clear], k] = np.inf
             if not unproven.any():
                 break
+            nearest = np.argmin(bounds, axis=1)
+        bounds[unproven] = np.inf
         return bounds[rows, nearest], moved[rows, nearest]
 
     def _in_reach(

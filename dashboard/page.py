@@ -46,6 +46,8 @@ from shared.service import SECOND, Inbox
 
 IDLE_PERIOD = SECOND
 """Time between two drawings while no browser is open [ns]."""
+PLAN_PERIOD = SECOND // 10
+"""Least time between two drawings of the prediction [ns]."""
 LEFT_PANEL_WIDTH, RIGHT_PANEL_WIDTH = 300, 400
 """Widths of the panels [pixels]."""
 REFUSAL_GAP = 50
@@ -133,7 +135,7 @@ class Page:
         panel.set_width(RIGHT_PANEL_WIDTH)
         self._light_windows: set[int] = set()
         """Windows whose theme is light, by their number."""
-        self._draw_time = 0
+        self._draw_time = self._plan_time = 0
         self._undrawn: dict[str, Message] = {}
         self._refused_sequence = 0
         self._reset_count = 0
@@ -221,8 +223,13 @@ class Page:
                 self._runs.take_picture(fresh.message)
             if fresh := inbox.fresh(topics.RUN_VIDEO):
                 self._runs.take_video(fresh.message)
-        # Published rarely: kept until the next drawing.
-        for topic in (topics.SCENE_STATE, topics.CONTROLLER_PATH, topics.RUN_RESULT):
+        # Kept until the next drawing: published rarely, or drawn less often than they come.
+        for topic in (
+            topics.SCENE_STATE,
+            topics.CONTROLLER_PATH,
+            topics.CONTROLLER_PLAN,
+            topics.RUN_RESULT,
+        ):
             if fresh := inbox.fresh(topic):
                 self._undrawn[topic.key] = fresh.message
         if not self._server.get_clients() and now - self._draw_time < IDLE_PERIOD:
@@ -273,9 +280,12 @@ class Page:
             self._scene.show_truth(truth.message)
         if others := inbox.fresh(topics.ROPE_OTHERS):
             self._scene.show_others(others.message)
-        if plan := inbox.fresh(topics.CONTROLLER_PLAN):
-            self._scene.show_plan(plan.message)
-            self._plots.show_cost(plan.message, now / SECOND)
+        if now - self._plan_time >= PLAN_PERIOD and (
+            plan := self._undrawn.pop(topics.CONTROLLER_PLAN.key, None)
+        ):
+            self._plan_time = now
+            self._scene.show_plan(plan)
+            self._plots.show_cost(plan, now / SECOND)
         if (path := self._undrawn.pop(topics.CONTROLLER_PATH.key, None)) is not None:
             self._scene.show_path(path)
         if arms is not None:
@@ -285,6 +295,7 @@ class Page:
         """Hide prediction and path once the rope has returned to its start."""
         if 0 < self._reset_count < task.reset_count:
             self._scene.hide_motion()
+            self._undrawn.pop(topics.CONTROLLER_PLAN.key, None)
         self._reset_count = task.reset_count or self._reset_count
 
     def _take_scene(self, scene: Scene) -> None:
@@ -314,7 +325,7 @@ class Page:
             camera.clear()
         self._health.clear()
         self._events.clear()
-        self._draw_time = self._reset_count = 0
+        self._draw_time = self._plan_time = self._reset_count = 0
         self._plots.clear()
         self._parameters.clear()
 

@@ -7,10 +7,25 @@ import threading
 from urllib.parse import urlsplit
 
 import aiohttp
+import msgspec
 import viser
+
+from dashboard.door.browser_messages import ViewerCameraMessage
 
 PROTOCOL = f"viser-v{viser.__version__}"
 """Protocol of viser's side of the page."""
+CAMERA = ViewerCameraMessage(
+    wxyz=(1.0, 0.0, 0.0, 0.0),
+    position=(0.0, -1.0, 0.5),
+    fov=0.8,
+    near=0.01,
+    far=1000.0,
+    image_height=800,
+    image_width=1280,
+    look_at=(0.0, 0.0, 0.0),
+    up_direction=(0.0, 0.0, 1.0),
+)
+"""First message of a browser: a page counts as open, and is sent everything, from then on."""
 OPEN_TIMEOUT = 30.0
 """Longest wait for all pages to be open [s]."""
 
@@ -77,6 +92,7 @@ class OpenPages:
         async with session.ws_connect(
             page, protocols=(PROTOCOL,), headers=headers, max_msg_size=0
         ) as browser:
+            await browser.send_bytes(msgspec.msgpack.encode(CAMERA))
             self._open += 1
             if self._open == self._count:
                 self._all_open.set()

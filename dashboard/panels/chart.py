@@ -12,7 +12,7 @@ from viser import uplot
 from dashboard import palette
 from dashboard.palette import Color
 
-REFRESH_PERIOD = 0.2
+REFRESH_PERIOD = 1.0 / 3.0
 """Least time between two drawings of a chart [s]."""
 TEXT_FONT = "11px sans-serif"
 """CSS font of axes and labels."""

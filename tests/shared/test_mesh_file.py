@@ -42,7 +42,7 @@ def obj(face: str = QUAD) -> bytes:
         ("plate.stl", binary_stl()),
         ("plate.STL", text_stl()),
         ("plate.obj", obj()),
-        ("plate.obj", obj("f -4 -3 -2 -1")),
+        ("plate.obj", obj("f -4 -3 -2 -1") + b"v 9 9 9\n"),
     ],
     ids=["binary", "text", "obj", "backwards"],
 )

@@ -8,7 +8,10 @@ from __future__ import annotations
 import contextlib
 import functools
 import io
+import os
+import tempfile
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -33,6 +36,9 @@ def start(*, writes_assembly: bool = False) -> None:
     global _started
     if not _started:
         _skip_source_positions()
+        keeps_kernels = _has_cache_folder()
+        # Nothing is kept there, but Taichi crashes without a folder.
+        elsewhere = {} if keeps_kernels else {"offline_cache_file_path": tempfile.gettempdir()}
         # Taichi prints that it starts, into results and progress bars.
         with contextlib.redirect_stdout(io.StringIO()):
             ti.init(
@@ -40,12 +46,13 @@ def start(*, writes_assembly: bool = False) -> None:
                 default_fp=ti.f64,
                 cpu_max_num_threads=1,
                 # Kernels from the cache are not compiled, and yield no assembly.
-                offline_cache=not writes_assembly,
+                offline_cache=keeps_kernels and not writes_assembly,
                 print_kernel_asm=writes_assembly,
                 # LLVM optimizes anyway. Without Taichi's own passes the rod compiles in a quarter
                 # of the time and runs 5 % slower.
                 advanced_optimization=False,
                 log_level=ti.WARN,
+                **elsewhere,
             )
         _started = True
 
@@ -79,6 +86,16 @@ def launch(
         )
     context.set_arg_int((len(arrays),), count)
     program.launch_kernel(binary, context)
+
+
+def _has_cache_folder() -> bool:
+    """Return whether the folder in which Taichi keeps its kernels can be written."""
+    folder = Path.home() / ".cache" / "taichi"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return False
+    return os.access(folder, os.W_OK)
 
 
 def _skip_source_positions() -> None:

@@ -22,3 +22,34 @@ def test_the_start_of_taichi_prints_nothing():
         env=environment,
     )
     assert (done.stdout, done.stderr) == ("", "")
+
+
+PROGRAM = """
+import numpy as np
+import taichi as ti
+from lariat.rod.launch import taichi_runtime
+
+@ti.kernel
+def double(a: ti.types.ndarray(), n: int):
+    for i in range(n):
+        a[i] = 2.0 * i
+
+taichi_runtime.start()
+numbers = np.zeros(4)
+double(numbers, 4)
+assert numbers.tolist() == [0.0, 2.0, 4.0, 6.0]
+"""
+
+
+def test_kernels_run_where_the_home_folder_cannot_be_written(tmp_path: Path) -> None:
+    program, home = tmp_path / "program.py", tmp_path / "home"
+    program.write_text(PROGRAM)
+    # A file in its place, which root cannot write either.
+    home.touch()
+    done = subprocess.run(
+        [sys.executable, str(program)],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "HOME": str(home), "PYTHONPATH": str(ROOT)},
+    )
+    assert done.returncode == 0, done.stderr

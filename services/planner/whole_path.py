@@ -14,6 +14,7 @@ from lariat.rod import state_along
 from services.planner.arms.arm_check import LEAST_LINK_MARGIN, goal_fault
 from services.planner.grid_search.relaxation import proof_of_no_path
 from services.planner.grid_search.search import GridPath, block_displacements, search_grid
+from services.planner.landing import landed, landing
 from services.planner.path_optimization.optimizer import PathCandidate, PathOptimizer
 from services.planner.problem import Problem, WholePath, grip_distance
 from services.planner.retiming import PATH_PERIOD, RETIMING_SETTINGS, required_clearance, retime
@@ -68,6 +69,17 @@ def plan(problem: Problem, settings: PlannerSettings = PLANNER_SETTINGS) -> Whol
         problem: Planning problem.
         settings: Effort.
     """
+    found = landing(problem)
+    if found is not None:
+        approach = _plan(found.approach, settings)
+        path = landed(problem, found, approach) if approach.reached else approach
+        if path.reached:
+            return path
+    return _plan(problem, settings)
+
+
+def _plan(problem: Problem, settings: PlannerSettings) -> WholePath:
+    """Best path found straight to the goal."""
     optimizer = PathOptimizer(problem)
     blocks = optimizer.settings.blocks
     if optimizer.goal_clearance < 0.0:

@@ -13,7 +13,7 @@ from tests.closed_loop.loop import run
 
 @pytest.fixture(scope="module")
 def outcome() -> RunOutcome:
-    return run("over-a-bar", "run.time_limit=4.0")
+    return run("over-a-bar", "run.time_limit=6.0")
 
 
 def test_the_rope_comes_to_lie_on_the_bar(outcome: RunOutcome):

@@ -38,7 +38,7 @@ VIDEO = FilmSettings()
 """Settings of a video."""
 CODEC = "vp09"
 """Codec of a video in an MP4 file: VP9, which browsers play."""
-AREA: Rectangle = (0.04, 0.16, 0.96, 0.91)
+AREA: Rectangle = (0.04, 0.2, 0.96, 0.91)
 """Part of the picture in which the run is seen, between title and measures."""
 INSET_WIDTH = 0.24
 """Width of the camera's image in that of the picture [-]."""

@@ -33,6 +33,8 @@ LIGHT = np.array([0.35, -0.5, 0.8]) / np.linalg.norm([0.35, -0.5, 0.8])
 """Direction to the light."""
 NEAREST_DEPTH = 0.05
 """Depth below which nothing is painted [m]."""
+TABLE_POINTS = 81
+"""Number of points along each line of the table."""
 FINE = 4
 """Number of binary digits of a pixel coordinate behind its point."""
 
@@ -107,11 +109,15 @@ class Painter:
         width, height = self.size
         image = np.empty((height, width, 3), np.uint8)
         image[:] = SKY
-        edge = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float)
-        self._hull(image, edge, TABLE)
+        # Points behind the camera are left out, so that edges are drawn by many.
+        along = np.linspace(-1.0, 1.0, TABLE_POINTS)
+        across, flat = np.meshgrid(along, along), np.zeros(TABLE_POINTS)
+        places = np.stack([across[0], across[1], np.zeros_like(across[0])], axis=-1)
+        self._hull(image, places.reshape(-1, 3), TABLE)
         for at in np.linspace(-1.0, 1.0, 21):
-            self._line(image, np.array([[at, -1.0, 0.0], [at, 1.0, 0.0]]), GRID, 0.0008)
-            self._line(image, np.array([[-1.0, at, 0.0], [1.0, at, 0.0]]), GRID, 0.0008)
+            fixed = np.full(TABLE_POINTS, at)
+            self._line(image, np.column_stack([fixed, along, flat]), GRID, 0.0008)
+            self._line(image, np.column_stack([along, fixed, flat]), GRID, 0.0008)
         return image
 
     def _body(self, image: np.ndarray, body: Obstacle, color: Color) -> None:

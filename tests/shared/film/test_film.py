@@ -14,7 +14,7 @@ from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle
 from shared.film import film, gif
 from shared.film.film import FilmSettings
-from shared.film.picture import ARM, GOAL, OTHER_ROPE, ROPE, Painter
+from shared.film.picture import ARM, GOAL, OTHER_ROPE, ROPE, SKY, Painter
 from shared.film.recorded_run import Instant, RecordedRun
 from shared.recording import Recording
 
@@ -154,3 +154,11 @@ def test_another_rope_is_painted():
     both = painter.paint(replace(instant(), others=(line,)), 0.01, 0.012)
     assert pixels_near(painter.paint(instant(), 0.01, 0.012), OTHER_ROPE) == 0
     assert pixels_near(both, OTHER_ROPE) > 50
+
+
+def test_the_table_reaches_below_a_near_camera():
+    painter = Painter(SIZE, (0.3, -0.6, 0.5), (0.0, 0.0, 0.1))
+    image = painter.paint(instant(), 0.01, 0.012)
+    for column in (2, SIZE[0] // 2, SIZE[0] - 3):
+        below = image[-6:, column].astype(int)
+        assert np.abs(below - SKY).max(axis=1).min() > 10

@@ -19,6 +19,7 @@ def main(
     scenario: tyro.conf.Positional[Path],
     /,
     plan: bool = False,
+    alternatives: int = 1,
     json: bool = False,
     set: Annotated[
         tyro.conf.UseAppendAction[tuple[str, ...]], tyro.conf.arg(metavar="KEY=VALUE")
@@ -31,6 +32,7 @@ def main(
     Examples:
       lariat check three-cylinders
       lariat check my-cell.toml --plan
+      lariat check my-cell.toml --plan --alternatives 3
       lariat check my-cell.toml --json
       lariat check three-cylinders --set rope.diameter=0.012
 
@@ -38,6 +40,8 @@ def main(
         scenario: The scenario's TOML file, or the short name of a shipped one.
         plan: Plan a path from the start to the goal, too. Where an arm cannot hold the goal, say
             which moves of its base or turns of its grip would help.
+        alternatives: Largest number of different paths that are listed with --plan: those with the
+            most clearance first, then the fastest. A run follows the one that --plan alone finds.
         json: Answer with one JSON object on standard output.
         set: Replaces one value of the scenario, as in `lariat run`; may be repeated.
 
@@ -49,7 +53,7 @@ def main(
     dependencies.check(cell, services.NAMES)
     reports = preflight.check(cell)
     starts = arm_starts(cell)
-    path = planned(cell) if plan else {}
+    path = planned(cell, alternatives) if plan else {}
     if json:
         shapes = {
             key: {"clearance_mm": round(1e3 * r.clearance, 3), "nearest": r.nearest}
@@ -83,6 +87,11 @@ def main(
             f"  path: {found}; {path['duration_s']:.1f} s, {path['clearance_mm']:.1f} mm from "
             f"obstacles, planned in {path['plan_s']:.1f} s"
         )
+        for k, way in enumerate(path["alternatives"], start=1):
+            print(
+                f"  path {k}: {way['duration_s']:.1f} s, grips travel {way['travel_m']:.2f} m, "
+                f"{way['clearance_mm']:.1f} mm from obstacles"
+            )
         if path["start_fault"]:
             print(f"  at the start itself, {path['start_fault']}")
         for words in path["would_help"]:
@@ -90,9 +99,15 @@ def main(
     return 0 if path.get("reached", True) else 1
 
 
-def planned(cell: Scenario) -> dict[str, Any]:
-    """Return what the planner finds from the scenario's start to its goal."""
+def planned(cell: Scenario, alternatives: int = 1) -> dict[str, Any]:
+    """Return what the planner finds from the scenario's start to its goal.
+
+    Args:
+        cell: Scenario.
+        alternatives: Largest number of different paths; 1 for the planner's own alone.
+    """
     # Imported late: the rod starts a compiler, which a check of values alone does not need.
+    from services.planner.alternatives import alternative_paths, duration, travel
     from services.planner.arms.arm_check import goal_fault, start_fault
     from services.planner.service import PlannerService
     from services.planner.whole_path import plan
@@ -104,6 +119,7 @@ def planned(cell: Scenario) -> dict[str, Any]:
     began = time.perf_counter()
     path = plan(problem)
     took = time.perf_counter() - began
+    others = alternative_paths(problem, alternatives) if alternatives > 1 and path.reached else []
     return {
         "reached": path.reached,
         "reason": path.reason,
@@ -111,6 +127,14 @@ def planned(cell: Scenario) -> dict[str, Any]:
         "duration_s": round(len(path.positions) * path.dt, 3),
         "final_error_mm": round(1e3 * path.final_error, 3),
         "plan_s": round(took, 3),
+        "alternatives": [
+            {
+                "clearance_mm": round(1e3 * other.clearance, 3),
+                "duration_s": round(duration(other), 3),
+                "travel_m": round(travel(other), 3),
+            }
+            for other in others
+        ],
         "start_fault": str(start_fault(problem) or ""),
         "would_help": helpful_changes(cell) if goal_fault(problem) else [],
     }

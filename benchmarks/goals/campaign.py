@@ -70,6 +70,8 @@ class Trial:
     """Largest distance of the grips, relative to the rope's length [-]."""
     gripper_clearance_mm: float
     """Least distance of a gripper's body from an obstacle [mm]."""
+    longest_stop: float
+    """Longest time for which the arms stood still on the way [s]."""
     shapes: Float64[np.ndarray, "t n 3"] = field(repr=False)
     """True rope ten times a second [m]."""
     goal: Float64[np.ndarray, "n 3"] = field(repr=False)
@@ -141,6 +143,7 @@ def run_trial(spec: TrialSpec) -> Trial:
         metrics.acceleration,
         metrics.grip_distance,
         1e3 * metrics.gripper_clearance,
+        metrics.longest_stop,
         np.array(metrics.shapes),
         np.array(task.goal.positions).reshape(-1, 3) if task else np.zeros((0, 3)),
         scenario.bodies if scene is None else scene_obstacles(scene),
@@ -171,6 +174,7 @@ def summary(trials: Sequence[Trial]) -> dict[str, float]:
         "largest speed [of limit]": max(t.speed for t in trials),
         "largest acceleration [of limit]": max(t.acceleration for t in trials),
         "largest grip distance [of length]": max(t.grip_distance for t in trials),
+        "longest stop on the way [s]": max(t.longest_stop for t in trials),
         "median horizon error [mm]": np.median(horizon_errors) if horizon_errors else np.nan,
         "median planning time [s]": np.median(plans),
         "longest planning time [s]": np.max(plans),

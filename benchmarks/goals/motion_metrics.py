@@ -21,6 +21,8 @@ CLEARANCE_PERIOD = SECOND // 30
 """Time between two measurements of the grippers' clearance [ns]."""
 SHAPE_PERIOD = SECOND // 10
 """Time between two kept shapes of the rope [ns]."""
+REST_SPEED = 0.005
+"""Speed of the faster grip below which the arms stand still [m/s]."""
 
 
 class MotionMetrics:
@@ -33,6 +35,8 @@ class MotionMetrics:
         """Largest distance of the grips, relative to the rope's length [-]."""
         self.gripper_clearance = np.inf
         """Least distance of a gripper's body from an obstacle that is not a support [m]."""
+        self.longest_stop = 0.0
+        """Longest time for which the arms stood still on the way [s], e.g. during a plan."""
         self.shapes: list[Float64[np.ndarray, "n 3"]] = []
         """True rope ten times a second, for plots [m]."""
         self.task: TaskState | None = None
@@ -41,6 +45,7 @@ class MotionMetrics:
         self._obstacles: tuple[Obstacle, ...] = scenario.bodies
         self._last_velocity: tuple[int, Float64[np.ndarray, "2 2 3"]] | None = None
         self._clearance_stamp = self._shape_stamp = 0
+        self._last_moved = 0
 
     def __call__(self, delivery: Delivery) -> None:
         """Take one message."""
@@ -67,6 +72,11 @@ class MotionMetrics:
         limits = self._limits
         rates = np.linalg.norm(velocity, axis=2) / (limits.speed, limits.angular_speed)
         self.speed = max(self.speed, float(np.max(rates)))
+        if np.max(np.linalg.norm(velocity[:, 0], axis=1)) > REST_SPEED:
+            if self._last_moved:
+                stop = (arms.stamp - self._last_moved) / SECOND
+                self.longest_stop = max(self.longest_stop, stop)
+            self._last_moved = arms.stamp
         if self._last_velocity is not None and arms.stamp > self._last_velocity[0]:
             dt = (arms.stamp - self._last_velocity[0]) / SECOND
             change = np.linalg.norm(velocity - self._last_velocity[1], axis=2) / dt

@@ -87,7 +87,7 @@ def _plan(problem: Problem, settings: PlannerSettings) -> WholePath:
     if at_goal := goal_fault(problem):
         return stay(problem, f"unreachable: at the goal itself, {at_goal}")
     candidates = sorted(optimizer.evaluate(seed_paths(problem, blocks)), key=lambda c: c.cost)
-    candidates, grid_path = _distinct(candidates, settings)[: settings.max_refined], None
+    candidates, grid_path = distinct(candidates, settings)[: settings.max_refined], None
     if candidates[0].shortfall > settings.grid_search_shortfall:
         if problem.moves.all() and not problem.spare_clearance:
             threaded = _search_trees(problem, optimizer, settings, settings.first_tree_growth)
@@ -109,21 +109,21 @@ def _plan(problem: Problem, settings: PlannerSettings) -> WholePath:
     best = _best_path(problem, optimizer, candidates, settings)
     if best.reached:
         return best
-    if _is_clear(best, optimizer) or best.arm_fault:
+    if is_clear(best, optimizer) or best.arm_fault:
         seeker = optimizer if not best.arm_fault else _avoiding_with_arms(problem, optimizer)
         more = sorted(seeker.evaluate(random_via_paths(problem, blocks)), key=lambda c: c.cost)
         if not best.arm_fault:
             # A rope with wrong properties misses its goal by the same distance on all paths.
             more = [c for c in more if c.error < settings.max_via_error_ratio * best.final_error]
-        distinct = _distinct(more, settings)[: settings.max_refined]
-        found = [_best_path(problem, seeker, distinct, settings)] if more else []
+        different = distinct(more, settings)[: settings.max_refined]
+        found = [_best_path(problem, seeker, different, settings)] if more else []
         best = max([best, *found], key=lambda path: _rank(path, optimizer))
     proof = ""
     if not best.reached and (grid_path is None or grid_path.reaches_goal):
         proof = proof_of_no_path(problem) if grid_path is None else ""
         turned = None if proof else _search_trees(problem, optimizer, settings)
         best = max([best, turned or best], key=lambda path: _rank(path, optimizer))
-    if not _is_clear(best, optimizer):
+    if not is_clear(best, optimizer):
         grid_path = grid_path or _search_grid(problem, optimizer, settings)
         reason = proof or best.reason
         return _nearest(problem, optimizer, grid_path, candidates, reason, settings)
@@ -178,8 +178,8 @@ def _search_trees(
         finer = optimizer.settings.for_length(float(np.sum(lengths)))
         follower = PathOptimizer(problem, settings=finer)
         start = follower.follow(pose_displacements(found.grips, lengths, finer.blocks))
-        paths.append(_refined_path(problem, follower, start, refinement))
-        if paths[-1].reached and _is_clear(paths[-1], optimizer):
+        paths.append(refined_path(problem, follower, start, refinement))
+        if paths[-1].reached and is_clear(paths[-1], optimizer):
             break
     return max(paths, key=lambda path: _rank(path, optimizer), default=None)
 
@@ -196,8 +196,13 @@ def _is_rest_shape(problem: Problem, settings: PlannerSettings) -> bool:
     return apart < settings.max_rest_error
 
 
-def _is_clear(path: WholePath, optimizer: PathOptimizer) -> bool:
-    """Whether a path has the clearance below which it is blocked, and the arms can go it."""
+def is_clear(path: WholePath, optimizer: PathOptimizer) -> bool:
+    """Return whether a path is clear of obstacles, and the arms can go it.
+
+    Args:
+        path: Timed path.
+        optimizer: Optimiser of its problem, for the clearance below which it is blocked.
+    """
     least = required_clearance(optimizer) - RETIMING_SETTINGS.clearance_tolerance
     return path.clearance >= least and not path.arm_fault
 
@@ -217,7 +222,7 @@ def _best_path(
     sufficient = RETIMING_SETTINGS.sufficient_clearance * optimizer.wanted_clearance
     paths: list[WholePath] = []
     for candidate in candidates:
-        paths.append(_refined_path(problem, optimizer, candidate, settings))
+        paths.append(refined_path(problem, optimizer, candidate, settings))
         if paths[-1].reached and paths[-1].clearance > sufficient:
             return paths[-1]
     return max(paths, key=lambda path: _rank(path, optimizer))
@@ -237,10 +242,17 @@ def _search_grid(
     return found
 
 
-def _refined_path(
+def refined_path(
     problem: Problem, optimizer: PathOptimizer, start: PathCandidate, settings: PlannerSettings
 ) -> WholePath:
-    """Timed path of a candidate after its refinement."""
+    """Return the timed path of a candidate after its refinement.
+
+    Args:
+        problem: Planning problem.
+        optimizer: Optimiser of the problem.
+        start: Candidate.
+        settings: Effort.
+    """
     candidate = optimizer.refine(start, settings.iterations)
     if problem.variants:
         unsure = optimizer.allow_for_uncertainty(candidate)
@@ -277,8 +289,8 @@ def _nearest_reachable(
     )
     optimizer = PathOptimizer(near)
     displacements = block_displacements(grid_path.grips, optimizer.settings.blocks)
-    path = _refined_path(near, optimizer, optimizer.evaluate([displacements])[0], settings)
-    if not _is_clear(path, optimizer) or path.clearance < 0.0:
+    path = refined_path(near, optimizer, optimizer.evaluate([displacements])[0], settings)
+    if not is_clear(path, optimizer) or path.clearance < 0.0:
         return None
     return _ending_short(
         problem,
@@ -358,13 +370,18 @@ def _obstacle_at_goal(problem: Problem) -> str:
 
 def _rank(path: WholePath, optimizer: PathOptimizer) -> tuple[bool, bool, float]:
     """Sort key: reached, then clear, then clearance or nearness to the goal."""
-    clear = _is_clear(path, optimizer)
+    clear = is_clear(path, optimizer)
     value = path.clearance if path.reached or not clear else -path.final_error
     return path.reached, clear, value
 
 
-def _distinct(candidates: list[PathCandidate], settings: PlannerSettings) -> list[PathCandidate]:
-    """Candidates whose paths differ halfway, in their order."""
+def distinct(candidates: list[PathCandidate], settings: PlannerSettings) -> list[PathCandidate]:
+    """Return the candidates whose paths differ halfway, in their order.
+
+    Args:
+        candidates: Candidates, of which the first of several alike is kept.
+        settings: Distance above which two differ.
+    """
     kept: list[PathCandidate] = []
     for candidate in candidates:
         here = _halfway(candidate)

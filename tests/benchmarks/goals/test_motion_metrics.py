@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,15 +12,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.goals.campaign import TrialSpec, run_trial
-from benchmarks.goals.motion_metrics import gripper_clearance
+from benchmarks.goals.motion_metrics import MotionMetrics, gripper_clearance
 from environments.scenes import Kind
 from lariat.geometry import poses
 from lariat.geometry.grippers import gripper_bodies
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
+from shared import topics
 from shared.constraints.collision import EXACT_SLACK
 from shared.constraints.motion_constraints import CellBoundaries, MotionConstraints
+from shared.messages import ArmStates
 from shared.scenario import Scenario, load
+from shared.service import SECOND
 
 BASE = load(Path(__file__).parents[3] / "scenarios" / "three-cylinders.toml")
 KINDS: list[Kind] = ["hard", "boxes", "moving", "new-goal", "rotating"]
@@ -73,3 +77,18 @@ def test_a_gripper_is_judged_by_the_body_that_the_gateway_keeps_out(seed: int) -
     # The gateway's spheres cover the capsule, and stand out by no more than 1.5 mm.
     assert kept <= measured + 1e-6
     assert measured < kept + 1.5e-3 or kept - limits.keep_out >= EXACT_SLACK
+
+
+def test_a_stop_counts_from_motion_to_motion() -> None:
+    metrics = MotionMetrics(BASE)
+    # At rest before and after, and 0.3 s of standing still between two motions.
+    for tick, speed in enumerate([0.0] * 20 + [0.1] * 5 + [0.001] * 14 + [0.1] * 3 + [0.0] * 40):
+        arms = ArmStates(stamp=(tick + 1) * SECOND // 50)
+        for side, x in (("left", -0.2), ("right", 0.2)):
+            arm = arms.arms.add(arm=side, linear_velocity=[0.0, speed, 0.0])
+            arm.angular_velocity.extend([0.0, 0.0, 0.0])
+            arm.position.extend([x, 0.0, 0.3])
+            arm.orientation.extend([1.0, 0.0, 0.0, 0.0])
+        delivery = SimpleNamespace(key=topics.ARM_STATE.key, parse=lambda arms=arms: arms)
+        metrics(delivery)
+    assert metrics.longest_stop == pytest.approx(0.3)

@@ -9,6 +9,7 @@ one of two marks:
 
 from __future__ import annotations
 
+import functools
 import re
 from pathlib import Path
 
@@ -51,6 +52,7 @@ def tables(text: str) -> list[tuple[str, str]]:
     return found
 
 
+@functools.cache
 def fault(above: str) -> str:
     """Why the line above a table does not say how the table was measured; empty if it does."""
     if EXCUSED.fullmatch(above):

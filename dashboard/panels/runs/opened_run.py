@@ -151,7 +151,8 @@ class OpenedRun:
             )
 
     def _add_bar(self, motion: RunMotion) -> None:
-        start, end = (motion.time[0], motion.time[-1]) if motion.time else (0.0, 0.0)
+        # Two decimals: the field beside the bar has no room for more.
+        start, end = (round(motion.time[k], 2) if motion.time else 0.0 for k in (0, -1))
         # Marks outside of the motion, and marks that would cover one another, are in the list only.
         marks, last = [], -math.inf
         for mark in motion.marks:

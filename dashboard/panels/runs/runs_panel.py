@@ -103,6 +103,8 @@ class RunsPanel:
             hint="Show the recorded rope beside the present one, at any time of the run",
         )
         self._open.on_click(lambda _: actions.put(lambda: self._opened.open(self._selected)))
+        # Below its button: further down, it would open where nobody looks.
+        self._opened = OpenedRun(server, scenario, actions, outbox)
         self._compare = gui.add_button("Compare", icon=viser.Icon.CHART_LINE, disabled=True)
         self._compare.on_click(lambda _: actions.put(self._toggle_compared))
         self._compare_shown = gui.add_button(
@@ -129,7 +131,6 @@ class RunsPanel:
         self._delete = gui.add_button("Delete …", icon=viser.Icon.TRASH, disabled=True)
         self._delete.on_click(lambda event: actions.put(partial(self._confirm, event.client)))
         self._actions = actions
-        self._opened = OpenedRun(server, scenario, actions, outbox)
         self._charts = gui.add_folder("Compared runs")
         self._drawn: tuple[viser.GuiUplotHandle, ...] = ()
         self._draw()

@@ -82,6 +82,15 @@ def test_rope_and_picture_are_those_of_the_shown_time(opened: Opened) -> None:
     assert opened.asked(2.3) == [(RunListRequest.SEND_PICTURE, 0.7)]
 
 
+def test_time_bar_has_times_that_its_field_shows_whole(opened: Opened) -> None:
+    opened.open("run-1")
+    late = motion()
+    late.time[:] = [0.026951, 0.5, 1.018273]
+    opened.take_motion(late)
+    assert opened._bar is not None
+    assert (opened._bar.min, opened._bar.max, opened._bar.value) == (0.03, 1.02, 0.03)
+
+
 def test_playback_ends_with_the_run(opened: Opened) -> None:
     opened.open("run-1")
     opened.take_motion(motion())

@@ -134,4 +134,4 @@ def _view(target: Float64[np.ndarray, "3"], offset: Float64[np.ndarray, "3"]) ->
 
 
 def _inside(shares: Float64[np.ndarray, "p 2"], area: Rectangle) -> np.ndarray:
-    return ((shares >= area[:2]) & (shares <= area[2:])).all(axis=1)
+    return np.asarray(np.all((shares >= area[:2]) & (shares <= area[2:]), axis=1))

@@ -294,6 +294,7 @@ def test_rope_is_coloured_by_its_curvature(bench: tuple[Cell, Page]) -> None:
     def shown() -> np.ndarray:
         clip = {"x": place[0] - 2.0, "y": place[1] - 2.0, "width": 5.0, "height": 5.0}
         image = cv2.imdecode(np.frombuffer(page.screenshot(clip=clip), np.uint8), 1)
+        assert image is not None
         return image[..., ::-1].reshape(-1, 3).astype(float).mean(axis=0)
 
     red, _, blue = shown()

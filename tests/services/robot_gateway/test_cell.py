@@ -198,7 +198,8 @@ def test_obstacle_that_appears_in_the_way_stops_the_gripper_before_it(wall: Obst
     world.follow(ahead, 1.5, since)
     assert world.cell.follower.state.positions[0, 1] + 0.012 + 0.005 <= 0.31
     assert world.cell.follower.resting
-    assert world.report.rule in ("keep_out", "step")
+    # What is asked for lies beyond the obstacle by now: a step too far, and round it too long a way.
+    assert world.report.rule in ("keep_out", "step", "overstretch")
 
 
 def test_rope_that_is_too_tight_may_only_be_relieved() -> None:

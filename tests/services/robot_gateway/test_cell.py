@@ -198,7 +198,7 @@ def test_obstacle_that_appears_in_the_way_stops_the_gripper_before_it(wall: Obst
     world.follow(ahead, 1.5, since)
     assert world.cell.follower.state.positions[0, 1] + 0.012 + 0.005 <= 0.31
     assert world.cell.follower.resting
-    # What is asked for lies beyond the obstacle by now: a step too far, and round it too long a way.
+    # What is asked for lies beyond the obstacle by now, a step too far and too long a way round.
     assert world.report.rule in ("keep_out", "step", "overstretch")
 
 

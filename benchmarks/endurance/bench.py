@@ -93,7 +93,12 @@ def _live(scenario: Path, minutes: float, pages: int, hostile_rate: float) -> di
             samples += new
             _report(new[-1], operation.runs)
         answer = _answer(samples, operation.runs, operation.failures)
-        return {**answer, "holds": operation.holds, "refused": operation.refused}
+        return {
+            **answer,
+            "holds": operation.holds,
+            "refused": operation.refused,
+            "ended_pages": operation.ended_pages,
+        }
 
 
 def _answer(samples: list[Sample], runs: int, failures: list[str]) -> dict[str, Any]:
@@ -154,5 +159,7 @@ def _print(name: str, answer: dict[str, Any], conditions: Conditions) -> None:
     console.print(table)
     if "holds" in answer:
         console.print(f"{answer['holds']} holds, {answer['refused']} messages refused")
+    if ended := answer.get("ended_pages"):
+        console.print(ended, markup=False)
     for failure in answer["failures"][:10]:
         console.print(failure, markup=False)

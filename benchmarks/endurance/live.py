@@ -44,6 +44,7 @@ class LiveOperation:
         self._scenario, self._page_count, self._hostile_rate = scenario, pages, hostile_rate
         self._time_limit = load(scenario).run.time_limit
         self._health: dict[str, Health] = {}
+        self._pages: OpenPages | None = None
         self._resources = ExitStack()
         self.runs = 0
         """Number of runs that reached their goal."""
@@ -60,8 +61,8 @@ class LiveOperation:
         self._arm, self._task = bus.subscribe(topics.ARM_STATE), bus.subscribe(topics.TASK_STATE)
         self._healths = bus.subscribe(topics.HEALTH)
         if self._page_count:
-            pages = OpenPages(stack.address, self._page_count)
-            self._resources.callback(pages.close)
+            self._pages = OpenPages(stack.address, self._page_count)
+            self._resources.callback(self._pages.close)
         if self._hostile_rate:
             self._start_hostile_publisher(stack.hub, stack.namespace)
         return self
@@ -131,6 +132,13 @@ class LiveOperation:
                 self._client.command_arms(ArmCommand.ACKNOWLEDGE)
             time.sleep(POLL_PERIOD)
             self._client.command_arms(ArmCommand.RESUME)
+
+    @property
+    def ended_pages(self) -> str:
+        """Number of pages whose connection has ended, with the last reason; empty without one."""
+        if self._pages is None or not self._pages.closed:
+            return ""
+        return f"{self._pages.closed} pages ended {self._pages.reason}".rstrip()
 
     @property
     def refused(self) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
+from contextlib import suppress
 from urllib.parse import urlsplit
 
 import aiohttp
@@ -48,7 +49,9 @@ class OpenPages:
         self.received = 0
         """Amount that all pages have received [bytes]."""
         self.closed = 0
-        """Number of pages that the dashboard has closed."""
+        """Number of pages whose connection has ended."""
+        self.reason = ""
+        """Error that ended the last of them; empty where the dashboard closed it."""
         self._open = 0
         self._all_open = threading.Event()
         self._loop = asyncio.new_event_loop()
@@ -61,7 +64,9 @@ class OpenPages:
     def close(self) -> None:
         """Close all pages."""
         if self._reading is not None:
-            self._loop.call_soon_threadsafe(self._reading.cancel)
+            # The loop has ended where no page is open any more.
+            with suppress(RuntimeError):
+                self._loop.call_soon_threadsafe(self._reading.cancel)
         self._thread.join()
 
     def _run(self) -> None:
@@ -84,7 +89,17 @@ class OpenPages:
                 cookie = answer.headers["Set-Cookie"].partition(";")[0]
             page = origin + entrance.partition("url=")[2].partition('"')[0].rstrip("/")
             headers = {"Cookie": cookie, "Origin": origin}
-            await asyncio.gather(*(self._read(session, page, headers) for _ in range(self._count)))
+            await asyncio.gather(*(self._keep(session, page, headers) for _ in range(self._count)))
+
+    async def _keep(
+        self, session: aiohttp.ClientSession, page: str, headers: dict[str, str]
+    ) -> None:
+        """Keep one page open; one that ends leaves the others."""
+        try:
+            await self._read(session, page, headers)
+        except (aiohttp.ClientError, OSError) as error:
+            self.reason = repr(error)
+        self.closed += 1
 
     async def _read(
         self, session: aiohttp.ClientSession, page: str, headers: dict[str, str]
@@ -100,4 +115,3 @@ class OpenPages:
                 self.received += len(message.data or b"")
                 if self._pause:
                     await asyncio.sleep(self._pause)
-            self.closed += 1

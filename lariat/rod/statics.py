@@ -146,8 +146,9 @@ def _relax(
     """
     solids = [] if obstacles is None else unpack(obstacles)
     diameter = model.properties.diameter
-    for refinement in range(MAX_REFINEMENTS + 1):
-        approach, durations = _durations(2**refinement)
+
+    def relaxed(division: int) -> tuple[Rollout, bool]:
+        approach, durations = _durations(division)
         actions = np.zeros((len(durations), 2, 6))
         for end, (pose, kind) in enumerate(((left, model.left), (right, model.right))):
             if kind == "free":
@@ -157,10 +158,14 @@ def _relax(
             time = approach * durations[0]
             actions[:approach, end, :3] = (pose.position - p) / time
             actions[:approach, end, 3:] = turn / time
-        rollout, stable = settle(start, actions, durations, obstacles)
+        return settle(start, actions, durations, obstacles)
+
+    rollout, stable = relaxed(1)
+    for refinement in range(MAX_REFINEMENTS):
         path = np.concatenate([start.positions[None], rollout.positions])
         if not _jumps(path, diameter, solids):
             break
+        rollout, stable = relaxed(2 ** (refinement + 1))
     residual = float(np.max(np.abs(rollout.positions[-1] - rollout.positions[-2])))
     converged = bool(rollout.converged[-1]) and residual < REST_TOLERANCE * model.properties.length
     return Rest(rollout.final.at_rest(), converged, stable, residual)

@@ -66,6 +66,8 @@ COPY --from=kernel --chown=lariat /home/lariat/.cache/lariat /home/lariat/.cache
 COPY --from=sources / ./
 COPY services/sim services/sim
 USER lariat
+RUN python -c "from lariat.machine_code.library import compiled_kernel; \
+    from services.sim.camera.camera_kernels import SOURCES; assert all(map(compiled_kernel, SOURCES))"
 ENTRYPOINT ["python", "-m", "services.sim"]
 
 FROM rod AS perception
@@ -76,6 +78,8 @@ COPY --from=kernel --chown=lariat /home/lariat/.cache/lariat /home/lariat/.cache
 COPY --from=sources / ./
 COPY services/perception services/perception
 USER lariat
+RUN python -c "from lariat.machine_code.library import compiled_kernel; \
+    from services.perception.centerline.chain_fit import KERNEL; assert compiled_kernel(KERNEL)"
 ENTRYPOINT ["python", "-m", "services.perception"]
 
 # A camera from outside; its library speaks to the device over USB.

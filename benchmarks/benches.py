@@ -52,6 +52,7 @@ BENCHES: dict[str, Bench] = {
     ),
     "rod": Bench("benchmarks.rod.bench", "the rod's gradients, speed, robustness and accuracy"),
     "run": Bench("benchmarks.stages.bench", "time of a headless run by stage of the loop"),
+    "start": Bench("benchmarks.start", "processor time of each process until the stack is ready"),
     "ways": Bench("benchmarks.ways.bench", "paths through posts, beams, windows and corridors"),
 }
 """Benches by name."""

@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import tyro
 
 from shared.scenario import SIDES, Scenario
@@ -20,6 +21,7 @@ def main(
     /,
     plan: bool = False,
     alternatives: int = 1,
+    nearest: Path | None = None,
     json: bool = False,
     set: Annotated[
         tyro.conf.UseAppendAction[tuple[str, ...]], tyro.conf.arg(metavar="KEY=VALUE")
@@ -33,6 +35,7 @@ def main(
       lariat check three-cylinders
       lariat check my-cell.toml --plan
       lariat check my-cell.toml --plan --alternatives 3
+      lariat check my-cell.toml --plan --nearest near.csv
       lariat check my-cell.toml --json
       lariat check three-cylinders --set rope.diameter=0.012
 
@@ -42,6 +45,8 @@ def main(
             which moves of its base or turns of its grip would help.
         alternatives: Largest number of different paths that are listed with --plan: those with the
             most clearance first, then the fastest. A run follows the one that --plan alone finds.
+        nearest: CSV file to which --plan writes the nodes of the nearest shape that can be reached,
+            where no path leads to the goal; e.g. for `goal.nodes`.
         json: Answer with one JSON object on standard output.
         set: Replaces one value of the scenario, as in `lariat run`; may be repeated.
 
@@ -53,7 +58,7 @@ def main(
     dependencies.check(cell, services.NAMES)
     reports = preflight.check(cell)
     starts = arm_starts(cell)
-    path = planned(cell, alternatives) if plan else {}
+    path = planned(cell, alternatives, nearest) if plan else {}
     if json:
         shapes = {
             key: {"clearance_mm": round(1e3 * r.clearance, 3), "nearest": r.nearest}
@@ -83,14 +88,24 @@ def main(
         print(f"  {side} arm at the start: joints {', '.join(f'{j:.1f}' for j in joints)} deg")
     if path:
         found = path["reason"] or "reaches the goal"
+        wait = (
+            f", departs after {path['departs_s']:.1f} s beside what moves"
+            if path["departs_s"]
+            else ""
+        )
         print(
-            f"  path: {found}; {path['duration_s']:.1f} s, {path['clearance_mm']:.1f} mm from "
-            f"obstacles, planned in {path['plan_s']:.1f} s"
+            f"  path: {found}; {path['duration_s']:.1f} s{wait}, {path['clearance_mm']:.1f} mm "
+            f"from obstacles, planned in {path['plan_s']:.1f} s"
         )
         for k, way in enumerate(path["alternatives"], start=1):
             print(
                 f"  path {k}: {way['duration_s']:.1f} s, grips travel {way['travel_m']:.2f} m, "
                 f"{way['clearance_mm']:.1f} mm from obstacles"
+            )
+        if nearest is not None and not path["reached"]:
+            print(
+                f"  nearest shape, {path['final_error_mm']:.0f} mm from the goal on average: "
+                f"{nearest}"
             )
         if path["start_fault"]:
             print(f"  at the start itself, {path['start_fault']}")
@@ -99,31 +114,35 @@ def main(
     return 0 if path.get("reached", True) else 1
 
 
-def planned(cell: Scenario, alternatives: int = 1) -> dict[str, Any]:
+def planned(cell: Scenario, alternatives: int = 1, nearest: Path | None = None) -> dict[str, Any]:
     """Return what the planner finds from the scenario's start to its goal.
 
     Args:
         cell: Scenario.
         alternatives: Largest number of different paths; 1 for the planner's own alone.
+        nearest: File for the nearest shape that can be reached, where no path leads to the goal.
     """
     # Imported late: the rod starts a compiler, which a check of values alone does not need.
     from services.planner.alternatives import alternative_paths, duration, travel
     from services.planner.arms.arm_check import goal_fault, start_fault
     from services.planner.service import PlannerService
-    from services.planner.whole_path import plan
     from stack.arm_advice import helpful_changes
-    from stack.planning import scenario_problem
+    from stack.planning import scenario_departure, scenario_problem
 
     PlannerService(cell).warm_up()
     problem = scenario_problem(cell)
     began = time.perf_counter()
-    path = plan(problem)
+    departure = scenario_departure(cell, problem)
+    path = departure.path
     took = time.perf_counter() - began
+    if nearest is not None and not path.reached:
+        np.savetxt(nearest, path.nodes[-1], delimiter=",", fmt="%.6f")
     others = alternative_paths(problem, alternatives) if alternatives > 1 and path.reached else []
     return {
         "reached": path.reached,
         "reason": path.reason,
         "clearance_mm": round(1e3 * path.clearance, 3),
+        "departs_s": round(departure.after, 3),
         "duration_s": round(len(path.positions) * path.dt, 3),
         "final_error_mm": round(1e3 * path.final_error, 3),
         "plan_s": round(took, 3),

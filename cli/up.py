@@ -25,7 +25,7 @@ from stack import dependencies, services
 from stack.cell_switch.campaign.campaigns import Campaigns
 from stack.cell_switch.campaign.trial_process import TrialOptions
 from stack.cell_switch.cell_switch import CellSwitch
-from stack.cell_switch.library import ScenarioLibrary
+from stack.cell_switch.library import ScenarioLibrary, write
 from stack.credentials.local_secret import local_secret
 from stack.launcher import module_entry
 from stack.launcher.console import ConsoleHandler, ProcessConsole
@@ -105,9 +105,13 @@ def main(
             _open_browser(address, Path(folder))
 
     def programs(path: Path) -> list[Program]:
-        arms = emulated_sides(load(path))
-        common = ("--scenario", str(path.resolve()), *bus_arguments)
-        emulators = [emulator_program(side, path) for side in arms]
+        started = load(path)
+        arms = emulated_sides(started)
+        # A copy: a process that is started again reads what the others have read, whatever has
+        # become of the file.
+        own = write(started, Path(tempfile.mkdtemp(dir=folder)), path.stem)
+        common = ("--scenario", str(own), *bus_arguments)
+        emulators = [emulator_program(side, own) for side in arms]
         return emulators + [service_program(name, common, arms, page) for name in parts]
 
     with (

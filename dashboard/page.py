@@ -7,6 +7,7 @@ from functools import partial
 
 import viser
 
+from dashboard import icons
 from dashboard.action_queue import ActionQueue
 from dashboard.controls import status_text
 from dashboard.controls.arm_controls import ArmControls
@@ -31,14 +32,17 @@ from dashboard.scene.legend import COLORINGS, Coloring, legend_html
 from dashboard.scene.scene_setup import initial_viewpoint, set_theme
 from dashboard.scene.scene_view import INITIALLY_HIDDEN, LAYERS, SceneView
 from dashboard.subscriptions import STALE_AGE, latest_with_age, unheard
+from lariat.geometry.obstacle_motion import obstacles_at
+from lariat.trajectory import NANOSECONDS
 from shared import topics
 from shared.messages import (
     ArmStates,
     Message,
-    NodeChain,
     Parameters,
     Scene,
+    SceneMotion,
     TaskState,
+    obstacle_motions,
     scene_obstacles,
 )
 from shared.scenario import SIDES, Scenario
@@ -46,6 +50,8 @@ from shared.service import SECOND, Inbox
 
 IDLE_PERIOD = SECOND
 """Time between two drawings while no browser is open [ns]."""
+DRAW_PERIOD = SECOND // 20
+"""Least time between two drawings of a live cell [ns]: every second step draws."""
 PLAN_PERIOD = SECOND // 10
 """Least time between two drawings of the prediction [ns]."""
 LEFT_PANEL_WIDTH, RIGHT_PANEL_WIDTH = 300, 400
@@ -69,6 +75,7 @@ class Page:
             outbox: Destination of requests.
             live: Whether there is a cell to control; a recording can only be watched.
         """
+        icons.share_archive()
         self._server = server
         self._scenario = scenario
         self._outbox = outbox
@@ -135,11 +142,13 @@ class Page:
         panel.set_width(RIGHT_PANEL_WIDTH)
         self._light_windows: set[int] = set()
         """Windows whose theme is light, by their number."""
+        self._shortest_period = DRAW_PERIOD if live else 0
         self._draw_time = self._plan_time = 0
         self._undrawn: dict[str, Message] = {}
         self._refused_sequence = 0
         self._reset_count = 0
         self._obstacles = scenario.bodies
+        self._motion = SceneMotion()
         self._obstacle_editor.update(scenario.bodies)
 
     def _add_layers(self, gui: viser.GuiApi) -> None:
@@ -174,7 +183,7 @@ class Page:
 
     def _frame_everything(self, client: viser.ClientHandle | None) -> None:
         if client is not None:
-            viewpoint = initial_viewpoint(self._scenario)
+            viewpoint = initial_viewpoint(self._scenario, client.camera.aspect)
             client.camera.position = viewpoint.position
             client.camera.look_at = viewpoint.target
 
@@ -226,13 +235,21 @@ class Page:
         # Kept until the next drawing: published rarely, or drawn less often than they come.
         for topic in (
             topics.SCENE_STATE,
+            topics.SCENE_MOTION,
+            topics.ROPE_NODES,
+            topics.ROPE_TRUTH,
+            topics.ROPE_OTHERS,
+            topics.ARM_STATE,
             topics.CONTROLLER_PATH,
             topics.CONTROLLER_PLAN,
             topics.RUN_RESULT,
         ):
             if fresh := inbox.fresh(topic):
                 self._undrawn[topic.key] = fresh.message
-        if not self._server.get_clients() and now - self._draw_time < IDLE_PERIOD:
+        for camera in self._cameras:
+            camera.update(inbox, now)
+        period = self._shortest_period if self._server.get_clients() else IDLE_PERIOD
+        if 0 <= now - self._draw_time < period:
             return
         self._draw_time = now
         with self._server.atomic():
@@ -243,14 +260,17 @@ class Page:
         rope, _ = latest_with_age(inbox, topics.ROPE_NODES, now)
         preview, _ = latest_with_age(inbox, topics.TASK_GOAL_PREVIEW, now)
         headline = status_text.headline(task, task_age, arms, rope, unheard(inbox))
-        self._run_controls.update(headline, task)
+        self._run_controls.update(headline, task, now)
         self._arm_controls.update(arms, arms_age)
         self._goal_editor.update(task, preview, now)
         self._goal_shortcuts.update(task, rope, arms)
         self._saved_goals.update(latest_with_age(inbox, topics.GOAL_LIST, now)[0], task)
-        self._draw_scene(inbox, rope, arms, now)
+        self._draw_scene(now)
         if (scene := self._undrawn.pop(topics.SCENE_STATE.key, None)) is not None:
             self._take_scene(scene)
+        if (motion := self._undrawn.pop(topics.SCENE_MOTION.key, None)) is not None:
+            self._motion = motion
+            self._show_obstacles()
         if (result := self._undrawn.pop(topics.RUN_RESULT.key, None)) is not None:
             self._plots.show_result(result)
         self._plots.draw(now / SECOND)
@@ -266,20 +286,16 @@ class Page:
             self._campaigns.update(launcher, latest_with_age(inbox, topics.CAMPAIGN_STATE, now)[0])
         if self._first_day is not None:
             self._first_day.update(*latest_with_age(inbox, topics.COMMISSIONING_STATE, now))
-        for camera in self._cameras:
-            camera.update(inbox, now)
         self._events.draw(now)
         self._health.update(inbox, now)
 
-    def _draw_scene(
-        self, inbox: Inbox, rope: NodeChain | None, arms: ArmStates | None, now: int
-    ) -> None:
-        if rope is not None and inbox.fresh(topics.ROPE_NODES):
+    def _draw_scene(self, now: int) -> None:
+        if (rope := self._undrawn.pop(topics.ROPE_NODES.key, None)) is not None:
             self._scene.show_rope(rope)
-        if truth := inbox.fresh(topics.ROPE_TRUTH):
-            self._scene.show_truth(truth.message)
-        if others := inbox.fresh(topics.ROPE_OTHERS):
-            self._scene.show_others(others.message)
+        if (truth := self._undrawn.pop(topics.ROPE_TRUTH.key, None)) is not None:
+            self._scene.show_truth(truth)
+        if (others := self._undrawn.pop(topics.ROPE_OTHERS.key, None)) is not None:
+            self._scene.show_others(others)
         if now - self._plan_time >= PLAN_PERIOD and (
             plan := self._undrawn.pop(topics.CONTROLLER_PLAN.key, None)
         ):
@@ -288,7 +304,7 @@ class Page:
             self._plots.show_cost(plan, now / SECOND)
         if (path := self._undrawn.pop(topics.CONTROLLER_PATH.key, None)) is not None:
             self._scene.show_path(path)
-        if arms is not None:
+        if (arms := self._undrawn.pop(topics.ARM_STATE.key, None)) is not None:
             self._scene.show_arms(arms)
 
     def _forget_past_motion(self, task: TaskState) -> None:
@@ -305,8 +321,13 @@ class Page:
             self.notify(Notification("The scene cannot be drawn", str(error)))
             return
         self._obstacles = obstacles
-        self._scene.show_obstacles(obstacles)
+        self._show_obstacles()
         self._obstacle_editor.update(obstacles)
+
+    def _show_obstacles(self) -> None:
+        """Draw the obstacles, moving ones where they are at the stamp of the newest motion."""
+        motions, stamp = obstacle_motions(self._motion), self._motion.stamp
+        self._scene.show_obstacles(obstacles_at(self._obstacles, motions, stamp * NANOSECONDS))
 
     def _report_refused_setpoints(self, arms: Sequence[ArmStates]) -> None:
         for state in arms:

@@ -23,7 +23,7 @@ class DashboardService:
 
     name = "dashboard"
     reads: Sequence[Topic] = (topics.CAMERA_COLOR, topics.CAMERA_CALIBRATION, *READS)
-    writes = (
+    writes: Sequence[Topic] = (
         topics.TASK_REQUEST,
         topics.TASK_GOAL_DRAFT,
         topics.SCENE_REQUEST,
@@ -59,6 +59,7 @@ class DashboardService:
         self._page.run_actions()
         arms, age = latest_with_age(inbox, topics.ARM_STATE, now)
         task, _ = latest_with_age(inbox, topics.TASK_STATE, now)
+        stack, _ = latest_with_age(inbox, topics.STACK_STATE, now)
         status = self._stop_bar.step(
             [r.message for r in inbox.every(topics.ARM_STATE)],
             arms,
@@ -66,6 +67,7 @@ class DashboardService:
             now,
             silence(inbox, now),
             self._first_steps.update(task, arms, unheard(inbox)),
+            stack.activity if stack is not None else "",
         )
         if status is not None:
             self._site.show_status(status)

@@ -21,6 +21,8 @@ SERVICES = (
 )
 """Services whose health is shown, in the order of their rows."""
 
+HEALTHS = {name: topics.HEALTH.at(name) for name in SERVICES}
+"""Health of each service."""
 LOGS = tuple(topics.LOG.at(name) for name in SERVICES)
 """Logs of the services."""
 TASK_STATE = replace(topics.TASK_STATE, buffering="every")
@@ -30,6 +32,7 @@ READS: tuple[Topic, ...] = (
     topics.ROPE_OTHERS,
     topics.ROPE_TRUTH,
     topics.SCENE_STATE,
+    topics.SCENE_MOTION,
     TASK_STATE,
     topics.TASK_GOAL_PREVIEW,
     topics.CONTROLLER_PATH,
@@ -47,7 +50,7 @@ READS: tuple[Topic, ...] = (
     topics.STACK_STATE,
     topics.CAMPAIGN_STATE,
     topics.COMMISSIONING_STATE,
-    *(topics.HEALTH.at(name) for name in SERVICES),
+    *HEALTHS.values(),
     *LOGS,
 )
 """Topics that the dashboard reads, beside those of the cameras."""
@@ -86,7 +89,7 @@ def unheard(inbox: Inbox) -> list[str]:
     Args:
         inbox: Messages received so far.
     """
-    return [name for name in LOOP if inbox.latest(topics.HEALTH.at(name)) is None]
+    return [name for name in LOOP if inbox.latest(HEALTHS[name]) is None]
 
 
 SOURCES = (

@@ -23,7 +23,7 @@ from lariat.rod import Rod
 from services.sim.plants.factory import build_plant, true_properties
 from shared.scenario import Scenario, Shape
 from shared.scenario.scenario import LEVEL_GRIP
-from shared.scenario.sections import End, Ends, Event, Obstacle
+from shared.scenario.sections import End, Ends, Event, Obstacle, Waypoint
 
 Kind = Literal[
     "easy",
@@ -34,6 +34,7 @@ Kind = Literal[
     "shapes",
     "appearing",
     "moving",
+    "crossing",
     "new-goal",
     "blocked",
 ]
@@ -312,6 +313,18 @@ def _disturbed(sampler: _SceneSampler, *, moves: bool) -> Scenario:
     return _SceneSampler(aside_base, random).scenario(sampler.base.start, goal, event=event)
 
 
+def _crossing(sampler: _SceneSampler) -> Scenario:
+    """A box crosses above the cylinders, while the rope is on its way, and is known to do so."""
+    random = sampler.random
+    delay, speed, y, z = random.uniform((0.1, 0.25, 0.0, 0.26), (2.0, 0.45, 0.04, 0.36)).tolist()
+    side = 0.65 * float(random.choice([-1.0, 1.0]))
+    begin, end = (side, y, z), (-side, y, z)
+    way = (Waypoint(delay, begin), Waypoint(delay + 1.3 / speed, end))
+    crane = Obstacle("box", begin, size=(0.10, 0.06, 0.12), name="crane", path=way)
+    sampler = sampler.with_obstacles(*sampler.base.obstacles, crane)
+    return sampler.scenario(sampler.base.start, sampler.shape(*BOX_BEHIND))
+
+
 def _new_goal(sampler: _SceneSampler) -> Scenario:
     """The goal changes while the rope is on its way."""
     first = sampler.shape(*BOX_BEHIND)
@@ -339,6 +352,7 @@ _SAMPLERS: dict[Kind, Callable[[_SceneSampler], Scenario]] = {
     "shapes": _shapes,
     "appearing": _appearing,
     "moving": _moving,
+    "crossing": _crossing,
     "new-goal": _new_goal,
     "blocked": _blocked,
 }

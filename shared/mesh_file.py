@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import io
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 
@@ -15,6 +16,8 @@ MAX_MESH_SIZE = 64 * 2**20
 """Largest file of a mesh [bytes]."""
 MAX_TRIANGLES = 500_000
 """Largest number of triangles of a mesh."""
+MAX_LINE_SIZE = 4096
+"""Largest line of a text file; a bracket's faces take below 100 [bytes]."""
 HEADER_SIZE = 84
 """Bytes before the first triangle of a binary STL file: comment and number of triangles."""
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -43,8 +46,6 @@ def read_mesh(path: Path) -> Float64[np.ndarray, "m 3 3"]:
         raise ValueError(f"{path} is damaged: {error}") from error
     if not len(triangles):
         raise ValueError(f"{path} holds no triangle")
-    if len(triangles) > MAX_TRIANGLES:
-        raise ValueError(f"{path} holds {len(triangles)} triangles, more than {MAX_TRIANGLES}")
     if not np.all(np.isfinite(triangles)):
         raise ValueError(f"{path} holds a number that is not finite")
     return triangles
@@ -54,11 +55,15 @@ def _stl(content: bytes) -> Float64[np.ndarray, "m 3 3"]:
     """Triangles of an STL file; a binary one has the size that its header says."""
     count = int.from_bytes(content[HEADER_SIZE - 4 : HEADER_SIZE], "little")
     if len(content) >= HEADER_SIZE and len(content) == HEADER_SIZE + RECORD.itemsize * count:
+        _check_count(count)
         return np.frombuffer(content, RECORD, offset=HEADER_SIZE)["corners"].astype(float)
     if not content.lstrip().startswith(b"solid"):
         raise ValueError(f"its header says {count} triangles, which it is too short or long for")
-    words = content.decode().split()
-    corners = [words[k + 1 : k + 4] for k, word in enumerate(words) if word == "vertex"]
+    corners: list[list[float]] = []
+    for key, *words in _lines(content):
+        if key == "vertex":
+            corners.append([float(word) for word in words[:3]])
+            _check_count(len(corners) // 3)
     return np.array(corners, float).reshape(-1, 3, 3)
 
 
@@ -66,14 +71,38 @@ def _obj(content: bytes) -> Float64[np.ndarray, "m 3 3"]:
     """Triangles of an OBJ file; faces of more corners are cut into fans."""
     vertices: list[list[float]] = []
     faces: list[tuple[int, int, int]] = []
-    for line in content.decode().splitlines():
-        key, *words = line.split() or [""]
+    for key, *words in _lines(content):
         if key == "v":
             vertices.append([float(word) for word in words[:3]])
+            _check_count(len(vertices) // 3)
         elif key == "f":
             corners = _corners(words, len(vertices))
             faces += [(corners[0], b, c) for b, c in pairwise(corners[1:])]
+            _check_count(len(faces))
     return np.array(vertices, float).reshape(-1, 3)[np.array(faces, int).reshape(-1, 3)]
+
+
+def _lines(content: bytes) -> Iterator[list[str]]:
+    """Yield the words of each line that has some, one line after the other.
+
+    Raises:
+        ValueError: A line is too long, or no text.
+    """
+    for line in io.BytesIO(content):
+        if len(line) > MAX_LINE_SIZE:
+            raise ValueError(f"a line has {len(line)} bytes, more than {MAX_LINE_SIZE}")
+        if words := line.decode().split():
+            yield words
+
+
+def _check_count(count: int) -> None:
+    """Check a number of triangles while they are read.
+
+    Raises:
+        ValueError: There are too many.
+    """
+    if count > MAX_TRIANGLES:
+        raise ValueError(f"it holds more than {MAX_TRIANGLES} triangles")
 
 
 def _corners(words: Sequence[str], count: int) -> list[int]:

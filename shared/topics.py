@@ -8,6 +8,7 @@ carries an id; the owner repeats the id in its state when it has handled the req
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Literal
 
 from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
@@ -46,6 +47,7 @@ from shared.messages import (
     RunResult,
     RunVideo,
     Scene,
+    SceneMotion,
     SceneRequest,
     Setpoints,
     StackRequest,
@@ -154,6 +156,7 @@ ROPE_NODES = Topic(
 ROPE_TRUTH = Topic("rope/truth", NodeChain, "sim", "latest", tolerance={"positions": 1e-8})
 ROPE_OTHERS = Topic("rope/others", OtherRopes, "perception", "latest", tolerance={"ropes": 2e-4})
 SCENE_STATE = Topic("scene/state", Scene, "perception", "latest")
+SCENE_MOTION = Topic("scene/motion", SceneMotion, "perception", "latest")
 SCENE_REQUEST = Topic("scene/request", SceneRequest, "dashboard, lariat", "every")
 TASK_STATE = Topic(
     "task/state",
@@ -240,6 +243,8 @@ TOPICS: tuple[Topic, ...] = tuple(v for v in list(globals().values()) if isinsta
 """All topics, in the order of the table."""
 
 
+# Asked for each message of a recording; strangers may name any number of keys.
+@lru_cache(maxsize=1024)
 def find(key: str) -> Topic:
     """Return the topic of a concrete key, with that key.
 

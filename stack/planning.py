@@ -8,14 +8,18 @@ from lariat.geometry import polylines
 from lariat.geometry.obstacles import pack
 from lariat.rod import Rod, add_turns
 from services.controller.run.goals import GoalFactory
+from services.planner.moving_obstacles import Departure, divided, plan_departure
 from services.planner.problem import Problem
 from services.planner.service import PlannerService
+from services.planner.whole_path import plan
 from shared.scenario import Scenario
 from shared.scenario.rod_properties import rod_properties
 
 
 def scenario_problem(scenario: Scenario) -> Problem:
     """Return the problem that the planner solves when a run of the scenario starts.
+
+    Obstacles that move in the run are left out; `scenario_departure` keeps clear of them.
 
     Raises:
         ValueError: The rope has no shape at rest at the start or at the goal.
@@ -33,12 +37,26 @@ def scenario_problem(scenario: Scenario) -> Problem:
     nodes = np.asarray(goal.nodes)
     if len(nodes) != rope.node_count:
         nodes = polylines.resample_smooth(nodes, rope.node_count)
+    still, _ = divided(scenario.bodies, scenario.obstacle_motions(), 0.0)
     return PlannerService(scenario).problem(
         state,
         grips,
         nodes,
         (goal.left, goal.right),
-        scenario.bodies,
+        still,
         (goal.left_oriented, goal.right_oriented),
         round(goal.turns),
     )
+
+
+def scenario_departure(scenario: Scenario, problem: Problem) -> Departure:
+    """Return the path on which a run of the scenario departs, in seconds after its start.
+
+    Args:
+        scenario: Scenario.
+        problem: Its problem.
+    """
+    _, moving = divided(scenario.bodies, scenario.obstacle_motions(), 0.0)
+    if not moving:
+        return Departure(plan(problem), 0.0, np.inf)
+    return plan_departure(problem, moving, 0.0, plan)

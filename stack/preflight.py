@@ -35,6 +35,8 @@ def check(scenario: Scenario) -> dict[str, ShapeReport]:
         ConfigurationError: The rope at rest would touch an obstacle, or cannot take a shape.
     """
     shapes = {"start": scenario.start, "goal": scenario.goal}
+    for index, shape in enumerate(scenario.next_goals):
+        shapes[f"next_goals[{index}]"] = shape
     for index, event in enumerate(scenario.events):
         if event.goal:
             shapes[f"events[{index}].goal"] = event.goal

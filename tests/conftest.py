@@ -39,10 +39,36 @@ LIVE = (
 """Files and folders of live tests."""
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--screenshots",
+        type=Path,
+        metavar="FOLDER",
+        help="Folder for pictures of the page after each browser test, in two sizes.",
+    )
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Leave out files none of whose tests `-m` selects: to import all takes many seconds."""
+    if collection_path.suffix != ".py" or not collection_path.is_relative_to(FOLDER):
+        return None
+    terms = config.getoption("markexpr", "").split(" and ")
+    left_out = "live" in terms and not is_live(collection_path)
+    if left_out and "mark.live" in collection_path.read_text():
+        # Some of its tests are marked by hand.
+        return None
+    left_out |= "not live" in terms and is_live(collection_path)
+    return True if left_out else None
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark live tests."""
     for item in items:
-        if not item.path.is_relative_to(FOLDER):
-            continue
-        place = item.path.relative_to(FOLDER).as_posix()
-        if any(place == live or place.startswith(f"{live}/") for live in LIVE):
+        if item.path.is_relative_to(FOLDER) and is_live(item.path):
             item.add_marker(pytest.mark.live)
+
+
+def is_live(path: Path) -> bool:
+    """Return whether the tests of a file below `FOLDER` are live."""
+    place = path.relative_to(FOLDER).as_posix()
+    return any(place == live or place.startswith(f"{live}/") for live in LIVE)

@@ -107,8 +107,10 @@ def _frozen(
     name: str,
     *causes: str,
     effect: float = 0.0,
+    duration: float = 1.0,
     point_in_flight: bool = False,
     silence: str = "hold",
+    recorded: bool = False,
 ) -> FaultCase:
     return FaultCase(
         f"{name}: SIGSTOP" + (f", the arm then: {silence}" if name == "robot_gateway" else ""),
@@ -116,8 +118,10 @@ def _frozen(
         causes,
         repair=_send(name, signal.SIGCONT),
         effect=effect,
+        duration=duration,
         point_in_flight=point_in_flight,
         silence=silence,
+        recorded=recorded,
     )
 
 
@@ -201,6 +205,7 @@ CASES: dict[str, FaultCase] = {
     "planner-killed": _killed("planner"),
     "planner-frozen": _frozen("planner"),
     "sim-frozen": _frozen("sim", "writer_holds", effect=BLIND_TIME),
+    "recorder-frozen": _frozen("recorder", duration=5.0, recorded=True),
     "hub-frozen": _frozen("lariat"),
     "gateway-frozen": _frozen("robot_gateway", "stalled", "alarm", "lost_link"),
     "gateway-frozen-coast": _frozen(

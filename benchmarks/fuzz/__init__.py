@@ -14,6 +14,7 @@ from typing import Protocol
 from benchmarks.fuzz import message_targets
 from benchmarks.fuzz.arm_targets import ClientTarget, EmulatorTarget
 from benchmarks.fuzz.bus_target import BusTarget
+from benchmarks.fuzz.dashboard_target import DashboardTarget
 from benchmarks.fuzz.file_targets import file_targets
 from benchmarks.fuzz.launcher_target import LauncherTarget
 from benchmarks.fuzz.message_targets import ServiceTarget, Totals
@@ -30,11 +31,11 @@ DEFAULT_SCENARIO = Path(__file__).parents[2] / "scenarios" / "three-cylinders.to
 """Scenario of the services."""
 LAWFUL_TIME = SECOND
 """Simulated time of the ordinary run whose messages are mutated [ns]."""
-FILE_TARGETS = ("scenario", "nodes", "recording", "png", "jpeg")
+FILE_TARGETS = ("scenario", "nodes", "recording", "png", "jpeg", "stl", "obj")
 """Kinds of files."""
 PORT_TARGETS = ("bus", "page", "cr5-client", "cr5-emulator")
 """Ends of connections: doors of a real bus, the page, the gateway's client of an arm, the arm."""
-MESSAGE_TARGETS = (*message_targets.NAMES, "launcher")
+MESSAGE_TARGETS = (*message_targets.NAMES, "dashboard", "launcher")
 """Processes that read the bus."""
 TARGETS = (*MESSAGE_TARGETS, *PORT_TARGETS, *FILE_TARGETS)
 """Names of all targets."""
@@ -72,7 +73,8 @@ def run(
     integers, unknown enum values, other types, made-up publishers and numbers. They pass the check
     of the bus, and what it lets through reaches the service among the messages of an ordinary run.
     A failure is an exception, a body that vanishes from the gateway's scene, or an arm that moves.
-    `bus` and `page` need free ports of 127.0.0.1; the arm is an emulator in this process.
+    `bus`, `page` and `dashboard` need free ports of 127.0.0.1; the arm is an emulator in this
+    process.
 
     Examples:
       lariat bench fuzz --count 2000
@@ -133,6 +135,8 @@ def ordinary_run(scenario: Scenario) -> list[Delivery]:
 
 def _target(name: str, cell: Scenario, lawful: list[Delivery], folder: Path) -> Target:
     match name:
+        case "dashboard":
+            return DashboardTarget(cell, lawful)
         case "launcher":
             return LauncherTarget(lawful)
         case "bus":

@@ -1,4 +1,4 @@
-"""Readers of files under hostile content: scenarios, node files, recordings, pictures."""
+"""Readers of files under hostile content: scenarios, node files, recordings, pictures, meshes."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import random
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import cv2
@@ -14,13 +15,21 @@ import numpy as np
 
 from benchmarks.fuzz.hostile_bytes import mutated
 from benchmarks.fuzz.message_targets import Totals
+from lariat.geometry.mesh_cover import cover_mesh
+from lariat.geometry.obstacle_checks import MAX_SIZE
 from shared.bounded_file import read_file
 from shared.configuration import ConfigurationError
 from shared.image_header import check_image
+from shared.mesh_file import HEADER_SIZE, RECORD, read_mesh
 from shared.recording import Recording, Writer, copy_readable
 from shared.scenario import Scenario, load, parse
 from shared.service import SECOND
 from shared.topics import ROPE_NODES
+
+OBJ = b"v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2//1 3//1 -1//1\n"
+"""Content of an OBJ file: a tetrahedron."""
+MESH_BODIES, MESH_TOLERANCE = 4, 0.005
+"""Most bodies of a mesh's cover [-], and how far they may stick out [m]."""
 
 
 class FileTarget:
@@ -107,6 +116,13 @@ def file_targets(scenario: Scenario, folder: Path) -> dict[str, FileTarget]:
         with _without_standard_error():
             return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
 
+    def cover(name: str, content: bytes) -> object:
+        (folder / name).write_bytes(content)
+        triangles = read_mesh(folder / name)
+        if np.max(np.ptp(triangles.reshape(-1, 3), axis=0)) > MAX_SIZE:
+            raise ValueError("too large, as the command says")
+        return cover_mesh(triangles, MESH_BODIES, MESH_TOLERANCE)
+
     picture = np.random.default_rng(0).integers(0, 255, (48, 64, 3), np.uint8)
     return {
         "scenario": FileTarget("scenario", text, read_scenario, ConfigurationError),
@@ -114,7 +130,17 @@ def file_targets(scenario: Scenario, folder: Path) -> dict[str, FileTarget]:
         "recording": FileTarget("recording", _recording(scenario, folder), read_recording),
         "png": FileTarget("png", cv2.imencode(".png", picture)[1].tobytes(), read_picture),
         "jpeg": FileTarget("jpeg", cv2.imencode(".jpg", picture)[1].tobytes(), read_picture),
+        "stl": FileTarget("stl", _stl(), partial(cover, "a.stl")),
+        "obj": FileTarget("obj", OBJ, partial(cover, "a.obj")),
     }
+
+
+def _stl() -> bytes:
+    """Content of a binary STL file: a tetrahedron."""
+    corners = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1]])
+    rows = np.zeros(4, RECORD)
+    rows["corners"] = corners[[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]]
+    return bytes(HEADER_SIZE - 4) + len(rows).to_bytes(4, "little") + rows.tobytes()
 
 
 def _recording(scenario: Scenario, folder: Path) -> bytes:

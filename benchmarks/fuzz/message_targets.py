@@ -75,7 +75,7 @@ class ServiceTarget:
         self._build()
 
     def _build(self) -> None:
-        self._service: Service = services.build(self._name, self._scenario, f"{self._name}-0")
+        self._service = self._create(self._scenario)
         self._service.warm_up()
         self._tap = getattr(self._service, "tap", None)
         self._mailbox = Mailbox(self._service.reads)
@@ -107,6 +107,10 @@ class ServiceTarget:
         """Close the service."""
         if close := getattr(self._service, "close", None):
             close()
+
+    def _create(self, scenario: Scenario) -> Service:
+        """Return a new service, after the former one has failed."""
+        return services.build(self._name, scenario, f"{self._name}-0")
 
     def _send(self, source: HostileMessages, topic: Topic, totals: Totals) -> None:
         if "{" in topic.key:

@@ -8,10 +8,20 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.grippers import gripper_points
+from lariat.geometry.obstacle_motion import ObstacleMotion, obstacles_at
 from lariat.geometry.obstacles import Obstacle, segment_distance
 from lariat.geometry.poses import Pose
+from lariat.trajectory import NANOSECONDS
 from shared import topics
-from shared.messages import ArmStates, TaskState, arm_pose, chain, poses_known, scene_obstacles
+from shared.messages import (
+    ArmStates,
+    TaskState,
+    arm_pose,
+    chain,
+    obstacle_motions,
+    poses_known,
+    scene_obstacles,
+)
 from shared.scenario import Scenario
 from shared.scenario.sections import Limits
 from shared.service import SECOND
@@ -43,6 +53,7 @@ class MotionMetrics:
         """Newest state of the controller."""
         self._limits, self._length = scenario.limits, scenario.rope.length
         self._obstacles: tuple[Obstacle, ...] = scenario.bodies
+        self._motions: tuple[ObstacleMotion, ...] = ()
         self._last_velocity: tuple[int, Float64[np.ndarray, "2 2 3"]] | None = None
         self._clearance_stamp = self._shape_stamp = 0
         self._last_moved = 0
@@ -54,6 +65,8 @@ class MotionMetrics:
                 self._take_arms(delivery.parse())
             case topics.SCENE_STATE.key:
                 self._obstacles = scene_obstacles(delivery.parse())
+            case topics.SCENE_MOTION.key:
+                self._motions = obstacle_motions(delivery.parse())
             case topics.TASK_STATE.key:
                 self.task = delivery.parse()
             case topics.ROPE_TRUTH.key:
@@ -88,7 +101,8 @@ class MotionMetrics:
         self.grip_distance = max(self.grip_distance, distance)
         if arms.stamp - self._clearance_stamp >= CLEARANCE_PERIOD:
             self._clearance_stamp = arms.stamp
-            avoid = [o for o in self._obstacles if not o.support]
+            present = obstacles_at(self._obstacles, self._motions, arms.stamp * NANOSECONDS)
+            avoid = [o for o in present if not o.support]
             clearance = gripper_clearance(left, right, avoid, limits)
             self.gripper_clearance = min(self.gripper_clearance, clearance)
 

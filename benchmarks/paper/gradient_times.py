@@ -16,8 +16,8 @@ from jaxtyping import Float64
 from benchmarks.paper.closed_loop import horizon_problem
 from benchmarks.paper.goals import LEVEL_ORIENTATION, Goal, obstacles, start_state
 from lariat.geometry.poses import Pose
+from lariat.machine_code import taichi_runtime
 from lariat.rod import Rod, RodState, RolloutSpec
-from lariat.rod.launch import taichi_runtime
 from lariat.rod.xpbd import XpbdRod
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
 from services.controller.mpc.gauss_newton import GaussNewton

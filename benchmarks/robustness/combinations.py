@@ -95,8 +95,13 @@ class Combination:
 
 
 def scenarios_of_one_rope() -> tuple[str, ...]:
-    """Return the names of the shipped scenarios in which only the held rope is seen."""
-    return tuple(name for name in shipped_names() if not load(name).distractors)
+    """Return the names of the shipped scenarios with one rope among things that stand still."""
+    scenarios = {name: load(name) for name in shipped_names()}
+    return tuple(
+        name
+        for name, scenario in scenarios.items()
+        if not scenario.distractors and not scenario.obstacle_motions()
+    )
 
 
 def sample(
@@ -131,7 +136,7 @@ def sample(
         number=number,
         scenario=name,
         goal=goal,
-        plant=PLANTS[(number + number // len(names)) % len(PLANTS)],
+        plant=PLANTS[(number % len(names) - number // len(names)) % len(PLANTS)],
         node_count=int(random.choice(NODE_COUNTS)),
         stiffness_ratio=round(float(MAX_STIFFNESS_RATIO ** random.uniform(-1.0, 1.0)), 3),
         length_ratio=1.0 + LENGTH_ERROR * float(random.choice([-1.0, 1.0])),

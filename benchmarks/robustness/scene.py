@@ -1,8 +1,8 @@
 """Scenario of a combination, in a folder: its goal is a rest shape of the true rope as truly held.
 
 The goal's grips are those of the shipped scenario, or displaced from there at random. Where the
-true rope or a gripper would come too near to an obstacle, or the rope would not lie on the support
-that there is, they are displaced until it does.
+true rope, a gripper or an arm would come too near to an obstacle, an arm cannot reach, or the rope
+would not lie on the support that there is, they are displaced until they fit.
 """
 
 from __future__ import annotations
@@ -13,15 +13,20 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float64
 
 from benchmarks.robustness.combinations import Combination
 from lariat.geometry import poses
 from lariat.geometry.grippers import axis_clearance, gripper_points
 from lariat.geometry.obstacles import chain_clearance, signed_distance
 from lariat.geometry.poses import Pose
+from lariat.rod import Rod
+from services.planner.arms.arm_check import goal_fault
+from services.planner.service import PlannerService
 from services.sim.plants.factory import build_plant
 from shared.configuration import ConfigurationError
 from shared.scenario import SIDES, Scenario, load
+from shared.scenario.rod_properties import rod_properties
 from stack.scenario_overrides import load_with, to_toml
 from stack.simulation.rest_shape import goal_grips, rest_shape, write_nodes
 
@@ -60,7 +65,7 @@ def build_scene(combination: Combination, folder: Path) -> Scenario:
             nodes = rest_shape(base, left, right)
         except ConfigurationError:
             continue
-        if _is_clear(base, nodes) and _leans(base, nodes):
+        if _is_clear(base, nodes) and _leans(base, nodes) and arms_reach(base, nodes, left, right):
             break
     else:
         raise ConfigurationError(
@@ -128,6 +133,27 @@ def _grips_are_clear(scenario: Scenario, left: Pose, right: Pose) -> bool:
     needed = axis_clearance(limits.gripper_radius, limits.keep_out)
     moving = np.repeat([scenario.end(side).driver != "fixed" for side in SIDES], 3)
     return all(np.min(signed_distance(points[moving], o)) >= needed for o in scenario.bodies)
+
+
+def arms_reach(
+    scenario: Scenario, goal: Float64[np.ndarray, "n 3"], left: Pose, right: Pose
+) -> bool:
+    """Return whether all arms can stand at the grips of a goal, as the planner judges it.
+
+    Args:
+        scenario: Arms, obstacles and start.
+        goal: Nodes of the goal [m].
+        left: Left grip of the goal.
+        right: Right grip of the goal.
+    """
+    if all(scenario.end(side).driver in ("fixed", "ideal") for side in SIDES):
+        return True
+    grips = scenario.grips(scenario.start)
+    model = Rod(rod_properties(scenario.rope), scenario.rope.node_count)
+    problem = PlannerService(scenario).problem(
+        model.rest(*grips).state, grips, goal, (left, right), scenario.bodies, (True, True)
+    )
+    return goal_fault(problem) is None
 
 
 def _is_clear(scenario: Scenario, nodes: np.ndarray) -> bool:

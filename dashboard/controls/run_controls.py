@@ -10,11 +10,14 @@ from dashboard.controls import status_text
 from dashboard.controls.status_text import StatusLine
 from dashboard.outbox import Outbox
 from shared.messages import PAUSED, RUNNING, TaskRequest, TaskState
+from shared.service import SECOND
 
 RUN_REQUESTS = {"Pause": TaskRequest.PAUSE, "Stop": TaskRequest.STOP}
 """Requests of the buttons below Start, by label."""
 RESET_REQUESTS = {"Reset rope": TaskRequest.RESET, "Restore scenario": TaskRequest.RESTORE}
 """Requests of the buttons of a simulated cell, by label."""
+NUMBERS_PERIOD = SECOND // 5
+"""Least time between two headlines that differ in their numbers only [ns]."""
 HEADLINE_LINES = 4
 """Lines of text that the headline has room for, so that nothing below it moves when it wraps."""
 
@@ -39,8 +42,10 @@ class RunControls:
             live: Whether there is a cell to control; a recording has no buttons.
             resettable: Whether the whole cell is simulated, so that it can return to its start.
         """
-        self._headline = gui.add_html(_headline_html(status_text.headline(None, 0.0, None)))
+        self.headline = gui.add_html(_headline_html(status_text.headline(None, 0.0, None)))
+        """Element with the state of the cell."""
         self._shown: StatusLine | None = None
+        self._shown_time = 0
         self._start = gui.add_button(
             "Start",
             icon=viser.Icon.PLAYER_PLAY,
@@ -69,22 +74,31 @@ class RunControls:
                 )
             )
 
-    def update(self, headline: StatusLine, task: TaskState | None) -> None:
+    def update(self, headline: StatusLine, task: TaskState | None, now: int) -> None:
         """Show the state of the cell.
 
         Args:
             headline: Line to show on top of the page.
             task: Newest state of the controller, which decides what Start does.
+            now: Present time [ns].
         """
-        if headline != self._shown:
-            self._shown = headline
-            self._headline.content = _headline_html(headline)
+        is_due = _state(headline) != _state(self._shown) or not (
+            0 <= now - self._shown_time < NUMBERS_PERIOD
+        )
+        if headline != self._shown and is_due:
+            self._shown, self._shown_time = headline, now
+            self.headline.content = _headline_html(headline)
         label = "Continue" if task is not None and task.state == PAUSED else "Start"
         if self._start.label != label:
             self._start.label = label
         disabled = task is None or task.state == RUNNING
         if self._start.disabled != disabled:
             self._start.disabled = disabled
+
+
+def _state(line: StatusLine | None) -> tuple[str, str]:
+    """Words of a headline before its numbers, and its detail."""
+    return ("", "") if line is None else (line.text.partition(":")[0], line.detail)
 
 
 def _headline_html(line: StatusLine) -> str:

@@ -97,6 +97,7 @@ class StopBar:
         now: int,
         silent: str = "",
         steps: Sequence[FirstStep] = (),
+        activity: str = "",
     ) -> str | None:
         """Do what people asked for, and answer the holds that the gateway has confirmed.
 
@@ -107,6 +108,7 @@ class StopBar:
             now: Present time [ns].
             silent: Services that have fallen silent, in words; empty when all are heard.
             steps: Lines of the guide.
+            activity: Words about another cell that is about to be started; empty if none is.
 
         Returns:
             Status for the pages when it is due, a JSON object.
@@ -132,6 +134,7 @@ class StopBar:
             "ended": self._ended[-1],
             "silent": silent,
             "steps": steps,
+            "activity": activity,
         }
         return msgspec.json.encode(status).decode()
 

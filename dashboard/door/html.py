@@ -12,7 +12,9 @@ import viser
 BROWSER = Path(__file__).parent / "browser"
 """Folder of the scripts and styles around viser's page."""
 PARTS = tuple(
-    f"{name}.{kind}" for name in ("stop_bar", "banner", "guide") for kind in ("js", "css")
+    f"{name}.{kind}"
+    for name in ("stop_bar", "banner", "guide", "large_screen")
+    for kind in ("js", "css")
 )
 """Files of that folder."""
 

@@ -1,4 +1,4 @@
-"""viser on a socket that only this user reaches.
+"""viser on a socket that only this user reaches, whose elements any thread may change.
 
 viser listens on a TCP port, which every user of the machine may open. Here it listens on a Unix
 socket in a folder of mode 0700; the door is in front of it.
@@ -6,6 +6,8 @@ socket in a folder of mode 0700; the door is in front of it.
 
 from __future__ import annotations
 
+import asyncio
+import dataclasses
 import io
 import tempfile
 import threading
@@ -16,8 +18,34 @@ from typing import Any
 
 import viser
 import websockets.asyncio.server as websocket_server
+from viser.infra import _infra
+from viser.infra._async_message_buffer import AsyncMessageBuffer
 
 _patch = threading.Lock()
+
+
+class LoopEvent(asyncio.Event):
+    """Event that only a running event loop sets.
+
+    viser 1.1 sets the event of a message buffer twice for each message: in the thread that changes
+    an element, and then in its loop. The first goes through the queue of the pages that wait while
+    the loop changes that queue, which now and then raises `RuntimeError`.
+    """
+
+    def set(self) -> None:
+        """Wake all who wait, in an event loop; do nothing in another thread."""
+        try:
+            asyncio.get_running_loop()
+        except RuntimeError:
+            return
+        super().set()
+
+
+@dataclasses.dataclass
+class MessageBuffer(AsyncMessageBuffer):
+    """Buffer of viser to which any thread may push."""
+
+    message_event: asyncio.Event = dataclasses.field(default_factory=LoopEvent)
 
 
 class PrivateViser:
@@ -32,6 +60,8 @@ class PrivateViser:
         Raises:
             RuntimeError: This version of viser listens elsewhere.
         """
+        # Also the buffers of pages that connect later.
+        _infra.AsyncMessageBuffer = MessageBuffer  # pyright: ignore[reportPrivateImportUsage]
         self._folder = tempfile.TemporaryDirectory(prefix="lariat-page-")
         self.path = Path(self._folder.name, "viser")
         """The socket."""

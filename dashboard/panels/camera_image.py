@@ -85,7 +85,7 @@ class CameraImage:
                 draw_rope(image, rope, Camera(intrinsics(calibration), self._pose))
             height = round(IMAGE_WIDTH * image.shape[0] / image.shape[1])
             self._handle.image = cv2.resize(
-                image, (IMAGE_WIDTH, height), interpolation=cv2.INTER_AREA
+                image, (IMAGE_WIDTH, height), interpolation=cv2.INTER_LINEAR
             )
             if not self._handle.visible:
                 self._handle.visible = True
@@ -97,8 +97,7 @@ def decode(data: bytes) -> UInt8[np.ndarray, "h w 3"] | None:
         check_image(data)
     except ValueError:
         return None
-    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
-    return None if image is None else cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
+    return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR_RGB)
 
 
 def intrinsics(calibration: CameraCalibration) -> Intrinsics:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import viser
 
 from dashboard.panels import health_table, topic_ages
-from dashboard.subscriptions import SERVICES, latest_with_age
+from dashboard.subscriptions import HEALTHS, SERVICES, latest_with_age
 from shared import topics
 from shared.service import SECOND, Inbox
 
@@ -37,8 +37,8 @@ class HealthPanel:
             return
         self._update_time = now
         health = {}
-        for name in SERVICES:
-            message, age = latest_with_age(inbox, topics.HEALTH.at(name), now)
+        for name, topic in HEALTHS.items():
+            message, age = latest_with_age(inbox, topic, now)
             if message is not None:
                 health[name] = (message, age)
         stack, _ = latest_with_age(inbox, topics.STACK_STATE, now)

@@ -108,8 +108,11 @@ class ParameterPanel:
         seconds = (message.stamp - self._first_stamp) / SECOND
         self._history.add(seconds, 1e3 * message.prediction_error)
         for parameter in named_parameters(message):
-            history = self._histories.setdefault(parameter.name, History(2))
-            history.add(seconds, parameter.value, parameter.standard_deviation)
+            if parameter.name not in self._histories:
+                self._histories[parameter.name] = History(2)
+            self._histories[parameter.name].add(
+                seconds, parameter.value, parameter.standard_deviation
+            )
         self._undrawn = self._newest = message
 
     def mark_run(self, task: TaskState) -> None:

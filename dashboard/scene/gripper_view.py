@@ -61,6 +61,7 @@ class GripperView:
             for k, sign in enumerate((-1.0, 1.0))
         ]
         self._closed = True
+        self._pose: tuple[list[float], list[float]] = ([], [])
         scene.add_label(
             f"/grippers/{side}/name",
             f"{side} (fixed)" if fixed else f"{side} · {end.driver}",
@@ -69,16 +70,20 @@ class GripperView:
             anchor="center-center",
         )
 
-    def update(self, position: np.ndarray, orientation: np.ndarray, closed: bool) -> None:
+    def update(self, position: list[float], orientation: list[float], closed: bool) -> None:
         """Move the gripper and its jaws.
 
         Args:
-            position: Grip point in the world [m].
+            position: Grip point in the world, x, y, z [m].
             orientation: Orientation of the grip in the world, wxyz.
             closed: Whether the gripper is closed.
         """
-        self._frame.position = position
-        self._frame.wxyz = orientation
+        shown_position, shown_orientation = self._pose
+        if position != shown_position:
+            self._frame.position = np.array(position)
+        if orientation != shown_orientation:
+            self._frame.wxyz = np.array(orientation)
+        self._pose = position, orientation
         if closed != self._closed:
             self._closed = closed
             for jaw, sign in zip(self._jaws, (-1.0, 1.0), strict=True):

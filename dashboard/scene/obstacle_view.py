@@ -40,7 +40,10 @@ class ObstacleView:
             self._erase(name)
         for obstacle in obstacles:
             known = self._drawn.get(obstacle.name)
-            if known is None or known[0] != obstacle:
+            if known is not None and known[0].moved(obstacle.position) == obstacle:
+                self._move(known[1], known[0].position, obstacle)
+                self._drawn[obstacle.name] = (obstacle, known[1])
+            elif known is None or known[0] != obstacle:
                 self._erase(obstacle.name)
                 self._drawn[obstacle.name] = (obstacle, self._draw(obstacle))
 
@@ -51,6 +54,19 @@ class ObstacleView:
             for handle in handles:
                 if isinstance(handle, viser.LabelHandle):
                     handle.visible = visible
+
+    @staticmethod
+    def _move(
+        handles: Sequence[viser.SceneNodeHandle],
+        former: tuple[float, float, float],
+        obstacle: Obstacle,
+    ) -> None:
+        """Move what is drawn of an obstacle from its former place."""
+        if former != obstacle.position:
+            for handle in handles:
+                handle.position = np.asarray(handle.position) + np.subtract(
+                    obstacle.position, former
+                )
 
     def _erase(self, name: str) -> None:
         for handle in self._drawn.pop(name, (None, []))[1]:

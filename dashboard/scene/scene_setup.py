@@ -18,6 +18,8 @@ VIEW_DIRECTION = np.array([0.88, -1.3, 0.8])
 """Position of the browser's camera from the middle of the scene, relative to its size [-]."""
 TARGET_DROP = 0.08
 """Distance of the view's target below the middle of the scene, relative to its size [-]."""
+FULL_ASPECT = 1.0
+"""Width of the view over its height below which the view moves back [-]."""
 MIN_SCENE_SIZE = 0.5
 """Least size of the scene, relative to the rope's length [-]."""
 FRUSTUM_SCALE = 0.06
@@ -35,17 +37,24 @@ class Viewpoint(NamedTuple):
     """Vertical field of view [rad]."""
 
 
-def initial_viewpoint(scenario: Scenario) -> Viewpoint:
-    """Viewpoint in front and above, with start, goal and obstacles in view."""
+def initial_viewpoint(scenario: Scenario, aspect: float = FULL_ASPECT) -> Viewpoint:
+    """Viewpoint in front and above, with start, goal and obstacles in view.
+
+    Args:
+        scenario: Cell that is seen.
+        aspect: Width of the view over its height [-].
+    """
     grips = [g.position for s in (scenario.start, scenario.goal) for g in scenario.grips(s)]
     centres = [o.position for o in scenario.bodies if o.shape != "half_space"]
     points = np.array(grips + centres)
     middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
     extent = float(np.linalg.norm(np.ptp(points, axis=0)))
     size = max(extent, MIN_SCENE_SIZE * scenario.rope.length)
+    target = middle - np.array([0.0, 0.0, TARGET_DROP * size])
+    offset = middle + size * VIEW_DIRECTION - target
     return Viewpoint(
-        position=middle + size * VIEW_DIRECTION,
-        target=middle - np.array([0.0, 0.0, TARGET_DROP * size]),
+        position=target + offset * max(FULL_ASPECT / aspect, 1.0),
+        target=target,
         field_of_view=VERTICAL_FIELD_OF_VIEW,
     )
 

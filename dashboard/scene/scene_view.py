@@ -174,5 +174,5 @@ class SceneView:
                 view.update(np.array(arm.joints))
             if arm.arm in self._grippers and len(arm.position) == 3:
                 self._grippers[arm.arm].update(
-                    np.array(arm.position), np.array(arm.orientation), arm.gripper_closed
+                    list(arm.position), list(arm.orientation), arm.gripper_closed
                 )

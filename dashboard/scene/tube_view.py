@@ -9,6 +9,9 @@ from jaxtyping import Float32, Float64, UInt8
 from dashboard.palette import Color
 from dashboard.scene import meshes
 
+MIN_SCALE_CHANGE = 1e-5
+"""Change of a segment's radius or length below which no browser is told [m]."""
+
 
 class TubeView:
     """Drawn rope: a cylinder for each segment and a sphere for each node.
@@ -32,7 +35,8 @@ class TubeView:
         self._radius = radius
         self._opacity = opacity
         self._count = 0
-        self._segments: viser.BatchedMeshHandle | None = None
+        self.segments: viser.BatchedMeshHandle | None = None
+        """Cylinders of the segments; None before the first nodes."""
         self._nodes: viser.BatchedMeshHandle | None = None
         self._visible = True
 
@@ -44,7 +48,7 @@ class TubeView:
     @visible.setter
     def visible(self, value: bool) -> None:
         self._visible = value
-        for handle in (self._segments, self._nodes):
+        for handle in (self.segments, self._nodes):
             if handle is not None:
                 handle.visible = value
 
@@ -65,17 +69,18 @@ class TubeView:
         scales = np.repeat(radii[:, None], 3, axis=1).astype(np.float32)
         colors = np.broadcast_to(np.array(colors, np.uint8), (len(nodes), 3))
         tube = meshes.tube(nodes, self._radius)
-        if self._segments is None or self._nodes is None or self._count != len(nodes):
+        if self.segments is None or self._nodes is None or self._count != len(nodes):
             self._create(nodes, tube, colors, scales)
             return
-        self._segments.batched_positions = tube.centres.astype(np.float32)
-        self._segments.batched_wxyzs = tube.orientations.astype(np.float32)
-        self._segments.batched_scales = tube.scales.astype(np.float32)
+        self.segments.batched_positions = tube.centres.astype(np.float32)
+        self.segments.batched_wxyzs = tube.orientations.astype(np.float32)
+        if np.max(np.abs(self.segments.batched_scales - tube.scales)) > MIN_SCALE_CHANGE:
+            self.segments.batched_scales = tube.scales.astype(np.float32)
         self._nodes.batched_positions = nodes.astype(np.float32)
         if not np.array_equal(self._nodes.batched_scales, scales):
             self._nodes.batched_scales = scales
         for handle, new_colors in (
-            (self._segments, _segment_colors(colors)),
+            (self.segments, _segment_colors(colors)),
             (self._nodes, colors),
         ):
             if not np.array_equal(handle.batched_colors, new_colors):
@@ -85,7 +90,7 @@ class TubeView:
 
     def hide(self) -> None:
         """Draw nothing until the next `show`."""
-        for handle in (self._segments, self._nodes):
+        for handle in (self.segments, self._nodes):
             if handle is not None and handle.visible:
                 handle.visible = False
 
@@ -96,7 +101,7 @@ class TubeView:
         colors: UInt8[np.ndarray, "n 3"],
         scales: Float32[np.ndarray, "n 3"],
     ) -> None:
-        for handle in (self._segments, self._nodes):
+        for handle in (self.segments, self._nodes):
             if handle is not None:
                 handle.remove()
         self._count = len(nodes)
@@ -105,7 +110,7 @@ class TubeView:
         wall = meshes.surface_of_revolution(np.array([[1.0, -0.5], [1.0, 0.5]]), sides=16)
         sphere = meshes.capsule(1.0, 0.0, sides=16)
         common = {"opacity": self._opacity, "lod": "off", "visible": self._visible}
-        self._segments = self._scene.add_batched_meshes_simple(
+        self.segments = self._scene.add_batched_meshes_simple(
             f"{self._name}/segments",
             wall.vertices,
             wall.faces,

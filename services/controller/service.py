@@ -63,7 +63,7 @@ from services.controller.status import StatusPublisher
 from shared import topics
 from shared.configuration import ConfigurationError
 from shared.extensions import ExtensionFault
-from shared.messages import ArmStates, TaskRequest, poses_known, scene_obstacles
+from shared.messages import ArmStates, TaskRequest, obstacle_motions, poses_known, scene_obstacles
 from shared.motion_contract import SETPOINT_PERIOD
 from shared.other_ropes import other_rope_obstacles
 from shared.reset_counter import ResetCounter
@@ -88,6 +88,7 @@ class ControllerService:
         topics.ARM_STATE,
         topics.ROPE_OTHERS,
         topics.SCENE_STATE,
+        topics.SCENE_MOTION,
         topics.CONTROLLER_PATH,
         topics.TASK_REQUEST,
         topics.TASK_GOAL_DRAFT,
@@ -142,7 +143,7 @@ class ControllerService:
         self.scene = CollisionScene(scenario)
         self.estimator.supports = self.scene.supports
         self._status = StatusPublisher(self.task, self.progress, self.estimator, self.adaptation)
-        self._goal_events = GoalEvents(scenario.events)
+        self._goal_events = GoalEvents(scenario.events, scenario.next_goals)
         self._arms: ArmStates | None = None
         self._obstruction: Reason | None = None
         """Reason why no run can begin, whatever is requested."""
@@ -200,6 +201,7 @@ class ControllerService:
             self._carry_out(request.message, now)
         self._goal_events.apply_due(now, self.task, self._goals.from_shape)
         self._take_scene(inbox)
+        self._take_motions(inbox, now)
         self._take_others(inbox)
         draft = inbox.fresh(topics.TASK_GOAL_DRAFT)
         if draft is not None:
@@ -365,6 +367,13 @@ class ControllerService:
             self.estimator.supports = self.scene.supports
             self._review_path()
 
+    def _take_motions(self, inbox: Inbox, now: int) -> None:
+        item = inbox.fresh(topics.SCENE_MOTION)
+        if item is not None and item.message.run_started != self.scene.run_started:
+            motions = obstacle_motions(item.message)
+            self.scene.update_motions(motions, item.message.run_started)
+        self.scene.advance(now)
+
     def _take_others(self, inbox: Inbox) -> None:
         item = inbox.fresh(topics.ROPE_OTHERS)
         if item is None:
@@ -378,7 +387,7 @@ class ControllerService:
         """Request another path where the rest of the present one is not clear any more."""
         if self.controller.reference is not None and self.task.state is RunState.RUNNING:
             ahead = self.controller.remaining_nodes[::CLEARANCE_STRIDE]
-            clearance = self.progress.clearance_along(ahead, self.scene.avoided)
+            clearance = self.progress.clearance_along(ahead, self.scene.still)
             self.supervisor.path_obstructed(clearance)
 
     def _control(self, inbox: Inbox, now: int, arms: ArmStates) -> Iterator[Publication]:
@@ -420,6 +429,8 @@ class ControllerService:
         yield self._setpoints(now, command.chunk)
         self.predictions.take_plan(command.plan_start, time_step, command.plan.nodes)
         self.supervisor.judge(now, reference, at_end=self.controller.at_end)
+        if self._goal_events.apply_reached(self.task, self._goals.from_shape):
+            self.supervisor.begin_run()
 
     def _must_stop(self, command: Command) -> bool:
         """Whether to stop instead, for another path.
@@ -483,12 +494,18 @@ class ControllerService:
         item = inbox.latest(topics.CONTROLLER_PATH)
         if item is not None and item.message.node_count not in (0, self._node_count):
             item = None  # A path of another rope.
+        moves = bool(self._scenario.obstacle_motions())
+        if moves and item is not None and item.message.motion_run_started != self.task.run_started:
+            item = None  # A path that does not know where the obstacles move in this run.
         offer = None if item is None else path_offer(item.message)
         reason = self.supervisor.review(offer, now)
         if item is None or reason is not None:
             return reason
         reference = reference_trajectory(item.message)
         reason = self.supervisor.review_start(reference, self.estimator.motion)
+        reason = reason or self.supervisor.review_departure(
+            now, item.message.start_after, item.message.start_before
+        )
         if reason is not None:
             return reason
         self.controller.follow(reference, now)
@@ -501,7 +518,7 @@ class ControllerService:
     def _begin_path(self) -> None:
         """Forget the predictions before a path, and measure the clearance at its start."""
         self.predictions.begin_path()
-        self._start_clearance = self.progress.clearance_of(self.estimator.nodes, self.scene.avoided)
+        self._start_clearance = self.progress.clearance_of(self.estimator.nodes, self.scene.still)
 
     def _setpoints(self, now: int, chunk: SetpointChunk) -> Publication:
         self._sequence += 1

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -25,13 +25,21 @@ class SceneChangeRefused(ValueError):
 class ObstacleScene:
     """Owner of the obstacles; its revision grows with every change."""
 
-    def __init__(self, bodies: Sequence[Obstacle], events: Sequence[Event], radius: float) -> None:
+    def __init__(
+        self,
+        bodies: Sequence[Obstacle],
+        events: Sequence[Event],
+        radius: float,
+        moving: Collection[str] = (),
+    ) -> None:
         """
         Args:
             bodies: Obstacles at the start.
             events: Timed changes of a run; those of the goal are ignored.
             radius: Radius of the rope [m].
+            moving: Names of the obstacles that move along paths of their own.
         """
+        self._moving = moving
         self._start = tuple(bodies)
         self._events = [e for e in events if e.goal is None]
         self._radius = radius
@@ -170,6 +178,10 @@ class ObstacleScene:
         self, name: str, position: Sequence[float], orientation: Sequence[float] = ()
     ) -> Obstacle:
         old = self._named(name)
+        if name in self._moving:
+            raise SceneChangeRefused(
+                f"{name!r} moves along its path; change `path` in the scenario, or move another"
+            )
         turned = tuple(orientation) if len(orientation) else old.orientation
         moved = replace(old, position=tuple(position), orientation=turned)
         _check(moved)

@@ -21,6 +21,7 @@ from services.perception.others_publisher import OthersPublisher
 from services.perception.rgbd.line_of_sight import Sight
 from services.perception.rope_camera import RopeCamera
 from services.perception.scene import ObstacleScene, SceneChangeRefused
+from services.perception.scene_motion import SceneMotionPublisher
 from services.perception.scene_requests import SceneRequests
 from services.perception.simulated_truth import SimulatedTruth
 from services.perception.simultaneous_frames import SimultaneousFrames
@@ -70,7 +71,7 @@ class PerceptionService:
         topics.CAMERA_CALIBRATION,
         *OTHER_READS,
     )
-    writes = (topics.ROPE_NODES, topics.ROPE_OTHERS, topics.SCENE_STATE)
+    writes = (topics.ROPE_NODES, topics.ROPE_OTHERS, topics.SCENE_STATE, topics.SCENE_MOTION)
     rate = 60.0
     latency = 0.010
 
@@ -85,7 +86,9 @@ class PerceptionService:
         )
         # Events do not move obstacles with a marker: their poses are measured.
         events = [e for e in scenario.events if e.move_obstacle not in scenario.marked_obstacles]
-        self._scene = ObstacleScene(scenario.bodies, events, self._rope.radius)
+        moving = frozenset(motion.name for motion in scenario.obstacle_motions())
+        self._scene = ObstacleScene(scenario.bodies, events, self._rope.radius, moving)
+        self._motion = SceneMotionPublisher(scenario)
         self._requests = SceneRequests(self._scene)
         self._cameras = [
             RopeCamera(setup.name, partial(self._new_tracker, setup), _marker_obstacles(scenario))
@@ -138,6 +141,7 @@ class PerceptionService:
         stale = now - self._published >= SECOND
         if stale or self._scene.revision != self._published_revision:
             yield self._scene_state(now)
+        yield from self._motion.due(now)
 
     def _process_cameras(self, inbox: Inbox, now: int) -> Iterator[Publication]:
         faults = [f for camera in self._cameras if (f := camera.receive(inbox, now)) is not None]
@@ -244,10 +248,12 @@ class PerceptionService:
             self._scene.restore()
         if self._resets.advanced(task.reset_count):
             self._scene.reset()
+            self._motion.reset(task)
             for camera in self._cameras:
                 camera.forget()
             self._nodes = None
             self._others.forget()
+        self._motion.take_task(task)
         for refusal in self._scene.follow_run(task.run_started, now):
             log.warning(refusal)
 

@@ -68,6 +68,8 @@ class Problem:
     """Share of the usual limits on motion that the path uses [-]."""
     seed: int = 0
     """Seed of the random number generator for random paths."""
+    planning_time: float = np.inf
+    """Processor time after which no further search is begun [s]."""
     arms: CellArms | None = None
     """Arms that hold the grips, as they stand at the start; None where their geometry is unknown or
     they have none."""

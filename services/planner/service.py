@@ -15,8 +15,10 @@ from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle, pack
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodState, add_turns, state_along
+from lariat.trajectory import NANOSECONDS
 from services.planner import whole_path
 from services.planner.extension import ExtensionPlanner
+from services.planner.moving_obstacles import divided, plan_departure
 from services.planner.parameter_update import (
     is_learnt,
     unsure_properties,
@@ -26,16 +28,19 @@ from services.planner.problem import Problem, WholePath
 from shared import topics
 from shared.extensions import extension
 from shared.messages import (
+    RUNNING,
     ArmStates,
     NodeChain,
     Parameters,
     Path,
     RodParameters,
     Scene,
+    SceneMotion,
     TaskState,
     arm_pose,
     chain,
     grip_pose,
+    obstacle_motions,
     poses_known,
     scene_obstacles,
 )
@@ -55,11 +60,12 @@ MAX_START_SPEED = 2e-3
 """Speed of a grip below which it is at rest [m/s]."""
 MAX_START_ANGULAR_SPEED = 1e-2
 """Angular speed of a grip below which it is at rest [rad/s]."""
+FIRST_PLANNING_TIME = SECOND // 2
+"""Time that the first plan is expected to take [ns], after which a path among moving obstacles may
+begin."""
 SAME_SHAPE_DISTANCE = 0.02
 """Mean node distance between the observed rope and the rod at rest below which both have the same
 shape [m]."""
-
-
 COVERED_MISMATCH = 0.002
 """Root mean square distance of rod and rope at rest that a path's own reserve covers [m]."""
 MISMATCH_DEVIATIONS = 2.0
@@ -75,8 +81,10 @@ class PlannerService:
     reads = (
         topics.TASK_STATE,
         topics.SCENE_STATE,
+        topics.SCENE_MOTION,
         topics.ROPE_OTHERS,
         topics.ARM_STATE,
+        topics.ARM_SETPOINTS,
         topics.ROPE_NODES,
         topics.CONTROLLER_PARAMETERS,
     )
@@ -89,6 +97,7 @@ class PlannerService:
 
     def __init__(self, scenario: Scenario) -> None:
         self._scenario = scenario
+        self.longest_step = max(self.longest_step, scenario.control.planning_time)
         self._given = rod_properties(scenario.rope)
         self._rod = Rod(self._given, scenario.rope.node_count)
         self._variants: tuple[Rod, ...] = ()
@@ -104,7 +113,13 @@ class PlannerService:
             whole_path.plan if own is None else ExtensionPlanner(own, scenario, self._moves).plan
         )
         self._arms = _arms_of(scenario)
-        self._planned: tuple[int, int, int, int] | None = None
+        self._planned: tuple[int, ...] | None = None
+        self._mismatch = 0.0
+        """Clearance that is added for the distance of rod and rope, as seen at rest last [m]."""
+        self._planning_since = 0
+        """Time at which the last plan was begun, until its duration is known [ns]."""
+        self._planning_time = FIRST_PLANNING_TIME
+        """Time after which the next plan is expected [ns]."""
         self._path: Path | None = None
         self._published = 0
 
@@ -127,27 +142,69 @@ class PlannerService:
         arms = inbox.latest(topics.ARM_STATE)
         if task is None or arms is None or scene is None or not task.message.goal.positions:
             return
+        if self._planning_since:
+            self._planning_time, self._planning_since = now - self._planning_since, 0
         others = inbox.latest(topics.ROPE_OTHERS)
+        motion = inbox.latest(topics.SCENE_MOTION)
+        motions = motion.message if motion is not None else SceneMotion()
         wanted = (
             task.message.goal_revision,
             scene.message.revision,
             others.message.revision if others is not None else 0,
             task.message.replan_count,
+            motions.run_started,
         )
-        if wanted != self._planned and poses_known(arms.message) and _at_rest(arms.message):
+        if wanted == self._planned or not poses_known(arms.message):
+            begin = None
+        elif _at_rest(arms.message):
+            begin = arms.message
+        else:
+            begin = self._stop_ahead(inbox, task.message, scene.message, arms.message)
+        if begin is not None:
             rope = inbox.latest(topics.ROPE_NODES)
             nodes = rope.message if rope is not None else None
+            if begin is not arms.message and nodes is not None:
+                nodes = _moved(nodes, arms.message, begin)
             parameters = inbox.latest(topics.CONTROLLER_PARAMETERS)
             if parameters is not None:
                 self._update_properties(parameters.message)
             self._planned = wanted
             beside = other_rope_obstacles(others.message) if others is not None else ()
-            self._path = self._plan(task.message, scene.message, beside, arms.message, nodes)
+            self._planning_since = now
+            self._path = self._plan(task.message, scene.message, motions, beside, begin, nodes)
             self._path.others_revision = wanted[2]
+            self._path.motion_run_started = motions.run_started
             self._published = 0
         if self._path is not None and now - self._published >= SECOND:
             self._published = now
             yield Publication(topics.CONTROLLER_PATH, self._path)
+
+    def _stop_ahead(
+        self, inbox: Inbox, task: TaskState, scene: Scene, arms: ArmStates
+    ) -> ArmStates | None:
+        """State of the arms where they will stop before another path; None while it is unknown.
+
+        The controller brakes for another goal or request. Its setpoints then end where the arms
+        will stand, so that the path from there is planned on the way. Where neither goal nor scene
+        has changed, the rope was not where the model has it: it has to be seen at rest first.
+        """
+        item = inbox.latest(topics.ARM_SETPOINTS)
+        if self._arms is not None or item is None or self._planned is None:
+            return None  # Joints where the arms stop are not known.
+        setpoints = item.message
+        asked = (task.goal_revision, task.replan_count)
+        brakes = asked != (self._planned[0], self._planned[3]) and task.state == RUNNING
+        changed = (task.goal_revision, scene.revision) != self._planned[:2]
+        if not (brakes and changed) or setpoints.hold or setpoints.stamp < task.stamp:
+            return None
+        ahead = ArmStates()
+        ahead.CopyFrom(arms)
+        ends = {end.arm: end for end in setpoints.arms}
+        for arm in ahead.arms:
+            if arm.arm in ends:
+                arm.position[:] = ends[arm.arm].positions[-3:]
+                arm.orientation[:] = ends[arm.arm].orientations[-4:]
+        return ahead
 
     def _update_properties(self, parameters: Parameters) -> None:
         """Plan with the properties that the controller has identified."""
@@ -166,6 +223,7 @@ class PlannerService:
         self,
         task: TaskState,
         scene: Scene,
+        motions: SceneMotion,
         others: tuple[Obstacle, ...],
         arms: ArmStates,
         rope: NodeChain | None,
@@ -179,7 +237,9 @@ class PlannerService:
             replan_count=task.replan_count,
             bending_stiffness=self._rod.properties.bending_stiffness,
         )
-        obstacles = (*scene_obstacles(scene), *others)
+        departure = (arms.stamp + self._planning_time) * NANOSECONDS
+        still, moving = divided(scene_obstacles(scene), obstacle_motions(motions), departure)
+        obstacles = (*still, *others)
         try:
             state = self._rest_state(grips, rope, obstacles, round(task.turns))
         except ValueError as error:
@@ -196,7 +256,9 @@ class PlannerService:
             round(task.goal.turns),
             task.replan_count,
         )
-        margin = max(task.clearance_margin, self._mismatch_margin(state, rope))
+        if _at_rest(arms):
+            self._mismatch = self._mismatch_margin(state, rope)
+        margin = max(task.clearance_margin, self._mismatch)
         problem = replace(
             problem,
             clearance=problem.clearance + margin,
@@ -204,7 +266,13 @@ class PlannerService:
             pace=task.pace if task.pace else 1.0,
             arms=self._present_arms(arms),
         )
-        _write_path(message, self._find(problem).of_grippers(problem))
+        if not moving:
+            _write_path(message, self._find(problem).of_grippers(problem))
+            return message
+        found = plan_departure(problem, moving, departure, self._find)
+        _write_path(message, found.path.of_grippers(problem))
+        message.start_after = round(found.after / NANOSECONDS)
+        message.start_before = round(found.before / NANOSECONDS)
         return message
 
     def _present_arms(self, message: ArmStates) -> CellArms | None:
@@ -301,6 +369,7 @@ class PlannerService:
             turns=turns,
             # A repeated request tries other random paths.
             seed=scenario.seed + replan_count,
+            planning_time=scenario.control.planning_time,
             arms=self._arms,
         )
 
@@ -327,6 +396,19 @@ def _at_rest(arms: ArmStates) -> bool:
         and np.linalg.norm(arm.angular_velocity) < MAX_START_ANGULAR_SPEED
         for arm in arms.arms
     )
+
+
+def _moved(rope: NodeChain, arms: ArmStates, ahead: ArmStates) -> NodeChain:
+    """Chain whose nodes have moved with the grips, to where the arms will stand."""
+    nodes = chain(rope.positions)
+    if not len(nodes):
+        return rope
+    left, right = (arm_pose(ahead, side).position - arm_pose(arms, side).position for side in SIDES)
+    share = np.linspace(0.0, 1.0, len(nodes))[:, None]
+    moved = NodeChain()
+    moved.CopyFrom(rope)
+    moved.positions[:] = (nodes + (1.0 - share) * left + share * right).ravel()
+    return moved
 
 
 def _write_path(message: Path, path: WholePath) -> None:

@@ -16,6 +16,7 @@ from services.planner.grid_search.relaxation import proof_of_no_path
 from services.planner.grid_search.search import GridPath, block_displacements, search_grid
 from services.planner.landing import landed, landing
 from services.planner.path_optimization.optimizer import PathCandidate, PathOptimizer
+from services.planner.planning_time import PlanningTime
 from services.planner.problem import Problem, WholePath, grip_distance
 from services.planner.retiming import PATH_PERIOD, RETIMING_SETTINGS, required_clearance, retime
 from services.planner.seeds import random_via_paths, seed_paths
@@ -69,16 +70,21 @@ def plan(problem: Problem, settings: PlannerSettings = PLANNER_SETTINGS) -> Whol
         problem: Planning problem.
         settings: Effort.
     """
+    time = PlanningTime(problem.planning_time)
     found = landing(problem)
     if found is not None:
-        approach = _plan(found.approach, settings)
+        approach = _plan(found.approach, settings, time)
         path = landed(problem, found, approach) if approach.reached else approach
         if path.reached:
             return path
-    return _plan(problem, settings)
+    path = _plan(problem, settings, time)
+    if path.reached or not time.cut:
+        return path
+    limit = f"no path was found within {problem.planning_time:g} s (control.planning_time)"
+    return replace(path, reason=f"{path.reason}; {limit}")
 
 
-def _plan(problem: Problem, settings: PlannerSettings) -> WholePath:
+def _plan(problem: Problem, settings: PlannerSettings, time: PlanningTime) -> WholePath:
     """Best path found straight to the goal."""
     optimizer = PathOptimizer(problem)
     blocks = optimizer.settings.blocks
@@ -90,7 +96,7 @@ def _plan(problem: Problem, settings: PlannerSettings) -> WholePath:
     candidates, grid_path = distinct(candidates, settings)[: settings.max_refined], None
     if candidates[0].shortfall > settings.grid_search_shortfall:
         if problem.moves.all() and not problem.spare_clearance:
-            threaded = _search_trees(problem, optimizer, settings, settings.first_tree_growth)
+            threaded = _search_trees(problem, optimizer, settings, time, settings.first_tree_growth)
             if threaded is not None and threaded.reached:
                 return threaded
         grid_path = _search_grid(problem, optimizer, settings)
@@ -101,27 +107,27 @@ def _plan(problem: Problem, settings: PlannerSettings) -> WholePath:
         # No cheap guess leads through: the trees are tried before one is refined in vain.
         candidates = candidates[:1]
         proof = proof_of_no_path(problem)
-        turned = None if proof else _search_trees(problem, optimizer, settings)
+        turned = None if proof else _search_trees(problem, optimizer, settings, time)
         if proof:
             return _nearest(problem, optimizer, grid_path, candidates, proof, settings)
         if turned is not None and turned.reached:
             return turned
-    best = _best_path(problem, optimizer, candidates, settings)
+    best = _best_path(problem, optimizer, candidates, settings, time)
     if best.reached:
         return best
-    if is_clear(best, optimizer) or best.arm_fault:
+    if (is_clear(best, optimizer) or best.arm_fault) and not time.is_over():
         seeker = optimizer if not best.arm_fault else _avoiding_with_arms(problem, optimizer)
         more = sorted(seeker.evaluate(random_via_paths(problem, blocks)), key=lambda c: c.cost)
         if not best.arm_fault:
             # A rope with wrong properties misses its goal by the same distance on all paths.
             more = [c for c in more if c.error < settings.max_via_error_ratio * best.final_error]
         different = distinct(more, settings)[: settings.max_refined]
-        found = [_best_path(problem, seeker, different, settings)] if more else []
+        found = [_best_path(problem, seeker, different, settings, time)] if more else []
         best = max([best, *found], key=lambda path: _rank(path, optimizer))
     proof = ""
     if not best.reached and (grid_path is None or grid_path.reaches_goal):
         proof = proof_of_no_path(problem) if grid_path is None else ""
-        turned = None if proof else _search_trees(problem, optimizer, settings)
+        turned = None if proof else _search_trees(problem, optimizer, settings, time)
         best = max([best, turned or best], key=lambda path: _rank(path, optimizer))
     if not is_clear(best, optimizer):
         grid_path = grid_path or _search_grid(problem, optimizer, settings)
@@ -147,6 +153,7 @@ def _search_trees(
     problem: Problem,
     optimizer: PathOptimizer,
     settings: PlannerSettings,
+    time: PlanningTime,
     first_growth: int | None = None,
 ) -> WholePath | None:
     """Path along which the grips turn, by tree searches; None where they do not find any.
@@ -155,6 +162,7 @@ def _search_trees(
         problem: Planning problem.
         optimizer: Optimiser of the problem, for its clearances.
         settings: Effort.
+        time: Processor time of the plan.
         first_growth: Number of iterations of the first search, to which the effort is limited.
     """
     if not _is_rest_shape(problem, settings):
@@ -170,6 +178,8 @@ def _search_trees(
         growth, clearances = replace(growth, max_iterations=first_growth), clearances[:1]
     refinement = replace(settings, iterations=settings.tree_iterations)
     for seed, share in enumerate(clearances):
+        if time.is_over():
+            break
         base = optimizer.necessary_clearance if seed else optimizer.wanted_clearance
         found = TreeSearch(problem, share * base, seed, growth).run()
         if not found.reaches_goal:
@@ -217,6 +227,7 @@ def _best_path(
     optimizer: PathOptimizer,
     candidates: Sequence[PathCandidate],
     settings: PlannerSettings,
+    time: PlanningTime,
 ) -> WholePath:
     """Best of the candidates' paths, or the first one with sufficient clearance."""
     sufficient = RETIMING_SETTINGS.sufficient_clearance * optimizer.wanted_clearance
@@ -225,6 +236,8 @@ def _best_path(
         paths.append(refined_path(problem, optimizer, candidate, settings))
         if paths[-1].reached and paths[-1].clearance > sufficient:
             return paths[-1]
+        if candidate is not candidates[-1] and time.is_over():
+            break
     return max(paths, key=lambda path: _rank(path, optimizer))
 
 

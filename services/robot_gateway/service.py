@@ -7,6 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from lariat.geometry.grippers import gripper_bodies
+from lariat.geometry.obstacle_motion import ObstacleMotion, obstacles_at
+from lariat.geometry.obstacles import Obstacle
+from lariat.trajectory import NANOSECONDS
 from services.robot_gateway.cell import Cell
 from services.robot_gateway.drivers.cr5.link import Link
 from services.robot_gateway.drivers.factory import drivers_of
@@ -19,14 +22,19 @@ from services.robot_gateway.safety.state_logger import StateLogger
 from shared import topics
 from shared.clock import SystemClock
 from shared.constraints.motion_constraints import CellBoundaries
-from shared.messages import Scene, Setpoints, scene_obstacles
+from shared.messages import Scene, SceneMotion, Setpoints, obstacle_motions, scene_obstacles
 from shared.scenario import SIDES, Scenario, Side
-from shared.service import Inbox, Publication, Received
+from shared.service import SECOND, Inbox, Publication, Received
 
 log = logging.getLogger(__name__)
 
 MAX_CHECKED_CHUNKS = 2
 """Chunks that are checked in a tick: the newest one, and the one before it if that is refused."""
+MOTION_PERIOD = SECOND // 25
+"""Time between two updates of moving obstacles [ns]."""
+REACTION_TIME = 0.25
+"""Time by which the places of moving obstacles are kept free in advance [s]: until the next update
+and until arms at full speed stand still."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +58,7 @@ class RobotGatewayService:
         topics.ARM_STATE,
         topics.TASK_STATE,
         topics.SCENE_STATE,
+        topics.SCENE_MOTION,
     )
     writes = (topics.ARM_STATE,)
     rate = 125.0
@@ -78,6 +87,11 @@ class RobotGatewayService:
         self._scenario, self._addresses = scenario, dict(addresses or {})
         self._logger = StateLogger()
         self._scene_revision: int | None = None
+        self._bodies: tuple[Obstacle, ...] = cell.follower.constraints.obstacles
+        """Obstacles of the scene, moving ones where they stand before a run."""
+        self._motions: tuple[ObstacleMotion, ...] = ()
+        self._moved_at = 0
+        """Time at which the moving obstacles were moved last [ns]."""
 
     def warm_up(self) -> None:
         """Do nothing: the gateway compiles no kernels."""
@@ -89,6 +103,7 @@ class RobotGatewayService:
         if scene is not None and scene.message.revision != self._scene_revision:
             self._scene_revision = scene.message.revision
             self._take_scene(scene.message)
+        self._move_obstacles(inbox, now)
         for state in inbox.every(topics.ARM_STATE):
             if state.message.boot != self.cell.safety.boot:
                 self.cell.take_other_gateway(state.message.boot, state.received)
@@ -116,9 +131,34 @@ class RobotGatewayService:
 
     def _take_scene(self, message: Scene) -> None:
         try:
-            self.cell.take_scene(self._scene_guard.admit(scene_obstacles(message)))
+            self._bodies = self._scene_guard.admit(scene_obstacles(message))
         except ValueError as error:
             log.warning("scene %d refused, the former one holds: %s", message.revision, error)
+            return
+        self.cell.take_scene(self._bodies)
+        self._moved_at = 0
+
+    def _move_obstacles(self, inbox: Inbox, now: int) -> None:
+        """Keep out where moving obstacles are, and where they will be after the reaction time."""
+        if (motion := inbox.fresh(topics.SCENE_MOTION)) is not None:
+            self._take_motions(motion.message)
+        if self._motions and now - self._moved_at >= MOTION_PERIOD:
+            self._moved_at = now
+            present = now * NANOSECONDS
+            self.cell.take_scene(
+                obstacles_at(self._bodies, self._motions, present, present + REACTION_TIME)
+            )
+
+    def _take_motions(self, message: SceneMotion) -> None:
+        try:
+            known = self._scene_guard.admit_motions(obstacle_motions(message))
+        except ValueError as error:
+            log.warning("motions of obstacles refused, the former ones hold: %s", error)
+            return
+        if known != self._motions:
+            self._motions, self._moved_at = known, 0
+            if not known:
+                self.cell.take_scene(self._bodies)
 
     def _take_setpoints(self, arrived: Sequence[Received]) -> None:
         """Take the holds and the newest chunk of every session that is not refused.

@@ -7,7 +7,9 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from lariat.geometry.obstacle_motion import ObstacleMotion, obstacles_at
 from lariat.geometry.poses import Pose
+from lariat.trajectory import NANOSECONDS
 from services.sim.camera.lab_camera import LabCamera
 from services.sim.camera.marker_plates import MarkerPlate
 from services.sim.camera.rgbd_camera import BODY_COLOR
@@ -23,6 +25,7 @@ from shared.messages import (
     ArmStates,
     NodeChain,
     TaskState,
+    obstacle_motions,
     poses_known,
     scene_obstacles,
 )
@@ -41,7 +44,13 @@ class SimService:
     """True rope, its surroundings, and its cameras."""
 
     name = "sim"
-    reads = (topics.ARM_STATE, topics.SCENE_STATE, topics.SCENE_REQUEST, topics.TASK_STATE)
+    reads = (
+        topics.ARM_STATE,
+        topics.SCENE_STATE,
+        topics.SCENE_MOTION,
+        topics.SCENE_REQUEST,
+        topics.TASK_STATE,
+    )
     writes: Sequence[Topic] = (
         topics.ROPE_TRUTH,
         topics.CAMERA_COLOR,
@@ -63,7 +72,10 @@ class SimService:
         self._period = round(SECOND / sensing.rate)
         self._world = world or World(scenario)
         self._marked = MarkedObstacles(scenario)
-        self._world.set_obstacles(self._marked.merged(scenario.bodies))
+        self._standing = self._marked.merged(scenario.bodies)
+        """Obstacles, moving ones where they stand before a run."""
+        self._motions: tuple[ObstacleMotion, ...] = ()
+        self._world.set_obstacles(self._standing)
         self._tubes = MovingTubes(scenario.distractors)
         self._run_started = 0
         takes_images = sensing.source == "camera" and not sensing.outside
@@ -104,6 +116,9 @@ class SimService:
             self._release_if_due(task.message, now)
         for request in inbox.every(topics.SCENE_REQUEST):
             self._marked.take_request(request.message)
+        if (motion := inbox.fresh(topics.SCENE_MOTION)) is not None:
+            self._motions = obstacle_motions(motion.message)
+            self._move_obstacles(self._world.instant or now)
         scene = inbox.latest(topics.SCENE_STATE)
         if scene is None:
             return
@@ -111,7 +126,14 @@ class SimService:
         revision = (scene.message.revision, self._marked.revision)
         if revision != self._scene_revision:
             self._scene_revision = revision
-            self._world.set_obstacles(self._marked.merged(scene_obstacles(scene.message)))
+            self._standing = self._marked.merged(scene_obstacles(scene.message))
+            self._move_obstacles(self._world.instant or now)
+
+    def _move_obstacles(self, instant: int) -> None:
+        """Put moving obstacles where they are at an instant [ns]."""
+        self._world.set_obstacles(
+            obstacles_at(self._standing, self._motions, instant * NANOSECONDS)
+        )
 
     def _release_if_due(self, task: TaskState, now: int) -> None:
         """Let the rope slip out of a grip at its time in a run."""
@@ -125,6 +147,8 @@ class SimService:
         left, right = (_motion(states, arm) for arm in ("left", "right"))
         if self._resets.advanced(states.reset_count):
             self._world.reset()
+        if self._motions:
+            self._move_obstacles(states.stamp)
         self._world.advance(left, right, states.stamp)
 
     def _observe(self, instant: int) -> Iterator[Publication]:

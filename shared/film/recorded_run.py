@@ -12,10 +12,11 @@ import numpy as np
 from jaxtyping import Float64, UInt8
 
 from lariat.geometry import polylines, poses
+from lariat.geometry.obstacle_motion import obstacles_at
 from lariat.geometry.obstacles import Obstacle
 from shared import topics
 from shared.film.arm_bodies import arm_bodies
-from shared.messages import IDLE, chain, scene_obstacles, stamp_of
+from shared.messages import IDLE, chain, obstacle_motions, scene_obstacles, stamp_of
 from shared.recording import Recording
 from shared.scenario import SIDES, Scenario, Side
 from shared.service import SECOND
@@ -72,6 +73,7 @@ class RecordedRun:
             topics.TASK_STATE.key,
             topics.ARM_STATE.key,
             topics.SCENE_STATE.key,
+            topics.SCENE_MOTION.key,
             topics.CONTROLLER_PATH.key,
             self._camera,
         )
@@ -109,6 +111,8 @@ class RecordedRun:
         ways = [chain(p) for p in (path.left_positions, path.right_positions)] if path else []
         scene = self._latest(topics.SCENE_STATE.key, now)
         obstacles = scene_obstacles(scene) if scene else self.scenario.bodies
+        if (motion := self._latest(topics.SCENE_MOTION.key, now)) is not None:
+            obstacles = obstacles_at(obstacles, obstacle_motions(motion), now)
         grips = self._grippers(nodes, now)
         distance = polylines.resample_smooth(nodes, len(goal)) - goal
         return Instant(

@@ -11,8 +11,10 @@ from google.protobuf.message import Message
 from google.protobuf.timestamp_pb2 import Timestamp
 from jaxtyping import Float64
 
+from lariat.geometry import obstacle_motion
 from lariat.geometry import obstacles as geometry
 from lariat.geometry.poses import Pose
+from lariat.trajectory import NANOSECONDS
 from shared.messages.arm_pb2 import (
     ArmCommand,
     ArmSetpoints,
@@ -48,7 +50,13 @@ from shared.messages.runs_pb2 import (
     RunSummary,
     RunVideo,
 )
-from shared.messages.scene_pb2 import Obstacle, Scene, SceneRequest
+from shared.messages.scene_pb2 import (
+    Obstacle,
+    ObstacleMotion,
+    Scene,
+    SceneMotion,
+    SceneRequest,
+)
 from shared.messages.system_pb2 import (
     CampaignState,
     CampaignTrial,
@@ -107,6 +115,7 @@ __all__ = [
     "Message",
     "NodeChain",
     "Obstacle",
+    "ObstacleMotion",
     "OtherRope",
     "OtherRopes",
     "Parameter",
@@ -131,6 +140,7 @@ __all__ = [
     "SavedGoal",
     "ScenarioEntry",
     "Scene",
+    "SceneMotion",
     "SceneRequest",
     "Setpoints",
     "StackRequest",
@@ -146,7 +156,9 @@ __all__ = [
     "from_timestamp",
     "grip",
     "grip_pose",
+    "motion_message",
     "obstacle_message",
+    "obstacle_motions",
     "poses_known",
     "scene_obstacles",
     "stamp_of",
@@ -233,6 +245,39 @@ def _obstacle(message: Obstacle) -> geometry.Obstacle:
         support=message.support,
         name=message.name,
         **values,
+    )
+
+
+def motion_message(motion: obstacle_motion.ObstacleMotion, stamp: int) -> ObstacleMotion:
+    """Return the message of an obstacle's motion at a time.
+
+    Args:
+        motion: Motion in the clock of the stamps.
+        stamp: Time of position and velocity [ns].
+    """
+    now = stamp * NANOSECONDS
+    return ObstacleMotion(
+        name=motion.name,
+        position=motion.position(now),
+        velocity=motion.velocity(now),
+        times=[round(t / NANOSECONDS) for t in motion.times],
+        waypoints=[x for place in motion.positions for x in place],
+    )
+
+
+def obstacle_motions(message: SceneMotion) -> tuple[obstacle_motion.ObstacleMotion, ...]:
+    """Return the motions of a scene's obstacles, in the clock of the stamps.
+
+    Raises:
+        ValueError: A motion has no waypoint, jumps, or its times do not increase.
+    """
+    return tuple(
+        obstacle_motion.ObstacleMotion(
+            motion.name,
+            tuple(t * NANOSECONDS for t in motion.times),
+            tuple((x, y, z) for x, y, z in chain(motion.waypoints).tolist()),
+        )
+        for motion in message.motions
     )
 
 

@@ -8,7 +8,7 @@ from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 DESCRIPTOR: _descriptor.FileDescriptor
 
 class Path(_message.Message):
-    __slots__ = ("stamp", "goal_revision", "scene_revision", "replan_count", "reached", "reason", "dt", "left_positions", "left_orientations", "right_positions", "right_orientations", "nodes", "node_count", "final_error", "clearance", "bending_stiffness", "blocked", "others_revision")
+    __slots__ = ("stamp", "goal_revision", "scene_revision", "replan_count", "reached", "reason", "dt", "left_positions", "left_orientations", "right_positions", "right_orientations", "nodes", "node_count", "final_error", "clearance", "bending_stiffness", "blocked", "others_revision", "motion_run_started", "start_after", "start_before")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     GOAL_REVISION_FIELD_NUMBER: _ClassVar[int]
     SCENE_REVISION_FIELD_NUMBER: _ClassVar[int]
@@ -27,6 +27,9 @@ class Path(_message.Message):
     BENDING_STIFFNESS_FIELD_NUMBER: _ClassVar[int]
     BLOCKED_FIELD_NUMBER: _ClassVar[int]
     OTHERS_REVISION_FIELD_NUMBER: _ClassVar[int]
+    MOTION_RUN_STARTED_FIELD_NUMBER: _ClassVar[int]
+    START_AFTER_FIELD_NUMBER: _ClassVar[int]
+    START_BEFORE_FIELD_NUMBER: _ClassVar[int]
     stamp: int
     goal_revision: int
     scene_revision: int
@@ -45,7 +48,10 @@ class Path(_message.Message):
     bending_stiffness: float
     blocked: bool
     others_revision: int
-    def __init__(self, stamp: _Optional[int] = ..., goal_revision: _Optional[int] = ..., scene_revision: _Optional[int] = ..., replan_count: _Optional[int] = ..., reached: _Optional[bool] = ..., reason: _Optional[str] = ..., dt: _Optional[int] = ..., left_positions: _Optional[_Iterable[float]] = ..., left_orientations: _Optional[_Iterable[float]] = ..., right_positions: _Optional[_Iterable[float]] = ..., right_orientations: _Optional[_Iterable[float]] = ..., nodes: _Optional[_Iterable[float]] = ..., node_count: _Optional[int] = ..., final_error: _Optional[float] = ..., clearance: _Optional[float] = ..., bending_stiffness: _Optional[float] = ..., blocked: _Optional[bool] = ..., others_revision: _Optional[int] = ...) -> None: ...
+    motion_run_started: int
+    start_after: int
+    start_before: int
+    def __init__(self, stamp: _Optional[int] = ..., goal_revision: _Optional[int] = ..., scene_revision: _Optional[int] = ..., replan_count: _Optional[int] = ..., reached: _Optional[bool] = ..., reason: _Optional[str] = ..., dt: _Optional[int] = ..., left_positions: _Optional[_Iterable[float]] = ..., left_orientations: _Optional[_Iterable[float]] = ..., right_positions: _Optional[_Iterable[float]] = ..., right_orientations: _Optional[_Iterable[float]] = ..., nodes: _Optional[_Iterable[float]] = ..., node_count: _Optional[int] = ..., final_error: _Optional[float] = ..., clearance: _Optional[float] = ..., bending_stiffness: _Optional[float] = ..., blocked: _Optional[bool] = ..., others_revision: _Optional[int] = ..., motion_run_started: _Optional[int] = ..., start_after: _Optional[int] = ..., start_before: _Optional[int] = ...) -> None: ...
 
 class Plan(_message.Message):
     __slots__ = ("stamp", "dt", "node_count", "nodes", "cost", "iterations")

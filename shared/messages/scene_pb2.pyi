@@ -64,3 +64,27 @@ class SceneRequest(_message.Message):
     action: SceneRequest.Action
     obstacle: Obstacle
     def __init__(self, id: _Optional[str] = ..., stamp: _Optional[int] = ..., action: _Optional[_Union[SceneRequest.Action, str]] = ..., obstacle: _Optional[_Union[Obstacle, _Mapping]] = ...) -> None: ...
+
+class ObstacleMotion(_message.Message):
+    __slots__ = ("name", "position", "velocity", "times", "waypoints")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    POSITION_FIELD_NUMBER: _ClassVar[int]
+    VELOCITY_FIELD_NUMBER: _ClassVar[int]
+    TIMES_FIELD_NUMBER: _ClassVar[int]
+    WAYPOINTS_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    position: _containers.RepeatedScalarFieldContainer[float]
+    velocity: _containers.RepeatedScalarFieldContainer[float]
+    times: _containers.RepeatedScalarFieldContainer[int]
+    waypoints: _containers.RepeatedScalarFieldContainer[float]
+    def __init__(self, name: _Optional[str] = ..., position: _Optional[_Iterable[float]] = ..., velocity: _Optional[_Iterable[float]] = ..., times: _Optional[_Iterable[int]] = ..., waypoints: _Optional[_Iterable[float]] = ...) -> None: ...
+
+class SceneMotion(_message.Message):
+    __slots__ = ("stamp", "run_started", "motions")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    RUN_STARTED_FIELD_NUMBER: _ClassVar[int]
+    MOTIONS_FIELD_NUMBER: _ClassVar[int]
+    stamp: int
+    run_started: int
+    motions: _containers.RepeatedCompositeFieldContainer[ObstacleMotion]
+    def __init__(self, stamp: _Optional[int] = ..., run_started: _Optional[int] = ..., motions: _Optional[_Iterable[_Union[ObstacleMotion, _Mapping]]] = ...) -> None: ...

@@ -66,6 +66,7 @@ class TaskState(_message.Message):
         CONTACT_EXPECTED: _ClassVar[TaskState.Reason]
         METHOD_FAULT: _ClassVar[TaskState.Reason]
         SLIPPED: _ClassVar[TaskState.Reason]
+        NEXT_GOAL: _ClassVar[TaskState.Reason]
     UNSPECIFIED: TaskState.Reason
     WAITING_FOR_START: TaskState.Reason
     STARTED: TaskState.Reason
@@ -84,6 +85,7 @@ class TaskState(_message.Message):
     CONTACT_EXPECTED: TaskState.Reason
     METHOD_FAULT: TaskState.Reason
     SLIPPED: TaskState.Reason
+    NEXT_GOAL: TaskState.Reason
     class SettingsEntry(_message.Message):
         __slots__ = ("key", "value")
         KEY_FIELD_NUMBER: _ClassVar[int]

@@ -389,6 +389,38 @@ def _check_scene(message: messages.Scene) -> None:
         check_obstacle(obstacle)
 
 
+def _check_run_curves(message: messages.RunCurves) -> None:
+    count = len(message.time)
+    _check_length("error", message.error, count)
+    _check_length("clearance", message.clearance, count)
+
+
+def _check_run_motion(message: messages.RunMotion) -> None:
+    if message.node_count == 1 or message.node_count > MAX_NODES:
+        raise ValueError(f"node_count = {message.node_count}; a rope has 2 to {MAX_NODES}")
+    _check_length("nodes", message.nodes, 3 * message.node_count * len(message.time))
+    _check_places("nodes", message.nodes)
+    _count_nodes("goal", message.goal)
+    _check_places("goal", message.goal)
+
+
+def _check_campaign_state(message: messages.CampaignState) -> None:
+    for trial in message.trials:
+        _check_length(f"values of seed {trial.seed}", trial.values, len(message.keys))
+
+
+def _check_scene_motion(message: messages.SceneMotion) -> None:
+    if len(message.motions) > MAX_OBSTACLES:
+        raise ValueError(f"{len(message.motions)} motions, more than {MAX_OBSTACLES}")
+    for motion in message.motions:
+        _check_length(f"{motion.name!r}: position", motion.position, 3)
+        _check_length(f"{motion.name!r}: velocity", motion.velocity, 3)
+        _check_length(f"{motion.name!r}: waypoints", motion.waypoints, 3 * len(motion.times))
+        _check_places(f"{motion.name!r}: position", motion.position)
+        _check_places(f"{motion.name!r}: waypoints", motion.waypoints)
+    messages.obstacle_motions(message)
+
+
 def _check_color(message: CompressedImage) -> None:
     check_image(message.data)
 
@@ -427,6 +459,10 @@ _CHECKS: dict[type[Message], Callable[[Any], None]] = {
     messages.Parameters: _check_parameters,
     messages.Plan: _check_plan,
     messages.Scene: _check_scene,
+    messages.RunCurves: _check_run_curves,
+    messages.RunMotion: _check_run_motion,
+    messages.CampaignState: _check_campaign_state,
+    messages.SceneMotion: _check_scene_motion,
     CompressedImage: _check_color,
     RawImage: _check_depth,
     CameraCalibration: _check_calibration,

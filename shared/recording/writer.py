@@ -205,7 +205,8 @@ def descriptor_set(descriptor: Descriptor) -> FileDescriptorSet:
 
 def _files(scenario: Scenario) -> dict[str, bytes]:
     """Content of the scenario's TOML and CSV files by name."""
-    shapes = [scenario.start, scenario.goal, *(e.goal for e in scenario.events if e.goal)]
+    events = (event.goal for event in scenario.events if event.goal)
+    shapes = [scenario.start, scenario.goal, *scenario.next_goals, *events]
     names = dict.fromkeys(shape.nodes for shape in shapes if shape.nodes)
     return {
         SCENARIO_ATTACHMENT: scenario.text.encode(),

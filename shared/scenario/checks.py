@@ -43,6 +43,8 @@ def check(scenario: Scenario) -> None:
             raise ConfigurationError(f"two obstacles have marker {marker}; give each its own")
     for key in ("start", "goal"):
         _check_shape(scenario, key, getattr(scenario, key))
+    for index, shape in enumerate(scenario.next_goals):
+        _check_shape(scenario, f"next_goals[{index}]", shape)
     for index, event in enumerate(scenario.events):
         if event.goal:
             _check_shape(scenario, f"events[{index}].goal", event.goal)

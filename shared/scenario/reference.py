@@ -6,7 +6,9 @@ python -m shared.scenario.reference > docs/reference/scenario.md
 from __future__ import annotations
 
 import ast
+import functools
 import inspect
+import sys
 import types
 from collections.abc import Iterator
 from dataclasses import MISSING, Field, fields, is_dataclass
@@ -103,15 +105,22 @@ def _default(item: Field[Any]) -> str:
 
 def field_notes(kind: type) -> dict[str, str]:
     """Return the docstring after each field of a dataclass, by the field's name."""
-    (node,) = ast.parse(inspect.getsource(kind)).body
+    node = _class_definitions(kind.__module__)[kind.__name__]
     notes, last = {}, ""
-    for line in node.body:  # pyright: ignore[reportAttributeAccessIssue]
+    for line in node.body:
         if isinstance(line, ast.AnnAssign) and isinstance(line.target, ast.Name):
             last = line.target.id
         elif isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant) and last:
             notes[last] = " ".join(str(line.value.value).split())
             last = ""
     return notes
+
+
+@functools.cache
+def _class_definitions(module: str) -> dict[str, ast.ClassDef]:
+    """Return the syntax trees of a module's classes, by name."""
+    tree = ast.parse(inspect.getsource(sys.modules[module]))
+    return {node.name: node for node in tree.body if isinstance(node, ast.ClassDef)}
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines, poses
+from lariat.geometry.obstacle_motion import ObstacleMotion
 from lariat.geometry.poses import Pose
 from shared.bounded_file import path_inside, read_file
 from shared.configuration import Bounds, ConfigurationError
@@ -74,6 +75,8 @@ class Scenario:
     limits: Limits = Limits()
     run: Run = Run()
     recording: Recording = Recording()
+    next_goals: tuple[Shape, ...] = ()
+    """Goals that follow `goal` in a run, each when the rope rests at the one before it."""
     events: tuple[Event, ...] = ()
     distractors: tuple[Distractor, ...] = ()
     folder: Path = field(default=Path(), compare=False)
@@ -94,6 +97,15 @@ class Scenario:
             return {}
         named = ((o.body(k).name, o) for k, o in enumerate(self.obstacles))
         return {name: o for name, o in named if o.marker is not None}
+
+    def obstacle_motions(self, start: float = 0.0) -> tuple[ObstacleMotion, ...]:
+        """Return the motions of the obstacles that have a path.
+
+        Args:
+            start: Start of the run [s].
+        """
+        named = ((o.body(k).name, o) for k, o in enumerate(self.obstacles))
+        return tuple(o.motion(name, start) for name, o in named if o.path)
 
     @property
     def held_length(self) -> float:

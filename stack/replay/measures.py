@@ -21,6 +21,7 @@ READS = (
     topics.TASK_STATE.key,
     topics.SCENE_REQUEST.key,
     topics.SCENE_STATE.key,
+    topics.SCENE_MOTION.key,
     topics.ROPE_TRUTH.key,
     topics.ROPE_NODES.key,
     topics.CONTROLLER_PLAN.key,

@@ -11,9 +11,18 @@ from typing import Any
 
 import numpy as np
 
+from lariat.geometry.obstacle_motion import obstacles_at
+from lariat.trajectory import NANOSECONDS
 from shared import topics
 from shared.configuration import ConfigurationError
-from shared.messages import arm_pose, chain, grip_pose, scene_obstacles
+from shared.messages import (
+    SceneMotion,
+    arm_pose,
+    chain,
+    grip_pose,
+    obstacle_motions,
+    scene_obstacles,
+)
 from shared.recording import Recording
 from shared.scenario import SIDES, Scenario
 from shared.scenario.entries import inline, numbers, obstacle_entry
@@ -26,6 +35,7 @@ STATES = (
     topics.ARM_STATE,
     topics.TASK_STATE,
     topics.SCENE_STATE,
+    topics.SCENE_MOTION,
 )
 """Topics that describe a moment."""
 START_FILE, GOAL_FILE = "moment-start.csv", "moment-goal.csv"
@@ -70,7 +80,12 @@ def scenario_at(recording: Recording, folder: Path, seconds: float) -> Scenario:
         table = {b.name for b in scenario.bodies} - {
             o.body(k).name for k, o in enumerate(scenario.obstacles)
         }
-        bodies = [obstacle_entry(b) for b in scene_obstacles(scene) if b.name not in table]
+        motion = newest.get(topics.SCENE_MOTION.key) or SceneMotion()
+        # Moving obstacles stand still where they were.
+        present = obstacles_at(
+            scene_obstacles(scene), obstacle_motions(motion), motion.stamp * NANOSECONDS
+        )
+        bodies = [obstacle_entry(b) for b in present if b.name not in table]
         settings.append(f"obstacles={inline(bodies)}")
     return with_settings(scenario, settings)
 

@@ -8,11 +8,13 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import polylines
+from lariat.geometry.obstacle_motion import ObstacleMotion, obstacles_at
 from lariat.geometry.obstacles import chain_clearance, signed_distance
+from lariat.trajectory import NANOSECONDS
 from services.sim.distractors import MovingTubes
 from services.sim.marked_obstacles import MarkedObstacles
 from shared import topics
-from shared.messages import IDLE, chain, scene_obstacles
+from shared.messages import IDLE, chain, obstacle_motions, scene_obstacles
 from shared.messages.parameters import named_parameters
 from shared.scenario import Scenario
 from shared.service import SECOND
@@ -67,6 +69,7 @@ class Scorer:
     def __post_init__(self) -> None:
         self._marked = MarkedObstacles(self.scenario)
         self._believed = self.scenario.bodies
+        self._motions: tuple[ObstacleMotion, ...] = ()
         self._update_obstacles()
         self._distractors = MovingTubes(self.scenario.distractors)
         self._radius = self.scenario.plant_rope.diameter / 2.0
@@ -88,6 +91,8 @@ class Scorer:
                 self._marked.take_scene(scene)
                 self._believed = scene_obstacles(scene)
                 self._update_obstacles()
+            case topics.SCENE_MOTION.key:
+                self._motions = obstacle_motions(delivery.parse())
             case topics.ROPE_TRUTH.key:
                 message = delivery.parse()
                 if self.started and message.stamp >= self.started:
@@ -138,7 +143,7 @@ class Scorer:
         deviation = abs(polylines.length(nodes) - self.scenario.plant_rope.length)
         self.length_error = max(self.length_error, deviation)
         self._take_distractors(stamp, nodes)
-        nearest = self._clearance(nodes)
+        nearest = self._clearance(nodes, stamp)
         self.min_clearance = min(self.min_clearance, nearest)
         if nearest <= CONTACT_DISTANCE:
             self.contact_time += (stamp - since) / SECOND
@@ -153,11 +158,11 @@ class Scorer:
             clearance = float(gap) - tube.radius - self._radius
             self.min_distractor_clearance = min(self.min_distractor_clearance, clearance)
 
-    def _clearance(self, nodes: Float64[np.ndarray, "n 3"]) -> float:
+    def _clearance(self, nodes: Float64[np.ndarray, "n 3"], stamp: int) -> float:
         """Least distance between surfaces if it can change the score, else infinite [m]."""
         edges = np.linalg.norm(np.diff(nodes, axis=0), axis=1)
         nearest = np.inf
-        for obstacle in self._obstacles:
+        for obstacle in obstacles_at(self._obstacles, self._motions, stamp * NANOSECONDS):
             distance = signed_distance(nodes, obstacle) - self._radius
             # A distance function has slope 1: this is a lower bound for all points of an edge.
             bound = np.min((distance[:-1] + distance[1:] - edges) / 2.0)

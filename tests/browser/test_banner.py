@@ -16,6 +16,16 @@ from tests.dashboard.stage import Stage
 
 pytestmark = NO_CHROMIUM
 
+SILENCE = """() => {
+  window.isTheSame = true;
+  const drop = (event) => event.stopImmediatePropagation();
+  window.addEventListener("lariat-news", drop, true);
+  window.dispatchEvent(new CustomEvent("lariat-lost"));
+  setTimeout(() => window.removeEventListener("lariat-news", drop, true), 4000);
+  return document.querySelector("#banner").textContent;
+}"""
+"""Script that lets the page hear nothing for 4 s, and returns what its banner says."""
+
 
 def test_page_says_that_it_shows_the_past_and_comes_back_with_the_server(tmp_path: Path) -> None:
     options = DashboardOptions(port=free_port(), token_file=tmp_path / "token")
@@ -25,6 +35,10 @@ def test_page_says_that_it_shows_the_past_and_comes_back_with_the_server(tmp_pat
     with opened(service.address) as page:
         assert page.title() == "three-cylinders · Lariat"
         expect(page.get_by_text("Running:")).to_be_visible()
+        # Silence on an open connection, as of a browser that is busy, loses no work on the page.
+        assert "No connection to the dashboard" in page.evaluate(SILENCE)
+        expect(page.locator("#banner")).to_be_hidden()
+        assert page.evaluate("window.isTheSame")
         cell.end()
         service.close()
         expect(page.locator("#banner")).to_contain_text("No connection to the dashboard")

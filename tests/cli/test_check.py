@@ -3,9 +3,16 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from cli import check
+from services.planner.moving_obstacles import Departure
+from services.planner.problem import Problem
+from services.planner.whole_path import stay
+from shared.scenario import Scenario
+from stack import planning
+from stack.scenario_overrides import load_with
 
 
 def test_a_plan_is_part_of_the_check(capsys: pytest.CaptureFixture[str]) -> None:
@@ -21,3 +28,19 @@ def test_alternatives_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     listed = [line for line in capsys.readouterr().out.splitlines() if "grips travel" in line]
     assert 1 <= len(listed) <= 2
     assert listed[0].startswith("  path 1: ")
+
+
+def test_check_writes_the_nearest_shape_where_no_path_leads_to_the_goal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def blocked(scenario: Scenario, problem: Problem) -> Departure:
+        return Departure(stay(problem, "blocked: a wall"), 0.0, np.inf)
+
+    monkeypatch.setattr(planning, "scenario_departure", blocked)
+    file = tmp_path / "near.csv"
+    assert check.main(Path("three-cylinders"), plan=True, nearest=file) == 1
+    assert str(file) in capsys.readouterr().out
+    left = np.loadtxt(file, delimiter=",")[0]
+    line = load_with(Path("three-cylinders"), ()).start.line
+    assert line is not None
+    assert left == pytest.approx(line[0], abs=1e-6)

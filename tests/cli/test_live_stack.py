@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -36,7 +37,8 @@ class Live:
         for name in ("shared", "services", "dashboard"):
             (folder / name).mkdir()
             (folder / name / "__init__.py").write_text("raise ImportError('shadowed')")
-        command = [sys.executable, *module_entry.command("cli", "up", "three-cylinders")]
+        self.scenario = Path(shutil.copy(SCENARIO, folder / "mine.toml"))
+        command = [sys.executable, *module_entry.command("cli", "up", str(self.scenario))]
         command += ["--port", str(cell.port), "--namespace", cell.namespace]
         command += ["--dashboard-port", str(free_port())]
         with self._log.open("w") as log:
@@ -132,7 +134,8 @@ def test_the_stack_reaches_its_goal_survives_a_death_and_records_it(
     assert live.say("start")["state"] == "running"
     live.until_moving(60.0)
 
-    # The controller dies in the middle of a motion.
+    # The controller dies in the middle of a motion; the file of the cell is not there any more.
+    live.scenario.unlink()
     victim = live.pid("controller")
     live.arms()
     os.kill(victim, signal.SIGKILL)

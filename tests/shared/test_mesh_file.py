@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from shared import mesh_file
 from shared.mesh_file import read_mesh
 
 CORNERS = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 2.0, 0.0), (0.0, 2.0, 0.5)]
@@ -59,6 +60,8 @@ def test_files_of_one_mesh_are_the_same(tmp_path: Path, name: str, content: byte
         ("plate.stl", b"nothing of a mesh", "is damaged"),
         ("plate.stl", b"solid empty\nendsolid\n", "no triangle"),
         ("plate.stl", text_stl().replace(b"2.0", b"nan"), "not finite"),
+        ("plate.obj", obj("f " + 2000 * "1 2 3 "), "a line has 12003 bytes, more than 4096"),
+        ("plate.stl", b"solid " + 5000 * b"x", "a line has 5006 bytes"),
         ("plate.obj", obj("f 1 2 5"), "vertex 5 of 4"),
         ("plate.obj", obj("f 0 1 2"), "vertex 0 of 4"),
     ],
@@ -66,4 +69,24 @@ def test_files_of_one_mesh_are_the_same(tmp_path: Path, name: str, content: byte
 def test_other_files_are_refused(tmp_path: Path, name: str, content: bytes, words: str) -> None:
     (tmp_path / name).write_bytes(content)
     with pytest.raises(ValueError, match=words):
+        read_mesh(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("plate.stl", binary_stl()),
+        ("plate.stl", text_stl() + b"\xff"),
+        ("plate.obj", obj() + b"\xff"),
+        ("plate.obj", 9 * b"v 0 0 0\n" + b"\xff"),
+    ],
+    ids=["binary", "text", "faces", "vertices"],
+)
+def test_reading_ends_at_the_largest_number_of_triangles(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, name: str, content: bytes
+) -> None:
+    monkeypatch.setattr(mesh_file, "MAX_TRIANGLES", 1)
+    (tmp_path / name).write_bytes(content)
+    # The byte at the end is no text: nobody may get there.
+    with pytest.raises(ValueError, match="more than 1 triangles"):
         read_mesh(tmp_path / name)

@@ -41,8 +41,10 @@ class Sample:
     """Share of the skeleton that each of its ropes explains, 0..1."""
     fragment_count: int
     """Number of fragments."""
-    on_ground: bool
-    """Whether most of the picture shows one ground."""
+    by_color: bool
+    """Whether it was found by the colours of proposals."""
+    seen: Float64[np.ndarray, "k"]
+    """Shares of what the network sees: of no rope, and of each of its ropes."""
 
 
 def samples(count: int) -> Iterator[Sample]:
@@ -66,7 +68,8 @@ def _sample(picture: LabelledPicture, foreground: Foreground) -> Iterator[Sample
         dice_matrix(picture.labels, labels, len(picture.cables), len(found.ropes)),
         found.shares,
         found.fragment_count,
-        foreground.on_ground,
+        foreground.by_color,
+        detector.seen_shares(foreground.log_odds, labels, len(found.ropes)),
     )
 
 
@@ -86,7 +89,8 @@ def fit(count: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
         kept = doubt.believed(s.ropes)
         explained = sum(s.shares[k] for k in kept)
         believed = [s.ropes[k] for k in kept]
-        known = doubt.image_features(believed, explained, s.fragment_count, s.on_ground)
+        missing = max(0.0, float(np.sum(s.seen) - sum(s.seen[k + 1] for k in kept)))
+        known = doubt.image_features(believed, explained, s.fragment_count, s.by_color, missing)
         images.append(astuple(known))
         right = len(kept) == len(s.dice) and bool(np.all(_right_ropes(s)[kept]))
         image_wrong.append(not right)

@@ -2,8 +2,10 @@
 // says when what the page shows is old, and who has the controls.
 "use strict";
 (() => {
-  const RELOAD_AFTER = 2000; // ms without a connection after which the page is loaded anew
+  const RELOAD_AFTER = 2000; // ms after a closed connection after which the page is loaded anew
+  const SILENCE_TIMEOUT = 10000; // ms without news on an open one: a busy browser is no lost server
   const CHECK_PERIOD = 500; // ms
+  const START_TIME = 60; // s for which a lost connection is that of another cell's start
   const ENDED = "Lariat has ended or was started anew: open the address that it printed last.";
 
   const narrow = window.matchMedia("(max-width: 700px)"); // a phone, which only watches
@@ -11,6 +13,7 @@
   let news = null;
   let newsTime = performance.now();
   let connected = true;
+  let closed = false; // whether the connection was closed since the last news
   let admitted = true;
   let checking = false;
 
@@ -21,6 +24,9 @@
   // The first line that applies: kind of the banner, text, buttons by label.
   function line() {
     if (!admitted) return ["lost", ENDED, {}];
+    if (!connected && news?.cell.activity && seconds() < START_TIME) {
+      return ["lost", "Another cell starts; the page comes back by itself. What you see is old.", {}];
+    }
     if (!connected) {
       const text = `No connection to the dashboard for ${seconds()} s. What you see is old.`;
       return ["lost", `${text} Connecting again …`, {}];
@@ -80,7 +86,8 @@
         cache: "no-store",
         signal: AbortSignal.timeout(2 * CHECK_PERIOD),
       });
-      if (reply.ok && performance.now() - newsTime > RELOAD_AFTER) location.reload();
+      const patience = closed ? RELOAD_AFTER : SILENCE_TIMEOUT;
+      if (reply.ok && performance.now() - newsTime > patience) location.reload();
       admitted = reply.status !== 403 && reply.status !== 404;
     } catch {
       admitted = true;
@@ -107,10 +114,12 @@
     if (narrow.matches && role === "holder" && asked) say({ type: "answer", give: true });
     newsTime = performance.now();
     connected = admitted = true;
+    closed = false;
     show();
   });
-  window.addEventListener("lariat-lost", () => {
+  window.addEventListener("lariat-lost", (event) => {
     connected = false;
+    closed ||= event.detail?.closed === true;
     show();
   });
   narrow.addEventListener("change", show);

@@ -44,6 +44,8 @@
         return item;
       }),
     );
+    const done = steps.filter((step) => step[1]).length;
+    elements.heading.textContent = `First steps: ${done} of ${steps.length} done`;
     elements.end.hidden = next !== -1;
   }
 
@@ -63,7 +65,7 @@
     card.id = "guide";
     card.hidden = true;
     card.setAttribute("aria-label", "First steps");
-    card.appendChild(document.createElement("h2")).textContent = "First steps";
+    elements.heading = card.appendChild(document.createElement("h2"));
     elements.card = card;
     button(card, "×", "Close the first steps", () => setClosed(true));
     elements.list = card.appendChild(document.createElement("ol"));

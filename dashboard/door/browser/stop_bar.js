@@ -131,7 +131,7 @@
     };
     socket.onclose = () => {
       release();
-      window.dispatchEvent(new CustomEvent("lariat-lost"));
+      window.dispatchEvent(new CustomEvent("lariat-lost", { detail: { closed: true } }));
       setTimeout(connect, RECONNECT_DELAY);
     };
   }

@@ -139,8 +139,12 @@ class CampaignPanel:
         if self._about.content != about:
             self._about.content = about
         running = campaign is not None and campaign.running
-        self._start.disabled = stack is None or running or bool(self._problem)
-        self._cancel.disabled = stack is None or not running
+        for button, disabled in (
+            (self._start, stack is None or running or bool(self._problem)),
+            (self._cancel, stack is None or not running),
+        ):
+            if button.disabled != disabled:
+                button.disabled = disabled
         if campaign is None or ((known := self._campaign) and known.stamp == campaign.stamp):
             return
         self._campaign = campaign

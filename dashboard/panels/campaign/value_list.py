@@ -41,8 +41,10 @@ def _items(text: str) -> list[str]:
 
 def plain_value(value: str) -> str:
     """Return a value in TOML as people read it: a text without quotes."""
+    # Nothing else is parsed: deep brackets exceed the parser's recursion.
+    if not value.startswith(('"', "'")):
+        return value
     try:
-        parsed = tomllib.loads(f"value = {value}")["value"]
+        return tomllib.loads(f"value = {value}")["value"]
     except tomllib.TOMLDecodeError:
         return value
-    return parsed if isinstance(parsed, str) else value

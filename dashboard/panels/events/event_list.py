@@ -43,11 +43,11 @@ _COLORS = {
 }
 _TASK_LEVELS = {FAILED: Level.WARNING}
 _TASK_WORDS = {
-    IDLE: "run ended",
-    RUNNING: "run goes on",
-    PAUSED: "run paused",
+    IDLE: "ended",
+    RUNNING: "running",
+    PAUSED: "paused",
     REACHED: "goal reached",
-    FAILED: "run failed",
+    FAILED: "failed",
 }
 
 
@@ -77,6 +77,8 @@ class EventList:
         self._arms: tuple[int, str, bool] | None = None
         self._arms_refusal = self._task_refusal = ("", "")
         self._task: tuple[int, str] | None = None
+        self._stop = ""
+        """Reason of the newest stop that is listed."""
         self.revision = 0
         """Number of changes."""
 
@@ -85,7 +87,9 @@ class EventList:
         self.__init__()
 
     def take_log(self, log: Log) -> None:
-        """Take a log record."""
+        """Take a log record; the gateway's about a stop that its state tells is left out."""
+        if self._stop and _logs_stop(log.name, log.message, self._stop):
+            return
         error, warning = log.level >= Log.Level.ERROR, log.level >= Log.Level.WARNING
         level = Level.ERROR if error else Level.WARNING if warning else Level.INFORMATION
         self._add(Event(nanoseconds(log.timestamp), level, log.name, log.message))
@@ -98,7 +102,13 @@ class EventList:
             todo = advice(arms.rule, arms.needs_acknowledgement, arms.needs_approach)
             level = Level.ERROR if arms.mode == ArmStates.FAULT else Level.WARNING
             rule = f" (rule {arms.rule})" if arms.rule else ""
+            self._stop = arms.reason
+            last = self._events[-1] if self._events else None
+            if last is not None and _logs_stop(last.source, last.text, self._stop):
+                self._events.pop()
             self._add(Event(arms.stamp, level, "robot_gateway", f"{arms.reason}{rule}", todo))
+        if not stopped:
+            self._stop = ""
         self._arms = state
         refusal = (arms.last_command, arms.refusal)
         if arms.refusal and refusal != self._arms_refusal:
@@ -111,7 +121,7 @@ class EventList:
         state = (task.state, task.run)
         if self._task is not None and state != self._task and task.run:
             level = _TASK_LEVELS.get(task.state, Level.INFORMATION)
-            words = _TASK_WORDS.get(task.state, "run changed")
+            words = _TASK_WORDS.get(task.state, "changed")
             reason = f": {task.reason}" if task.reason else ""
             self._add(Event(task.stamp, level, "controller", f"{task.run}: {words}{reason}"))
         self._task = state
@@ -143,6 +153,11 @@ class EventList:
         else:
             self._events.append(event)
         self.revision += 1
+
+
+def _logs_stop(source: str, text: str, reason: str) -> bool:
+    """Whether a log record is the gateway's about a stop for a reason."""
+    return source == "robot_gateway" and text in (f"holding: {reason}", f"fault: {reason}")
 
 
 def list_html(events: Iterable[Event]) -> str:

@@ -57,6 +57,8 @@ class ScenarioPanel:
         self._task: TaskState | None = None
         self._obstacles: Sequence[Obstacle] = scenario.bodies
         self._shown: bytes | None = b""
+        self._saving = ("", "")
+        """Id of the newest request to save, and the name that it gave."""
         self._status = gui.add_html(note_html(NO_LAUNCHER))
         self._choice = gui.add_dropdown("Scenario", (RUNNING,))
         self._choice.on_update(lambda _: actions.put(self._show_choice))
@@ -107,7 +109,12 @@ class ScenarioPanel:
         if shown == self._shown:
             return
         self._shown = shown
-        self._status.content = note_html(NO_LAUNCHER) if stack is None else status_html(stack)
+        request, name = self._saving
+        done = stack is not None and not stack.refusal and stack.last_request == request
+        saved = name if name and done else ""
+        self._status.content = (
+            note_html(NO_LAUNCHER) if stack is None else status_html(stack, saved)
+        )
         names = [] if stack is None else [f"{OWN * e.own}{e.name}" for e in stack.scenarios]
         options = (RUNNING, *names)
         if tuple(self._choice.options) != options:
@@ -224,13 +231,14 @@ class ScenarioPanel:
         settings = [] if self._chosen else self.changes(self._with_scene.value)
         if settings is None:
             return
-        self._outbox.request_stack(
+        request = self._outbox.request_stack(
             StackRequest.SAVE,
             f"Save {name}",
             scenario=self._chosen,
             settings=settings,
             name=name,
         )
+        self._saving = (request, name)
 
     def _has_problems(self) -> bool:
         for problem in self._editor.problems.values():
@@ -255,13 +263,22 @@ def _real_arms(table: dict[str, object]) -> list[str]:
     return sorted(found)
 
 
-def status_html(stack: StackState) -> str:
-    """HTML of the scenario that runs and of what became of the last request."""
+def status_html(stack: StackState, saved: str = "") -> str:
+    """HTML of the scenario that runs and of what became of the last request.
+
+    Args:
+        stack: State of whoever runs the stack.
+        saved: Name under which the last request has saved a scenario; empty for another request.
+    """
     style = "margin:.5em 1em;font-size:.9em;line-height:1.4;overflow-wrap:anywhere"
     lines = [f"Runs: <b>{html.escape(stack.scenario or '–')}</b>"]
     if stack.activity:
         color = palette.css(palette.BUSY)
         lines.append(f"<span style='color:{color}'>● {html.escape(stack.activity)} …</span>")
+    if saved:
+        color = palette.css(palette.GOOD)
+        text = f"saved as {html.escape(saved)}, with a {OWN}in the list"
+        lines.append(f"<span style='color:{color}'>● {text}</span>")
     if stack.refusal:
         color = palette.css(palette.BAD)
         lines.append(f"<span style='color:{color}'>● {html.escape(stack.refusal)}</span>")

@@ -98,7 +98,7 @@ def _through_taichi(
     integers: Int32[np.ndarray, "k"], doubles: Float64[np.ndarray, "m"], count: int
 ) -> None:
     # Taichi is slow to import, and kernels compile against its runtime, which must start first.
-    from lariat.rod.launch import taichi_runtime
+    from lariat.machine_code import taichi_runtime
 
     taichi_runtime.start()
     from lariat.rod.kernels import rollout

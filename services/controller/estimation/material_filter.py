@@ -43,6 +43,8 @@ from services.controller.estimation.state_estimator import StateEstimator
 
 ROTATION_LEVER_ARM = 0.05
 """Lever arm that converts a grip's rotation into a displacement [m]."""
+MAX_HALVINGS = 5
+"""Number of times that a step is halved before the material is left as it is."""
 
 
 @dataclass(frozen=True)
@@ -89,6 +91,9 @@ class MaterialFilterSettings:
     converged_shape_change: float = 1e-4
     """Change of the rest shape in one update below which a shape that has been observed for long
     tells no more [m]."""
+    max_misfit_growth: float = 1e-3
+    """Growth of the distance between rope and model's rest shape above which a step is shortened
+    [m]."""
     known_share: float = 0.5
     """Share of its prior standard deviation below which an unknown counts as known [-]."""
 
@@ -286,8 +291,9 @@ class MaterialFilter:
         self._shape_evidence = seen.information
         if self.standing:
             self._error_scale.take(shape, dx, self._covariance())
-        self._x = np.clip(self._x + dx, -self._limits, self._limits)
-        step = _rms(jacobian @ dx)
+        before, wanted = self._x, np.clip(self._x + dx, -self._limits, self._limits)
+        self._x = self._accepted(estimator, jacobian, error, used, wanted)
+        step = _rms(jacobian @ (self._x - before))
         self.settled = step < settings.settled_shape_change
         self._converged = (
             step < settings.converged_shape_change and self._mean.count >= MAX_OBSERVATIONS
@@ -300,6 +306,39 @@ class MaterialFilter:
         self.grip_errors = self._unknowns.grip_errors(self._x)
         self._damping_sensitivity.reset()
         return change
+
+    def _accepted(
+        self,
+        estimator: StateEstimator,
+        jacobian: Float64[np.ndarray, "n 3 P"],
+        error: Float64[np.ndarray, "n 3"],
+        used: Bool[np.ndarray, "n"],
+        wanted: Float64[np.ndarray, "P"],
+    ) -> Float64[np.ndarray, "P"]:
+        """Unknowns as near to wanted ones as the model can take without leaving the observed rope.
+
+        A rope near a fold has other rest shapes beside its own. Where the model would move on to
+        one of them, its residuals would say nothing about the material any more.
+
+        Args:
+            estimator: State estimator of the rope.
+            jacobian: Derivative of the node positions with respect to the unknowns.
+            error: Observed minus predicted nodes [m].
+            used: Nodes that count.
+            wanted: Unknowns after the full step.
+        """
+        settings, x = self.settings, wanted
+        for _ in range(MAX_HALVINGS):
+            if _rms(jacobian @ (x - self._applied)) < settings.min_shape_change:
+                return x
+            rod = estimator.rod.with_properties(self._unknowns.properties(x))
+            change = estimator.shape_change(rod, self._unknowns.grip_errors(x))
+            if change is not None:
+                left = _rms((error - change)[used])
+                if left < _rms(error[used]) + settings.max_misfit_growth:
+                    return x
+            x = 0.5 * (self._applied + x)
+        return self._applied
 
     def _keep_evidence(self, motion: MotionState, elapsed: float) -> None:
         """Keep the evidence of a shape once the grips have left it."""

@@ -25,6 +25,8 @@ from services.controller.estimation.grip_errors import GripErrors
 
 SETTLING_DURATIONS = (10.0,)
 """Durations of the steps without inertia that bring the model to rest [s]."""
+FALLING_DURATIONS = (10.0, 100.0, 1000.0)
+"""Durations of the steps in which a rod that does not stay in its shape leaves it [s]."""
 
 
 @dataclass(frozen=True)
@@ -199,23 +201,51 @@ class StateEstimator:
         self.rod, self.grip_errors = rod, grip_errors or self.grip_errors
         self._variance = self._variance + np.mean(change**2, axis=1)
         if isinstance(before, Rod) and isinstance(rod, Rod):
-            self._carry_over(
-                self._settled(before, held, held), self._settled(rod, held, self.held_motion)
-            )
+            old, _ = self._settled(before, held, held)
+            new, _ = self._settled(rod, held, self.held_motion)
+            self._carry_over(old, new)
 
-    def _settled(self, rod: Rod, held: MotionState, wanted: MotionState) -> RodState:
-        """Shape of a rod after long steps without inertia from the present one.
+    def shape_change(
+        self, rod: Rod | XpbdRod, grip_errors: GripErrors
+    ) -> Float64[np.ndarray, "n 3"] | None:
+        """Return the change of the model's rest shape with another material and other grips [m].
+
+        Args:
+            rod: Rod with the other material.
+            grip_errors: Errors of the grips.
+
+        Returns:
+            The change; None where the rod would not stay in its new shape.
+        """
+        held = self.held_motion
+        # Only the rod's material is learned by shapes at rest.
+        assert isinstance(self.rod, Rod)
+        assert isinstance(rod, Rod)
+        before, _ = self._settled(self.rod, held, held)
+        wanted = grip_errors.held(self.motion)
+        after, stable = self._settled(rod, held, wanted, FALLING_DURATIONS)
+        return after.positions - before.positions if stable else None
+
+    def _settled(
+        self,
+        rod: Rod,
+        held: MotionState,
+        wanted: MotionState,
+        steps: tuple[float, ...] = SETTLING_DURATIONS,
+    ) -> tuple[RodState, bool]:
+        """Shape of a rod after long steps without inertia, and whether it is stable.
 
         Args:
             rod: The rod.
             held: Present motion of the model's ends.
             wanted: Motion of its ends with the poses to bring them to.
+            steps: Durations of the steps [s].
         """
-        durations = np.array(SETTLING_DURATIONS)
+        durations = np.array(steps)
         actions = np.zeros((len(durations), 2, 6))
         actions[0] = mean_twists(held, wanted, durations[0]).reshape(2, 6)
-        found, _ = rod.settle(self.state, actions, durations, self.supports)
-        return found.final
+        found, stable = rod.settle(self.state, actions, durations, self.supports)
+        return found.final, stable
 
     def _carry_over(self, before: RodState, after: RodState) -> None:
         """Change the model by the difference of two shapes."""

@@ -7,7 +7,9 @@ from jaxtyping import Float64
 
 from lariat.geometry import obstacles as geometry
 from lariat.geometry.grippers import axis_clearance, gripper_points
+from lariat.geometry.obstacle_motion import ObstacleMotion, obstacles_at
 from lariat.geometry.obstacles import Obstacle, signed_distance
+from lariat.trajectory import NANOSECONDS
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification
 from services.controller.run.task import Task
 from shared.motion_contract import CONTROL_STRETCH_SHARE, longest_grip_distance
@@ -17,6 +19,8 @@ GOAL_CLEARANCE_RADIUS = 0.03
 """Mean node distance to the goal below which the goal's own clearance is enough [m]."""
 MAX_STRETCH = 0.002
 """Stretch of the rope that is allowed, as a share of its length [-]."""
+MOTION_FORESIGHT = 0.25
+"""Time by which moving obstacles are avoided in advance: the duration of a horizon [s]."""
 GOAL_CLEARANCE_TOLERANCE = 5e-4
 """Amount by which a goal's own clearance may be missed [m]."""
 
@@ -31,8 +35,13 @@ class CollisionScene:
             scenario: Rope, limits and obstacles.
         """
         self._scenario = scenario
-        self._goal_clearances: tuple[tuple[int, int], float, float] = (-1, -1), np.inf, np.inf
+        self._goal_clearances: tuple[tuple[int, int, int], float, float]
+        self._goal_clearances = (-1, -1, -1), np.inf, np.inf
         self._others: tuple[Obstacle, ...] = ()
+        self._motions: tuple[ObstacleMotion, ...] = ()
+        self._time = 0.0
+        self.run_started = 0
+        """Start of the run that the motions of obstacles belong to [ns]; 0 where there are none."""
         self.update(scenario.bodies, 0)
 
     def update(self, obstacles: tuple[Obstacle, ...], revision: int) -> None:
@@ -56,11 +65,37 @@ class CollisionScene:
         self._others = others
         self._join()
 
+    def update_motions(self, motions: tuple[ObstacleMotion, ...], run_started: int) -> None:
+        """Replace the known motions of obstacles.
+
+        Args:
+            motions: Motions, in the clock of the stamps.
+            run_started: Start of the run that they belong to [ns].
+        """
+        self._motions, self.run_started = motions, run_started
+        self._join()
+
+    def advance(self, now: int) -> None:
+        """Move the obstacles whose motion is known.
+
+        Args:
+            now: Present time [ns].
+        """
+        self._time = now * NANOSECONDS
+        if self._motions:
+            self._join()
+
     def _join(self) -> None:
-        self.obstacles = (*self._scene, *self._others)
-        """All obstacles: those of the scene, and other ropes."""
-        self.avoided = tuple(o for o in self.obstacles if not o.support)
-        """Obstacles that the rope must not touch."""
+        now, later = self._time, self._time + MOTION_FORESIGHT
+        self.obstacles = (*obstacles_at(self._scene, self._motions, now), *self._others)
+        """All obstacles: those of the scene, where they are, and other ropes."""
+        self.foreseen = (*obstacles_at(self._scene, self._motions, now, later), *self._others)
+        """The same, moving ones also where they will be at the end of a horizon."""
+        self.avoided = tuple(o for o in self.foreseen if not o.support)
+        """Foreseen obstacles that the rope must not touch."""
+        moving = {motion.name for motion in self._motions}
+        self.still = tuple(o for o in self.avoided if o.name not in moving)
+        """Those whose motion the planner does not know: they stand still."""
 
     @property
     def supports(self) -> Float64[np.ndarray, "m 12"] | None:
@@ -90,7 +125,7 @@ class CollisionScene:
                 float(np.linalg.norm(task.goal.right.position - task.goal.left.position)),
             ),
             MAX_STRETCH,
-            self.obstacles,
+            self.foreseen,
             limits.gripper_reach,
             min(body, grippers_own - GOAL_CLEARANCE_TOLERANCE),
         )
@@ -105,12 +140,13 @@ class CollisionScene:
 
     def _clearances_of_goal(self, task: Task) -> tuple[float, float]:
         """Clearances of the goal itself: of the rope, and of the grippers' axes [m]."""
-        key = (task.goal_revision, self.revision)
+        key = (task.goal_revision, self.revision, self.run_started)
         if self._goal_clearances[0] != key:
             scenario, nodes = self._scenario, task.goal.nodes
-            avoided = [o for o in self._scene if not o.support]
+            finally_there = obstacles_at(self._scene, self._motions, np.inf)
+            avoided = [o for o in finally_there if not o.support]
             own = geometry.chain_clearance(nodes, scenario.rope.diameter / 2.0, avoided)
             bodies = gripper_points(task.goal.left, task.goal.right, scenario.limits.gripper_reach)
-            distances = [float(np.min(signed_distance(bodies, o))) for o in self._scene]
+            distances = [float(np.min(signed_distance(bodies, o))) for o in finally_there]
             self._goal_clearances = key, own, min(distances, default=np.inf)
         return self._goal_clearances[1:]

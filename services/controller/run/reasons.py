@@ -14,6 +14,7 @@ class ReasonCode(Enum):
     WAITING_FOR_START = auto()
     STARTED = auto()
     SCHEDULED_GOAL = auto()
+    NEXT_GOAL = auto()
     SETTLED = auto()
     PAUSE_REQUESTED = auto()
     STOP_REQUESTED = auto()
@@ -40,6 +41,8 @@ class ReasonCode(Enum):
     WAITING_FOR_PATH = auto()
     PATH_OUTDATED = auto()
     PATH_STARTS_ELSEWHERE = auto()
+    WAITING_FOR_OBSTACLE = auto()
+    DEPARTURE_MISSED = auto()
     LEARNING_MATERIAL = auto()
     WAITING_FOR_GRIPS = auto()
 
@@ -48,6 +51,7 @@ TEXTS: Mapping[ReasonCode, str] = {
     ReasonCode.WAITING_FOR_START: "waiting for a start",
     ReasonCode.STARTED: "started",
     ReasonCode.SCHEDULED_GOAL: "the goal changed {seconds:g} s into the run",
+    ReasonCode.NEXT_GOAL: "goal {number} of {count}, the one before it was reached",
     ReasonCode.SETTLED: "within tolerance and at rest",
     ReasonCode.PAUSE_REQUESTED: "paused by a person",
     ReasonCode.STOP_REQUESTED: "stopped by a person",
@@ -96,6 +100,8 @@ TEXTS: Mapping[ReasonCode, str] = {
     ReasonCode.WAITING_FOR_PATH: "waiting for a path",
     ReasonCode.PATH_OUTDATED: "the rope has turned out to be another one; waiting for a path",
     ReasonCode.PATH_STARTS_ELSEWHERE: "the path begins elsewhere; waiting for another",
+    ReasonCode.WAITING_FOR_OBSTACLE: "waiting {seconds:.1f} s for a moving obstacle to pass",
+    ReasonCode.DEPARTURE_MISSED: "too late to pass a moving obstacle; waiting for another path",
     ReasonCode.LEARNING_MATERIAL: "learning the rope before it is moved",
     ReasonCode.WAITING_FOR_GRIPS: "waiting for the grips: {problem}",
 }

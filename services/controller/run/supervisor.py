@@ -334,6 +334,22 @@ class RunSupervisor:
             return Reason(ReasonCode.PATH_STARTS_ELSEWHERE)
         return None
 
+    def review_departure(self, now: int, after: int, before: int) -> Reason | None:
+        """Reason not to begin a path among moving obstacles yet; requests another one if too late.
+
+        Args:
+            now: Present time [ns].
+            after: Time from which the path may begin [ns]; 0: at once.
+            before: Time until which it has to begin [ns]; 0: at any time.
+        """
+        if now < after:
+            wait = (after - now) / SECOND
+            return Reason(ReasonCode.WAITING_FOR_OBSTACLE, {"seconds": wait})
+        if 0 < before < now:
+            self._task.request_path()
+            return Reason(ReasonCode.DEPARTURE_MISSED)
+        return None
+
     def follow(self, offer: PathOffer | None) -> None:
         """Note that the latest path is followed.
 

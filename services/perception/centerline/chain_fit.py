@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float64, Int32
 
-from lariat.rod.launch import taichi_runtime
-from services.perception.centerline import kernels
+from lariat.machine_code import library
+from lariat.machine_code.kernel_source import KernelSource
+from services.perception.centerline.bandwidth import BANDWIDTH
+
+KERNEL = KernelSource(
+    "perception-fit",
+    "services.perception.centerline.kernels:fit",
+    ("services.perception.centerline.kernels", "services.perception.centerline.bandwidth"),
+    "services.perception.centerline.fit_trials:trials",
+    Path(__file__).parents[3],
+)
+"""Kernel of the fit."""
 
 
 @dataclass(frozen=True)
@@ -64,11 +75,11 @@ class ChainFit:
             weight_over_stiffness: Weight per length over bending stiffness [1/m^3].
             settings: Noise, priors and convergence.
         """
-        taichi_runtime.start()
+        self._kernel = library.kernel(KERNEL)
         self.settings = settings or FitSettings()
         self._edge = length / (node_count - 1)
         self._weight_over_stiffness = weight_over_stiffness
-        self._matrix = np.zeros((3 * node_count, kernels.BANDWIDTH))
+        self._matrix = np.zeros((3 * node_count, BANDWIDTH))
         self._rhs = np.zeros(3 * node_count)
         self._support = np.zeros(node_count)
         self._variance = np.zeros(node_count)
@@ -99,7 +110,7 @@ class ChainFit:
         """
         nodes = np.ascontiguousarray(start, dtype=np.float64).copy()
         s, edge = self.settings, length_ratio * self._edge
-        kernels.fit(
+        self._kernel(
             nodes,
             np.ascontiguousarray(samples),
             np.ascontiguousarray(segments, dtype=np.int32).copy(),

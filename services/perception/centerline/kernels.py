@@ -9,8 +9,8 @@ couple four neighbouring nodes.
 
 import taichi as ti
 
-BANDWIDTH = 12
-"""Stored diagonals of the symmetric matrix, the main one included: four nodes of three."""
+from services.perception.centerline.bandwidth import BANDWIDTH
+
 EASED_ITERATIONS = 6.0
 """Number of iterations at the start in which lengths and outliers have less influence."""
 EASED_EDGE_SIGMA = 1e-3
@@ -298,6 +298,7 @@ def fit(
     """
     n = nodes.shape[0]
     center = ti.Vector([eye[0], eye[1], eye[2]], dt=ti.f64)
+    ti.loop_config(serialize=True)
     for _ in range(1):
         done = False
         iteration = 0

@@ -39,10 +39,8 @@ LIKENESS_PER_LOG_RATIO = 31.0
 """Likeness per unit of the log likelihood ratio."""
 SURE_DOUBT = 0.25
 """Doubt below which no other way of finding the foreground is tried."""
-CREDIBLE_DOUBT = 0.5
-"""Doubt below which what stands out from a plain ground has to be explained by other ways too."""
-PLAIN_SHARE = 0.75
-"""Share of an image that shows its ground from which the ground is plain [-]."""
+SURE_LOG_ODDS = 1.0
+"""Log odds of the network from which it sees a rope for sure [-]."""
 SIDE_OFFSET = 3.0
 """Distance from a flank at which the side of a rope is sampled [pixels]."""
 MIN_LENGTH_WIDTHS = 6.0
@@ -51,6 +49,8 @@ MAX_COLOR_DISTANCE = 34.0
 """Distance from the wanted colour up to which a pixel has it [Lab]."""
 MIN_COLOR_SHARE = 0.4
 """Least share of a rope's axis that has the wanted colour [-]; a striped rope has it in parts."""
+MIN_RELATIVE_WIDTH = 0.35
+"""Least width of a rope, relative to that of the rope that covers most of the image [-]."""
 MIN_RELATIVE_LENGTH = 0.06
 """Least length of a rope, relative to the image's longer side."""
 
@@ -134,16 +134,11 @@ def detect_ropes(color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = N
         )
     wanted = None if rope_color is None else _to_lab(rope_color)
     best: Detection | None = None
-    plain: Detection | None = None
     for foreground in find_foregrounds(color, rope_color):
         candidates = measure_candidates(foreground, wanted)
         if candidates is None:
             continue
-        found = _detection((color.shape[1], color.shape[0]), candidates, foreground.on_ground)
-        if foreground.ground_share > PLAIN_SHARE:
-            plain = found
-        elif plain is not None and plain.doubt < CREDIBLE_DOUBT:
-            found = _unexplaining(found, plain)
+        found = _detection((color.shape[1], color.shape[0]), candidates, foreground)
         if best is None or found.doubt < best.doubt:
             best = found
         if best.doubt < SURE_DOUBT:
@@ -159,15 +154,6 @@ def detect_ropes(color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = N
         f"nothing of the colour {list(rope_color)} in the image is long, thin and distinct from "
         "both of its sides; take a colour from the image itself, or give none"
     )
-
-
-def _unexplaining(found: Detection, plain: Detection) -> Detection:
-    """Detection that has to explain what stands out from a plain ground."""
-    shown = plain.labels > 0
-    missing = float(np.mean(found.labels[shown] == 0)) if np.any(shown) else 0.0
-    least = max(missing, plain.features.unexplained)
-    unexplained = max(found.features.unexplained, least)
-    return replace(found, features=replace(found.features, unexplained=unexplained))
 
 
 def measure_candidates(
@@ -196,9 +182,13 @@ def measure_candidates(
     likeness *= cv2.dilate(rope.mask, np.ones((5, 5), np.uint8))
     lab = cv2.GaussianBlur(foreground.lab, (0, 0), 0.7).astype(np.float32)
     total = sum(len(r.points) for r in (kept if wanted is not None else assembled))
+    ropes = [_measured(foreground, lab, likeness, r) for r in kept]
+    # Joints of tiles and seams are as long as ropes, but not as wide.
+    main = max(range(len(kept)), key=lambda k: len(kept[k].points) * ropes[k].width)
+    wide = [k for k, r in enumerate(ropes) if r.width > MIN_RELATIVE_WIDTH * ropes[main].width]
     return RopeCandidates(
-        [_measured(foreground, lab, likeness, r) for r in kept],
-        [len(r.points) / total for r in kept],
+        [ropes[k] for k in wide],
+        [len(kept[k].points) / total for k in wide],
         len(fragments),
         lab,
         likeness,
@@ -220,21 +210,41 @@ def label_ropes(
     return layer_ropes(bands, lab)
 
 
-def _detection(size: tuple[int, int], candidates: RopeCandidates, on_ground: bool) -> Detection:
+def seen_shares(
+    log_odds: Float32[np.ndarray, "h w"], labels: UInt8[np.ndarray, "h w"], count: int
+) -> Float64[np.ndarray, "m"]:
+    """Return the shares of what the network sees for sure: of no rope, and of each rope.
+
+    Args:
+        log_odds: The network's log odds of every pixel.
+        labels: Rope that each pixel shows, counted from 1.
+        count: Number of ropes.
+    """
+    near = cv2.dilate(labels, np.ones((5, 5), np.uint8))[log_odds > SURE_LOG_ODDS]
+    return np.bincount(near, minlength=count + 1) / max(len(near), 1)
+
+
+def _detection(
+    size: tuple[int, int], candidates: RopeCandidates, foreground: Foreground
+) -> Detection:
     """Credible ropes among candidates, in the pixels of the whole image."""
     credible = believed([r.features for r in candidates.ropes])
     ropes = [candidates.ropes[k] for k in credible]
     labels, crossings = label_ropes(ropes, candidates.lab)
     scale = size[0] / labels.shape[1]
-    explained = sum(candidates.shares[k] for k in credible)
+    features = image_features(
+        [r.features for r in ropes],
+        sum(candidates.shares[k] for k in credible),
+        candidates.fragment_count,
+        foreground.by_color,
+        float(seen_shares(foreground.log_odds, labels, len(ropes))[0]),
+    )
     return Detection(
         [_scaled(r, scale) for r in ropes],
         [replace(c, position=_scaled_position(c.position, scale)) for c in crossings],
         cv2.resize(labels, size, interpolation=cv2.INTER_NEAREST),
         cv2.resize(candidates.likeness, size, interpolation=cv2.INTER_LINEAR),
-        image_features(
-            [r.features for r in ropes], explained, candidates.fragment_count, on_ground
-        ),
+        features,
     )
 
 
@@ -244,6 +254,7 @@ def _rope_features(
     line: Ridge,
     width: float,
     radii: Float32[np.ndarray, "k"],
+    log_odds: Float32[np.ndarray, "k"],
 ) -> RopeFeatures:
     here = _sampled(lab, line.pixels[line.clear])
     contrasts, shadows = [], []
@@ -261,6 +272,7 @@ def _rope_features(
         contrast=float(np.log(1.0 + min(contrasts))),
         hidden=1.0 - float(np.mean(found.clear)),
         shadow=max(shadows),
+        unseen=-float(np.mean(log_odds)),
     )
 
 
@@ -297,7 +309,8 @@ def _measured(
     axis, width = center_between_flanks(smooth, line.pixels, line.normals, line.clear, width)
     line = replace(line, pixels=axis)
     red, green, blue = np.median(foreground.image[seen[:, 1], seen[:, 0]], axis=0)
-    features = _rope_features(found, smooth, line, width, radii)
+    log_odds = foreground.log_odds[seen[:, 1], seen[:, 0]]
+    features = _rope_features(found, smooth, line, width, radii, log_odds)
     return DetectedRope((int(red), int(green), int(blue)), width, [line], features)
 
 

@@ -1,9 +1,10 @@
 """Doubt: the probability that a rope, or the answer about a whole image, is wrong.
 
 Logistic models of what is known without the truth: how sharply ropes bend from one fragment to the
-next, how much worse the next pairing is, how even the width is, how distinct both sides are. The
-coefficients are fitted by `lariat bench pictures --fit` on rendered pictures that nothing else was
-tuned on, and checked on those of another generator (docs/perception.md).
+next, how much worse the next pairing is, how even the width is, how distinct both sides are, and
+whether the network sees the same. The coefficients are fitted by `lariat bench instances --fit` on
+rendered pictures that nothing else was tuned on, and checked on those of another generator
+(docs/results/perception.md).
 """
 
 from __future__ import annotations
@@ -19,26 +20,28 @@ MAX_LOG_ODDS = 6.0
 DROPPED_LOG_ODDS = 1.0
 """Log odds of being wrong above which a rope is dropped [-]."""
 ROPE_COEFFICIENTS = (
-    4.779,
-    -1.151,
-    11.655,
-    1.142,
-    2.324,
-    2.690,
-    -0.909,
-    1.377,
-    0.876,
+    1.2667,
+    -0.4572,
+    10.6591,
+    1.2569,
+    2.0034,
+    2.2273,
+    -0.2367,
+    -2.5705,
+    -0.3331,
+    0.4053,
 )
 """Intercept, and one coefficient for each feature of a rope."""
 IMAGE_COEFFICIENTS = (
-    -1.926,
-    0.636,
-    0.056,
-    8.614,
-    1.552,
-    0.357,
-    -0.648,
-    0.824,
+    -3.9901,
+    0.4747,
+    0.0729,
+    5.4176,
+    2.4058,
+    0.0706,
+    -0.68,
+    1.9375,
+    17.1491,
 )
 """Intercept, and one coefficient for each feature of an image."""
 
@@ -63,6 +66,8 @@ class RopeFeatures:
     """Share of its axis that is bridged, 0..1."""
     shadow: float
     """Share of its axis that could be a shadow of its sides, 0..1."""
+    unseen: float
+    """Mean of minus the network's log odds along its axis, limited."""
 
 
 @dataclass(frozen=True)
@@ -77,12 +82,14 @@ class ImageFeatures:
     """Share of the skeleton that belongs to no rope, 0..1."""
     count: float
     """Logarithm of the number of ropes."""
-    cluttered: float
-    """1 without a ground that most of the image shows, else 0."""
+    by_color: float
+    """1 where the ropes were found by colours of proposals, whatever the ground is, else 0."""
     pieces: float
     """Logarithm of the number of fragments for each rope."""
     weakest: float
     """Least contrast of a rope, relative to the largest one [-]."""
+    missing: float
+    """Share of what the network sees that belongs to no rope, 0..1."""
 
 
 def believed(ropes: list[RopeFeatures]) -> list[int]:
@@ -93,7 +100,11 @@ def believed(ropes: list[RopeFeatures]) -> list[int]:
 
 
 def image_features(
-    ropes: list[RopeFeatures], explained: float, fragment_count: int, on_ground: bool
+    ropes: list[RopeFeatures],
+    explained: float,
+    fragment_count: int,
+    by_color: bool,
+    missing: float,
 ) -> ImageFeatures:
     """Return what is known of the answer about an image.
 
@@ -101,7 +112,8 @@ def image_features(
         ropes: Features of its ropes, at least one.
         explained: Share of the skeleton that belongs to these ropes, 0..1.
         fragment_count: Number of fragments that the skeleton was cut into.
-        on_ground: Whether most of the image shows one ground.
+        by_color: Whether they were found by the colours of proposals.
+        missing: Share of what the network sees that belongs to none of them, 0..1.
     """
     odds = np.clip([log_odds(r) for r in ropes], -MAX_LOG_ODDS, MAX_LOG_ODDS)
     contrasts = [r.contrast for r in ropes]
@@ -110,9 +122,10 @@ def image_features(
         mean_rope=float(np.mean(odds)),
         unexplained=1.0 - explained,
         count=float(np.log(len(ropes))),
-        cluttered=0.0 if on_ground else 1.0,
+        by_color=float(by_color),
         pieces=float(np.log(fragment_count / len(ropes))),
         weakest=float(np.exp(min(contrasts) - max(contrasts))),
+        missing=missing,
     )
 
 

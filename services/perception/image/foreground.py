@@ -1,105 +1,56 @@
 """Foreground of an image: all pixels that show a rope, of whatever colour.
 
-Proposals are taken up one after the other, the most distinct first. Each teaches the colours of a
-kind of rope; what it explains is not taken up again. The kinds are then measured together in an
-image of sufficient resolution.
+A network tells them; where its answer is doubtful, so do contrast and colour. Each way is measured
+in an image of sufficient resolution, and each is judged by what the network sees.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float32, Float64, UInt8
+from jaxtyping import Float32, Float64, UInt8
 from skimage.morphology import skeletonize
 
 from services.perception.centerline.segmentation import Color
 from services.perception.image.color_model import (
     ROPE_LOG_RATIO,
     histogram_cells,
-    learn_rope_mask,
     log_likelihood_ratio,
     without_wide_regions,
 )
-from services.perception.image.contrast import (
-    Component,
-    RopeMask,
-    component_contrasts,
-    could_be_shadow,
-    tint_and_brightness,
+from services.perception.image.contrast import RopeMask
+from services.perception.image.ground import stand_out
+from services.perception.image.kinds import (
+    Kind,
+    kinds_anywhere,
+    kinds_on_ground,
+    long_enough,
+    usual_width,
 )
-from services.perception.image.ground import StandingOut, stand_out, thin_parts
-from services.perception.image.proposals import color_distance, propose, propose_by_color
-from services.perception.image.width import measure_width, width_from_radii, width_of_most_area
+from services.perception.image.network import rope_log_odds
+from services.perception.image.width import width_from_radii
 
 SEARCH_SIDE = 480
-"""Longer side of the image in which ropes are searched [pixels]."""
+"""Longer side of the image in which contrast and colours are searched for ropes [pixels]."""
 MEASUREMENT_SIDE = 1000
 """Longer side of the image in which ropes are measured, if they are wide enough there [pixels]."""
 MEASUREMENT_WIDTH = 6.0
 """Width of a rope that is sufficient for its measurement [pixels]."""
-MIN_CONTRAST = 6.0
-"""Least distance of a rope from both of its sides [Lab, as OpenCV scales it]."""
-MAX_CONTRAST = 60.0
-"""Distance above which more contrast does not raise the score [Lab]."""
-SAME_COLOR_DISTANCE = 12.0
-"""Distance from the given colour that halves the score [Lab]."""
-OTHER_COLOR_DISTANCE = 45.0
-"""Distance from the given colour from which a proposal is dropped [Lab]."""
-COLOR_PERCENTILE = 30.0
-"""Percentile of the colour distances along a proposal that is compared with the limits [%]; low,
-since only part of a striped rope has the colour."""
-MAX_SHADOW_SHARE = 0.5
-"""Share of a proposal that could be a shadow, above which it scores less."""
-SHADOW_FACTOR = 0.2
-"""Factor on the score of a proposal that could be a shadow."""
-JUNCTION_PENALTY = 0.3
-"""Weight of each junction in the divisor of a component's effective length [-]: a rope has few, a
-grid many."""
-MAX_SCORED = 14
-"""Number of proposals that are scored."""
-MAX_LEARNT = 5
-"""Number of proposals whose colours are learnt."""
-SAME_OVERLAP = 0.7
-"""Share of a proposal's skeleton in another mask above which it is explained by it [-]."""
-MIN_RELATIVE_CONTRAST = 0.4
-"""Least contrast of a component, relative to the longest one's."""
-MIN_RELATIVE_LENGTH = 0.04
-"""Least length of a component, relative to the longest one's."""
-MIN_PIECE_LENGTH = 0.05
-"""Least extent of a piece that stands out, as a share of the image's longer side."""
-MAX_HALF_WIDTH = 1.3
-"""Half width above which what stands out is no rope and no crossing of two [rope widths]."""
-SHADOW_REACH_WIDTHS = 1.6
-"""Distance from a rope up to which a dark region is its shadow [rope widths]."""
-MIN_ROPE_TINT = 12.0
-"""Difference of chroma from that of the darkened ground that no shadow has [Lab]."""
-MIN_ROPE_BRIGHTNESS = 10.0
-"""Brightness above the ground's that no shadow has [Lab]."""
-MIN_WIDTH_RATIO, MAX_WIDTH_RATIO = 0.3, 2.5
-"""Range of a dark rope's width, relative to that of the lit ones [-]; only its core is found."""
 MAX_HOLE_AREA = 0.8
 """Area up to which a hole in the foreground is filled [squared rope widths]."""
-MIN_DARK_LENGTH = 0.15
-"""Least extent of a dark rope, as a share of the image's longer side: shorter ones are shadows."""
-MIN_EDGE_SLOPE = 0.35
-"""Slope of a dark rope's edges, relative to its darkness, below which it is a shadow [1/pixel]."""
-MIN_RELATIVE_SCORE = 0.2
-"""Least score of a further kind of rope, relative to the best one's."""
-
-
-@dataclass(frozen=True)
-class Kind:
-    """Ropes of one colour."""
-
-    score: float
-    """Length times distinctness."""
-    rope: RopeMask
-    """Mask in the small image."""
-    shadow: float
-    """Share of it that could be a shadow, 0..1."""
+MIN_PIECE_LENGTH = 0.04
+"""Least extent of a piece that the network finds, as a share of the image's longer side."""
+MIN_PIECE_WIDTHS = 2.0
+"""The same in rope widths."""
+MAX_LOG_ODDS = 4.0
+"""Limit of the network's log odds [-]."""
+PERHAPS_LOG_ODDS = -2.0
+"""Log odds of the network above which a pixel is no example of the background [-]."""
+COLOR_WEIGHT = 2.0
+"""Weight of the log likelihood ratio of colours beside the network's log odds [-]."""
 
 
 @dataclass(frozen=True)
@@ -114,10 +65,10 @@ class Foreground:
     """Mask of all ropes."""
     radii: Float32[np.ndarray, "h w"]
     """Distance of every pixel of the mask from its outside [pixels]."""
-    on_ground: bool
-    """Whether it is what stands out from the ground, not what has the colours of proposals."""
-    ground_share: float
-    """Share of the image that shows the ground, 0..1; 0 where there is none."""
+    log_odds: Float32[np.ndarray, "h w"]
+    """The network's log odds of every pixel, limited to `MAX_LOG_ODDS`."""
+    by_color: bool
+    """Whether it is what has the colours of proposals, whatever the ground is."""
 
 
 def find_foregrounds(
@@ -125,232 +76,59 @@ def find_foregrounds(
 ) -> Iterator[Foreground]:
     """Yield foregrounds of an image, the most likely way of finding one first.
 
-    What stands out from the ground comes first, then what has the colours of proposals. With a
-    colour, everything is still foreground at first: other ropes are then bridged, not followed.
+    What the network sees comes first, then what stands out from the ground, then what has the
+    colours of proposals. With a colour, everything is still foreground at first: other ropes are
+    then bridged, not followed.
 
     Args:
         color: Red, green, blue.
         rope_color: Colour of the ropes; None: any.
     """
+    image = _shrunk(color, MEASUREMENT_SIDE)
+    log_odds = np.clip(rope_log_odds(image), -MAX_LOG_ODDS, MAX_LOG_ODDS)
+    found = _seen(image, log_odds)
+    if found is not None:
+        yield found
     lab = _to_lab(_shrunk(color, SEARCH_SIDE))
     out = stand_out(lab)
-    found = None if out is None else _measured(color, lab, _kinds_on_ground(lab, out), out.share)
+    found = None if out is None else _measured(color, lab, kinds_on_ground(lab, out), log_odds)
     if found is not None:
         yield found
     for wanted in (None,) if rope_color is None else (None, _lab_of(rope_color)):
-        found = _measured(color, lab, _kinds_anywhere(lab, wanted), 0.0)
+        kinds = kinds_anywhere(lab, wanted)
+        found = _measured(color, lab, kinds, log_odds, by_color=True)
         if found is not None:
             yield found
 
 
-def _kinds_on_ground(lab: UInt8[np.ndarray, "h w 3"], out: StandingOut) -> list[Kind]:
-    """Kinds of ropes on a ground that most of the image shows: lit ones, and dark ones."""
-    smooth = cv2.GaussianBlur(lab, (0, 0), 0.7).astype(np.float32)
-    shaded = could_be_shadow(smooth, out.ground) & (out.mask > 0)
-    tint, brighter = tint_and_brightness(smooth, out.ground)
-    certain = out.strong | (tint > MIN_ROPE_TINT) | (brighter > MIN_ROPE_BRIGHTNESS)
-    lit = _thin_components(out, out.mask * ~shaded * certain, shaded, None)
-    kinds = [] if lit is None else [lit]
-    # A shadow lies beside what throws it, and its edges are soft; a dark rope lies anywhere.
-    width = lit.rope.width if lit is not None else None
-    if lit is not None:
-        from_lit = cv2.distanceTransform(1 - lit.rope.mask, cv2.DIST_L2, 5)
-        shaded &= from_lit > SHADOW_REACH_WIDTHS * lit.rope.width
-    sharp = _sharp_components(lab, shaded.view(np.uint8), out)
-    dark = _thin_components(out, sharp, shaded, width)
-    if dark is not None and (lit is None or dark.score > MIN_RELATIVE_SCORE * lit.score):
-        kinds.append(dark)
-    return kinds
-
-
-def _sharp_components(
-    lab: UInt8[np.ndarray, "h w 3"], mask: UInt8[np.ndarray, "h w"], out: StandingOut
-) -> UInt8[np.ndarray, "h w"]:
-    """Long components of a mask whose edges are as sharp as those of a thing, not of a shadow."""
-    mask = _long_enough(mask, MIN_DARK_LENGTH * max(mask.shape))
-    count, labels = cv2.connectedComponents(mask, connectivity=8)
-    light = cv2.GaussianBlur(lab[..., 0], (0, 0), 0.7).astype(np.float32)
-    depth = out.ground[..., 0] - light
-    across, down = cv2.Sobel(depth, -1, 1, 0), cv2.Sobel(depth, -1, 0, 1)
-    slope = cv2.dilate(np.hypot(across, down) / 8.0, np.ones((3, 3), np.uint8)) * (mask > 0)
-    kept = np.zeros_like(mask)
-    for k in range(1, count):
-        on = labels == k
-        # The steepest slope near each pixel against the depth of the darkness.
-        steep = float(np.percentile(slope[on], 70.0))
-        if steep < MIN_EDGE_SLOPE * float(np.percentile(depth[on], 80.0)):
-            continue
-        # A dark rope is darker than its own shadow.
-        levels = np.minimum(out.distance[on], 255.0).astype(np.uint8)
-        core = on & (out.distance > cv2.threshold(levels, 0, 255, cv2.THRESH_OTSU)[0])
-        # Its flanks are lighter than its middle, and as dark as its shadow.
-        whole = cv2.dilate(_closed(core.view(np.uint8)), np.ones((3, 3), np.uint8))
-        core = _long_enough(whole, 0.5 * MIN_DARK_LENGTH * max(mask.shape))
-        kept |= core if 2 * np.count_nonzero(core) > 0.5 * np.count_nonzero(on) else on
-    return kept
-
-
-def _thin_components(
-    out: StandingOut,
-    mask: UInt8[np.ndarray, "h w"],
-    shaded: Bool[np.ndarray, "h w"],
-    width: float | None,
-) -> Kind | None:
-    """Kind of rope made of the long thin components of a mask; None when there are none."""
-    mask = _closed(mask)
-    mask = _long_enough(mask, MIN_PIECE_LENGTH * max(mask.shape))
+def _seen(
+    image: UInt8[np.ndarray, "h w 3"], log_odds: Float32[np.ndarray, "h w"]
+) -> Foreground | None:
+    """What the network sees, where it is unsure with the help of colours; None if nothing long."""
+    mask = _long_pieces((log_odds > 0.0).view(np.uint8))
     if not np.any(mask):
         return None
-    own = _usual_width(mask)
-    mask = thin_parts(mask, own, MAX_HALF_WIDTH).view(np.uint8)
-    mask = _long_enough(mask, max(MIN_PIECE_LENGTH * max(mask.shape), 3.0 * own))
+    width = usual_width(mask)
+    perhaps = np.maximum(mask, (log_odds > PERHAPS_LOG_ODDS).view(np.uint8))
+    ratio = log_likelihood_ratio(histogram_cells(_to_lab(image)), mask, perhaps, width)
+    likelihood = log_odds + COLOR_WEIGHT * ratio
+    mask = _long_pieces((likelihood > 0.0).view(np.uint8))
+    return _foreground(image, likelihood + ROPE_LOG_RATIO, mask, width, log_odds, by_color=False)
+
+
+def _long_pieces(mask: UInt8[np.ndarray, "h w"]) -> UInt8[np.ndarray, "h w"]:
     if not np.any(mask):
-        return None
-    own, skeleton = _usual_width(mask), skeletonize(mask.view(bool))
-    if width is not None and not MIN_WIDTH_RATIO < own / width < MAX_WIDTH_RATIO:
-        return None
-    rope = RopeMask(np.zeros(0, np.float32), mask, skeleton, own)
-    score = float(np.sum(np.minimum(out.distance[skeleton], MAX_CONTRAST)))
-    return Kind(score, rope, float(np.mean(shaded[skeleton])))
-
-
-def _without_holes(mask: UInt8[np.ndarray, "h w"], width: float) -> UInt8[np.ndarray, "h w"]:
-    """Mask whose small holes are filled: highlights that have the colour of the ground."""
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(1 - mask, connectivity=4)
-    small = stats[:, cv2.CC_STAT_AREA] < MAX_HOLE_AREA * width**2
-    small[0] = False
-    return mask | small[labels].view(np.uint8)
-
-
-def _closed(mask: UInt8[np.ndarray, "h w"]) -> UInt8[np.ndarray, "h w"]:
-    """Mask whose small holes are closed."""
-    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (3, 3))
-    closed = cv2.morphologyEx(np.ascontiguousarray(mask), cv2.MORPH_CLOSE, kernel)
-    return np.asarray(closed, np.uint8)
-
-
-def _usual_width(mask: UInt8[np.ndarray, "h w"]) -> float:
-    """Width of most of a mask's area [pixels]."""
-    radii = cv2.distanceTransform(mask, cv2.DIST_L2, 5)
-    return width_of_most_area(radii[skeletonize(mask.view(bool))])
-
-
-def _long_enough(mask: UInt8[np.ndarray, "h w"], least: float) -> UInt8[np.ndarray, "h w"]:
-    """Mask without components of less than a given extent [pixels]."""
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
-    extent = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT])
-    kept = extent > least
-    kept[0] = False
-    return kept[labels].view(np.uint8)
-
-
-def _kinds_anywhere(
-    lab: UInt8[np.ndarray, "h w 3"], wanted: Float64[np.ndarray, "3"] | None
-) -> list[Kind]:
-    """Kinds of ropes on any ground, learnt from one proposal after the other."""
-    explained = np.zeros(lab.shape[:2], np.uint8)
-    scored: list[Kind] = []
-    for mask in propose(lab) if wanted is None else propose_by_color(lab, wanted):
-        width, skeleton = measure_width(mask)
-        if any(
-            _covered(skeleton, k.rope) > 0.9 and _covered(k.rope.skeleton, mask) > 0.9
-            for k in scored
-        ):
-            continue
-        kind = _scored(lab, RopeMask(np.zeros(0, np.float32), mask, skeleton, width), wanted)
-        if kind is not None:
-            scored.append(kind)
-    kinds: list[Kind] = []
-    learnt = 0
-    for proposal in sorted(scored, key=lambda k: -k.score)[:MAX_SCORED]:
-        if _covered(proposal.rope.skeleton, explained) > SAME_OVERLAP:
-            continue
-        if kinds and proposal.score < 0.5 * MIN_RELATIVE_SCORE * kinds[0].score:
-            break
-        rope = _learn(lab, proposal.rope.mask)
-        learnt += 1
-        kind = None if rope is None else _scored(lab, rope, wanted)
-        if kind is None or (kinds and kind.score < MIN_RELATIVE_SCORE * kinds[0].score):
-            continue
-        if kinds and kind.shadow > MAX_SHADOW_SHARE:
-            continue
-        kinds.append(kind)
-        near = cv2.dilate(kind.rope.mask, np.ones((5, 5), np.uint8))
-        explained = np.maximum(explained, near).astype(np.uint8)
-        if learnt == MAX_LEARNT:
-            break
-    return sorted(kinds, key=lambda k: -k.score)
-
-
-def _covered(skeleton: Bool[np.ndarray, "h w"], rope: RopeMask | UInt8[np.ndarray, "h w"]) -> float:
-    """Share of a skeleton that lies in a mask."""
-    mask = rope.mask if isinstance(rope, RopeMask) else rope
-    return float(np.mean(mask[skeleton])) if np.any(skeleton) else 0.0
-
-
-def _scored(
-    lab: UInt8[np.ndarray, "h w 3"], rope: RopeMask, wanted: Float64[np.ndarray, "3"] | None
-) -> Kind | None:
-    """Mask with its score; None when it cannot be a rope.
-
-    Args:
-        lab: Image in Lab.
-        rope: Mask of the same size.
-        wanted: Colour of the rope in Lab.
-    """
-    found = component_contrasts(lab, rope) if np.any(rope.skeleton) else []
-    contrast = _length_mean(found, [c.contrast for c in found]) if found else 0.0
-    if contrast < MIN_CONTRAST:
-        return None
-    # Grain and print have many short components, a grid has one with many junctions.
-    run = _length_mean(found, [c.length / (1.0 + JUNCTION_PENALTY * c.junctions) for c in found])
-    steadiness = _length_mean(found, [c.steadiness for c in found])
-    shadow = _length_mean(found, [c.shadow for c in found])
-    score = run * min(contrast, MAX_CONTRAST) * steadiness**2
-    if shadow > MAX_SHADOW_SHARE:
-        score *= SHADOW_FACTOR
-    if wanted is not None:
-        distances = color_distance(lab[rope.skeleton], wanted)
-        distance = float(np.percentile(distances, COLOR_PERCENTILE))
-        if distance > OTHER_COLOR_DISTANCE:
-            return None
-        score /= 1.0 + (distance / SAME_COLOR_DISTANCE) ** 2
-    return Kind(score, rope, shadow)
-
-
-def _learn(lab: UInt8[np.ndarray, "h w 3"], piece: UInt8[np.ndarray, "h w"]) -> RopeMask | None:
-    """Mask of the ropes that a piece belongs to, learnt again from their distinct components."""
-    rope = None
-    for _ in range(2):
-        rope = learn_rope_mask(lab, piece)
-        if rope is None:
-            return None
-        rope = _distinct_components(lab, rope)
-        piece = rope.mask
-    return rope
-
-
-def _distinct_components(lab: UInt8[np.ndarray, "h w 3"], rope: RopeMask) -> RopeMask:
-    """Mask without components that hardly differ from their sides, or that are shadows."""
-    found = component_contrasts(lab, rope)
-    longest = max(found, key=lambda c: c.length)
-    kept = [longest.label] + [
-        c.label
-        for c in found
-        if c.contrast * c.steadiness > MIN_RELATIVE_CONTRAST * longest.contrast
-        and c.length > MIN_RELATIVE_LENGTH * longest.length
-        and (c.shadow <= MAX_SHADOW_SHARE or longest.shadow > MAX_SHADOW_SHARE)
-    ]
-    _, labels = cv2.connectedComponents(rope.mask, connectivity=8)
-    mask = np.isin(labels, kept)
-    return replace(rope, mask=mask.view(np.uint8), skeleton=rope.skeleton & mask)
+        return mask
+    least = MIN_PIECE_LENGTH * max(mask.shape)
+    return long_enough(mask, max(least, MIN_PIECE_WIDTHS * usual_width(mask)))
 
 
 def _measured(
     color: UInt8[np.ndarray, "h w 3"],
     small: UInt8[np.ndarray, "i j 3"],
     kinds: list[Kind],
-    ground_share: float,
+    log_odds: Float32[np.ndarray, "k l"],
+    by_color: bool = False,
 ) -> Foreground | None:
     """Foreground of an image, with the colours of kinds found in a smaller one."""
     if not kinds:
@@ -359,10 +137,9 @@ def _measured(
     narrowest = min(k.rope.width for k in kinds) * longer / max(small.shape[:2])
     enough = round(longer * min(1.0, MEASUREMENT_WIDTH / narrowest))
     image = _shrunk(color, max(MEASUREMENT_SIDE, enough))
-    lab = _to_lab(image)
     size = (image.shape[1], image.shape[0])
     scale = size[0] / small.shape[1]
-    cells = histogram_cells(lab)
+    cells = histogram_cells(_to_lab(image))
     pieces = [cv2.resize(k.rope.mask, size, interpolation=cv2.INTER_NEAREST) for k in kinds]
     every = np.bitwise_or.reduce(pieces)
     likelihood = np.full(every.shape, -np.inf, np.float32)
@@ -378,13 +155,36 @@ def _measured(
     area = np.bincount(labels.ravel(), minlength=count)
     kept = touched > 0.3 * area
     kept[0] = False
-    mask = _without_holes(kept[labels].view(np.uint8), min(k.rope.width for k in kinds) * scale)
+    width = min(k.rope.width for k in kinds) * scale
+    seen = cv2.resize(log_odds, size, interpolation=cv2.INTER_LINEAR)
+    return _foreground(image, likelihood, kept[labels].view(np.uint8), width, seen, by_color)
+
+
+def _foreground(
+    image: UInt8[np.ndarray, "h w 3"],
+    likelihood: Float32[np.ndarray, "h w"],
+    mask: UInt8[np.ndarray, "h w"],
+    width: float,
+    log_odds: Float32[np.ndarray, "h w"],
+    by_color: bool,
+) -> Foreground | None:
+    if not np.any(mask):
+        return None
+    mask = _without_holes(mask, width)
     radii = cv2.distanceTransform(mask, cv2.DIST_L2, 5)
     skeleton = skeletonize(mask.view(bool))
     if not np.any(skeleton):
         return None
     rope = RopeMask(likelihood, mask, skeleton, width_from_radii(radii[skeleton]))
-    return Foreground(image, lab, rope, radii, ground_share > 0.0, ground_share)
+    return Foreground(image, _to_lab(image), rope, radii, log_odds, by_color)
+
+
+def _without_holes(mask: UInt8[np.ndarray, "h w"], width: float) -> UInt8[np.ndarray, "h w"]:
+    """Mask whose small holes are filled: highlights that have the colour of the ground."""
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(1 - mask, connectivity=4)
+    small = stats[:, cv2.CC_STAT_AREA] < MAX_HOLE_AREA * width**2
+    small[0] = False
+    return mask | small[labels].view(np.uint8)
 
 
 def _shrunk(color: UInt8[np.ndarray, "h w 3"], longer: int) -> UInt8[np.ndarray, "h w 3"]:
@@ -401,8 +201,3 @@ def _to_lab(color: UInt8[np.ndarray, "h w 3"]) -> UInt8[np.ndarray, "h w 3"]:
 
 def _lab_of(color: Color) -> Float64[np.ndarray, "3"]:
     return _to_lab(np.array([[color]], np.uint8))[0, 0].astype(float)
-
-
-def _length_mean(components: list[Component], values: list[float]) -> float:
-    """Mean of values, weighted with the components' lengths."""
-    return float(np.average(values, weights=[c.length for c in components]))

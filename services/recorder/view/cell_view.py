@@ -14,7 +14,9 @@ from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from lariat.geometry import poses
+from lariat.geometry.obstacle_motion import obstacles_at
 from lariat.geometry.poses import Pose
+from lariat.trajectory import NANOSECONDS
 from services.recorder.view import colors
 from services.recorder.view.curves import CURVES, curves
 from services.recorder.view.depth_view import DepthView
@@ -39,7 +41,7 @@ from shared.cell_description import (
     arm_urdf,
     frame_name,
 )
-from shared.messages import scene_obstacles, timestamp
+from shared.messages import Scene, SceneMotion, obstacle_motions, scene_obstacles, timestamp
 from shared.scenario import SIDES, Scenario
 from shared.service import SECOND, Publication
 from shared.topics import Topic
@@ -70,6 +72,7 @@ _TYPES = {
         topics.CONTROLLER_PLAN,
         topics.CONTROLLER_PATH,
         topics.SCENE_STATE,
+        topics.SCENE_MOTION,
         topics.ARM_STATE,
     )
 }
@@ -110,7 +113,7 @@ class CellView:
                 yield self._draw_curves(key, scene, now)
         else:
             self._changed = changed & CURVES.keys()
-        if topics.SCENE_STATE.key in changed:
+        if {topics.SCENE_STATE.key, topics.SCENE_MOTION.key} & changed:
             yield self._draw_obstacles(scene, now)
         if refresh:
             self._refreshed = now
@@ -141,7 +144,10 @@ class CellView:
     def _draw_obstacles(self, scene: SceneUpdate, now: int) -> Publication:
         entity = _entity(scene, "obstacles", WORLD_FRAME, now)
         points, shades = [np.zeros((0, 3))], [np.zeros((0, 4))]
-        for obstacle in scene_obstacles(self._message(topics.SCENE_STATE.key)):
+        motion = self._message(topics.SCENE_MOTION.key) or SceneMotion()
+        standing = scene_obstacles(self._message(topics.SCENE_STATE.key) or Scene())
+        present = obstacles_at(standing, obstacle_motions(motion), motion.stamp * NANOSECONDS)
+        for obstacle in present:
             add_obstacle(entity, obstacle)
             points.append(surface_points(obstacle))
             color = colors.SUPPORT if obstacle.support else colors.OBSTACLE

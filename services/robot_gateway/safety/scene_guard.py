@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from lariat.geometry.obstacle_checks import check_obstacle
+from lariat.geometry.obstacle_motion import ObstacleMotion
 from lariat.geometry.obstacles import Obstacle
 
 MAX_OBSTACLES = 256
@@ -47,6 +48,24 @@ class SceneGuard:
         self._bodies = {name: named.get(name, body) for name, body in self._bodies.items()}
         missing = [body for name, body in self._bodies.items() if name not in named]
         return (*obstacles, *missing)
+
+    def admit_motions(self, motions: Sequence[ObstacleMotion]) -> tuple[ObstacleMotion, ...]:
+        """Return valid motions of obstacles.
+
+        Args:
+            motions: Motions as received.
+
+        Raises:
+            ValueError: A half space of the scenario moves, or an obstacle has two motions.
+        """
+        names = [motion.name for motion in motions]
+        if len(set(names)) < len(names):
+            raise ValueError("two motions belong to the same obstacle")
+        for name in names:
+            body = self._bodies.get(name)
+            if body is not None and body.shape == "half_space":
+                raise ValueError(f"{name!r} is a half space, which does not move")
+        return tuple(motions)
 
     def _check_unchanged(self, obstacle: Obstacle) -> None:
         body = self._bodies.get(obstacle.name)

@@ -37,7 +37,8 @@ class StateLogger:
             return
         self._logged_cell = summary
         name = "the arms may move" if mode == ArmStates.ARMED else ArmStates.Mode.Name(mode).lower()
-        words = f"{name}: {state.reason}"
+        # A controller that still holds gives the reason for which the arms stood until this moment.
+        words = name if state.may_move and state.cause else f"{name}: {state.reason}"
         asks = stopped and not state.needs_resume
         log.log(logging.WARNING if asks else logging.INFO, words)
 

@@ -17,12 +17,8 @@ from jaxtyping import Float32, Float64, UInt8, UInt16
 from lariat.geometry import poses
 from lariat.geometry.cameras import Camera
 from lariat.geometry.obstacles import Obstacle, pack
-from lariat.rod.launch import taichi_runtime
-from services.sim.camera.kernels.bodies import draw_bodies
-from services.sim.camera.kernels.noise import measure_depth
-from services.sim.camera.kernels.plates import draw_plates
-from services.sim.camera.kernels.rays import FAR
-from services.sim.camera.kernels.rope import draw_rope
+from services.sim.camera.camera_kernels import CameraKernels
+from services.sim.camera.kernels.depths import FAR
 from services.sim.camera.marker_plates import MarkerPlate
 from services.sim.camera.sensor_noise import SensorNoise
 
@@ -110,7 +106,7 @@ class RgbdCamera:
             rope_color: Colour of the rope where it faces the camera.
             background: Grey value where a ray hits nothing [1/255].
         """
-        taichi_runtime.start()
+        self._kernels = CameraKernels()
         self.camera = camera
         self.noise = noise or SensorNoise()
         self._seed = seed
@@ -176,12 +172,12 @@ class RgbdCamera:
         if plates:
             packed = np.array([plate.packed for plate in plates])
             patterns = np.stack([plate.pattern for plate in plates])
-            draw_plates(flat, z_buffer, self._packed_camera, packed, patterns)
+            self._kernels.draw_plates(flat, z_buffer, self._packed_camera, packed, patterns)
         self._draw_tube(flat, z_buffer, Tube(chain, radius, self._rope_color), STRAND_OVERLAP)
         # After the rope: a tube that lies beneath it must not show through its edges.
         for tube in tubes:
             self._draw_tube(flat, z_buffer, tube, TUBE_OVERLAP)
-        measure_depth(
+        self._kernels.measure_depth(
             depth,
             z_buffer,
             self._depth_noise,
@@ -217,7 +213,9 @@ class RgbdCamera:
         capsules[:, 0:3], capsules[:, 3:6] = tube.nodes[:-1], tube.nodes[1:]
         capsules[:, 6] = tube.radius
         capsules[:, 7:10] = np.minimum(np.array(tube.color) * self.noise.exposure, 255.0)
-        draw_rope(color, z_buffer, *self._scratch, self._packed_camera, capsules, overlap)
+        self._kernels.draw_rope(
+            color, z_buffer, *self._scratch, self._packed_camera, capsules, overlap
+        )
 
     def _draw_background(self, bodies: Float64[np.ndarray, "k 15"]) -> _Background:
         """Draw the bodies that have not moved since the last frame, or return their image."""
@@ -240,7 +238,7 @@ class RgbdCamera:
     ) -> None:
         """Draw bodies over an image, in their order."""
         packed, tints = np.ascontiguousarray(bodies[:, :12]), np.ascontiguousarray(bodies[:, 12:])
-        draw_bodies(color, z_buffer, self._packed_camera, packed, tints)
+        self._kernels.draw_bodies(color, z_buffer, self._packed_camera, packed, tints)
 
 
 def _equal_rows(a: Float64[np.ndarray, "n k"], b: Float64[np.ndarray, "m k"]) -> int:

@@ -36,6 +36,10 @@ DIVERGENCE = (
 """Warnings of the engine that its numbers have become infinite or huge."""
 STEPS_PER_CHECK = 10
 """Steps of the engine between two of these checks."""
+ORIGIN = (0.0, 0.0, 0.0)
+"""Origin of the world [m]."""
+WHOLE_CELL = (0.0, 0.0, 0.0, 1000.0, 1000.0, 1000.0)
+"""Centre and half extents of a box that contains all obstacles wherever they move [m]."""
 RELAXATION_FACTOR = 0.5
 """Factor on all velocities after each step of the relaxation [-]."""
 
@@ -106,6 +110,9 @@ class MujocoPlant:
 
     def set_obstacles(self, obstacles: Sequence[Obstacle]) -> None:
         """Replace all obstacles; the rope keeps its state."""
+        if [o.moved(ORIGIN) for o in obstacles] == [o.moved(ORIGIN) for o in self._obstacles]:
+            self._move_obstacles(obstacles)
+            return
         old = self._state
         self._build(obstacles)
         self._state.time = old.time
@@ -142,7 +149,25 @@ class MujocoPlant:
         mujoco.mj_kinematics(self._model, self._state)
         mujoco.mj_flex(self._model, self._state)
 
+    def _move_obstacles(self, obstacles: Sequence[Obstacle]) -> None:
+        """Put the obstacles of the model elsewhere, without a new model."""
+        model = self._model
+        # The world's geoms come first, in the order of the obstacles.
+        places = np.array([o.position for o in obstacles])
+        moves = places - model.geom_pos[: len(places)]
+        model.geom_pos[: len(places)] = places
+        model.geom_sameframe[: len(places)] = 0
+        # The boxes in which the engine seeks contacts with the world are those of the compiler.
+        for node in range(model.body_bvhadr[0], model.body_bvhadr[0] + model.body_bvhnum[0]):
+            geom = model.bvh_nodeid[node]
+            if geom >= 0:
+                model.bvh_aabb[node, :3] += moves[geom]
+            else:
+                model.bvh_aabb[node] = WHOLE_CELL
+        self._obstacles = tuple(obstacles)
+
     def _build(self, obstacles: Sequence[Obstacle]) -> None:
+        self._obstacles = tuple(obstacles)
         self._model = mujoco.MjModel.from_xml_string(self._rope.mjcf(obstacles))
         self._state = mujoco.MjData(self._model)
         self._momentum = np.zeros(self._model.nv)

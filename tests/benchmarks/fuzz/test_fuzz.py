@@ -10,7 +10,8 @@ import pytest
 
 from benchmarks import fuzz
 from benchmarks.fuzz.arm_targets import ClientTarget, EmulatorTarget
-from benchmarks.fuzz.file_targets import FileTarget
+from benchmarks.fuzz.dashboard_target import DashboardTarget
+from benchmarks.fuzz.file_targets import FileTarget, file_targets
 from benchmarks.fuzz.launcher_target import LauncherTarget
 from benchmarks.fuzz.message_targets import ServiceTarget, Totals
 from cli.__main__ import main
@@ -29,6 +30,15 @@ def test_a_service_survives_hostile_messages(name: str) -> None:
     target.close()
     assert totals.failures == []
     assert totals.accepted > 100
+
+
+def test_a_drawn_page_survives_hostile_messages() -> None:
+    totals = Totals()
+    target = DashboardTarget(load(fuzz.DEFAULT_SCENARIO), ())
+    target.run_batch("test/dashboard", 1500, totals)
+    target.close()
+    assert totals.failures == []
+    assert totals.accepted > 300
 
 
 def test_a_service_that_raises_is_reported_with_its_seed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -56,6 +66,15 @@ def test_readers_of_files_refuse_in_one_way_only(
     # Resumed: what was read already is not read again.
     assert main(["bench", "fuzz", "--targets", *FILES, *options]) == 0
     assert json.loads(capsys.readouterr().out)["targets"] == rows
+
+
+def test_meshes_are_covered_or_refused(tmp_path: Path) -> None:
+    totals = Totals()
+    targets = file_targets(load(fuzz.DEFAULT_SCENARIO), tmp_path)
+    for name in ("stl", "obj"):
+        targets[name].run_batch(f"test/{name}", 8, totals)
+    assert (totals.messages, totals.failures) == (16, [])
+    assert totals.accepted > 0
 
 
 @pytest.mark.parametrize(

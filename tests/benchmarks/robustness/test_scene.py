@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.robustness.combinations import Combination, sample
 from benchmarks.robustness.observability import bounds
-from benchmarks.robustness.scene import build_scene
+from benchmarks.robustness.scene import arms_reach, build_scene
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import chain_clearance
 from services.sim.plants.factory import build_plant
@@ -46,6 +46,14 @@ def test_seeded_goals_keep_clear_of_the_obstacles(tmp_path: Path) -> None:
         assert chain_clearance(nodes, scenario.rope.diameter / 2.0, scenario.bodies) > 0.0095
     apart = seeded.grips(seeded.goal)[0].position - shipped.grips(shipped.goal)[0].position
     assert 0.005 < np.linalg.norm(apart) < 0.15
+
+
+def test_arms_can_stand_at_seeded_goals(tmp_path: Path) -> None:
+    # The first goal of this combination would bring a link of the left arm below the table.
+    scenario = build_scene(replace(sample(1, 7), plant="rod", node_count=60), tmp_path)
+    nodes = scenario.nodes(scenario.goal)
+    assert nodes is not None
+    assert arms_reach(scenario, nodes, *goal_grips(scenario))
 
 
 def test_a_taut_rope_tells_its_stiffness_less_than_a_slack_one(tmp_path: Path) -> None:

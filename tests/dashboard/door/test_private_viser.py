@@ -1,8 +1,12 @@
 from __future__ import annotations
 
+import asyncio
 import os
 import subprocess
 import sys
+import threading
+from collections import deque
+from collections.abc import Iterator
 
 import pytest
 
@@ -37,3 +41,48 @@ def test_another_user_of_the_machine_cannot_reach_viser() -> None:
         assert "PermissionError" in refused.stderr
     finally:
         private.close()
+
+
+class WatchedQueue(deque):
+    """Queue that notes in which threads somebody goes through it."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.threads: set[int] = set()
+
+    def __iter__(self) -> Iterator[object]:
+        self.threads.add(threading.get_ident())
+        return super().__iter__()
+
+
+def test_change_of_an_element_reaches_waiting_pages_through_the_event_loop_alone() -> None:
+    private = PrivateViser("test")
+    server = private.server
+    element = server.gui.add_html("")
+    buffer = server._websock_server.get_message_buffer()
+    queue = WatchedQueue()
+    pause = threading.Event()
+
+    async def read(text: str) -> None:
+        buffer.message_event._waiters = queue  # pyright: ignore[reportAttributeAccessIssue]
+        pages = buffer.window_generator(0)
+        async for window in pages:
+            if text in str(window):
+                await pages.aclose()
+                return
+
+    try:
+        for text, together in (("one by one", False), ("together", True)):
+            page = asyncio.run_coroutine_threadsafe(read(text), buffer.event_loop)
+            while not queue and not page.done():
+                pause.wait(0.001)
+            if together:
+                with server.atomic():
+                    element.content = text
+            else:
+                element.content = text
+            page.result(5.0)
+    finally:
+        private.close()
+    assert queue.threads
+    assert threading.get_ident() not in queue.threads

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
 from dashboard.panels.camera_image import decode, draw_rope
@@ -21,6 +22,15 @@ def test_rope_is_drawn_where_the_camera_sees_it() -> None:
     distance = np.linalg.norm(lit[:, None] - pixels[None], axis=2)
     assert np.max(np.min(distance, axis=0)) < 2.0
     assert np.max(np.min(distance, axis=1)) < 8.0
+
+
+def test_image_is_decoded_to_red_green_blue() -> None:
+    red = np.zeros((16, 16, 3), np.uint8)
+    red[..., 2] = 250  # OpenCV encodes blue, green, red.
+    image = decode(cv2.imencode(".jpg", red)[1].tobytes())
+    assert image is not None
+    assert np.all(image[..., 0] > 240)
+    assert np.all(image[..., 1:] < 15)
 
 
 def test_damaged_image_is_none() -> None:

@@ -10,13 +10,15 @@ from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from shared.scenario import load
 
 
+@pytest.mark.parametrize("width", [900, 500])
 @pytest.mark.parametrize("path", sorted(Path("scenarios").glob("*.toml")), ids=lambda p: p.stem)
-def test_start_and_goal_are_in_the_first_view(path: Path) -> None:
+def test_start_and_goal_are_in_the_first_view(path: Path, width: int) -> None:
     scenario = load(path)
-    viewpoint = initial_viewpoint(scenario)
-    intrinsics = Intrinsics.symmetric(900, 900, viewpoint.field_of_view)
+    viewpoint = initial_viewpoint(scenario, width / 900)
+    focal_length = 450.0 / np.tan(viewpoint.field_of_view / 2.0)
+    intrinsics = Intrinsics(width, 900, focal_length, focal_length, width / 2.0, 450.0)
     camera = Camera(intrinsics, looking_at(tuple(viewpoint.position), tuple(viewpoint.target)))
     grips = [g.position for s in (scenario.start, scenario.goal) for g in scenario.grips(s)]
     pixels, depth = camera.project(np.array(grips))
     assert np.all(depth > 0.0)
-    assert np.all((pixels > 0.0) & (pixels < 900.0))
+    assert np.all((pixels > 0.0) & (pixels < [width, 900.0]))

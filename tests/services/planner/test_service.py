@@ -11,7 +11,16 @@ from services.planner.problem import Problem, WholePath
 from services.planner.service import PlannerService
 from services.planner.whole_path import stay
 from shared import messages, topics
-from shared.messages import ArmState, ArmStates, Estimate, Parameters, RodParameters, TaskState
+from shared.messages import (
+    ArmSetpoints,
+    ArmState,
+    ArmStates,
+    Estimate,
+    Parameters,
+    RodParameters,
+    Setpoints,
+    TaskState,
+)
 from shared.scenario import Scenario, load
 from shared.service import SECOND, Inbox, Received
 
@@ -34,11 +43,30 @@ class CapturingPlanner(PlannerService):
 def problem_of(scenario: Scenario, rod: RodParameters, pace: float = 1.0) -> Problem:
     """Problem that the planner of a scenario poses with learnt parameters."""
     service = CapturingPlanner(scenario)
+    list(service.step(inbox(scenario, pace=pace, rod=rod), SECOND))
+    (problem,) = service.problems
+    return problem
+
+
+def inbox(
+    scenario: Scenario,
+    goal_revision: int = 1,
+    pace: float = 0.0,
+    rod: RodParameters | None = None,
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    setpoints: Setpoints | None = None,
+) -> Inbox:
+    """Newest messages of a running task whose grips are at the start."""
     grips = scenario.grips(scenario.start)
     arms = ArmStates(
         stamp=SECOND,
         arms=[
-            ArmState(arm=side, position=grip.position, orientation=grip.orientation)
+            ArmState(
+                arm=side,
+                position=grip.position,
+                orientation=grip.orientation,
+                linear_velocity=velocity,
+            )
             for side, grip in zip(("left", "right"), grips, strict=True)
         ],
     )
@@ -46,17 +74,69 @@ def problem_of(scenario: Scenario, rod: RodParameters, pace: float = 1.0) -> Pro
     goal = messages.Goal(positions=np.zeros(3 * scenario.rope.node_count), left=held[0])
     goal.right.CopyFrom(held[1])
     newest = {
-        topics.TASK_STATE.key: TaskState(goal=goal, goal_revision=1, pace=pace),
+        topics.TASK_STATE.key: TaskState(
+            stamp=SECOND,
+            state=messages.RUNNING,
+            goal=goal,
+            goal_revision=goal_revision,
+            pace=pace,
+        ),
         topics.SCENE_STATE.key: messages.Scene(
             revision=1, obstacles=[messages.obstacle_message(o) for o in scenario.bodies]
         ),
         topics.ARM_STATE.key: arms,
         topics.CONTROLLER_PARAMETERS.key: Parameters(rod=rod),
     }
-    inbox = Inbox({k: Received(m, "sender", 0, SECOND) for k, m in newest.items()}, {})
-    list(service.step(inbox, SECOND))
-    (problem,) = service.problems
-    return problem
+    if setpoints is not None:
+        newest[topics.ARM_SETPOINTS.key] = setpoints
+    return Inbox({k: Received(m, "sender", 0, SECOND) for k, m in newest.items()}, {})
+
+
+def stopping(scenario: Scenario, shift: np.ndarray, **fields) -> Setpoints:
+    """Setpoints that stop beside the start."""
+    arms = [
+        ArmSetpoints(
+            arm=side,
+            positions=np.concatenate([grip.position, grip.position + shift]),
+            orientations=np.tile(grip.orientation, 2),
+        )
+        for side, grip in zip(("left", "right"), scenario.grips(scenario.start), strict=True)
+    ]
+    return Setpoints(**({"stamp": SECOND, "arms": arms} | fields))
+
+
+def test_path_to_another_goal_begins_where_the_arms_will_stop() -> None:
+    service = CapturingPlanner(SCENARIO)
+    list(service.step(inbox(SCENARIO), SECOND))
+    shift, speed = np.array([0.0, 0.02, 0.01]), (0.0, 0.2, 0.1)
+    braking = stopping(SCENARIO, shift)
+    list(service.step(inbox(SCENARIO, 2, velocity=speed, setpoints=braking), 2 * SECOND))
+    start, ahead = (np.array([g.position for g in p.grips]) for p in service.problems)
+    np.testing.assert_allclose(ahead, start + shift)
+    np.testing.assert_allclose(service.problems[1].state.positions[[0, -1]], start + shift)
+
+
+@pytest.mark.parametrize(
+    ("goal_revision", "fields"),
+    [
+        (1, {}),  # The goal is the same: the arms follow their path.
+        (2, {"hold": True}),
+        (2, {"stamp": SECOND - 1}),  # Sent before the goal changed.
+    ],
+)
+def test_no_path_is_planned_before_it_is_known_where_the_arms_stop(goal_revision, fields) -> None:
+    service = CapturingPlanner(SCENARIO)
+    list(service.step(inbox(SCENARIO), SECOND))
+    moving = inbox(
+        SCENARIO,
+        goal_revision,
+        velocity=(0.0, 0.2, 0.1),
+        setpoints=stopping(SCENARIO, np.array([0.0, 0.02, 0.01]), **fields),
+    )
+    if goal_revision == 1:
+        moving.latest(topics.SCENE_STATE).message.revision = 2
+    list(service.step(moving, 2 * SECOND))
+    assert len(service.problems) == 1
 
 
 def learnt(deviation: float) -> RodParameters:

@@ -7,9 +7,18 @@ from pathlib import Path
 import pytest
 
 from services.robot_gateway.safety.scene_guard import SceneGuard
-from services.robot_gateway.service import RobotGatewayService, build
+from services.robot_gateway.service import REACTION_TIME, RobotGatewayService, build
 from shared import topics
-from shared.messages import ArmCommand, ArmSetpoints, ArmStates, Obstacle, Scene, Setpoints
+from shared.messages import (
+    ArmCommand,
+    ArmSetpoints,
+    ArmStates,
+    Obstacle,
+    ObstacleMotion,
+    Scene,
+    SceneMotion,
+    Setpoints,
+)
 from shared.scenario import SIDES, load
 from shared.service import SECOND, Inbox, Received
 from shared.topics import Topic
@@ -283,3 +292,42 @@ def test_states_name_the_scenario_and_the_hosts_of_real_arms(gateway: RobotGatew
     ((_, state),) = real.step(Inbox({}, {}), START + 8_000_000)
     assert state.scenario == "lab"
     assert {arm.arm: arm.address for arm in state.arms} == {"left": "", "right": "192.168.5.1"}
+
+
+def places_with(gateway: RobotGatewayService, motion: SceneMotion, seconds: float) -> list[float]:
+    """Places along x of the sphere that the gateway keeps away from, after motions are known."""
+    key, received = topics.SCENE_MOTION.key, Received(motion, "stranger", 0, 0)
+    list(gateway.step(Inbox({key: received}, {key: [received]}), round(seconds * SECOND)))
+    return places(gateway)
+
+
+def places(gateway: RobotGatewayService) -> list[float]:
+    solids = gateway.cell.follower.constraints.collision.scene.solids
+    return [o.position[0] for o in solids if o.name == "cart"]
+
+
+def test_moving_obstacle_is_kept_away_from_where_it_is_and_where_it_will_be(
+    gateway: RobotGatewayService,
+) -> None:
+    cart = Obstacle(name="cart", shape="sphere", position=[0.9, 9.0, 0.0], radius=0.1)
+    step_with(gateway, Scene(revision=99, obstacles=[cart]))
+    motion = ObstacleMotion(
+        name="cart",
+        position=[0.9, 9.0, 0.0],
+        velocity=[-0.2, 0.0, 0.0],
+        times=[2 * SECOND, 6 * SECOND],
+        waypoints=[0.9, 9.0, 0.0, 0.1, 9.0, 0.0],
+    )
+    message = SceneMotion(run_started=SECOND, motions=[motion])
+    assert places_with(gateway, message, 4.0) == pytest.approx([0.5, 0.5 - 0.2 * REACTION_TIME])
+    # No further message is needed for the obstacle to be followed.
+    list(gateway.step(Inbox({}, {}), 5 * SECOND))
+    assert places(gateway) == pytest.approx([0.3, 0.3 - 0.2 * REACTION_TIME])
+    assert places_with(gateway, SceneMotion(), 7.0) == [0.9]
+
+
+def test_motion_of_the_table_is_refused(gateway: RobotGatewayService) -> None:
+    table = ObstacleMotion(name="table", times=[0, SECOND], waypoints=[0.0] * 5 + [-0.4])
+    places_with(gateway, SceneMotion(motions=[table]), 5.0)
+    (half_space,) = gateway.cell.follower.constraints.collision.scene.half_spaces
+    assert half_space.position == (0.0, 0.0, 0.0)

@@ -19,12 +19,15 @@ from shared.messages import (
     ArmSetpoints,
     ArmState,
     ArmStates,
+    CampaignState,
+    CampaignTrial,
     Estimate,
     Goal,
     GoalDraft,
     Grip,
     NodeChain,
     Obstacle,
+    ObstacleMotion,
     OtherRope,
     OtherRopes,
     Parameters,
@@ -32,7 +35,10 @@ from shared.messages import (
     Plan,
     RodParameters,
     RopeLine,
+    RunCurves,
+    RunMotion,
     Scene,
+    SceneMotion,
     Setpoints,
     TaskRequest,
     TaskState,
@@ -56,6 +62,17 @@ def beside(
 
 
 REFERENCES = sorted((FilePath(__file__).parents[2] / "replay").glob("*.mcap"))
+
+
+def moving(**changes) -> SceneMotion:
+    """Motion of one obstacle by 0.3 m in a second, with some fields changed."""
+    fields = {
+        "position": [0.0] * 3,
+        "velocity": [0.3, 0.0, 0.0],
+        "times": [0, 10**9],
+        "waypoints": [0.0, 0.0, 0.0, 0.3, 0.0, 0.0],
+    }
+    return SceneMotion(motions=[ObstacleMotion(name="cart", **(fields | changes))])
 
 
 @pytest.mark.parametrize("recording", REFERENCES, ids=lambda path: path.stem)
@@ -120,6 +137,10 @@ def test_every_message_of_a_run_is_valid(recording: FilePath) -> None:
             Scene(obstacles=[Obstacle(name="o", shape="sphere", position=[9.0] * 3, radius=-1.0)]),
             "takes 0 < radius",
         ),
+        (topics.SCENE_MOTION, moving(times=[0]), "waypoints has 6 values; it takes 3"),
+        (topics.SCENE_MOTION, moving(times=[0, 10**8]), "faster than 0.5 m/s"),
+        (topics.SCENE_MOTION, moving(waypoints=[0.0] * 5 + [1e4]), "beyond ±100 m"),
+        (topics.SCENE_MOTION, moving(position=[0.0]), "position has 1 values"),
         (topics.TASK_REQUEST, TaskRequest(goal=Goal(left=ZERO_TURN)), "has norm 0"),
         (topics.TASK_REQUEST, TaskRequest(goal=Goal(left=FAR_AWAY)), "beyond ±100 m"),
         (topics.TASK_REQUEST, TaskRequest(goal=Goal(positions=[0.0] * 5 + [1e5])), "±100 m"),
@@ -143,6 +164,16 @@ def test_every_message_of_a_run_is_valid(recording: FilePath) -> None:
             topics.CONTROLLER_PARAMETERS,
             Parameters(rod=RodParameters(length=Estimate(value=math.nan))),
             "length = nan",
+        ),
+        (topics.RUN_CURVES, RunCurves(time=[0.0, 0.1], error=[0.0]), "error has 1 values"),
+        (topics.RUN_CURVES, RunCurves(time=[0.0], error=[0.0]), "clearance has 0 values"),
+        (topics.RUN_MOTION, RunMotion(node_count=1, time=[0.0], nodes=[0.0] * 3), "node_count = 1"),
+        (topics.RUN_MOTION, RunMotion(node_count=5, time=[0.0], nodes=[0.0] * 3), "takes 15"),
+        (topics.RUN_MOTION, RunMotion(goal=[0.0] * 2), "goal has 2 values"),
+        (
+            topics.CAMPAIGN_STATE,
+            CampaignState(keys=["seed"], trials=[CampaignTrial(seed=4)]),
+            "values of seed 4 has 0 values; it takes 1",
         ),
         (
             topics.CAMERA_COLOR,

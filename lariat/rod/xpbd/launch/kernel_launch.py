@@ -37,7 +37,7 @@ def allocate(
 def launch(buffers: LaunchBuffers[Sizes], *, forward: bool, backward: bool) -> None:
     """Run the kernel on buffers that have been filled."""
     # Taichi is slow to import, and kernels compile against its runtime, which must start first.
-    from lariat.rod.launch import taichi_runtime
+    from lariat.machine_code import taichi_runtime
 
     taichi_runtime.start()
     from lariat.rod.xpbd.kernels import rollout

@@ -6,9 +6,8 @@ because the discriminants of quadratics cancel; images are in single precision.
 
 import taichi as ti
 
+from services.sim.camera.kernels.depths import FAR, NEAR
 from services.sim.camera.kernels.rays import (
-    FAR,
-    NEAR,
     images_f32,
     rotate,
     rotation_of,
@@ -100,6 +99,7 @@ def draw_bodies(
     fx, fy, cx, cy = camera[0], camera[1], camera[2], camera[3]
     R = rotation_of(camera)
     eye = ti.Vector([camera[13], camera[14], camera[15]], dt=ti.f64)
+    ti.loop_config(serialize=True)
     for _ in range(1):
         for m in range(bodies.shape[0]):
             shape = ti.cast(bodies[m, 0], ti.i32)

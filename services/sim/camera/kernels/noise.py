@@ -2,7 +2,11 @@
 
 import taichi as ti
 
-from services.sim.camera.kernels.rays import FAR, images_f32, vector_f64
+from services.sim.camera.kernels.depths import FAR
+from services.sim.camera.kernels.rays import (
+    images_f32,
+    vector_f64,
+)
 
 EDGE_BLOCK = 64
 """Number of pixels of a row that are searched for edges together."""
@@ -45,6 +49,7 @@ def measure_depth(
     none, half, one = ti.f32(0.0), ti.f32(0.5), ti.f32(1.0)
     unit, fine, far = ti.f32(1.0 / 1024.0), ti.f32(1000.0), ti.f32(FAR)
     finest, farthest = one / quantum, ti.f32(65535.0)
+    ti.loop_config(serialize=True)
     for v in range(height):
         key = mix_bits(seed ^ mix_bits(ti.cast(v + 1, ti.u32)))
         table = ti.cast(key % last, ti.i32)

@@ -2,9 +2,8 @@
 
 import taichi as ti
 
+from services.sim.camera.kernels.depths import FAR, NEAR
 from services.sim.camera.kernels.rays import (
-    FAR,
-    NEAR,
     images_f32,
     rotation_of,
     rows_f64,
@@ -40,6 +39,7 @@ def draw_plates(
     R = rotation_of(camera)
     eye = ti.Vector([camera[13], camera[14], camera[15]], dt=ti.f64)
     cells = patterns.shape[1]
+    ti.loop_config(serialize=True)
     for _ in range(1):
         for m in range(plates.shape[0]):
             centre = ti.Vector([plates[m, 0], plates[m, 1], plates[m, 2]], dt=ti.f64)

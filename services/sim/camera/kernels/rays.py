@@ -2,10 +2,7 @@
 
 import taichi as ti
 
-FAR = 1e6
-"""Depth of a ray that hits nothing [m]."""
-NEAR = 0.02
-"""Least depth that is drawn [m]."""
+from services.sim.camera.kernels.depths import FAR, NEAR
 
 images_f32 = ti.types.ndarray(dtype=ti.f32, ndim=2)
 rows_f64 = ti.types.ndarray(dtype=ti.f64, ndim=2)

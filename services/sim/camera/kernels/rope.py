@@ -2,9 +2,8 @@
 
 import taichi as ti
 
+from services.sim.camera.kernels.depths import FAR, NEAR
 from services.sim.camera.kernels.rays import (
-    FAR,
-    NEAR,
     images_f32,
     rotation_of,
     rows_f64,
@@ -42,6 +41,7 @@ def draw_rope(
     eye = ti.Vector([camera[13], camera[14], camera[15]], dt=ti.f64)
     # Rows in which the rope can be seen; all others stay unchanged.
     first, last = height, -1
+    ti.loop_config(serialize=True)
     for _ in range(1):
         for s in range(capsules.shape[0]):
             p = R.transpose() @ (ti.Vector([capsules[s, 0], capsules[s, 1], capsules[s, 2]]) - eye)
@@ -52,10 +52,12 @@ def draw_rope(
                 va, vb = fy * p[1] / p[2] + cy, fy * q[1] / q[2] + cy
                 first = ti.min(first, ti.cast(ti.max(0.0, ti.min(va, vb) - margin), ti.i32))
                 last = ti.max(last, ti.cast(ti.min(height - 1.0, ti.max(va, vb) + margin), ti.i32))
+    ti.loop_config(serialize=True)
     for v in range(first, last + 1):
         for u in range(width):
             cover[v, u] = ti.f32(0.0)
 
+    ti.loop_config(serialize=True)
     for _ in range(1):
         for s in range(capsules.shape[0]):
             start = ti.Vector([capsules[s, 0], capsules[s, 1], capsules[s, 2]], dt=ti.f64) - eye
@@ -126,6 +128,7 @@ def draw_rope(
                                 elif shaded == 0:
                                     shade[v, u] = ti.f32(0.0)
 
+    ti.loop_config(serialize=True)
     for v in range(first, last + 1):
         for u in range(width):
             part = cover[v, u]

@@ -52,3 +52,8 @@ def test_value_is_shown_without_quotes() -> None:
         "0.02",
         "[1, 2]",
     ]
+
+
+def test_value_of_deep_brackets_or_a_broken_text_is_shown_as_it_is() -> None:
+    for value in ("[" * 4000, '"open'):
+        assert plain_value(value) == value

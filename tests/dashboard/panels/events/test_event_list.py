@@ -53,6 +53,23 @@ def test_hold_is_listed_once_with_what_to_do() -> None:
     assert "acknowledge" in list_html([event])
 
 
+@pytest.mark.parametrize("log_is_first", [True, False])
+def test_stop_that_the_gateway_also_logs_is_listed_once_with_what_to_do(log_is_first: bool) -> None:
+    events = EventList()
+    held = ArmStates(mode=ArmStates.HOLDING, reason="held by a person", needs_acknowledgement=True)
+    logged = log("holding: held by a person", Log.Level.WARNING, "robot_gateway")
+    for _ in range(2):
+        events.take_arms(ArmStates(mode=ArmStates.MOVING))
+        for is_log in (log_is_first, not log_is_first):
+            events.take_log(logged) if is_log else events.take_arms(held)
+        events.take_log(log("the arms may move", name="robot_gateway"))
+    newest, hold, *_ = events.selected(Level.INFORMATION, "")
+    assert newest.text == "the arms may move"
+    assert (hold.text, hold.advice) == ("held by a person", ACKNOWLEDGE)
+    assert texts(events).count("held by a person") == 2
+    assert "holding: held by a person" not in texts(events)
+
+
 def test_hold_of_the_controller_that_ends_by_itself_is_no_event() -> None:
     events = EventList()
     events.take_arms(ArmStates(mode=ArmStates.HOLDING, reason="waiting for a start"))
@@ -71,8 +88,8 @@ def test_run_and_refusals_are_listed_as_they_change() -> None:
         events.take_task(TaskState(state=FAILED, run="run-1", reason="no way", **refused))
     assert texts(events) == [
         "request refused: already running",
-        "run-1: run failed: no way",
-        "run-1: run goes on: started",
+        "run-1: failed: no way",
+        "run-1: running: started",
     ]
     assert texts(events, Level.WARNING) == texts(events)[:2]
 

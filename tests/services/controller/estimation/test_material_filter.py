@@ -10,13 +10,13 @@ import pytest
 from lariat.geometry import polylines, poses
 from lariat.geometry.obstacles import Obstacle, pack
 from lariat.geometry.poses import Pose
-from lariat.rod import Rod
+from lariat.rod import Rod, state_along
 from lariat.trajectory import MotionState
 from services.controller.estimation.adaptation import apply_material
 from services.controller.estimation.grip_errors import GripErrors
 from services.controller.estimation.material_filter import MaterialFilter
 from services.controller.estimation.state_estimator import StateEstimator
-from tests.services.controller.cell import COUNT, PROPERTIES, STEP, Cell, grips
+from tests.services.controller.cell import COUNT, LEVEL, PROPERTIES, STEP, Cell, grips
 
 GOAL = grips((-0.14, 0.05, 0.27), (0.16, 0.02, 0.31))
 
@@ -112,8 +112,8 @@ def test_stiffness_of_a_hanging_rope_is_found_before_it_is_moved(factor: float) 
         seen = rope + sigma[:, None] * random.normal(size=rope.shape)
         estimate.observe(now, seen, sigma, observed)
         change = adaptation.update(estimate, now, seen, sigma, observed)
-        if change is not None and adaptation.standing:
-            estimate.rest_with_material(model.with_properties(adaptation.properties))
+        if change is not None:
+            apply_material(estimate, adaptation, change, moving=False)
     assert adaptation.settled
     assert abs(np.log(adaptation.bending_stiffness / plant.properties.bending_stiffness)) < 0.3
     assert np.linalg.norm(estimate.state.positions - rope, axis=1).mean() < 1e-3
@@ -176,3 +176,46 @@ def test_rope_that_leans_on_a_support_tells_less_of_its_stiffness() -> None:
             adaptation.update(cell.estimator, cell.now + 10 * k * STEP, nodes, sigma, observed)
         deviations.append(adaptation.standard_deviation)
     assert deviations[1] > 1.5 * deviations[0], deviations
+
+
+@pytest.mark.parametrize(("true", "given"), [(0.45, 1.0), (0.6, 1.5)])
+def test_model_does_not_fall_out_of_the_shape_in_which_the_rope_stands(
+    true: float, given: float
+) -> None:
+    # Between inclined grips, a rope stands up in an arch; a slightly softer one falls over.
+    properties = replace(PROPERTIES, youngs_modulus=1e7)
+    upright = [Pose(np.array([x, 0.0, 0.3]), _inclined(x)) for x in (-0.13, 0.13)]
+    motion = MotionState.at_rest(upright[0], upright[1])
+    askew = GripErrors(np.zeros((2, 3)), np.radians([[2.0, 0.0, 0.0], [-2.0, 0.0, 0.0]]))
+    held = askew.held(motion).grips
+    rope = Rod(properties.with_stiffness(true * properties.bending_stiffness), 60)
+    s = np.linspace(0.0, 1.0, 60)
+    arch = np.stack([0.13 * (2 * s - 1), 0.0 * s, 0.3 + 0.15 * np.sin(np.pi * s)], axis=1)
+    standing = rope.rest(*held, guess=state_along(arch, *(g.orientation for g in held))).state
+    seen = polylines.resample_smooth(standing.positions, COUNT)
+    assert seen[:, 2].max() > 0.45
+
+    model = Rod(properties.with_stiffness(given * properties.bending_stiffness), COUNT)
+    estimator = StateEstimator(model, motion, 0)
+    estimator.restart(motion, 0, seen)
+    adaptation = MaterialFilter(model.properties)
+    random, sigma = np.random.default_rng(0), np.full(COUNT, 1e-3)
+    observed = np.ones(COUNT, dtype=bool)
+    observed[:3] = observed[-3:] = False
+    for k in range(40):
+        now = 100_000_000 * (k + 1)
+        estimator.advance(motion, now)
+        image = seen + random.normal(scale=1e-3, size=seen.shape)
+        estimator.observe(now, image, sigma, observed)
+        change = adaptation.update(estimator, now, image, sigma, observed)
+        if change is not None:
+            apply_material(estimator, adaptation, change, moving=False)
+        assert polylines.mean_node_distance(estimator.state.positions, seen) < 0.01
+    found = abs(adaptation.bending_stiffness - rope.properties.bending_stiffness)
+    assert found < 2.0 * adaptation.standard_deviation
+
+
+def _inclined(x: float) -> np.ndarray:
+    """Orientation of a grip on one side, whose rope leaves upwards or arrives downwards."""
+    turn = poses.exponential(np.array([0.0, np.copysign(0.6, x), 0.0]))
+    return poses.multiply(turn, LEVEL)

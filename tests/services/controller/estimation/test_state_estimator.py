@@ -52,6 +52,18 @@ def test_offset_of_hidden_nodes_is_interpolated_between_seen_ones() -> None:
     np.testing.assert_allclose(estimator.offset[5:19], np.tile(shift, (14, 1)), atol=3e-4)
 
 
+def test_image_is_compared_with_the_model_at_its_own_time() -> None:
+    estimator = StateEstimator(ROD, MotionState.at_rest(*NEAR), 0)
+    aside = MotionState.at_rest(*grips((-0.06, 0.03, 0.4), (0.06, 0.03, 0.4)))
+    seen = estimator.nodes
+    for k in range(1, 6):
+        seen = estimator.nodes
+        estimator.advance(MotionState.at_rest(*NEAR) if k < 5 else aside, 20_000_000 * k)
+    assert np.linalg.norm(estimator.nodes - seen, axis=1).max() > 0.02
+    estimator.observe(80_000_000, seen, np.full(24, 1e-4), ALL)
+    assert np.abs(estimator.offset).max() < 1e-6
+
+
 def test_model_is_carried_to_its_new_shape_without_swinging() -> None:
     estimator = StateEstimator(ROD, MotionState.at_rest(*WIDE), 0)
     soft, nodes = replace(ROD.properties, youngs_modulus=2e5), estimator.nodes

@@ -12,7 +12,13 @@ from services.controller.mpc.collision_avoidance import (
     GripPrediction,
     rope_clearance_residuals,
 )
-from services.controller.mpc.objective import NormalEquations, rope_terms
+from services.controller.mpc.objective import (
+    NormalEquations,
+    ObjectiveWeights,
+    effort_terms,
+    orientation_terms,
+    rope_terms,
+)
 
 HORIZON, COUNT, VARIABLES = 3, 9, 4
 POST = Obstacle("sphere", (0.02, 0.03, 0.0), radius=0.02, name="post")
@@ -42,6 +48,35 @@ def test_gradient_equals_finite_differences_of_the_cost(along: float) -> None:
     assert min(here.cost.values()) > 0.0
     measured = [(at(d).total - at(-d).total) / 2e-7 for d in 1e-7 * np.eye(VARIABLES)]
     assert np.allclose(2.0 * here.gradient, measured, rtol=1e-4)
+
+
+def test_gradients_of_effort_and_orientation_equal_finite_differences() -> None:
+    random = np.random.default_rng(0)
+    velocities, initial = random.normal(size=(HORIZON, 2)), random.normal(size=2)
+    unit, rotation = np.array([1.0, 0.3]), random.normal(size=2)
+    means, oriented = np.tril(random.uniform(size=(HORIZON, HORIZON))), np.array([False, True])
+
+    def effort(v: np.ndarray) -> NormalEquations:
+        return effort_terms(v, initial, unit, ObjectiveWeights(), 0.05)
+
+    def orientation(v: np.ndarray) -> NormalEquations:
+        return orientation_terms(v, means, rotation, oriented, unit, 0.05)
+
+    for terms in (effort, orientation):
+        here, steps = terms(velocities), 1e-4 * np.eye(velocities.size)
+        changes = [step.reshape(velocities.shape) for step in steps]
+        around = [(terms(velocities + d).total, terms(velocities - d).total) for d in changes]
+        measured = [(above - below) / 2e-4 for above, below in around]
+        np.testing.assert_allclose(2.0 * here.gradient, measured, rtol=1e-5, atol=1e-6)
+
+
+def test_going_on_at_the_present_velocity_takes_no_acceleration() -> None:
+    initial = np.array([0.1, -0.2])
+    even = effort_terms(
+        np.tile(initial, (HORIZON, 1)), initial, np.ones(2), ObjectiveWeights(), 0.05
+    )
+    assert even.cost["acceleration"] == pytest.approx(0.0, abs=1e-12)
+    assert even.cost["speed"] > 0.0
 
 
 def test_place_along_the_rope_counts_by_its_weight() -> None:

@@ -76,3 +76,14 @@ def test_velocity_is_reached_without_overshoot() -> None:
     assert max(speeds) < 0.303
     assert abs(speeds[-1] - 0.3) < 1e-3
     assert speeds[12] > 0.28
+
+
+def test_evenly_changing_velocity_is_followed_without_a_lag() -> None:
+    limits, motion = Limits(), REST
+    change = np.zeros((2, 2, 3))
+    change[:, 0, 0] = 0.2
+    for k in range(40):
+        now = k * DT * change
+        jerk = jerk_towards(motion.twists, motion.accelerations, now, change, limits, DT)
+        motion = integrated(motion, jerk)
+    np.testing.assert_allclose(motion.twists, 40 * DT * change, atol=1e-4)

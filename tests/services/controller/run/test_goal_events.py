@@ -6,7 +6,7 @@ import numpy as np
 
 from services.controller.run.goal_events import GoalEvents
 from services.controller.run.reasons import ReasonCode
-from services.controller.run.state_machine import RunState
+from services.controller.run.state_machine import RunEvent, RunState
 from services.controller.run.task import Goal, Task
 from shared.scenario import Shape
 from shared.scenario.sections import Event
@@ -82,3 +82,28 @@ def test_restart_sets_all_goals_again() -> None:
     events.restart()
     events.apply_due(2 * START + 2 * SECOND, t, goal_from)
     assert (t.goal_revision, right_end(t)) == (4, 0.1)
+
+
+def test_next_goal_is_set_when_the_one_before_it_is_reached() -> None:
+    events, t = GoalEvents((), (FIRST, SECOND_SHAPE)), started()
+    assert not events.apply_reached(t, goal_from)
+    for number, end in ((2, 0.1), (3, 0.2)):
+        t.apply(RunEvent.SETTLE, ReasonCode.SETTLED)
+        assert events.apply_reached(t, goal_from)
+        assert (t.state, right_end(t)) == (RunState.RUNNING, end)
+        assert str(t.reason) == f"goal {number} of 3, the one before it was reached"
+        assert not events.apply_reached(t, goal_from)
+    t.apply(RunEvent.SETTLE, ReasonCode.SETTLED)
+    assert not events.apply_reached(t, goal_from)
+    assert t.state is RunState.REACHED
+
+
+def test_every_run_has_all_goals() -> None:
+    events, t = GoalEvents((), (FIRST,)), started()
+    t.apply(RunEvent.SETTLE, ReasonCode.SETTLED)
+    assert events.apply_reached(t, goal_from)
+    t.apply(RunEvent.SETTLE, ReasonCode.SETTLED)
+    t.start(2 * START)
+    events.restart()
+    t.apply(RunEvent.SETTLE, ReasonCode.SETTLED)
+    assert events.apply_reached(t, goal_from)

@@ -67,6 +67,16 @@ def test_nodes_that_follow_with_half_the_motion_are_no_snag() -> None:
     assert not any(observe(SnagDetector(), shapes))
 
 
+def test_nodes_that_wait_where_the_model_comes_to_them_are_no_snag() -> None:
+    # A model that is behind the rope catches up with it.
+    shapes = []
+    for model in (REST + np.array([0.0, 0.02 * k, 0.0]) for k in range(12)):
+        nodes = model.copy()
+        nodes[5:8] = REST[5:8] + np.array([0.0, 0.24, 0.0])
+        shapes.append((nodes, model))
+    assert not any(observe(SnagDetector(), shapes, length=1.0))
+
+
 def test_bridged_nodes_are_no_snag() -> None:
     hidden = SEEN.copy()
     hidden[6] = False

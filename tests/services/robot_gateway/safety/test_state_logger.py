@@ -65,5 +65,9 @@ def test_what_stops_the_cell_is_written_and_its_small_holds_are_not(
     assert tell(ArmStates.HOLDING, "acknowledged", "it stands", True) == [
         ("INFO", "holding: it stands")
     ]
+    assert tell(ArmStates.HOLDING, "writer_holds", "the arms do not follow: it stands") == [
+        ("INFO", "the arms may move")
+    ]
+    assert tell(ArmStates.HOLDING, "silence", stop, True) == [("WARNING", f"holding: {stop}")]
     assert tell(ArmStates.ARMED, "", "resumed") == [("INFO", "the arms may move: resumed")]
     assert tell(ArmStates.DISARMED, "disarm", "by a person") == [("INFO", "disarmed: by a person")]

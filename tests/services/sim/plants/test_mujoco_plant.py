@@ -114,6 +114,19 @@ def test_new_obstacles_leave_the_rope_where_it_is(kind: Kind) -> None:
 
 
 @both
+def test_an_obstacle_that_moves_against_the_rope_pushes_it(kind: Kind) -> None:
+    box, sphere = BODIES["box"], BODIES["sphere"].moved((0.5, 0.5, 0.1))
+    plant = MujocoPlant(kind(ROPE), [TABLE, box.moved((0.0, 0.5, 0.1)), sphere])
+    plant.reset(LEFT, RIGHT)
+    for y in np.linspace(0.2, 0.03, 35):
+        box = box.moved((0.0, y, float(plant.nodes[:, 2].min())))
+        plant.set_obstacles([TABLE, box, sphere])
+        plant.step(EndMotion(LEFT), EndMotion(RIGHT), 0.02)
+    assert plant.nodes[:, 1].min() < -0.01
+    assert chain_clearance(plant.nodes, ROPE.diameter / 2.0, [box]) > -0.002
+
+
+@both
 def test_the_same_motion_gives_the_same_bits(kind: Kind) -> None:
     runs = []
     for _ in range(2):

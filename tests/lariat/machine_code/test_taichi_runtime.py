@@ -7,11 +7,11 @@ import subprocess
 import sys
 from pathlib import Path
 
-ROOT = Path(__file__).parents[4]
+ROOT = Path(__file__).parents[3]
 
 
 def test_the_start_of_taichi_prints_nothing():
-    program = "from lariat.rod.launch import taichi_runtime; taichi_runtime.start()"
+    program = "from lariat.machine_code import taichi_runtime; taichi_runtime.start()"
     environment = {**os.environ, "ENABLE_TAICHI_HEADER_PRINT": "0"}
     done = subprocess.run(
         [sys.executable, "-c", program],
@@ -27,7 +27,7 @@ def test_the_start_of_taichi_prints_nothing():
 PROGRAM = """
 import numpy as np
 import taichi as ti
-from lariat.rod.launch import taichi_runtime
+from lariat.machine_code import taichi_runtime
 
 @ti.kernel
 def double(a: ti.types.ndarray(), n: int):

@@ -1,0 +1,128 @@
+"""Training of the network of `lariat see`: `python -m benchmarks.perception.network`.
+
+Takes an hour on one core. The weights go to the file that `lariat see` reads.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+import time
+from collections import deque
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import torch
+import tyro
+
+from benchmarks.perception.network.model import RopeNet
+from benchmarks.perception.network.pictures import CROPS_PER_PICTURE, training_crops
+
+LEARNING_RATE = 3e-3
+"""Largest learning rate of AdamW, reached after a tenth of the steps and lowered to zero [-]."""
+BATCH_SIZE = 16
+"""Number of squares of a step [-]."""
+VIEWS = 2
+"""Number of times that a square is seen, on average [-]."""
+POOL_SIZE = 1024
+"""Number of squares that are kept to be seen again [-]."""
+DICE_WEIGHT = 0.5
+"""Weight of one minus the soft Dice coefficient beside the cross entropy [-]."""
+REPORT_STEPS = 50
+"""Number of steps between two reports; the weights are written every tenth report."""
+
+
+def batches(seed: int) -> Iterator[tuple[torch.Tensor, torch.Tensor]]:
+    """Yield squares (b, 3, s, s), 0..1, and where they show a rope (b, 1, s, s).
+
+    A square returns `VIEWS` times on average, turned and mirrored otherwise: a picture takes longer
+    to render than to learn from.
+
+    Args:
+        seed: Seed of the first picture.
+    """
+    random = np.random.default_rng((4, seed))
+    pool: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=POOL_SIZE)
+    while True:
+        for _ in range(max(1, BATCH_SIZE // (CROPS_PER_PICTURE * VIEWS))):
+            pool.extend(training_crops(seed))
+            seed += 1
+        chosen = [pool[k] for k in random.integers(len(pool), size=BATCH_SIZE)]
+        colors = torch.from_numpy(np.stack([color for color, _ in chosen])).permute(0, 3, 1, 2)
+        masks = torch.from_numpy(np.stack([mask for _, mask in chosen]))[:, None]
+        turns, mirrored = int(random.integers(4)), random.random() < 0.5
+        pair = [torch.rot90(t, turns, (2, 3)).float() for t in (colors, masks)]
+        colors, masks = (t.flip(3) if mirrored else t for t in pair)
+        yield colors / 255.0, masks
+
+
+def main(out: Annotated[Path, tyro.conf.Positional], steps: int = 3000, seed: int = 0) -> None:
+    """Train the network that finds ropes in single pictures.
+
+    Args:
+        out: ONNX file to write.
+        steps: Number of steps; a step sees sixteen squares of 192 x 192 pixels.
+        seed: Seed of the first picture and of the weights.
+    """
+    if importlib.util.find_spec("onnx") is None:
+        sys.exit("PyTorch writes ONNX files with a package that is missing: pip install onnx")
+    torch.manual_seed(seed)
+    torch.set_num_threads(1)
+    network = RopeNet()
+    optimizer = torch.optim.AdamW(network.parameters(), LEARNING_RATE, weight_decay=1e-4)
+    schedule = torch.optim.lr_scheduler.OneCycleLR(
+        optimizer, LEARNING_RATE, total_steps=steps, pct_start=0.1
+    )
+    started, losses, dices = time.monotonic(), [], []
+    for step, (colors, masks) in enumerate(batches(seed), start=1):
+        network.train()
+        odds = network(colors)
+        loss, dice = _loss(odds, masks)
+        optimizer.zero_grad()
+        loss.backward()
+        torch.nn.utils.clip_grad_norm_(network.parameters(), 1.0)
+        optimizer.step()
+        schedule.step()
+        losses.append(float(loss.detach()))
+        dices.append(float(dice.detach()))
+        if step % REPORT_STEPS == 0:
+            minutes = (time.monotonic() - started) / 60.0
+            print(
+                f"step {step} of {steps}, {minutes:.0f} min: loss {np.mean(losses):.4f}, "
+                f"Dice {np.mean(dices):.4f}",
+                flush=True,
+            )
+            losses, dices = [], []
+        if step % (10 * REPORT_STEPS) == 0 or step == steps:
+            write_onnx(network, out)
+        if step == steps:
+            return
+
+
+def write_onnx(network: RopeNet, path: Path) -> None:
+    """Write a network as an ONNX file, its normalisations merged into the convolutions."""
+    network.eval()
+    torch.onnx.export(
+        network,
+        (torch.zeros(1, 3, 256, 256),),
+        str(path),
+        dynamo=False,
+        opset_version=13,
+        input_names=["pictures"],
+        output_names=["log_odds"],
+        dynamic_axes={"pictures": {2: "height", 3: "width"}, "log_odds": {2: "height", 3: "width"}},
+    )
+
+
+def _loss(odds: torch.Tensor, masks: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+    """Loss, and the soft Dice coefficient of the whole batch."""
+    entropy = torch.nn.functional.binary_cross_entropy_with_logits(odds, masks)
+    shown = torch.sigmoid(odds)
+    dice = 2.0 * (shown * masks).sum() / (shown.sum() + masks.sum() + 1.0)
+    return entropy + DICE_WEIGHT * (1.0 - dice), dice
+
+
+if __name__ == "__main__":
+    tyro.cli(main)

@@ -1,0 +1,195 @@
+"""Pictures for the training of the network: everything about them is random, within wide bounds.
+
+They share the renderer with the pictures of the benches, but no curve, colour, light, ground or
+camera: neither generator of `benchmarks.perception.pictures.generators` is used for training.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import cv2
+import numpy as np
+from jaxtyping import Float32, Float64, UInt8
+
+from benchmarks.perception.pictures import grounds
+from benchmarks.perception.pictures.renderer import Cable, Lighting, as_photograph, paint_cables
+from services.perception.centerline.segmentation import Color
+
+PICTURE_SIZE = (640, 480)
+"""Width and height of a rendered picture [pixels]."""
+CROP_SIDE = 192
+"""Side of the squares that are cut out of it [pixels]."""
+CROPS_PER_PICTURE = 8
+"""Number of squares from one picture [-]."""
+SCALES = (0.7, 1.5)
+"""Range of the enlargement of a square [-]."""
+WIDTHS = (5.0, 26.0)
+"""Range of the widths of cables before the enlargement [pixels]."""
+MIN_CONTRAST = 12.0
+"""Least distance of a cable's colour from the ground's [Lab, as OpenCV scales it]."""
+MAX_CABLES = 4
+"""Largest number of cables [-]."""
+CLUTTER_SHARE = 0.55
+"""Share of the pictures with things, lines and shadows of things outside [-]."""
+
+
+def training_crops(
+    seed: int,
+) -> Iterator[tuple[UInt8[np.ndarray, "s s 3"], UInt8[np.ndarray, "s s"]]]:
+    """Yield squares of one picture (red, green, blue), and 1 where they show a cable.
+
+    Args:
+        seed: Seed of everything in the picture.
+    """
+    random = np.random.default_rng((3, seed))
+    color, mask = _picture(random)
+    height, width = mask.shape
+    for _ in range(CROPS_PER_PICTURE):
+        scale = float(np.exp(random.uniform(*np.log(SCALES))))
+        side = min(CROP_SIDE / scale, height - 1.0)
+        corner = random.uniform((0.0, 0.0), (width - side, height - side))
+        to_crop = CROP_SIDE / side
+        transform = np.array([[to_crop, 0.0, 0.0], [0.0, to_crop, 0.0]])
+        transform[:, 2] = -to_crop * corner
+        blend = cv2.INTER_AREA if to_crop < 1.0 else cv2.INTER_LINEAR
+        crop = cv2.warpAffine(color, transform, (CROP_SIDE, CROP_SIDE), flags=blend)
+        soft = cv2.warpAffine(255 * mask, transform, (CROP_SIDE, CROP_SIDE), flags=blend)
+        turns, mirrored = int(random.integers(4)), random.random() < 0.5
+        pair = [np.rot90(a, turns)[:, :: -1 if mirrored else 1] for a in (crop, soft)]
+        yield np.ascontiguousarray(pair[0]), np.ascontiguousarray(pair[1] > 127).view(np.uint8)
+
+
+def _picture(
+    random: np.random.Generator,
+) -> tuple[UInt8[np.ndarray, "h w 3"], UInt8[np.ndarray, "h w"]]:
+    surface, base = _ground(random)
+    count = int(random.choice(MAX_CABLES + 1, p=[0.06, 0.24, 0.3, 0.25, 0.15]))
+    width = float(np.exp(random.uniform(*np.log(WIDTHS))))
+    common = _color_apart(random, base)
+    same = random.random() < 0.4
+    cables = []
+    for k in range(count):
+        axis = _axis(random)
+        s = np.arange(len(axis)) / (random.uniform(4.0, 12.0) * width)
+        height = 1.0 + k * random.uniform(0.0, 1.2) + 0.7 * np.sin(s + random.uniform(0.0, 6.28))
+        own = width * random.uniform(0.7, 1.4)
+        color = common if same else _color_apart(random, base)
+        stripes = _any_color(random) if random.random() < 0.12 else None
+        cables.append(Cable(axis, np.maximum(height, 0.0), own, color, stripes))
+    azimuth = random.uniform(0.0, 6.28)
+    toward = np.array([np.cos(azimuth), np.sin(azimuth), random.uniform(0.4, 3.0)])
+    x, y, z = (toward / np.linalg.norm(toward)).tolist()
+    lighting = Lighting(
+        (x, y, z),
+        ambient=random.uniform(0.1, 0.8),
+        gloss=random.choice([0.0, random.uniform(0.0, 200.0)]),
+        gloss_exponent=float(np.exp(random.uniform(np.log(6.0), np.log(150.0)))),
+        shadow=random.choice([0.0, random.uniform(0.05, 0.65)], p=[0.2, 0.8]),
+        shadow_blur=float(np.exp(random.uniform(np.log(0.05), np.log(1.2)))),
+    )
+    picture, labels = surface, np.zeros(surface.shape[:2], np.uint8)
+    if cables:
+        picture, labels = paint_cables(surface, cables, lighting)
+    gains = random.uniform(0.7, 1.25) * random.uniform(0.88, 1.12, 3)
+    picture = 255.0 * (np.clip(picture * gains, 0.0, 255.0) / 255.0) ** random.uniform(0.7, 1.4)
+    color = as_photograph(
+        picture.astype(np.float32),
+        random,
+        random.uniform(0.3, 1.6),
+        random.choice([0.0, random.uniform(0.0, 4.0)]),
+        random.uniform(0.0, 10.0),
+        int(random.integers(35, 98)),
+    )
+    return color, (labels > 0).view(np.uint8)
+
+
+def _ground(random: np.random.Generator) -> tuple[Float32[np.ndarray, "h w 3"], Color]:
+    """Ground, and the colour of most of it."""
+    base = _any_color(random)
+    kind = random.choice(["plain", "blotched", "wood", "cloth"], p=[0.4, 0.2, 0.2, 0.2])
+    if kind in ("plain", "blotched"):
+        surface = grounds.plain_ground(random, PICTURE_SIZE, base, random.uniform(0.0, 0.08))
+    else:
+        surface = (grounds.wood if kind == "wood" else grounds.cloth)(random, PICTURE_SIZE, base)
+    if kind == "blotched":
+        second = np.array(_any_color(random), np.float32)
+        share = 1.0 / (1.0 + np.exp(-random.uniform(0.5, 6.0) * _blotches(random)))
+        surface += share[..., None] * random.uniform(0.1, 1.0) * (second - surface)
+    if random.random() < CLUTTER_SHARE:
+        if random.random() < 0.8:
+            grounds.add_things(random, surface, int(random.integers(1, 9)))
+        if random.random() < 0.3:
+            _draw_joints(random, surface)
+        if random.random() < 0.3:
+            _cast_shadows(random, surface)
+    return surface, base
+
+
+def _blotches(random: np.random.Generator) -> Float64[np.ndarray, "h w"]:
+    """Smooth noise of standard deviation one."""
+    cells = random.integers(3, 24)
+    noise = random.standard_normal((int(cells), int(cells)))
+    smooth = cv2.resize(noise, PICTURE_SIZE, interpolation=cv2.INTER_CUBIC)
+    return smooth / max(float(smooth.std()), 1e-9)
+
+
+def _draw_joints(random: np.random.Generator, surface: Float32[np.ndarray, "h w 3"]) -> None:
+    """Draw straight lines as between tiles and boards, in place."""
+    ink = np.zeros(surface.shape[:2], np.float32)
+    angle, distance = random.uniform(0.0, np.pi), random.uniform(40.0, 200.0)
+    ahead, across = _turned(angle), _turned(angle + np.pi / 2.0)
+    for direction, other in ((ahead, across), (across, ahead))[: int(random.integers(1, 3))]:
+        for k in range(-12, 13):
+            middle = np.array(PICTURE_SIZE) / 2.0 + k * distance * other
+            ends = np.rint([middle - 900.0 * direction, middle + 900.0 * direction]).astype(int)
+            thickness = int(random.integers(1, 4))
+            cv2.line(ink, ends[0].tolist(), ends[1].tolist(), 1.0, thickness, cv2.LINE_AA)
+    color = np.array(_any_color(random), np.float32)
+    surface += random.uniform(0.2, 1.0) * ink[..., None] * (color - surface)
+
+
+def _cast_shadows(random: np.random.Generator, surface: Float32[np.ndarray, "h w 3"]) -> None:
+    """Darken bands of the ground, as things above the picture do, in place."""
+    for _ in range(int(random.integers(1, 4))):
+        shade = np.zeros(surface.shape[:2], np.float32)
+        points = np.rint(8.0 * _axis(random)).astype(np.int32)[:, None]
+        thickness = int(random.integers(6, 60))
+        cv2.polylines(shade, [points], False, 1.0, thickness, cv2.LINE_AA, 3)
+        shade = cv2.GaussianBlur(shade, (0, 0), random.uniform(0.15, 0.6) * thickness)
+        surface *= 1.0 - random.uniform(0.1, 0.5) * shade[..., None]
+
+
+def _turned(angle: float) -> Float64[np.ndarray, "2"]:
+    return np.array([np.cos(angle), np.sin(angle)])
+
+
+def _axis(random: np.random.Generator) -> Float64[np.ndarray, "k 2"]:
+    """Axis of random curvature that passes near the middle of the picture, a pixel a step."""
+    length = int(random.uniform(250.0, 1400.0))
+    smoothness = random.uniform(25.0, 160.0)
+    curvature = cv2.GaussianBlur(random.standard_normal((1, length)), (0, 0), smoothness)[0]
+    bend = random.uniform(0.0, 1.0) / random.uniform(25.0, 90.0)
+    curvature *= bend / max(float(np.std(curvature)), 1e-9)
+    heading = random.uniform(0.0, 6.28) + np.cumsum(curvature + random.normal(0.0, 0.002))
+    path = np.cumsum(np.stack([np.cos(heading), np.sin(heading)], axis=1), axis=0)
+    middle = random.uniform((0.1, 0.1), (0.9, 0.9)) * np.array(PICTURE_SIZE)
+    return path - path[int(random.integers(length))] + middle
+
+
+def _any_color(random: np.random.Generator) -> Color:
+    """Colour of any hue; grey, white and black more often than by chance."""
+    value = random.uniform(10.0, 255.0)
+    saturation = random.choice([random.uniform(0.0, 0.12), random.uniform(0.0, 1.0)])
+    hsv = np.array([[[random.integers(180), 255.0 * saturation, value]]]).astype(np.uint8)
+    red, green, blue = cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB)[0, 0].tolist()
+    return red, green, blue
+
+
+def _color_apart(random: np.random.Generator, ground: Color) -> Color:
+    """Colour that differs from the ground's."""
+    while True:
+        color = _any_color(random)
+        pair = cv2.cvtColor(np.array([[color, ground]], np.uint8), cv2.COLOR_RGB2LAB)[0]
+        if np.linalg.norm(pair[0].astype(float) - pair[1]) > MIN_CONTRAST:
+            return color

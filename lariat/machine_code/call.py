@@ -1,0 +1,95 @@
+"""Calls of compiled kernels, with arguments laid out in memory as Taichi passes them."""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Any
+
+import numpy as np
+
+NUMBERS: dict[str, Any] = {
+    "f64": ctypes.c_double,
+    "f32": ctypes.c_float,
+    "i32": ctypes.c_int32,
+    "u32": ctypes.c_uint32,
+}
+"""Types of numbers by Taichi's names."""
+
+
+class _Array:
+    """Type of an array argument."""
+
+    def __init__(self, code: str) -> None:
+        name, outer, inner = code.split(":")
+        self.dtype = np.dtype(f"{name[0]}{int(name[1:]) // 8}")
+        self.outer, self.ndim = int(outer), int(outer) + int(inner)
+        lengths = [(f"n{k}", ctypes.c_int32) for k in range(self.outer)]
+        fields = {"_fields_": (*lengths, ("address", ctypes.c_void_p))}
+        self.structure = type("ArrayArgument", (ctypes.Structure,), fields)
+
+    def pack(self, value: np.ndarray[Any, Any]) -> ctypes.Structure:
+        """Return an array's lengths and address.
+
+        Raises:
+            TypeError: It is another array than the kernel takes.
+        """
+        if value.dtype != self.dtype or value.ndim != self.ndim or not value.flags.c_contiguous:
+            raise TypeError(
+                f"expected a contiguous array of {self.dtype} with {self.ndim} dimensions, got "
+                f"{value.dtype} with shape {value.shape} and strides {value.strides}"
+            )
+        return self.structure(*value.shape[: self.outer], value.ctypes.data)
+
+
+class CompiledKernel:
+    """Function of a kernel's arguments."""
+
+    def __init__(self, function: Any, codes: str) -> None:
+        """Create a call.
+
+        Args:
+            function: Function of a library, which takes a context.
+            codes: Types of the arguments, comma-separated: of a number Taichi's name of it, e.g.
+                `f64`; of an array `f64:2:0`, its numbers, its dimensions, and those of its elements
+                (2 if they are matrices).
+        """
+        self._function = function
+        self._kinds = [_Array(c) if ":" in c else NUMBERS[c] for c in codes.split(",")]
+        types = [k.structure if isinstance(k, _Array) else k for k in self._kinds]
+        places = tuple((f"a{k}", kind) for k, kind in enumerate(types))
+        self._arguments: Any = type("Arguments", (ctypes.Structure,), {"_fields_": places})
+        # A serial kernel reads nothing else of its context.
+        context = (
+            ("arguments", ctypes.POINTER(self._arguments)),
+            ("runtime", ctypes.c_void_p),
+            ("thread", ctypes.c_int32),
+            ("results", ctypes.c_void_p),
+        )
+        self._context: Any = type("Context", (ctypes.Structure,), {"_fields_": context})
+        function.restype = None
+        function.argtypes = (ctypes.POINTER(self._context),)
+
+    def __call__(self, *arguments: np.ndarray[Any, Any] | float) -> None:
+        """Run the kernel.
+
+        Args:
+            arguments: The kernel's arguments.
+
+        Raises:
+            TypeError: An argument is another one than the kernel takes.
+        """
+        if len(arguments) != len(self._kinds):
+            raise TypeError(f"expected {len(self._kinds)} arguments, got {len(arguments)}")
+        self.launch(
+            self._arguments(
+                *(
+                    kind.pack(value) if isinstance(kind, _Array) else value
+                    for kind, value in zip(self._kinds, arguments, strict=True)
+                )
+            )
+        )
+
+    def launch(self, arguments: ctypes.Structure) -> None:
+        """Run the kernel on arguments that are laid out as Taichi passes them."""
+        pointer = ctypes.cast(ctypes.byref(arguments), ctypes.POINTER(self._arguments))
+        self._function(self._context(pointer))

@@ -1,0 +1,57 @@
+"""Launches by which a library of the kernel is compared with Taichi's kernel."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from lariat.geometry.obstacles import Obstacle, pack
+from lariat.machine_code.kernel_source import Trial
+from lariat.rod.initial_shapes import straight
+from lariat.rod.launch.buffers import BufferPool, kernel_arrays
+from lariat.rod.launch.codes import Derivatives
+from lariat.rod.launch.inputs import DerivativeRequest, pack_constants, prepare
+from lariat.rod.launch.layout import Section
+from lariat.rod.model import ImplicitRodModel
+from lariat.rod.properties import RodProperties
+from lariat.rod.rollout_spec import RolloutSpec
+
+RESULTS = (
+    Section.POSITIONS,
+    Section.ORIENTATIONS,
+    Section.SENSITIVITIES_OUT,
+    Section.ACTIONS_OUT,
+    Section.PARAMETERS_OUT,
+)
+"""Sections with the results of a launch."""
+
+
+def trials() -> list[Trial]:
+    """Return launches that together run every part of the kernel."""
+    properties = RodProperties(0.45, 0.008, 0.044, 1e6, internal_damping=0.01)
+    bar = Obstacle(
+        "capsule", (0.2, 0.0, 0.285), (0.7071, 0.7071, 0.0, 0.0), radius=0.01, height=1.0
+    )
+    scene = pack([bar, Obstacle("box", (0.3, 0.0, 0.2), size=(0.1, 0.1, 0.17))])
+    rng = np.random.default_rng(0)
+    actions = rng.uniform(-0.3, 0.3, (2, 3, 2, 6))
+    cost = rng.standard_normal((2, 3, 12, 3))
+    names = ("bending_stiffness", "length", "damping", "internal_damping")
+    found = []
+    for kinds, self_contact in (
+        (Derivatives.ADJOINT, False),
+        (Derivatives.SENSITIVITIES, False),
+        (Derivatives(0), True),
+    ):
+        model = ImplicitRodModel(properties, 12, scheme="sdirk2", self_contact=self_contact)
+        state = straight(model, (0.0, 0.0, 0.3), (1.0, 0.0, 0.3))
+        request = DerivativeRequest(
+            kinds, names if kinds else (), d_cost_d_positions=cost if kinds else None
+        )
+        states = [state, replace(state, velocities=state.velocities + 0.1)]
+        spec = RolloutSpec(states, actions, 0.02, obstacles=scene)
+        launch = prepare(model, pack_constants(model), BufferPool(), spec, request)
+        arguments = (*kernel_arrays(launch.integers, launch.doubles), launch.sizes.batch)
+        found.append(Trial(arguments, [launch.section(name) for name in RESULTS]))
+    return found

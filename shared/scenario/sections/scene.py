@@ -1,0 +1,136 @@
+"""Sections of shapes and obstacles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+
+from lariat.geometry import obstacles as geometry
+from lariat.geometry import poses
+from lariat.geometry.obstacle_motion import ObstacleMotion
+from shared.configuration import Bounds
+from shared.scenario.sections.quantities import Position, Quaternion, Vector
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Shape of the rope, given by two grips with the rope at rest between them, or by its nodes."""
+
+    line: tuple[Position, Position] | None = None
+    """Positions of the left and the right grip; the rope hangs at rest between them."""
+    nodes: str = ""
+    """CSV file in the scenario's folder: x, y, z [m] in each row, left end first."""
+    left_orientation: Quaternion | None = None
+    """Orientation of the left grip; by default it points along the rope."""
+    right_orientation: Quaternion | None = None
+    """Orientation of the right grip; by default it points along the rope."""
+    turns: Annotated[float, Bounds(-10.0, 10.0)] = 0.0
+    """Twist of the right end relative to the left one about the rope's axis, in whole turns."""
+
+    def __post_init__(self) -> None:
+        if (self.line is None) == (self.nodes == ""):
+            raise ValueError("give either line = [[x, y, z], [x, y, z]] or nodes = 'FILE.csv'")
+
+
+@dataclass(frozen=True)
+class Waypoint:
+    """Place of a moving obstacle at a time of a run."""
+
+    time: Annotated[float, Bounds(0.001, 3600.0, "s")]
+    """Time since the start of the run."""
+    position: Position
+    """Position of the obstacle at that time."""
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """Obstacle that the rope must not touch, or a support that it may lean on."""
+
+    shape: Literal["cylinder", "box", "sphere", "capsule", "half_space"]
+    """Shape of the obstacle; cylinder and capsule have their axis along z."""
+    position: Position
+    """Centre; of a half space, a point on its surface."""
+    orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
+    """Orientation in the world."""
+    radius: Annotated[float, Bounds(1e-4, 10.0, "m")] | None = None
+    """Radius of a cylinder, capsule or sphere."""
+    height: Annotated[float, Bounds(1e-4, 10.0, "m")] | None = None
+    """Height of a cylinder; of a capsule, the distance between the centres of its caps."""
+    size: Annotated[Vector, Bounds(1e-4, 20.0, "m")] | None = None
+    """Edge lengths of a box along x, y, z."""
+    normal: Vector = (0.0, 0.0, 1.0)
+    """Outward normal of a half space."""
+    support: bool = False
+    """Whether the rope may lean on it."""
+    name: str = ""
+    """Name, unique in the scene; by default shape and index."""
+    path: tuple[Waypoint, ...] = ()
+    """Waypoints to which it moves from `position` in every run, along straight lines and at a
+    constant speed on each; empty: it stands still."""
+    marker: Annotated[int, Bounds(0, 49)] | None = None
+    """Id of the ArUco marker (4x4_50) on its upper face, if it has one."""
+    marker_size: Annotated[float, Bounds(0.005, 1.0, "m")] = 0.04
+    """Edge length of the marker's black square."""
+    stands_at: Position | None = None
+    """True position in simulation, found by the marker only; by default `position`."""
+    stands_turned: Annotated[float, Bounds(-180.0, 180.0, "deg")] = 0.0
+    """True rotation about the world's z in simulation, relative to `orientation`."""
+
+    def __post_init__(self) -> None:
+        if self.marker is None and (self.stands_at is not None or self.stands_turned != 0.0):
+            raise ValueError("stands_at and stands_turned need a marker by which they are found")
+        needed = {
+            "cylinder": ("radius", "height"),
+            "capsule": ("radius", "height"),
+            "sphere": ("radius",),
+            "box": ("size",),
+            "half_space": (),
+        }[self.shape]
+        for key in needed:
+            if getattr(self, key) is None:
+                raise ValueError(f"a {self.shape} needs {key}")
+        for key in {"radius", "height", "size"} - set(needed):
+            if getattr(self, key) is not None:
+                raise ValueError(f"a {self.shape} has no {key}; remove it")
+        if np.linalg.norm(self.normal) < 1e-9 or np.linalg.norm(self.orientation) < 1e-9:
+            raise ValueError("normal and orientation must not be zero")
+        if self.path:
+            if self.support or self.marker is not None or self.shape == "half_space":
+                raise ValueError("a support, a half space or a marked obstacle has no path")
+            self.motion(self.name)
+
+    def motion(self, name: str, start: float = 0.0) -> ObstacleMotion:
+        """Return the motion along `path`.
+
+        Args:
+            name: Name of the obstacle's body.
+            start: Start of the run [s].
+
+        Raises:
+            ValueError: Times do not increase, or the obstacle moves too fast.
+        """
+        return ObstacleMotion(
+            name,
+            (start, *(start + waypoint.time for waypoint in self.path)),
+            (self.position, *(waypoint.position for waypoint in self.path)),
+        )
+
+    def body(self, index: int) -> geometry.Obstacle:
+        """Return the obstacle as a geometric body.
+
+        Args:
+            index: Index in the file, for the name of an obstacle without one.
+        """
+        return geometry.Obstacle(
+            shape=self.shape,
+            position=self.position,
+            orientation=tuple(poses.normalized(np.array(self.orientation)).tolist()),
+            radius=self.radius or 0.0,
+            height=self.height or 0.0,
+            size=self.size or (0.0, 0.0, 0.0),
+            normal=self.normal,
+            support=self.support,
+            name=self.name or f"{self.shape}-{index}",
+        )

@@ -94,7 +94,8 @@ def add_comparison_chart(
 ) -> viser.GuiUplotHandle:
     """Add a chart of several runs.
 
-    Other runs need another chart: viser keeps the part of the time axis that was seen before.
+    Other runs need another chart, which has its curves from its first drawing: viser keeps the part
+    of the time axis that was seen before, be it nothing.
 
     Args:
         gui: The page's GUI.
@@ -102,9 +103,7 @@ def add_comparison_chart(
         names: Names of the runs.
         curves: Curve of each run.
     """
-    chart = _plot(gui, title, comparison_series(names), with_legend=True)
-    chart.data = overlay(curves)
-    return chart
+    return _plot(gui, title, comparison_series(names), overlay(curves), with_legend=True)
 
 
 def add_estimate_chart(gui: viser.GuiApi, title: str, color: Color) -> viser.GuiUplotHandle:
@@ -213,7 +212,11 @@ def with_marks(columns: tuple[np.ndarray, ...], times: Sequence[float]) -> tuple
 
 
 def _plot(
-    gui: viser.GuiApi, title: str, series: tuple[uplot.Series, ...], with_legend: bool = False
+    gui: viser.GuiApi,
+    title: str,
+    series: tuple[uplot.Series, ...],
+    data: tuple[np.ndarray, ...] = (),
+    with_legend: bool = False,
 ) -> viser.GuiUplotHandle:
     # Without colours of its own, an axis has those of the window's theme.
     axis: uplot.Axis = {
@@ -222,7 +225,7 @@ def _plot(
         "font": TEXT_FONT,
     }
     return gui.add_uplot(
-        data=tuple(np.zeros(0) for _ in series),
+        data=data or tuple(np.zeros(0) for _ in series),
         series=series,
         title=title,
         scales={"x": {"time": False, "auto": True}, "y": {"auto": True}},

@@ -218,6 +218,8 @@ def _plot(
     data: tuple[np.ndarray, ...] = (),
     with_legend: bool = False,
 ) -> viser.GuiUplotHandle:
+    # A chart whose first data were empty would keep a time axis from NaN to NaN.
+    times, nothing = overlay(())
     # Without colours of its own, an axis has those of the window's theme.
     axis: uplot.Axis = {
         "grid": {"width": 1},
@@ -225,7 +227,7 @@ def _plot(
         "font": TEXT_FONT,
     }
     return gui.add_uplot(
-        data=data or tuple(np.zeros(0) for _ in series),
+        data=data or (times, *[nothing] * (len(series) - 1)),
         series=series,
         title=title,
         scales={"x": {"time": False, "auto": True}, "y": {"auto": True}},

@@ -21,6 +21,7 @@ from shared.bus import BusOptions
 from shared.configuration import ConfigurationError
 from shared.scenario import Side, find, load
 from shared.scenario.plausibility import doubts
+from shared.temporary_folder import TemporaryFolder
 from stack import dependencies, services
 from stack.cell_switch.campaign.campaigns import Campaigns
 from stack.cell_switch.campaign.trial_process import TrialOptions
@@ -102,7 +103,7 @@ def main(
         else:
             print("the stack is up  (Ctrl-C stops all)", flush=True)
         if dashboard and browser:
-            _open_browser(address, Path(folder))
+            _open_browser(address, folder)
 
     def programs(path: Path) -> list[Program]:
         started = load(path)
@@ -116,12 +117,13 @@ def main(
 
     with (
         local_secret(port) as settings,
-        tempfile.TemporaryDirectory(prefix="lariat-") as folder,
+        TemporaryFolder("lariat-up-") as temporary,
     ):
+        folder = temporary.path
         bus_arguments = ("--namespace", namespace, "--connect", endpoint)
         bus_arguments += ("--settings", str(settings))
         # Command lines are public, so a file hands over the token; a restart takes it again.
-        token = Path(folder, "token")
+        token = folder / "token"
         address = f"http://127.0.0.1:{dashboard_port}/?token={load_token(token)}"
         page = ["--port", str(dashboard_port), "--token-file", str(token)]
         if dashboard_address:
@@ -129,8 +131,8 @@ def main(
         if dashboard_password_file:
             page += ["--password-file", str(dashboard_password_file.resolve())]
         library = ScenarioLibrary(saved_scenarios, scenario)
-        campaigns = Campaigns(CAMPAIGN_FOLDER, Path(folder, "campaign"), _trial_command)
-        switch = CellSwitch(library, scenario, Path(folder, "started"), _check_command, campaigns)
+        campaigns = Campaigns(CAMPAIGN_FOLDER, folder / "campaign", _trial_command)
+        switch = CellSwitch(library, scenario, folder / "started", _check_command, campaigns)
         options = BusOptions(namespace, connect=(), listen=(endpoint,), settings=settings)
         with buses.open(options, "lariat") as bus:
             launcher = Launcher(programs(scenario), bus, console, switch, programs)

@@ -9,7 +9,6 @@ from __future__ import annotations
 import asyncio
 import dataclasses
 import io
-import tempfile
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
@@ -20,6 +19,8 @@ import viser
 import websockets.asyncio.server as websocket_server
 from viser.infra import _infra
 from viser.infra._async_message_buffer import AsyncMessageBuffer
+
+from shared.temporary_folder import TemporaryFolder
 
 _patch = threading.Lock()
 
@@ -62,8 +63,8 @@ class PrivateViser:
         """
         # Also the buffers of pages that connect later.
         _infra.AsyncMessageBuffer = MessageBuffer  # pyright: ignore[reportPrivateImportUsage]
-        self._folder = tempfile.TemporaryDirectory(prefix="lariat-page-")
-        self.path = Path(self._folder.name, "viser")
+        self._folder = TemporaryFolder("lariat-page-")
+        self.path = self._folder.path / "viser"
         """The socket."""
         # viser prints a banner even when not verbose; standard output is reserved for answers.
         with redirect_stdout(io.StringIO()), _unix_sockets(self.path):
@@ -76,7 +77,7 @@ class PrivateViser:
         """Stop the server and its threads."""
         with redirect_stdout(io.StringIO()):
             self.server.stop()
-        self._folder.cleanup()
+        self._folder.remove()
 
 
 @contextmanager

@@ -5,9 +5,9 @@ Every message carries its protobuf type in the encoding; its sequence number, it
 version of the message set and the time of sending in the attachment. Messages of a newer version
 are refused.
 
-Unread messages wait in bounded ring buffers, and a publisher never waits for a reader. A message
-that a slow reader loses is missing from the sequence numbers, and counted. A message larger than
-its topic allows is dropped where it arrives.
+Unread messages wait in bounded ring buffers, and a publisher never waits for a reader, except for
+up to 50 ms when one stops reading images. A message that a slow reader loses is missing from the
+sequence numbers, and counted. A message larger than its topic allows is dropped where it arrives.
 """
 
 from __future__ import annotations

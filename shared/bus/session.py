@@ -8,6 +8,7 @@ from contextlib import contextmanager
 import zenoh
 
 from shared.bus.configuration import zenoh_configuration
+from shared.bus.lingering import close_at_once
 from shared.bus.options import BusError, BusOptions, Unreachable
 from shared.bus.publisher import Publisher
 from shared.bus.subscription import RawSubscription, Subscription
@@ -42,6 +43,7 @@ def open(
         raise _bus_error(options, str(error)) from None
     # An open session with subscribers keeps the interpreter from exiting.
     try:
+        close_at_once(session)
         yield Bus(session, publisher, clock or SystemClock())
     finally:
         session.close()

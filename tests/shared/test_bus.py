@@ -17,6 +17,7 @@ from shared import bus as buses
 from shared import topics
 from shared.bus import BusError, BusOptions
 from shared.messages import Health, NodeChain, TaskRequest
+from shared.topics import RawImage
 from shared.version import MESSAGE_VERSION
 from tests.shared.cell import Cell, free_port, until
 
@@ -138,6 +139,30 @@ def test_a_frozen_process_delays_no_writer_and_is_no_longer_alive(
             time.sleep(0.001)
         assert slowest < 0.05
         until(lambda: writer.alive() == set(), seconds=4.0)
+    finally:
+        process.kill()
+        process.wait()
+
+
+def test_a_connection_to_a_frozen_process_closes_at_once(cell: Cell) -> None:
+    """Where closing waits for the data to be read, all other connections wait as well."""
+    code = (
+        "import sys, time\n"
+        "from shared import bus, topics\n"
+        "with bus.open(bus.BusOptions(sys.argv[1], (sys.argv[2],)), 'frozen') as b:\n"
+        "    s = b.subscribe(topics.CAMERA_DEPTH)\n"
+        "    time.sleep(30)\n"
+    )
+    process = subprocess.Popen([sys.executable, "-c", code, cell.namespace, cell.hub])
+    try:
+        with buses.open(BusOptions(cell.namespace, (cell.hub,)), "writer") as writer:
+            publisher = writer.publisher(topics.CAMERA_DEPTH.at("overhead"))
+            until(lambda: publisher.has_subscribers)
+            process.send_signal(19)  # SIGSTOP
+            for _ in range(50):
+                publisher.put(RawImage(data=bytes(614_400)))
+            begin = time.monotonic()
+        assert time.monotonic() - begin < 2.0
     finally:
         process.kill()
         process.wait()

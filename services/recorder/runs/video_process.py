@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -16,6 +15,7 @@ from services.recorder.runs.run_folder import RunRefused
 from shared import topics
 from shared.messages import RunSummary, RunVideo
 from shared.service import SECOND, Publication
+from shared.temporary_folder import TemporaryFolder
 
 ROOT = Path(__file__).parents[3]
 """Folder of the clone, whose modules come before others of their names."""
@@ -37,7 +37,7 @@ class _Making:
 
     run: str
     """Id of its run."""
-    folder: tempfile.TemporaryDirectory[str]
+    folder: TemporaryFolder
     """Folder of the video and of what the process complains about."""
     process: subprocess.Popen[bytes]
     """Process that makes it."""
@@ -83,10 +83,10 @@ class VideoProcess:
             )
         if find_spec("cv2") is None:
             raise RunRefused(f"this recorder has no OpenCV; `{command}` makes it elsewhere")
-        folder = tempfile.TemporaryDirectory(prefix="lariat-video-")
+        folder = TemporaryFolder("lariat-video-")
         program = [sys.executable, "-P", "-m", "shared.film", *map(str, files)]
-        program += ["--output", str(Path(folder.name, NAME)), *self._settings]
-        with Path(folder.name, ERRORS).open("wb") as errors:
+        program += ["--output", str(folder.path / NAME), *self._settings]
+        with (folder.path / ERRORS).open("wb") as errors:
             process = subprocess.Popen(
                 program,
                 env={**os.environ, "PYTHONPATH": str(ROOT)},
@@ -137,11 +137,11 @@ def _end(making: _Making, now: int) -> RunVideo:
     code = making.process.wait()
     making.output.close()
     with making.folder:
-        file = Path(making.folder.name, NAME)
+        file = making.folder.path / NAME
         if code < 0:
             message.failure = "it was canceled"
         elif code:
-            errors = Path(making.folder.name, ERRORS).read_text(errors="replace")
+            errors = (making.folder.path / ERRORS).read_text(errors="replace")
             last = [line.strip() for line in errors.splitlines() if line.strip()][-1:]
             message.failure = (last or [f"exit code {code}"])[0][:MAX_FAILURE_LENGTH]
         elif (size := file.stat().st_size) > MAX_SIZE:

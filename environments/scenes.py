@@ -15,7 +15,7 @@ from typing import Literal, get_args
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry import poses
+from lariat.geometry import polylines, poses
 from lariat.geometry.grippers import gripper_points
 from lariat.geometry.obstacles import chain_clearance, signed_distance
 from lariat.geometry.poses import Pose
@@ -36,6 +36,7 @@ Kind = Literal[
     "moving",
     "crossing",
     "new-goal",
+    "part",
     "blocked",
 ]
 KINDS: tuple[Kind, ...] = get_args(Kind)
@@ -48,6 +49,8 @@ MAX_SHAPE_SAMPLES = 400
 """Number of shapes sampled among given obstacles before the obstacles are sampled anew."""
 MAX_SCENE_SAMPLES = 20
 """Number of times that the obstacles are sampled anew."""
+PART_SAMPLES = 2000
+"""Points of a shape from which a part is taken [-]."""
 Corner = tuple[float, float, float]
 """Corner of a box [m]."""
 
@@ -333,6 +336,23 @@ def _new_goal(sampler: _SceneSampler) -> Scenario:
     return sampler.scenario(sampler.base.start, first, event=event)
 
 
+def _part(sampler: _SceneSampler) -> Scenario:
+    """The goal is a third to two thirds of a shape, of a rope whose ends rotate in half of them."""
+    random = sampler.random
+    if random.random() < 0.5:
+        sampler, held, goal = _turning(sampler)
+        start = sampler.by_grips(held)
+    else:
+        start, goal = sampler.base.start, sampler.shape(*BOX_BEHIND)
+    length = sampler.base.rope.length
+    size = float(random.uniform(0.33, 0.67)) * length
+    begin = float(random.uniform(0.0, 1.0)) * (length - size)
+    dense = polylines.resample_smooth(goal.nodes, PART_SAMPLES)
+    nodes = dense[polylines.within(dense, begin, begin + size)]
+    scenario = sampler.scenario(start, replace(goal, nodes=nodes))
+    return replace(scenario, goal=replace(scenario.goal, part=(begin, begin + size)))
+
+
 def _blocked(sampler: _SceneSampler) -> Scenario:
     """A wall without a window between start and goal."""
     wall = Obstacle("box", (0.0, 0.0, 0.65), size=(1.8, 0.02, 1.3), name="wall")
@@ -354,6 +374,7 @@ _SAMPLERS: dict[Kind, Callable[[_SceneSampler], Scenario]] = {
     "moving": _moving,
     "crossing": _crossing,
     "new-goal": _new_goal,
+    "part": _part,
     "blocked": _blocked,
 }
 """Samplers by kind of scene."""

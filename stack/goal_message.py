@@ -14,14 +14,17 @@ def goal_message(scenario: Scenario, shape: Shape, client: Client) -> Goal:
 
     Args:
         scenario: The cell.
-        shape: A shape given by its nodes or by its grips alone.
+        shape: A shape given by its nodes, by its grips alone, or by the nodes of a part.
         client: Connection to the live stack.
 
     Raises:
-        RequestFailed: The controller does not answer, or no rope reaches between the grips.
+        RequestFailed: The controller does not answer, no rope reaches between the grips, or a part
+            of the rope does not take its shape.
     """
     left, right = scenario.grips(shape)
     nodes = scenario.nodes(shape)
+    if shape.part is not None:
+        return _part_message(scenario, shape)
     if nodes is None:
         goal = _rest_shape(GoalDraft(left=grip(left), right=grip(right)), client)
     else:
@@ -30,6 +33,23 @@ def goal_message(scenario: Scenario, shape: Shape, client: Client) -> Goal:
     goal.right_oriented = shape.right_orientation is not None
     goal.turns = shape.turns
     return goal
+
+
+def _part_message(scenario: Scenario, shape: Shape) -> Goal:
+    """Goal of a part of the rope, fitted here: the controller's steps cannot wait for it."""
+    # Imported late: the rod starts a compiler, which other goals do not need.
+    from lariat.rod import Rod
+    from services.controller import messages
+    from services.controller.run.goals import GoalFactory
+    from services.controller.run.task import RequestRefused
+    from shared.scenario.rod_properties import rod_properties
+
+    rod = Rod(rod_properties(scenario.rope), scenario.rope.node_count)
+    goals = GoalFactory(scenario, rod, scenario.grips(scenario.start))
+    try:
+        return messages.goal_message(goals.from_shape(shape))
+    except RequestRefused as error:
+        raise RequestFailed(f"refused: {error}") from error
 
 
 def _rest_shape(draft: GoalDraft, client: Client) -> Goal:

@@ -78,6 +78,8 @@ def _at_rest(scenario: Scenario, key: str, shape: Shape) -> Float64[np.ndarray, 
     # An end that does not rotate keeps the orientation of the start.
     left, right = goals.feasible_grips(*scenario.grips(shape))
     try:
+        if shape.part is not None:
+            return goals.from_shape(shape).nodes
         return rod.rest(left, right).state.positions
     except ValueError as error:
         raise ConfigurationError(f"{key}: {error}") from error

@@ -18,7 +18,15 @@ from dashboard.editors.pull_handle import ARRIVED, PullHandle
 from dashboard.outbox import Notification, Outbox
 from dashboard.scene.scene_view import SceneView
 from lariat.geometry.poses import Pose
-from shared.messages import Goal, GoalPreview, TaskRequest, TaskState, chain, grip_pose
+from shared.messages import (
+    Goal,
+    GoalPreview,
+    TaskRequest,
+    TaskState,
+    chain,
+    counted_nodes,
+    grip_pose,
+)
 from shared.scenario import SIDES, Scenario, Side
 from shared.service import SECOND
 
@@ -301,7 +309,7 @@ class GoalEditor:
 
     def _take_goal(self, goal: Goal, revision: int) -> None:
         self._goal_revision = revision
-        self._view.show_goal(chain(goal.positions))
+        self._view.show_goal(chain(goal.positions)[counted_nodes(goal)])
         if not self._editing and len(goal.left.position) == len(goal.right.position) == 3:
             self._grips = {"left": grip_pose(goal.left), "right": grip_pose(goal.right)}
             self._turns = goal.turns

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Bool, Float64
 
 ARC_LENGTH_SAMPLES = 8
 """Samples of every edge by which the arc length of a smooth curve is measured [-]."""
@@ -18,6 +18,13 @@ def arc_lengths(nodes: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "n"]:
 def length(nodes: Float64[np.ndarray, "n 3"]) -> float:
     """Return the length of a chain [m]."""
     return float(arc_lengths(nodes)[-1])
+
+
+def within(nodes: Float64[np.ndarray, "n 3"], begin: float, end: float) -> Bool[np.ndarray, "n"]:
+    """Return which nodes of a chain lie between two distances along it [m], ends included."""
+    s = arc_lengths(nodes)
+    margin = 1e-6 * s[-1]
+    return (s >= begin - margin) & (s <= end + margin)
 
 
 def resample(nodes: Float64[np.ndarray, "n 3"], count: int) -> Float64[np.ndarray, "m 3"]:

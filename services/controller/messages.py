@@ -102,6 +102,7 @@ def goal_message(goal: Goal) -> messages.Goal:
         left_oriented=goal.left_oriented,
         right_oriented=goal.right_oriented,
         turns=goal.turns,
+        part=goal.part,
     )
 
 
@@ -111,7 +112,10 @@ def goal_request(message: messages.Goal) -> GoalRequest:
     grips = None
     if nodes is None or (message.left.position and message.right.position):
         grips = messages.grip_pose(message.left), messages.grip_pose(message.right)
-    return GoalRequest(nodes, grips, message.left_oriented, message.right_oriented, message.turns)
+    part = (message.part[0], message.part[1]) if message.part else None
+    return GoalRequest(
+        nodes, grips, message.left_oriented, message.right_oriented, message.turns, part=part
+    )
 
 
 def task_request(message: TaskRequest) -> Request:

@@ -66,15 +66,6 @@ def check(scenario: Scenario) -> None:
         )
 
 
-def free_components(scenario: Scenario) -> Bool[np.ndarray, "2 6"]:
-    """Components of each grip's velocity that a scenario's ends can move."""
-    moves = np.zeros((2, 6), dtype=bool)
-    for row, side in zip(moves, SIDES, strict=True):
-        row[:3] = scenario.end(side).driver != "fixed"
-        row[3:] = scenario.end(side).rotates
-    return moves
-
-
 def prediction_rod(scenario: Scenario, rod: Rod) -> Rod | XpbdRod:
     """Rod that a scenario's controller predicts with.
 

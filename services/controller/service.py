@@ -40,7 +40,6 @@ from services.controller.model_factory import (
     adaptation,
     check,
     expected_lag,
-    free_components,
     prediction_rod,
     receding_horizon_controller,
     state_estimator,
@@ -58,7 +57,7 @@ from services.controller.run.slip_detector import SlipDetector
 from services.controller.run.snag_detector import SnagDetector
 from services.controller.run.state_machine import RunState
 from services.controller.run.supervisor import RunSupervisor
-from services.controller.run.task import Task
+from services.controller.run.task import RequestRefused, Task
 from services.controller.status import StatusPublisher
 from shared import topics
 from shared.configuration import ConfigurationError
@@ -122,7 +121,7 @@ class ControllerService:
             resettable=not any(scenario.end(side).address for side in SIDES),
         )
         self._model = prediction_rod(scenario, rod)
-        self._moves = free_components(scenario)
+        self._moves = scenario.moves
         self.estimator = state_estimator(
             scenario.control, self._model, MotionState.at_rest(*start), 0
         )
@@ -172,11 +171,13 @@ class ControllerService:
         """Compile all kernels by controlling a rope at its goal.
 
         Raises:
-            ConfigurationError: A controller or estimator from outside fails at once.
+            ConfigurationError: A controller or estimator from outside fails at once, or a part of
+                the rope does not take the shape of a later goal.
         """
         try:
+            self._goals.prepare()
             self._control_at_rest()
-        except ExtensionFault as fault:
+        except (ExtensionFault, RequestRefused) as fault:
             raise ConfigurationError(str(fault)) from fault
 
     def _control_at_rest(self) -> None:
@@ -296,7 +297,8 @@ class ControllerService:
                 apply_material(estimator, self.adaptation, change, moving=moving)
         # The run is judged by the estimate, because noise would add to every distance.
         estimate = estimator.model_nodes_at(rope.stamp) + estimator.offset
-        self.progress.observe(rope.stamp, estimate, self.task.goal.nodes, self.scene.obstacles)
+        goal = self.task.goal
+        self.progress.observe(rope.stamp, estimate, goal.nodes, self.scene.obstacles, goal.counted)
         self._detect_slip(seen)
         self._detect_snag(rope)
 

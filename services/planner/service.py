@@ -104,10 +104,7 @@ class PlannerService:
         """Rods with one identified property off by its standard deviation each."""
         self._held = held_ends(RodParameters())
         """Poses of the rope's ends in the frames of the grips. Paths are planned for the ends."""
-        self._moves = np.zeros((2, 6), dtype=bool)
-        for row, side in zip(self._moves, SIDES, strict=True):
-            row[:3] = scenario.end(side).driver != "fixed"
-            row[3:] = scenario.end(side).rotates
+        self._moves = scenario.moves
         own = extension("control.path_planner", scenario.control.path_planner, PATH_PLANNERS)
         self._find = (
             whole_path.plan if own is None else ExtensionPlanner(own, scenario, self._moves).plan

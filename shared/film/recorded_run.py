@@ -16,7 +16,7 @@ from lariat.geometry.obstacle_motion import obstacles_at
 from lariat.geometry.obstacles import Obstacle
 from shared import topics
 from shared.film.arm_bodies import arm_bodies
-from shared.messages import IDLE, chain, obstacle_motions, scene_obstacles, stamp_of
+from shared.messages import IDLE, chain, counted_nodes, obstacle_motions, scene_obstacles, stamp_of
 from shared.recording import Recording
 from shared.scenario import SIDES, Scenario, Side
 from shared.service import SECOND
@@ -122,7 +122,7 @@ class RecordedRun:
             np.array(ways).reshape(2, -1, 3) if ways else np.zeros((2, 0, 3)),
             tuple(o for o in obstacles if o.shape != "half_space"),
             self._arm_bodies(grips, now),
-            float(np.linalg.norm(distance, axis=1).mean()),
+            float(np.linalg.norm(distance, axis=1)[counted_nodes(task.goal)].mean()),
             self._others(now),
             self._view(now),
         )

@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 from google.protobuf.message import Message
 from google.protobuf.timestamp_pb2 import Timestamp
-from jaxtyping import Float64
+from jaxtyping import Bool, Float64
 
-from lariat.geometry import obstacle_motion
+from lariat.geometry import obstacle_motion, polylines
 from lariat.geometry import obstacles as geometry
 from lariat.geometry.poses import Pose
 from lariat.trajectory import NANOSECONDS
@@ -153,6 +153,7 @@ __all__ = [
     "XpbdParameters",
     "arm_pose",
     "chain",
+    "counted_nodes",
     "from_timestamp",
     "grip",
     "grip_pose",
@@ -169,6 +170,12 @@ __all__ = [
 def chain(flat: object) -> Float64[np.ndarray, "n 3"]:
     """Return the points of a flat message field [m]."""
     return np.asarray(flat, dtype=np.float64).reshape(-1, 3)
+
+
+def counted_nodes(goal: Goal) -> Bool[np.ndarray, "n"]:
+    """Return which nodes of a goal count: all, or those of its part."""
+    nodes = chain(goal.positions)
+    return polylines.within(nodes, *goal.part) if goal.part else np.ones(len(nodes), dtype=bool)
 
 
 def grip(pose: Pose) -> Grip:

@@ -280,6 +280,10 @@ def check_goal(goal: messages.Goal) -> None:
     _count_nodes("goal.positions", goal.positions)
     _check_places("goal.positions", goal.positions)
     _check_turns(goal.turns)
+    if goal.part:
+        _check_length("goal.part", goal.part, 2)
+        if not 0.0 <= goal.part[0] < goal.part[1] <= MAX_COORDINATE:
+            raise ValueError(f"goal.part = {list(goal.part)} m is no part of a rope")
     _check_grip("goal.left", goal.left)
     _check_grip("goal.right", goal.right)
 

@@ -16,6 +16,8 @@ MAX_SUPPORT_DEPTH = 0.002
 """Depth to which a shape may penetrate a support [m]."""
 MAX_LENGTH_ERROR = 0.03
 """Deviation of a shape's length from the rope's, as a fraction of it [-]."""
+MAX_PART = 0.9
+"""Largest part of the rope whose shape leaves the rest free, as a fraction of its length [-]."""
 MAX_FIXED_END_MOTION = 1e-3
 """Distance between start and goal of a fixed end [m]."""
 MAX_HELD_ASIDE = 0.01
@@ -41,6 +43,8 @@ def check(scenario: Scenario) -> None:
     for marker in markers:
         if markers.count(marker) > 1:
             raise ConfigurationError(f"two obstacles have marker {marker}; give each its own")
+    if scenario.start.part is not None:
+        raise ConfigurationError("start.part: the start is a shape of the whole rope")
     for key in ("start", "goal"):
         _check_shape(scenario, key, getattr(scenario, key))
     for index, shape in enumerate(scenario.next_goals):
@@ -84,6 +88,11 @@ def _check_shape(scenario: Scenario, key: str, shape: Shape) -> None:
             f"{length} m; scale the shape or correct rope.length"
         )
     points = np.array([left.position, right.position]) if nodes is None else nodes
+    part = scenario.part_nodes(shape)
+    if part is not None:
+        assert shape.part is not None
+        _check_part(scenario, key, shape.part, polylines.length(part))
+        points = part
     for body in scenario.bodies:
         depth = scenario.rope.diameter / 2.0 - float(np.min(geometry.signed_distance(points, body)))
         if depth > (MAX_SUPPORT_DEPTH if body.support else 0.0):
@@ -98,6 +107,22 @@ def _check_shape(scenario: Scenario, key: str, shape: Shape) -> None:
                 f"{key}: the {side} grip at {pose.position.round(4).tolist()} m is outside "
                 f"limits.workspace = {[list(c) for c in scenario.limits.workspace]}"
             )
+
+
+def _check_part(
+    scenario: Scenario, key: str, part: tuple[float, float], part_length: float
+) -> None:
+    length, wanted = scenario.rope.length, part[1] - part[0]
+    if part[1] > length or wanted > MAX_PART * length:
+        raise ConfigurationError(
+            f"{key}.part = {list(part)} m is more than {MAX_PART:g} of a rope of {length} m, or "
+            "beyond its end; without part, nodes describes the whole rope"
+        )
+    if abs(part_length - wanted) > MAX_LENGTH_ERROR * wanted:
+        raise ConfigurationError(
+            f"{key}.nodes is {part_length:.4f} m long, {key}.part {wanted:.4f} m; scale the shape "
+            "or correct the part"
+        )
 
 
 def _check_fixed(scenario: Scenario, side: Side) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Bool, Float64
 
 from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines, poses
@@ -18,6 +18,7 @@ from shared.configuration import Bounds, ConfigurationError
 from shared.scenario.cameras import CameraSetup, PlacedCamera, camera_setups
 from shared.scenario.distractors import Distractor
 from shared.scenario.sections import (
+    SIDES,
     Control,
     End,
     Ends,
@@ -136,6 +137,15 @@ class Scenario:
         """Cameras of the cell, at least one, in the order of the file."""
         return camera_setups(self.sensing, self.cameras)
 
+    @property
+    def moves(self) -> Bool[np.ndarray, "2 6"]:
+        """Components of each grip's velocity that the ends can move."""
+        moves = np.zeros((2, 6), dtype=bool)
+        for row, side in zip(moves, SIDES, strict=True):
+            row[:3] = self.end(side).driver != "fixed"
+            row[3:] = self.end(side).rotates
+        return moves
+
     def end(self, side: Side) -> End:
         """Return the arm at one end."""
         return getattr(self.ends, side)
@@ -144,24 +154,38 @@ class Scenario:
         """Return the nodes of a shape [m], resampled to the rope's number of nodes.
 
         Returns:
-            None for a shape that is given by its grips.
+            None for a shape that is given by its grips, or by a part of the rope.
 
         Raises:
             ConfigurationError: The CSV file is missing or invalid.
         """
-        if not shape.nodes:
+        if not shape.nodes or shape.part is not None:
             return None
         return polylines.resample_smooth(_chain(self.folder, shape.nodes), self.rope.node_count)
+
+    def part_nodes(self, shape: Shape) -> Float64[np.ndarray, "m 3"] | None:
+        """Return the nodes of a shape of a part of the rope, as its file has them [m].
+
+        Returns:
+            None for a shape of the whole rope.
+
+        Raises:
+            ConfigurationError: The CSV file is missing or invalid.
+        """
+        return None if shape.part is None else _chain(self.folder, shape.nodes)
 
     def grips(self, shape: Shape) -> tuple[Pose, Pose]:
         """Return the left and the right grip pose of a shape, z along the rope from left to right.
 
         A default orientation points along the rope: `LEVEL_GRIP` with the least rotation that
-        turns its z to the rope's direction.
+        turns its z to the rope's direction. The shape of a part of the rope does not tell the
+        grips: those of the start stand in their place.
 
         Raises:
             ConfigurationError: The CSV file is missing or invalid.
         """
+        if shape.part is not None:
+            return self.grips(self.start)
         if not shape.nodes:
             left, right = np.array(shape.line)
             first = last = poses.normalized(right - left)

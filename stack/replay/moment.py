@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from lariat.geometry import polylines
 from lariat.geometry.obstacle_motion import obstacles_at
 from lariat.trajectory import NANOSECONDS
 from shared import topics
@@ -19,6 +20,7 @@ from shared.messages import (
     SceneMotion,
     arm_pose,
     chain,
+    counted_nodes,
     grip_pose,
     obstacle_motions,
     scene_obstacles,
@@ -67,9 +69,12 @@ def scenario_at(recording: Recording, folder: Path, seconds: float) -> Scenario:
             f"--from {seconds:g}: rope, arms or task were not known yet; choose a later moment"
         )
     np.savetxt(folder / START_FILE, chain(rope.positions), delimiter=",", fmt="%.6f")
-    np.savetxt(folder / GOAL_FILE, chain(task.goal.positions), delimiter=",", fmt="%.6f")
+    wanted, counted = chain(task.goal.positions), counted_nodes(task.goal)
+    np.savetxt(folder / GOAL_FILE, wanted[counted], delimiter=",", fmt="%.6f")
     start: dict[str, Any] = {"nodes": START_FILE, "turns": float(round(task.turns))}
     goal: dict[str, Any] = {"nodes": GOAL_FILE, "turns": float(task.goal.turns)}
+    if task.goal.part:
+        goal["part"] = numbers(polylines.arc_lengths(wanted)[counted][[0, -1]])
     for side in SIDES:
         start[f"{side}_orientation"] = numbers(arm_pose(arms, side).orientation)
         pose = grip_pose(task.goal.left if side == "left" else task.goal.right)

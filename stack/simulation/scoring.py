@@ -14,7 +14,7 @@ from lariat.trajectory import NANOSECONDS
 from services.sim.distractors import MovingTubes
 from services.sim.marked_obstacles import MarkedObstacles
 from shared import topics
-from shared.messages import IDLE, chain, obstacle_motions, scene_obstacles
+from shared.messages import IDLE, chain, counted_nodes, obstacle_motions, scene_obstacles
 from shared.messages.parameters import named_parameters
 from shared.scenario import Scenario
 from shared.service import SECOND
@@ -74,6 +74,7 @@ class Scorer:
         self._distractors = MovingTubes(self.scenario.distractors)
         self._radius = self.scenario.plant_rope.diameter / 2.0
         self._goal: Float64[np.ndarray, "n 3"] | None = None
+        self._counted = np.zeros(0, dtype=bool)
         self._nodes: Float64[np.ndarray, "n 3"] | None = None
         self._first_replans = 0
 
@@ -124,6 +125,7 @@ class Scorer:
     def _take_task(self, task) -> None:
         if task.goal.positions:
             self._goal = chain(task.goal.positions)
+            self._counted = counted_nodes(task.goal)
         if not self.started:
             self._first_replans = task.replan_count
             if task.state != IDLE:
@@ -138,7 +140,7 @@ class Scorer:
             resampled = nodes
             if len(nodes) != len(self._goal):
                 resampled = polylines.resample_smooth(nodes, len(self._goal))
-            distances = np.linalg.norm(resampled - self._goal, axis=1)
+            distances = np.linalg.norm(resampled - self._goal, axis=1)[self._counted]
             self.errors.append((stamp, float(np.mean(distances)), float(np.max(distances))))
         deviation = abs(polylines.length(nodes) - self.scenario.plant_rope.length)
         self.length_error = max(self.length_error, deviation)
@@ -187,7 +189,8 @@ class Scorer:
         if self._goal is None or self._nodes is None:
             return np.inf
         curve = polylines.resample_smooth(self._nodes, CURVE_POINTS)
-        return float(np.mean(np.min(polylines.point_distances(self._goal, curve), axis=1)))
+        wanted = self._goal[self._counted]
+        return float(np.mean(np.min(polylines.point_distances(wanted, curve), axis=1)))
 
     @property
     def reached_after(self) -> float | None:

@@ -28,6 +28,8 @@ def goal_settings(goal: Goal, scenario: Scenario) -> list[str]:
     grips = (goal.left, goal.right)
     if any(len(g.position) != 3 or len(g.orientation) != 4 for g in grips):
         return []
+    if goal.part and list(goal.part) == list(scenario.goal.part or ()):
+        return []
     ends = [scenario.end(side) for side in SIDES]
     # What an end cannot move is the start's in every goal.
     is_own = all(

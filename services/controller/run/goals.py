@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float64
@@ -13,12 +13,15 @@ from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, add_turns
+from services.controller.run.part_fit import fit_part, part_points
 from services.controller.run.sculptor import Sculptor
 from services.controller.run.task import Goal, RequestRefused
 from shared.scenario import SIDES, Scenario, Shape
 
 MAX_LENGTH_ERROR = 0.03
 """Largest deviation of a goal's length from the rope's, as a share of the rope's length [-]."""
+MAX_PART_ERROR = 0.01
+"""Largest mean distance of a part of the rope at rest from its wanted shape [m]."""
 MAX_SUPPORT_PENETRATION = 0.002
 """Largest depth of a goal in a support [m]; a rope at rest presses into it a little."""
 
@@ -39,6 +42,8 @@ class GoalRequest:
     """Twist of the right end against the left one [turns]."""
     pull: tuple[int, Float64[np.ndarray, "3"]] | None = None
     """Node and place to which it is pulled [m]; None where the grips stay."""
+    part: tuple[float, float] | None = None
+    """Distances from the left grip of the part that counts [m]; None for the whole rope."""
 
 
 @dataclass(frozen=True)
@@ -51,13 +56,20 @@ class GoalFactory:
     """Rod that shapes the goals."""
     start: tuple[Pose, Pose]
     """Grips at the scenario's start; an end that does not rotate keeps this orientation."""
+    _of_parts: dict[Shape, Goal] = field(default_factory=dict, repr=False)
+    """Goals of parts of the rope, whose fit is not repeated."""
 
     def from_shape(self, shape: Shape) -> Goal:
         """Goal of a scenario's section.
 
         Raises:
-            RequestRefused: The rod does not come to rest there.
+            RequestRefused: The rod does not come to rest there, or not in the shape of a part.
         """
+        part = self.scenario.part_nodes(shape)
+        if part is not None:
+            if shape not in self._of_parts:
+                self._of_parts[shape] = self._of_part(part, shape)
+            return self._of_parts[shape]
         grips = self.feasible_grips(*self.scenario.grips(shape))
         nodes = self.scenario.nodes(shape)
         if nodes is None:
@@ -75,6 +87,17 @@ class GoalFactory:
             right_oriented=rotates[1] and given[1],
             turns=shape.turns,
         )
+
+    def prepare(self) -> None:
+        """Fit the goals of parts of the rope that the scenario sets while a run goes on.
+
+        Raises:
+            RequestRefused: A part does not take its shape at rest.
+        """
+        events = (event.goal for event in self.scenario.events if event.goal)
+        for shape in (*self.scenario.next_goals, *events):
+            if shape.part is not None:
+                self.from_shape(shape)
 
     def from_request(self, request: GoalRequest, obstacles: tuple[Obstacle, ...]) -> Goal:
         """Goal of a person's request, resampled to the nodes of the rope.
@@ -95,7 +118,44 @@ class GoalFactory:
         count = self.scenario.rope.node_count
         if len(nodes) != count and len(nodes) >= 3:
             nodes = polylines.resample_smooth(nodes, count)
-        return Goal(nodes, *grips, request.left_oriented, request.right_oriented, request.turns)
+        return Goal(
+            nodes,
+            *grips,
+            request.left_oriented,
+            request.right_oriented,
+            request.turns,
+            request.part,
+        )
+
+    def _of_part(self, nodes: Float64[np.ndarray, "m 3"], shape: Shape) -> Goal:
+        """Rod at rest, leaning on the supports, a part of which lies on some nodes.
+
+        The fit takes up to seconds where the ends rotate.
+
+        Raises:
+            RequestRefused: The part does not take this shape at rest.
+        """
+        part = shape.part
+        assert part is not None
+        points, counted = part_points(nodes, part, self.rod.node_count, self.scenario.rope.length)
+        if np.sum(counted) < 3:
+            raise RequestRefused(
+                f"the part {part[0]:g} to {part[1]:g} m holds {np.sum(counted)} nodes of the "
+                "model; at least 3 make a shape"
+            )
+        supports, moves = _supports(self.scenario.bodies), self.scenario.moves
+        try:
+            fit = fit_part(self.rod, self.start, moves, points, counted, shape.turns, supports)
+        except ValueError as error:
+            raise RequestRefused(str(error)) from error
+        if fit.error > MAX_PART_ERROR:
+            raise RequestRefused(
+                f"the part {part[0]:g} to {part[1]:g} m does not take this shape at rest; the "
+                f"nearest that was found is {1e3 * fit.error:.1f} mm away"
+            )
+        nodes = fit.state.positions.copy()
+        nodes[counted] = points
+        return Goal(nodes, *fit.grips, turns=shape.turns, part=part)
 
     def _pulled(
         self, grips: tuple[Pose, Pose], request: GoalRequest, obstacles: tuple[Obstacle, ...]

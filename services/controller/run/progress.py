@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Bool, Float64
 
 from lariat.geometry.obstacles import Obstacle, chain_clearance, signed_distance
 
@@ -72,6 +72,7 @@ class ProgressMonitor:
         nodes: Float64[np.ndarray, "n 3"],
         goal: Float64[np.ndarray, "n 3"],
         obstacles: Sequence[Obstacle],
+        counted: Bool[np.ndarray, "n"] | None = None,
     ) -> None:
         """Take in an observation.
 
@@ -80,8 +81,11 @@ class ProgressMonitor:
             nodes: Nodes of the rope [m].
             goal: Nodes of the goal [m].
             obstacles: Obstacles of the scene; supports do not count for the clearance.
+            counted: Nodes whose distances from the goal count; by default all.
         """
         distances = np.linalg.norm(nodes - goal, axis=1)
+        if counted is not None:
+            distances = distances[counted]
         self.error, self.max_node_error = float(np.mean(distances)), float(np.max(distances))
         self._recent.append((stamp, self.error, nodes))
         while (

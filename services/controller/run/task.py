@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Bool, Float64
 
+from lariat.geometry import polylines
 from lariat.geometry.poses import Pose
 from services.controller.run.reasons import Reason, ReasonCode
 from services.controller.run.state_machine import ACTIVE, RunEvent, RunState, accepts, next_state
@@ -35,6 +36,13 @@ class Goal:
     """Whether the orientation of the right grip is part of the goal."""
     turns: float = 0.0
     """Twist of the right end against the left one [turns]."""
+    part: tuple[float, float] | None = None
+    """Distances from the left grip of the part that counts [m]; None for the whole rope."""
+
+    @property
+    def counted(self) -> Bool[np.ndarray, "n"] | None:
+        """Nodes whose distances from the goal count; None for all."""
+        return None if self.part is None else polylines.within(self.nodes, *self.part)
 
 
 @dataclass

@@ -25,6 +25,7 @@ from shared.messages import (
     RunSummary,
     TaskState,
     chain,
+    counted_nodes,
 )
 from shared.messages.validation import MAX_TEXT_LENGTH
 from shared.recording import Recording
@@ -140,7 +141,8 @@ class RecordedRun:
                     task: TaskState = entry.parse()
                     if task.run != run.run or task.run_started != run.started:
                         continue
-                    motion.goal[:] = task.goal.positions
+                    wanted = chain(task.goal.positions)[counted_nodes(task.goal)]
+                    motion.goal[:] = wanted.ravel()
                     if task.state != state:
                         text = "start" if not marks else STATES.get(task.state, "goes on")
                         reason = "" if task.state == RUNNING else f": {task.reason}"

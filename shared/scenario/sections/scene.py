@@ -22,6 +22,9 @@ class Shape:
     """Positions of the left and the right grip; the rope hangs at rest between them."""
     nodes: str = ""
     """CSV file in the scenario's folder: x, y, z [m] in each row, left end first."""
+    part: Annotated[tuple[float, float], Bounds(0.0, 20.0, "m")] | None = None
+    """Distances from the left grip, along the rope, between which `nodes` describes its shape; the
+    rest of the rope is free. By default `nodes` describes the whole rope."""
     left_orientation: Quaternion | None = None
     """Orientation of the left grip; by default it points along the rope."""
     right_orientation: Quaternion | None = None
@@ -32,6 +35,10 @@ class Shape:
     def __post_init__(self) -> None:
         if (self.line is None) == (self.nodes == ""):
             raise ValueError("give either line = [[x, y, z], [x, y, z]] or nodes = 'FILE.csv'")
+        if self.part is not None and not self.nodes:
+            raise ValueError("part goes with nodes = 'FILE.csv', the shape of that part")
+        if self.part is not None and self.part[0] >= self.part[1]:
+            raise ValueError(f"part = {list(self.part)} ends before it begins")
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import pytest
 
 from lariat.geometry import poses
 from shared.configuration import ConfigurationError
-from shared.scenario import load, parse
+from shared.scenario import Scenario, load, parse
 
 FOLDER = Path(__file__).parents[3] / "scenarios"
 SMALLEST = """
@@ -81,6 +81,37 @@ def test_nodes_of_another_count_are_resampled_by_arc_length(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(
+    ("part", "line"),
+    [
+        ([0.1, 0.3], None),
+        ([0.3, 0.1], "part = [0.3, 0.1] ends before it begins"),
+        ([0.1, 0.35], "goal.nodes is 0.2000 m long, goal.part 0.2500 m"),
+        ([0.3, 0.5], "goal.part = [0.3, 0.5] m is more than 0.9 of a rope of 0.45 m, or beyond"),
+    ],
+)
+def test_nodes_of_a_part_leave_the_grips_open(
+    tmp_path: Path, part: list[float], line: str | None
+) -> None:
+    shape = np.stack([np.linspace(0.0, 0.2, 50), np.zeros(50), np.full(50, 0.2)], axis=1)
+    np.savetxt(tmp_path / "part.csv", shape, delimiter=",")
+    old = "line = [[-0.1, 0.1, 0.3], [0.25, 0.1, 0.3]]"
+    if line is not None:
+        with pytest.raises(ConfigurationError, match=re.escape(line)):
+            changed(old, f"nodes = 'part.csv'\npart = {part}", tmp_path)
+        return
+    scenario = changed(old, f"nodes = 'part.csv'\npart = {part}", tmp_path)
+    assert isinstance(scenario, Scenario)
+    assert scenario.nodes(scenario.goal) is None
+    own = scenario.part_nodes(scenario.goal)
+    assert own is not None
+    np.testing.assert_allclose(own, shape, atol=1e-12)
+    for wanted, given in zip(
+        scenario.grips(scenario.goal), scenario.grips(scenario.start), strict=True
+    ):
+        np.testing.assert_array_equal(wanted.position, given.position)
+
+
+@pytest.mark.parametrize(
     ("old", "new", "line"),
     [
         (
@@ -134,6 +165,11 @@ def test_nodes_of_another_count_are_resampled_by_arc_length(tmp_path: Path) -> N
             "start: the left grip at [-0.2, 0.0, 0.3] m is outside limits.workspace",
         ),
         ("line = [[-0.1, 0.1, 0.3], [0.25, 0.1, 0.3]]", "nodes = 'none.csv'", "cannot read nodes"),
+        (
+            "line = [[-0.1, 0.1, 0.3], [0.25, 0.1, 0.3]]",
+            "line = [[-0.1, 0.1, 0.3], [0.25, 0.1, 0.3]]\npart = [0.1, 0.2]",
+            "[goal] part goes with nodes = 'FILE.csv', the shape of that part",
+        ),
         ('name = "smallest"', "name = ", "scenario: not valid TOML"),
     ],
 )

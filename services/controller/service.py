@@ -415,7 +415,9 @@ class ControllerService:
         assert reference is not None
         command = None
         with self._blaming():
-            command = self.controller.step(now, goal.nodes, avoidance)
+            # Path and free rest of a part's goal are planned with what has been learnt since.
+            wanted = goal.completed(reference.nodes[-1])
+            command = self.controller.step(now, wanted, avoidance)
         if command is None:
             chunk = self.controller.brake(now)
             assert chunk is not None

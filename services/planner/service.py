@@ -15,6 +15,7 @@ from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle, pack
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodState, add_turns, state_along
+from lariat.rod.part_fit import fit_part
 from lariat.trajectory import NANOSECONDS
 from services.planner import whole_path
 from services.planner.extension import ExtensionPlanner
@@ -30,6 +31,7 @@ from shared.extensions import extension
 from shared.messages import (
     RUNNING,
     ArmStates,
+    Goal,
     NodeChain,
     Parameters,
     Path,
@@ -242,11 +244,11 @@ class PlannerService:
         except ValueError as error:
             message.reason = f"the rod has no shape at rest between the grips: {error}"
             return message
-        goal_grips = self._ends(grip_pose(task.goal.left), grip_pose(task.goal.right))
+        goal, goal_grips = self._goal(task.goal, obstacles)
         problem = self.problem(
             state,
             grips,
-            self._resampled(chain(task.goal.positions)),
+            goal,
             goal_grips,
             obstacles,
             (task.goal.left_oriented, task.goal.right_oriented),
@@ -284,6 +286,30 @@ class PlannerService:
     def _ends(self, left: Pose, right: Pose) -> tuple[Pose, Pose]:
         """Poses of the rope's ends between two grips."""
         return left @ self._held[0], right @ self._held[1]
+
+    def _goal(
+        self, goal: Goal, obstacles: tuple[Obstacle, ...]
+    ) -> tuple[Float64[np.ndarray, "n 3"], tuple[Pose, Pose]]:
+        """Nodes and ends of a goal; beside a part that counts, they are fitted with this rod."""
+        nodes = self._resampled(chain(goal.positions))
+        ends = self._ends(grip_pose(goal.left), grip_pose(goal.right))
+        if not goal.part:
+            return nodes, ends
+        supports = [o for o in obstacles if o.support]
+        counted = polylines.within(nodes, *goal.part)
+        try:
+            fit = fit_part(
+                self._rod,
+                ends,
+                self._moves,
+                nodes[counted],
+                counted,
+                goal.turns,
+                pack(supports) if supports else None,
+            )
+        except ValueError:
+            return nodes, ends
+        return np.where(counted[:, None], nodes, fit.state.positions), fit.grips
 
     def _rest_state(
         self,

@@ -13,7 +13,7 @@ from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, add_turns
-from services.controller.run.part_fit import fit_part, part_points
+from lariat.rod.part_fit import fit_part, part_points
 from services.controller.run.sculptor import Sculptor
 from services.controller.run.task import Goal, RequestRefused
 from shared.scenario import SIDES, Scenario, Shape

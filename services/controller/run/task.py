@@ -44,6 +44,11 @@ class Goal:
         """Nodes whose distances from the goal count; None for all."""
         return None if self.part is None else polylines.within(self.nodes, *self.part)
 
+    def completed(self, shape: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "n 3"]:
+        """Nodes of the goal [m], of which those that do not count are those of a shape."""
+        counted = self.counted
+        return self.nodes if counted is None else np.where(counted[:, None], self.nodes, shape)
+
 
 @dataclass
 class Task:

@@ -16,7 +16,10 @@ from jaxtyping import Bool, Float64
 
 from lariat.geometry import polylines, poses
 from lariat.geometry.poses import Pose
-from lariat.rod import Rest, Rod, RodState, add_turns
+from lariat.rod.results import Rest
+from lariat.rod.rod import Rod
+from lariat.rod.state import RodState
+from lariat.rod.twist import add_turns
 
 DISPLACEMENT, ROTATION = 0.001, 0.005
 """Displacement [m] and rotation [rad] of a grip for finite differences."""

@@ -8,7 +8,7 @@ import pytest
 from lariat.geometry import polylines, poses
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod
-from services.controller.run.part_fit import fit_part, part_points
+from lariat.rod.part_fit import fit_part, part_points
 from shared.scenario import load
 from shared.scenario.rod_properties import rod_properties
 

@@ -41,9 +41,14 @@ def rest_shape(
         right: Likewise the right one.
 
     Raises:
-        ConfigurationError: The grips are further apart than the rope is long, or the rope does not
-            come to rest.
+        ConfigurationError: The grips are further apart than the rope is long, the rope does not
+            come to rest, or the goal leaves a grip open that is not given.
     """
+    if scenario.goal.part is not None and (left is None or right is None):
+        raise ConfigurationError(
+            "the goal is a shape of a part of the rope and leaves the grips open; give --left X Y "
+            "Z and --right X Y Z"
+        )
     first, last = (
         grip if isinstance(grip, Pose) else _moved(own, grip)
         for own, grip in zip(goal_grips(scenario), (left, right), strict=True)

@@ -1,7 +1,8 @@
 """Temporary folder that is removed even where its process is killed: the next one removes it.
 
-A lock on a file of the folder ends with the process that holds it, however that ends. Folders of
-the same prefix whose lock is free have been left behind.
+A lock on the folder ends with the process that holds it, however that ends. Folders of the same
+prefix whose lock is free have been left behind. The lock also keeps systemd-tmpfiles, which removes
+what is old, from the folders of a cell that runs for weeks.
 """
 
 from __future__ import annotations
@@ -11,14 +12,11 @@ import fcntl
 import os
 import shutil
 import tempfile
-import time
 from pathlib import Path
 from typing import Self
 
-LOCK_FILE = ".owned"
-"""Name of the locked file."""
-YOUNGEST_LEFT = 10.0
-"""Age below which a folder is not removed [s]: its process may be about to lock it."""
+MARK = ".locked"
+"""Name of the file that marks folders of this class: those of older versions have no lock."""
 
 
 class TemporaryFolder:
@@ -33,8 +31,9 @@ class TemporaryFolder:
         _remove_left(prefix)
         self.path = Path(tempfile.mkdtemp(prefix=prefix))
         """The folder."""
-        self._lock = os.open(self.path / LOCK_FILE, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600)
+        self._lock = os.open(self.path, os.O_RDONLY | os.O_DIRECTORY)
         fcntl.flock(self._lock, fcntl.LOCK_EX)
+        (self.path / MARK).touch()
 
     def remove(self) -> None:
         """Remove the folder and all that is in it; nothing happens the second time."""
@@ -52,14 +51,12 @@ class TemporaryFolder:
 
 def _remove_left(prefix: str) -> None:
     """Remove the folders of a prefix whose process has ended."""
-    for lock in Path(tempfile.gettempdir()).glob(f"{prefix}*/{LOCK_FILE}"):
+    for mark in Path(tempfile.gettempdir()).glob(f"{prefix}*/{MARK}"):
         with contextlib.suppress(OSError):
-            status = lock.parent.lstat()
-            if status.st_uid != os.getuid() or time.time() - status.st_mtime < YOUNGEST_LEFT:
-                continue
-            descriptor = os.open(lock, os.O_RDWR | os.O_NOFOLLOW)
+            folder = os.open(mark.parent, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
             try:
-                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                shutil.rmtree(lock.parent)
+                if os.fstat(folder).st_uid == os.getuid():
+                    fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    shutil.rmtree(mark.parent)
             finally:
-                os.close(descriptor)
+                os.close(folder)

@@ -73,8 +73,8 @@ def run(
     with tempfile.TemporaryDirectory() as temporary:
         logs = folder or Path(temporary)
         logs.mkdir(parents=True, exist_ok=True)
-        # Cases that need a router, or recordings, come last, each on a stack of their own.
-        kinds = ((False, False), (False, True), (True, False))
+        # Cases that need more than the usual stack come last, each kind on a stack of its own.
+        kinds = sorted({_kind(CASES[n]) for n in chosen})
         groups = [[n for n in chosen if _kind(CASES[n]) == kind] for kind in kinds]
         results = [
             f
@@ -125,9 +125,9 @@ def _run_trials(
     return results
 
 
-def _kind(case: FaultCase) -> tuple[bool, bool]:
-    """Return whether a case needs a router, and whether it needs recordings."""
-    return case.routed, case.recorded
+def _kind(case: FaultCase) -> tuple[bool, bool, bool]:
+    """Return whether a case needs a router, recordings, and the dashboard."""
+    return case.routed, case.recorded, case.page
 
 
 def _line(f: FaultResult) -> str:

@@ -64,6 +64,8 @@ class FaultCase:
     """What is done before the motion begins."""
     recorded: bool = False
     """Whether runs are recorded, to a disk of their own."""
+    page: bool = False
+    """Whether the dashboard runs."""
     complains: str = ""
     """Service that must state the problem in its health; empty: none."""
     promised: bool = True
@@ -111,6 +113,7 @@ def _frozen(
     point_in_flight: bool = False,
     silence: str = "hold",
     recorded: bool = False,
+    page: bool = False,
 ) -> FaultCase:
     return FaultCase(
         f"{name}: SIGSTOP" + (f", the arm then: {silence}" if name == "robot_gateway" else ""),
@@ -122,6 +125,7 @@ def _frozen(
         point_in_flight=point_in_flight,
         silence=silence,
         recorded=recorded,
+        page=page,
     )
 
 
@@ -206,6 +210,7 @@ CASES: dict[str, FaultCase] = {
     "planner-frozen": _frozen("planner"),
     "sim-frozen": _frozen("sim", "writer_holds", effect=BLIND_TIME),
     "recorder-frozen": _frozen("recorder", duration=5.0, recorded=True),
+    "dashboard-frozen": _frozen("dashboard", duration=5.0, page=True),
     "hub-frozen": _frozen("lariat"),
     "gateway-frozen": _frozen("robot_gateway", "stalled", "alarm", "lost_link"),
     "gateway-frozen-coast": _frozen(

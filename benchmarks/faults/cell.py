@@ -59,6 +59,7 @@ class FaultCell:
         firmware: str,
         routed: bool = False,
         recorded: bool = False,
+        page: bool = False,
     ) -> None:
         """Start everything.
 
@@ -68,8 +69,9 @@ class FaultCell:
             firmware: Firmware of the arms, v3 or v4.
             routed: Whether the services connect through a router; see `CellProcesses`.
             recorded: Whether runs are recorded; see `CellProcesses`.
+            page: Whether the dashboard runs.
         """
-        self.processes = CellProcesses(scenario, folder, firmware, routed, recorded)
+        self.processes = CellProcesses(scenario, folder, firmware, routed, recorded, page)
         self.scenario: Scenario = self.processes.scenario
         self.clock = SystemClock()
         self._goal = -1

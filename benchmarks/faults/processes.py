@@ -68,7 +68,13 @@ class CellProcesses:
     """Emulated arms, the proxy, and the stack."""
 
     def __init__(
-        self, scenario: Path, folder: Path, firmware: str, routed: bool, recorded: bool = False
+        self,
+        scenario: Path,
+        folder: Path,
+        firmware: str,
+        routed: bool,
+        recorded: bool = False,
+        page: bool = False,
     ) -> None:
         """Start the arms and the proxy; the stack is started by `start_stack`.
 
@@ -79,9 +85,11 @@ class CellProcesses:
             routed: Whether the services connect through a router, as in containers, without a
                 launcher that restarts them; otherwise `lariat up` runs them.
             recorded: Whether runs are recorded, to a small disk of their own, which needs root.
+            page: Whether `lariat up` runs the dashboard.
         """
         self.folder = folder
         self._recorded = recorded
+        self._page = page
         if recorded:
             disk = folder / "recordings"
             disk.mkdir()
@@ -321,7 +329,8 @@ class CellProcesses:
         output = self.folder / "up.txt"
         scenario = str(self._cell_scenario)
         arguments = [scenario, "--port", str(self.port), "--namespace", self.namespace]
-        arguments += ["--no-dashboard", "--record" if self._recorded else "--no-record"]
+        arguments += ["--record" if self._recorded else "--no-record"]
+        arguments += ["--dashboard-port", str(_free_port())] if self._page else ["--no-dashboard"]
         # SIGTERM, so that it ends the services when this process is killed.
         command = child_command(signal.SIGTERM, 0, module_entry.command("cli", "up", *arguments))
         with output.open("ab") as file:
@@ -334,7 +343,7 @@ class CellProcesses:
         def is_up() -> bool:
             if launcher.poll() is not None:
                 raise DeadlineMissed(f"the stack ended:\n{output.read_text()[start:]}")
-            return "the stack is up" in output.read_text()[start:]
+            return "Ctrl-C stops all" in output.read_text()[start:]
 
         wait_until(is_up, START_TIMEOUT, "the stack did not become ready")
 

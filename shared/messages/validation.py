@@ -19,6 +19,7 @@ from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.message import DecodeError, Message
 
+from lariat.geometry import polylines
 from lariat.geometry.obstacle_checks import check_obstacle
 from shared import messages
 from shared.image_header import MAX_PIXEL_COUNT, check_image
@@ -45,6 +46,8 @@ MAX_MAGNITUDE = 1e6
 """Magnitude above which a component of a vector is no length, speed or angle [SI]."""
 MAX_DISTORTION_COUNT = 14
 """Largest number of distortion coefficients of a camera."""
+MIN_PART_NODES = 3
+"""Least number of nodes that give a part of a rope its shape [-]."""
 MAX_COORDINATE = 100.0
 """Largest coordinate of a rope, goal or path [m]; the time and memory of a plan grow with it."""
 MIN_PACE = 1e-3
@@ -282,8 +285,12 @@ def check_goal(goal: messages.Goal) -> None:
     _check_turns(goal.turns)
     if goal.part:
         _check_length("goal.part", goal.part, 2)
-        if not 0.0 <= goal.part[0] < goal.part[1] <= MAX_COORDINATE:
-            raise ValueError(f"goal.part = {list(goal.part)} m is no part of a rope")
+        counted = polylines.within(messages.chain(goal.positions), *goal.part)
+        if np.sum(counted) < MIN_PART_NODES:
+            raise ValueError(
+                f"goal.part = {list(goal.part)} m holds {np.sum(counted)} of the goal's nodes, "
+                f"less than {MIN_PART_NODES}"
+            )
     _check_grip("goal.left", goal.left)
     _check_grip("goal.right", goal.right)
 

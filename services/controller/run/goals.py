@@ -16,6 +16,7 @@ from lariat.rod import Rod, add_turns
 from lariat.rod.part_fit import fit_part, part_points
 from services.controller.run.sculptor import Sculptor
 from services.controller.run.task import Goal, RequestRefused
+from shared.messages.validation import MIN_PART_NODES
 from shared.scenario import SIDES, Scenario, Shape
 
 MAX_LENGTH_ERROR = 0.03
@@ -138,10 +139,10 @@ class GoalFactory:
         part = shape.part
         assert part is not None
         points, counted = part_points(nodes, part, self.rod.node_count, self.scenario.rope.length)
-        if np.sum(counted) < 3:
+        if np.sum(counted) < MIN_PART_NODES:
             raise RequestRefused(
                 f"the part {part[0]:g} to {part[1]:g} m holds {np.sum(counted)} nodes of the "
-                "model; at least 3 make a shape"
+                f"model; at least {MIN_PART_NODES} make a shape"
             )
         supports, moves = _supports(self.scenario.bodies), self.scenario.moves
         try:

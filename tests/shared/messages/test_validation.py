@@ -48,6 +48,7 @@ from shared.recording import Recording
 from shared.topics import Topic
 from tests.shared.test_image_header import png_header
 
+LINE = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0]
 ZERO_TURN = Grip(position=[0.0] * 3, orientation=[0.0] * 4)
 FAR_AWAY = Grip(position=[0.0, 1e5, 0.0], orientation=[1.0, 0.0, 0.0, 0.0])
 
@@ -121,8 +122,21 @@ def test_every_message_of_a_run_is_valid(recording: FilePath) -> None:
         (topics.TASK_REQUEST, TaskRequest(goal=Goal(positions=[0.0] * 4)), "not 3 a point"),
         (topics.TASK_REQUEST, TaskRequest(goal=Goal(turns=math.inf)), "turns"),
         (topics.TASK_REQUEST, TaskRequest(goal=Goal(part=[0.1])), "goal.part has 1 values"),
-        (topics.TASK_REQUEST, TaskRequest(goal=Goal(part=[0.3, 0.1])), "no part of a rope"),
-        (topics.TASK_REQUEST, TaskRequest(goal=Goal(part=[0.0, 200.0])), "no part of a rope"),
+        (
+            topics.TASK_REQUEST,
+            TaskRequest(goal=Goal(part=[0.0, 1.0])),
+            "holds 1 of the goal's nodes",
+        ),
+        (
+            topics.TASK_REQUEST,
+            TaskRequest(goal=Goal(positions=LINE, part=[3.0, 9.0])),
+            "holds 0 of",
+        ),
+        (
+            topics.TASK_REQUEST,
+            TaskRequest(goal=Goal(positions=LINE, part=[2.0, 0.0])),
+            "holds 0 of",
+        ),
         (topics.TASK_STATE, TaskState(goal=Goal(positions=[0.0] * 6)), "position has 0"),
         (topics.TASK_STATE, TaskState(pace=1e-300), "pace = 1e-300 is not within"),
         (topics.TASK_STATE, TaskState(clearance_margin=math.nan), "clearance_margin = nan"),

@@ -38,12 +38,15 @@ def test_every_file_that_a_page_names_exists(page: Path):
 
 def test_the_cell_of_the_first_steps_is_in_order(tmp_path: Path):
     page = (ROOT / "docs" / "guide" / "first-steps.md").read_text()
-    cell, goal, other_rope = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    cell, goal, stretch, other_rope = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
     assert set(preflight.check(parse(cell, tmp_path))) == {"start", "goal"}
     assert parse(cell + other_rope, tmp_path).control.adapt
     (tmp_path / "goal.csv").write_text("-0.2,0.2,0.3\n0.0,0.2,0.0946\n0.2,0.2,0.3\n")
     without_goal = re.sub(r"\[goal\].*?\n\n", goal + "\n", cell, flags=re.DOTALL)
     assert parse(without_goal, tmp_path).goal.nodes == "goal.csv"
+    (tmp_path / "stretch.csv").write_text("-0.09,0.2,0.2\n0.0,0.2,0.2\n0.09,0.2,0.2\n")
+    of_part = re.sub(r"\[goal\].*?\n\n", stretch + "\n", cell, flags=re.DOTALL)
+    assert parse(of_part, tmp_path).goal.part == (0.12, 0.30)
 
 
 def test_the_code_of_the_page_on_environments_runs(capsys: pytest.CaptureFixture[str]):

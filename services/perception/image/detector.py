@@ -306,7 +306,9 @@ def _measured(
     points, clear = _to_tips(found, foreground.rope.mask, width)
     region, no_depth = Region(likeness, foreground.rope.mask, 0, 0), np.zeros((1, 1), np.uint16)
     line = extract_ridge(Strand(points, clear), region, no_depth, width)
-    axis, width = center_between_flanks(smooth, line.pixels, line.normals, line.clear, width)
+    axis, width = center_between_flanks(
+        smooth, foreground.evidence, line.pixels, line.normals, line.clear, width
+    )
     line = replace(line, pixels=axis)
     red, green, blue = np.median(foreground.image[seen[:, 1], seen[:, 0]], axis=0)
     log_odds = foreground.log_odds[seen[:, 1], seen[:, 0]]

@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Bool, Float32, Float64
 from scipy.ndimage import median_filter, uniform_filter1d
 
-SEARCH_WIDTHS = (0.28, 0.85)
-"""Range of the distance from the axis in which a flank is searched [rope widths]."""
+REACH_WIDTHS, REACH_PIXELS = 1.0, 3.0
+"""Distance from the axis up to which a flank is searched: [rope widths] + [pixels]."""
 SAMPLE_SPACING, MIN_SAMPLES_PER_WIDTH = 0.5, 12.0
 """Largest distance of the samples across the rope [pixels], and their least number per width."""
 SMOOTHING_WIDTHS = 1.5
@@ -17,15 +17,23 @@ SHIFT_WINDOW_WIDTHS = 3.0
 """Length of the running median over the axis's shift [rope widths]."""
 MAX_SHIFT_WIDTHS = 0.3
 """Largest shift of the axis [rope widths]."""
-DISTINCT_SLOPE = 0.45
-"""Slope of a flank, relative to the largest one on its side [-]: the lit half of a rope may differ
-more from its dark half than that from the table."""
+FLANK_SIGMA_WIDTHS, MIN_FLANK_SIGMA = 0.1, 0.8
+"""Standard deviation of a flank's distance from the edge of the foreground: [rope widths], and at
+least [pixels]."""
+WIDTH_PERCENTILE = 85.0
+"""Percentile of the local widths that is the rope's width [%]: where light comes from one side, the
+dark flank is lost in the ground, and the rope looks narrower than it is."""
+WIDTH_EXCESS = 0.3
+"""Amount by which that percentile exceeds the width [pixels]."""
+SLOPE_EXPONENT = 4
+"""Exponent of the slopes that tell which flank is the surer one [-]."""
 MIN_CLEAR_SHARE = 0.2
 """Share of the axis that must be clear for its flanks to be measured [-]."""
 
 
 def center_between_flanks(
     lab: Float32[np.ndarray, "h w 3"],
+    evidence: Float32[np.ndarray, "h w"],
     pixels: Float64[np.ndarray, "k 2"],
     normals: Float64[np.ndarray, "k 2"],
     clear: Bool[np.ndarray, "k"],
@@ -35,37 +43,42 @@ def center_between_flanks(
 
     Args:
         lab: Image in Lab.
+        evidence: Log odds that a pixel shows a rope; zero at the edge of the foreground.
         pixels: Columns and rows of the axis.
         normals: Unit normals of the axis.
         clear: False near crossings.
         width: Approximate width of the rope [pixels].
     """
-    if np.count_nonzero(clear) < max(5.0, MIN_CLEAR_SHARE * len(clear)):
+    least = max(5.0, MIN_CLEAR_SHARE * len(clear))
+    if np.count_nonzero(clear) < least:
         return pixels, width
-    nearest, farthest = SEARCH_WIDTHS
-    reach = farthest * width + 1.0
+    reach = REACH_WIDTHS * width + REACH_PIXELS
     spacing = min(SAMPLE_SPACING, width / MIN_SAMPLES_PER_WIDTH)
-    offsets = np.arange(-reach, reach + spacing, spacing)
+    half = int(np.ceil(reach / spacing))
+    offsets = spacing * np.arange(-half, half + 1)
     around = (pixels[:, None] + offsets[:, None] * normals[:, None]).astype(np.float32)
-    profile = cv2.remap(lab, around[..., 0], around[..., 1], cv2.INTER_LINEAR)
     window = max(3, round(SMOOTHING_WIDTHS * width))
-    weight = uniform_filter1d(clear.astype(float), window)[:, None, None]
-    profile = uniform_filter1d(profile * clear[:, None, None], window, axis=0)
-    profile = profile / np.maximum(weight, 1e-6)
-    slope = np.linalg.norm(profile[:, 2:] - profile[:, :-2], axis=2)
-    offsets = offsets[1:-1]
-    flanks = []
-    for sign in (-1.0, 1.0):
-        searched = (sign * offsets > nearest * width) & (sign * offsets < farthest * width)
-        outward = np.flatnonzero(searched)[:: int(sign)]
-        flanks.append(_outermost(slope[:, outward], offsets[outward]))
-    left, right = flanks
-    measured = float(np.median((right - left)[clear]))
+    weight = np.maximum(uniform_filter1d(clear.astype(np.float32), window), 1e-6)[:, None, None]
+
+    def profile(image: Float32[np.ndarray, "h w c"]) -> Float32[np.ndarray, "k m c"]:
+        seen = cv2.remap(image, around[..., 0], around[..., 1], cv2.INTER_LINEAR)
+        seen = seen.reshape(*around.shape[:2], -1) * clear[:, None, None]
+        return uniform_filter1d(seen, window, axis=0) / weight
+
+    colors, inside = profile(lab), profile(evidence)[..., 0]
+    slope = np.linalg.norm(colors[:, 2:] - colors[:, :-2], axis=2)
+    sigma = max(FLANK_SIGMA_WIDTHS * width, MIN_FLANK_SIGMA)
+    sides = [_flank(slope[:, ::sign], inside[:, ::sign], offsets, sigma) for sign in (-1, 1)]
+    (left, left_slope), (right, right_slope) = sides
+    found = clear & np.isfinite(left + right)
+    if np.count_nonzero(found) < least:
+        return pixels, width
+    measured = float(np.percentile((left + right)[found], WIDTH_PERCENTILE)) - WIDTH_EXCESS
     # Where one flank has no contrast, the other and the width tell the axis.
-    strong = [np.max(slope[:, s * offsets > nearest * width], axis=1) for s in (-1.0, 1.0)]
-    share = strong[0] / np.maximum(strong[0] + strong[1], 1e-6)
-    shift = share * (left + measured / 2.0) + (1.0 - share) * (right - measured / 2.0)
-    at = np.flatnonzero(clear)
+    share = left_slope**SLOPE_EXPONENT
+    share = share / np.maximum(share + right_slope**SLOPE_EXPONENT, 1e-9)
+    shift = share * (measured / 2.0 - left) + (1.0 - share) * (right - measured / 2.0)
+    at = np.flatnonzero(found)
     shift = np.interp(np.arange(len(clear)), at, shift[at])
     span = min(len(shift), 2 * (round(SHIFT_WINDOW_WIDTHS * width) // 2) + 1)
     shift = uniform_filter1d(median_filter(shift, span, mode="nearest"), span // 2 + 1)
@@ -73,20 +86,27 @@ def center_between_flanks(
     return pixels + shift[:, None] * normals, measured
 
 
-def _outermost(
-    slope: Float64[np.ndarray, "k m"], offsets: Float64[np.ndarray, "m"]
-) -> Float64[np.ndarray, "k"]:
-    """Sub-sample place of the outermost distinct peak of the slope in every row."""
-    rows = np.arange(len(slope))
-    before, here, after = slope[:, :-2], slope[:, 1:-1], slope[:, 2:]
-    top = slope.max(axis=1, keepdims=True)
-    peaks = (here >= before) & (here >= after) & (here > DISTINCT_SLOPE * top)
-    # The last one in the order outwards; the largest slope where there is no peak.
-    best = peaks.shape[1] - np.argmax(peaks[:, ::-1], axis=1)
-    best = np.where(np.any(peaks, axis=1), best, np.argmax(slope, axis=1))
-    inner = np.clip(best, 1, slope.shape[1] - 2)
-    before, here, after = (slope[rows, inner + d] for d in (-1, 0, 1))
-    curvature = before - 2.0 * here + after
-    peak = np.where(curvature < -1e-6, 0.5 * (before - after) / np.minimum(curvature, -1e-6), 0.0)
-    peak = np.where(best == inner, np.clip(peak, -0.5, 0.5), 0.0)
-    return offsets[best] + peak * (offsets[1] - offsets[0])
+def _flank(
+    slope: Float32[np.ndarray, "k n"],
+    inside: Float32[np.ndarray, "k m"],
+    offsets: Float64[np.ndarray, "m"],
+    sigma: float,
+) -> tuple[Float64[np.ndarray, "k"], Float32[np.ndarray, "k"]]:
+    """Distance of the flank on the side of positive offsets from the axis, and its slope.
+
+    The distance is NaN where the axis is not inside the foreground, or where that does not end.
+    """
+    rows, middle, spacing = np.arange(len(inside)), len(offsets) // 2, offsets[1] - offsets[0]
+    outward = inside[:, middle:]
+    first = np.maximum(np.argmax(outward <= 0.0, axis=1), 1)
+    before, after = outward[rows, first - 1], outward[rows, first]
+    edge = spacing * (first - 1 + before / np.maximum(before - after, 1e-6))
+    edge = np.where((outward[:, 0] > 0.0) & (after <= 0.0), edge, np.nan)
+    # The colour changes fastest at a flank; far from the edge of the foreground it is no flank.
+    near = np.exp(-0.5 * ((offsets[1:-1] - edge[:, None]) / sigma) ** 2)
+    likely = np.nan_to_num(near * slope)
+    best = np.clip(np.argmax(likely, axis=1), 1, likely.shape[1] - 2)
+    before, here, after = (likely[rows, best + d] for d in (-1, 0, 1))
+    curvature = np.minimum(before - 2.0 * here + after, -1e-9)
+    peak = np.clip(0.5 * (before - after) / curvature, -0.5, 0.5)
+    return offsets[best + 1] + spacing * peak + 0.0 * edge, slope[rows, best]

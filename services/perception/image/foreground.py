@@ -51,6 +51,8 @@ PERHAPS_LOG_ODDS = -2.0
 """Log odds of the network above which a pixel is no example of the background [-]."""
 COLOR_WEIGHT = 2.0
 """Weight of the log likelihood ratio of colours beside the network's log odds [-]."""
+EDGE_LOG_ODDS = 0.5
+"""Mean of both at the edge of a rope [-]: pixels beside it have its colours, mixed with others."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +69,8 @@ class Foreground:
     """Distance of every pixel of the mask from its outside [pixels]."""
     log_odds: Float32[np.ndarray, "h w"]
     """The network's log odds of every pixel, limited to `MAX_LOG_ODDS`."""
+    evidence: Float32[np.ndarray, "h w"]
+    """Log odds that a pixel shows a rope, on which its edge is measured; zero at the edge."""
     by_color: bool
     """Whether it is what has the colours of proposals, whatever the ground is."""
 
@@ -113,7 +117,9 @@ def _seen(
     ratio = log_likelihood_ratio(histogram_cells(_to_lab(image)), mask, perhaps, width)
     likelihood = log_odds + COLOR_WEIGHT * ratio
     mask = _long_pieces((likelihood > 0.0).view(np.uint8))
-    return _foreground(image, likelihood + ROPE_LOG_RATIO, mask, width, log_odds, by_color=False)
+    # What colours add makes the mask whole, but also wider.
+    evidence = log_odds + 0.5 * COLOR_WEIGHT * ratio - EDGE_LOG_ODDS
+    return _foreground(image, likelihood + ROPE_LOG_RATIO, mask, width, log_odds, evidence)
 
 
 def _long_pieces(mask: UInt8[np.ndarray, "h w"]) -> UInt8[np.ndarray, "h w"]:
@@ -157,7 +163,9 @@ def _measured(
     kept[0] = False
     width = min(k.rope.width for k in kinds) * scale
     seen = cv2.resize(log_odds, size, interpolation=cv2.INTER_LINEAR)
-    return _foreground(image, likelihood, kept[labels].view(np.uint8), width, seen, by_color)
+    mask = kept[labels].view(np.uint8)
+    evidence = likelihood - ROPE_LOG_RATIO
+    return _foreground(image, likelihood, mask, width, seen, evidence, by_color)
 
 
 def _foreground(
@@ -166,7 +174,8 @@ def _foreground(
     mask: UInt8[np.ndarray, "h w"],
     width: float,
     log_odds: Float32[np.ndarray, "h w"],
-    by_color: bool,
+    evidence: Float32[np.ndarray, "h w"],
+    by_color: bool = False,
 ) -> Foreground | None:
     if not np.any(mask):
         return None
@@ -176,7 +185,7 @@ def _foreground(
     if not np.any(skeleton):
         return None
     rope = RopeMask(likelihood, mask, skeleton, width_from_radii(radii[skeleton]))
-    return Foreground(image, _to_lab(image), rope, radii, log_odds, by_color)
+    return Foreground(image, _to_lab(image), rope, radii, log_odds, evidence, by_color)
 
 
 def _without_holes(mask: UInt8[np.ndarray, "h w"], width: float) -> UInt8[np.ndarray, "h w"]:

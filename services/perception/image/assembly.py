@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,8 +10,9 @@ from jaxtyping import Bool, Float64, UInt8
 
 from lariat.geometry import polylines
 from services.perception.image.fragments import EndPose, Fragment, FragmentEnd, end_pose
+from services.perception.image.gaps import bridging_cubic, gap_pairs
 from services.perception.image.pairing import (
-    FREE_END_COST,
+    EndCost,
     bending,
     cheapest_pairing,
     color_cost,
@@ -23,15 +24,6 @@ MAX_THIN_SHARED_WIDTHS = 3.0
 """Length up to which two ropes may share a fragment that is no wider than one [rope widths]."""
 SHARED_RADIUS_WIDTHS = 0.6
 """Radius from which two ropes may share a fragment of any length [rope widths]."""
-MAX_GAP_WIDTHS = 5.0
-"""Length of background up to which a gap in a rope is bridged [rope widths]."""
-GAP_COST_PER_WIDTH = 0.12
-"""Cost of a bridged gap for each rope width of background in it [-]."""
-MAX_GAP_SEARCH_WIDTHS = 12.0
-"""Distance up to which the ends of a gap are compared [rope widths]."""
-
-EndCost = Callable[[FragmentEnd, FragmentEnd], float]
-"""Cost of a pair of ends."""
 
 
 @dataclass(frozen=True)
@@ -52,13 +44,17 @@ class AssembledRope:
 
 
 def assemble(
-    fragments: list[Fragment], mask: UInt8[np.ndarray, "h w"], width: float
+    fragments: list[Fragment],
+    mask: UInt8[np.ndarray, "h w"],
+    ground: UInt8[np.ndarray, "h w"],
+    width: float,
 ) -> list[AssembledRope]:
     """Return the ropes that fragments belong to, longest first.
 
     Args:
         fragments: Fragments of the mask's skeleton.
         mask: 1 at rope pixels.
+        ground: 1 where surely no rope is seen.
         width: Width of the ropes [pixels].
     """
     if not fragments:
@@ -82,7 +78,8 @@ def assemble(
         margins |= {end: second - best for end in ends if len(ends) > 2}
     taken = {e for pair in pairs for e in pair}
     open_ends = [e for e in poses if e not in taken and e[0] not in shared]
-    pairs += _gap_pairs(open_ends, poses, cost, mask, width)
+    tips = {(k, side): fragments[k].points[-side] for k, side in open_ends}
+    pairs += gap_pairs(tips, poses, cost, mask, ground, width)
     partner = {a: b for pair in pairs for a, b in (pair, pair[::-1])}
     ropes = []
     for chain, points, clear in _chain(fragments, partner, shared, poses):
@@ -143,36 +140,6 @@ def _may_be_shared(fragment: Fragment, width: float) -> bool:
     return short or fragment.radius > SHARED_RADIUS_WIDTHS * width
 
 
-def _gap_pairs(
-    ends: list[FragmentEnd],
-    poses: dict[FragmentEnd, EndPose],
-    cost: EndCost,
-    mask: UInt8[np.ndarray, "h w"],
-    width: float,
-) -> list[tuple[FragmentEnd, FragmentEnd]]:
-    """Pairs of ends across gaps of a rope, the best ones first."""
-    ranked = []
-    for k, a in enumerate(ends):
-        for b in ends[k + 1 :]:
-            gap = poses[b].position - poses[a].position
-            distance = float(np.linalg.norm(gap))
-            if a[0] == b[0] or distance > MAX_GAP_SEARCH_WIDTHS * width:
-                continue
-            steps = np.linspace(0.0, 1.0, max(2, round(distance)))[:, None]
-            at = np.rint(poses[a].position + steps * gap).astype(int)
-            background = float(np.sum(mask[at[:, 1], at[:, 0]] == 0)) / width
-            total = cost(a, b) + GAP_COST_PER_WIDTH * background
-            if background < MAX_GAP_WIDTHS and total < FREE_END_COST:
-                ranked.append((total, a, b))
-    taken: set[FragmentEnd] = set()
-    pairs = []
-    for _, a, b in sorted(ranked):
-        if a not in taken and b not in taken:
-            taken |= {a, b}
-            pairs.append((a, b))
-    return pairs
-
-
 def _chain(
     fragments: list[Fragment],
     partner: dict[FragmentEnd, FragmentEnd],
@@ -201,7 +168,7 @@ def _chain(
             entered.append(at)
             ahead = fragments[k].points if side == 0 else fragments[k].points[::-1]
             if before is not None:
-                bridge = _bridge(points[-1][-1], poses[before], ahead[0], poses[at])
+                bridge = bridging_cubic(points[-1][-1], poses[before], ahead[0], poses[at])
                 points.append(bridge)
                 clear.append(np.zeros(len(bridge), bool))
             points.append(ahead)
@@ -209,21 +176,3 @@ def _chain(
             before = (k, 1 - side)
             at = partner.get(before)
         yield entered, np.concatenate(points), np.concatenate(clear)
-
-
-def _bridge(
-    start: Float64[np.ndarray, "2"],
-    leaving: EndPose,
-    stop: Float64[np.ndarray, "2"],
-    entering: EndPose,
-) -> Float64[np.ndarray, "k 2"]:
-    """Cubic from the last point of a fragment to the first one of the next, a pixel apart."""
-    length = float(np.linalg.norm(stop - start))
-    t = np.linspace(0.0, 1.0, max(2, int(np.ceil(length)) + 1))[1:-1, None]
-    first, last = length * leaving.outward, -length * entering.outward
-    return (
-        (2.0 * t**3 - 3.0 * t**2 + 1.0) * start
-        + (t**3 - 2.0 * t**2 + t) * first
-        + (3.0 * t**2 - 2.0 * t**3) * stop
-        + (t**3 - t**2) * last
-    )

@@ -169,7 +169,7 @@ def measure_candidates(
     smooth = cv2.GaussianBlur(foreground.lab, (0, 0), max(0.5, 0.2 * rope.width))
     smooth = smooth.astype(np.float32)
     fragments = cut_fragments(rope.skeleton, foreground.radii, smooth, rope.width)
-    assembled = assemble(fragments, rope.mask, rope.width)
+    assembled = assemble(fragments, rope.mask, foreground.ground, rope.width)
     least = max(MIN_LENGTH_WIDTHS * rope.width, MIN_RELATIVE_LENGTH * max(rope.mask.shape))
     kept = [r for r in assembled if len(r.points) > least]
     if wanted is not None:

@@ -71,6 +71,8 @@ class Foreground:
     """The network's log odds of every pixel, limited to `MAX_LOG_ODDS`."""
     evidence: Float32[np.ndarray, "h w"]
     """Log odds that a pixel shows a rope, on which its edge is measured; zero at the edge."""
+    ground: UInt8[np.ndarray, "h w"]
+    """1 where surely no rope is seen, as the network tells; 0 everywhere in other ways."""
     by_color: bool
     """Whether it is what has the colours of proposals, whatever the ground is."""
 
@@ -119,7 +121,8 @@ def _seen(
     mask = _long_pieces((likelihood > 0.0).view(np.uint8))
     # What colours add makes the mask whole, but also wider.
     evidence = log_odds + 0.5 * COLOR_WEIGHT * ratio - EDGE_LOG_ODDS
-    return _foreground(image, likelihood + ROPE_LOG_RATIO, mask, width, log_odds, evidence)
+    ground = (log_odds < PERHAPS_LOG_ODDS).view(np.uint8)
+    return _foreground(image, likelihood + ROPE_LOG_RATIO, mask, width, log_odds, evidence, ground)
 
 
 def _long_pieces(mask: UInt8[np.ndarray, "h w"]) -> UInt8[np.ndarray, "h w"]:
@@ -165,7 +168,8 @@ def _measured(
     seen = cv2.resize(log_odds, size, interpolation=cv2.INTER_LINEAR)
     mask = kept[labels].view(np.uint8)
     evidence = likelihood - ROPE_LOG_RATIO
-    return _foreground(image, likelihood, mask, width, seen, evidence, by_color)
+    ground = np.zeros_like(mask)
+    return _foreground(image, likelihood, mask, width, seen, evidence, ground, by_color)
 
 
 def _foreground(
@@ -175,6 +179,7 @@ def _foreground(
     width: float,
     log_odds: Float32[np.ndarray, "h w"],
     evidence: Float32[np.ndarray, "h w"],
+    ground: UInt8[np.ndarray, "h w"],
     by_color: bool = False,
 ) -> Foreground | None:
     if not np.any(mask):
@@ -185,7 +190,7 @@ def _foreground(
     if not np.any(skeleton):
         return None
     rope = RopeMask(likelihood, mask, skeleton, width_from_radii(radii[skeleton]))
-    return Foreground(image, _to_lab(image), rope, radii, log_odds, evidence, by_color)
+    return Foreground(image, _to_lab(image), rope, radii, log_odds, evidence, ground, by_color)
 
 
 def _without_holes(mask: UInt8[np.ndarray, "h w"], width: float) -> UInt8[np.ndarray, "h w"]:

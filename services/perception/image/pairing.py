@@ -25,6 +25,8 @@ LIGHTNESS_WEIGHT = 0.5
 MAX_EXACT_ENDS = 10
 """Number of ends up to which all pairings are compared; beyond, pairs are chosen greedily."""
 
+EndCost = Callable[[FragmentEnd, FragmentEnd], float]
+"""Cost of a pair of ends."""
 Pairs = tuple[tuple[FragmentEnd, FragmentEnd], ...]
 """Pairs of ends."""
 
@@ -54,9 +56,7 @@ def color_cost(one: Fragment, two: Fragment) -> float:
     return float(difference @ difference) / COLOR_SIGMA**2
 
 
-def cheapest_pairing(
-    ends: Iterable[FragmentEnd], cost: Callable[[FragmentEnd, FragmentEnd], float]
-) -> tuple[float, float, Pairs]:
+def cheapest_pairing(ends: Iterable[FragmentEnd], cost: EndCost) -> tuple[float, float, Pairs]:
     """Return the cost of the cheapest pairing, that of the next one, and the pairs.
 
     Args:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from dataclasses import astuple, dataclass
+from itertools import islice
 
 import numpy as np
 from jaxtyping import Bool, Float64
@@ -25,6 +26,9 @@ FIRST_SEED = 100_000
 """First seed of the pictures for the fit; tuning uses lower ones."""
 RIDGE = 0.02
 """Weight of the squared coefficients of the standardised features."""
+EVERY_WAY_STRIDE = 4
+"""Stride of the pictures in which every way of finding the foreground is sampled: the others than
+the network are rarely needed."""
 NEWTON_STEPS = 30
 """Steps of Newton's method."""
 
@@ -48,12 +52,13 @@ class Sample:
 
 
 def samples(count: int) -> Iterator[Sample]:
-    """Yield samples of both ways of finding the foreground in rendered pictures."""
+    """Yield samples of what the network finds in rendered pictures, and in some of all ways."""
     grounds: tuple[Ground, Ground] = ("plain", "clutter")
     for k in range(count):
         picture = tuning_picture(FIRST_SEED + k, 1 + k % 3, grounds[(k // 3) % 2])
         print(f"\rpicture {k + 1} of {count}", end="", file=sys.stderr)
-        for foreground in find_foregrounds(picture.color):
+        ways = None if k % EVERY_WAY_STRIDE == 0 else 1
+        for foreground in islice(find_foregrounds(picture.color), ways):
             yield from _sample(picture, foreground)
     print(file=sys.stderr)
 

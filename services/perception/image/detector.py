@@ -37,8 +37,8 @@ MIN_IMAGE_SIDE = 48
 """Least shorter side of an image [pixels]."""
 LIKENESS_PER_LOG_RATIO = 31.0
 """Likeness per unit of the log likelihood ratio."""
-SURE_DOUBT = 0.25
-"""Doubt below which no other way of finding the foreground is tried."""
+HOPELESS_DOUBT = 0.9
+"""Doubt from which another way of finding the foreground is tried."""
 SURE_LOG_ODDS = 1.0
 """Log odds of the network from which it sees a rope for sure [-]."""
 SIDE_OFFSET = 3.0
@@ -141,7 +141,7 @@ def detect_ropes(color: UInt8[np.ndarray, "h w 3"], rope_color: Color | None = N
         found = _detection((color.shape[1], color.shape[0]), candidates, foreground)
         if best is None or found.doubt < best.doubt:
             best = found
-        if best.doubt < SURE_DOUBT:
+        if best.doubt < HOPELESS_DOUBT:
             break
     if best is not None:
         return best

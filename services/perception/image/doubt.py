@@ -19,6 +19,9 @@ MAX_LOG_ODDS = 6.0
 """Limit of the log odds of a rope among the features of its image [-]."""
 DROPPED_LOG_ODDS = 1.0
 """Log odds of being wrong above which a rope is dropped [-]."""
+SEEN_LOG_ODDS, SEEN_UNEVENNESS = 3.0, 0.2
+"""Mean log odds of the network along a rope from which it is kept in any case, if its unevenness is
+below the second [-]: doubtful is then where it leads to, not whether it is there."""
 ROPE_COEFFICIENTS = (
     1.2667,
     -0.4572,
@@ -95,7 +98,8 @@ class ImageFeatures:
 def believed(ropes: list[RopeFeatures]) -> list[int]:
     """Return the indices of the ropes that are kept: all but the incredible, at least one."""
     odds = [log_odds(r) for r in ropes]
-    likely = [k for k, o in enumerate(odds) if o < DROPPED_LOG_ODDS]
+    seen = [r.unseen < -SEEN_LOG_ODDS and r.unevenness < SEEN_UNEVENNESS for r in ropes]
+    likely = [k for k, o in enumerate(odds) if o < DROPPED_LOG_ODDS or seen[k]]
     return likely or [int(np.argmin(odds))]
 
 

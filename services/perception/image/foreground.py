@@ -111,25 +111,25 @@ def _seen(
     image: UInt8[np.ndarray, "h w 3"], log_odds: Float32[np.ndarray, "h w"]
 ) -> Foreground | None:
     """What the network sees, where it is unsure with the help of colours; None if nothing long."""
-    mask = _long_pieces((log_odds > 0.0).view(np.uint8))
+    mask = (log_odds > 0.0).view(np.uint8)
     if not np.any(mask):
         return None
     width = usual_width(mask)
+    mask = _long_pieces(mask, width)
+    if not np.any(mask):
+        return None
     perhaps = np.maximum(mask, (log_odds > PERHAPS_LOG_ODDS).view(np.uint8))
     ratio = log_likelihood_ratio(histogram_cells(_to_lab(image)), mask, perhaps, width)
     likelihood = log_odds + COLOR_WEIGHT * ratio
-    mask = _long_pieces((likelihood > 0.0).view(np.uint8))
+    mask = _long_pieces((likelihood > 0.0).view(np.uint8), width)
     # What colours add makes the mask whole, but also wider.
     evidence = log_odds + 0.5 * COLOR_WEIGHT * ratio - EDGE_LOG_ODDS
     ground = (log_odds < PERHAPS_LOG_ODDS).view(np.uint8)
     return _foreground(image, likelihood + ROPE_LOG_RATIO, mask, width, log_odds, evidence, ground)
 
 
-def _long_pieces(mask: UInt8[np.ndarray, "h w"]) -> UInt8[np.ndarray, "h w"]:
-    if not np.any(mask):
-        return mask
-    least = MIN_PIECE_LENGTH * max(mask.shape)
-    return long_enough(mask, max(least, MIN_PIECE_WIDTHS * usual_width(mask)))
+def _long_pieces(mask: UInt8[np.ndarray, "h w"], width: float) -> UInt8[np.ndarray, "h w"]:
+    return long_enough(mask, max(MIN_PIECE_LENGTH * max(mask.shape), MIN_PIECE_WIDTHS * width))
 
 
 def _measured(

@@ -118,7 +118,7 @@ def _crossings(
             a, b = (place[j] for j in fragment.junctions)
             if a == b or not _may_be_shared(fragment, width):
                 continue
-            if len(meeting[a]) % 2 == 0 or len(meeting[b]) % 2 == 0:
+            if len(meeting[a]) % 2 == 0 and len(meeting[b]) % 2 == 0:
                 continue
             rest = [e for e in meeting[a] + meeting[b] if e[0] != k]
             gain = price[a] + price[b] - cheapest_pairing(rest, cost)[0] - SHARED_COST

@@ -23,28 +23,28 @@ SEEN_LOG_ODDS, SEEN_UNEVENNESS = 3.0, 0.2
 """Mean log odds of the network along a rope from which it is kept in any case, if its unevenness is
 below the second [-]: doubtful is then where it leads to, not whether it is there."""
 ROPE_COEFFICIENTS = (
-    1.2667,
-    -0.4572,
-    10.6591,
-    1.2569,
-    2.0034,
-    2.2273,
-    -0.2367,
-    -2.5705,
-    -0.3331,
-    0.4053,
+    0.2616,
+    -1.2068,
+    10.6566,
+    0.9991,
+    3.5332,
+    1.9748,
+    0.2309,
+    0.2276,
+    -0.6234,
+    0.3842,
 )
 """Intercept, and one coefficient for each feature of a rope."""
 IMAGE_COEFFICIENTS = (
-    -3.9901,
-    0.4747,
-    0.0729,
-    5.4176,
-    2.4058,
-    0.0706,
-    -0.68,
-    1.9375,
-    17.1491,
+    -0.1248,
+    0.7221,
+    0.409,
+    0.0187,
+    0.9605,
+    -0.2893,
+    -0.6474,
+    0.5211,
+    23.1644,
 )
 """Intercept, and one coefficient for each feature of an image."""
 

@@ -100,3 +100,27 @@ def test_width_of_a_clean_cable_is_measured() -> None:
     axis = wave((60.0, 240.0), (580.0, 240.0), 60.0)
     (rope,) = detect_ropes(taken([cable(axis, BLUE)])).ropes
     assert abs(rope.width - 12.0) < 1.0
+
+
+def test_width_is_right_though_the_dark_flank_is_lost_in_the_ground() -> None:
+    axis = wave((60.0, 240.0), (580.0, 240.0), 60.0)
+    random = np.random.default_rng(0)
+    ground = grounds.plain_ground(random, (640, 480), (34, 34, 36), 0.01)
+    light = Lighting((-0.6, -0.6, 0.53), 0.3, 20.0, 30.0, 0.3, 0.5)
+    picture, _ = paint_cables(ground, [cable(axis, (110, 108, 104))], light)
+    (rope,) = detect_ropes(as_photograph(picture, random, 0.7, 0.0, 3.0, 90)).ropes
+    assert abs(rope.width - 12.0) < 1.0
+
+
+def test_ends_of_one_colour_that_face_each_other_across_the_ground_are_of_two_ropes() -> None:
+    one, two = wave((40.0, 240.0), (300.0, 240.0), 25.0), wave((344.0, 240.0), (600.0, 240.0), 25.0)
+    found = detect_ropes(taken([cable(one, YELLOW), cable(two, YELLOW)]))
+    assert len(found.ropes) == 2
+
+
+def test_a_rope_that_leaves_the_image_for_a_short_way_is_one_rope() -> None:
+    t = np.linspace(0.0, 1.0, 900)
+    axis = np.stack([60.0 + 520.0 * t, -11.0 + 300.0 * np.abs(2.0 * t - 1.0) ** 2], axis=1)
+    (rope,) = detect_ropes(taken([cable(axis, RED)])).ropes
+    (line,) = rope.lines
+    assert np.ptp(line.pixels[:, 0]) > 500.0

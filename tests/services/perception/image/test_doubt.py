@@ -1,0 +1,38 @@
+"""Ropes that are kept though where they lead to is doubtful."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from services.perception.image.doubt import (
+    DROPPED_LOG_ODDS,
+    SEEN_LOG_ODDS,
+    RopeFeatures,
+    believed,
+    log_odds,
+)
+
+SURE = RopeFeatures(
+    length=4.0,
+    unevenness=0.05,
+    worst_pair=0.1,
+    ambiguity=0.0,
+    loose_ends=0.0,
+    contrast=4.0,
+    hidden=0.05,
+    shadow=0.0,
+    unseen=-3.9,
+)
+
+
+def test_a_rope_with_a_doubtful_crossing_is_kept_if_the_network_surely_sees_it() -> None:
+    crossed = replace(SURE, ambiguity=1.0, loose_ends=2.0, worst_pair=1.4)
+    assert log_odds(crossed) > DROPPED_LOG_ODDS
+    assert believed([SURE, crossed]) == [0, 1]
+    assert believed([SURE, replace(crossed, unseen=1.0 - SEEN_LOG_ODDS)]) == [0]
+
+
+def test_an_uneven_region_is_dropped_though_the_network_sees_it() -> None:
+    uneven = replace(SURE, unevenness=0.5, loose_ends=1.0)
+    assert log_odds(uneven) > DROPPED_LOG_ODDS
+    assert believed([SURE, uneven]) == [0]

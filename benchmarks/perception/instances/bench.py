@@ -91,7 +91,7 @@ def run(
     Examples:
       lariat bench instances --only plain 3 --pictures 100
       lariat bench instances --photographs ~/cables
-      lariat bench instances --fit 240
+      lariat bench instances --fit 160
 
     Args:
         pictures: Number of rendered pictures for each row.

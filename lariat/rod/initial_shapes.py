@@ -119,14 +119,14 @@ def state_along(
     Raises:
         ValueError: All nodes are the same point.
     """
-    tangents = _tangents(nodes)
+    along = tangents(nodes)
     z = EDGE_AXIS
-    q = poses.multiply(poses.rotation_between(poses.rotate(first, z), tangents[0]), first)
+    q = poses.multiply(poses.rotation_between(poses.rotate(first, z), along[0]), first)
     frames = [q]
-    for step in poses.rotation_between(tangents[:-1], tangents[1:]):
+    for step in poses.rotation_between(along[:-1], along[1:]):
         q = poses.multiply(step, q)
         frames.append(q)
-    end = poses.multiply(poses.rotation_between(poses.rotate(last, z), tangents[-1]), last)
+    end = poses.multiply(poses.rotation_between(poses.rotate(last, z), along[-1]), last)
     twist = poses.logarithm(poses.multiply(poses.conjugate(q), end))[2]
     # A clamp lies half an edge beyond the middle of the outermost edge.
     places = np.arange(len(frames)) + 0.5 * clamps[0]
@@ -137,7 +137,7 @@ def state_along(
     return RodState(nodes, orientations, np.zeros_like(nodes), np.zeros((len(orientations), 3)))
 
 
-def _tangents(nodes: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "e 3"]:
+def tangents(nodes: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "e 3"]:
     """Return the unit vectors of all edges; an edge without length has that of its neighbour."""
     edges = np.diff(nodes, axis=0)
     lengths = np.linalg.norm(edges, axis=1)

@@ -11,8 +11,11 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
-from lariat.rod.initial_shapes import EDGE_AXIS, state_along
+from lariat.rod.initial_shapes import EDGE_AXIS, state_along, tangents
 from lariat.rod.state import RodState
+
+BENDING_STEPS = 16
+"""Number of steps in which a rod is led into another shape while its twist is followed."""
 
 
 def count_turns(state: RodState) -> int:
@@ -27,6 +30,28 @@ def count_turns(state: RodState) -> int:
     least = state_along(x, q[0], q[-1], (1, 1) if len(q) > len(x) else (0, 0))
     difference = _twist(state.orientations) - _twist(least.orientations)
     return round(difference / (2.0 * np.pi))
+
+
+def count_turns_along(state: RodState, nodes: Float64[np.ndarray, "n 3"]) -> int:
+    """Return the number of whole turns that a rod has once it has bent into another shape [-].
+
+    While the ends do not turn, twist and writhe change into one another (Călugăreanu's theorem):
+    a rod that throws a loop loses a turn of twist. The rod is led along straight lines from node
+    to node, and its twist is followed; it is taken not to pass through itself on the way.
+
+    Args:
+        state: State of the rod, between two ends of the same kind.
+        nodes: Nodes of the other shape [m].
+
+    Raises:
+        ValueError: Only one of the ends is clamped.
+    """
+    shares = np.linspace(0.0, 1.0, BENDING_STEPS + 1)[:, None, None]
+    chains = (1.0 - shares) * state.positions + shares * nodes
+    least = _least_twists(chains, state.orientations[0], state.orientations[-1])
+    # The least twist wraps around at half a turn where the twist itself goes on.
+    wraps = np.round(np.diff(least) / (2.0 * np.pi))
+    return count_turns(state) - int(np.sum(wraps))
 
 
 def add_turns(state: RodState, count: float) -> RodState:
@@ -55,3 +80,26 @@ def _twist(orientations: Float64[np.ndarray, "e 4"]) -> float:
     # Swing-twist decomposition: the rotation about the axis is by twice this angle.
     angles = 2.0 * np.arctan2(steps[:, 3], steps[:, 0])
     return float(np.sum(np.remainder(angles + np.pi, 2.0 * np.pi) - np.pi))
+
+
+def _least_twists(
+    chains: Float64[np.ndarray, "t n 3"],
+    first: Float64[np.ndarray, "4"],
+    last: Float64[np.ndarray, "4"],
+) -> Float64[np.ndarray, "t"]:
+    """Return the twist, at most half a turn, of chains between two end frames [rad].
+
+    Args:
+        chains: Nodes of each chain [m].
+        first: Orientation of the left end.
+        last: Orientation of the right end.
+    """
+    along = np.stack([tangents(nodes) for nodes in chains])
+    frames = poses.multiply(
+        poses.rotation_between(poses.rotate(first, EDGE_AXIS), along[:, 0]), first
+    )
+    steps = poses.rotation_between(along[:, :-1], along[:, 1:])
+    for k in range(steps.shape[1]):
+        frames = poses.multiply(steps[:, k], frames)
+    ends = poses.multiply(poses.rotation_between(poses.rotate(last, EDGE_AXIS), along[:, -1]), last)
+    return poses.logarithm(poses.multiply(poses.conjugate(frames), ends))[:, 2]

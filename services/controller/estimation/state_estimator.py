@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float64
 
 from lariat.geometry import poses
 from lariat.geometry.obstacles import chain_clearance
-from lariat.rod import Rod, RodState, RolloutSpec, add_turns, count_turns, state_along
+from lariat.rod import Rod, RodState, RolloutSpec, add_turns, count_turns_along, state_along
 from lariat.rod.obstacle_table import unpack
 from lariat.rod.xpbd import XpbdRod
 from lariat.trajectory import MotionState, mean_twists
@@ -145,7 +145,7 @@ class StateEstimator:
     @property
     def turns(self) -> int:
         """Whole turns of twist in the rope; only the model has them, nodes do not show them."""
-        return count_turns(self.state)
+        return count_turns_along(self.state, self.nodes)
 
     def advance(self, motion: MotionState, time: int) -> None:
         """Move the model's ends to measured poses.
@@ -286,7 +286,9 @@ class StateEstimator:
     ) -> bool:
         """Restart in another equilibrium between the same grips, if the rope is seen in one.
 
-        A rope with two equilibria does not always snap from one to the other with the model.
+        A rope with several equilibria does not always snap from one to the other with the model.
+        Between two of them it may have thrown a loop, and passed through itself, which changes its
+        turns by two.
 
         Args:
             nodes: Observed nodes [m].
@@ -297,21 +299,27 @@ class StateEstimator:
         """
         seen = np.where(observed[:, None], nodes, self.nodes)
         held = self.held_motion
-        guess = add_turns(state_along(seen, *held.orientations), self.turns)
-        try:
-            found = self.rod.rest(*held.grips, guess=guess, obstacles=self.supports)
-        except ValueError:
-            # A taut rope has no other equilibrium.
+        turns = count_turns_along(self.state, seen)
+
+        def farthest(state: RodState) -> float:
+            return float(np.max(np.linalg.norm(nodes - state.positions, axis=1)[observed]))
+
+        found: dict[int, float] = {}
+        for count in (turns, turns - 2, turns + 2):
+            guess = add_turns(state_along(seen, *held.orientations), count)
+            try:
+                rest = self.rod.rest(*held.grips, guess=guess, obstacles=self.supports)
+            except ValueError:
+                # A taut rope has no other equilibrium.
+                return False
+            if rest.converged:
+                found[count] = farthest(rest.state)
+        if not found:
             return False
-        if not found.converged:
+        nearest = min(found, key=found.__getitem__)
+        if found[nearest] > self.settings.max_equilibrium_mismatch * farthest(self.state):
             return False
-        distances, distances_found = (
-            np.linalg.norm(nodes - shape.positions, axis=1)[observed]
-            for shape in (self.state, found.state)
-        )
-        if np.max(distances_found) > self.settings.max_equilibrium_mismatch * np.max(distances):
-            return False
-        self.restart(self.motion, self.time, seen, self.turns)
+        self.restart(self.motion, self.time, seen, nearest)
         return True
 
     def _rollout(

@@ -14,7 +14,7 @@ from jaxtyping import Float64
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle, pack
 from lariat.geometry.poses import Pose
-from lariat.rod import Rod, RodState, add_turns, state_along
+from lariat.rod import Rod, RodState, add_turns, count_turns_along, state_along
 from lariat.rod.part_fit import fit_part
 from lariat.trajectory import NANOSECONDS
 from services.planner import whole_path
@@ -322,18 +322,32 @@ class PlannerService:
         supports = [o for o in obstacles if o.support]
         packed = pack(supports) if supports else None
         state = self._rod.rest(*grips, obstacles=packed).state
-        if turns:
-            state = self._rod.rest(*grips, guess=add_turns(state, turns), obstacles=packed).state
         if rope is None or not rope.positions:
-            return state
+            return self._rest_with_turns(state, turns, grips, packed)
         observed = self._resampled(chain(rope.positions))
+        guess = add_turns(state_along(observed, grips[0].orientation, grips[1].orientation), turns)
+        # The turns are those of the observed shape.
+        state = self._rest_with_turns(
+            state, count_turns_along(guess, state.positions), grips, packed
+        )
         if polylines.mean_node_distance(state.positions, observed) < SAME_SHAPE_DISTANCE:
             return state
-        guess = add_turns(state_along(observed, grips[0].orientation, grips[1].orientation), turns)
         other = self._rod.rest(*grips, guess=guess, obstacles=packed).state
         return min(
             (state, other), key=lambda s: polylines.mean_node_distance(s.positions, observed)
         )
+
+    def _rest_with_turns(
+        self,
+        state: RodState,
+        turns: int,
+        grips: tuple[Pose, Pose],
+        supports: Float64[np.ndarray, "m 12"] | None,
+    ) -> RodState:
+        """State at rest to which another one relaxes when turns of twist are added to it."""
+        if not turns:
+            return state
+        return self._rod.rest(*grips, guess=add_turns(state, turns), obstacles=supports).state
 
     def _mismatch_margin(self, state: RodState, rope: NodeChain | None) -> float:
         """Clearance that is added where the rod at rest is not where the rope is seen [m]."""

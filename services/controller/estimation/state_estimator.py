@@ -28,6 +28,12 @@ SETTLING_DURATIONS = (10.0,)
 FALLING_DURATIONS = (10.0, 100.0, 1000.0)
 """Durations of the steps in which a rod that does not stay in its shape leaves it [s]."""
 
+OTHER_TURNS = (0, -2, 2, -1, 1)
+"""Turns beside the model's with which a rope may rest in another shape, likeliest first [-].
+
+A model that passes through itself, which no rope does, gains or loses two turns.
+"""
+
 
 @dataclass(frozen=True)
 class EstimatorSettings:
@@ -287,8 +293,8 @@ class StateEstimator:
         """Restart in another equilibrium between the same grips, if the rope is seen in one.
 
         A rope with several equilibria does not always snap from one to the other with the model.
-        Between two of them it may have thrown a loop, and passed through itself, which changes its
-        turns by two.
+        Nodes do not show the turns of the rope: they are those of the model, or else the nearest
+        with which the rope rests where it is seen.
 
         Args:
             nodes: Observed nodes [m].
@@ -304,23 +310,18 @@ class StateEstimator:
         def farthest(state: RodState) -> float:
             return float(np.max(np.linalg.norm(nodes - state.positions, axis=1)[observed]))
 
-        found: dict[int, float] = {}
-        for count in (turns, turns - 2, turns + 2):
-            guess = add_turns(state_along(seen, *held.orientations), count)
+        limit = self.settings.max_equilibrium_mismatch * farthest(self.state)
+        for more in OTHER_TURNS:
+            guess = add_turns(state_along(seen, *held.orientations), turns + more)
             try:
-                rest = self.rod.rest(*held.grips, guess=guess, obstacles=self.supports)
+                found = self.rod.rest(*held.grips, guess=guess, obstacles=self.supports)
             except ValueError:
                 # A taut rope has no other equilibrium.
                 return False
-            if rest.converged:
-                found[count] = farthest(rest.state)
-        if not found:
-            return False
-        nearest = min(found, key=found.__getitem__)
-        if found[nearest] > self.settings.max_equilibrium_mismatch * farthest(self.state):
-            return False
-        self.restart(self.motion, self.time, seen, nearest)
-        return True
+            if found.converged and farthest(found.state) <= limit:
+                self.restart(self.motion, self.time, seen, turns + more)
+                return True
+        return False
 
     def _rollout(
         self, state: RodState, twist: Float64[np.ndarray, "2 2 3"], dt: float, steps: int

@@ -1,4 +1,4 @@
-"""Added turns of twist are counted, and a rod keeps them while it moves."""
+"""Turns of twist are counted; a rod keeps them while it moves, but for those in its loops."""
 
 from __future__ import annotations
 
@@ -7,7 +7,14 @@ import pytest
 
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
-from lariat.rod import Rod, RodProperties, RolloutSpec, add_turns, count_turns
+from lariat.rod import (
+    Rod,
+    RodProperties,
+    RolloutSpec,
+    add_turns,
+    count_turns,
+    count_turns_along,
+)
 from lariat.rod.initial_shapes import EDGE_AXIS
 
 ALONG_X = np.array([0.5, 0.5, 0.5, 0.5])
@@ -37,3 +44,15 @@ def test_turning_an_end_about_the_rope_adds_a_turn_and_bends_it_out_of_its_plane
     rest = rod.rest(*GRIPS, guess=add_turns(state, 1)).state
     assert np.abs(moved.positions - rest.positions).max() < 2e-3
     assert np.ptp(rest.positions[:, 1]) > 0.03
+
+
+@pytest.mark.parametrize("count", [-1, 1])
+def test_a_loop_takes_the_turn_of_twist_that_made_it(rod: Rod, count: int) -> None:
+    twisted = rod.rest(*GRIPS, guess=add_turns(rod.rest(*GRIPS).state, count)).state
+    nearer = np.zeros((1, 2, 6))
+    nearer[0, :, 0] = 0.03, -0.03
+    looped = rod.rollout(RolloutSpec(twisted, nearer, 0.01, steps=400)).final
+    assert count_turns(twisted) == count
+    assert count_turns(looped) == 0
+    assert count_turns_along(twisted, looped.positions) == 0
+    assert count_turns_along(looped, twisted.positions) == count

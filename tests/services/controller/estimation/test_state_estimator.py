@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from lariat.geometry import polylines
-from lariat.rod import Rod, RodProperties, state_along
+from lariat.rod import Rod, RodProperties, RodState, add_turns, count_turns, state_along
 from lariat.trajectory import MotionState
 from services.controller.estimation.grip_errors import GripErrors
 from services.controller.estimation.state_estimator import StateEstimator
@@ -29,6 +29,27 @@ def test_estimator_switches_to_the_equilibrium_that_is_observed() -> None:
     assert polylines.mean_node_distance(estimator.nodes, other) > 0.02
     assert estimator.switch_equilibrium(other, ALL)
     assert polylines.mean_node_distance(estimator.nodes, other) < 1e-3
+
+
+def test_estimator_switches_to_a_wound_equilibrium_with_other_turns() -> None:
+    rod = Rod(replace(ROD.properties, youngs_modulus=1e7), 24)
+
+    def led(start: RodState, *halves: float) -> RodState:
+        for x in halves:
+            start = rod.rest(*grips((-x, 0.0, 0.4), (x, 0.0, 0.4)), guess=start).state
+        return start
+
+    # Two turns throw a loop, to this or to that side, depending on where the grips come from.
+    wide = rod.rest(*grips((-0.2, 0.0, 0.4), (0.2, 0.0, 0.4))).state
+    wound = led(add_turns(wide, 2), *np.arange(20, 4, -1) / 100)
+    other = led(add_turns(wide, 2), 0.2, 0.03, 0.04, 0.05)
+    assert count_turns(wound) != count_turns(other)
+    near = MotionState.at_rest(*grips((-0.05, 0.0, 0.4), (0.05, 0.0, 0.4)))
+    estimator = StateEstimator(rod, near, 0)
+    estimator.state = wound
+    assert estimator.switch_equilibrium(other.positions, ALL)
+    assert polylines.mean_node_distance(estimator.nodes, other.positions) < 2e-3
+    assert estimator.turns == count_turns(other)
 
 
 def test_estimator_keeps_its_equilibrium_for_a_rope_held_aside() -> None:

@@ -25,6 +25,7 @@ from jaxtyping import Bool, Float64
 from lariat.geometry import poses
 from lariat.rod import RodProperties
 from lariat.rod.identification import posterior
+from lariat.rod.identification.posterior import Evidence
 from lariat.trajectory import MotionState, mean_twists
 from services.controller.estimation.adaptation import ParameterEstimate
 from services.controller.estimation.damping_sensitivity import DampingSensitivity
@@ -82,6 +83,14 @@ class MaterialFilterSettings:
     new_evidence_share: float = 0.6
     """Share of the evidence of a shape that is kept when the grips leave it [-]: the error of a
     coarse rod repeats itself from shape to shape."""
+    standing_spread: float = 0.04
+    """Standard deviation of the stiffness that fits one shape at rest from the rope's, as a
+    logarithm [-].
+
+    Near a fold a rope tells its stiffness sharply, but the rod is not that good a model.
+    """
+    moving_spread: float = 0.2
+    """The same of a rope that moves, which has not yet taken its shape at rest [-]."""
     max_log_stiffness_step: float = math.log(2.0)
     """Largest change of the stiffness's logarithm in one update [-]."""
     min_shape_change: float = 2e-4
@@ -283,7 +292,8 @@ class MaterialFilter:
             ),
             self._error_scale.factor,
         )
-        seen = shape.evidence
+        spread = settings.standing_spread if self.standing else settings.moving_spread
+        seen = _with_own_value(shape.evidence, self._index("stiffness"), spread)
         known = posterior.prior(self._x - self._centre, self._prior + self._past_evidence)
         dx = posterior.gauss_newton_step(seen + known, self._free)
         (stiffness_step,) = np.abs(dx[self._unknowns.groups["stiffness"]])
@@ -390,6 +400,21 @@ class MaterialFilter:
         if swinging is not None:
             jacobian[..., self._unknowns.groups["damping"]] = swinging[..., None]
         return jacobian
+
+
+def _with_own_value(seen: Evidence, index: int, spread: float) -> Evidence:
+    """Evidence of an observation in which one unknown has a value of its own.
+
+    Args:
+        seen: Evidence if the unknown were the same in all observations.
+        index: Place of the unknown.
+        spread: Standard deviation of its own value from the common one.
+    """
+    row = seen.information[index]
+    share = spread**2 / (1.0 + spread**2 * row[index])
+    descent = seen.descent - share * seen.descent[index] * row
+    cost = seen.cost - 0.5 * share * seen.descent[index] ** 2
+    return Evidence(seen.information - share * np.outer(row, row), descent, cost)
 
 
 def _displacement(before: MotionState, after: MotionState) -> float:

@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -25,10 +24,10 @@ from jaxtyping import Bool, Float64
 from lariat.geometry import poses
 from lariat.rod import RodProperties
 from lariat.rod.identification import posterior
-from lariat.rod.identification.posterior import Evidence
 from lariat.trajectory import MotionState, mean_twists
 from services.controller.estimation.adaptation import ParameterEstimate
 from services.controller.estimation.damping_sensitivity import DampingSensitivity
+from services.controller.estimation.material_filter_settings import MaterialFilterSettings
 from services.controller.estimation.observation_mean import MAX_OBSERVATIONS, ObservationMean
 from services.controller.estimation.rope_unknowns import (
     MAX_CHANGES,
@@ -39,6 +38,7 @@ from services.controller.estimation.shape_evidence import (
     ErrorScale,
     ShapeObservation,
     whiten,
+    with_own_value,
 )
 from services.controller.estimation.state_estimator import StateEstimator
 
@@ -46,65 +46,6 @@ ROTATION_LEVER_ARM = 0.05
 """Lever arm that converts a grip's rotation into a displacement [m]."""
 MAX_HALVINGS = 5
 """Number of times that a step is halved before the material is left as it is."""
-
-
-@dataclass(frozen=True)
-class MaterialFilterSettings:
-    """Periods, noise and thresholds of the filter."""
-
-    update_period: int = 400_000_000
-    """Time between updates while the rope moves [ns].
-
-    The model needs time to take its new shape; at rest it takes it at once.
-    """
-    update_period_at_rest: int = 100_000_000
-    """Time between updates while the rope rests [ns]."""
-    memory_time: float = 60.0
-    """Time constant with which evidence decays [s]: a rope can be exchanged by hand."""
-    model_error: float = 3e-4
-    """Error of rod and sensor, alike in neighbouring nodes and while nothing moves [m]."""
-    error_scale_weight: float = 20.0
-    """Observed components that outweigh the assumed size of all errors."""
-    leaning_error: float = 2e-3
-    """The same of a rope that leans on a support, whose friction the model does not know [m]."""
-    independent_shape_distance: float = 0.04
-    """Displacement of a grip after which the model error is independent [m]."""
-    same_shape_distance: float = 0.01
-    """Displacement of a grip below which observations belong to one shape [m]."""
-    standing_distance: float = 5e-4
-    """Displacement of a grip below which it stands still [m]."""
-    rest_speed: float = 0.02
-    """Mean speed of the model's nodes below which it rests [m/s]."""
-    swinging_error_time: float = 0.05
-    """Error of the model per node speed, because the Jacobian is that of a rope at rest [s]."""
-    outlier_deviations: float = 3.0
-    """Innovation of a node, in standard deviations, above which it is an outlier, and standard
-    deviation of an outlier relative to its excess [-]."""
-    new_evidence_share: float = 0.6
-    """Share of the evidence of a shape that is kept when the grips leave it [-]: the error of a
-    coarse rod repeats itself from shape to shape."""
-    standing_spread: float = 0.04
-    """Standard deviation of the stiffness that fits one shape at rest from the rope's, as a
-    logarithm [-].
-
-    Near a fold a rope tells its stiffness sharply, but the rod is not that good a model.
-    """
-    moving_spread: float = 0.2
-    """The same of a rope that moves, which has not yet taken its shape at rest [-]."""
-    max_log_stiffness_step: float = math.log(2.0)
-    """Largest change of the stiffness's logarithm in one update [-]."""
-    min_shape_change: float = 2e-4
-    """Change of the rest shape below which the model keeps its properties [m]."""
-    settled_shape_change: float = 1e-3
-    """Change of the rest shape in one update below which the material has settled [m]."""
-    converged_shape_change: float = 1e-4
-    """Change of the rest shape in one update below which a shape that has been observed for long
-    tells no more [m]."""
-    max_misfit_growth: float = 1e-3
-    """Growth of the distance between rope and model's rest shape above which a step is shortened
-    [m]."""
-    known_share: float = 0.5
-    """Share of its prior standard deviation below which an unknown counts as known [-]."""
 
 
 class MaterialFilter:
@@ -293,7 +234,7 @@ class MaterialFilter:
             self._error_scale.factor,
         )
         spread = settings.standing_spread if self.standing else settings.moving_spread
-        seen = _with_own_value(shape.evidence, self._index("stiffness"), spread)
+        seen = with_own_value(shape.evidence, self._index("stiffness"), spread)
         known = posterior.prior(self._x - self._centre, self._prior + self._past_evidence)
         dx = posterior.gauss_newton_step(seen + known, self._free)
         (stiffness_step,) = np.abs(dx[self._unknowns.groups["stiffness"]])
@@ -400,21 +341,6 @@ class MaterialFilter:
         if swinging is not None:
             jacobian[..., self._unknowns.groups["damping"]] = swinging[..., None]
         return jacobian
-
-
-def _with_own_value(seen: Evidence, index: int, spread: float) -> Evidence:
-    """Evidence of an observation in which one unknown has a value of its own.
-
-    Args:
-        seen: Evidence if the unknown were the same in all observations.
-        index: Place of the unknown.
-        spread: Standard deviation of its own value from the common one.
-    """
-    row = seen.information[index]
-    share = spread**2 / (1.0 + spread**2 * row[index])
-    descent = seen.descent - share * seen.descent[index] * row
-    cost = seen.cost - 0.5 * share * seen.descent[index] ** 2
-    return Evidence(seen.information - share * np.outer(row, row), descent, cost)
 
 
 def _displacement(before: MotionState, after: MotionState) -> float:

@@ -87,6 +87,21 @@ def whiten(shape: ShapeObservation, scale: float) -> WhiteShape:
     return WhiteShape(white[:, :2].ravel(), white[:, 2:].reshape(2 * count, -1))
 
 
+def with_own_value(seen: Evidence, index: int, spread: float) -> Evidence:
+    """Return the evidence of an observation in which one unknown has a value of its own.
+
+    Args:
+        seen: Evidence if the unknown were the same in all observations.
+        index: Place of the unknown.
+        spread: Standard deviation of its own value from the common one.
+    """
+    row = seen.information[index]
+    share = spread**2 / (1.0 + spread**2 * row[index])
+    descent = seen.descent - share * seen.descent[index] * row
+    cost = seen.cost - 0.5 * share * seen.descent[index] ** 2
+    return Evidence(seen.information - share * np.outer(row, row), descent, cost)
+
+
 class ErrorScale:
     """Factor on all assumed errors, learnt from what remains of the residuals of many shapes."""
 

@@ -29,10 +29,8 @@ FALLING_DURATIONS = (10.0, 100.0, 1000.0)
 """Durations of the steps in which a rod that does not stay in its shape leaves it [s]."""
 
 OTHER_TURNS = (0, -2, 2, -1, 1)
-"""Turns beside the model's with which a rope may rest in another shape, likeliest first [-].
-
-A model that passes through itself, which no rope does, gains or loses two turns.
-"""
+"""Turns beyond the model's that a rope in another shape may have; passing through itself adds two
+[-]."""
 
 
 @dataclass(frozen=True)
@@ -293,8 +291,7 @@ class StateEstimator:
         """Restart in another equilibrium between the same grips, if the rope is seen in one.
 
         A rope with several equilibria does not always snap from one to the other with the model.
-        Nodes do not show the turns of the rope: they are those of the model, or else the nearest
-        with which the rope rests where it is seen.
+        Its turns are the model's, or else the first others with which it rests where it is seen.
 
         Args:
             nodes: Observed nodes [m].
@@ -305,11 +302,11 @@ class StateEstimator:
         """
         seen = np.where(observed[:, None], nodes, self.nodes)
         held = self.held_motion
-        turns = count_turns_along(self.state, seen)
 
         def farthest(state: RodState) -> float:
             return float(np.max(np.linalg.norm(nodes - state.positions, axis=1)[observed]))
 
+        turns = count_turns_along(self.state, seen)
         limit = self.settings.max_equilibrium_mismatch * farthest(self.state)
         for more in OTHER_TURNS:
             guess = add_turns(state_along(seen, *held.orientations), turns + more)

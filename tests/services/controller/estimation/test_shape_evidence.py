@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 from jaxtyping import Float64
 
+from lariat.rod.identification.posterior import Evidence
 from services.controller.estimation.shape_evidence import (
     MODEL_ERROR_CORRELATION,
     ErrorScale,
     ShapeObservation,
     WhiteShape,
     whiten,
+    with_own_value,
 )
 
 COUNT = 20
@@ -104,3 +106,14 @@ def test_swing_of_the_whole_rope_tells_less_than_noise_of_its_nodes() -> None:
     noisy = replace(still, deviations=np.full(COUNT, np.hypot(1e-3, 5e-3)))
     told = [whiten(shape, 1.0).evidence.information.item() for shape in (swinging, noisy, still)]
     assert told[0] < 0.5 * told[1] < told[2]
+
+
+def test_an_unknown_with_its_own_value_in_a_shape_is_told_less_sharply_but_not_elsewhere() -> None:
+    random = np.random.default_rng(0)
+    root = random.normal(size=(9, 4))
+    seen = Evidence(root.T @ root, random.normal(size=4), 1.0)
+    told = with_own_value(seen, 1, 0.2)
+    added = np.linalg.inv(told.information) - np.linalg.inv(seen.information)
+    np.testing.assert_allclose(added, np.diag([0.0, 0.2**2, 0.0, 0.0]), atol=1e-12)
+    steps = [np.linalg.solve(e.information, e.descent) for e in (seen, told)]
+    np.testing.assert_allclose(*steps, atol=1e-12)

@@ -29,8 +29,7 @@ FALLING_DURATIONS = (10.0, 100.0, 1000.0)
 """Durations of the steps in which a rod that does not stay in its shape leaves it [s]."""
 
 OTHER_TURNS = (0, -2, 2, -1, 1)
-"""Turns beyond the model's that a rope in another shape may have; passing through itself adds two
-[-]."""
+"""Turns beyond the model's that a rope in another shape may have, likeliest first [-]."""
 
 
 @dataclass(frozen=True)
@@ -284,9 +283,7 @@ class StateEstimator:
         self._history = deque([(self.time, self.state.positions)])
 
     def switch_equilibrium(
-        self,
-        nodes: Float64[np.ndarray, "n 3"],
-        observed: Bool[np.ndarray, "n"],
+        self, nodes: Float64[np.ndarray, "n 3"], observed: Bool[np.ndarray, "n"]
     ) -> bool:
         """Restart in another equilibrium between the same grips, if the rope is seen in one.
 

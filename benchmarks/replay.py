@@ -78,7 +78,8 @@ PERTURBATIONS = (
         "controller",
         "rope",
         "model error of the material filter",
-        "settings:services.controller.estimation.material_filter_settings:MaterialFilterSettings.model_error",
+        "settings:services.controller.estimation.material_filter_settings"
+        ":MaterialFilterSettings.model_error",
     ),
     Perturbation("robot_gateway", "requests", "limit of the jerk", "scenario:limits.jerk"),
     Perturbation(

@@ -41,13 +41,13 @@ class MaterialFilterSettings:
     new_evidence_share: float = 0.6
     """Share of the evidence of a shape that is kept when the grips leave it [-]: the error of a
     coarse rod repeats itself from shape to shape."""
-    standing_spread: float = 0.04
+    standing_spread: float = 0.01
     """Standard deviation of the stiffness that fits one shape at rest from the rope's, as a
     logarithm [-].
 
     Near a fold a rope tells its stiffness sharply, but the rod is not that good a model.
     """
-    moving_spread: float = 0.2
+    moving_spread: float = 0.05
     """The same of a rope that moves, which has not yet taken its shape at rest [-]."""
     max_log_stiffness_step: float = math.log(2.0)
     """Largest change of the stiffness's logarithm in one update [-]."""

@@ -14,7 +14,7 @@ from shared.scenario.rod_properties import rod_properties
 
 
 @pytest.mark.parametrize("name", ["three-cylinders", "cable", "two-turns"])
-@pytest.mark.parametrize("seed", [11, 12])
+@pytest.mark.parametrize("seed", [11, 14])
 def test_part_of_a_finer_rope_at_rest_is_met(name: str, seed: int) -> None:
     # Ends that do not rotate, one end that is fixed, and ends that rotate.
     scenario = load(name)
@@ -28,7 +28,8 @@ def test_part_of_a_finer_rope_at_rest_is_met(name: str, seed: int) -> None:
         shift = random.uniform(-0.05, 0.05, 3) * free[:3]
         turn = poses.exponential(random.uniform(-0.4, 0.4, 3) * free[3:])
         origin = there.position if free[:3].any() else here.position
-        hidden.append(Pose(origin + shift, poses.multiply(turn, here.orientation)))
+        held = there.orientation if free[3:].any() else here.orientation
+        hidden.append(Pose(origin + shift, poses.multiply(turn, held)))
     dense = polylines.resample_smooth(finer.rest(*hidden).state.positions, 600)
     part = (0.25 * length, 0.6 * length)
     points, counted = part_points(

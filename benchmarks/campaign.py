@@ -18,6 +18,7 @@ from rich.markup import escape
 from scipy.stats import binomtest
 
 from benchmarks import worker_pool
+from benchmarks.worker_pool import Workers
 
 Spec = TypeVar("Spec")
 Trial = TypeVar("Trial")
@@ -35,7 +36,7 @@ class Campaign(Generic[Spec, Trial]):
     """Function that states a trial in one line."""
 
     def trials(
-        self, specs: Sequence[Spec], results: Path | None = None, workers: int = 1
+        self, specs: Sequence[Spec], results: Path | None = None, workers: Workers = 1
     ) -> list[Trial]:
         """Run trials, print a line for each, and return them in the order of their specifications.
 
@@ -45,7 +46,7 @@ class Campaign(Generic[Spec, Trial]):
             specs: Trials to run.
             results: File of finished trials, one JSON object a line; trials that it holds are not
                 run again.
-            workers: Number of processes.
+            workers: Number of processes, or the address of a Dask scheduler.
         """
         console = Console(stderr=True, highlight=False, soft_wrap=True)
         rows = _read(results)

@@ -1,4 +1,4 @@
-"""Independent computations in one or several processes."""
+"""Independent computations in one or several processes, or on several machines."""
 
 from __future__ import annotations
 
@@ -7,14 +7,18 @@ import os
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from typing import TypeVar
+from typing import TypeAlias, TypeVar
 
+from benchmarks import cluster
+
+Workers: TypeAlias = int | str
+"""Number of processes, or address of a Dask scheduler, whose workers compute instead."""
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
 def compute(
-    function: Callable[[Item], Result], items: Sequence[Item], workers: int
+    function: Callable[[Item], Result], items: Sequence[Item], workers: Workers
 ) -> Iterator[tuple[int, Result]]:
     """Apply a function to each item; yield index and result in the order in which they finish.
 
@@ -23,8 +27,15 @@ def compute(
     Args:
         function: Function of a module, so that another process can import it.
         items: Arguments, which can be pickled.
-        workers: Number of processes; with 1 everything is computed in this process.
+        workers: Number of processes, with 1 everything is computed in this one; or the address of
+            a Dask scheduler.
+
+    Raises:
+        ConfigurationError: A cluster cannot be used.
     """
+    if isinstance(workers, str):
+        yield from cluster.compute(function, items, workers)
+        return
     if workers <= 1:
         yield from ((k, function(item)) for k, item in enumerate(items))
         return

@@ -16,6 +16,7 @@ from benchmarks.arms.scenes import BASES
 from benchmarks.arms.trial import MAX_ERROR_MM, ArmSpec, ArmTrial, run_trial
 from benchmarks.campaign import Campaign, success_interval
 from benchmarks.result_block import find_block, show
+from benchmarks.worker_pool import Workers
 
 
 def run(
@@ -24,7 +25,7 @@ def run(
     first: int = 0,
     seed: int = 0,
     results: Path | None = None,
-    workers: int = 1,
+    workers: Workers = 1,
     docs: Path | None = None,
     json: bool = False,
 ) -> int:
@@ -45,7 +46,7 @@ def run(
         seed: Seed of the scenes.
         results: File of finished trials, one JSON object a line; trials that it holds are not run
             again.
-        workers: Number of processes.
+        workers: Number of processes, or the address of a Dask scheduler.
         docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of a table.
 

@@ -17,6 +17,7 @@ from benchmarks import worker_pool
 from benchmarks.coverage import swung_rope, trial
 from benchmarks.coverage.trial import PlantModel, Stated
 from benchmarks.result_block import find_block, show
+from benchmarks.worker_pool import Workers
 
 INTERVAL_DEVIATIONS = 1.645
 """Half the width of a 90 % interval, in standard deviations [-]."""
@@ -73,7 +74,7 @@ def run(
     identify: bool = False,
     folder: Path = Path("coverage-trials"),
     again: bool = False,
-    workers: int = 1,
+    workers: Workers = 1,
     docs: Path | None = None,
     json: bool = False,
 ) -> int:
@@ -96,7 +97,7 @@ def run(
         identify: Count the intervals of the identification, not those of the controller.
         folder: Folder for finished trials.
         again: Run finished trials again.
-        workers: Number of processes.
+        workers: Number of processes, or the address of a Dask scheduler.
         docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of a table.
 

@@ -21,6 +21,7 @@ from rich.table import Table
 from benchmarks.goals import campaign
 from benchmarks.goals.campaign import Trial, TrialSpec
 from benchmarks.result_block import find_block, show
+from benchmarks.worker_pool import Workers
 from environments.scenes import Kind
 from shared.configuration import ConfigurationError
 from shared.scenario import Scenario, load
@@ -55,7 +56,7 @@ def run(
     sensing: Literal["truth", "camera"] = "truth",
     adapt: tuple[bool, ...] = (False,),
     time_limit: float = 8.0,
-    workers: int = 1,
+    workers: Workers = 1,
     docs: Path | None = None,
     json: bool = False,
     plots: Path | None = None,
@@ -90,7 +91,7 @@ def run(
         sensing: Source of the perceived rope.
         adapt: Whether the controller adapts the rope's parameters.
         time_limit: Duration of each run [s].
-        workers: Number of processes.
+        workers: Number of processes, or the address of a Dask scheduler.
         docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of a table.
         plots: Folder for plots: a summary, and one of every failure.
@@ -197,7 +198,7 @@ def _common_scenario(
     )
 
 
-def _run_with_progress(specs: list[TrialSpec], workers: int) -> list[Trial]:
+def _run_with_progress(specs: list[TrialSpec], workers: Workers) -> list[Trial]:
     console = Console(stderr=True, highlight=False)
     columns = (
         TextColumn("{task.description}"),

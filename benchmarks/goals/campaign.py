@@ -14,6 +14,7 @@ from jaxtyping import Float64
 from benchmarks import worker_pool
 from benchmarks.conditions import Conditions
 from benchmarks.goals.motion_metrics import MotionMetrics
+from benchmarks.worker_pool import Workers
 from environments.scenes import Kind, sample_scene
 from lariat.geometry.obstacles import Obstacle
 from shared import topics
@@ -105,13 +106,14 @@ class Trial:
 
 
 def run_trials(
-    specs: Sequence[TrialSpec], workers: int, report: Callable[[Trial], None]
+    specs: Sequence[TrialSpec], workers: Workers, report: Callable[[Trial], None]
 ) -> list[Trial]:
     """Run trials and return them in the order of their specifications.
 
     Args:
         specs: Trials to run.
-        workers: Number of processes; with 1 all trials run in this process.
+        workers: Number of processes, or the address of a Dask scheduler; with 1 all trials run
+            in this process.
         report: Called after each trial, in the order in which they finish.
     """
     trials: dict[int, Trial] = {}

@@ -29,6 +29,7 @@ from benchmarks.robustness.trial import (
     TrialFile,
     run_trial,
 )
+from benchmarks.worker_pool import Workers
 from shared.configuration import ConfigurationError
 
 
@@ -41,7 +42,7 @@ def run(
     adapt: bool = True,
     folder: Path = Path("robustness-trials"),
     again: bool = False,
-    workers: int = 1,
+    workers: Workers = 1,
     docs: Path | None = None,
     json: bool = False,
 ) -> int:
@@ -65,7 +66,7 @@ def run(
         adapt: Whether the controller adapts the rope's parameters. Without, a run may give up.
         folder: Folder for finished runs, scenarios and goals.
         again: Run finished combinations again.
-        workers: Number of processes.
+        workers: Number of processes, or the address of a Dask scheduler.
         docs: Folder in which `robustness/table.md` is written; nothing is by default.
         json: Print one JSON object instead of a table.
 
@@ -97,7 +98,7 @@ def run(
 
 
 def _run_with_progress(
-    combinations: Sequence[Combination], finished: int, folder: Path, workers: int
+    combinations: Sequence[Combination], finished: int, folder: Path, workers: Workers
 ) -> Iterator[Trial]:
     console = Console(stderr=True, highlight=False)
     columns = (

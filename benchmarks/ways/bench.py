@@ -23,6 +23,7 @@ from benchmarks.ways.trial import (
     WayTrial,
     run_trial,
 )
+from benchmarks.worker_pool import Workers
 
 
 def run(
@@ -34,7 +35,7 @@ def run(
     stiffness_error: tuple[float, ...] = (1.5, 1 / 1.5),
     plant: tuple[PlantModel, ...] = ("rod", "mujoco"),
     results: Path | None = None,
-    workers: int = 1,
+    workers: Workers = 1,
     docs: Path | None = None,
     json: bool = False,
 ) -> int:
@@ -58,7 +59,7 @@ def run(
         plant: Simulators of the true rope.
         results: File of finished trials, one JSON object a line; trials that it holds are not run
             again.
-        workers: Number of processes.
+        workers: Number of processes, or the address of a Dask scheduler.
         docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of a table.
 

@@ -48,6 +48,8 @@ OBSTACLE: Color = (128, 136, 148)
 """Obstacle that the rope must not touch."""
 SUPPORT: Color = (124, 104, 76)
 """Obstacle that the rope may rest on."""
+REGION: Color = (70, 170, 150)
+"""Edges of a region that the rope must not leave."""
 CAMERA: Color = (120, 130, 145)
 """Frustum of the camera."""
 GRIPPER_JAW: Color = (206, 213, 224)

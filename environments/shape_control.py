@@ -202,7 +202,7 @@ class ShapeControl(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         grips = [Pose(*pose) for pose in zip(self._motion.positions, self._motion.orientations)]  # noqa: B905
         bodies = gripper_points(*grips, scenario.limits.gripper_reach)
         gripper = min(float(np.min(signed_distance(bodies, o))) for o in solid)
-        clearance = chain_clearance(nodes, radius, solid)
+        clearance = chain_clearance(nodes, radius, [*solid, *scenario.regions])
         gripper_clearance = gripper - scenario.limits.gripper_radius
         return {
             "error": float(np.linalg.norm(self._seen(nodes) - self._goal, axis=1).mean()),

@@ -51,7 +51,7 @@ def _report(scenario: Scenario, key: str, shape: Shape) -> ShapeReport:
     radius = scenario.rope.diameter / 2.0
     clearances = {
         body.name: geometry.chain_clearance(nodes, radius, (body,))
-        for body in scenario.bodies
+        for body in (*scenario.bodies, *scenario.regions)
         if not body.support
     }
     if not clearances:
@@ -60,9 +60,11 @@ def _report(scenario: Scenario, key: str, shape: Shape) -> ShapeReport:
     clearance = clearances[nearest]
     if clearance < 0.0:
         subject = "the rope at rest between its grips" if hangs else f"nodes = {shape.nodes!r}"
+        region = nearest in {body.name for body in scenario.regions}
+        where, what = ("outside of region", "region") if region else ("inside obstacle", "obstacle")
         raise ConfigurationError(
-            f"{key}: {subject} would be {-1e3 * clearance:.1f} mm inside obstacle {nearest!r}; "
-            "move the shape or the obstacle"
+            f"{key}: {subject} would be {-1e3 * clearance:.1f} mm {where} {nearest!r}; "
+            f"move the shape or the {what}"
         )
     return ShapeReport(clearance, nearest)
 

@@ -1,8 +1,9 @@
-"""Obstacles in the scene, with their names."""
+"""Obstacles in the scene, and regions that the rope is kept in, with their names."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import viser
@@ -77,7 +78,11 @@ class ObstacleView:
         if obstacle.shape == "half_space":
             return [self._draw_half_space(path, obstacle)]
         color = palette.SUPPORT if obstacle.support else palette.OBSTACLE
-        place = {"position": obstacle.position, "wxyz": obstacle.orientation}
+        place: dict[str, Any] = {"position": obstacle.position, "wxyz": obstacle.orientation}
+        if obstacle.keep_in:
+            # Seen through, so that it hides nothing of the scene.
+            color = palette.REGION
+            place |= {"wireframe": True, "cast_shadow": False}
         if obstacle.shape == "box":
             body = self._scene.add_box(path, color=color, dimensions=obstacle.size, **place)
         else:
@@ -88,7 +93,8 @@ class ObstacleView:
             )
             body = self._scene.add_mesh_simple(path, *mesh, color=color, **place)
         name = obstacle.name
-        body.on_click(lambda _: self._on_click(name))
+        if not obstacle.keep_in:
+            body.on_click(lambda _: self._on_click(name))
         label = self._scene.add_label(
             f"/labels/{name}",
             name,

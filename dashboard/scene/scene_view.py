@@ -67,7 +67,8 @@ class SceneView:
         self._others = OtherRopesView(scene)
         self._preview = TubeView(scene, "/preview", 0.9 * radius, opacity=0.8)
         self._obstacles = ObstacleView(scene, on_click)
-        self._obstacles.show(scenario.bodies)
+        self._regions = scenario.regions
+        self.show_obstacles(scenario.bodies)
         self._prediction = LinesView(scene, "/prediction", thickness=2.0)
         self._path = LinesView(scene, "/path", thickness=1.5)
         self._grippers = {side: GripperView(scene, scenario, side) for side in SIDES}
@@ -133,8 +134,8 @@ class SceneView:
         self._preview.show(nodes, palette.GOAL if message.reachable else palette.UNREACHABLE)
 
     def show_obstacles(self, obstacles: Sequence[Obstacle]) -> None:
-        """Draw the obstacles of the scene."""
-        self._obstacles.show(obstacles)
+        """Draw the obstacles of the scene, and the scenario's regions."""
+        self._obstacles.show((*obstacles, *self._regions))
 
     def show_plan(self, message: Plan) -> None:
         """Draw the predicted ropes of the horizon."""

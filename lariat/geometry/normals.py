@@ -14,6 +14,8 @@ def outward_normals(
 ) -> Float64[np.ndarray, "p 3"]:
     """Return the gradient of `signed_distance` at points: unit vectors away from the obstacle.
 
+    Those of a region to keep in point into it.
+
     On edges, axes and centres, where the gradient is not unique, it is one of the limits nearby.
 
     Args:
@@ -50,7 +52,7 @@ def outward_normals(
             face = signs * np.eye(3)[np.argmax(excess, axis=1)]
             outside = np.max(excess, axis=1) > 0.0
             gradient = np.where(outside[:, None], _unit(signs * np.maximum(excess, 0.0)), face)
-    return poses.rotate(orientation, gradient)
+    return poses.rotate(orientation, -gradient if obstacle.keep_in else gradient)
 
 
 def _unit(vectors: Float64[np.ndarray, "p 3"]) -> Float64[np.ndarray, "p 3"]:

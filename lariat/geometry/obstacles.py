@@ -3,7 +3,8 @@
 Conventions: the distance is negative inside; normals point outwards. Cylinders and capsules extend
 along the local z axis and are centred at their position; the `height` of a capsule is the distance
 between the centres of its two caps; the `size` of a box holds its full extents; a half space is the
-side of the plane through `position` from which `normal` (in the local frame) points away.
+side of the plane through `position` from which `normal` (in the local frame) points away. A body
+with `keep_in` stands for its outside: a region that the rope must not leave. All signs are turned.
 """
 
 from __future__ import annotations
@@ -47,6 +48,9 @@ class Obstacle:
     """Outward normal of a half space, in its local frame."""
     support: bool = False
     """Whether the rope may lean on it."""
+    keep_in: bool = False
+    """Whether the rope must stay inside the body, of which the outside is the obstacle. Only the
+    rope keeps this rule; grippers and arms may be outside."""
     name: str = ""
     """Name, unique in a scene."""
 
@@ -66,7 +70,18 @@ TABLE = Obstacle("half_space", (0.0, 0.0, 0.0), name="table")
 def signed_distance(
     points: Float64[np.ndarray, "*b 3"], obstacle: Obstacle
 ) -> Float64[np.ndarray, "*b"]:
-    """Return the distance of points from the surface of an obstacle, negative inside [m]."""
+    """Return the distance of points from the surface of an obstacle, negative inside [m].
+
+    From a region to keep in, it is negative outside.
+    """
+    distance = _body_distance(points, obstacle)
+    return -distance if obstacle.keep_in else distance
+
+
+def _body_distance(
+    points: Float64[np.ndarray, "*b 3"], obstacle: Obstacle
+) -> Float64[np.ndarray, "*b"]:
+    """Return the distance of points from the surface of a convex body, negative inside [m]."""
     local = np.asarray(points, float) - np.array(obstacle.position)
     if obstacle.orientation != (1.0, 0.0, 0.0, 0.0):
         local = poses.rotate(poses.conjugate(np.array(obstacle.orientation)), local)
@@ -109,13 +124,16 @@ def segment_distance(
     """Return the distance of segments from an obstacle, to within 1e-5 of their length [m].
 
     The signed distance of a convex body is convex along a line: the smallest of a few samples and
-    its two neighbours bracket the minimum.
+    its two neighbours bracket the minimum. That of a region to keep in is concave, and least at
+    one of the ends.
 
     Args:
         starts: First ends of the segments [m].
         ends: Other ends of the segments [m].
         obstacle: One obstacle.
     """
+    if obstacle.keep_in:
+        return np.minimum(signed_distance(starts, obstacle), signed_distance(ends, obstacle))
     directions = (ends - starts)[:, None]
     low, width = np.zeros((len(starts), 1)), 1.0
     fractions = np.linspace(0.0, 1.0, 9)
@@ -159,7 +177,13 @@ def pack(obstacles: Sequence[Obstacle]) -> Float64[np.ndarray, "m 12"]:
 
     The three sizes are (radius, half height, 0) of cylinders, capsules and spheres, the half
     extents of a box and the unit normal of a half space.
+
+    Raises:
+        ValueError: An obstacle is a region to keep in, which the kernels do not know.
     """
+    for o in obstacles:
+        if o.keep_in:
+            raise ValueError(f"{o.name!r} is a region to keep in, no body that a rod can touch")
     rows = np.zeros((len(obstacles), PACKED_WIDTH))
     for row, o in zip(rows, obstacles, strict=True):
         row[0] = SHAPES.index(o.shape)

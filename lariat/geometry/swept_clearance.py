@@ -18,7 +18,12 @@ MIN_SWEEP_STEP = 5e-4
 
 
 def thickness(obstacle: Obstacle) -> float:
-    """Return the least extent of a body along any direction, infinite for a half space [m]."""
+    """Return the least extent of a body along any direction [m].
+
+    It is infinite for a half space, and for the outside of a region to keep in.
+    """
+    if obstacle.keep_in:
+        return np.inf
     match obstacle.shape:
         case "half_space":
             return np.inf

@@ -45,7 +45,7 @@ class Problem:
     moves: Bool[np.ndarray, "2 6"]
     """Mask of the free components of each grip's velocity: translation, then rotation."""
     obstacles: tuple[Obstacle, ...]
-    """Obstacles that the rope must not touch."""
+    """Obstacles that the rope must not touch, and regions that it must not leave."""
     supports: tuple[Obstacle, ...]
     """Obstacles that the rope may lean on."""
     limits: Limits
@@ -76,8 +76,13 @@ class Problem:
 
     @property
     def solid(self) -> tuple[Obstacle, ...]:
-        """Obstacles that the grippers must not touch: obstacles of the rope and its supports."""
-        return self.obstacles + self.supports
+        """Bodies that the grippers must not touch: obstacles of the rope and its supports."""
+        return tuple(o for o in self.obstacles if not o.keep_in) + self.supports
+
+    @property
+    def regions(self) -> tuple[Obstacle, ...]:
+        """Regions that the rope, and so both grips, must not leave."""
+        return tuple(o for o in self.obstacles if o.keep_in)
 
     @property
     def packed_supports(self) -> Float64[np.ndarray, "m 12"] | None:

@@ -382,7 +382,8 @@ class PlannerService:
             grips: Grips at the start.
             goal: Nodes of the goal [m].
             goal_grips: Grips of the goal.
-            obstacles: Obstacles of the scene, supports among them.
+            obstacles: Obstacles of the scene, supports among them. The regions that the scenario
+                keeps the rope in join them.
             oriented: Whether the orientation of each goal grip is prescribed.
             turns: Whole turns of twist of the goal.
             replan_count: Number of requests for another path.
@@ -397,7 +398,7 @@ class PlannerService:
             moves=self._moves,
             variants=self._variants,
             held=self._held,
-            obstacles=tuple(o for o in obstacles if not o.support),
+            obstacles=(*(o for o in obstacles if not o.support), *scenario.regions),
             supports=tuple(o for o in obstacles if o.support),
             limits=scenario.limits,
             clearance=scenario.control.clearance,

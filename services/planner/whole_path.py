@@ -89,7 +89,7 @@ def _plan(problem: Problem, settings: PlannerSettings, time: PlanningTime) -> Wh
     optimizer = PathOptimizer(problem)
     blocks = optimizer.settings.blocks
     if optimizer.goal_clearance < 0.0:
-        return stay(problem, f"blocked: the goal itself lies in {_obstacle_at_goal(problem)}")
+        return stay(problem, f"blocked: the goal itself {_conflict_at_goal(problem)}")
     if at_goal := goal_fault(problem):
         return stay(problem, f"unreachable: at the goal itself, {at_goal}")
     candidates = sorted(optimizer.evaluate(seed_paths(problem, blocks)), key=lambda c: c.cost)
@@ -372,13 +372,13 @@ def stay(problem: Problem, reason: str) -> WholePath:
     )
 
 
-def _obstacle_at_goal(problem: Problem) -> str:
-    """Name of the obstacle with which the goal overlaps most."""
+def _conflict_at_goal(problem: Problem) -> str:
+    """Words on the obstacle with which the goal overlaps most, or the region that it leaves."""
     worst = min(
         problem.obstacles,
         key=lambda o: geometry.chain_clearance(problem.goal, problem.radius, [o]),
     )
-    return f"obstacle {worst.name!r}"
+    return f"leaves region {worst.name!r}" if worst.keep_in else f"lies in obstacle {worst.name!r}"
 
 
 def _rank(path: WholePath, optimizer: PathOptimizer) -> tuple[bool, bool, float]:

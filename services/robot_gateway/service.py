@@ -214,6 +214,7 @@ def build(
         keep_out=limits.keep_out,
         spacing=limits.spacing,
         overstretch=limits.overstretch,
+        regions=scenario.regions,
     )
     driven = [k for k, driver in enumerate(drivers) if driver.moves]
     joints = [drivers[k].joint_constraints for k in driven]

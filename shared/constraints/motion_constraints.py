@@ -18,7 +18,7 @@ from shared.constraints.rope_length import RopeLengthConstraint
 from shared.constraints.slacks import Slacks
 from shared.constraints.spacing import grip_distances
 from shared.constraints.sphere_distance import Spheres
-from shared.constraints.workspace import Corner, workspace_slack
+from shared.constraints.workspace import Corner, region_slack, workspace_slack
 
 
 @dataclass(frozen=True)
@@ -37,6 +37,8 @@ class CellBoundaries:
     """Least distance between two grips [m]."""
     overstretch: float = 0.99
     """Longest path between the grips as a fraction of the rope's length [-]."""
+    regions: tuple[Obstacle, ...] = ()
+    """Regions that the grips, which hold the ends of the rope, must not leave."""
 
 
 class MotionConstraints:
@@ -82,6 +84,7 @@ class MotionConstraints:
         )
         result: Slacks = {
             "workspace": workspace_slack(positions[:, self.driven], self.boundaries.workspace),
+            "keep_in": region_slack(positions[:, self.driven], self.boundaries.regions),
             **self.collision.slacks(centres, self._radii, self._near_solids),
         }
         if positions.shape[1] == 2:

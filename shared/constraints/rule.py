@@ -10,6 +10,7 @@ Rule = Literal[
     "fresh",
     "rest",
     "workspace",
+    "keep_in",
     "keep_out",
     "table",
     "joint_limits",

@@ -30,7 +30,7 @@ def check(scenario: Scenario) -> None:
     Raises:
         ConfigurationError: Two parts contradict each other; the text names the first such pair.
     """
-    names = [o.name for o in scenario.bodies]
+    names = [o.name for o in (*scenario.bodies, *scenario.regions)]
     if len(names) > MAX_OBSTACLES:
         raise ConfigurationError(
             f"{len(names)} obstacles with the table, more than {MAX_OBSTACLES}; join some to boxes"
@@ -38,6 +38,11 @@ def check(scenario: Scenario) -> None:
     for name in names:
         if names.count(name) > 1:
             raise ConfigurationError(f"two obstacles have the name {name!r}; give each its own")
+    if scenario.regions and scenario.control.method in ("network", "actions"):
+        raise ConfigurationError(
+            f"control.method = {scenario.control.method!r}, the paper's, knows no keep_in; use "
+            "'gauss_newton'"
+        )
     check_cameras(scenario.sensing, scenario.cameras)
     markers = [o.marker for o in scenario.obstacles if o.marker is not None]
     for marker in markers:
@@ -93,9 +98,14 @@ def _check_shape(scenario: Scenario, key: str, shape: Shape) -> None:
         assert shape.part is not None
         _check_part(scenario, key, shape.part, polylines.length(part))
         points = part
-    for body in scenario.bodies:
+    for body in (*scenario.bodies, *scenario.regions):
         depth = scenario.rope.diameter / 2.0 - float(np.min(geometry.signed_distance(points, body)))
         if depth > (MAX_SUPPORT_DEPTH if body.support else 0.0):
+            if body.keep_in:
+                raise ConfigurationError(
+                    f"{key} leaves the region {body.name!r} (by {1e3 * depth:.1f} mm with the "
+                    "rope's radius); move the shape, or widen the region"
+                )
             raise ConfigurationError(
                 f"{key} lies inside obstacle {body.name!r} ({1e3 * depth:.1f} mm deep with the "
                 "rope's radius); move the shape or the obstacle"

@@ -28,6 +28,7 @@ from shared.scenario.sections import (
     Plant,
     Quaternion,
     Recording,
+    Region,
     Rope,
     Run,
     Sensing,
@@ -69,6 +70,8 @@ class Scenario:
     table: bool = True
     """Whether there is a table at z = 0."""
     obstacles: tuple[Obstacle, ...] = ()
+    keep_in: tuple[Region, ...] = ()
+    """Regions that the rope must not leave; a run does not change them."""
     sensing: Sensing = Sensing()
     cameras: dict[str, PlacedCamera] = field(default_factory=dict, hash=False)
     """Cameras by name, if there are several; by default the one that `[sensing]` places."""
@@ -90,6 +93,11 @@ class Scenario:
         """Obstacles as geometric bodies, with the table."""
         listed = tuple(o.body(k) for k, o in enumerate(self.obstacles))
         return (geometry.TABLE, *listed) if self.table else listed
+
+    @property
+    def regions(self) -> tuple[geometry.Obstacle, ...]:
+        """Regions that the rope must not leave, as obstacles for the rope alone."""
+        return tuple(region.body(k) for k, region in enumerate(self.keep_in))
 
     @property
     def marked_obstacles(self) -> dict[str, Obstacle]:

@@ -36,7 +36,8 @@ CONTACT_DISTANCE = 0.0
 class Scorer:
     """Tap that measures a run; the run begins when the task's state leaves idle.
 
-    Supports count neither for the clearance nor for contact.
+    The border of a region to keep in counts as an obstacle. Supports count neither for the
+    clearance nor for contact.
     """
 
     scenario: Scenario
@@ -120,7 +121,7 @@ class Scorer:
     def _update_obstacles(self) -> None:
         """Update the true obstacles."""
         bodies = self._marked.merged(self._believed)
-        self._obstacles = tuple(o for o in bodies if not o.support)
+        self._obstacles = (*(o for o in bodies if not o.support), *self.scenario.regions)
 
     def _take_task(self, task) -> None:
         if task.goal.positions:

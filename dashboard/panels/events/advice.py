@@ -12,6 +12,7 @@ ADVICE = {
     "jerk": "The motion exceeds limits.jerk; see the log of the controller.",
     "step": "The arms are not where the motion is: it begins again from where they stand.",
     "workspace": "Place the goal inside limits.workspace, or widen it in the scenario.",
+    "keep_in": "Place the goal inside the regions of keep_in, or widen them in the scenario.",
     "keep_out": "Move goal or obstacle, or raise control.clearance; limits.keep_out is kept.",
     "table": "Raise the goal: gripper or arm would touch the table.",
     "spacing": "Bring the grips of the goal further apart, or turn one of them.",

@@ -1,4 +1,6 @@
-"""Collision scene: the obstacles around the rope, and the clearances to keep from them."""
+"""Collision scene: the obstacles around the rope, and the clearances to keep from them.
+
+The regions that the rope is kept in are obstacles for the rope alone."""
 
 from __future__ import annotations
 
@@ -37,6 +39,7 @@ class CollisionScene:
         self._scenario = scenario
         self._goal_clearances: tuple[tuple[int, int, int], float, float]
         self._goal_clearances = (-1, -1, -1), np.inf, np.inf
+        self._regions = scenario.regions
         self._others: tuple[Obstacle, ...] = ()
         self._motions: tuple[ObstacleMotion, ...] = ()
         self._time = 0.0
@@ -87,12 +90,13 @@ class CollisionScene:
 
     def _join(self) -> None:
         now, later = self._time, self._time + MOTION_FORESIGHT
-        self.obstacles = (*obstacles_at(self._scene, self._motions, now), *self._others)
-        """All obstacles: those of the scene, where they are, and other ropes."""
+        present = obstacles_at(self._scene, self._motions, now)
+        self.obstacles = (*present, *self._others, *self._regions)
+        """All obstacles: those of the scene, where they are, other ropes, and the regions."""
         self.foreseen = (*obstacles_at(self._scene, self._motions, now, later), *self._others)
-        """The same, moving ones also where they will be at the end of a horizon."""
-        self.avoided = tuple(o for o in self.foreseen if not o.support)
-        """Foreseen obstacles that the rope must not touch."""
+        """Bodies among them, moving ones also where they will be at the end of a horizon."""
+        self.avoided = (*(o for o in self.foreseen if not o.support), *self._regions)
+        """Foreseen obstacles that the rope must not touch, and regions that it must not leave."""
         moving = {motion.name for motion in self._motions}
         self.still = tuple(o for o in self.avoided if o.name not in moving)
         """Those whose motion the planner does not know: they stand still."""
@@ -144,7 +148,7 @@ class CollisionScene:
         if self._goal_clearances[0] != key:
             scenario, nodes = self._scenario, task.goal.nodes
             finally_there = obstacles_at(self._scene, self._motions, np.inf)
-            avoided = [o for o in finally_there if not o.support]
+            avoided = [*(o for o in finally_there if not o.support), *self._regions]
             own = geometry.chain_clearance(nodes, scenario.rope.diameter / 2.0, avoided)
             bodies = gripper_points(task.goal.left, task.goal.right, scenario.limits.gripper_reach)
             distances = [float(np.min(signed_distance(bodies, o))) for o in finally_there]

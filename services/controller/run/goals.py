@@ -261,6 +261,10 @@ class GoalFactory:
                 )
         for obstacle in obstacles:
             depth = -geometry.chain_clearance(goal.nodes, rope.diameter / 2.0, [obstacle])
+            if depth > 0.0 and obstacle.keep_in:
+                raise RequestRefused(
+                    f"the goal leaves the region {obstacle.name!r} by {1e3 * depth:.1f} mm"
+                )
             if depth > (MAX_SUPPORT_PENETRATION if obstacle.support else 0.0):
                 raise RequestRefused(
                     f"the goal lies {1e3 * depth:.1f} mm deep in obstacle {obstacle.name!r}"

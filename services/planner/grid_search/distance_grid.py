@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from lariat.geometry import poses
-from lariat.geometry.obstacles import Obstacle, signed_distance
+from lariat.geometry.obstacles import Obstacle, scene_distance, signed_distance
 from services.planner.grid_search.carried_shapes import CarriedShape, middle_of
 from services.planner.grid_search.settings import GridSearchSettings
 from services.planner.grid_search.wavefront import Cell
@@ -32,7 +32,9 @@ class DistanceGrid:
     pad: int
     """Cells by which the field exceeds the places on every side."""
     field: Float64[np.ndarray, "x y z"]
-    """Distance to the nearest obstacle [m]."""
+    """Distance to the nearest body [m]."""
+    rope_field: Float64[np.ndarray, "x y z"]
+    """Distance to the nearest body, or to the border of a region to keep in [m]."""
 
     @classmethod
     def around(
@@ -66,8 +68,9 @@ class DistanceGrid:
         field = np.full(points.shape[:-1], np.inf)
         for obstacle in problem.solid:
             field = np.minimum(field, signed_distance(points, obstacle))
+        rope_field = np.minimum(field, scene_distance(points, problem.regions))
         nx, ny, nz = size.tolist()
-        return cls(origin, (nx, ny, nz), spacing, pad, field)
+        return cls(origin, (nx, ny, nz), spacing, pad, field, rope_field)
 
     def place(self, position: Float64[np.ndarray, "3"]) -> tuple[int, int, int]:
         """Return the index of the place nearest to a position [m]."""
@@ -100,13 +103,13 @@ class DistanceGrid:
         every = max(1, -(-len(shape.nodes) // max_nodes))
         body = max(clearance, limits.keep_out) + limits.gripper_radius
         parts = (
-            (shape.nodes[::every], clearance + problem.radius),
-            (shape.gripper_points, body),
+            (self.rope_field, shape.nodes[::every], clearance + problem.radius),
+            (self.field, shape.gripper_points, body),
         )
         found = np.ones(self.size, dtype=bool)
-        for points, margin in parts:
+        for field, points, margin in parts:
             for point in points:
-                found &= self._distances(point) > margin
+                found &= self._distances(field, point) > margin
         low, high = np.array(limits.workspace)
         for axis in range(3):
             at = self.origin[axis] + self.spacing * np.arange(self.size[axis])
@@ -118,8 +121,10 @@ class DistanceGrid:
             found &= inside.reshape(broadcast)
         return found
 
-    def _distances(self, offset: Float64[np.ndarray, "3"]) -> Float64[np.ndarray, "x y z"]:
-        """Distance field at all places moved by an offset, trilinearly interpolated [m]."""
+    def _distances(
+        self, field: Float64[np.ndarray, "a b c"], offset: Float64[np.ndarray, "3"]
+    ) -> Float64[np.ndarray, "x y z"]:
+        """A distance field at all places moved by an offset, trilinearly interpolated [m]."""
         steps = offset / self.spacing + self.pad
         first = np.floor(steps).astype(int)
         share = steps - first
@@ -131,7 +136,7 @@ class DistanceGrid:
                     slice(f + c, f + c + n)
                     for f, c, n in zip(first.tolist(), corner, self.size, strict=True)
                 )
-                total += weight * self.field[slices]
+                total += weight * field[slices]
         return total
 
 

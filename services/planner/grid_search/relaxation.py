@@ -1,6 +1,7 @@
 """Proof that there is no path: a ball as large as a gripper's end cannot come to the goal.
 
-Each grip is the centre of a ball that must not touch an obstacle, whatever the rope does. A cell of
+Each grip is the centre of a ball that must not touch an obstacle, whatever the rope does, and stays
+in the regions that the rope is kept in. A cell of
 the grid is free if any place in it may be free, and neighbouring free cells are connected: where
 the goal's cell is not connected with the start's, no path of the grips exists in the workspace. The
 converse does not hold.
@@ -30,13 +31,16 @@ def proof_of_no_path(problem: Problem) -> str:
     limits = problem.limits
     low, high = np.array(limits.workspace)
     whole = limits.gripper_radius + limits.keep_out
-    spacing, distances = _distances(problem, whole)
+    spacing, distances, inside = _distances(problem, whole)
     for end, pair in enumerate(zip(problem.grips, problem.goal_grips, strict=True)):
         ends = np.stack([grip.position for grip in pair])
         if not problem.moves[end, :3].any() or np.any(ends < low) or np.any(ends > high):
             continue
         radius = min(whole, float(scene_distance(ends, problem.solid).min()))
-        free = distances + 0.5 * np.sqrt(3.0) * spacing >= radius
+        half = 0.5 * np.sqrt(3.0) * spacing
+        free = distances + half >= radius
+        # The grip holds the rope's end, which stays in the regions where start and goal are.
+        free &= inside + half >= min(0.0, float(scene_distance(ends, problem.regions).min()))
         index = np.clip(((ends - low) / spacing).astype(int), 0, np.array(free.shape) - 1)
         now, goal = (tuple(cell) for cell in index.tolist())
         if not _connected(free, now)[goal]:
@@ -47,8 +51,10 @@ def proof_of_no_path(problem: Problem) -> str:
     return ""
 
 
-def _distances(problem: Problem, radius: float) -> tuple[float, Float64[np.ndarray, "x y z"]]:
-    """Spacing of the cells, and the distances of their centres from the obstacles [m]."""
+def _distances(
+    problem: Problem, radius: float
+) -> tuple[float, Float64[np.ndarray, "x y z"], Float64[np.ndarray, "x y z"]]:
+    """Spacing of the cells, and the distances of their centres from obstacles and regions [m]."""
     low, high = np.array(problem.limits.workspace)
     thinnest = min((thickness(o) for o in problem.solid), default=np.inf)
     wanted = SPACING_SHARE * (radius + 0.5 * min(thinnest, 1.0))
@@ -57,7 +63,8 @@ def _distances(problem: Problem, radius: float) -> tuple[float, Float64[np.ndarr
     size = np.maximum(np.ceil((high - low) / spacing).astype(int), 1)
     axes = [low[k] + spacing * (np.arange(size[k]) + 0.5) for k in range(3)]
     centres = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-    return spacing, scene_distance(centres, problem.solid)
+    bodies, regions = problem.solid, problem.regions
+    return spacing, scene_distance(centres, bodies), scene_distance(centres, regions)
 
 
 def _connected(

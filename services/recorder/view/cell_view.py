@@ -152,6 +152,8 @@ class CellView:
             points.append(surface_points(obstacle))
             color = colors.SUPPORT if obstacle.support else colors.OBSTACLE
             shades.append(colors.uniform(color, len(points[-1])))
+        for region in self._scenario.regions:
+            add_obstacle(entity, region)
         cloud = point_cloud(np.concatenate(points), np.concatenate(shades), WORLD_FRAME, now)
         return Publication(_OBSTACLES, cloud)
 

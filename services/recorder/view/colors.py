@@ -20,6 +20,7 @@ PATH = (0.55, 0.5, 0.95, 0.6)
 GOAL = (0.25, 0.85, 0.35, 0.9)
 OBSTACLE = (0.6, 0.62, 0.68, 0.9)
 SUPPORT = (0.62, 0.55, 0.45, 0.6)
+REGION = (0.27, 0.67, 0.59, 0.1)
 
 
 def message(color: tuple[float, ...] | np.ndarray) -> Color:

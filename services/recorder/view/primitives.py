@@ -42,9 +42,10 @@ def add_curves(entity: SceneEntity, curves: Curves, thickness: float) -> None:
 
 
 def add_obstacle(entity: SceneEntity, obstacle: Obstacle) -> None:
-    """Add an obstacle to an entity of the world's frame."""
+    """Add an obstacle, or a region to keep in, to an entity of the world's frame."""
     pose = Pose(np.array(obstacle.position), np.array(obstacle.orientation))
     color = colors.SUPPORT if obstacle.support else colors.OBSTACLE
+    color = colors.REGION if obstacle.keep_in else color
     radius, height = obstacle.radius, obstacle.height
     match obstacle.shape:
         case "box":

@@ -44,6 +44,7 @@ from shared.scenario.sections.run import (
 )
 from shared.scenario.sections.scene import (
     Obstacle,
+    Region,
     Shape,
     Waypoint,
 )
@@ -77,6 +78,7 @@ __all__ = [
     "Position",
     "Quaternion",
     "Recording",
+    "Region",
     "Rope",
     "Run",
     "Sensing",

@@ -51,6 +51,56 @@ class Waypoint:
     """Position of the obstacle at that time."""
 
 
+SIZES = {
+    "cylinder": ("radius", "height"),
+    "capsule": ("radius", "height"),
+    "sphere": ("radius",),
+    "box": ("size",),
+    "half_space": (),
+}
+"""Keys of the sizes that each shape needs."""
+
+
+@dataclass(frozen=True)
+class Region:
+    """Region that the rope must not leave, neither on the way nor at its goal; each one counts."""
+
+    shape: Literal["cylinder", "box", "sphere", "capsule"]
+    """Shape of the region; cylinder and capsule have their axis along z."""
+    position: Position
+    """Centre."""
+    orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
+    """Orientation in the world."""
+    radius: Annotated[float, Bounds(1e-3, 20.0, "m")] | None = None
+    """Radius of a cylinder, capsule or sphere."""
+    height: Annotated[float, Bounds(1e-3, 20.0, "m")] | None = None
+    """Height of a cylinder; of a capsule, the distance between the centres of its caps."""
+    size: Annotated[Vector, Bounds(1e-3, 20.0, "m")] | None = None
+    """Edge lengths of a box along x, y, z."""
+    name: str = ""
+    """Name, unique among regions and obstacles; by default keep-in and index."""
+
+    def __post_init__(self) -> None:
+        _check_sizes(self)
+
+    def body(self, index: int) -> geometry.Obstacle:
+        """Return the region as a geometric body of which the outside is the obstacle.
+
+        Args:
+            index: Index in the file, for the name of a region without one.
+        """
+        return geometry.Obstacle(
+            shape=self.shape,
+            position=self.position,
+            orientation=tuple(poses.normalized(np.array(self.orientation)).tolist()),
+            radius=self.radius or 0.0,
+            height=self.height or 0.0,
+            size=self.size or (0.0, 0.0, 0.0),
+            keep_in=True,
+            name=self.name or f"keep-in-{index}",
+        )
+
+
 @dataclass(frozen=True)
 class Obstacle:
     """Obstacle that the rope must not touch, or a support that it may lean on."""
@@ -88,21 +138,9 @@ class Obstacle:
     def __post_init__(self) -> None:
         if self.marker is None and (self.stands_at is not None or self.stands_turned != 0.0):
             raise ValueError("stands_at and stands_turned need a marker by which they are found")
-        needed = {
-            "cylinder": ("radius", "height"),
-            "capsule": ("radius", "height"),
-            "sphere": ("radius",),
-            "box": ("size",),
-            "half_space": (),
-        }[self.shape]
-        for key in needed:
-            if getattr(self, key) is None:
-                raise ValueError(f"a {self.shape} needs {key}")
-        for key in {"radius", "height", "size"} - set(needed):
-            if getattr(self, key) is not None:
-                raise ValueError(f"a {self.shape} has no {key}; remove it")
-        if np.linalg.norm(self.normal) < 1e-9 or np.linalg.norm(self.orientation) < 1e-9:
-            raise ValueError("normal and orientation must not be zero")
+        _check_sizes(self)
+        if np.linalg.norm(self.normal) < 1e-9:
+            raise ValueError("normal must not be zero")
         if self.path:
             if self.support or self.marker is not None or self.shape == "half_space":
                 raise ValueError("a support, a half space or a marked obstacle has no path")
@@ -141,3 +179,14 @@ class Obstacle:
             support=self.support,
             name=self.name or f"{self.shape}-{index}",
         )
+
+
+def _check_sizes(body: Region | Obstacle) -> None:
+    for key in SIZES[body.shape]:
+        if getattr(body, key) is None:
+            raise ValueError(f"a {body.shape} needs {key}")
+    for key in ("radius", "height", "size"):
+        if key not in SIZES[body.shape] and getattr(body, key) is not None:
+            raise ValueError(f"a {body.shape} has no {key}; remove it")
+    if np.linalg.norm(body.orientation) < 1e-9:
+        raise ValueError("orientation must not be zero")

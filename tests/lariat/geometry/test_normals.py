@@ -10,12 +10,20 @@ from lariat.geometry.normals import outward_normals
 from lariat.geometry.obstacles import SHAPES, Obstacle, signed_distance
 
 
+@pytest.mark.parametrize("keep_in", [False, True])
 @pytest.mark.parametrize("shape", SHAPES)
-def test_normals_are_the_gradients_of_signed_distances(shape: str) -> None:
+def test_normals_are_the_gradients_of_signed_distances(shape: str, keep_in: bool) -> None:
     random = np.random.default_rng(3)
     turn = poses.normalized(random.normal(size=4))
     obstacle = Obstacle(
-        shape, (0.1, -0.2, 0.3), tuple(turn), 0.05, 0.2, (0.1, 0.2, 0.3), (1.0, 2.0, 2.0)
+        shape,
+        (0.1, -0.2, 0.3),
+        tuple(turn),
+        0.05,
+        0.2,
+        (0.1, 0.2, 0.3),
+        (1.0, 2.0, 2.0),
+        keep_in=keep_in,
     )
     points = np.array(obstacle.position) + 0.15 * random.normal(size=(300, 3))
     step = 1e-7

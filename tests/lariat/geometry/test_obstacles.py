@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -5,6 +7,7 @@ from lariat.geometry.obstacles import (
     TABLE,
     Obstacle,
     chain_clearance,
+    pack,
     segment_distance,
     signed_distance,
 )
@@ -43,3 +46,20 @@ def test_a_chain_is_as_near_as_its_nearest_segment(body: Obstacle):
     assert chain_clearance(nodes, 0.004, [body]) == pytest.approx(expected - 0.004, abs=1e-9)
     assert chain_clearance(nodes, 0.004, BODIES) <= expected - 0.004
     assert chain_clearance(nodes, 0.004, []) == np.inf
+
+
+@pytest.mark.parametrize("shape", ["box", "cylinder", "sphere", "capsule"])
+def test_distance_from_a_region_is_that_of_its_body_with_the_sign_turned(shape: str) -> None:
+    random = np.random.default_rng(5)
+    body = Obstacle(shape, (0.1, 0.0, 0.2), radius=0.2, height=0.3, size=(0.5, 0.4, 0.3))
+    region = replace(body, keep_in=True)
+    starts, ends = np.array(body.position) + 0.2 * random.normal(size=(2, 500, 3))
+    np.testing.assert_array_equal(signed_distance(starts, region), -signed_distance(starts, body))
+    along = starts + np.linspace(0.0, 1.0, 401)[:, None, None] * (ends - starts)
+    sampled = np.min(signed_distance(along, region), axis=0)
+    np.testing.assert_allclose(segment_distance(starts, ends, region), sampled, atol=1e-12)
+
+
+def test_a_region_is_no_body_for_the_kernels() -> None:
+    with pytest.raises(ValueError, match="'box' is a region"):
+        pack([Obstacle("box", (0.0, 0.0, 0.0), size=(1.0, 1.0, 1.0), keep_in=True, name="box")])

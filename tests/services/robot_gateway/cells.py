@@ -40,6 +40,7 @@ class World:
         automatic: bool = True,
         workspace: tuple = ((-0.8, -0.8, 0.01), (0.8, 0.8, 1.2)),
         spacing: float = 0.03,
+        regions: tuple[Obstacle, ...] = (),
     ) -> None:
         starts = (
             Pose(np.array([-0.2, 0.0, 0.3]), ALONG_X),
@@ -51,7 +52,7 @@ class World:
         )
         driven = [k for k, d in enumerate(drivers) if d.moves]
         bodies = gripper_bodies(0.048, 0.012)
-        boundaries = CellBoundaries(length, workspace, bodies, spacing=spacing)
+        boundaries = CellBoundaries(length, workspace, bodies, spacing=spacing, regions=regions)
         follower = SetpointFollower(LIMITS, boundaries, starts, driven, tolerances=TOLERANCES)
         self.cell = Cell(follower, drivers, starts, BOOT, automatic)
         self.cell.take_scene(obstacles)

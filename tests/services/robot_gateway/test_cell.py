@@ -180,6 +180,18 @@ def test_path_across_a_boundary_is_refused_by_its_rule(
     assert world.step().rule == rule, world.report.refusal
 
 
+def test_path_out_of_a_region_is_refused_whatever_the_scene_says() -> None:
+    region = Obstacle("box", (0.0, 0.0, 0.3), size=(0.8, 0.4, 0.4), keep_in=True, name="tray")
+    world = World(regions=(region,))
+    world.cell.take_scene([])
+    world.send_points(slow_way(np.array([[0.2, 0.19, 0.3]])))
+    assert world.step().rule is None, world.report.refusal
+    world = World(regions=(region,))
+    world.cell.take_scene([])
+    world.send_points(slow_way(np.array([[0.2, 0.21, 0.3]])))
+    assert world.step().rule == "keep_in", world.report.refusal
+
+
 @pytest.mark.parametrize(
     "wall",
     [

@@ -186,6 +186,7 @@ def score_table(score: Score) -> Table:
         "reached": verdict,
         "final error": _unit(score.final_error_mm, "mm (mean of the nodes)"),
         "largest node error": _unit(score.max_node_error_mm, "mm"),
+        "angle of the ends": _unit(score.final_angle_rad, "rad", 4),
         "error of the shape": _unit(score.final_shape_error_mm, "mm (mean distance of the curves)"),
         "least clearance": _unit(score.min_clearance_mm, "mm"),
         "from distractors": _unit(score.min_distractor_clearance_mm, "mm"),
@@ -208,8 +209,8 @@ def score_table(score: Score) -> Table:
     return table
 
 
-def _unit(value: float | None, unit: str) -> str:
-    return "-" if value is None else f"{value:.2f} {unit}"
+def _unit(value: float | None, unit: str, digits: int = 2) -> str:
+    return "-" if value is None else f"{value:.{digits}f} {unit}"
 
 
 def _hold_note(stack: SimulatedStack) -> str:

@@ -31,7 +31,7 @@ def goal_message(scenario: Scenario, shape: Shape, client: Client) -> Goal:
         goal = Goal(positions=nodes.ravel(), left=grip(left), right=grip(right))
     goal.left_oriented = shape.left_orientation is not None
     goal.right_oriented = shape.right_orientation is not None
-    goal.turns = shape.turns
+    goal.turns, goal.ends_only = shape.turns, shape.ends_only
     return goal
 
 

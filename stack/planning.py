@@ -46,6 +46,7 @@ def scenario_problem(scenario: Scenario) -> Problem:
         still,
         (goal.left_oriented, goal.right_oriented),
         round(goal.turns),
+        ends_only=goal.ends_only,
     )
 
 

@@ -71,7 +71,10 @@ def headline(
         text = f"The controller is silent for {task_age:.0f} s"
         return StatusLine(text, palette.BAD, "See the tab Health.")
     is_seen = rope is None or not rope.lost
-    remaining = f"{format_millimeters(task.error)} to go" if is_seen else "rope lost"
+    distance = format_millimeters(task.error)
+    if task.goal.ends_only:
+        distance += f" and {math.degrees(task.angle_error):.1f}° of the ends"
+    remaining = f"{distance} to go" if is_seen else "rope lost"
     clearance = (
         f", clearance {format_millimeters(task.clearance)}"
         if is_seen and math.isfinite(task.clearance)
@@ -87,7 +90,7 @@ def headline(
         case messages.PAUSED:
             return StatusLine(f"Paused: {remaining}{clearance}", palette.WARNING, detail)
         case messages.REACHED:
-            text = f"Reached: {format_millimeters(task.error)} from the goal{clearance}"
+            text = f"Reached: {distance} from the goal{clearance}"
             return StatusLine(text, palette.GOOD, detail)
         case messages.FAILED:
             text = f"Failed: {task.reason or 'no reason given'}"

@@ -24,7 +24,7 @@ from shared.messages import (
     TaskRequest,
     TaskState,
     chain,
-    counted_nodes,
+    goal_curve,
     grip_pose,
 )
 from shared.scenario import SIDES, Scenario, Side
@@ -309,7 +309,7 @@ class GoalEditor:
 
     def _take_goal(self, goal: Goal, revision: int) -> None:
         self._goal_revision = revision
-        self._view.show_goal(chain(goal.positions)[counted_nodes(goal)])
+        self._view.show_goal(goal_curve(goal))
         if not self._editing and len(goal.left.position) == len(goal.right.position) == 3:
             self._grips = {"left": grip_pose(goal.left), "right": grip_pose(goal.right)}
             self._turns = goal.turns

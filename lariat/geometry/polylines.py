@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Bool, Float64
 
+from lariat.geometry import poses
+
 ARC_LENGTH_SAMPLES = 8
 """Samples of every edge by which the arc length of a smooth curve is measured [-]."""
 
@@ -18,6 +20,13 @@ def arc_lengths(nodes: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "n"]:
 def length(nodes: Float64[np.ndarray, "n 3"]) -> float:
     """Return the length of a chain [m]."""
     return float(arc_lengths(nodes)[-1])
+
+
+def ends_of(count: int) -> Bool[np.ndarray, "n"]:
+    """Return which of a number of nodes are the first and the last one."""
+    ends = np.zeros(count, dtype=bool)
+    ends[[0, -1]] = True
+    return ends
 
 
 def within(nodes: Float64[np.ndarray, "n 3"], begin: float, end: float) -> Bool[np.ndarray, "n"]:
@@ -81,6 +90,21 @@ def end_tangents(
         bend = first / (first + second) * (slopes[1] - slopes[0])
         directions.append((slopes[0] - bend) / np.linalg.norm(slopes[0] - bend))
     return directions[0], -directions[1]
+
+
+def end_angles(
+    nodes: Float64[np.ndarray, "n 3"], orientations: Float64[np.ndarray, "2 4"]
+) -> Float64[np.ndarray, "2"]:
+    """Return the angles between a chain's tangents at its ends and the z axes of two frames [rad].
+
+    Args:
+        nodes: Nodes of the chain [m].
+        orientations: Orientations of grips at both ends, z from the first node to the last one.
+    """
+    directions = poses.rotate(orientations, np.array([0.0, 0.0, 1.0]))
+    tangents = np.stack(end_tangents(nodes))
+    across = np.linalg.norm(np.cross(tangents, directions), axis=1)
+    return np.arctan2(across, np.sum(tangents * directions, axis=1))
 
 
 def with_midpoints(nodes: Float64[np.ndarray, "*b n 3"]) -> Float64[np.ndarray, "*b m 3"]:

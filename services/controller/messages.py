@@ -103,6 +103,7 @@ def goal_message(goal: Goal) -> messages.Goal:
         right_oriented=goal.right_oriented,
         turns=goal.turns,
         part=goal.part,
+        ends_only=goal.ends_only,
     )
 
 
@@ -114,7 +115,13 @@ def goal_request(message: messages.Goal) -> GoalRequest:
         grips = messages.grip_pose(message.left), messages.grip_pose(message.right)
     part = (message.part[0], message.part[1]) if message.part else None
     return GoalRequest(
-        nodes, grips, message.left_oriented, message.right_oriented, message.turns, part=part
+        nodes,
+        grips,
+        message.left_oriented,
+        message.right_oriented,
+        message.turns,
+        part=part,
+        ends_only=message.ends_only,
     )
 
 

@@ -137,7 +137,11 @@ class ControllerService:
         self.guard = ClearanceGuard(scenario.rope.diameter / 2.0, scenario.control.clearance)
         self.snag_detector = SnagDetector()
         self._slip_detector = SlipDetector()
-        self.progress = ProgressMonitor(scenario.run.tolerance, scenario.rope.diameter / 2.0)
+        self.progress = ProgressMonitor(
+            scenario.run.tolerance,
+            scenario.rope.diameter / 2.0,
+            angle_tolerance=scenario.run.angle_tolerance,
+        )
         self.supervisor = RunSupervisor(self.task, self.progress, self.adaptation)
         self.scene = CollisionScene(scenario)
         self.estimator.supports = self.scene.supports
@@ -296,9 +300,17 @@ class ControllerService:
                 moving = self.controller.reference is not None
                 apply_material(estimator, self.adaptation, change, moving=moving)
         # The run is judged by the estimate, because noise would add to every distance.
-        estimate = estimator.model_nodes_at(rope.stamp) + estimator.offset
+        model = estimator.model_nodes_at(rope.stamp)
         goal = self.task.goal
-        self.progress.observe(rope.stamp, estimate, goal.nodes, self.scene.obstacles, goal.counted)
+        self.progress.observe(
+            rope.stamp,
+            model + estimator.offset,
+            goal.nodes,
+            self.scene.obstacles,
+            goal.counted,
+            # The model's ends lie in the grips: noise would turn observed tangents.
+            goal.angle(model),
+        )
         self._detect_slip(seen)
         self._detect_snag(rope)
 
@@ -410,6 +422,7 @@ class ControllerService:
             return
         goal = self.task.goal
         self.controller.oriented = goal.left_oriented, goal.right_oriented
+        self.controller.counted = goal.counted if goal.ends_only else None
         avoidance = self.scene.avoidance(self.task, self.progress.error)
         reference = self.controller.reference
         assert reference is not None

@@ -111,6 +111,7 @@ class StatusPublisher:
             error=progress.error,
             clearance=progress.take_clearance(),
             turns=self._estimator.turns,
+            angle_error=progress.angle_error,
             clearance_margin=task.clearance_margin,
             pace=task.pace,
         )
@@ -123,6 +124,7 @@ class StatusPublisher:
             duration=((self._ended or now) - task.run_started) / SECOND,
             error=progress.error,
             max_node_error=progress.max_node_error,
+            angle_error=progress.angle_error,
             min_clearance=progress.min_clearance,
             replans=max(task.replan_count - progress.replans_before, 0),
             reason=str(task.reason),

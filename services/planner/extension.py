@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lariat.geometry import polylines, poses
+from lariat.geometry import poses
 from lariat.protocols import GripPath, PathPlanner, PlannerSetup, PlanningProblem
 from lariat.rod import state_along
 from services.planner.collision_check import gripper_overlap, path_clearance
@@ -107,7 +107,7 @@ class ExtensionPlanner:
         grips = [poses.Pose(p, q) for p, q in zip(positions[-1], orientations[-1], strict=True)]
         guess = state_along(nodes[-1], *orientations[-1])
         end = problem.rod.rest(*grips, guess=guess, obstacles=problem.packed_supports)
-        error = polylines.mean_node_distance(end.state.positions, problem.goal)
+        error = problem.goal_error(end.state.positions)
         clearance = path_clearance(problem, positions, orientations, nodes)
         overlap = gripper_overlap(problem, positions, orientations)
         least = min(RETIMING_SETTINGS.min_clearance, problem.clearance)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from lariat.geometry import poses
+from lariat.geometry import polylines, poses
 from lariat.geometry.obstacles import Obstacle, pack
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodState
@@ -58,6 +58,10 @@ class Problem:
     """Part of the clearance without which a path is not blocked [m]."""
     oriented: tuple[bool, bool] = (False, False)
     """Whether the orientation of each goal grip is prescribed."""
+    ends_only: bool = False
+    """Whether the ends alone are the goal; the shape between them, and the turns, are free."""
+    angle_tolerance: float = 0.05
+    """Angle of the ends from such a goal at which it is reached [rad]."""
     turns: int = 0
     """Whole turns of twist of the goal (`lariat.rod.twist`)."""
     variants: tuple[Rod, ...] = ()
@@ -88,6 +92,30 @@ class Problem:
     def packed_supports(self) -> Float64[np.ndarray, "m 12"] | None:
         """Supports as rows of `lariat.geometry.obstacles.pack`; None when there are none."""
         return pack(self.supports) if self.supports else None
+
+    @property
+    def counted(self) -> Bool[np.ndarray, "n"]:
+        """Nodes whose distances from the goal count."""
+        count = len(self.goal)
+        return polylines.ends_of(count) if self.ends_only else np.ones(count, dtype=bool)
+
+    def goal_error(self, nodes: Float64[np.ndarray, "n 3"]) -> float:
+        """Return the mean distance of the nodes that count from the goal [m].
+
+        Where the ends alone count, an angle of theirs that is as large as its tolerance is worth
+        the tolerance of the distance.
+
+        Args:
+            nodes: Nodes of the rope [m].
+        """
+        if not self.ends_only:
+            return polylines.mean_node_distance(nodes, self.goal)
+        ends = self.counted
+        error = polylines.mean_node_distance(nodes[ends], self.goal[ends])
+        grips = np.array([grip.orientation for grip in self.goal_grips])
+        angles = polylines.end_angles(nodes, grips)
+        angle = float(np.max(angles, where=np.array(self.oriented), initial=0.0))
+        return max(error, self.tolerance * angle / self.angle_tolerance)
 
     @property
     def feasible_goal_grips(self) -> tuple[Pose, Pose]:

@@ -254,6 +254,7 @@ class PlannerService:
             (task.goal.left_oriented, task.goal.right_oriented),
             round(task.goal.turns),
             task.replan_count,
+            task.goal.ends_only,
         )
         if _at_rest(arms):
             self._mismatch = self._mismatch_margin(state, rope)
@@ -290,8 +291,19 @@ class PlannerService:
     def _goal(
         self, goal: Goal, obstacles: tuple[Obstacle, ...]
     ) -> tuple[Float64[np.ndarray, "n 3"], tuple[Pose, Pose]]:
-        """Nodes and ends of a goal; beside a part that counts, they are fitted with this rod."""
+        """Nodes and ends of a goal; beside a part that counts, they are fitted with this rod.
+
+        Where the ends alone count, the rope's own ends are to come to the goal's poses.
+        """
         nodes = self._resampled(chain(goal.positions))
+        if goal.ends_only:
+            ends = grip_pose(goal.left), grip_pose(goal.right)
+            try:
+                supports = [o for o in obstacles if o.support]
+                packed = pack(supports) if supports else None
+                return self._rod.rest(*ends, obstacles=packed).state.positions, ends
+            except ValueError:
+                return nodes, ends
         ends = self._ends(grip_pose(goal.left), grip_pose(goal.right))
         if not goal.part:
             return nodes, ends
@@ -374,6 +386,7 @@ class PlannerService:
         oriented: tuple[bool, bool] = (False, False),
         turns: int = 0,
         replan_count: int = 0,
+        ends_only: bool = False,
     ) -> Problem:
         """Return the planning problem of this cell from one shape to another.
 
@@ -387,6 +400,7 @@ class PlannerService:
             oriented: Whether the orientation of each goal grip is prescribed.
             turns: Whole turns of twist of the goal.
             replan_count: Number of requests for another path.
+            ends_only: Whether the ends alone are the goal.
         """
         scenario = self._scenario
         return Problem(
@@ -404,6 +418,8 @@ class PlannerService:
             clearance=scenario.control.clearance,
             tolerance=scenario.run.tolerance,
             oriented=oriented,
+            ends_only=ends_only,
+            angle_tolerance=scenario.run.angle_tolerance,
             turns=turns,
             # A repeated request tries other random paths.
             seed=scenario.seed + replan_count,

@@ -323,7 +323,7 @@ def _clear_part(
     """Clear part of a path that ends nearest to the goal; what is seen there may help."""
     least = required_clearance(optimizer)
     stride = optimizer.settings.steps_per_block
-    here = polylines.mean_node_distance(problem.state.positions, problem.goal)
+    here = problem.goal_error(problem.state.positions)
     parts = []
     for start in candidates:
         candidate = optimizer.refine(start, settings.iterations)
@@ -331,7 +331,7 @@ def _clear_part(
         for count, nodes in enumerate(at_blocks, start=1):
             if geometry.chain_clearance(nodes, problem.radius, problem.obstacles) < least:
                 break
-            left = polylines.mean_node_distance(nodes, problem.goal)
+            left = problem.goal_error(nodes)
             if left < here:
                 parts.append((left, count, candidate, nodes))
     for _, count, candidate, nodes in sorted(parts, key=lambda part: part[0])[: settings.max_parts]:
@@ -349,7 +349,7 @@ def _clear_part(
 
 def _ending_short(problem: Problem, path: WholePath, reason: str) -> WholePath:
     """Path that is blocked, with the distance that is left in its reason."""
-    left = polylines.mean_node_distance(path.nodes[-1], problem.goal)
+    left = problem.goal_error(path.nodes[-1])
     reason = reason.format(left_mm=1e3 * left)
     return replace(path, reached=False, reason=reason, final_error=left, blocked=True)
 
@@ -364,7 +364,7 @@ def stay(problem: Problem, reason: str) -> WholePath:
     positions = np.stack([[g.position for g in problem.grips]] * 2)
     orientations = np.stack([[g.orientation for g in problem.grips]] * 2)
     here = problem.state.positions
-    left = polylines.mean_node_distance(here, problem.goal)
+    left = problem.goal_error(here)
     own = geometry.chain_clearance(here, problem.radius, problem.obstacles)
     nodes = np.repeat(here[None], 2, axis=0)
     return WholePath(

@@ -155,6 +155,8 @@ __all__ = [
     "chain",
     "counted_nodes",
     "from_timestamp",
+    "goal_angle",
+    "goal_curve",
     "grip",
     "grip_pose",
     "motion_message",
@@ -173,9 +175,36 @@ def chain(flat: object) -> Float64[np.ndarray, "n 3"]:
 
 
 def counted_nodes(goal: Goal) -> Bool[np.ndarray, "n"]:
-    """Return which nodes of a goal count: all, or those of its part."""
+    """Return which nodes of a goal count: all, those of its part, or those at the ends."""
     nodes = chain(goal.positions)
+    if goal.ends_only:
+        return polylines.ends_of(len(nodes))
     return polylines.within(nodes, *goal.part) if goal.part else np.ones(len(nodes), dtype=bool)
+
+
+def goal_curve(goal: Goal) -> Float64[np.ndarray, "k 3"]:
+    """Return the nodes of a goal that are drawn [m].
+
+    They are those that count; for a goal of the ends alone, the shape in which the rod would rest.
+    """
+    nodes = chain(goal.positions)
+    return nodes if goal.ends_only else nodes[counted_nodes(goal)]
+
+
+def goal_angle(goal: Goal, nodes: Float64[np.ndarray, "n 3"]) -> float:
+    """Return the largest angle of a rope's ends from a goal that they alone make up [rad].
+
+    It is that of the tangents; a rotation about the rope's axis does not count.
+
+    Args:
+        goal: Goal; of one with a shape, the angle is zero.
+        nodes: Nodes of the rope [m].
+    """
+    if not goal.ends_only or len(nodes) < 2:
+        return 0.0
+    oriented = np.array([goal.left_oriented, goal.right_oriented])
+    grips = np.array([goal.left.orientation, goal.right.orientation])
+    return float(np.max(polylines.end_angles(nodes, grips), where=oriented, initial=0.0))
 
 
 def grip(pose: Pose) -> Grip:

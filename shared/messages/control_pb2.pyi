@@ -145,7 +145,7 @@ class Parameters(_message.Message):
     def __init__(self, stamp: _Optional[int] = ..., parameters: _Optional[_Iterable[_Union[Parameter, _Mapping]]] = ..., prediction_error: _Optional[float] = ..., rod: _Optional[_Union[RodParameters, _Mapping]] = ..., xpbd: _Optional[_Union[XpbdParameters, _Mapping]] = ...) -> None: ...
 
 class RunResult(_message.Message):
-    __slots__ = ("stamp", "run", "reached", "duration", "error", "max_node_error", "min_clearance", "replans", "reason", "reason_code")
+    __slots__ = ("stamp", "run", "reached", "duration", "error", "max_node_error", "min_clearance", "replans", "reason", "reason_code", "angle_error")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     RUN_FIELD_NUMBER: _ClassVar[int]
     REACHED_FIELD_NUMBER: _ClassVar[int]
@@ -156,6 +156,7 @@ class RunResult(_message.Message):
     REPLANS_FIELD_NUMBER: _ClassVar[int]
     REASON_FIELD_NUMBER: _ClassVar[int]
     REASON_CODE_FIELD_NUMBER: _ClassVar[int]
+    ANGLE_ERROR_FIELD_NUMBER: _ClassVar[int]
     stamp: int
     run: str
     reached: bool
@@ -166,4 +167,5 @@ class RunResult(_message.Message):
     replans: int
     reason: str
     reason_code: _task_pb2.TaskState.Reason
-    def __init__(self, stamp: _Optional[int] = ..., run: _Optional[str] = ..., reached: _Optional[bool] = ..., duration: _Optional[float] = ..., error: _Optional[float] = ..., max_node_error: _Optional[float] = ..., min_clearance: _Optional[float] = ..., replans: _Optional[int] = ..., reason: _Optional[str] = ..., reason_code: _Optional[_Union[_task_pb2.TaskState.Reason, str]] = ...) -> None: ...
+    angle_error: float
+    def __init__(self, stamp: _Optional[int] = ..., run: _Optional[str] = ..., reached: _Optional[bool] = ..., duration: _Optional[float] = ..., error: _Optional[float] = ..., max_node_error: _Optional[float] = ..., min_clearance: _Optional[float] = ..., replans: _Optional[int] = ..., reason: _Optional[str] = ..., reason_code: _Optional[_Union[_task_pb2.TaskState.Reason, str]] = ..., angle_error: _Optional[float] = ...) -> None: ...

@@ -283,6 +283,8 @@ def check_goal(goal: messages.Goal) -> None:
     _count_nodes("goal.positions", goal.positions)
     _check_places("goal.positions", goal.positions)
     _check_turns(goal.turns)
+    if goal.part and goal.ends_only:
+        raise ValueError("goal.part and goal.ends_only exclude each other")
     if goal.part:
         _check_length("goal.part", goal.part, 2)
         counted = polylines.within(messages.chain(goal.positions), *goal.part)

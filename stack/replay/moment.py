@@ -73,6 +73,11 @@ def scenario_at(recording: Recording, folder: Path, seconds: float) -> Scenario:
     np.savetxt(folder / GOAL_FILE, wanted[counted], delimiter=",", fmt="%.6f")
     start: dict[str, Any] = {"nodes": START_FILE, "turns": float(round(task.turns))}
     goal: dict[str, Any] = {"nodes": GOAL_FILE, "turns": float(task.goal.turns)}
+    if task.goal.ends_only:
+        goal = {
+            "line": [numbers(end.position) for end in (task.goal.left, task.goal.right)],
+            "ends_only": True,
+        }
     if task.goal.part:
         goal["part"] = numbers(polylines.arc_lengths(wanted)[counted][[0, -1]])
     for side in SIDES:

@@ -50,6 +50,8 @@ class Score:
     """Mean node distance between true rope and goal, averaged over the last 0.2 s."""
     max_node_error_mm: float | None
     """Largest node distance between true rope and goal, averaged over the last 0.2 s."""
+    final_angle_rad: float | None
+    """Angle of the true rope's ends from a goal with `ends_only`, averaged over the last 0.2 s."""
     final_shape_error_mm: float | None
     """Mean distance of the goal's nodes from the curve of the true rope at the end: without what
     the rope is shifted along itself."""
@@ -286,6 +288,7 @@ def score_of(
         reached_s=None if reached is None else round(reached, 3),
         final_error_mm=_mm(mean),
         max_node_error_mm=_mm(largest),
+        final_angle_rad=None if scorer.final_angle is None else round(scorer.final_angle, 5),
         final_shape_error_mm=_mm(scorer.final_shape_error),
         min_clearance_mm=_mm(scorer.min_clearance),
         min_distractor_clearance_mm=_mm(scorer.min_distractor_clearance),

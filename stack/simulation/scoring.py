@@ -14,7 +14,15 @@ from lariat.trajectory import NANOSECONDS
 from services.sim.distractors import MovingTubes
 from services.sim.marked_obstacles import MarkedObstacles
 from shared import topics
-from shared.messages import IDLE, chain, counted_nodes, obstacle_motions, scene_obstacles
+from shared.messages import (
+    IDLE,
+    Goal,
+    chain,
+    counted_nodes,
+    goal_angle,
+    obstacle_motions,
+    scene_obstacles,
+)
 from shared.messages.parameters import named_parameters
 from shared.scenario import Scenario
 from shared.service import SECOND
@@ -56,6 +64,8 @@ class Scorer:
     """Largest deviation of the true rope's length from its length at rest [m]."""
     errors: list[tuple[int, float, float]] = field(default_factory=list)
     """Stamp [ns], mean and largest node distance to the goal [m] of each true rope."""
+    angles: list[float] = field(default_factory=list)
+    """Angle of the ends of each true rope from a goal that they alone make up [rad]."""
     prediction_errors: list[float] = field(default_factory=list)
     """Mean node distance between prediction and observation, by message [m]."""
     horizon_error: HorizonError = field(default_factory=HorizonError)
@@ -75,6 +85,7 @@ class Scorer:
         self._distractors = MovingTubes(self.scenario.distractors)
         self._radius = self.scenario.plant_rope.diameter / 2.0
         self._goal: Float64[np.ndarray, "n 3"] | None = None
+        self._wanted = Goal()
         self._counted = np.zeros(0, dtype=bool)
         self._nodes: Float64[np.ndarray, "n 3"] | None = None
         self._first_replans = 0
@@ -127,6 +138,7 @@ class Scorer:
         if task.goal.positions:
             self._goal = chain(task.goal.positions)
             self._counted = counted_nodes(task.goal)
+            self._wanted = task.goal
         if not self.started:
             self._first_replans = task.replan_count
             if task.state != IDLE:
@@ -143,6 +155,7 @@ class Scorer:
                 resampled = polylines.resample_smooth(nodes, len(self._goal))
             distances = np.linalg.norm(resampled - self._goal, axis=1)[self._counted]
             self.errors.append((stamp, float(np.mean(distances)), float(np.max(distances))))
+            self.angles.append(goal_angle(self._wanted, nodes))
         deviation = abs(polylines.length(nodes) - self.scenario.plant_rope.length)
         self.length_error = max(self.length_error, deviation)
         self._take_distractors(stamp, nodes)
@@ -182,6 +195,18 @@ class Scorer:
         return float(np.mean([e[1] for e in last])), float(np.mean([e[2] for e in last]))
 
     @property
+    def final_angle(self) -> float | None:
+        """Angle of the rope's ends from a goal that they alone make up, at the end [rad]."""
+        if not self._wanted.ends_only or not self.angles:
+            return None
+        last = [
+            angle
+            for (stamp, *_), angle in zip(self.errors, self.angles, strict=True)
+            if stamp > self.ended - FINAL_ERROR_WINDOW
+        ]
+        return float(np.mean(last))
+
+    @property
     def final_shape_error(self) -> float:
         """Mean distance of the goal's nodes from the curve of the true rope, at the end [m].
 
@@ -196,10 +221,14 @@ class Scorer:
     @property
     def reached_after(self) -> float | None:
         """Time from the start of the run until the rope was within tolerance for good [s]."""
-        tolerance = self.scenario.run.tolerance
-        if self.final[0] > tolerance:
+        tolerance, angle = self.scenario.run.tolerance, self.scenario.run.angle_tolerance
+        if self.final[0] > tolerance or (self.final_angle or 0.0) > angle:
             return None
-        outside = [stamp for stamp, mean, _ in self.errors if mean > tolerance]
+        outside = [
+            stamp
+            for (stamp, mean, _), turned in zip(self.errors, self.angles, strict=True)
+            if mean > tolerance or turned > angle
+        ]
         after = outside[-1] if outside else -1
         within = next((e[0] for e in self.errors if e[0] > after), self.ended)
         return (within - self.started) / SECOND

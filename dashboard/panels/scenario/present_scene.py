@@ -37,10 +37,13 @@ def goal_settings(goal: Goal, scenario: Scenario) -> list[str]:
         and (not end.rotates or abs(np.dot(grip.orientation, pose.orientation)) > 1.0 - SAME)
         for end, grip, pose in zip(ends, grips, scenario.grips(scenario.goal), strict=True)
     )
+    is_own &= goal.ends_only == scenario.goal.ends_only
     if is_own and goal.turns == scenario.goal.turns:
         return []
     left, right = (numbers(g.position) for g in grips)
     table: dict[str, Any] = {"line": [left, right], "turns": float(goal.turns)}
+    if goal.ends_only:
+        table["ends_only"] = True
     for side, end, grip in zip(SIDES, ends, grips, strict=True):
         if end.rotates:
             table[f"{side}_orientation"] = numbers(grip.orientation)

@@ -112,7 +112,14 @@ class GaussNewton:
                 self._rotation_jacobian(means),
             )
             rope = rope_terms(
-                nodes, grips, jacobian, problem.reference, avoidance, dt, self.weights.along
+                nodes,
+                grips,
+                jacobian,
+                problem.reference,
+                avoidance,
+                dt,
+                self.weights.along,
+                problem.counted,
             )
             effort = effort_terms(
                 velocities[:, self.moves], initial_velocity[self.moves], units, self.weights, dt

@@ -46,6 +46,8 @@ class HorizonProblem:
     """Components of that rotation that are zero at the goal."""
     supports: Float64[np.ndarray, "m 12"] | None = None
     """Obstacles that the rope may lean on, packed for the rod."""
+    counted: Bool[np.ndarray, "n"] | None = None
+    """Nodes whose distances from the reference count; None for all."""
     task: HorizonTask | None = None
     """Task, for controllers that do not follow the reference alone."""
 

@@ -75,6 +75,7 @@ def rope_terms(
     avoidance: AvoidanceSpecification,
     dt: float,
     along: float = 1.0,
+    counted: Bool[np.ndarray, "n"] | None = None,
 ) -> NormalEquations:
     """Tracking, swing and collision avoidance: the terms that depend on the rope and its grips.
 
@@ -86,6 +87,7 @@ def rope_terms(
         avoidance: Obstacles and clearances.
         dt: Duration of a step of the horizon [s].
         along: Weight of a node's place along the rope, relative to its distance across it [-].
+        counted: Nodes whose distances from the reference count; None for all.
     """
     horizon, count = nodes.shape[:2]
     scale = MILLIMETRE / np.sqrt(count)
@@ -94,8 +96,12 @@ def rope_terms(
         tangents = poses.normalized(np.gradient(reference, axis=1))
         miss = _less_along(miss[..., None], tangents, along)[..., 0]
         response = _less_along(response, tangents, along)
-    rows = [scale * response.reshape(3 * horizon * count, -1)]
-    residuals = [scale * miss.ravel()]
+    tracked = scale
+    if counted is not None:
+        miss, response = miss[:, counted], response[:, counted]
+        tracked = MILLIMETRE / np.sqrt(miss.shape[1])
+    rows = [tracked * response.reshape(miss.size, -1)]
+    residuals = [tracked * miss.ravel()]
     terms = ["tracking"]
     if horizon > 1:
         swing = scale * SWING_TIME / dt

@@ -85,6 +85,8 @@ class RecedingHorizonController:
         self.reference: ReferenceTrajectory | None = None
         self.oriented = (False, False)
         """Whether the orientation of each grip is part of the goal."""
+        self.counted: Bool[np.ndarray, "n"] | None = None
+        """Nodes whose distances from the goal count at the end of a reference; None for all."""
         self._stream: SetpointStream | None = None
         self._arm_lag = ArmLag(ArmLagSettings(expected_lag=expected_lag))
         self._start_index = 0
@@ -203,6 +205,7 @@ class RecedingHorizonController:
             rotation,
             oriented,
             self.estimator.supports,
+            self.counted if self.at_end else None,
             HorizonTask(effective * NANOSECONDS, commanded, goal),
         )
         plan = self.optimizer.plan(self.estimator.rod, problem, avoidance)

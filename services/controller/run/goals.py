@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float64
@@ -45,6 +45,8 @@ class GoalRequest:
     """Node and place to which it is pulled [m]; None where the grips stay."""
     part: tuple[float, float] | None = None
     """Distances from the left grip of the part that counts [m]; None for the whole rope."""
+    ends_only: bool = False
+    """Whether the ends alone count; the shape between them is free."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,8 @@ class GoalFactory:
         grips = self.feasible_grips(*self.scenario.grips(shape))
         nodes = self.scenario.nodes(shape)
         if nodes is None:
-            return self.at_rest(*grips, self.scenario.bodies, shape.turns)
+            goal = self.at_rest(*grips, self.scenario.bodies, shape.turns)
+            return replace(goal, ends_only=shape.ends_only)
         rotates = [self.scenario.end(side).rotates for side in SIDES]
         # Twist is counted between the orientations of the ends.
         given = [
@@ -115,7 +118,8 @@ class GoalFactory:
         if nodes is None and request.pull is not None:
             grips = self._pulled(grips, request, obstacles)
         if nodes is None:
-            return self.at_rest(*grips, obstacles, request.turns)
+            goal = self.at_rest(*grips, obstacles, request.turns)
+            return replace(goal, ends_only=request.ends_only)
         count = self.scenario.rope.node_count
         if len(nodes) != count and len(nodes) >= 3:
             nodes = polylines.resample_smooth(nodes, count)
@@ -126,6 +130,7 @@ class GoalFactory:
             request.right_oriented,
             request.turns,
             request.part,
+            request.ends_only,
         )
 
     def _of_part(self, nodes: Float64[np.ndarray, "m 3"], shape: Shape) -> Goal:

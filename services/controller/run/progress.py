@@ -34,7 +34,11 @@ class ProgressMonitor:
     """Measures of a run, from observations of the rope."""
 
     def __init__(
-        self, tolerance: float, radius: float, settings: ProgressSettings | None = None
+        self,
+        tolerance: float,
+        radius: float,
+        settings: ProgressSettings | None = None,
+        angle_tolerance: float = np.inf,
     ) -> None:
         """Create a monitor of no run.
 
@@ -42,9 +46,13 @@ class ProgressMonitor:
             tolerance: Mean node distance to the goal that counts as reached [m].
             radius: Radius of the rope [m].
             settings: Thresholds.
+            angle_tolerance: Angle of the ends from the goal that counts as reached [rad].
         """
         self.settings = settings or ProgressSettings()
         self.tolerance, self.radius = tolerance, radius
+        self.angle_tolerance = angle_tolerance
+        self.angle_error = 0.0
+        """Angle of the rope's ends from a goal that they alone make up [rad]."""
         self.error = self.max_node_error = 0.0
         """Mean and maximum node distance to the goal [m]."""
         self.clearance = np.inf
@@ -73,6 +81,7 @@ class ProgressMonitor:
         goal: Float64[np.ndarray, "n 3"],
         obstacles: Sequence[Obstacle],
         counted: Bool[np.ndarray, "n"] | None = None,
+        angle: float = 0.0,
     ) -> None:
         """Take in an observation.
 
@@ -82,7 +91,9 @@ class ProgressMonitor:
             goal: Nodes of the goal [m].
             obstacles: Obstacles of the scene; supports do not count for the clearance.
             counted: Nodes whose distances from the goal count; by default all.
+            angle: Angle of the rope's ends from the goal, where it counts [rad].
         """
+        self.angle_error = angle
         distances = np.linalg.norm(nodes - goal, axis=1)
         if counted is not None:
             distances = distances[counted]
@@ -129,6 +140,7 @@ class ProgressMonitor:
             now: Present time [ns].
         """
         within = all(error <= self.tolerance for _, error, _ in self._recent)
+        within &= self.angle_error <= self.angle_tolerance
         return within and self.resting(now)
 
     def resting(self, now: int) -> bool:

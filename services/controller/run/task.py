@@ -38,11 +38,23 @@ class Goal:
     """Twist of the right end against the left one [turns]."""
     part: tuple[float, float] | None = None
     """Distances from the left grip of the part that counts [m]; None for the whole rope."""
+    ends_only: bool = False
+    """Whether the ends alone count; the shape between them is free."""
 
     @property
     def counted(self) -> Bool[np.ndarray, "n"] | None:
         """Nodes whose distances from the goal count; None for all."""
+        if self.ends_only:
+            return polylines.ends_of(len(self.nodes))
         return None if self.part is None else polylines.within(self.nodes, *self.part)
+
+    def angle(self, nodes: Float64[np.ndarray, "n 3"]) -> float:
+        """Largest angle of the rope's ends from a goal that they alone make up [rad]; else 0."""
+        if not self.ends_only:
+            return 0.0
+        oriented = np.array([self.left_oriented, self.right_oriented])
+        grips = np.array([self.left.orientation, self.right.orientation])
+        return float(np.max(polylines.end_angles(nodes, grips), where=oriented, initial=0.0))
 
     def completed(self, shape: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "n 3"]:
         """Nodes of the goal [m], of which those that do not count are those of a shape."""

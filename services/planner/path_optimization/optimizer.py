@@ -88,7 +88,7 @@ class PathOptimizer:
         if problem.moves[:, 3:].any():
             # The rotations of the ends determine the twist of the rope: add the missing turns.
             (direct,) = self.evaluate([self._path.translation_to_goal()])
-            missing = problem.turns - count_turns(direct.final)
+            missing = 0 if problem.ends_only else problem.turns - count_turns(direct.final)
             self._rotation = self._path.rotation_to_goal(missing) if missing else self._rotation
 
     @property
@@ -197,7 +197,7 @@ class PathOptimizer:
         final: RodState,
     ) -> PathCandidate:
         problem, s = self._problem, self.settings
-        miss = nodes[-1] - problem.goal
+        miss = (nodes[-1] - problem.goal)[problem.counted]
         cost = MILLIMETRES**2 * float(np.mean(np.sum(miss**2, axis=1)))
         points = self._rope_points(nodes)
         obstacle_distances = _distances(points, problem.obstacles)
@@ -235,7 +235,7 @@ class PathOptimizer:
             cost,
             nodes,
             final,
-            float(np.mean(np.linalg.norm(miss, axis=1))),
+            problem.goal_error(nodes[-1]),
             lack - self.reserve,
             rope,
             swept,
@@ -301,9 +301,10 @@ class PathOptimizer:
         sensitivity = linear.d_positions_d_actions[:, :, :, : s.blocks] / path.block_time
         rows, residuals = [], []
         count = problem.rod.node_count
-        scale = MILLIMETRES / np.sqrt(count)
-        rows.append(scale * sensitivity[-1][..., moves].reshape(3 * count, -1))
-        residuals.append(scale * (candidate.nodes[-1] - problem.goal).ravel())
+        counted = problem.counted
+        scale = MILLIMETRES / np.sqrt(np.sum(counted))
+        rows.append(scale * sensitivity[-1][counted][..., moves].reshape(3 * np.sum(counted), -1))
+        residuals.append(scale * (candidate.nodes[-1] - problem.goal)[counted].ravel())
         for hit, margins, weight in (
             (candidate.rope_near, self._margins, s.clearance_weight),
             (candidate.support_near, self._support_margins, s.support_weight),

@@ -25,7 +25,7 @@ from shared.messages import (
     RunSummary,
     TaskState,
     chain,
-    counted_nodes,
+    goal_curve,
 )
 from shared.messages.validation import MAX_TEXT_LENGTH
 from shared.recording import Recording
@@ -141,8 +141,7 @@ class RecordedRun:
                     task: TaskState = entry.parse()
                     if task.run != run.run or task.run_started != run.started:
                         continue
-                    wanted = chain(task.goal.positions)[counted_nodes(task.goal)]
-                    motion.goal[:] = wanted.ravel()
+                    motion.goal[:] = goal_curve(task.goal).ravel()
                     if task.state != state:
                         text = "start" if not marks else STATES.get(task.state, "goes on")
                         reason = "" if task.state == RUNNING else f": {task.reason}"

@@ -25,6 +25,8 @@ class Shape:
     part: Annotated[tuple[float, float], Bounds(0.0, 20.0, "m")] | None = None
     """Distances from the left grip, along the rope, between which `nodes` describes its shape; the
     rest of the rope is free. By default `nodes` describes the whole rope."""
+    ends_only: bool = False
+    """Whether the poses of both ends in `line` are the whole goal; the rope's shape is free."""
     left_orientation: Quaternion | None = None
     """Orientation of the left grip; by default it points along the rope."""
     right_orientation: Quaternion | None = None
@@ -37,6 +39,8 @@ class Shape:
             raise ValueError("give either line = [[x, y, z], [x, y, z]] or nodes = 'FILE.csv'")
         if self.part is not None and not self.nodes:
             raise ValueError("part goes with nodes = 'FILE.csv', the shape of that part")
+        if self.ends_only and self.line is None:
+            raise ValueError("ends_only goes with line, the positions of both ends")
         if self.part is not None and self.part[0] >= self.part[1]:
             raise ValueError(f"part = {list(self.part)} ends before it begins")
 

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lariat.geometry import polylines
+from lariat.geometry import polylines, poses
 
 CORNER = np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [3.0, 1.0, 0.0]])
 
@@ -88,3 +88,14 @@ def test_end_tangents_are_those_of_the_curve_and_not_of_its_outer_edges() -> Non
 def test_point_distances_are_those_of_every_pair() -> None:
     found = polylines.point_distances(CORNER, CORNER[:2])
     np.testing.assert_allclose(found, [[0.0, 3.0], [3.0, 0.0], [np.sqrt(10.0), 1.0]])
+
+
+def test_end_angles_of_an_arc_are_those_of_its_tangents() -> None:
+    at = np.linspace(0.0, 1.2, 40)
+    arc = np.stack([np.sin(at), 1.0 - np.cos(at), 0.0 * at], axis=1)
+    # Frames whose z axes lie in the plane of the arc, 0.1 rad before its ends.
+    level = np.array([0.5, 0.5, 0.5, 0.5])
+    turns = [poses.exponential(np.array([0.0, 0.0, a])) for a in (0.1, 1.1)]
+    frames = np.stack([poses.multiply(turn, level) for turn in turns])
+    np.testing.assert_allclose(polylines.end_angles(arc, frames), [0.1, 0.1], atol=1e-3)
+    np.testing.assert_array_equal(np.flatnonzero(polylines.ends_of(7)), [0, 6])

@@ -79,7 +79,13 @@ def _send(name: str, number: signal.Signals) -> Action:
 
 
 def _killed(
-    name: str, *causes: str, effect: float = 0.0, silence: str = "hold", promised: bool = True
+    name: str,
+    *causes: str,
+    effect: float = 0.0,
+    silence: str = "hold",
+    promised: bool = True,
+    recorded: bool = False,
+    page: bool = False,
 ) -> FaultCase:
     inject = _send(name, signal.SIGKILL)
     description = f"{name}: kill -9" + (
@@ -93,6 +99,8 @@ def _killed(
         restarted=(name,),
         silence=silence,
         promised=promised,
+        recorded=recorded,
+        page=page,
     )
 
 
@@ -208,8 +216,11 @@ CASES: dict[str, FaultCase] = {
     "perception-frozen": _frozen("perception", "writer_holds", effect=BLIND_TIME),
     "planner-killed": _killed("planner"),
     "planner-frozen": _frozen("planner"),
+    "sim-killed": _killed("sim", "writer_holds", effect=BLIND_TIME),
     "sim-frozen": _frozen("sim", "writer_holds", effect=BLIND_TIME),
+    "recorder-killed": _killed("recorder", recorded=True),
     "recorder-frozen": _frozen("recorder", duration=5.0, recorded=True),
+    "dashboard-killed": _killed("dashboard", page=True),
     "dashboard-frozen": _frozen("dashboard", duration=5.0, page=True),
     "hub-frozen": _frozen("lariat"),
     "gateway-frozen": _frozen("robot_gateway", "stalled", "alarm", "lost_link"),

@@ -133,6 +133,10 @@ class FaultCell:
         if pid is None:
             self.update()
             pid = guards_of(self._service_pids["robot_gateway"])[-1] if name == "guard" else None
+        if pid is None:
+            # Recorder and dashboard are not needed for a cell to be ready: they may be heard later.
+            known = lambda: name in self._service_pids  # noqa: E731
+            self.wait_until(known, LINK_TIMEOUT, f"no {name}")
         os.kill(pid or self._service_pids[name], number)
 
     def slow_down(self, name: str, seconds: float) -> None:

@@ -77,7 +77,10 @@ _FUNCTIONS: dict[Stage, tuple[str, ...]] = {
         "services/controller/mpc/setpoint_stream.py:extended",
     ),
     Stage("controller", "guard", "step"): ("services/controller/run/clearance_guard.py:check",),
-    Stage("robot_gateway", "check chunks", "step"): ("services/robot_gateway/cell.py:take_chunk",),
+    Stage("robot_gateway", "check chunks", "step"): (
+        "services/robot_gateway/writer_control.py:take_chunks",
+        "services/robot_gateway/writer_control.py:advance",
+    ),
     Stage("robot_gateway", "follow", "step"): ("services/robot_gateway/motion/follower.py:step",),
     Stage("robot_gateway", "drive", "step"): ("services/robot_gateway/arms.py:exchange",),
     Stage("runner", "deliver", "run"): (

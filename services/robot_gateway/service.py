@@ -19,6 +19,7 @@ from services.robot_gateway.safety.force_limit import ForceLimit
 from services.robot_gateway.safety.scene_guard import SceneGuard
 from services.robot_gateway.safety.shutdown import bring_to_rest
 from services.robot_gateway.safety.state_logger import StateLogger
+from services.robot_gateway.writer_control import WriterChunk
 from shared import topics
 from shared.clock import SystemClock
 from shared.constraints.motion_constraints import CellBoundaries
@@ -28,8 +29,6 @@ from shared.service import SECOND, Inbox, Publication, Received
 
 log = logging.getLogger(__name__)
 
-MAX_CHECKED_CHUNKS = 2
-"""Chunks that are checked in a tick: the newest one, and the one before it if that is refused."""
 MOTION_PERIOD = SECOND // 25
 """Time between two updates of moving obstacles [ns]."""
 REACTION_TIME = 0.25
@@ -161,28 +160,24 @@ class RobotGatewayService:
                 self.cell.take_scene(self._bodies)
 
     def _take_setpoints(self, arrived: Sequence[Received]) -> None:
-        """Take the holds and the newest chunk of every session that is not refused.
-
-        A newer chunk replaces the older one, and checking all of them may take longer than a tick.
-        """
+        """Take the holds, and the newest chunks."""
         for item in arrived:
             message: Setpoints = item.message
             if message.hold:
                 self.cell.take_hold(
                     message.session, message.sequence, item.received, message.reason
                 )
-        settled: set[str] = set()
-        checked = 0
-        for item in reversed(arrived):
-            message = item.message
-            if message.hold or message.session in settled or checked == MAX_CHECKED_CHUNKS:
-                continue
-            chunk = chunk_of(message, [SIDES[k] for k in self.cell.follower.driven])
-            rule = self.cell.take_chunk(chunk, message.session, message.sequence, item.received)
-            if rule is None:
-                settled.add(message.session)
-            # Strangers and old messages are refused before their content is checked.
-            checked += rule != "ordered"
+        driven = [SIDES[k] for k in self.cell.follower.driven]
+        self.cell.take_chunks(
+            WriterChunk(
+                chunk_of(item.message, driven),
+                item.message.session,
+                item.message.sequence,
+                item.received,
+            )
+            for item in reversed(arrived)
+            if not item.message.hold
+        )
 
 
 def build(

@@ -65,10 +65,10 @@ class PathCheck:
         for k, joints in self.joint_constraints:
             joints.track(Pose(state.positions[k], state.orientations[k]))
 
-    def broken_by_chunk(
-        self, state: MotionState, positions: Positions, orientations: Orientations, dt: float
+    def chunk_broken_by_grippers(
+        self, state: MotionState, positions: Positions, orientations: Orientations
     ) -> tuple[Rule, float] | None:
-        """Return the rule that a chunk breaks, and by how much [m, rad, rad/s].
+        """Return the rule that the grips and grippers break along a chunk, and by how much [m].
 
         A chunk keeps `CHUNK_BOUNDARY_MARGIN` more than the rules demand.
 
@@ -76,13 +76,27 @@ class PathCheck:
             state: Present command.
             positions: Positions of the driven grips that are still to come [m].
             orientations: Their orientations, wxyz.
+        """
+        path = densified(positions, orientations)
+        return self._broken_by_grippers(state, *path, CHUNK_BOUNDARY_MARGIN)
+
+    def chunk_broken_by_arms(
+        self, state: MotionState, positions: Positions, orientations: Orientations, dt: float
+    ) -> tuple[Rule, float] | None:
+        """Return the rule that joints and bodies of the arms break along a chunk, and by how much.
+
+        The amount is in metres, radians or radians per second; the margin is that of the grippers.
+
+        Args:
+            state: Present command.
+            positions: Positions of the driven grips that are still to come [m].
+            orientations: Their orientations, wxyz.
             dt: Time between two poses [s].
         """
-        margin = CHUNK_BOUNDARY_MARGIN
-        found = self._broken_by_grippers(state, *densified(positions, orientations), margin)
-        if found or not self.driven:
-            return found
+        if not self.driven:
+            return None
         solved = solved_poses_of_chunk(positions)
+        margin = CHUNK_BOUNDARY_MARGIN
         return self._broken_by_arms(state, positions, orientations, solved, margin, dt)
 
     def broken_by_stop(self, state: MotionState, stop: Stop, present: MotionState) -> Rule | None:

@@ -11,7 +11,9 @@ def test_longest_chunk_is_followed_beside_one_that_is_refused() -> None:
     cell = GatewayCell(load(SCENARIO_FOLDER / "three-cylinders.toml"), 0)
     for count, dt, _ in CHUNKS.values():
         good, bad = cell.chunk(count, dt), cell.chunk(count, dt, refused=True)
-        state, seconds = cell.step([good, bad])
+        cell.step([good, bad])
+        # The newest one is refused; the one before it is checked at the next tick.
+        state, seconds = cell.step([])
         assert (state.sequence, state.refused_sequence) == (good.sequence, bad.sequence)
         assert state.mode == ArmStates.MOVING
         assert seconds > 0.0

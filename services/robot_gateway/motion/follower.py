@@ -22,19 +22,13 @@ from lariat.trajectory import (
     Spline,
 )
 from services.robot_gateway.motion import validation
+from services.robot_gateway.motion.chunk_check import ChunkCheck
 from services.robot_gateway.motion.reference_tracking import Braking, ReferenceTracker
-from services.robot_gateway.motion.validation import ChunkRefused, ChunkTolerances
+from services.robot_gateway.motion.validation import ChunkTolerances
 from shared.constraints.joints import JointConstraints
 from shared.constraints.motion_constraints import CellBoundaries, MotionConstraints
 from shared.constraints.path_check import PathCheck
 from shared.constraints.rule import Rule
-
-EXCESS_UNITS: dict[Rule, str] = {
-    "joint_limits": "rad",
-    "joint_speed": "rad/s",
-    "singularity": "m/rad",
-}
-"""Units of the amount by which a rule is broken, where it is not metres."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +75,8 @@ class SetpointFollower:
         self.limits = limits
         self.tracker = ReferenceTracker(self.limits)
         self.paths = PathCheck(boundaries, self.driven, joint_constraints)
+        self.stops = 0
+        """Number of times that the command was halted or placed: what arrived before is void."""
         self.place(starts)
 
     @property
@@ -91,6 +87,7 @@ class SetpointFollower:
     def place(self, grips: Sequence[Pose]) -> None:
         """Set the command to the given poses of all ends, at rest."""
         self._time: int | None = None
+        self.stops += 1
         self.paths.place(grips)
         self.state = MotionState.at_rest(*(grips[k] for k in self.driven))
         self._braking = Braking(self.tracker.stop(self.state))
@@ -139,7 +136,7 @@ class SetpointFollower:
         return _longest(gap), _longest(turn)
 
     def check(self, chunk: SetpointChunk, now: int, offset: int = 0) -> Spline:
-        """Return the curve of a chunk that may be followed.
+        """Return the curve of a chunk that may be followed, all pieces checked at once.
 
         Args:
             chunk: Setpoints of the driven ends.
@@ -149,20 +146,33 @@ class SetpointFollower:
         Raises:
             ChunkRefused: The chunk breaks a rule, which the exception names.
         """
+        check = self.begin_check(chunk, now, offset)
+        while not self.advance(check, now):
+            pass
+        return check.spline
+
+    def begin_check(self, chunk: SetpointChunk, now: int, offset: int = 0) -> ChunkCheck:
+        """Return the check of a chunk that is well-formed and fresh, before its first piece.
+
+        Args:
+            chunk: Setpoints of the driven ends.
+            now: Present time [ns].
+            offset: Offset from the clock of the writer to that of the gateway [ns].
+
+        Raises:
+            ChunkRefused: By rule `finite`, `fresh` or `rest`.
+        """
         validation.check_finite(chunk, len(self.driven), self.tolerances)
         validation.check_fresh(chunk, now, offset, self.tolerances)
-        spline = Spline(chunk, chunk.start + offset)
-        validation.check_limits(spline, now, self.limits, self.tolerances)
-        past = int((now - spline.start) * NANOSECONDS / spline.dt)
-        first = min(max(past, 0), spline.count - 1)
-        found = self.paths.broken_by_chunk(
-            self.state, chunk.positions[first:], chunk.orientations[first:], spline.dt
-        )
-        if found:
-            rule, excess = found
-            raise ChunkRefused(rule, f"broken by {excess:.4f} {EXCESS_UNITS.get(rule, 'm')}")
-        validation.check_step(spline, self._time or now, self.state, self.tolerances)
-        return spline
+        return ChunkCheck(chunk, offset, self.paths, self.limits, self.tolerances)
+
+    def advance(self, check: ChunkCheck, now: int) -> bool:
+        """Check the next piece of a chunk at `now` [ns]; return whether its curve may be followed.
+
+        Raises:
+            ChunkRefused: The chunk breaks a rule, which the exception names.
+        """
+        return check.advance(now, self.state, self._time or now)
 
     def follow(self, spline: Spline, now: int) -> None:
         """Take over from the present motion to a checked curve."""
@@ -179,6 +189,11 @@ class SetpointFollower:
 
     def halt(self) -> None:
         """Begin the stop that has been checked."""
+        self._reference = None
+        self.stops += 1
+
+    def finish(self) -> None:
+        """Stay at the end of the chunk, which is reached; a chunk that is being checked goes on."""
         self._reference = None
 
     def step(self, before: int, now: int, brake: bool = False) -> Rule | None:

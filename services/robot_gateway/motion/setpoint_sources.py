@@ -64,9 +64,29 @@ class SetpointSources:
         if safety.session not in ("", session):
             words = f"writer {session!r} is not the one that is followed"
             return safety, ChunkRefused("ordered", words)
-        if self._session == session and (refused := self._out_of_sequence(sequence, now)):
+        try:
+            self.check_sequence(session, sequence, now)
+        except ChunkRefused as refused:
             return safety, refused
         return safety, self._offset_of(session, now, start)
+
+    def check_sequence(self, session: str, sequence: int, now: int) -> None:
+        """Check that a message comes after the last one of its session that was accepted.
+
+        Args:
+            session: Session of the writer.
+            sequence: Sequence number of the message.
+            now: Present time [ns].
+
+        Raises:
+            ChunkRefused: By rule `ordered`.
+        """
+        step = sequence - self._sequence
+        if self._session != session or 0 < step <= MAX_SEQUENCE_STEP:
+            return
+        silent = (now - self._accepted) * NANOSECONDS > SEQUENCE_SILENCE
+        if abs(step) <= MAX_SEQUENCE_STEP or not silent:
+            raise ChunkRefused("ordered", f"sequence {sequence} after {self._sequence}")
 
     def accept(self, session: str, sequence: int, now: int, offset: int | None = None) -> None:
         """Count an admitted message, so that earlier ones of its session are refused.
@@ -104,15 +124,6 @@ class SetpointSources:
             return self._offset
         difference = now - start
         return difference if abs(difference) * NANOSECONDS > SAME_CLOCK_TOLERANCE else 0
-
-    def _out_of_sequence(self, sequence: int, now: int) -> ChunkRefused | None:
-        step = sequence - self._sequence
-        if 0 < step <= MAX_SEQUENCE_STEP:
-            return None
-        silent = (now - self._accepted) * NANOSECONDS > SEQUENCE_SILENCE
-        if abs(step) > MAX_SEQUENCE_STEP and silent:
-            return None
-        return ChunkRefused("ordered", f"sequence {sequence} after {self._sequence}")
 
     def _speaks(self, session: str, now: int, silence: float) -> bool:
         heard = self._heard.get(session)

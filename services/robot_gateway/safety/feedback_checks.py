@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from services.robot_gateway.arms import Arms
+from services.robot_gateway.motion.chunk_check import EXCESS_UNITS
 from services.robot_gateway.motion.command_history import LEVER_ARM
-from services.robot_gateway.motion.follower import EXCESS_UNITS, SetpointFollower
+from services.robot_gateway.motion.follower import SetpointFollower
 from services.robot_gateway.safety.force_limit import ForceLimit
 from shared.constraints.path_check import MEASURED_TOLERANCE
 from shared.constraints.rule import Rule

@@ -31,7 +31,7 @@ class Watchdog:
 
     def feed(self, now: int) -> None:
         """Note that the writer is alive at a time [ns]."""
-        self._last_fresh = now
+        self._last_fresh = max(self._last_fresh, now)
 
     def tick(self, now: int) -> None:
         """Note a tick of the gateway at a time [ns]."""

@@ -21,6 +21,7 @@ from services.robot_gateway.safety.consent import SignOfLife
 from services.robot_gateway.safety.force_limit import ForceLimit
 from services.robot_gateway.safety.operator_commands import OperatorCommand
 from services.robot_gateway.status import CellStatus
+from services.robot_gateway.writer_control import WriterChunk
 from shared.constraints.motion_constraints import CellBoundaries
 from shared.cr5.kinematics import Kinematics
 from stack.simulation.emulated_arms import MemoryLink
@@ -139,7 +140,7 @@ class ArmWorld:
                 points = stopping(np.array([[path(t)] for t in times]))
                 turns = np.tile(ALONG_X, (len(points), 1, 1))
                 chunk = SetpointChunk(self.now, 0.02, points, turns)
-                self.cell.take_chunk(chunk, session, self._sequence, self.now)
+                self.cell.take_chunks([WriterChunk(chunk, session, self._sequence, self.now)])
                 self._sequence += 1
                 due += 20_000_000
             self.step()

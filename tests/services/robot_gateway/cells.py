@@ -17,6 +17,7 @@ from services.robot_gateway.motion.follower import SetpointFollower
 from services.robot_gateway.motion.validation import ChunkTolerances
 from services.robot_gateway.safety.operator_commands import OperatorCommand
 from services.robot_gateway.status import CellStatus
+from services.robot_gateway.writer_control import WriterChunk
 from shared.constraints.motion_constraints import CellBoundaries
 from shared.scenario.sections import Limits
 
@@ -117,7 +118,9 @@ class World:
         }
         number = self._sequence if sequence is None else sequence
         self._sequence += 1
-        self.cell.take_chunk(SetpointChunk(**{**values, **changes}), session, number, self.now)
+        self.cell.take_chunks(
+            [WriterChunk(SetpointChunk(**{**values, **changes}), session, number, self.now)]
+        )
 
     def go_on(self) -> None:
         """Acknowledge a stop, and resume."""

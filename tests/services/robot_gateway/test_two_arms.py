@@ -11,6 +11,7 @@ from lariat.trajectory import SetpointChunk
 from services.robot_gateway.safety.operator_commands import OperatorCommand
 from services.robot_gateway.service import build
 from services.robot_gateway.status import CellStatus
+from services.robot_gateway.writer_control import WriterChunk
 from shared.constraints.sphere_distance import Spheres, sphere_distances
 from shared.scenario import SIDES, load
 from stack.simulation.emulated_arms import emulated_links
@@ -61,7 +62,7 @@ class TwoArms:
                 turns = np.tile(ALONG_X, (len(points), 2, 1))
                 chunk = SetpointChunk(self.now, 0.02, points, turns)
                 self._sequence += 1
-                self.cell.take_chunk(chunk, "writer", self._sequence, self.now)
+                self.cell.take_chunks([WriterChunk(chunk, "writer", self._sequence, self.now)])
                 due += 20_000_000
             self.step()
             self.gaps.append(self.gap())

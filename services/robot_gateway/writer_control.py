@@ -1,0 +1,218 @@
+"""Control of writers: whose setpoints are followed, and when they have been checked.
+
+A chunk that arrives is checked in pieces, one a tick, while the arms follow the one before. It is
+followed once every rule has passed, unless the cell has stopped meanwhile. A newer chunk waits for
+the end of a check that has begun, so that a writer of many chunks is followed too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from lariat.trajectory import SetpointChunk
+from services.robot_gateway.motion.chunk_check import ChunkCheck
+from services.robot_gateway.motion.follower import SetpointFollower
+from services.robot_gateway.motion.setpoint_sources import SetpointSources
+from services.robot_gateway.motion.validation import ChunkRefused, check_length
+from services.robot_gateway.safety.watchdog import Watchdog
+from services.robot_gateway.stop_control import StopControl
+
+MAX_WAITING_CHUNKS = 2
+"""Chunks of a tick that are kept: the newest one, and the one before it if that is refused."""
+
+
+@dataclass(frozen=True)
+class WriterChunk:
+    """Setpoints as a writer sent them."""
+
+    chunk: SetpointChunk
+    """Setpoints of the driven ends."""
+    session: str
+    """Session of the writer."""
+    sequence: int
+    """Sequence number within the session."""
+    received: int
+    """Time of receipt [ns]."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Chunk of the followed writer that waits for the end of its check."""
+
+    check: ChunkCheck
+    """The check."""
+    message: WriterChunk
+    """The setpoints as they were sent."""
+    stops: int
+    """Number of stops of the command before they arrived."""
+
+
+class WriterControl:
+    """Admission and check of the setpoints of writers."""
+
+    def __init__(
+        self,
+        follower: SetpointFollower,
+        control: StopControl,
+        watchdog: Watchdog,
+        listening: Callable[[], bool],
+    ) -> None:
+        """Create the control without a writer.
+
+        Args:
+            follower: Commanded motion.
+            control: Safety state of the cell.
+            watchdog: Watchdog, which notices that the writers are silent.
+            listening: Whether the setpoints of a writer may move the arms.
+        """
+        self._follower = follower
+        self._control = control
+        self._watchdog = watchdog
+        self._listening = listening
+        self._sources = SetpointSources()
+        self._newer: list[Candidate] = []
+        """Chunks that wait for the end of the present check, the newest one first."""
+        self._older: list[Candidate] = []
+        """Chunks that came with the one that is checked, in case it is refused."""
+        self._checked: Candidate | None = None
+        """Chunk whose check has begun."""
+        self.sequence = 0
+        """Sequence number of the message that was accepted last."""
+        self.refused_sequence = 0
+        """Sequence number of the chunk that was refused last."""
+        self.refusal = ""
+        """Reason for the last refusal."""
+
+    def take_hold(self, session: str, sequence: int, now: int) -> bool:
+        """Take a writer's message that it holds on purpose, and return whether it counts.
+
+        Args:
+            session: Session of the writer.
+            sequence: Sequence number within the session.
+            now: Time of receipt [ns].
+        """
+        try:
+            self._admit(session, sequence, now, now)
+        except ChunkRefused as refused:
+            self._refuse(refused, None)
+            return False
+        self._sources.accept(session, sequence, now)
+        self._watchdog.feed(now)
+        self.sequence = sequence
+        # What it sent before is not what it wants any more.
+        self._newer, self._older, self._checked = [], [], None
+        return True
+
+    def take_chunks(self, arrived: Iterable[WriterChunk]) -> None:
+        """Take the chunks of a tick, the newest one first; a few of them wait for their check."""
+        taken: list[Candidate] = []
+        looked_at = 0
+        for message in arrived:
+            try:
+                candidate = self._candidate(message)
+            except ChunkRefused as refused:
+                # Who is not followed does not report refusals to the writer who is.
+                stranger = refused.rule == "ordered"
+                self._refuse(refused, None if stranger else message.sequence)
+                if refused.rule not in ("ordered", "fresh"):
+                    # The writer is alive: the chunk before may run to its resting end.
+                    self._watchdog.feed(message.received)
+                # Strangers and old messages are refused before their content is looked at.
+                looked_at += not stranger
+            else:
+                looked_at += 1
+                taken += [candidate] if candidate else []
+            if looked_at == MAX_WAITING_CHUNKS:
+                break
+        self._newer = taken or self._newer
+
+    def advance(self, now: int) -> None:
+        """Check one piece of a chunk at `now` [ns], and follow the chunk whose check is passed."""
+        candidate = self._next()
+        if candidate is None:
+            return
+        message, check = candidate.message, candidate.check
+        try:
+            # A message that the bus delivers twice, or late, may have waited beside its successor.
+            self._sources.check_sequence(message.session, message.sequence, now)
+            if not self._follower.advance(check, now):
+                self._checked = candidate
+                return
+        except ChunkRefused as refused:
+            self._refuse(refused, None if refused.rule == "ordered" else message.sequence)
+            return
+        self._older = []
+        self._sources.accept(message.session, message.sequence, message.received, check.offset)
+        self.sequence = message.sequence
+        self._follower.follow(check.spline, now)
+        self._control.safety = self._control.safety.moving(True)
+
+    def forget_refusal(self) -> None:
+        """Forget the reason for the last refusal, after a person has permitted motion."""
+        self.refusal = ""
+
+    def note_refusal(self, refused: ChunkRefused) -> None:
+        """Note that a motion which no writer asked for was refused."""
+        self._refuse(refused, None)
+
+    def next_session(self, now: int) -> str:
+        """Return the session of the writer that arming or an acknowledgement would accept."""
+        if self._control.safety.mode != "disarmed":
+            return self._control.safety.next_session
+        writers = self._sources.writers(now)
+        return writers[0] if len(writers) == 1 else ""
+
+    def rivals(self, now: int) -> str:
+        """Return which writers speak at once, in words; empty where at most one does.
+
+        Args:
+            now: Present time [ns].
+        """
+        return self._sources.rivals(now)
+
+    def _candidate(self, message: WriterChunk) -> Candidate | None:
+        """Return a chunk that waits for its check; None while nothing is followed.
+
+        Raises:
+            ChunkRefused: By rule `ordered`, `finite`, `fresh` or `rest`.
+        """
+        chunk, now = message.chunk, message.received
+        offset = self._admit(message.session, message.sequence, now, chunk.start)
+        if not self._listening():
+            return None
+        check_length(chunk, self._follower.tolerances)
+        check = self._follower.begin_check(chunk, now, offset)
+        self._watchdog.feed(now)
+        return Candidate(check, message, self._follower.stops)
+
+    def _next(self) -> Candidate | None:
+        """Take the chunk whose turn it is; None where none is left that no stop has made void."""
+        listening, stops = self._listening(), self._follower.stops
+        candidate, self._checked = self._checked, None
+        while candidate is None or not listening or candidate.stops != stops:
+            if not self._older:
+                self._older, self._newer = self._newer, []
+            if not self._older:
+                return None
+            candidate = self._older.pop(0)
+        return candidate
+
+    def _admit(self, session: str, sequence: int, now: int, start: int) -> int:
+        """Return the offset from a writer's clock to the gateway's [ns].
+
+        Raises:
+            ChunkRefused: The writer is not the one that is followed, or its message is old.
+        """
+        before = self._control.safety.cause
+        safety, answer = self._sources.admit(self._control.safety, session, sequence, now, start)
+        self._control.safety = safety
+        if safety.cause == "new_writer" and before != "new_writer":
+            self._follower.halt()
+        if isinstance(answer, ChunkRefused):
+            raise answer
+        return answer
+
+    def _refuse(self, refused: ChunkRefused, sequence: int | None) -> None:
+        self._control.rule, self.refusal = refused.rule, str(refused)
+        self.refused_sequence = self.refused_sequence if sequence is None else sequence

@@ -1,0 +1,145 @@
+"""Chunks of a cell with a CR5 are checked in two ticks, and followed once every rule has passed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lariat.geometry.obstacles import TABLE, Obstacle
+from lariat.trajectory import SetpointChunk
+from services.robot_gateway.writer_control import WriterChunk
+from tests.services.robot_gateway.arm_cell import ArmWorld
+from tests.services.robot_gateway.cells import ALONG_X, smooth_step, stopping
+
+
+@pytest.fixture
+def world() -> ArmWorld:
+    made = ArmWorld()
+    made.until_ready()
+    return made
+
+
+def chunk(world: ArmWorld, way: tuple[float, float, float], sequence: int) -> WriterChunk:
+    """A chunk that leads the grip this way [m] in 0.5 s."""
+    here = world.cell.follower.state.positions
+    times = 0.02 * np.arange(28)
+    points = stopping(np.array([here + smooth_step(t, 0.5) * np.array(way) for t in times]))
+    turns = np.tile(ALONG_X, (len(points), 1, 1))
+    return WriterChunk(SetpointChunk(world.now, 0.02, points, turns), "writer", sequence, world.now)
+
+
+UP, ASIDE, FAST = (0.0, 0.0, 0.02), (0.0, 0.04, 0.0), (0.0, 0.0, 2.0)
+
+
+def test_chunk_is_followed_at_the_second_tick(world: ArmWorld) -> None:
+    world.cell.take_chunks([chunk(world, UP, 7)])
+    world.step()
+    assert (world.report.sequence, world.mode) == (0, "armed")
+    assert world.cell.follower.resting
+    world.step()
+    assert (world.report.sequence, world.mode) == (7, "moving")
+    world.run(0.03)
+    assert not world.cell.follower.resting
+
+
+def test_writer_of_a_chunk_in_every_tick_is_followed_in_every_second_one(world: ArmWorld) -> None:
+    accepted = []
+    for k in range(1, 41):
+        world.cell.take_chunks([chunk(world, UP, k)])
+        world.step()
+        accepted.append(world.report.sequence)
+    # The newest one waits for the end of a check that has begun: none is older than two ticks.
+    assert accepted[1::2] == list(range(1, 41, 2))
+    assert world.mode == "moving"
+
+
+@pytest.mark.parametrize("stop", ["hold", "disarm", "writer", "stalled"])
+def test_stop_voids_a_chunk_whose_check_has_begun(world: ArmWorld, stop: str) -> None:
+    world.cell.take_chunks([chunk(world, UP, 1)])
+    world.step()
+    world.step()
+    assert world.mode == "moving"
+    world.cell.take_chunks([chunk(world, ASIDE, 2)])
+    world.step()
+    match stop:
+        case "writer":
+            world.cell.take_hold("writer", 3, world.now, "")
+        case "stalled":
+            world.now += 200_000_000
+        case _:
+            world.command(stop)
+    world.run(2.0)
+    assert world.report.sequence != 2
+    assert world.cell.follower.resting
+    if stop == "hold":
+        # What waited is void after a person goes on, too.
+        before = world.cell.follower.state.positions
+        world.go_on()
+        world.run(0.5)
+        assert world.report.sequence == 1
+        np.testing.assert_allclose(world.cell.follower.state.positions, before, atol=1e-3)
+
+
+def test_obstacle_that_appears_during_the_check_counts(world: ArmWorld) -> None:
+    grip = world.cell.follower.state.positions[0]
+    world.cell.take_chunks([chunk(world, ASIDE, 1)])
+    world.step()
+    place = (grip[0], grip[1] + 0.05, grip[2])
+    world.cell.take_scene([TABLE, Obstacle("sphere", place, radius=0.01, name="post")])
+    world.run(0.1)
+    assert (world.report.sequence, world.report.refused_sequence) == (0, 1)
+    assert world.report.rule == "keep_out"
+    assert world.cell.follower.resting
+
+
+def test_scene_that_says_the_same_again_delays_no_check(world: ArmWorld) -> None:
+    world.cell.take_chunks([chunk(world, UP, 1)])
+    world.step()
+    world.cell.take_scene([TABLE])
+    world.step()
+    assert world.report.sequence == 1
+
+
+def test_chunk_that_arrives_as_the_one_before_ends_is_followed(world: ArmWorld) -> None:
+    world.cell.take_chunks([chunk(world, UP, 1)])
+    sequence = 1
+    for _ in range(300):
+        world.step()
+        if world.mode == "moving" and np.all(np.abs(world.cell.follower.state.twists) < 1e-3):
+            # Around its end, a single chunk in each of many cells' lives: none may be lost.
+            break
+    for _ in range(40):
+        sequence += 1
+        world.cell.take_chunks([chunk(world, (0.0, 0.0, 1e-5), sequence)])
+        world.step()
+        world.step()
+        assert world.report.sequence == sequence
+
+
+def test_refused_chunks_in_every_tick_do_not_hide_those_of_the_writer(world: ArmWorld) -> None:
+    accepted = set()
+    for k in range(1, 61):
+        forged = chunk(world, FAST, k + 40)
+        good = [chunk(world, UP, k)] if k % 3 == 0 else []
+        world.cell.take_chunks([forged, *good])
+        world.step()
+        accepted.add(world.report.sequence)
+    assert len(accepted) >= 12, accepted
+
+
+def test_chunk_that_is_delivered_twice_is_followed_once(world: ArmWorld) -> None:
+    sent = chunk(world, UP, 1)
+    for _ in range(4):
+        world.cell.take_chunks([sent])
+        world.step()
+    assert world.report.sequence == 1
+    assert "sequence 1 after 1" in world.report.refusal
+
+
+def test_silence_counts_from_the_receipt_of_the_last_chunk(world: ArmWorld) -> None:
+    braking = []
+    world.cell.take_chunks([chunk(world, UP, 1)])
+    for _ in range(10):
+        braking.append(world.step().braking)
+    # 50 ms, of which the last period counts in advance: at the sixth tick.
+    assert braking.index(True) == 5, braking

@@ -7,6 +7,8 @@ same.
 
 from __future__ import annotations
 
+from functools import cached_property
+
 from lariat.trajectory import NANOSECONDS, MotionLimits, MotionState, SetpointChunk, Spline
 from services.robot_gateway.motion import validation
 from services.robot_gateway.motion.validation import ChunkRefused, ChunkTolerances
@@ -47,13 +49,17 @@ class ChunkCheck:
         """
         self.chunk = chunk
         self.offset = offset
-        self.spline = Spline(chunk, chunk.start + offset)
         self._paths = paths
         self._limits = limits
         self._tolerances = tolerances
         self._obstacles = paths.constraints.obstacles
         self._first: int | None = None
         """Index of the first pose that is checked; None before the first piece."""
+
+    @cached_property
+    def spline(self) -> Spline:
+        """Curve of the chunk."""
+        return Spline(self.chunk, self.chunk.start + self.offset)
 
     def advance(self, now: int, state: MotionState, taking_over: int) -> bool:
         """Check the next piece, and return whether the chunk keeps every rule.

@@ -53,7 +53,7 @@ def test_writer_of_a_chunk_in_every_tick_is_followed_in_every_second_one(world: 
     assert world.mode == "moving"
 
 
-@pytest.mark.parametrize("stop", ["hold", "disarm", "writer", "stalled"])
+@pytest.mark.parametrize("stop", ["hold", "disarm", "writer", "stalled", "left_behind"])
 def test_stop_voids_a_chunk_whose_check_has_begun(world: ArmWorld, stop: str) -> None:
     world.cell.take_chunks([chunk(world, UP, 1)])
     world.step()
@@ -66,6 +66,9 @@ def test_stop_voids_a_chunk_whose_check_has_begun(world: ArmWorld, stop: str) ->
             world.cell.take_hold("writer", 3, world.now, "")
         case "stalled":
             world.now += 200_000_000
+        case "left_behind":
+            # The next chunk may move the arms again, but not one of before the stop.
+            world.cell._control.stop("left_behind", "for a test")
         case _:
             world.command(stop)
     world.run(2.0)
@@ -100,20 +103,34 @@ def test_scene_that_says_the_same_again_delays_no_check(world: ArmWorld) -> None
     assert world.report.sequence == 1
 
 
-def test_chunk_that_arrives_as_the_one_before_ends_is_followed(world: ArmWorld) -> None:
+def follow_to_the_end(world: ArmWorld, last: int | None) -> int:
+    """Follow one chunk to its end, beside refused ones that keep the writer alive.
+
+    Args:
+        world: The cell.
+        last: Ticks until another chunk, number 2, is sent; None: there is none.
+
+    Returns:
+        Number of ticks until the chunk has ended.
+    """
     world.cell.take_chunks([chunk(world, UP, 1)])
-    sequence = 1
-    for _ in range(300):
+    world.run(0.016)
+    for tick in range(1, 400):
+        message = chunk(world, UP, 2) if tick == last else chunk(world, FAST, 40)
+        world.cell.take_chunks([message])
         world.step()
-        if world.mode == "moving" and np.all(np.abs(world.cell.follower.state.twists) < 1e-3):
-            # Around its end, a single chunk in each of many cells' lives: none may be lost.
-            break
-    for _ in range(40):
-        sequence += 1
-        world.cell.take_chunks([chunk(world, (0.0, 0.0, 1e-5), sequence)])
-        world.step()
-        world.step()
-        assert world.report.sequence == sequence
+        if not world.cell.follower.following:
+            return tick
+    raise AssertionError("the chunk does not end")
+
+
+def test_chunk_that_arrives_as_the_one_before_ends_is_followed(world: ArmWorld) -> None:
+    end = follow_to_the_end(world, last=None)
+    other = ArmWorld()
+    other.until_ready()
+    assert follow_to_the_end(other, last=end) == end
+    other.step()
+    assert (other.report.sequence, other.mode) == (2, "moving")
 
 
 def test_refused_chunks_in_every_tick_do_not_hide_those_of_the_writer(world: ArmWorld) -> None:
@@ -127,12 +144,17 @@ def test_refused_chunks_in_every_tick_do_not_hide_those_of_the_writer(world: Arm
     assert len(accepted) >= 12, accepted
 
 
-def test_chunk_that_is_delivered_twice_is_followed_once(world: ArmWorld) -> None:
+def test_chunk_that_is_delivered_twice_is_followed_once(
+    world: ArmWorld, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    follower, followed = world.cell.follower, []
+    follow = follower.follow
+    monkeypatch.setattr(follower, "follow", lambda *args: followed.append(args) or follow(*args))
     sent = chunk(world, UP, 1)
-    for _ in range(4):
+    for _ in range(6):
         world.cell.take_chunks([sent])
         world.step()
-    assert world.report.sequence == 1
+    assert len(followed) == world.report.sequence == 1
     assert "sequence 1 after 1" in world.report.refusal
 
 

@@ -22,7 +22,7 @@ VERBS = {
     "run": ("cli.run:main", "run the closed loop in simulated time, headless"),
     "check": ("cli.check:main", "check a scenario before anything moves"),
     "shape": ("cli.shape:main", "write a rest shape of a scenario's true rope as a goal"),
-    "cover": ("cli.cover:main", "write a mesh as obstacles of a scenario"),
+    "cover": ("cli.cover:main", "write a mesh or a depth image as obstacles of a scenario"),
     "status": ("cli.status:main", "show the state of a running stack"),
     "goal": ("cli.goal:main", "set the goal of a running stack"),
     "start": ("cli.task:start", "start the run, or resume a paused one"),

@@ -1,9 +1,10 @@
-"""`lariat cover`: obstacles of a scenario from a mesh."""
+"""`lariat cover`: obstacles of a scenario from a mesh or a depth image."""
 
 from __future__ import annotations
 
 import json as jsons
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,44 +13,67 @@ import numpy as np
 import tyro
 
 from lariat.geometry import poses
-from lariat.geometry.mesh_cover import cover_mesh
+from lariat.geometry.cameras import Camera, Intrinsics, looking_at
+from lariat.geometry.depth_cover import cover_depth
+from lariat.geometry.depth_solid import DepthSolid, SolidRange
+from lariat.geometry.mesh_cover import MeshCover, cover_mesh
 from lariat.geometry.obstacle_checks import MAX_SIZE
 from lariat.geometry.obstacles import Obstacle
+from lariat.geometry.poses import Pose
+from shared import depth_file
 from shared.configuration import ConfigurationError
 from shared.mesh_file import read_mesh
 from shared.scenario.entries import inline, obstacle_entry
 
 
 def main(
-    mesh: tyro.conf.Positional[Path],
+    file: tyro.conf.Positional[Path],
     /,
     position: tuple[float, float, float] = (0.0, 0.0, 0.0),
     orientation: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0),
-    scale: float = 1.0,
+    scale: float | None = None,
     most: int = 16,
-    tolerance: float = 1.0,
+    tolerance: float | None = None,
+    look_at: tuple[float, float, float] | None = None,
+    field_of_view: float | None = None,
+    intrinsics: tuple[float, float, float, float] | None = None,
+    depth_range: tuple[float, float] = (0.05, 2.0),
+    floor: float | None = None,
     support: bool = False,
     name: str = "",
     output: Path | None = None,
     json: bool = False,
 ) -> int:
-    """Write a mesh as obstacles of a scenario: boxes, cylinders and spheres that contain it.
+    """Write a mesh, or what a depth image shows, as obstacles of a scenario that contain it.
 
-    Rope, grippers and links keep away from these bodies as from any obstacle, so that they keep at
-    least as far from the mesh. A closed mesh is covered with its inside.
+    The obstacles are boxes, cylinders and spheres. Rope, grippers and links keep away from these
+    bodies as from any obstacle, so that they keep at least as far from the mesh, or from the
+    surface that the image shows. A closed mesh is covered with its inside, and of a depth image all
+    that the surface hides, down to a depth and to a floor.
 
     Examples:
       lariat cover bracket.stl --scale 0.001 --position 0.1 0 0.05 --output my-cell.toml
       lariat cover fixture.obj --most 40 --tolerance 0.5
+      lariat cover depth.png --position 0 -0.05 1 --look-at 0 0 0.15 --field-of-view 65
 
     Args:
-        mesh: Mesh, an STL or OBJ file.
-        position: Position of the mesh's origin in the world [m].
-        orientation: Orientation of the mesh in the world, wxyz.
-        scale: Length of the file's unit [m]: 0.001 for a file in millimetres.
+        file: Mesh, an STL or OBJ file; or depth image, a PNG of 16 bits or an array as NPY file.
+        position: Position of the mesh's origin, or of the camera, in the world [m].
+        orientation: Orientation of the mesh, or of the camera's optical frame (x right, y down, z
+            forward), in the world, wxyz.
+        scale: Length of the file's unit [m], e.g. 0.001 for millimetres; by default a metre, in a
+            PNG a millimetre.
         most: Largest number of bodies.
-        tolerance: Distance that a body may stick out of the mesh; one that sticks out less is not
-            divided further [mm].
+        tolerance: Distance that a body may stick out of the mesh, or into the space that the image
+            shows to be empty; one that sticks out less is not divided further [mm]. By default 1
+            for a mesh and 20 for a depth image.
+        look_at: Point in the world at which the camera looks, in place of its orientation [m].
+        field_of_view: Horizontal field of view of a depth image, without lens distortion [deg].
+        intrinsics: Focal lengths fx, fy and principal point cx, cy, in its place [pixels].
+        depth_range: Least depth of a measurement, and depth at which the solid behind the surface
+            ends [m].
+        floor: Height in the world below which a depth image is left out [m], as where the table is
+            an obstacle itself.
         support: Whether the rope may lean on the bodies.
         name: Name of the bodies, which are numbered; by default that of the file.
         output: Scenario's TOML file to whose end the bodies are added; by default they are
@@ -60,9 +84,11 @@ def main(
         0 when the bodies stick out no further than the tolerance; 1 when they do.
 
     Raises:
-        ConfigurationError: The mesh cannot be read or covered.
+        ConfigurationError: The file cannot be read or covered.
     """
-    if not 1 <= most <= 200 or not tolerance > 0.0 or not scale > 0.0:
+    shows_depth = file.suffix.lower() in depth_file.SUFFIXES
+    tolerance = tolerance if tolerance is not None else 20.0 if shows_depth else 1.0
+    if not 1 <= most <= 200 or not tolerance > 0.0 or not (scale is None or scale > 0.0):
         raise ConfigurationError(
             f"--most {most} --tolerance {tolerance} --scale {scale}: give 1 to 200 bodies, and "
             "lengths above zero"
@@ -72,59 +98,106 @@ def main(
         raise ConfigurationError(f"--orientation {orientation} is no unit quaternion")
     if output is not None and not output.is_file():
         raise ConfigurationError(f"there is no scenario {output}; give --output an existing file")
-    try:
-        triangles = scale * read_mesh(mesh)
-    except (OSError, ValueError) as error:
-        raise ConfigurationError(f"cannot read mesh {mesh}: {error}") from error
-    extent = float(np.max(np.ptp(triangles.reshape(-1, 3), axis=0)))
-    if extent > MAX_SIZE:
-        raise ConfigurationError(
-            f"{mesh} is {extent:.4g} m large; a file in millimetres takes --scale 0.001"
-        )
-    try:
-        cover = cover_mesh(triangles, most, 1e-3 * tolerance)
-    except ValueError as error:
-        raise ConfigurationError(f"{mesh}: {error}") from error
-    stem = name or mesh.stem
+    place, note = Pose(np.array(position), poses.normalized(turn)), ""
+    if shows_depth:
+        place = place if look_at is None else _looking(position, look_at)
+        pinhole = _pinhole(field_of_view, intrinsics)
+        extent = SolidRange(*depth_range, floor)
+        solid = _solid(file, scale, pinhole, place, extent)
+        cover = cover_depth(solid, most, 1e-3 * tolerance)
+        place = Pose(np.zeros(3), poses.IDENTITY)
+        note = f"; {100.0 * solid.unknown:.1f} % of the image show nothing, and nothing is there"
+    else:
+        cover = _mesh_cover(file, 1.0 if scale is None else scale, most, tolerance)
+    stem = name or file.stem
     bodies = [
-        placed(body, position, poses.normalized(turn), f"{stem}-{k}", support)
-        for k, body in enumerate(cover.bodies, start=1)
+        placed(body, place, f"{stem}-{k}", support) for k, body in enumerate(cover.bodies, start=1)
     ]
     overreach = 1e3 * cover.overreach
     entries = [obstacle_entry(body) for body in bodies]
-    origin = f"# {mesh.name}: {len(bodies)} bodies, which stick out {overreach:.1f} mm at most"
+    origin = f"# {file.name}: {len(bodies)} bodies, which stick out {overreach:.1f} mm at most"
     text = "\n".join([origin, *map(_table, entries)])
     if output is not None:
-        with output.open("a") as file:
-            file.write(f"\n{text}")
+        with output.open("a") as scenario:
+            scenario.write(f"\n{text}")
     if json:
         print(jsons.dumps({"overreach_mm": round(overreach, 3), "obstacles": entries}))
     elif output is None:
         print(text, end="")
     count = f"{len(bodies)} bod{'y' if len(bodies) == 1 else 'ies'}"
-    place = f"; added to {output}" if output is not None else ""
-    print(f"{count}, sticking out {overreach:.1f} mm at most{place}", file=sys.stderr)
+    note += f"; added to {output}" if output is not None else ""
+    print(f"{count}, sticking out {overreach:.1f} mm at most{note}", file=sys.stderr)
     return 0 if overreach <= tolerance else 1
 
 
-def placed(
-    body: Obstacle,
-    position: tuple[float, float, float],
-    turn: np.ndarray,
-    name: str,
-    support: bool,
-) -> Obstacle:
+def _mesh_cover(file: Path, scale: float, most: int, tolerance: float) -> MeshCover:
+    try:
+        triangles = scale * read_mesh(file)
+    except (OSError, ValueError) as error:
+        raise ConfigurationError(f"cannot read mesh {file}: {error}") from error
+    extent = float(np.max(np.ptp(triangles.reshape(-1, 3), axis=0)))
+    if extent > MAX_SIZE:
+        raise ConfigurationError(
+            f"{file} is {extent:.4g} m large; a file in millimetres takes --scale 0.001"
+        )
+    try:
+        return cover_mesh(triangles, most, 1e-3 * tolerance)
+    except ValueError as error:
+        raise ConfigurationError(f"{file}: {error}") from error
+
+
+def _looking(position: tuple[float, float, float], target: tuple[float, float, float]) -> Pose:
+    if position == target:
+        raise ConfigurationError(f"--look-at {target} is where the camera is")
+    return looking_at(position, target)
+
+
+def _pinhole(
+    field_of_view: float | None, intrinsics: tuple[float, float, float, float] | None
+) -> Callable[[int, int], Intrinsics]:
+    """Intrinsics of a camera by the width and the height of its images."""
+    if (field_of_view is None) == (intrinsics is None):
+        raise ConfigurationError(
+            "a depth image needs either --field-of-view DEG or --intrinsics FX FY CX CY"
+        )
+    if intrinsics is not None:
+        return lambda width, height: Intrinsics(width, height, *intrinsics)
+    if not 1.0 <= field_of_view <= 170.0:
+        raise ConfigurationError(f"--field-of-view {field_of_view} is not within 1 to 170 degrees")
+    return lambda width, height: Intrinsics.symmetric(width, height, np.deg2rad(field_of_view))
+
+
+def _solid(
+    file: Path,
+    scale: float | None,
+    pinhole: Callable[[int, int], Intrinsics],
+    place: Pose,
+    extent: SolidRange,
+) -> DepthSolid:
+    if not 0.0 < extent.near < extent.far <= MAX_SIZE:
+        raise ConfigurationError(
+            f"--depth-range {extent.near:g} {extent.far:g}: give two depths within 0 to "
+            f"{MAX_SIZE:g} m, the nearer one first"
+        )
+    try:
+        depth = depth_file.read_depth(file, scale)
+        camera = Camera(pinhole(depth.shape[1], depth.shape[0]), place)
+        return DepthSolid(depth, camera, extent)
+    except (OSError, ValueError) as error:
+        raise ConfigurationError(f"cannot use depth image {file}: {error}") from error
+
+
+def placed(body: Obstacle, place: Pose, name: str, support: bool) -> Obstacle:
     """Return a body of a mesh as an obstacle of the world.
 
     Args:
         body: Body in the frame of the mesh.
-        position: Position of that frame [m].
-        turn: Its orientation, wxyz.
+        place: Pose of that frame in the world.
         name: Name of the obstacle.
         support: Whether the rope may lean on it.
     """
-    centre = poses.rotate(turn, np.array(body.position)) + np.array(position)
-    orientation = poses.multiply(turn, np.array(body.orientation))
+    centre = place.apply(np.array(body.position))
+    orientation = poses.multiply(place.orientation, np.array(body.orientation))
     return replace(
         body,
         position=tuple(centre.tolist()),

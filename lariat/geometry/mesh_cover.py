@@ -91,14 +91,14 @@ def _part(triangles: Triangles, frame: Frame, distance: MeshDistance) -> _Part:
     """Part with the body that sticks out of the mesh the least, of the smallest of each shape."""
     smallest: dict[str, tuple[float, Obstacle, Frame]] = {}
     frames = (np.eye(3), frame, _face_frame(triangles))
-    for fit in _fits(triangles.reshape(-1, 3), frames):
+    for fit in fits(triangles.reshape(-1, 3), frames):
         shape = fit[1].shape
         if shape not in smallest or fit[0] < smallest[shape][0]:
             smallest[shape] = fit
     parts = []
     for _, body, axes in smallest.values():
-        body = _rounded(body)
-        overreach = float(np.max(distance.outside(_surface(body))))
+        body = rounded(body)
+        overreach = float(np.max(distance.outside(surface_points(body))))
         parts.append(_Part(triangles, body, axes, overreach))
     return min(parts, key=lambda part: part.overreach)
 
@@ -106,7 +106,7 @@ def _part(triangles: Triangles, frame: Frame, distance: MeshDistance) -> _Part:
 def _cut_in_the_middle(part: _Part, distance: MeshDistance) -> tuple[_Part, ...]:
     """Both sides of the plane through the middle of the longest extent; rings are cut so."""
     points = part.triangles.reshape(-1, 3)
-    frame = _principal(points)
+    frame = principal_axes(points)
     along = points @ frame
     k = int(np.argmax(np.ptp(along, axis=0)))
     middle = 0.5 * float(along[:, k].min() + along[:, k].max())
@@ -198,7 +198,7 @@ def _box_volume(triangles: Triangles, frames: Sequence[Frame]) -> float:
     points = triangles.reshape(-1, 3)
     if not len(points):
         return 0.0
-    extents = [np.ptp(points @ axes, axis=0) for axes in (*frames, _principal(points))]
+    extents = [np.ptp(points @ axes, axis=0) for axes in (*frames, principal_axes(points))]
     return min(float(np.prod(np.maximum(size, MIN_EXTENT))) for size in extents)
 
 
@@ -216,18 +216,18 @@ def _face_frame(triangles: Triangles) -> Frame:
     return np.stack([first, second, np.cross(first, second)], axis=1)
 
 
-def _principal(points: Float64[np.ndarray, "p 3"]) -> Frame:
-    """Principal axes of points, right-handed."""
+def principal_axes(points: Float64[np.ndarray, "p 3"]) -> Frame:
+    """Return the principal axes of points, right-handed."""
     centred = points - points.mean(axis=0)
     _, axes = np.linalg.eigh(centred.T @ centred)
     return axes * np.sign(np.linalg.det(axes))
 
 
-def _fits(
+def fits(
     points: Float64[np.ndarray, "p 3"], frames: Sequence[Frame]
 ) -> Iterator[tuple[float, Obstacle, Frame]]:
     """Yield bodies around points in some frames and their principal one, with volume [m^3]."""
-    for axes in (*frames, _principal(points)):
+    for axes in (*frames, principal_axes(points)):
         local = points @ axes
         low, high = local.min(axis=0), local.max(axis=0)
         size = np.maximum(high - low, MIN_EXTENT)
@@ -254,8 +254,8 @@ def _body(shape, centre, axes, *, radius=0.0, height=0.0, size=(0.0, 0.0, 0.0)) 
     return Obstacle(shape, tuple(centre), tuple(turn), radius, height, tuple(size))
 
 
-def _rounded(body: Obstacle) -> Obstacle:
-    """Body with rounded numbers, a little larger."""
+def rounded(body: Obstacle) -> Obstacle:
+    """Return a body with rounded numbers, a little larger."""
 
     def larger(extent: float, share: float) -> float:
         return round(float(extent + share * GROWTH), DIGITS) if extent else 0.0
@@ -276,8 +276,8 @@ def _numbers(values: Sequence[float]) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _surface(body: Obstacle) -> Float64[np.ndarray, "p 3"]:
-    """Points on the surface of a body [m]."""
+def surface_points(body: Obstacle) -> Float64[np.ndarray, "p 3"]:
+    """Return points on the surface of a body [m]."""
     grid = np.linspace(-1.0, 1.0, FACE_POINTS)
     if body.shape == "box":
         u, v = (x.ravel() for x in np.meshgrid(grid, grid))

@@ -1,17 +1,20 @@
-"""A mesh becomes obstacles of a scenario."""
+"""A mesh, or what a depth image shows, becomes obstacles of a scenario."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
 from cli.__main__ import main
 from lariat.geometry import poses
+from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from lariat.geometry.obstacles import scene_distance
 from shared.scenario import load
+from tests.lariat.geometry.depth_scene import depths, image_of
 from tests.lariat.geometry.meshes import prism_mesh
 
 ANGLE = [(0.0, 0.0), (60.0, 0.0), (60.0, 10.0), (10.0, 10.0), (10.0, 50.0), (0.0, 50.0)]
@@ -83,3 +86,64 @@ def test_bad_input_is_refused_in_one_line(
     error = capsys.readouterr().err
     assert words in error
     assert len(error.splitlines()) == 1
+
+
+def test_a_depth_image_becomes_bodies_that_contain_what_it_shows(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    eye, target = (0.1, -0.35, 0.9), (0.0, 0.0, 0.0)
+    camera = Camera(Intrinsics.symmetric(160, 120, np.deg2rad(60.0)), looking_at(eye, target))
+    picture = tmp_path / "depth.png"
+    cv2.imwrite(str(picture), np.round(1e3 * image_of(camera)).astype(np.uint16))
+    view = ["--position", *map(str, eye), "--look-at", *map(str, target), "--field-of-view", "60"]
+    options = [*view, "--floor", "0.01", "--most", "6", "--tolerance", "200", "--json"]
+    assert main(["cover", str(picture), *options]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    cell = tmp_path / "cell.toml"
+    cell.write_text(SCENARIO)
+    assert main(["cover", str(picture), *options[:-1], "--output", str(cell)]) == 0
+    bodies = load(cell).bodies[1:]
+    assert [b.name for b in bodies] == [o["name"] for o in answer["obstacles"]]
+    pixels = np.random.default_rng(3).uniform([0.0, 0.0], [159.0, 119.0], (5000, 2))
+    points = camera.back_project(pixels, depths(pixels, camera))
+    points = points[points[:, 2] > 0.0105]
+    assert len(points) > 200
+    assert np.max(scene_distance(points, bodies)) < 1e-4
+    np.save(tmp_path / "depth.npy", image_of(camera))
+    assert main(["cover", str(tmp_path / "depth.npy"), *options]) == 0
+    again = json.loads(capsys.readouterr().out)
+    assert again["overreach_mm"] == pytest.approx(answer["overreach_mm"], abs=5.0)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ([], "needs either --field-of-view DEG or --intrinsics"),
+        (["--field-of-view", "200"], "not within 1 to 170"),
+        (["--field-of-view", "60", "--depth-range", "1", "0.5"], "the nearer one first"),
+        (["--field-of-view", "60", "--depth-range", "0.1", "0.2"], "no pixel shows a surface"),
+        (["--field-of-view", "60", "--look-at", "0", "0", "0"], "is where the camera is"),
+    ],
+)
+def test_a_depth_image_without_what_it_needs_is_refused(
+    tmp_path: Path, options: list[str], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "depth.npy"
+    np.save(path, np.ones((12, 16)))
+    assert main(["cover", str(path), *options]) == 2
+    error = capsys.readouterr().err
+    assert words in error
+    assert len(error.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [(np.ones((3, 4, 2)), "rows and columns"), (np.array(["a"]), "no array of numbers")],
+)
+def test_an_array_that_is_no_depth_image_is_refused(
+    tmp_path: Path, content: np.ndarray, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "depth.npy"
+    np.save(path, content)
+    assert main(["cover", str(path), "--field-of-view", "60"]) == 2
+    assert words in capsys.readouterr().err

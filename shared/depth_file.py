@@ -1,0 +1,66 @@
+"""Depth images from files: PNG of 16 bits, or NumPy arrays."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float64
+
+from shared.bounded_file import read_file
+
+MAX_DEPTH_SIZE = 128 * 2**20
+"""Largest file of a depth image [bytes]."""
+MAX_PIXELS = 16_000_000
+"""Largest number of pixels."""
+PNG_UNIT = 1e-3
+"""Length of the unit of a PNG, as most depth cameras write it, if none is given [m]."""
+SUFFIXES = (".png", ".npy")
+"""Endings of the files that are read."""
+
+
+def read_depth(path: Path, scale: float | None = None) -> Float64[np.ndarray, "h w"]:
+    """Return the depth of each pixel; zero or not finite without a measurement [m].
+
+    Args:
+        path: PNG of 16 bits, or `.npy` file of a two-dimensional array.
+        scale: Length of the file's unit [m]; by default a millimetre in a PNG, a metre in an array.
+
+    Raises:
+        ValueError: The file is of another kind, too large, or damaged; the text says which.
+        OSError: The file cannot be read.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise ValueError(f"{path} ends in {suffix!r}; give a depth image as PNG or NPY")
+    content = read_file(path, MAX_DEPTH_SIZE)
+    image = _png(content) if suffix == ".png" else _array(content)
+    if image.ndim != 2 or not 1 <= image.size <= MAX_PIXELS:
+        raise ValueError(
+            f"has shape {image.shape}; a depth image has rows and columns, and at most "
+            f"{MAX_PIXELS} pixels"
+        )
+    unit = scale if scale is not None else PNG_UNIT if suffix == ".png" else 1.0
+    return unit * image.astype(np.float64)
+
+
+def _png(content: bytes) -> np.ndarray:
+    import cv2
+
+    image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
+    if image is None:
+        raise ValueError("is damaged, or no PNG")
+    if image.dtype != np.uint16:
+        raise ValueError(f"has pixels of {image.dtype}; a depth image has 16 bits")
+    return image
+
+
+def _array(content: bytes) -> np.ndarray:
+    try:
+        image = np.load(io.BytesIO(content), allow_pickle=False)
+    except (ValueError, EOFError) as error:
+        raise ValueError(f"is damaged, or no array: {error}") from error
+    if not isinstance(image, np.ndarray) or image.dtype.kind not in "fui":
+        raise ValueError("holds no array of numbers")
+    return image

@@ -162,9 +162,10 @@ def _pinhole(
         )
     if intrinsics is not None:
         return lambda width, height: Intrinsics(width, height, *intrinsics)
-    if not 1.0 <= field_of_view <= 170.0:
-        raise ConfigurationError(f"--field-of-view {field_of_view} is not within 1 to 170 degrees")
-    return lambda width, height: Intrinsics.symmetric(width, height, np.deg2rad(field_of_view))
+    angle = field_of_view or 0.0
+    if not 1.0 <= angle <= 170.0:
+        raise ConfigurationError(f"--field-of-view {angle} is not within 1 to 170 degrees")
+    return lambda width, height: Intrinsics.symmetric(width, height, np.deg2rad(angle))
 
 
 def _solid(

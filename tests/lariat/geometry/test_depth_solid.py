@@ -30,6 +30,19 @@ def solid(image: np.ndarray) -> DepthSolid:
     return DepthSolid(image, CAMERA, EXTENT)
 
 
+def test_each_point_of_the_surface_lies_in_the_column_of_its_tile(
+    solid: DepthSolid, surface: np.ndarray
+) -> None:
+    columns = solid.columns(600)
+    assert len(columns.depths) <= 600
+    corners, _ = CAMERA.project(columns.corners)
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    pixels, depth = CAMERA.project(surface)
+    inside = (pixels[:, None] >= low - 1e-6) & (pixels[:, None] <= high + 1e-6)
+    held = inside.all(axis=2) & (depth[:, None] >= columns.depths)
+    assert held.any(axis=1).all()
+
+
 def test_bodies_contain_the_surface_and_say_how_far_they_stick_out(
     solid: DepthSolid, surface: np.ndarray
 ) -> None:

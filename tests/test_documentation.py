@@ -38,7 +38,9 @@ def test_every_file_that_a_page_names_exists(page: Path):
 
 def test_the_cell_of_the_first_steps_is_in_order(tmp_path: Path):
     page = (ROOT / "docs" / "guide" / "first-steps.md").read_text()
-    cell, goal, stretch, other_rope = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    cell, region, goal, stretch, ends, other_rope = re.findall(
+        r"```toml\n(.*?)```", page, re.DOTALL
+    )
     assert set(preflight.check(parse(cell, tmp_path))) == {"start", "goal"}
     assert parse(cell + other_rope, tmp_path).control.adapt
     (tmp_path / "goal.csv").write_text("-0.2,0.2,0.3\n0.0,0.2,0.0946\n0.2,0.2,0.3\n")
@@ -47,6 +49,11 @@ def test_the_cell_of_the_first_steps_is_in_order(tmp_path: Path):
     (tmp_path / "stretch.csv").write_text("-0.09,0.2,0.2\n0.0,0.2,0.2\n0.09,0.2,0.2\n")
     of_part = re.sub(r"\[goal\].*?\n\n", stretch + "\n", cell, flags=re.DOTALL)
     assert parse(of_part, tmp_path).goal.part == (0.12, 0.30)
+    of_ends = re.sub(r"\[goal\].*?\n\n", ends + "\n", cell, flags=re.DOTALL)
+    assert parse(of_ends, tmp_path).goal.ends_only
+    kept_in = parse(cell + region, tmp_path)
+    assert [body.name for body in kept_in.regions] == ["tray"]
+    assert set(preflight.check(kept_in)) == {"start", "goal"}
 
 
 def test_the_code_of_the_page_on_environments_runs(capsys: pytest.CaptureFixture[str]):

@@ -12,6 +12,7 @@ from shared.messages import (
     RUNNING,
     ArmState,
     ArmStates,
+    Goal,
     NodeChain,
     TaskState,
 )
@@ -32,6 +33,10 @@ def task(state: int, **fields: object) -> TaskState:
         (task(REACHED, error=0.0004), "Reached: 0.40 mm from the goal, clearance 23.0 mm"),
         (task(FAILED, reason="the rope is lost"), "Failed: the rope is lost"),
         (task(RUNNING, clearance=float("inf")), "Running: 12.3 mm to go"),
+        (
+            task(RUNNING, goal=Goal(ends_only=True), angle_error=0.2, clearance=float("inf")),
+            "Running: 12.3 mm and 11.5° of the ends to go",
+        ),
     ],
 )
 def test_headline_says_state_and_distances(state: TaskState, text: str) -> None:

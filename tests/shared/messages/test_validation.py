@@ -124,6 +124,11 @@ def test_every_message_of_a_run_is_valid(recording: FilePath) -> None:
         (topics.TASK_REQUEST, TaskRequest(goal=Goal(part=[0.1])), "goal.part has 1 values"),
         (
             topics.TASK_REQUEST,
+            TaskRequest(goal=Goal(part=[0.1, 0.2], ends_only=True)),
+            "goal.part and goal.ends_only exclude each other",
+        ),
+        (
+            topics.TASK_REQUEST,
             TaskRequest(goal=Goal(part=[0.0, 1.0])),
             "holds 1 of the goal's nodes",
         ),

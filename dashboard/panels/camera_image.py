@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -84,11 +85,12 @@ class CameraImage:
             if rope is not None and calibration is not None:
                 draw_rope(image, rope, Camera(intrinsics(calibration), self._pose))
             height = round(IMAGE_WIDTH * image.shape[0] / image.shape[1])
-            self._handle.image = cv2.resize(
-                image, (IMAGE_WIDTH, height), interpolation=cv2.INTER_LINEAR
-            )
-            if not self._handle.visible:
-                self._handle.visible = True
+            image = cv2.resize(image, (IMAGE_WIDTH, height), interpolation=cv2.INTER_LINEAR)
+            # One message to the browsers, and not one for each property of the element.
+            with self._server.atomic():
+                self._handle.image = image
+                if not self._handle.visible:
+                    self._handle.visible = True
 
 
 def decode(data: bytes) -> UInt8[np.ndarray, "h w 3"] | None:
@@ -122,13 +124,11 @@ def draw_rope(image: UInt8[np.ndarray, "h w 3"], rope: NodeChain, camera: Camera
         return
     scaled = np.clip(pixels * 2.0**SUBPIXEL_BITS, -MAX_COORDINATE, MAX_COORDINATE)
     points = scaled.round().astype(np.int32)
-    for k, color in enumerate(certainty_colors(rope)[:-1].tolist()):
-        cv2.line(
-            image,
-            points[k].tolist(),
-            points[k + 1].tolist(),
-            color,
-            2,
-            cv2.LINE_AA,
-            SUBPIXEL_BITS,
+    colors = certainty_colors(rope)[:-1]
+    # One call for each stretch of a colour: most nodes have that of their neighbour.
+    starts = [0, *(1 + np.flatnonzero(np.any(colors[1:] != colors[:-1], axis=1)))]
+    for start, end in pairwise([*starts, len(colors)]):
+        stretch = points[start : end + 1]
+        cv2.polylines(
+            image, [stretch], False, colors[start].tolist(), 2, cv2.LINE_AA, SUBPIXEL_BITS
         )

@@ -16,6 +16,8 @@ Z_AXIS = np.array([0.0, 0.0, 1.0])
 """Axis of the bodies of revolution."""
 MIN_EDGE_LENGTH = 1e-9
 """Length below which an edge has no direction [m]."""
+OPPOSITE = 1e-9
+"""Sum of one and the cosine of an angle below which it is a half turn [-]."""
 
 
 class Mesh(NamedTuple):
@@ -101,6 +103,19 @@ def tube(nodes: Float64[np.ndarray, "n 3"], radius: float) -> Tube:
     )
     return Tube(
         (nodes[:-1] + nodes[1:]) / 2.0,
-        poses.rotation_between(Z_AXIS, directions),
+        _turned_from_z(directions),
         np.stack([np.full_like(lengths, radius), np.full_like(lengths, radius), lengths], axis=1),
     )
+
+
+def _turned_from_z(directions: Float64[np.ndarray, "m 3"]) -> Float64[np.ndarray, "m 4"]:
+    """Return the smallest rotations that turn the z axis into unit vectors.
+
+    `poses.rotation_between` for one axis, at a fifth of its time: ropes are drawn at every step.
+    """
+    q = np.zeros((len(directions), 4))
+    q[:, 0] = 1.0 + directions[:, 2]
+    q[:, 1], q[:, 2] = -directions[:, 1], directions[:, 0]
+    # Of the half turns that reverse the axis, the one about x.
+    q[q[:, 0] < OPPOSITE] = (0.0, 1.0, 0.0, 0.0)
+    return poses.normalized(q)

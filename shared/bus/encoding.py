@@ -15,7 +15,8 @@ MAX_PUBLISHER_LENGTH = 128
 
 def raw_message(sample: zenoh.Sample, received: int) -> RawMessage:
     """Return a message as it came, with the time of its receipt [ns]."""
-    attachment = sample.attachment.to_bytes() if sample.attachment else b""
+    attached = sample.attachment
+    attachment = attached.to_bytes() if attached else b""
     words = attachment.decode(errors="replace").split(" ")
     sequence, publisher, version, published = (*words, "", "", "", "")[:4]
     return RawMessage(

@@ -123,7 +123,7 @@ def _check_scalars(field: FieldDescriptor, values: Sequence[Any]) -> None:
     match field.cpp_type:
         case FieldDescriptor.CPPTYPE_DOUBLE | FieldDescriptor.CPPTYPE_FLOAT:
             # Scalars may be infinite, such as the clearance in an empty scene.
-            if field.is_repeated and not _all_bounded(values):
+            if field.is_repeated and not _all_within(values, MAX_MAGNITUDE):
                 raise ValueError(f"{field.name} holds a number beyond ±{MAX_MAGNITUDE:g}, or none")
         case FieldDescriptor.CPPTYPE_INT64 | FieldDescriptor.CPPTYPE_UINT64:
             if any(abs(value) > MAX_INTEGER for value in values):
@@ -133,11 +133,12 @@ def _check_scalars(field: FieldDescriptor, values: Sequence[Any]) -> None:
                 raise ValueError(f"{field.name} is longer than {MAX_TEXT_LENGTH} characters")
 
 
-def _all_bounded(values: Sequence[float]) -> bool:
-    # A comparison with a number that is none is false.
+def _all_within(values: Sequence[float], bound: float) -> bool:
+    # A slice of a field is a list, whose numbers are read ten times as fast. A comparison with a
+    # number that is none is false, and the largest of several is none if one of them is.
     if len(values) < SHORT_VECTOR:
-        return all(-MAX_MAGNITUDE < value < MAX_MAGNITUDE for value in values)
-    return bool((np.abs(np.array(values)) < MAX_MAGNITUDE).all())
+        return all([-bound <= value <= bound for value in values[:]])
+    return bool(np.abs(np.asarray(values)).max() <= bound)
 
 
 def _check_length(name: str, values: Sequence[Any], *lengths: int) -> None:
@@ -161,13 +162,12 @@ def _count_nodes(name: str, values: Sequence[float]) -> int:
 
 def _check_places(name: str, values: Sequence[float]) -> None:
     """Check that coordinates lie in a cell."""
-    # A comparison with a number that is none is false.
-    if not all(abs(value) <= MAX_COORDINATE for value in values):
+    if not _all_within(values, MAX_COORDINATE):
         raise ValueError(f"{name} holds a coordinate beyond ±{MAX_COORDINATE:g} m, or none")
 
 
 def _check_bounded(name: str, values: Sequence[float]) -> None:
-    if not _all_bounded(values):
+    if not _all_within(values, MAX_MAGNITUDE):
         raise ValueError(f"{name} holds a number beyond ±{MAX_MAGNITUDE:g}, or none")
 
 
@@ -217,8 +217,10 @@ def _check_setpoints(message: messages.Setpoints) -> None:
 
 
 def _check_arm_states(message: messages.ArmStates) -> None:
-    for name in ("stamp", "sequence", "refused_sequence", "reset_count"):
-        _check_integer(name, getattr(message, name))
+    _check_integer("stamp", message.stamp)
+    _check_integer("sequence", message.sequence)
+    _check_integer("refused_sequence", message.refused_sequence)
+    _check_integer("reset_count", message.reset_count)
     if message.mode not in _ARM_MODES:
         raise ValueError(f"mode = {message.mode} is not a value of the enum")
     arms = message.arms
@@ -226,18 +228,19 @@ def _check_arm_states(message: messages.ArmStates) -> None:
     if len(arms) != 2:
         raise ValueError(f"{len(arms)} arms; a cell has two ends")
     for arm in arms:
-        pose = (arm.position, arm.orientation)
-        twist = (arm.linear_velocity, arm.angular_velocity)
-        lengths = [len(vector) for vector in (*pose, *twist)]
+        # Published at every step: lists are read fast, and their sum is taken in one pass in C.
+        position, orientation = arm.position[:], arm.orientation[:]
+        linear, angular = arm.linear_velocity[:], arm.angular_velocity[:]
+        lengths = (len(position), len(orientation), len(linear), len(angular))
         if lengths not in _ARM_LENGTHS:
             raise ValueError(
-                f"position, orientation and velocities of {arm.arm!r} have {lengths} values; they "
-                "take 3, 4, 3 and 3"
+                f"position, orientation and velocities of {arm.arm!r} have {list(lengths)} values; "
+                "they take 3, 4, 3 and 3"
             )
-        # Published at every step: one pass in C; a comparison with a number that is none is false.
-        values = (*arm.position, *arm.orientation, *twist[0], *twist[1], *arm.joints)
-        _check_rotation("orientation", arm.orientation)
-        _check_places("position", arm.position)
+        _check_rotation("orientation", orientation)
+        _check_places("position", position)
+        # A comparison with a number that is none is false.
+        values = position + orientation + linear + angular + arm.joints[:]
         if not sum(map(abs, values)) <= MAX_MAGNITUDE:
             raise ValueError(f"a vector of {arm.arm!r} holds a number beyond ±1e6, or none")
 
@@ -483,5 +486,5 @@ _CHECKS: dict[type[Message], Callable[[Any], None]] = {
 _COMPLETE_CHECKS = {messages.ArmStates, messages.NodeChain, messages.Plan, messages.Setpoints}
 """Types whose own check leaves nothing to the general one: those of every step."""
 _ARM_MODES = frozenset(messages.ArmStates.Mode.values())
-_ARM_LENGTHS = ([3, 4, 3, 3], [3, 4, 0, 0], [0, 0, 3, 3], [0, 0, 0, 0])
+_ARM_LENGTHS = ((3, 4, 3, 3), (3, 4, 0, 0), (0, 0, 3, 3), (0, 0, 0, 0))
 """Lengths of an arm's position, orientation and velocities, as far as they are known."""

@@ -7,6 +7,7 @@ import tomllib
 import types
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, Field, dataclass, fields, is_dataclass
+from functools import cache
 from importlib.metadata import entry_points
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
@@ -127,7 +128,7 @@ def _field(
     options: tuple[str, ...] = ()
     parts = [note]
     if isinstance(bounds, Extensible):
-        offered = (*bounds.included, *(p.name for p in entry_points(group=bounds.group)), value)
+        offered = (*bounds.included, *_names_from_outside(bounds.group), value)
         options = tuple(dict.fromkeys(offered))
     elif get_origin(kind) is Literal:
         options = get_args(kind)
@@ -139,6 +140,12 @@ def _field(
         parts.append(f"Default: {default}.")
     unit = bounds.unit if isinstance(bounds, Bounds) else ""
     return SettingField(key, unit, value, options, " ".join(filter(None, parts)), hint)
+
+
+@cache
+def _names_from_outside(group: str) -> tuple[str, ...]:
+    """Names of the classes that installed packages offer, which takes many files to find out."""
+    return tuple(point.name for point in entry_points(group=group))
 
 
 def _as_text(value: Any, quoted: bool = False) -> str:

@@ -38,6 +38,8 @@ PATH: Color = (150, 84, 255)
 """Planned path of the grips, and ropes along it."""
 GOAL: Color = (40, 210, 120)
 """Goal shape, and preview of a reachable goal."""
+FREE: Color = (150, 158, 170)
+"""Rest of a preview of which only a stretch counts."""
 UNREACHABLE: Color = (240, 84, 84)
 """Preview of a goal that the rope cannot reach."""
 TRUTH: Color = (240, 120, 200)

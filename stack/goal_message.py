@@ -23,14 +23,15 @@ def goal_message(scenario: Scenario, shape: Shape, client: Client) -> Goal:
     """
     left, right = scenario.grips(shape)
     nodes = scenario.nodes(shape)
-    if shape.part is not None:
+    if shape.leaves_grips_open:
         return _part_message(scenario, shape)
     if nodes is None:
         goal = _rest_shape(GoalDraft(left=grip(left), right=grip(right)), client)
     else:
         goal = Goal(positions=nodes.ravel(), left=grip(left), right=grip(right))
-    goal.left_oriented = shape.left_orientation is not None
-    goal.right_oriented = shape.right_orientation is not None
+    goal.left_oriented = shape.left_orientation is not None and shape.part is None
+    goal.right_oriented = shape.right_orientation is not None and shape.part is None
+    goal.part[:] = shape.part or ()
     goal.turns, goal.ends_only = shape.turns, shape.ends_only
     return goal
 

@@ -1,4 +1,4 @@
-"""Goal editor: draggable grips and nodes, and a preview of the rod at rest between the grips."""
+"""Goal editor: draggable grips and nodes, the stretch that counts, a preview of the rod at rest."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from dashboard.action_queue import ActionQueue
 from dashboard.controls import status_text
 from dashboard.controls.status_text import StatusLine
 from dashboard.editors import goal_file
+from dashboard.editors.counted_stretch import CountedStretch
 from dashboard.editors.grip_angles import grip_angles, grip_orientation
 from dashboard.editors.pull_handle import ARRIVED, PullHandle
 from dashboard.outbox import Notification, Outbox
@@ -43,7 +44,7 @@ class GoalEditor:
 
     Every change sends a draft to the controller, which answers with a preview: the rod at rest
     between the grips. A node that is pulled moves the grips. "Set goal" requests the previewed
-    shape; without a change there is nothing to set.
+    shape, or that of the stretch that counts; without a change there is nothing to set.
     """
 
     def __init__(
@@ -96,6 +97,7 @@ class GoalEditor:
         self._angle_fields = {side: self._add_angle_field(gui, side, actions) for side in rotating}
         self._turns_fields = [self._add_turns_field(gui, actions)] if rotating else []
         self._handle = PullHandle(server, scenario, actions, self._take_pull)
+        self._stretch = CountedStretch(gui, scenario.rope, actions, self._take_stretch)
         self._set = gui.add_button(
             "Set goal",
             icon=viser.Icon.TARGET,
@@ -211,6 +213,12 @@ class GoalEditor:
             self._turns = turns
             self._touch()
 
+    def _take_stretch(self) -> None:
+        if self._editing:
+            self._touched = True
+            if self._preview is not None:
+                self._show_preview(self._preview)
+
     def _touch(self) -> None:
         self._touched = self._changed = True
         self._set.disabled = True
@@ -259,6 +267,7 @@ class GoalEditor:
         for handle in (*self._gizmos.values(), *fields, self._set, self._status):
             handle.visible = editing
         self._handle.show(editing)
+        self._stretch.show(editing)
         if editing:
             self._show_status(StatusLine("Drag an end or the middle", palette.QUIET))
             self._touched, self._changed = False, True
@@ -270,9 +279,15 @@ class GoalEditor:
             self._goal_revision = -1
 
     def _request_goal(self) -> None:
-        if self._preview is None or not self._preview.reachable:
+        if self._preview is None or not self._preview.reachable or self._stretch.problem:
             return
-        self._outbox.request_task(TaskRequest.SET_GOAL, "Set goal", goal=self._preview.goal)
+        goal = Goal()
+        goal.CopyFrom(self._preview.goal)
+        if part := self._stretch.part:
+            goal.part[:] = part
+            # Its grips are those of one shape of many whose stretch is this.
+            goal.left_oriented = goal.right_oriented = False
+        self._outbox.request_task(TaskRequest.SET_GOAL, "Set goal", goal=goal)
         self._set_editing(False)
 
     def _take_file(self, file: viser.UploadedFile) -> None:
@@ -313,13 +328,13 @@ class GoalEditor:
         if not self._editing and len(goal.left.position) == len(goal.right.position) == 3:
             self._grips = {"left": grip_pose(goal.left), "right": grip_pose(goal.right)}
             self._turns = goal.turns
+            self._stretch.take_goal(goal)
 
     def _take_preview(self, preview: GoalPreview) -> None:
         # Drafts of other pages have ids of other sessions.
         if not preview.draft.startswith(self._draft_id.rpartition("-")[0]):
             return
         self._preview = preview
-        self._view.show_preview(preview)
         goal = preview.goal
         pulled = 0 < self._pull_number <= _number(preview.draft) and bool(goal.positions)
         if pulled and self._handle.pull is not None:
@@ -328,23 +343,36 @@ class GoalEditor:
                 self._show_grip(side, with_gizmo=True)
         if self._handle.take_shape(chain(goal.positions)):
             self._changed = True
+        self._show_preview(preview)
+
+    def _show_preview(self, preview: GoalPreview) -> None:
+        """Draw a preview, say what it is worth, and offer to set it as far as it may be."""
+        nodes = chain(preview.goal.positions)
+        self._view.show_preview(preview, self._stretch.counted(nodes))
         current = preview.draft == self._draft_id and not self._changed
-        self._set.disabled = not (self._touched and current and preview.reachable)
-        if preview.reachable and not self._touched:
+        may_be_set = self._touched and current and preview.reachable and not self._stretch.problem
+        self._set.disabled = not may_be_set
+        self._show_status(self._verdict(preview))
+
+    def _verdict(self, preview: GoalPreview) -> StatusLine:
+        """Line about a preview."""
+        if not preview.reachable:
+            return StatusLine("Not reachable", palette.BAD, preview.reason)
+        if problem := self._stretch.problem:
+            return StatusLine("No goal", palette.BAD, problem)
+        if not self._touched:
             text = "Drag an end or the middle."
-            self._show_status(StatusLine("The present goal", palette.QUIET, text))
-        elif preview.reachable and self._handle.distance > ARRIVED and not self._changed:
+            return StatusLine("The present goal", palette.QUIET, text)
+        if self._handle.distance > ARRIVED and not self._changed:
             text = (
                 f"The node stays {status_text.format_millimeters(self._handle.distance)} from the "
                 "handle: nearer, there is no shape in which the rope rests."
             )
-            self._show_status(StatusLine("Reachable, as near as it goes", palette.WARNING, text))
-        elif preview.reachable:
-            self._show_status(
-                StatusLine("Reachable", palette.GOOD, "The rope will rest in this shape.")
-            )
-        else:
-            self._show_status(StatusLine("Not reachable", palette.BAD, preview.reason))
+            return StatusLine("Reachable, as near as it goes", palette.WARNING, text)
+        if part := self._stretch.part:
+            text = f"{1e3 * part[0]:g} to {1e3 * part[1]:g} mm of the rope count, the rest is free."
+            return StatusLine("Reachable", palette.GOOD, text)
+        return StatusLine("Reachable", palette.GOOD, "The rope will rest in this shape.")
 
 
 def _number(draft: str) -> int:

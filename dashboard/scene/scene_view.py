@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import viser
-from jaxtyping import Float64
+from jaxtyping import Bool, Float64
 
 from dashboard import palette
 from dashboard.scene import scene_setup
@@ -29,6 +29,9 @@ PATH_ROPE_WEIGHT = 0.55
 """Opacity of the ropes along a path [-]."""
 FIRST_PREDICTION_WEIGHT = 0.25
 """Opacity of the first predicted rope; the last one is opaque [-]."""
+PREVIEW_RADIUS, STRETCH_BEAD_RADIUS = 0.9, 2.0
+"""Radius of the preview of a goal, and of the beads at the ends of the stretch of it that counts,
+relative to the rope's [-]."""
 
 LAYERS = {
     "Perceived rope": "rope",
@@ -65,7 +68,7 @@ class SceneView:
         # Thinner than the rope, so that the rope covers it once it is there.
         self._goal = TubeView(scene, "/goal", 0.8 * radius, opacity=0.7)
         self._others = OtherRopesView(scene)
-        self._preview = TubeView(scene, "/preview", 0.9 * radius, opacity=0.8)
+        self._preview = TubeView(scene, "/preview", PREVIEW_RADIUS * radius, opacity=0.8)
         self._obstacles = ObstacleView(scene, on_click)
         self._regions = scenario.regions
         self.show_obstacles(scenario.bodies)
@@ -125,13 +128,27 @@ class SceneView:
         else:
             self._goal.hide()
 
-    def show_preview(self, message: GoalPreview | None) -> None:
-        """Draw the rod at rest between dragged grips; None hides it."""
+    def show_preview(
+        self, message: GoalPreview | None, counted: Bool[np.ndarray, "n"] | None = None
+    ) -> None:
+        """Draw the rod at rest between dragged grips.
+
+        Args:
+            message: The rod; None hides it.
+            counted: Nodes that count, if not all do: beads stand at their ends, the rest is grey.
+        """
         nodes = chain(message.goal.positions) if message is not None else np.zeros((0, 3))
         if message is None or len(nodes) < 2:
             self._preview.hide()
             return
-        self._preview.show(nodes, palette.GOAL if message.reachable else palette.UNREACHABLE)
+        color = palette.GOAL if message.reachable else palette.UNREACHABLE
+        if counted is None or np.all(counted):
+            self._preview.show(nodes, color)
+            return
+        colors = np.where(counted[:, None], color, palette.FREE).astype(np.uint8)
+        radii = np.full(len(nodes), PREVIEW_RADIUS * self._radius)
+        radii[np.flatnonzero(counted)[[0, -1]]] = STRETCH_BEAD_RADIUS * self._radius
+        self._preview.show(nodes, colors, radii)
 
     def show_obstacles(self, obstacles: Sequence[Obstacle]) -> None:
         """Draw the obstacles of the scene, and the scenario's regions."""

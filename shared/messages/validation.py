@@ -137,7 +137,7 @@ def _all_within(values: Sequence[float], bound: float) -> bool:
     # A slice of a field is a list, whose numbers are read ten times as fast. A comparison with a
     # number that is none is false, and the largest of several is none if one of them is.
     if len(values) < SHORT_VECTOR:
-        return all([-bound <= value <= bound for value in values[:]])
+        return all(-bound <= value <= bound for value in values[:])
     return bool(np.abs(np.asarray(values)).max() <= bound)
 
 

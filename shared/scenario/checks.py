@@ -96,9 +96,10 @@ def _check_shape(scenario: Scenario, key: str, shape: Shape) -> None:
         )
     points = np.array([left.position, right.position]) if nodes is None else nodes
     part = scenario.part_nodes(shape)
-    if part is not None:
-        assert shape.part is not None
-        _check_part(scenario, key, shape.part, polylines.length(part))
+    if shape.part is not None:
+        _check_part(scenario, key, shape.part)
+    if part is not None and shape.part is not None:
+        _check_part_length(key, shape.part, polylines.length(part))
         points = part
     for body in (*scenario.bodies, *scenario.regions):
         depth = scenario.rope.diameter / 2.0 - float(np.min(geometry.signed_distance(points, body)))
@@ -121,15 +122,17 @@ def _check_shape(scenario: Scenario, key: str, shape: Shape) -> None:
             )
 
 
-def _check_part(
-    scenario: Scenario, key: str, part: tuple[float, float], part_length: float
-) -> None:
+def _check_part(scenario: Scenario, key: str, part: tuple[float, float]) -> None:
     length, wanted = scenario.rope.length, part[1] - part[0]
     if part[1] > length or wanted > MAX_PART * length:
         raise ConfigurationError(
             f"{key}.part = {list(part)} m is more than {MAX_PART:g} of a rope of {length} m, or "
-            "beyond its end; without part, nodes describes the whole rope"
+            "beyond its end; without part, the whole rope counts"
         )
+
+
+def _check_part_length(key: str, part: tuple[float, float], part_length: float) -> None:
+    wanted = part[1] - part[0]
     if abs(part_length - wanted) > MAX_LENGTH_ERROR * wanted:
         raise ConfigurationError(
             f"{key}.nodes is {part_length:.4f} m long, {key}.part {wanted:.4f} m; scale the shape "

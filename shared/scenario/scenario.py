@@ -175,24 +175,24 @@ class Scenario:
         """Return the nodes of a shape of a part of the rope, as its file has them [m].
 
         Returns:
-            None for a shape of the whole rope.
+            None for a shape of the whole rope, or given by its grips.
 
         Raises:
             ConfigurationError: The CSV file is missing or invalid.
         """
-        return None if shape.part is None else _chain(self.folder, shape.nodes)
+        return _chain(self.folder, shape.nodes) if shape.leaves_grips_open else None
 
     def grips(self, shape: Shape) -> tuple[Pose, Pose]:
         """Return the left and the right grip pose of a shape, z along the rope from left to right.
 
         A default orientation points along the rope: `LEVEL_GRIP` with the least rotation that
-        turns its z to the rope's direction. The shape of a part of the rope does not tell the
+        turns its z to the rope's direction. The nodes of a part of the rope do not tell the
         grips: those of the start stand in their place.
 
         Raises:
             ConfigurationError: The CSV file is missing or invalid.
         """
-        if shape.part is not None:
+        if shape.leaves_grips_open:
             return self.grips(self.start)
         if not shape.nodes:
             left, right = np.array(shape.line)

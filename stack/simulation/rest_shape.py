@@ -44,7 +44,7 @@ def rest_shape(
         ConfigurationError: The grips are further apart than the rope is long, the rope does not
             come to rest, or the goal leaves a grip open that is not given.
     """
-    if scenario.goal.part is not None and (left is None or right is None):
+    if scenario.goal.leaves_grips_open and (left is None or right is None):
         raise ConfigurationError(
             "the goal is a shape of a part of the rope and leaves the grips open; give --left X Y "
             "Z and --right X Y Z"

@@ -163,6 +163,16 @@ class Cell(threading.Thread):
         with self._news:
             return [m for t, m in self._sent if t == topic]
 
+    def say(self, topic: Topic, message: Message) -> None:
+        """Let a service publish one message."""
+        with self._news:
+            self._stage.send(topic, message)
+
+    def set_goal(self, goal: Goal) -> None:
+        """Let the controller have another goal."""
+        with self._news:
+            self._stage.set_goal(goal)
+
     def show_arms(self, **fields: object) -> None:
         """Change the state of the gateway that is played."""
         with self._news:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -101,3 +101,26 @@ def drag(page: Page, start: Float64[np.ndarray, "2"], end: Float64[np.ndarray, "
         page.wait_for_timeout(60)
     page.wait_for_timeout(300)
     page.mouse.up()
+
+
+def comes(page: Page, holds: Callable[[], bool]) -> bool:
+    """Whether something comes to hold within 30 s; a page is drawn when its machine has time."""
+    for _ in range(120):
+        if holds():
+            return True
+        page.wait_for_timeout(250)
+    return False
+
+
+def choose(page: Page, box: str, option: str) -> None:
+    """Choose an option of a list, which opens when its machine has time."""
+    entry = page.get_by_role("option", name=option)
+    combobox = page.get_by_role("combobox", name=box, exact=True)
+
+    def opens() -> bool:
+        if combobox.get_attribute("aria-expanded") != "true":
+            combobox.click()
+        return entry.is_visible()
+
+    assert comes(page, opens)
+    entry.click()

@@ -5,7 +5,7 @@ What is asked for is done by mouse and keyboard.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import cv2
@@ -35,7 +35,15 @@ from shared.messages import (
 )
 from shared.service import SECOND
 from tests.browser.cell import SCENARIO, Cell
-from tests.browser.chromium import NO_CHROMIUM, drag, field, on_screen, opened
+from tests.browser.chromium import (
+    NO_CHROMIUM,
+    choose,
+    comes,
+    drag,
+    field,
+    on_screen,
+    opened,
+)
 from tests.browser.stack import free_port
 from tests.dashboard.stage import Stage
 
@@ -54,29 +62,6 @@ def bench() -> Iterator[tuple[Cell, Page]]:
     finally:
         cell.end()
         service.close()
-
-
-def comes(page: Page, holds: Callable[[], bool]) -> bool:
-    """Whether something comes to hold within 30 s; a page is drawn when its machine has time."""
-    for _ in range(120):
-        if holds():
-            return True
-        page.wait_for_timeout(250)
-    return False
-
-
-def choose(page: Page, box: str, option: str) -> None:
-    """Choose an option of a list, which opens when its machine has time."""
-    entry = page.get_by_role("option", name=option)
-    combobox = page.get_by_role("combobox", name=box, exact=True)
-
-    def opens() -> bool:
-        if combobox.get_attribute("aria-expanded") != "true":
-            combobox.click()
-        return entry.is_visible()
-
-    assert comes(page, opens)
-    entry.click()
 
 
 def test_settings_are_checked_started_and_saved(bench: tuple[Cell, Page]) -> None:

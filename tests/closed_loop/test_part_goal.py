@@ -54,6 +54,21 @@ def test_part_is_met_though_the_rope_is_twice_as_stiff(cell: Scenario) -> None:
     assert abs(polylines.mean_node_distance(nodes, goal) - state.error) > 2e-4
 
 
+def test_part_of_a_rope_at_rest_counts_alone() -> None:
+    settings = ("plant.model=rod", 'sensing.source="truth"', f"goal.part={list(PART)}")
+    cell = load_with(SCENARIOS / "three-cylinders.toml", settings)
+    outcome = closed_loop.run(cell, stop_after=0.2)
+    assert outcome.score.reached, outcome.reason
+    state = outcome.stack.latest(topics.TASK_STATE)
+    assert state is not None
+    assert list(state.goal.part) == list(PART)
+    whole = rest_shape(cell)
+    wanted = chain(state.goal.positions)
+    assert (
+        polylines.mean_node_distance(polylines.resample_smooth(whole, len(wanted)), wanted) < 1e-3
+    )
+
+
 def test_shape_that_the_rope_does_not_take_is_refused(cell: Scenario) -> None:
     # A ring lies in a plane of its own; a rope whose ends do not rotate does not close one.
     radius = (PART[1] - PART[0]) / (2.0 * np.pi)

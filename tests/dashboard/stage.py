@@ -17,13 +17,14 @@ from shared.messages import (
     RUNNING,
     ArmState,
     ArmStates,
+    Estimate,
     Goal,
     Health,
     NodeChain,
-    Parameter,
     Parameters,
     Path,
     Plan,
+    RodParameters,
     Scene,
     TaskState,
     grip,
@@ -31,6 +32,7 @@ from shared.messages import (
 )
 from shared.scenario import SIDES, Scenario
 from shared.scenario.cameras import DEFAULT_CAMERA
+from shared.scenario.rod_properties import rod_properties
 from shared.service import SECOND, Mailbox, Publication, Received, Service
 from shared.topics import Topic
 
@@ -56,6 +58,9 @@ class Stage:
     def __init__(self, service: Service, scenario: Scenario) -> None:
         self.scenario = scenario
         self.now = 1_000 * SECOND
+        self.goal_revision = 1
+        """Number of the goal that the controller has."""
+        self._goal: Goal | None = None
         self._service = service
         self._mailbox = Mailbox(service.reads)
         self._sequence = 0
@@ -80,8 +85,14 @@ class Stage:
         left, right = (1.0 - fraction) * start + fraction * goal + over
         return hanging(left, right, self.scenario.rope.length, self.scenario.rope.node_count)
 
+    def set_goal(self, goal: Goal) -> None:
+        """Let the controller have another goal than the scenario's."""
+        self._goal, self.goal_revision = goal, self.goal_revision + 1
+
     def goal(self) -> Goal:
         """The goal as the controller publishes it."""
+        if self._goal is not None:
+            return self._goal
         left, right = self.scenario.grips(self.scenario.goal)
         return Goal(positions=self.nodes(1.0).ravel(), left=grip(left), right=grip(right))
 
@@ -114,7 +125,7 @@ class Stage:
             stamp=self.now,
             state=RUNNING if running else IDLE,
             goal=self.goal(),
-            goal_revision=1,
+            goal_revision=self.goal_revision,
             run="20260101-three-cylinders",
             run_started=1_000 * SECOND if running else 0,
             settings={"adapt": "false"},
@@ -123,11 +134,12 @@ class Stage:
         )
         ahead = [self.nodes(min(1.0, fraction + 0.03 * k)) for k in range(1, 6)]
         way = [self.nodes(f) for f in np.linspace(0.0, 1.0, 40)]
-        parameter = Parameter(
-            name="youngs_modulus",
-            value=1.0e6 + 2e5 * fraction,
-            standard_deviation=1e5 * (1.2 - fraction),
-            unit="Pa",
+        stiffness = rod_properties(scenario.rope).bending_stiffness
+        rod = RodParameters(
+            bending_stiffness=Estimate(
+                value=stiffness * (1.0 + 0.2 * fraction),
+                standard_deviation=0.1 * stiffness * (1.2 - fraction),
+            )
         )
         for topic, message in (
             (topics.TASK_STATE, task),
@@ -138,7 +150,12 @@ class Stage:
             (topics.ROPE_TRUTH, NodeChain(stamp=self.now, positions=nodes.ravel() + 0.001)),
             (
                 topics.CONTROLLER_PLAN,
-                Plan(stamp=self.now, node_count=count, nodes=np.concatenate(ahead).ravel()),
+                Plan(
+                    stamp=self.now,
+                    node_count=count,
+                    nodes=np.concatenate(ahead).ravel(),
+                    cost={"goal": 3.0, "clearance": 1.0},
+                ),
             ),
             (
                 topics.CONTROLLER_PATH,
@@ -151,7 +168,7 @@ class Stage:
             ),
             (
                 topics.CONTROLLER_PARAMETERS,
-                Parameters(stamp=self.now, parameters=[parameter], prediction_error=1e-3),
+                Parameters(stamp=self.now, rod=rod, prediction_error=1e-3),
             ),
             (topics.ARM_STATE, self.arms(nodes, mode=ArmStates.MOVING)),
             (
@@ -162,6 +179,7 @@ class Stage:
             self.send(topic, message)
         for name in SERVICES:
             health = Health(service=name, period_ms=20.0, step_p50_ms=4.2, step_p99_ms=9.1)
+            health.input_age_ms["rope/nodes"] = 33.0
             self.send(topics.HEALTH.at(name), health)
 
     def picture(self) -> None:

@@ -19,7 +19,7 @@ SAME = 1e-6
 
 
 def goal_settings(goal: Goal, scenario: Scenario) -> list[str]:
-    """Return the setting of a goal's grips and turns; none where they are the scenario's.
+    """Return the setting of a goal's grips, turns and part; none where they are the scenario's.
 
     Args:
         goal: Present goal of the task.
@@ -28,7 +28,9 @@ def goal_settings(goal: Goal, scenario: Scenario) -> list[str]:
     grips = (goal.left, goal.right)
     if any(len(g.position) != 3 or len(g.orientation) != 4 for g in grips):
         return []
-    if goal.part and list(goal.part) == list(scenario.goal.part or ()):
+    same_part = list(goal.part) == list(scenario.goal.part or ())
+    # The grips of the scenario's own part were found, and are found again.
+    if same_part and scenario.goal.leaves_grips_open:
         return []
     ends = [scenario.end(side) for side in SIDES]
     # What an end cannot move is the start's in every goal.
@@ -38,7 +40,7 @@ def goal_settings(goal: Goal, scenario: Scenario) -> list[str]:
         for end, grip, pose in zip(ends, grips, scenario.grips(scenario.goal), strict=True)
     )
     is_own &= goal.ends_only == scenario.goal.ends_only
-    if is_own and goal.turns == scenario.goal.turns:
+    if is_own and same_part and goal.turns == scenario.goal.turns:
         return []
     left, right = (numbers(g.position) for g in grips)
     table: dict[str, Any] = {"line": [left, right], "turns": float(goal.turns)}
@@ -47,6 +49,8 @@ def goal_settings(goal: Goal, scenario: Scenario) -> list[str]:
     for side, end, grip in zip(SIDES, ends, grips, strict=True):
         if end.rotates:
             table[f"{side}_orientation"] = numbers(grip.orientation)
+    if goal.part:
+        table["part"] = numbers(goal.part)
     return [f"goal={inline(table)}"]
 
 

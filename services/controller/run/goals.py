@@ -76,8 +76,10 @@ class GoalFactory:
         grips = self.feasible_grips(*self.scenario.grips(shape))
         nodes = self.scenario.nodes(shape)
         if nodes is None:
-            goal = self.at_rest(*grips, self.scenario.bodies, shape.turns)
-            return replace(goal, ends_only=shape.ends_only)
+            whole = self.at_rest(*grips, self.scenario.bodies, shape.turns)
+            if shape.part is not None:
+                return _of_part_alone(whole, shape.part)
+            return replace(whole, ends_only=shape.ends_only)
         rotates = [self.scenario.end(side).rotates for side in SIDES]
         # Twist is counted between the orientations of the ends.
         given = [
@@ -100,7 +102,7 @@ class GoalFactory:
         """
         events = (event.goal for event in self.scenario.events if event.goal)
         for shape in (*self.scenario.next_goals, *events):
-            if shape.part is not None:
+            if shape.leaves_grips_open:
                 self.from_shape(shape)
 
     def from_request(self, request: GoalRequest, obstacles: tuple[Obstacle, ...]) -> Goal:
@@ -145,10 +147,7 @@ class GoalFactory:
         assert part is not None
         points, counted = part_points(nodes, part, self.rod.node_count, self.scenario.rope.length)
         if np.sum(counted) < MIN_PART_NODES:
-            raise RequestRefused(
-                f"the part {part[0]:g} to {part[1]:g} m holds {np.sum(counted)} nodes of the "
-                f"model; at least {MIN_PART_NODES} make a shape"
-            )
+            raise RequestRefused(_too_few_nodes(part, int(np.sum(counted))))
         supports, moves = _supports(self.scenario.bodies), self.scenario.moves
         try:
             fit = fit_part(self.rod, self.start, moves, points, counted, shape.turns, supports)
@@ -274,6 +273,25 @@ class GoalFactory:
                 raise RequestRefused(
                     f"the goal lies {1e3 * depth:.1f} mm deep in obstacle {obstacle.name!r}"
                 )
+
+
+def _of_part_alone(goal: Goal, part: tuple[float, float]) -> Goal:
+    """Goal of which only a part counts.
+
+    Raises:
+        RequestRefused: The part has too few nodes.
+    """
+    held = int(np.sum(polylines.within(goal.nodes, *part)))
+    if held < MIN_PART_NODES:
+        raise RequestRefused(_too_few_nodes(part, held))
+    return replace(goal, left_oriented=False, right_oriented=False, part=part)
+
+
+def _too_few_nodes(part: tuple[float, float], held: int) -> str:
+    return (
+        f"the part {part[0]:g} to {part[1]:g} m holds {held} nodes of the model; at least "
+        f"{MIN_PART_NODES} make a shape"
+    )
 
 
 def _supports(obstacles: Sequence[Obstacle]) -> Float64[np.ndarray, "m 12"] | None:

@@ -23,8 +23,9 @@ class Shape:
     nodes: str = ""
     """CSV file in the scenario's folder: x, y, z [m] in each row, left end first."""
     part: Annotated[tuple[float, float], Bounds(0.0, 20.0, "m")] | None = None
-    """Distances from the left grip, along the rope, between which `nodes` describes its shape; the
-    rest of the rope is free. By default `nodes` describes the whole rope."""
+    """Distances from the left grip, along the rope, of the part that counts; the rest of the rope
+    is free. `nodes` then describes the shape of this part, and `line` the grips of a rope at rest
+    whose part has the shape. By default the whole rope counts."""
     ends_only: bool = False
     """Whether the poses of both ends in `line` are the whole goal; the rope's shape is free."""
     left_orientation: Quaternion | None = None
@@ -37,12 +38,17 @@ class Shape:
     def __post_init__(self) -> None:
         if (self.line is None) == (self.nodes == ""):
             raise ValueError("give either line = [[x, y, z], [x, y, z]] or nodes = 'FILE.csv'")
-        if self.part is not None and not self.nodes:
-            raise ValueError("part goes with nodes = 'FILE.csv', the shape of that part")
         if self.ends_only and self.line is None:
             raise ValueError("ends_only goes with line, the positions of both ends")
+        if self.ends_only and self.part is not None:
+            raise ValueError("ends_only and part exclude each other")
         if self.part is not None and self.part[0] >= self.part[1]:
             raise ValueError(f"part = {list(self.part)} ends before it begins")
+
+    @property
+    def leaves_grips_open(self) -> bool:
+        """Whether it gives the nodes of a part only, which do not tell the grips."""
+        return self.part is not None and self.nodes != ""
 
 
 @dataclass(frozen=True)

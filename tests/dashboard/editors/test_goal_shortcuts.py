@@ -30,8 +30,8 @@ class Shortcuts(GoalShortcuts):
         self.outbox = Outbox("test")
         super().__init__(private.server.gui, ActionQueue(), self.outbox)
 
-    def see(self, revision: int, x: float) -> None:
-        goal = Goal(positions=[x] * 15)
+    def see(self, revision: int, x: float, part: tuple[float, ...] = ()) -> None:
+        goal = Goal(positions=[x] * 15, part=part)
         self.update(TaskState(goal=goal, goal_revision=revision), ROPE, ARMS)
 
     def sent(self) -> list[Goal]:
@@ -61,6 +61,13 @@ def test_goals_are_undone_one_after_the_other(shortcuts: Shortcuts) -> None:
     shortcuts.see(5, 0.1)
     shortcuts._request_undo()
     assert shortcuts.sent() == []
+
+
+def test_whole_goal_returns_after_one_of_a_part_of_the_same_shape(shortcuts: Shortcuts) -> None:
+    shortcuts.see(1, 0.1)
+    shortcuts.see(2, 0.1, part=(0.2, 0.4))
+    shortcuts._request_undo()
+    assert [list(g.part) for g in shortcuts.sent()] == [[]]
 
 
 def test_present_shape_brings_the_grips_that_hold_it(shortcuts: Shortcuts) -> None:

@@ -111,6 +111,17 @@ def test_nodes_of_a_part_leave_the_grips_open(
         np.testing.assert_array_equal(wanted.position, given.position)
 
 
+def test_part_of_a_rope_at_rest_keeps_its_grips() -> None:
+    line = "line = [[-0.1, 0.1, 0.3], [0.25, 0.1, 0.3]]"
+    scenario = changed(line, f"{line}\npart = [0.1, 0.2]")
+    assert isinstance(scenario, Scenario)
+    assert scenario.goal.part == (0.1, 0.2)
+    assert scenario.part_nodes(scenario.goal) is None
+    left, right = scenario.grips(scenario.goal)
+    assert left.position.tolist() == [-0.1, 0.1, 0.3]
+    assert right.position.tolist() == [0.25, 0.1, 0.3]
+
+
 @pytest.mark.parametrize(
     ("old", "new", "line"),
     [
@@ -167,8 +178,9 @@ def test_nodes_of_a_part_leave_the_grips_open(
         ("line = [[-0.1, 0.1, 0.3], [0.25, 0.1, 0.3]]", "nodes = 'none.csv'", "cannot read nodes"),
         (
             "line = [[-0.1, 0.1, 0.3], [0.25, 0.1, 0.3]]",
-            "line = [[-0.1, 0.1, 0.3], [0.25, 0.1, 0.3]]\npart = [0.1, 0.2]",
-            "[goal] part goes with nodes = 'FILE.csv', the shape of that part",
+            "line = [[-0.1, 0.1, 0.3], [0.25, 0.1, 0.3]]\npart = [0.0, 0.44]",
+            "goal.part = [0.0, 0.44] m is more than 0.9 of a rope of 0.45 m, or beyond its end; "
+            "without part, the whole rope counts",
         ),
         ('name = "smallest"', "name = ", "scenario: not valid TOML"),
     ],

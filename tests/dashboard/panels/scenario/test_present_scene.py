@@ -52,6 +52,21 @@ def test_goal_is_saved_by_its_grips(name: str) -> None:
     assert saved.goal.turns == scenario.goal.turns
 
 
+def test_stretch_of_a_goal_is_saved_with_its_grips() -> None:
+    scenario = load("three-cylinders")
+    goal = goal_of(scenario)
+    goal.part[:] = (0.12, 0.3)
+    saved = load_with(find("three-cylinders"), goal_settings(goal, scenario))
+    assert saved.goal.part == (0.12, 0.3)
+    for kept, wanted in zip(saved.grips(saved.goal), scenario.grips(scenario.goal), strict=True):
+        assert kept.position == pytest.approx(wanted.position, abs=1e-6)
+    # The stretch of the scenario that is saved needs no setting, and the whole rope needs one.
+    assert goal_settings(goal, saved) == []
+    del goal.part[:]
+    again = load_with(find("three-cylinders"), goal_settings(goal, saved))
+    assert again.goal.part is None
+
+
 def test_obstacles_are_saved_as_they_stand() -> None:
     scenario = load("three-cylinders")
     table, first, second, *others = scenario.bodies

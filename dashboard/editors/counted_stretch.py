@@ -1,0 +1,117 @@
+"""Stretch of a goal that counts: where it begins and ends along the rope; the rest is free."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import viser
+from jaxtyping import Bool, Float64
+
+from dashboard.action_queue import ActionQueue
+from lariat.geometry import polylines
+from shared.messages import Goal
+from shared.messages.validation import MIN_PART_NODES
+from shared.scenario.checks import MAX_PART
+from shared.scenario.sections import Rope
+
+FIELD_STEP = 0.5
+"""Step of the fields [mm]; it also decides how many decimals they show."""
+EQUAL = 1e-6
+"""Difference below which a distance is the rope's end [m]."""
+
+
+class CountedStretch:
+    """Fields of the two ends of the stretch, hidden until they are shown."""
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        rope: Rope,
+        actions: ActionQueue,
+        when_changed: Callable[[], None],
+    ) -> None:
+        """Add the fields to the page.
+
+        Args:
+            gui: The page's GUI.
+            rope: Rope whose goal is edited.
+            actions: Queue for what people type.
+            when_changed: Called when a person has changed the stretch.
+        """
+        self._rope = rope
+        self._when_changed = when_changed
+        self._ends = (0.0, rope.length)
+        length = 1e3 * rope.length
+        self._field = gui.add_vector2(
+            "Counts [mm]",
+            (0.0, length),
+            min=(0.0, 0.0),
+            max=(length, length),
+            step=FIELD_STEP,
+            visible=False,
+            hint="Stretch that must come to the goal: from and to, along the rope from its left "
+            "end. The rest of the rope is free.",
+        )
+
+        @self._field.on_update
+        def _(event: viser.GuiEvent) -> None:
+            if event.client is not None:
+                ends = event.target.value
+                actions.put(lambda: self._take(*(1e-3 * float(end) for end in ends)))
+
+    def show(self, visible: bool) -> None:
+        """Show or hide the fields."""
+        self._field.visible = visible
+        if visible:
+            self._field.value = (1e3 * self._ends[0], 1e3 * self._ends[1])
+
+    def take_goal(self, goal: Goal) -> None:
+        """Take the stretch of a goal."""
+        self._ends = (goal.part[0], goal.part[1]) if goal.part else (0.0, self._rope.length)
+
+    def _take(self, begin: float, end: float) -> None:
+        self._ends = begin, end
+        self._when_changed()
+
+    @property
+    def part(self) -> tuple[float, float] | None:
+        """Distances of its ends from the rope's left end [m]; None where the whole rope counts."""
+        begin, end = self._ends
+        whole = begin <= EQUAL and end >= self._rope.length - EQUAL
+        return None if whole else (begin, end)
+
+    def counted(self, nodes: Float64[np.ndarray, "n 3"]) -> Bool[np.ndarray, "n"]:
+        """Return which nodes of a shape count.
+
+        Args:
+            nodes: Nodes of the whole rope [m].
+        """
+        if self.part is None or self.problem:
+            return np.ones(len(nodes), dtype=bool)
+        return polylines.within(nodes, *self.part)
+
+    @property
+    def problem(self) -> str:
+        """Why this is no stretch of the rope, and what to do; empty where it is one."""
+        begin, end = self._ends
+        length, count = self._rope.length, self._rope.node_count
+        # A comparison with a number that is none is false.
+        if not (begin >= 0.0 and end <= length + EQUAL):
+            return f"What counts lies between 0 and {1e3 * length:g} mm of the rope."
+        if not begin < end:
+            return "What counts ends before it begins; exchange the two numbers."
+        if self.part is not None and end - begin > MAX_PART * length + EQUAL:
+            return (
+                f"What counts is more than {100.0 * MAX_PART:g} % of the rope; give at most "
+                f"{1e3 * MAX_PART * length:g} mm, or all of it: 0 and {1e3 * length:g} mm."
+            )
+        at = np.linspace(0.0, length, count)
+        held = int(np.sum((at >= begin - EQUAL) & (at <= end + EQUAL)))
+        if held < MIN_PART_NODES:
+            least = 1e3 * length / (count - 1) * MIN_PART_NODES
+            return (
+                f"What counts holds {held} of the rope's nodes, which make no shape; give at least "
+                f"{np.ceil(least):.0f} mm."
+            )
+        return ""

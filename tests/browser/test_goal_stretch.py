@@ -1,0 +1,117 @@
+"""Goal of which only a stretch counts, in a real browser, by mouse and keyboard."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import cv2
+import numpy as np
+import pytest
+from playwright.sync_api import Page, expect
+
+from dashboard.options import DashboardOptions
+from dashboard.service import build
+from lariat.geometry import polylines
+from shared import topics
+from shared.messages import TaskRequest, chain
+from tests.browser.cell import SCENARIO, Cell
+from tests.browser.chromium import NO_CHROMIUM, comes, drag, field, on_screen, opened
+from tests.browser.stack import free_port
+from tests.dashboard.stage import Stage
+
+pytestmark = NO_CHROMIUM
+
+
+@pytest.fixture(scope="module")
+def bench() -> Iterator[tuple[Cell, Page]]:
+    service = build(SCENARIO, "dashboard-ab", DashboardOptions(port=free_port()))
+    cell = Cell(Stage(service, SCENARIO))
+    cell.address = service.address
+    cell.start()
+    try:
+        with opened(service.address, 1280, 800) as page:
+            yield cell, page
+    finally:
+        cell.end()
+        service.close()
+
+
+def type_stretch(page: Page, begin: str, end: str) -> None:
+    """Type the two ends of the stretch [mm]."""
+    ends = field(page, "Counts [mm]")
+    for k, text in enumerate((begin, end)):
+        ends.nth(k).fill(text)
+        ends.nth(k).press("Tab")
+
+
+def greenness(page: Page, place: np.ndarray) -> float:
+    """Green of a place of the window [pixels], as a multiple of its red and blue."""
+    clip = {"x": place[0] - 2.0, "y": place[1] - 2.0, "width": 5.0, "height": 5.0}
+    image = cv2.imdecode(np.frombuffer(page.screenshot(clip=clip), np.uint8), 1)
+    assert image is not None
+    blue, green, red = image.reshape(-1, 3).astype(float).mean(axis=0)
+    return 2.0 * green / (red + blue)
+
+
+def test_stretch_of_an_unchanged_goal_is_set(bench: tuple[Cell, Page]) -> None:
+    cell, page = bench
+    cell.forget()
+    page.get_by_role("button", name="Edit goal").click()
+    expect(page.get_by_text("The present goal")).to_be_visible()
+    set_goal = page.get_by_role("button", name="Set goal")
+    expect(set_goal).to_be_disabled()
+    expect(field(page, "Counts [mm]").nth(1)).to_have_value("450")
+    for label in ("Left [mm]", "Right [mm]", "Counts [mm]"):
+        for number in field(page, label).all():
+            assert number.evaluate("e => e.scrollWidth <= e.clientWidth"), f"{label} is clipped"
+    type_stretch(page, "100", "300")
+    expect(page.get_by_text("100 to 300 mm of the rope count, the rest is free.")).to_be_visible()
+    nodes = chain(cell.goal().positions)
+    counted = polylines.within(nodes, 0.1, 0.3)
+    inside = on_screen(page, SCENARIO, nodes[np.flatnonzero(counted)[8]])
+    outside = on_screen(page, SCENARIO, nodes[np.flatnonzero(~counted)[-6]])
+    assert comes(page, lambda: greenness(page, inside) > 1.2), greenness(page, inside)
+    assert comes(page, lambda: greenness(page, outside) < 1.1), greenness(page, outside)
+    set_goal.click()
+    request = cell.asked(topics.TASK_REQUEST)
+    assert request.action == TaskRequest.SET_GOAL
+    assert list(request.goal.part) == pytest.approx([0.1, 0.3])
+    assert chain(request.goal.positions) == pytest.approx(nodes, abs=1e-6)
+    assert cell.sent(topics.TASK_GOAL_DRAFT)
+    expect(field(page, "Counts [mm]")).to_have_count(0)
+
+
+def test_impossible_stretch_cannot_be_set_and_says_why(bench: tuple[Cell, Page]) -> None:
+    _, page = bench
+    page.get_by_role("button", name="Edit goal").click()
+    set_goal = page.get_by_role("button", name="Set goal")
+    expect(page.get_by_text("The present goal")).to_be_visible()
+    type_stretch(page, "300", "100")
+    expect(page.get_by_text("What counts ends before it begins")).to_be_visible()
+    expect(set_goal).to_be_disabled()
+    type_stretch(page, "90", "100")
+    expect(page.get_by_text("which make no shape; give at least 35 mm.")).to_be_visible()
+    expect(set_goal).to_be_disabled()
+    # The fields themselves keep to the rope.
+    type_stretch(page, "0", "99999")
+    expect(field(page, "Counts [mm]").nth(1)).to_have_value("450")
+    expect(page.get_by_text("The rope will rest in this shape.")).to_be_visible()
+    expect(set_goal).to_be_enabled()
+    page.get_by_role("button", name="Cancel").click()
+
+
+def test_dragged_end_keeps_the_stretch(bench: tuple[Cell, Page]) -> None:
+    cell, page = bench
+    cell.forget()
+    page.get_by_role("button", name="Edit goal").click()
+    expect(page.get_by_text("The present goal")).to_be_visible()
+    type_stretch(page, "50", "200")
+    before = SCENARIO.grips(SCENARIO.goal)[0].position
+    arrow = before + np.array([0.0, 0.0, 0.75 * 0.25 * SCENARIO.rope.length])
+    up = np.array([0.0, 0.0, 0.08])
+    drag(page, on_screen(page, SCENARIO, arrow), on_screen(page, SCENARIO, arrow + up))
+    expect(page.get_by_text("50 to 200 mm of the rope count")).to_be_visible()
+    page.get_by_role("button", name="Set goal").click()
+    goal = cell.asked(topics.TASK_REQUEST).goal
+    assert list(goal.part) == pytest.approx([0.05, 0.2])
+    assert 0.06 < goal.left.position[2] - before[2] < 0.1

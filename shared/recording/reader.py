@@ -5,30 +5,26 @@ from __future__ import annotations
 import os
 import struct
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
-from lz4.frame import LZ4FrameDecompressor
 from mcap import records as mcap_records
 from mcap.exceptions import McapError
-from mcap.stream_reader import StreamReader, breakup_chunk
-from zstandard import ZstdDecompressor, ZstdError
+from zstandard import ZstdError
 
 from shared import topics
 from shared.aliases import current_topic_key
 from shared.bounded_file import path_inside
 from shared.file_kind import kind_of
 from shared.messages.upgrade import upgrade
+from shared.recording.chunks import MAX_RECORD_SIZE, PlainReader, records_of
 from shared.recording.layout import METADATA_NAME, PROTOBUF, SCENARIO_ATTACHMENT
 from shared.scenario import Scenario, parse
 from shared.suggestion import did_you_mean_file
 from shared.topics import Topic
 from shared.version import MESSAGE_VERSION, RECORDING_VERSION
 
-MAX_RECORD_SIZE = 2**27
-"""Size of a record, compressed or not, above which it counts as damage [bytes]; a chunk holds at
-most one image beyond `CHUNK_SIZE`."""
 MAX_FILES_SIZE = 2**26
 """Largest size of the scenario and its CSV files in a recording together [bytes]."""
 READABLE_VERSIONS = {"recording_version": RECORDING_VERSION, "message_version": MESSAGE_VERSION}
@@ -194,7 +190,7 @@ class Recording:
         return parse(text, folder, source=f"the scenario in {self.path}")
 
     def records(self) -> Iterator[mcap_records.McapRecord]:
-        """Yield all records up to the end or the damage that ends the file.
+        """Yield all records but indexes up to the end or the damage that ends the file.
 
         Records in chunks are yielded one by one; damaged chunks are skipped.
 
@@ -213,7 +209,7 @@ class Recording:
             ) from error
         with stream:
             bounded: Any = _BoundedStream(stream)
-            reader = StreamReader(bounded, emit_chunks=True, record_size_limit=MAX_RECORD_SIZE)
+            reader = PlainReader(bounded, emit_chunks=True, record_size_limit=MAX_RECORD_SIZE)
             position = 0
             source = iter(reader.records)
             while True:
@@ -230,7 +226,7 @@ class Recording:
                     return
                 if isinstance(record, mcap_records.Chunk):
                     try:
-                        inner = breakup_chunk(_uncompressed(record), validate_crc=True)
+                        inner = records_of(record)
                     except DAMAGE_ERRORS as error:
                         self.damage = f"a chunk before byte {stream.tell()} is damaged: {error}"
                         inner = []
@@ -256,24 +252,3 @@ class _BoundedStream:
         if length > self._size - self._stream.tell():
             raise EOFError(f"a record claims {length} bytes, more than the rest of the file")
         return self._stream.read(length)
-
-
-def _uncompressed(chunk: mcap_records.Chunk) -> mcap_records.Chunk:
-    """Return a chunk with its content uncompressed, in memory of a bounded size.
-
-    Raises:
-        ValueError: The content is larger than a record may be, or its compression is not known.
-    """
-    match chunk.compression:
-        case "":
-            return chunk
-        case "zstd":
-            with ZstdDecompressor().stream_reader(chunk.data) as reader:
-                content = reader.read(MAX_RECORD_SIZE + 1)
-        case "lz4":
-            content = LZ4FrameDecompressor().decompress(chunk.data, MAX_RECORD_SIZE + 1)
-        case other:
-            raise ValueError(f"compression {other!r} is not known")
-    if len(content) > MAX_RECORD_SIZE:
-        raise ValueError(f"its content is larger than {MAX_RECORD_SIZE / 2**20:g} MiB")
-    return replace(chunk, compression="", data=content)

@@ -54,6 +54,15 @@ def bench() -> Iterator[tuple[Cell, Page]]:
         service.close()
 
 
+@pytest.fixture
+def started(bench: tuple[Cell, Page]) -> tuple[Cell, Page]:
+    """The page of a cell that runs."""
+    cell, page = bench
+    cell.dead = False
+    expect(page.get_by_text("Running:")).to_be_visible()
+    return cell, page
+
+
 def open_tab(page: Page, name: str) -> None:
     page.get_by_role("tab", name=name, exact=True).click()
 
@@ -69,8 +78,8 @@ def test_page_before_any_start_names_what_is_missing(bench: tuple[Cell, Page]) -
     expect(missing).to_be_hidden()
 
 
-def test_hold_is_explained_and_events_are_filtered(bench: tuple[Cell, Page]) -> None:
-    cell, page = bench
+def test_hold_is_explained_and_events_are_filtered(started: tuple[Cell, Page]) -> None:
+    cell, page = started
     open_tab(page, "Events")
     cell.say(topics.LOG.at("sim"), Log(level=Log.Level.INFO, name="sim", message="lab is ready"))
     cell.say(topics.LOG.at("planner"), Log(level=Log.Level.ERROR, name="planner", message="no way"))
@@ -101,9 +110,9 @@ def test_hold_is_explained_and_events_are_filtered(bench: tuple[Cell, Page]) -> 
 
 
 def test_estimate_is_drawn_with_its_deviation_and_the_true_value(
-    bench: tuple[Cell, Page],
+    started: tuple[Cell, Page],
 ) -> None:
-    cell, page = bench
+    cell, page = started
     open_tab(page, "Rope")
     expect(page.get_by_role("cell", name="bending stiffness")).to_be_visible()
     find = (
@@ -126,8 +135,8 @@ def test_estimate_is_drawn_with_its_deviation_and_the_true_value(
     assert (request.action, request.key, request.value) == (TaskRequest.SET, "adapt", "true")
 
 
-def test_costs_step_times_and_ages_are_shown(bench: tuple[Cell, Page]) -> None:
-    _, page = bench
+def test_costs_step_times_and_ages_are_shown(started: tuple[Cell, Page]) -> None:
+    _, page = started
     open_tab(page, "Run")
     expect(page.get_by_text("Cost of the horizon by term")).to_be_visible()
     row = page.get_by_role("row").filter(has=page.get_by_role("cell", name="clearance", exact=True))
@@ -143,8 +152,8 @@ def test_costs_step_times_and_ages_are_shown(bench: tuple[Cell, Page]) -> None:
     open_tab(page, "Run")
 
 
-def test_obstacle_is_duplicated_resized_and_both_are_undone(bench: tuple[Cell, Page]) -> None:
-    cell, page = bench
+def test_obstacle_is_duplicated_resized_and_both_are_undone(started: tuple[Cell, Page]) -> None:
+    cell, page = started
     cell.forget()
     folder = page.get_by_text("Obstacles", exact=True)
     folder.click()
@@ -181,8 +190,8 @@ def test_obstacle_is_duplicated_resized_and_both_are_undone(bench: tuple[Cell, P
     folder.click()
 
 
-def test_present_shape_becomes_the_goal_and_is_undone(bench: tuple[Cell, Page]) -> None:
-    cell, page = bench
+def test_present_shape_becomes_the_goal_and_is_undone(started: tuple[Cell, Page]) -> None:
+    cell, page = started
     cell.forget()
     first = cell.goal()
     page.get_by_role("button", name="Present shape as goal").click()
@@ -200,8 +209,8 @@ def test_present_shape_becomes_the_goal_and_is_undone(bench: tuple[Cell, Page]) 
     expect(undo).to_be_disabled()
 
 
-def test_run_is_starred_and_its_curves_are_exported(bench: tuple[Cell, Page]) -> None:
-    cell, page = bench
+def test_run_is_starred_and_its_curves_are_exported(started: tuple[Cell, Page]) -> None:
+    cell, page = started
     run = RunSummary(id="run-1", scenario="rope", run="run-1", started=SECOND, over=True, bytes=9)
     cell.runs = RunList(stamp=1, runs=[run])
     open_tab(page, "Runs")
@@ -219,8 +228,8 @@ def test_run_is_starred_and_its_curves_are_exported(bench: tuple[Cell, Page]) ->
     open_tab(page, "Run")
 
 
-def test_everything_is_framed_again_after_the_view_was_lost(bench: tuple[Cell, Page]) -> None:
-    _, page = bench
+def test_everything_is_framed_again_after_the_view_was_lost(started: tuple[Cell, Page]) -> None:
+    _, page = started
     canvas = page.locator("canvas[data-engine]").bounding_box()
     assert canvas is not None
     clip = {

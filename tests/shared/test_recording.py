@@ -18,12 +18,15 @@ from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from google.protobuf.descriptor_pool import DescriptorPool
 from google.protobuf.json_format import MessageToDict
 from google.protobuf.message_factory import GetMessageClass
+from mcap.opcode import Opcode
 from mcap.reader import make_reader
+from mcap.records import Chunk
+from mcap.stream_reader import StreamReader, breakup_chunk
 
 from cli.repair import repair
 from shared import topics
 from shared.messages import NodeChain, timestamp
-from shared.recording import Recording, Writer, reader
+from shared.recording import Recording, Writer, chunks, reader
 from shared.recording.layout import ROBOT_DESCRIPTION_TOPIC
 from shared.scenario import parse
 from shared.service import SECOND
@@ -238,11 +241,38 @@ def chunk_record(compression: str, content: bytes, claimed: int) -> bytes:
     return b"\x06" + struct.pack("<Q", len(body)) + body
 
 
+def test_chunks_hold_what_the_library_reads_in_them():
+    with OLD_RECORDING.open("rb") as stream:
+        library = [
+            r for r in StreamReader(stream, emit_chunks=True).records if isinstance(r, Chunk)
+        ]
+    assert len(library) > 1
+    for chunk in library:
+        assert chunks.records_of(chunk) == breakup_chunk(chunk)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        struct.pack("<BQ", Opcode.MESSAGE, 21) + bytes(21),
+        struct.pack("<BQ", Opcode.MESSAGE, 22) + bytes(21),
+        struct.pack("<BQ", Opcode.CHANNEL, 3) + bytes(3),
+        struct.pack("<BQ", 0xFF, 2**63),
+        b"\x05",
+    ],
+)
+def test_a_chunk_whose_records_are_cut_is_damaged(content: bytes):
+    chunk = Chunk("", content, 0, 0, 0, len(content))
+    with pytest.raises(reader.DAMAGE_ERRORS):
+        chunks.records_of(chunk)
+
+
 @pytest.mark.parametrize("compress", [zstandard.compress, lz4.frame.compress])
 def test_a_chunk_that_unpacks_to_more_than_a_record_is_skipped(
     tmp_path: Path, scenario, monkeypatch: pytest.MonkeyPatch, compress
 ):
-    monkeypatch.setattr(reader, "MAX_RECORD_SIZE", 1 << 20)
+    for module in (reader, chunks):
+        monkeypatch.setattr(module, "MAX_RECORD_SIZE", 1 << 20)
     path = tmp_path / "bomb.mcap"
     writer = Writer(path, scenario, SECOND)
     write(writer, 10)

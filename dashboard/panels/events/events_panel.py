@@ -22,8 +22,9 @@ class EventsPanel:
         self._level, self._words = Level.INFORMATION, ""
         self._drawn: tuple[int, Level, str] | None = None
         self._draw_time = 0
-        choice = gui.add_button_group("Show", tuple(LEVELS))
-        choice.on_click(
+        # A list shows what is chosen; a group of buttons would not.
+        choice = gui.add_dropdown("Level", tuple(LEVELS), hint="Least weight of the events")
+        choice.on_update(
             lambda event: actions.put(lambda name=event.target.value: self._choose(LEVELS[name]))
         )
         words = gui.add_text("Find", "", hint="Words of an event, or the name of a service")

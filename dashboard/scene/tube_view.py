@@ -9,8 +9,9 @@ from jaxtyping import Float32, Float64, UInt8
 from dashboard.palette import Color
 from dashboard.scene import meshes
 
-MIN_SCALE_CHANGE = 1e-5
-"""Change of a segment's radius or length below which no browser is told [m]."""
+MIN_SCALE_CHANGE = 2e-4
+"""Change of a segment's radius or length below which no browser is told [m]: the balls at its ends
+cover it."""
 
 
 class TubeView:

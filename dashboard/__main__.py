@@ -7,10 +7,11 @@ import os
 from dashboard.options import DashboardOptions
 from shared.live import main
 
-RECEIVING_THREADS = "(rx: (worker_threads: 1))"
-"""Threads in which Zenoh receives, in its own notation: of two, each message wakes both."""
+RECEIVING_THREAD = "(rx: (handover: net))"
+"""Thread in which Zenoh receives, in its own notation: that which reads the network. By default
+there are two more, and each message wakes them."""
 
 if __name__ == "__main__":
     # Read when the bus is opened; a person's own setting stays.
-    os.environ.setdefault("ZENOH_RUNTIME", RECEIVING_THREADS)
+    os.environ.setdefault("ZENOH_RUNTIME", RECEIVING_THREAD)
     main("dashboard", DashboardOptions)

@@ -21,7 +21,7 @@ def kept_screenshots(request: pytest.FixtureRequest) -> Iterator[None]:
     yield
     folder: Path | None = request.config.getoption("--screenshots")
     values = getattr(request.node, "funcargs", {}).values()
-    pages = [part for v in values if isinstance(v, tuple) for part in v if isinstance(part, Page)]
+    pages = {part for v in values if isinstance(v, tuple) for part in v if isinstance(part, Page)}
     if folder is None or not pages:
         return
     folder.mkdir(parents=True, exist_ok=True)

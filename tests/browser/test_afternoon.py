@@ -186,7 +186,7 @@ def test_obstacle_is_duplicated_resized_and_both_are_undone(started: tuple[Cell,
     own = next(b for b in SCENARIO.bodies if b.name == "middle")
     assert undone[-2].obstacle.radius == pytest.approx(own.radius)
     assert (undone[-1].action, undone[-1].obstacle.name) == (SceneRequest.REMOVE, "middle-copy-1")
-    choose(page, "Selected", "(none)")
+    choose(page, "Selected", "–")
     folder.click()
 
 

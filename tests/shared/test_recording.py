@@ -256,6 +256,7 @@ def test_chunks_hold_what_the_library_reads_in_them():
     [
         struct.pack("<BQ", Opcode.MESSAGE, 21) + bytes(21),
         struct.pack("<BQ", Opcode.MESSAGE, 22) + bytes(21),
+        struct.pack("<BQ", Opcode.MESSAGE, 21) + bytes(21) + struct.pack("<BQ", 0xFF, 0),
         struct.pack("<BQ", Opcode.CHANNEL, 3) + bytes(3),
         struct.pack("<BQ", 0xFF, 2**63),
         b"\x05",

@@ -3,14 +3,12 @@
 #
 #   docker build --target controller .
 #
-# The base image is pinned by the digest of its index, which has all platforms; where there is a
-# digest, the tag before it is only read by people. docs/guide/deployment.md says how to renew it. It
-# is an argument, for an image of one's own:
-#   docker build --build-arg PYTHON_IMAGE=my/python:3.11 …
+# The base image is an argument, so that a cell can pin it by its digest:
+#   docker build --build-arg PYTHON_IMAGE=python:3.11-slim-bookworm@sha256:… …
 # PyTorch is not locked: its build is the user's choice. A wheel that is not to come from a package
 # registry is laid into the build context `wheels`:
 #   docker build --build-context wheels=/path/to/wheels …
-ARG PYTHON_IMAGE=python:3.11.16-slim-bookworm@sha256:a36c24f9cbdf4fd0f52d67f0823eeac19c2028c637cecc392d97f980d4fec56b
+ARG PYTHON_IMAGE=python:3.11-slim-bookworm
 
 FROM scratch AS wheels
 

@@ -1,8 +1,8 @@
-"""Cover of a triangle mesh by boxes, cylinders and spheres that contain all of it.
+"""Cover of a triangle mesh by boxes, cylinders and spheres that contain its surface.
 
 The mesh is cut by planes until its parts fill the bodies around them, or there are as many bodies
-as are allowed. A convex body around the surface of a part contains what the surface encloses, so
-that a closed mesh is covered with its inside. Frames are matrices whose columns are axes.
+as are allowed. Every body contains the surface of its part. Where cuts cross within a thick
+solid, a place inside may be in no body. Frames are matrices whose columns are axes.
 """
 
 from __future__ import annotations

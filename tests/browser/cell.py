@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import cv2
 import numpy as np
+from playwright.sync_api import Page
 
+from dashboard.options import DashboardOptions
+from dashboard.service import build
 from shared import topics
 from shared.messages import (
     ArmCommand,
@@ -34,6 +39,8 @@ from shared.messages import (
 )
 from shared.scenario import load
 from shared.topics import Topic
+from tests.browser.chromium import opened
+from tests.browser.stack import free_port
 from tests.dashboard.stage import Stage, hanging
 
 SCENARIO = load("scenarios/three-cylinders.toml")
@@ -217,3 +224,23 @@ def preview(draft: GoalDraft) -> GoalPreview:
     else:
         answer.reason = "the ends are out of each other's reach"
     return answer
+
+
+@contextmanager
+def opened_cell(*, dead: bool = False) -> Iterator[tuple[Cell, Page]]:
+    """Open the page of a cell in a browser, and end both afterwards.
+
+    Args:
+        dead: Whether nothing is started yet.
+    """
+    service = build(SCENARIO, "dashboard-ab", DashboardOptions(port=free_port()))
+    cell = Cell(Stage(service, SCENARIO))
+    cell.address = service.address
+    cell.dead = dead
+    cell.start()
+    try:
+        with opened(service.address, 1280, 800) as page:
+            yield cell, page
+    finally:
+        cell.end()
+        service.close()

@@ -15,8 +15,6 @@ import pytest
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from playwright.sync_api import Page, expect
 
-from dashboard.options import DashboardOptions
-from dashboard.service import build
 from shared import topics
 from shared.messages import (
     ArmStates,
@@ -30,28 +28,16 @@ from shared.messages import (
 )
 from shared.scenario.rod_properties import rod_properties
 from shared.service import SECOND
-from tests.browser.cell import SCENARIO, Cell
-from tests.browser.chromium import NO_CHROMIUM, choose, comes, field, opened
-from tests.browser.stack import free_port
-from tests.dashboard.stage import Stage
+from tests.browser.cell import SCENARIO, Cell, opened_cell
+from tests.browser.chromium import NO_CHROMIUM, choose, comes, field
 
 pytestmark = NO_CHROMIUM
 
 
 @pytest.fixture(scope="module")
 def bench() -> Iterator[tuple[Cell, Page]]:
-    service = build(SCENARIO, "dashboard-ab", DashboardOptions(port=free_port()))
-    cell = Cell(Stage(service, SCENARIO))
-    cell.address = service.address
-    # Nothing is started yet.
-    cell.dead = True
-    cell.start()
-    try:
-        with opened(service.address, 1280, 800) as page:
-            yield cell, page
-    finally:
-        cell.end()
-        service.close()
+    with opened_cell(dead=True) as both:
+        yield both
 
 
 @pytest.fixture

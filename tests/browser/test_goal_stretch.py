@@ -9,31 +9,19 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
-from dashboard.options import DashboardOptions
-from dashboard.service import build
 from lariat.geometry import polylines
 from shared import topics
 from shared.messages import TaskRequest, chain
-from tests.browser.cell import SCENARIO, Cell
-from tests.browser.chromium import NO_CHROMIUM, comes, drag, field, on_screen, opened
-from tests.browser.stack import free_port
-from tests.dashboard.stage import Stage
+from tests.browser.cell import SCENARIO, Cell, opened_cell
+from tests.browser.chromium import NO_CHROMIUM, comes, drag, field, on_screen
 
 pytestmark = NO_CHROMIUM
 
 
 @pytest.fixture(scope="module")
 def bench() -> Iterator[tuple[Cell, Page]]:
-    service = build(SCENARIO, "dashboard-ab", DashboardOptions(port=free_port()))
-    cell = Cell(Stage(service, SCENARIO))
-    cell.address = service.address
-    cell.start()
-    try:
-        with opened(service.address, 1280, 800) as page:
-            yield cell, page
-    finally:
-        cell.end()
-        service.close()
+    with opened_cell() as both:
+        yield both
 
 
 def type_stretch(page: Page, begin: str, end: str) -> None:

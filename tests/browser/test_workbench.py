@@ -13,9 +13,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
-from dashboard.options import DashboardOptions
 from dashboard.scene.bending import LEAST_RADIUS, curvatures
-from dashboard.service import build
 from shared import topics
 from shared.messages import (
     ArmCommand,
@@ -34,7 +32,7 @@ from shared.messages import (
     chain,
 )
 from shared.service import SECOND
-from tests.browser.cell import SCENARIO, Cell
+from tests.browser.cell import SCENARIO, Cell, opened_cell
 from tests.browser.chromium import (
     NO_CHROMIUM,
     choose,
@@ -42,26 +40,15 @@ from tests.browser.chromium import (
     drag,
     field,
     on_screen,
-    opened,
 )
-from tests.browser.stack import free_port
-from tests.dashboard.stage import Stage
 
 pytestmark = NO_CHROMIUM
 
 
 @pytest.fixture(scope="module")
 def bench() -> Iterator[tuple[Cell, Page]]:
-    service = build(SCENARIO, "dashboard-ab", DashboardOptions(port=free_port()))
-    cell = Cell(Stage(service, SCENARIO))
-    cell.address = service.address
-    cell.start()
-    try:
-        with opened(service.address, 1280, 800) as page:
-            yield cell, page
-    finally:
-        cell.end()
-        service.close()
+    with opened_cell() as both:
+        yield both
 
 
 def test_settings_are_checked_started_and_saved(bench: tuple[Cell, Page]) -> None:

@@ -56,6 +56,8 @@ PLAN_PERIOD = SECOND // 10
 """Least time between two drawings of the prediction [ns]."""
 LEFT_PANEL_WIDTH, RIGHT_PANEL_WIDTH = 300, 400
 """Widths of the panels [pixels]."""
+DETOUR = 0.01
+"""Distance between a view that is asked for and the one before it, along each axis [m]."""
 REFUSAL_GAP = 50
 """Gap between the sequence numbers of two refused setpoint chunks above which the second refusal is
 reported too [-]; the controller sends this many chunks in a second."""
@@ -184,6 +186,9 @@ class Page:
     def _frame_everything(self, client: viser.ClientHandle | None) -> None:
         if client is not None:
             viewpoint = initial_viewpoint(self._scenario, client.camera.aspect)
+            # viser sends no view that it believes a browser to have, and a slow browser may have
+            # left it since: the way there leads over another one.
+            client.camera.position = viewpoint.position + DETOUR
             client.camera.position = viewpoint.position
             client.camera.look_at = viewpoint.target
 

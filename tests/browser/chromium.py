@@ -36,7 +36,7 @@ FLAGS = (
 
 
 # Longest wait for what a page shows [ms]: rendering takes the processor from all else.
-expect.set_options(timeout=20_000)
+expect.set_options(timeout=60_000)
 
 NO_CHROMIUM = pytest.mark.skipif(EXECUTABLE is None, reason="chromium is not installed")
 
@@ -55,7 +55,7 @@ def opened(url: str, width: int = 1440, height: int = 810) -> Iterator[Page]:
             args=list(FLAGS),
             viewport={"width": width, "height": height},
         )
-        context.set_default_timeout(20_000)
+        context.set_default_timeout(60_000)
         page = context.pages[0]
         try:
             page.goto(url)

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Float64, Int64
+from jaxtyping import Float64
 
-SAMPLES = 1200
-"""Number of points on the surface that tell which triangles may be the nearest."""
-CANDIDATES = 12
-"""Number of nearest samples of a point whose triangles are measured exactly."""
-FEW_TRIANGLES = 200
-"""Number of triangles up to which all of them are measured."""
+MAX_PAIRS = 2_000_000
+"""Number of points times triangles that are compared at once."""
 SAME_DISTANCE = 1e-9
 """Difference of two distances below which both triangles are the nearest [m]."""
+ROUNDING = 1e-6
+"""Error that the distances of points from centres may have by rounding [m]."""
 MERGED_DIGITS = 7
 """Decimals of the coordinates by which corners of triangles are one vertex."""
 
 
 class MeshDistance:
-    """Distance from a mesh: exact to the nearest of the triangles around the nearest samples."""
+    """Exact distance from a mesh: balls around the triangles tell which cannot be the nearest."""
 
     def __init__(self, triangles: Float64[np.ndarray, "m 3 3"]) -> None:
         """Prepare a mesh.
@@ -34,12 +32,14 @@ class MeshDistance:
         kept = areas > 1e-15
         if not np.any(kept):
             raise ValueError("the mesh has no triangle with an area")
-        self.triangles, areas = triangles[kept], areas[kept]
-        self._normals = normals[kept] / areas[:, None]
+        self.triangles = triangles[kept]
+        self._normals = normals[kept] / areas[kept, None]
         self._closed = is_closed(self.triangles)
         if self._closed and np.sum(np.linalg.det(self.triangles)) < 0.0:
             self._normals = -self._normals
-        self._samples, self._of = _samples(self.triangles, areas)
+        self._centres = self.triangles.mean(axis=1)
+        away = np.linalg.norm(self.triangles - self._centres[:, None], axis=2)
+        self._radii = away.max(axis=1)
 
     def outside(self, points: Float64[np.ndarray, "p 3"]) -> Float64[np.ndarray, "p"]:
         """Return the distance of points from the mesh [m]; zero inside a closed one.
@@ -47,24 +47,27 @@ class MeshDistance:
         Args:
             points: Points in the frame of the mesh [m].
         """
-        which = self._candidates(points)
-        nearest = nearest_points(points[:, None], self.triangles[which])
-        away = points[:, None] - nearest
-        distance = np.linalg.norm(away, axis=2)
-        least = distance.min(axis=1)
+        size = max(MAX_PAIRS // len(self.triangles), 1)
+        parts = [points[k : k + size] for k in range(0, len(points), size)]
+        return np.concatenate([self._outside(part) for part in parts]) if parts else np.zeros(0)
+
+    def _outside(self, points: Float64[np.ndarray, "p 3"]) -> Float64[np.ndarray, "p"]:
+        square = np.sum(self._centres**2, axis=1) - 2.0 * points @ self._centres.T
+        square += np.sum(points**2, axis=1)[:, None]
+        to_centres = np.sqrt(np.maximum(square, 0.0))
+        first = nearest_points(points, self.triangles[to_centres.argmin(axis=1)])
+        bound = np.linalg.norm(points - first, axis=1) + SAME_DISTANCE
+        near = to_centres - self._radii <= bound[:, None] + ROUNDING
+        of, which = np.nonzero(near)
+        away = points[of] - nearest_points(points[of], self.triangles[which])
+        distance = np.linalg.norm(away, axis=1)
+        starts = np.searchsorted(of, np.arange(len(points)))
+        least = np.minimum.reduceat(distance, starts)
         if not self._closed:
             return least
-        side = np.einsum("pck,pck->pc", away, self._normals[which])
-        beyond = (side > 0.0) & (distance <= least[:, None] + SAME_DISTANCE)
-        return np.where(beyond.any(axis=1), least, 0.0)
-
-    def _candidates(self, points: Float64[np.ndarray, "p 3"]) -> Int64[np.ndarray, "p c"]:
-        """Triangles that may be the nearest to each point."""
-        if len(self.triangles) <= FEW_TRIANGLES:
-            return np.tile(np.arange(len(self.triangles)), (len(points), 1))
-        # Squared distances less those of the points from the origin, which are the same in a row.
-        square = np.sum(self._samples**2, axis=1) - 2.0 * points @ self._samples.T
-        return self._of[np.argpartition(square, CANDIDATES - 1, axis=1)[:, :CANDIDATES]]
+        side = np.einsum("pk,pk->p", away, self._normals[which])
+        beyond = (side > 0.0) & (distance <= least[of] + SAME_DISTANCE)
+        return np.where(np.logical_or.reduceat(beyond, starts), least, 0.0)
 
 
 def is_closed(triangles: Float64[np.ndarray, "m 3 3"]) -> bool:
@@ -104,19 +107,3 @@ def nearest_points(
 
 def _dot(a: Float64[np.ndarray, "*b 3"], b: Float64[np.ndarray, "*b 3"]) -> np.ndarray:
     return np.sum(a * b, axis=-1)
-
-
-def _samples(
-    triangles: Float64[np.ndarray, "m 3 3"], areas: Float64[np.ndarray, "m"]
-) -> tuple[Float64[np.ndarray, "s 3"], Int64[np.ndarray, "s"]]:
-    """Points spread evenly over a surface, and the triangle of each."""
-    share = np.cumsum(areas) / np.sum(areas)
-    of = np.searchsorted(share, (np.arange(SAMPLES) + 0.5) / SAMPLES)
-    of = np.concatenate([np.minimum(of, len(triangles) - 1), np.arange(len(triangles))[:SAMPLES]])
-    # A low-discrepancy sequence of barycentric coordinates (plastic number).
-    u, v = np.modf(np.outer(np.arange(len(of)), (0.7548776662466927, 0.5698402909980532)) + 0.5)[
-        0
-    ].T
-    u, v = np.where(u + v > 1.0, 1.0 - u, u), np.where(u + v > 1.0, 1.0 - v, v)
-    a, b, c = (triangles[of, k] for k in range(3))
-    return a + u[:, None] * (b - a) + v[:, None] * (c - a), of

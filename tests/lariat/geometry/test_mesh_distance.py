@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import coal  # pyright: ignore[reportMissingImports]  # its wheel lives beside site-packages
 import numpy as np
 import pytest
 
@@ -20,10 +21,34 @@ def test_the_distance_from_a_box_is_that_of_its_shape() -> None:
         assert MeshDistance(triangles).outside(POINTS) == pytest.approx(expected, abs=1e-12)
 
 
-def test_the_distance_from_many_triangles_is_that_of_their_body() -> None:
-    mesh = ring_mesh(0.08, 0.015, 64, 24)
-    tube = np.hypot(np.hypot(POINTS[:, 0], POINTS[:, 1]) - 0.08, POINTS[:, 2]) - 0.015
-    assert MeshDistance(mesh).outside(POINTS) == pytest.approx(np.maximum(tube, 0.0), abs=5e-4)
+def test_the_distance_from_many_triangles_is_that_of_another_library() -> None:
+    mesh = ring_mesh(0.08, 0.015, 100, 40)
+    model = coal.BVHModelOBBRSS()
+    model.beginModel(len(mesh), 3 * len(mesh))
+    for corners in mesh:
+        model.addTriangle(*corners)
+    model.endModel()
+    radius, request = 1e-3, coal.DistanceRequest()
+    expected = [
+        coal.distance(
+            model,
+            coal.Transform3s(),
+            coal.Sphere(radius),
+            coal.Transform3s(np.eye(3), point),
+            request,
+            coal.DistanceResult(),
+        )
+        + radius
+        for point in POINTS
+    ]
+    found = MeshDistance(mesh).outside(POINTS)
+    inside = np.hypot(np.hypot(POINTS[:, 0], POINTS[:, 1]) - 0.08, POINTS[:, 2]) < 0.0145
+    far = np.array(expected) > radius
+    assert np.all(found[inside] == 0.0)
+    assert np.sum(far & (found > 0.0)) > 250
+    assert found[far & (found > 0.0)] == pytest.approx(
+        np.array(expected)[far & (found > 0.0)], abs=1e-12
+    )
 
 
 def test_an_open_mesh_has_no_inside() -> None:

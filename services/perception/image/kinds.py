@@ -23,7 +23,7 @@ from services.perception.image.contrast import (
 )
 from services.perception.image.ground import StandingOut, thin_parts
 from services.perception.image.proposals import color_distance, propose, propose_by_color
-from services.perception.image.width import measure_width, width_of_most_area
+from services.perception.image.width import measure_width, ridge, width_of_most_area
 
 MIN_CONTRAST = 6.0
 """Least distance of a rope from both of its sides [Lab, as OpenCV scales it]."""
@@ -166,7 +166,7 @@ def _closed(mask: UInt8[np.ndarray, "h w"]) -> UInt8[np.ndarray, "h w"]:
 def usual_width(mask: UInt8[np.ndarray, "h w"]) -> float:
     """Width of most of a mask's area [pixels]."""
     radii = cv2.distanceTransform(mask, cv2.DIST_L2, 5)
-    return width_of_most_area(radii[skeletonize(mask.view(bool))])
+    return width_of_most_area(radii[ridge(radii)])
 
 
 def long_enough(mask: UInt8[np.ndarray, "h w"], least: float) -> UInt8[np.ndarray, "h w"]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from jaxtyping import Float32, Float64, UInt8
+from jaxtyping import Bool, Float32, Float64, UInt8
 
 MIN_COLOR_DIFFERENCE = 18.0
 """Distance of the colours of two ropes above which the colour tells the upper one [Lab]."""
@@ -20,6 +20,8 @@ FLANK_REACH = 1.5
 """Distance from a flank in which its slope is taken [pixels]."""
 INNER_SHARE = 0.8
 """Part of the other rope's half width in which an upper rope's flanks are sampled [-]."""
+WINDOW_MARGIN = 2
+"""Margin of the window in which a crossing is examined [pixels]."""
 MIN_CROSSING_AREA = 0.3
 """Least area of a crossing, relative to the product of both widths [-]."""
 
@@ -79,11 +81,18 @@ def layer_ropes(
             for k in range(1, count):
                 if stats[k, cv2.CC_STAT_AREA] < least:
                     continue
-                evidence = _evidence(ropes, distances, lab, parts == k, (i, j))
-                upper, lower = (i, j) if evidence >= 0.0 else (j, i)
-                labels[parts == k] = upper + 1
-                known = abs(evidence) >= MIN_EVIDENCE
+                left, top, wide, high = stats[k, : cv2.CC_STAT_AREA].tolist()
+                around = np.s_[
+                    max(0, top - WINDOW_MARGIN) : top + high + WINDOW_MARGIN,
+                    max(0, left - WINDOW_MARGIN) : left + wide + WINDOW_MARGIN,
+                ]
+                part = parts[around] == k
+                near = [d[around] for d in distances]
                 column, row = centers[k].tolist()
+                evidence = _evidence(ropes, near, lab[around], part, centers[k], (i, j))
+                upper, lower = (i, j) if evidence >= 0.0 else (j, i)
+                labels[around][part] = upper + 1
+                known = abs(evidence) >= MIN_EVIDENCE
                 crossings.append(Crossing((column, row), (upper, lower), known))
     return labels, crossings
 
@@ -97,15 +106,19 @@ def _distance_from_axis(rope: RopeBand, shape: tuple[int, ...]) -> Float32[np.nd
     far = np.full(shape, np.inf, np.float32)
     if len(at) == 0:
         return far
-    free = np.ones(shape, np.uint8)
-    free[at[:, 1], at[:, 0]] = 0
+    reach = rope.width / 2.0 + 2.0
+    low = np.maximum(at.min(axis=0) - int(reach) - 1, 0)
+    high = np.minimum(at.max(axis=0) + int(reach) + 2, shape[::-1])
+    free = np.ones((high - low)[::-1], np.uint8)
+    free[at[:, 1] - low[1], at[:, 0] - low[0]] = 0
     coarse, nearest = cv2.distanceTransformWithLabels(
         free, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
     )
-    point = np.zeros(int(nearest.max()) + 1, int)
-    point[nearest[at[:, 1], at[:, 0]]] = index
-    rows, columns = np.nonzero(coarse < rope.width / 2.0 + 2.0)
+    point = np.zeros(len(at) + 1, int)
+    point[nearest[at[:, 1] - low[1], at[:, 0] - low[0]]] = index
+    rows, columns = np.nonzero(coarse < reach)
     k = point[nearest[rows, columns]]
+    rows, columns = rows + low[1], columns + low[0]
     offset = np.stack([columns, rows], axis=1) - rope.pixels[k]
     normals = rope.normals[k]
     across = np.abs(np.sum(offset * normals, axis=1))
@@ -119,29 +132,29 @@ def _evidence(
     ropes: list[RopeBand],
     distances: list[Float32[np.ndarray, "h w"]],
     lab: Float32[np.ndarray, "h w 3"],
-    part: np.ndarray,
+    part: Bool[np.ndarray, "h w"],
+    middle: Float64[np.ndarray, "2"],
     pair: tuple[int, int],
 ) -> float:
-    """Evidence that the first rope of a pair is the upper one, -1 to 1."""
+    """Evidence that the first rope of a pair is the upper one, -1 to 1.
+
+    Distances, image and crossing are those of a window; the middle of the crossing is not.
+    """
     first, second = (ropes[k] for k in pair)
     weights = np.array([0.5, 1.0, 1.0])
     if np.linalg.norm(weights * (first.color - second.color)) > MIN_COLOR_DIFFERENCE:
         color = np.median(lab[part], axis=0)
         one, two = (float(np.linalg.norm(weights * (color - r.color))) for r in (first, second))
         return (two - one) / max(one + two, 1e-9)
-    rows, columns = np.nonzero(cv2.dilate(part.view(np.uint8), np.ones((5, 5), np.uint8)))
-    low, high = (rows.min(), columns.min()), (rows.max() + 1, columns.max() + 1)
-    window = np.s_[low[0] : high[0], low[1] : high[1]]
-    across = cv2.Sobel(lab[window], -1, 1, 0)
-    down = cv2.Sobel(lab[window], -1, 0, 1)
-    middle = np.array([columns.mean(), rows.mean()])
+    across = cv2.Sobel(lab, -1, 1, 0)
+    down = cv2.Sobel(lab, -1, 0, 1)
     strength = []
     for own, other in (pair, pair[::-1]):
         nearest = np.argmin(np.linalg.norm(ropes[own].pixels - middle, axis=1))
         normal = ropes[own].normals[nearest]
         # Only across the rope: highlights and flanks of the other one run along it.
         slope = np.linalg.norm(normal[0] * across + normal[1] * down, axis=2)
-        flank = np.abs(distances[own][window] - ropes[own].width / 2.0) < FLANK_REACH
-        flank &= distances[other][window] < INNER_SHARE * ropes[other].width / 2.0
+        flank = np.abs(distances[own] - ropes[own].width / 2.0) < FLANK_REACH
+        flank &= distances[other] < INNER_SHARE * ropes[other].width / 2.0
         strength.append(float(np.mean(slope[flank])) if np.any(flank) else 0.0)
     return (strength[0] - strength[1]) / max(sum(strength), 1e-9)

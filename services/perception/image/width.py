@@ -18,6 +18,17 @@ def measure_width(mask: UInt8[np.ndarray, "h w"]) -> tuple[float, Bool[np.ndarra
     return width_from_radii(radii[skeleton]), skeleton
 
 
+def ridge(radii: Float32[np.ndarray, "h w"]) -> Bool[np.ndarray, "h w"]:
+    """Return where the distance to the outside of a mask is largest among its neighbours.
+
+    It is found faster than a skeleton, has gaps, and is as good for widths and shares.
+
+    Args:
+        radii: Distance of every pixel from the outside of the mask [pixels]; 0 outside.
+    """
+    return (radii > 0.0) & (radii >= cv2.dilate(radii, np.ones((3, 3), np.uint8)))
+
+
 def width_of_most_area(radii: Float32[np.ndarray, "k"]) -> float:
     """Return the width that halves a region's area, from its skeleton's radii [pixels].
 

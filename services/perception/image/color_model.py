@@ -14,7 +14,7 @@ from scipy.ndimage import gaussian_filter
 from skimage.morphology import skeletonize
 
 from services.perception.image.contrast import RopeMask, could_be_shadow
-from services.perception.image.width import measure_width, width_from_radii
+from services.perception.image.width import measure_width, ridge, width_from_radii
 
 HISTOGRAM_BITS = (5, 6, 6)
 """Bits of lightness and both chromas that the histograms distinguish."""
@@ -36,6 +36,8 @@ MIN_WIDTH_RATIO = 0.45
 """Width below which a component is not rope [rope widths]."""
 MIN_LENGTH_WIDTHS = 4.0
 """Length below which a component is dropped [rope widths]."""
+LIT_SHARE = 0.95
+"""Lightness relative to the mean around it from which ground lies in the light [-]."""
 SHADOW_MAJORITY = 0.5
 """Dark share of a component's skeleton above which it is a dark rope, not one with a shadow."""
 
@@ -50,7 +52,7 @@ def learn_rope_mask(
         piece: 1 at the pixels of a piece of rope.
     """
     width, _ = measure_width(piece)
-    mask = _without_shadow(lab, piece, width)
+    mask = without_shadow(lab, piece, width)
     likelihood = log_likelihood_ratio(histogram_cells(lab), mask, mask, width)
     mask, skeleton, radii = _rope_like((likelihood > ROPE_LOG_RATIO).view(np.uint8), width)
     if not np.any(skeleton):
@@ -58,24 +60,27 @@ def learn_rope_mask(
     return RopeMask(likelihood, mask, skeleton, width_from_radii(radii[skeleton]))
 
 
-def _without_shadow(
+def without_shadow(
     lab: UInt8[np.ndarray, "h w 3"], mask: UInt8[np.ndarray, "h w"], width: float
 ) -> UInt8[np.ndarray, "h w"]:
-    """Mask without the shadow along one side of it, unless all of it could be a shadow."""
+    """Return a mask without the shadows along its components; one that is all shadow stays.
+
+    Args:
+        lab: Image in Lab, as OpenCV scales it.
+        mask: 1 at pixels of ropes.
+        width: Width of the ropes [pixels].
+    """
     step = max(1, int(width / 3.0))
-    small = cv2.resize(lab, None, fx=1.0 / step, fy=1.0 / step, interpolation=cv2.INTER_AREA)
-    outside = cv2.distanceTransform(1 - mask, cv2.DIST_L2, 5) > 0.8 * width + 1.0
-    size = (small.shape[1], small.shape[0])
-    free = cv2.resize(outside.astype(np.float32), size, interpolation=cv2.INTER_AREA)
-    sigma = 2.0 * width / step
-    total = cv2.GaussianBlur(small.astype(np.float32) * free[..., None], (0, 0), sigma)
-    table = total / np.maximum(cv2.GaussianBlur(free, (0, 0), sigma), 1e-3)[..., None]
+    table = _lit_ground(lab, mask, width, step)
     rows, columns = np.nonzero(mask)
-    at = np.minimum(rows // step, size[1] - 1), np.minimum(columns // step, size[0] - 1)
+    at = (
+        np.minimum(rows // step, table.shape[0] - 1),
+        np.minimum(columns // step, table.shape[1] - 1),
+    )
     dark = could_be_shadow(lab[rows, columns].astype(float), table[at].astype(float))
     count, labels = cv2.connectedComponents(mask, connectivity=8)
     component = labels[rows, columns]
-    inner = skeletonize(mask.view(bool))[rows, columns]
+    inner = ridge(cv2.distanceTransform(mask, cv2.DIST_L2, 5))[rows, columns]
     total = np.bincount(component[inner], minlength=count)
     dark_count = np.bincount(component[inner], dark[inner], minlength=count)
     dark &= ~(dark_count > SHADOW_MAJORITY * total)[component]
@@ -87,6 +92,24 @@ def _without_shadow(
     reach = 2 * max(1, round(0.3 * width)) + 1
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (reach, reach))
     return cv2.morphologyEx(core, cv2.MORPH_CLOSE, kernel) * mask
+
+
+def _lit_ground(
+    lab: UInt8[np.ndarray, "h w 3"], mask: UInt8[np.ndarray, "h w"], width: float, step: int
+) -> Float32[np.ndarray, "i j 3"]:
+    """Colours of the ground near a mask where it lies in the light, in cells of `step` pixels."""
+    small = cv2.resize(lab, None, fx=1.0 / step, fy=1.0 / step, interpolation=cv2.INTER_AREA)
+    outside = cv2.distanceTransform(1 - mask, cv2.DIST_L2, 5) > 0.8 * width + 1.0
+    size = (small.shape[1], small.shape[0])
+    free = cv2.resize(outside.astype(np.float32), size, interpolation=cv2.INTER_AREA)
+    sigma = 2.0 * width / step
+
+    def table() -> Float32[np.ndarray, "i j 3"]:
+        total = cv2.GaussianBlur(small.astype(np.float32) * free[..., None], (0, 0), sigma)
+        return total / np.maximum(cv2.GaussianBlur(free, (0, 0), sigma), 1e-3)[..., None]
+
+    free = free * (small[..., 0] > LIT_SHARE * table()[..., 0])
+    return table()
 
 
 def histogram_cells(lab: UInt8[np.ndarray, "h w 3"]) -> np.ndarray:

@@ -43,6 +43,10 @@ SURE_LOG_ODDS = 1.0
 """Log odds of the network from which it sees a rope for sure [-]."""
 SIDE_OFFSET = 3.0
 """Distance from a flank at which the side of a rope is sampled [pixels]."""
+TIP_REACH_WIDTHS = 1.0
+"""Length over which the direction of a tip is taken, and over which it may go on [rope widths]."""
+BENT_TIP_WIDTHS = 0.5
+"""Length of a skeleton at a tip, where it bends towards a corner of the mask [rope widths]."""
 MIN_LENGTH_WIDTHS = 6.0
 """Least length of a rope [rope widths]."""
 MAX_COLOR_DISTANCE = 34.0
@@ -321,11 +325,13 @@ def _to_tips(
 ) -> tuple[Float64[np.ndarray, "k 2"], np.ndarray]:
     """Axis up to both tips of the rope, which a skeleton does not reach."""
     points, clear = found.points, found.clear
+    reach, bent = max(2, round(TIP_REACH_WIDTHS * width)), round(BENT_TIP_WIDTHS * width)
     for _ in range(2):
-        reach = max(2, round(width))
+        if len(points) > 2 * reach + bent:
+            points, clear = points[: len(points) - bent], clear[: len(clear) - bent]
         way = points[-1] - points[-min(reach, len(points))]
         way = way / max(float(np.linalg.norm(way)), 1e-9)
-        ahead = points[-1] + np.arange(1, reach + 1)[:, None] * way
+        ahead = points[-1] + np.arange(1, reach + bent + 1)[:, None] * way
         at = np.rint(ahead).astype(int)
         inside = (at >= 0).all(axis=1) & (at[:, 0] < mask.shape[1]) & (at[:, 1] < mask.shape[0])
         on = inside & (mask[at[:, 1] * inside, at[:, 0] * inside] > 0)

@@ -7,6 +7,8 @@ import numpy as np
 from jaxtyping import Bool, Float32, Float64
 from scipy.ndimage import median_filter, uniform_filter1d
 
+from services.perception.image.contrast import tint_and_brightness
+
 REACH_WIDTHS, REACH_PIXELS = 1.0, 3.0
 """Distance from the axis up to which a flank is searched: [rope widths] + [pixels]."""
 SAMPLE_SPACING, MIN_SAMPLES_PER_WIDTH = 0.5, 12.0
@@ -20,7 +22,15 @@ MAX_SHIFT_WIDTHS = 0.3
 FLANK_SIGMA_WIDTHS, MIN_FLANK_SIGMA = 0.1, 0.8
 """Standard deviation of a flank's distance from the edge of the foreground: [rope widths], and at
 least [pixels]."""
-WIDTH_PERCENTILE = 85.0
+CORE_WIDTHS = 0.2
+"""Distance from the axis up to which surely the rope is seen [rope widths]."""
+MIN_CORE_TINT = 20.0
+"""Difference of chroma between rope and ground from which a shadow is told from the rope [Lab]."""
+WEAK_TINT_SHARE = 0.55
+"""Tint, relative to the rope's in the same light, below which the ground is seen [-]."""
+SHADOW_LIGHTNESS = 0.93
+"""Lightness of a shadow, relative to that of the ground beside it, at most [-]."""
+WIDTH_PERCENTILE = 80.0
 """Percentile of the local widths that is the rope's width [%]: where light comes from one side, the
 dark flank is lost in the ground, and the rope looks narrower than it is."""
 WIDTH_EXCESS = 0.3
@@ -66,6 +76,7 @@ def center_between_flanks(
         return uniform_filter1d(seen, window, axis=0) / weight
 
     colors, inside = profile(lab), profile(evidence)[..., 0]
+    inside = np.where(_shadow_beside(colors, offsets, clear, width), -1.0, inside)
     slope = np.linalg.norm(colors[:, 2:] - colors[:, :-2], axis=2)
     sigma = max(FLANK_SIGMA_WIDTHS * width, MIN_FLANK_SIGMA)
     sides = [_flank(slope[:, ::sign], inside[:, ::sign], offsets, sigma) for sign in (-1, 1)]
@@ -84,6 +95,28 @@ def center_between_flanks(
     shift = uniform_filter1d(median_filter(shift, span, mode="nearest"), span // 2 + 1)
     shift = np.clip(shift, -MAX_SHIFT_WIDTHS * width, MAX_SHIFT_WIDTHS * width)
     return pixels + shift[:, None] * normals, measured
+
+
+def _shadow_beside(
+    colors: Float32[np.ndarray, "k m 3"],
+    offsets: Float64[np.ndarray, "m"],
+    clear: Bool[np.ndarray, "k"],
+    width: float,
+) -> Bool[np.ndarray, "k m"]:
+    """Where a rope that has another tint than the ground shows the ground's, darker."""
+    ends = colors[:, [0, -1]]
+    ground = ends[np.arange(len(ends)), np.argmax(ends[..., 0], axis=1)][:, None]
+    tint, _ = tint_and_brightness(colors, ground)
+    core = np.abs(offsets) < CORE_WIDTHS * width
+    strongest = np.max(tint[:, core], axis=1)
+    if np.median(strongest[clear]) < MIN_CORE_TINT:
+        return np.zeros(tint.shape, bool)
+    # Tint fades with the light, on the dark flank of a rope as elsewhere.
+    light = np.maximum(colors[..., 0], 1.0)
+    tinted = tint / light
+    weak = tinted < WEAK_TINT_SHARE * np.max(tinted[:, core], axis=1, keepdims=True)
+    darker = light < SHADOW_LIGHTNESS * ground[..., 0]
+    return weak & darker & ~core
 
 
 def _flank(

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from jaxtyping import Float32, Float64, UInt8
+from jaxtyping import Bool, Float32, Float64, UInt8
 from skimage.morphology import skeletonize
 
 from services.perception.centerline.segmentation import Color
@@ -19,6 +19,7 @@ from services.perception.image.color_model import (
     ROPE_LOG_RATIO,
     histogram_cells,
     log_likelihood_ratio,
+    without_shadow,
     without_wide_regions,
 )
 from services.perception.image.contrast import RopeMask
@@ -41,6 +42,8 @@ MEASUREMENT_WIDTH = 6.0
 """Width of a rope that is sufficient for its measurement [pixels]."""
 MAX_HOLE_AREA = 0.8
 """Area up to which a hole in the foreground is filled [squared rope widths]."""
+MAX_GROUND_SHARE = 0.3
+"""Share of a hole that surely shows no rope from which it is not filled [-]."""
 MIN_PIECE_LENGTH = 0.04
 """Least extent of a piece that the network finds, as a share of the image's longer side."""
 MIN_PIECE_WIDTHS = 2.0
@@ -119,7 +122,10 @@ def _seen(
     if not np.any(mask):
         return None
     perhaps = np.maximum(mask, (log_odds > PERHAPS_LOG_ODDS).view(np.uint8))
-    ratio = log_likelihood_ratio(histogram_cells(_to_lab(image)), mask, perhaps, width)
+    lab = _to_lab(image)
+    # The network takes part of a shadow for the rope that throws it.
+    lit = without_shadow(lab, mask, width)
+    ratio = log_likelihood_ratio(histogram_cells(lab), lit if np.any(lit) else mask, perhaps, width)
     likelihood = log_odds + COLOR_WEIGHT * ratio
     mask = _long_pieces((likelihood > 0.0).view(np.uint8), width)
     # What colours add makes the mask whole, but also wider.
@@ -184,19 +190,31 @@ def _foreground(
 ) -> Foreground | None:
     if not np.any(mask):
         return None
-    mask = _without_holes(mask, width)
+    mask = _without_holes(mask, ground, width)
     radii = cv2.distanceTransform(mask, cv2.DIST_L2, 5)
-    skeleton = skeletonize(mask.view(bool))
+    skeleton = _skeleton_to_border(mask, width)
     if not np.any(skeleton):
         return None
     rope = RopeMask(likelihood, mask, skeleton, width_from_radii(radii[skeleton]))
     return Foreground(image, _to_lab(image), rope, radii, log_odds, evidence, ground, by_color)
 
 
-def _without_holes(mask: UInt8[np.ndarray, "h w"], width: float) -> UInt8[np.ndarray, "h w"]:
+def _skeleton_to_border(mask: UInt8[np.ndarray, "h w"], width: float) -> Bool[np.ndarray, "h w"]:
+    """Skeleton of a mask that goes on beyond the image for half a width: no forks at its border."""
+    beyond = int(np.ceil(0.5 * width))
+    wider = cv2.copyMakeBorder(mask, *[beyond] * 4, cv2.BORDER_REPLICATE)
+    return skeletonize(wider.view(bool))[beyond:-beyond, beyond:-beyond].copy()
+
+
+def _without_holes(
+    mask: UInt8[np.ndarray, "h w"], ground: UInt8[np.ndarray, "h w"], width: float
+) -> UInt8[np.ndarray, "h w"]:
     """Mask whose small holes are filled: highlights that have the colour of the ground."""
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(1 - mask, connectivity=4)
-    small = stats[:, cv2.CC_STAT_AREA] < MAX_HOLE_AREA * width**2
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(1 - mask, connectivity=4)
+    area = stats[:, cv2.CC_STAT_AREA]
+    surely = np.bincount(labels[ground > 0], minlength=count)
+    # Between two ropes that cross at a small angle lies a narrow piece of ground.
+    small = (area < MAX_HOLE_AREA * width**2) & (surely < MAX_GROUND_SHARE * area)
     small[0] = False
     return mask | small[labels].view(np.uint8)
 

@@ -23,6 +23,10 @@ DISC_FACTOR = 1.15
 """Radius within which a junction bends the skeleton, relative to its disc in the mask [-]."""
 DIRECTION_WIDTHS = 2.5
 """Length over which the direction of a fragment's end is taken [rope widths]."""
+POSE_SHARE = 0.15
+"""Place in that length at which position and direction are taken, 0 at the end [-]."""
+MIN_CURVED_POINTS = 8
+"""Number of points from which the bend of a fragment's end is measured [-]."""
 MAX_ROUNDS = 3
 """Largest number of times that spurs are removed and branches joined."""
 
@@ -49,7 +53,7 @@ class EndPose:
     """Place and direction of a fragment near one of its ends."""
 
     position: Float64[np.ndarray, "2"]
-    """Mean of the points near the end [pixels]."""
+    """Place near the end, with the noise of single pixels smoothed away [pixels]."""
     outward: Float64[np.ndarray, "2"]
     """Unit vector along the fragment there, towards the end."""
 
@@ -107,6 +111,18 @@ def end_pose(fragment: Fragment, side: int, width: float) -> EndPose:
     """
     count = max(2, round(DIRECTION_WIDTHS * width))
     near = fragment.points[:count] if side == 0 else fragment.points[::-1][:count]
+    if len(near) < MIN_CURVED_POINTS:
+        return _straight_pose(near)
+    # A parabola: noise of single pixels cancels, and a bend beside the crossing does not count.
+    share = np.linspace(0.0, 1.0, len(near))
+    start, slope, bend = np.polynomial.polynomial.polyfit(share, near, 2)
+    outward = -(slope + 2.0 * bend * POSE_SHARE)
+    position = start + slope * POSE_SHARE + bend * POSE_SHARE**2
+    return EndPose(position, outward / max(float(np.linalg.norm(outward)), 1e-9))
+
+
+def _straight_pose(near: Float64[np.ndarray, "k 2"]) -> EndPose:
+    """Place and direction of a short end, whose first point is the last of the fragment."""
     middle = near.mean(axis=0)
     if len(near) < 2:
         return EndPose(middle, np.zeros(2))

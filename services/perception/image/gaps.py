@@ -102,6 +102,7 @@ def _gap_cost(
         return np.inf
     steps = np.linspace(0.0, 1.0, max(2, round(distance)))[:, None]
     columns, rows = np.rint(a.position + steps * gap).astype(int).T
+    columns, rows = np.clip(columns, 0, mask.shape[1] - 1), np.clip(rows, 0, mask.shape[0] - 1)
     background = np.count_nonzero(mask[rows, columns] == 0) / width
     surely = np.count_nonzero(ground[rows, columns]) / width
     if background > MAX_GAP_WIDTHS or surely > MAX_GROUND_WIDTHS:

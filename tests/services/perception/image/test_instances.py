@@ -124,3 +124,18 @@ def test_a_rope_that_leaves_the_image_for_a_short_way_is_one_rope() -> None:
     (rope,) = detect_ropes(taken([cable(axis, RED)])).ropes
     (line,) = rope.lines
     assert np.ptp(line.pixels[:, 0]) > 500.0
+
+
+def test_labels_end_where_the_cable_is_cut_off() -> None:
+    axis = np.stack([np.linspace(150.0, 490.0, 700), np.linspace(160.0, 330.0, 700)], axis=1)
+    random = np.random.default_rng(0)
+    ground = grounds.plain_ground(random, (640, 480), GREY, 0.01)
+    wide = Cable(axis, np.zeros(len(axis)), 26.0, YELLOW)
+    picture, labels = paint_cables(ground, [wide], LIGHT)
+    found = detect_ropes(as_photograph(picture, random, 0.7, 0.0, 3.0, 90))
+    along = np.array([340.0, 170.0]) / np.hypot(340.0, 170.0)
+    rows, columns = np.nonzero(labels != found.labels)
+    beyond = np.abs((np.stack([columns, rows], axis=1) - axis.mean(axis=0)) @ along)
+    # Wrong pixels near both cut faces; tips that bend towards corners have 300 of them.
+    half = 0.5 * np.hypot(340.0, 170.0)
+    assert np.count_nonzero(np.abs(beyond - half) < 13.0) < 220

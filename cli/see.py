@@ -29,8 +29,6 @@ OBSERVED_COLOR, HIDDEN_COLOR = (0, 120, 255), (255, 160, 0)
 """Colours of observed and of hidden nodes."""
 PIXELS_PER_THICKNESS = 640
 """Longer side of an image per pixel of a line's thickness [pixels]; lines have at least two."""
-DOUBT_NOTE = 0.5
-"""Doubt above which a note warns."""
 SHADOW_NOTE_SHARE = 0.5
 """Share of the ropes that could be a shadow, above which a note warns."""
 MAX_PICTURE_PIXEL_COUNT = 2**27
@@ -144,9 +142,11 @@ def _answer(detection: Detection) -> dict[str, object]:
 
 def _notes(detection: Detection) -> list[str]:
     """Reasons why the result may be wrong."""
+    from services.perception.image.doubt import DOUBTFUL
+
     notes = []
-    if detection.doubt > DOUBT_NOTE:
-        doubtful = [str(k) for k, rope in enumerate(detection.ropes) if rope.doubt > DOUBT_NOTE]
+    if detection.doubt > DOUBTFUL:
+        doubtful = [str(k) for k, rope in enumerate(detection.ropes) if rope.doubt > DOUBTFUL]
         which = f", rope {' and '.join(doubtful)} above all" if doubtful else ""
         notes.append(
             f"the answer is wrong with a probability of {detection.doubt:.2f}{which}; give the "

@@ -24,6 +24,7 @@ from benchmarks.perception.instances.reliability import draw_reliability
 from benchmarks.perception.pictures.generators import Ground, held_out_picture
 from benchmarks.result_block import figures_table, find_block, show
 from services.perception.image import detector
+from services.perception.image.doubt import DOUBTFUL
 
 CABLE_COUNTS = (1, 2, 3)
 """Numbers of cables in the rendered pictures."""
@@ -31,8 +32,6 @@ GROUNDS: tuple[Ground, Ground] = ("plain", "clutter")
 """Grounds of the rendered pictures."""
 LABEL_SUFFIX = ".labels.png"
 """Ending of the file with the labels of a photograph."""
-DOUBTED = 0.5
-"""Doubt above which an answer says that it is wrong."""
 
 
 @dataclass(frozen=True)
@@ -177,7 +176,7 @@ def _figures(name: str, trials: list[Trial]) -> RowFigures:
     own = [t for t in trials if t.row == name]
     judged = [t.judgement for t in own]
     right = np.array([j.right for j in judged])
-    doubted = np.array([j.doubt > DOUBTED for j in judged])
+    doubted = np.array([j.doubt > DOUBTFUL for j in judged])
     return RowFigures(
         name,
         len(own),

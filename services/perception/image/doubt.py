@@ -13,6 +13,9 @@ from dataclasses import astuple, dataclass
 
 import numpy as np
 
+DOUBTFUL = 0.3
+"""Doubt above which an answer is said to be doubtful [-]: below one half, for a wrong rope that is
+believed costs more than a right one that is looked at again."""
 MAX_MARGIN = 2.0
 """Margin of a pairing above which it is certain [-]."""
 MAX_LOG_ODDS = 6.0

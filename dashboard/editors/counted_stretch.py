@@ -1,4 +1,4 @@
-"""Stretch of a goal that counts: where it begins and ends along the rope; the rest is free."""
+"""What of a goal counts: the whole rope, a stretch of it, or its two ends; the rest is free."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ EQUAL = 1e-6
 
 
 class CountedStretch:
-    """Fields of the two ends of the stretch, hidden until they are shown."""
+    """Switch for the ends alone, and fields of where a stretch begins and ends; hidden at first."""
 
     def __init__(
         self,
@@ -37,11 +37,27 @@ class CountedStretch:
             gui: The page's GUI.
             rope: Rope whose goal is edited.
             actions: Queue for what people type.
-            when_changed: Called when a person has changed the stretch.
+            when_changed: Called when a person has changed what counts.
         """
         self._rope = rope
         self._when_changed = when_changed
+        self._visible = False
         self._ends = (0.0, rope.length)
+        self.ends_only = False
+        """Whether the poses of both ends are the whole goal."""
+        self._switch = gui.add_checkbox(
+            "Only the ends count",
+            False,
+            visible=False,
+            hint="The goal is where both ends are held; the shape between them is free.",
+        )
+
+        @self._switch.on_update
+        def _(event: viser.GuiEvent) -> None:
+            if event.client is not None:
+                value = event.target.value is True
+                actions.put(lambda: self._take_switch(value))
+
         length = 1e3 * rope.length
         self._field = gui.add_vector2(
             "Counts [mm]",
@@ -61,14 +77,30 @@ class CountedStretch:
                 actions.put(lambda: self._take(*(1e-3 * float(end) for end in ends)))
 
     def show(self, visible: bool) -> None:
-        """Show or hide the fields."""
-        self._field.visible = visible
+        """Show or hide switch and fields."""
+        self._visible = self._switch.visible = visible
+        self._field.visible = visible and not self.ends_only
         if visible:
+            self._switch.value = self.ends_only
             self._field.value = (1e3 * self._ends[0], 1e3 * self._ends[1])
 
     def take_goal(self, goal: Goal) -> None:
-        """Take the stretch of a goal."""
+        """Take what counts of a goal."""
+        self.ends_only = goal.ends_only
         self._ends = (goal.part[0], goal.part[1]) if goal.part else (0.0, self._rope.length)
+
+    def apply(self, goal: Goal) -> None:
+        """Let of a goal, whose whole shape counts, only this count."""
+        goal.ends_only = self.ends_only
+        if part := self.part:
+            goal.part[:] = part
+            # Its grips are those of one shape of many whose stretch is this.
+            goal.left_oriented = goal.right_oriented = False
+
+    def _take_switch(self, ends_only: bool) -> None:
+        self.ends_only = ends_only
+        self._field.visible = self._visible and not ends_only
+        self._when_changed()
 
     def _take(self, begin: float, end: float) -> None:
         self._ends = begin, end
@@ -76,7 +108,9 @@ class CountedStretch:
 
     @property
     def part(self) -> tuple[float, float] | None:
-        """Distances of its ends from the rope's left end [m]; None where the whole rope counts."""
+        """Distances of its ends from the rope's left end [m]; None where there is no stretch."""
+        if self.ends_only:
+            return None
         begin, end = self._ends
         whole = begin <= EQUAL and end >= self._rope.length - EQUAL
         return None if whole else (begin, end)
@@ -87,6 +121,8 @@ class CountedStretch:
         Args:
             nodes: Nodes of the whole rope [m].
         """
+        if self.ends_only and len(nodes):
+            return polylines.ends_of(len(nodes))
         if self.part is None or self.problem:
             return np.ones(len(nodes), dtype=bool)
         return polylines.within(nodes, *self.part)
@@ -94,6 +130,8 @@ class CountedStretch:
     @property
     def problem(self) -> str:
         """Why this is no stretch of the rope, and what to do; empty where it is one."""
+        if self.ends_only:
+            return ""
         begin, end = self._ends
         length, count = self._rope.length, self._rope.node_count
         # A comparison with a number that is none is false.
@@ -115,3 +153,12 @@ class CountedStretch:
                 f"{np.ceil(least):.0f} mm."
             )
         return ""
+
+    @property
+    def description(self) -> str:
+        """Sentence about what counts."""
+        if self.ends_only:
+            return "Both ends count, the shape between them is free."
+        if part := self.part:
+            return f"{1e3 * part[0]:g} to {1e3 * part[1]:g} mm of the rope count, the rest is free."
+        return "The rope will rest in this shape."

@@ -25,6 +25,7 @@ from shared.messages import (
     TaskRequest,
     TaskState,
     chain,
+    counted_nodes,
     goal_curve,
     grip_pose,
 )
@@ -44,7 +45,7 @@ class GoalEditor:
 
     Every change sends a draft to the controller, which answers with a preview: the rod at rest
     between the grips. A node that is pulled moves the grips. "Set goal" requests the previewed
-    shape, or that of the stretch that counts; without a change there is nothing to set.
+    shape, or what of it counts; without a change there is nothing to set.
     """
 
     def __init__(
@@ -214,10 +215,17 @@ class GoalEditor:
             self._touch()
 
     def _take_stretch(self) -> None:
-        if self._editing:
-            self._touched = True
-            if self._preview is not None:
-                self._show_preview(self._preview)
+        if not self._editing:
+            return
+        self._touched = True
+        preview = self._preview
+        # A shape that is free is not pulled.
+        if self._handle.visible == self._stretch.ends_only:
+            self._handle.show(not self._stretch.ends_only)
+            if preview is not None:
+                self._handle.take_shape(chain(preview.goal.positions))
+        if preview is not None:
+            self._show_preview(preview)
 
     def _touch(self) -> None:
         self._touched = self._changed = True
@@ -266,10 +274,10 @@ class GoalEditor:
         fields = (*self._fields.values(), *self._angle_fields.values(), *self._turns_fields)
         for handle in (*self._gizmos.values(), *fields, self._set, self._status):
             handle.visible = editing
-        self._handle.show(editing)
+        self._handle.show(editing and not self._stretch.ends_only)
         self._stretch.show(editing)
         if editing:
-            self._show_status(StatusLine("Drag an end or the middle", palette.QUIET))
+            self._show_status(StatusLine(self._invitation, palette.QUIET))
             self._touched, self._changed = False, True
             for side in SIDES:
                 self._show_grip(side, with_gizmo=True)
@@ -283,10 +291,7 @@ class GoalEditor:
             return
         goal = Goal()
         goal.CopyFrom(self._preview.goal)
-        if part := self._stretch.part:
-            goal.part[:] = part
-            # Its grips are those of one shape of many whose stretch is this.
-            goal.left_oriented = goal.right_oriented = False
+        self._stretch.apply(goal)
         self._outbox.request_task(TaskRequest.SET_GOAL, "Set goal", goal=goal)
         self._set_editing(False)
 
@@ -324,7 +329,7 @@ class GoalEditor:
 
     def _take_goal(self, goal: Goal, revision: int) -> None:
         self._goal_revision = revision
-        self._view.show_goal(goal_curve(goal))
+        self._view.show_goal(goal_curve(goal), counted_nodes(goal) if goal.ends_only else None)
         if not self._editing and len(goal.left.position) == len(goal.right.position) == 3:
             self._grips = {"left": grip_pose(goal.left), "right": grip_pose(goal.right)}
             self._turns = goal.turns
@@ -354,6 +359,11 @@ class GoalEditor:
         self._set.disabled = not may_be_set
         self._show_status(self._verdict(preview))
 
+    @property
+    def _invitation(self) -> str:
+        """What may be done with an unchanged goal."""
+        return "Drag an end." if self._stretch.ends_only else "Drag an end or the middle."
+
     def _verdict(self, preview: GoalPreview) -> StatusLine:
         """Line about a preview."""
         if not preview.reachable:
@@ -361,18 +371,14 @@ class GoalEditor:
         if problem := self._stretch.problem:
             return StatusLine("No goal", palette.BAD, problem)
         if not self._touched:
-            text = "Drag an end or the middle."
-            return StatusLine("The present goal", palette.QUIET, text)
+            return StatusLine("The present goal", palette.QUIET, self._invitation)
         if self._handle.distance > ARRIVED and not self._changed:
             text = (
                 f"The node stays {status_text.format_millimeters(self._handle.distance)} from the "
                 "handle: nearer, there is no shape in which the rope rests."
             )
             return StatusLine("Reachable, as near as it goes", palette.WARNING, text)
-        if part := self._stretch.part:
-            text = f"{1e3 * part[0]:g} to {1e3 * part[1]:g} mm of the rope count, the rest is free."
-            return StatusLine("Reachable", palette.GOOD, text)
-        return StatusLine("Reachable", palette.GOOD, "The rope will rest in this shape.")
+        return StatusLine("Reachable", palette.GOOD, self._stretch.description)
 
 
 def _number(draft: str) -> int:

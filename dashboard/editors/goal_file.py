@@ -1,7 +1,8 @@
 """Goal shapes from CSV files: x, y, z [m] in each row, from the left end to the right.
 
 Columns are separated by commas, by semicolons (decimals may then have a comma) or by white space. A
-first row of names is skipped, and so is what follows a #.
+first row of names is skipped, and so is what follows a #, except that a saved goal says in such a
+line what of it counts ([shared/scenario/goal_table.py](../../shared/scenario/goal_table.py)).
 """
 
 from __future__ import annotations
@@ -14,7 +15,10 @@ from jaxtyping import Float64
 from lariat.geometry import polylines, poses
 from lariat.geometry.poses import Pose
 from shared.messages import Goal, grip
-from shared.scenario import Scenario
+from shared.messages.validation import check_goal
+from shared.scenario import Scenario, Shape
+from shared.scenario.checks import check_part
+from shared.scenario.goal_table import read_entry
 from shared.scenario.scenario import LEVEL_GRIP
 
 LENGTH_TOLERANCE = 0.03
@@ -31,15 +35,48 @@ def parse(content: bytes, scenario: Scenario) -> Goal:
         scenario: Rope that must take the shape.
 
     Raises:
-        ValueError: The file holds no chain of nodes, or one of another length than the rope.
+        ValueError: The file holds no chain of nodes, one of another length than the rope, or a
+            part that this rope does not have.
     """
-    nodes = fitting_nodes(_read_rows(content), scenario)
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise ValueError("it is no text; give rows of x, y, z [m]") from None
+    nodes = fitting_nodes(_read_rows(text), scenario)
     first, last = polylines.end_tangents(nodes)
-    return Goal(
+    goal = Goal(
         positions=nodes.ravel(),
         left=grip(Pose(nodes[0], _grip_orientation(first))),
         right=grip(Pose(nodes[-1], _grip_orientation(last))),
     )
+    shape = read_entry(text)
+    if shape is not None:
+        _take_shape(goal, shape, scenario)
+    return goal
+
+
+def _take_shape(goal: Goal, shape: Shape, scenario: Scenario) -> None:
+    """Let a goal count as a shape says: its part, its ends alone, orientations and turns.
+
+    Raises:
+        ValueError: This rope does not have the part.
+    """
+    goal.turns, goal.ends_only = shape.turns, shape.ends_only
+    if shape.part is not None:
+        check_part(scenario, "goal", shape.part)
+        goal.part[:] = shape.part
+        check_goal(goal)
+        return
+    if shape.ends_only:
+        left, right = scenario.grips(shape)
+        goal.left.CopyFrom(grip(left))
+        goal.right.CopyFrom(grip(right))
+    if shape.left_orientation is not None:
+        goal.left.orientation[:] = shape.left_orientation
+    if shape.right_orientation is not None:
+        goal.right.orientation[:] = shape.right_orientation
+    goal.left_oriented = shape.left_orientation is not None
+    goal.right_oriented = shape.right_orientation is not None
 
 
 def fitting_nodes(
@@ -65,34 +102,32 @@ def fitting_nodes(
     return polylines.resample_smooth(nodes, scenario.rope.node_count)
 
 
-def _read_rows(content: bytes) -> Float64[np.ndarray, "n 3"]:
+def _read_rows(text: str) -> Float64[np.ndarray, "n 3"]:
     """Read rows of three numbers.
 
     Raises:
         ValueError: A row is no such row; the message names it.
     """
-    try:
-        lines = content.decode("utf-8-sig").splitlines()
-    except UnicodeDecodeError:
-        raise ValueError("it is no text; give rows of x, y, z [m]") from None
     rows: list[list[float]] = []
     named = False
-    for number, line in enumerate(lines, start=1):
-        text = line.partition("#")[0].strip()
-        if not text:
+    for number, line in enumerate(text.splitlines(), start=1):
+        row_text = line.partition("#")[0].strip()
+        if not row_text:
             continue
-        cells = [cell.strip(' "') for cell in _split(text)]
+        cells = [cell.strip(' "') for cell in _split(row_text)]
         try:
             row = [float(cell) for cell in cells]
         except ValueError:
             if not rows and not named:
                 named = True
                 continue
-            raise ValueError(f"line {number}: {text[:60]!r} is not x, y, z [m]") from None
+            raise ValueError(f"line {number}: {row_text[:60]!r} is not x, y, z [m]") from None
         if len(row) != 3:
             raise ValueError(f"line {number}: {len(row)} numbers instead of x, y, z [m]")
         if not all(math.isfinite(value) for value in row):
-            raise ValueError(f"line {number}: {text[:60]!r} is not finite; give every node a place")
+            raise ValueError(
+                f"line {number}: {row_text[:60]!r} is not finite; give every node a place"
+            )
         rows.append(row)
     if len(rows) < MIN_ROW_COUNT:
         raise ValueError(

@@ -83,7 +83,9 @@ class GoalShortcuts:
     def _remember(self, goal: Goal) -> None:
         """Remember a goal, unless it is the one that Undo has returned to."""
         last = self._goals[-1] if self._goals else Goal()
-        same = len(last.positions) == len(goal.positions) and last.part == goal.part
+        same = len(last.positions) == len(goal.positions) and (
+            (last.part, last.ends_only, last.turns) == (goal.part, goal.ends_only, goal.turns)
+        )
         if same and np.allclose(last.positions, goal.positions, atol=SAME):
             return
         self._goals = [*self._goals, goal][-MAX_REMEMBERED:]

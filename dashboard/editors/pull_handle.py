@@ -82,6 +82,11 @@ class PullHandle:
                 actions.put(lambda: self._set_dragged(phase == "start"))
 
     @property
+    def visible(self) -> bool:
+        """Whether slider and gizmo are shown."""
+        return self._visible
+
+    @property
     def pull(self) -> tuple[int, Float64[np.ndarray, "3"]] | None:
         """Node and place to which it is pulled [m]; None while it is not."""
         return None if self._target is None else (int(self._slider.value), self._target)

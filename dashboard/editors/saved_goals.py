@@ -5,15 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-import numpy as np
 import viser
 
 from dashboard import palette
 from dashboard.action_queue import ActionQueue
 from dashboard.editors.goal_file import fitting_nodes
 from dashboard.outbox import Notification, Outbox
-from shared.messages import Goal, GoalList, GoalListRequest, TaskRequest, TaskState, chain
+from shared.messages import (
+    Goal,
+    GoalList,
+    GoalListRequest,
+    SavedGoal,
+    TaskRequest,
+    TaskState,
+    chain,
+)
 from shared.scenario import Scenario
+from shared.scenario.goal_table import goal_table
 
 NO_GOAL = "(none)"
 """Option of the list that stands for no goal."""
@@ -41,7 +49,7 @@ class SavedGoals:
         """
         self._scenario, self._actions = scenario, actions
         self._outbox, self._notify = outbox, notify
-        self._goals: dict[str, Goal] = {}
+        self._goals: dict[str, SavedGoal] = {}
         self._labels: dict[str, str] = {}
         """Names of the goals by the options of the list."""
         self._task: TaskState | None = None
@@ -51,11 +59,11 @@ class SavedGoals:
         self._set = gui.add_button("Set saved goal", icon=viser.Icon.TARGET, disabled=True)
         self._set.on_click(lambda _: actions.put(self._request_goal))
         self._download = gui.add_button(
-            "Download shape (CSV)",
+            "Download goal (CSV)",
             icon=viser.Icon.DOWNLOAD,
             color=palette.NEUTRAL,
             disabled=True,
-            hint="Nodes of the saved goal: x, y, z [m] in each row",
+            hint="Nodes, and what of them counts: for a scenario, or to be loaded again",
         )
         self._download.on_click(lambda event: actions.put(partial(self._send, event.client)))
         self._delete = gui.add_button(
@@ -85,7 +93,7 @@ class SavedGoals:
         if goals is None or goals.stamp == self._stamp:
             return
         self._stamp = goals.stamp
-        self._goals = {saved.name: saved.goal for saved in goals.goals}
+        self._goals = {saved.name: saved for saved in goals.goals}
         self._labels = {
             saved.name
             if saved.scenario == self._scenario.name
@@ -110,7 +118,7 @@ class SavedGoals:
         if not (name := self._chosen):
             return
         goal = Goal()
-        goal.CopyFrom(self._goals[name])
+        goal.CopyFrom(self._goals[name].goal)
         try:
             goal.positions[:] = fitting_nodes(chain(goal.positions), self._scenario).ravel()
         except ValueError as error:
@@ -126,8 +134,7 @@ class SavedGoals:
 
     def _send(self, client: viser.ClientHandle | None) -> None:
         if client is not None and (name := self._chosen):
-            rows = chain(self._goals[name].positions)
-            text = "".join(f"{','.join(f'{v:.6f}' for v in row)}\n" for row in np.array(rows))
+            text = goal_table(self._goals[name])
             client.send_file_download(f"{name}.csv", text.encode(), save_immediately=True)
 
     def _ask_delete(self, client: viser.ClientHandle | None) -> None:

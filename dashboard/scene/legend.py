@@ -45,7 +45,7 @@ LEGEND_ENTRIES = (
     LegendEntry("beads", palette.UNCERTAIN, "beads: two standard deviations about each node"),
     LegendEntry("lines", palette.OTHER_ROPE, "other ropes (grey: remembered)"),
     LegendEntry("thin tube", palette.GOAL, "goal (thinner than the rope)"),
-    LegendEntry("beads", palette.GOAL, "ends of the stretch of an edited goal that counts"),
+    LegendEntry("beads", palette.GOAL, "ends of what counts of a goal"),
     LegendEntry("thin tube", palette.FREE, "rest of that goal, which is free"),
     LegendEntry("thin tube", palette.TRUTH, "true rope of the simulation (inside the rope)"),
     LegendEntry("tube", palette.OPENED_RUN, "rope of an opened run, with its goal (thin)"),

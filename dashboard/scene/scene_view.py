@@ -9,6 +9,7 @@ import viser
 from jaxtyping import Bool, Float64
 
 from dashboard import palette
+from dashboard.palette import Color
 from dashboard.scene import scene_setup
 from dashboard.scene.arm_view import arm_view
 from dashboard.scene.bending import bending_colors
@@ -20,8 +21,10 @@ from dashboard.scene.obstacle_view import ObstacleView
 from dashboard.scene.other_ropes_view import OtherRopesView
 from dashboard.scene.tube_view import TubeView
 from lariat.geometry.obstacles import Obstacle
+from shared import topics
 from shared.messages import ArmStates, GoalPreview, NodeChain, OtherRopes, Path, Plan, chain
 from shared.scenario import SIDES, Scenario
+from shared.topics import Topic
 
 PATH_ROPE_COUNT = 5
 """Number of ropes drawn along a path."""
@@ -29,9 +32,9 @@ PATH_ROPE_WEIGHT = 0.55
 """Opacity of the ropes along a path [-]."""
 FIRST_PREDICTION_WEIGHT = 0.25
 """Opacity of the first predicted rope; the last one is opaque [-]."""
-PREVIEW_RADIUS, STRETCH_BEAD_RADIUS = 0.9, 2.0
-"""Radius of the preview of a goal, and of the beads at the ends of the stretch of it that counts,
-relative to the rope's [-]."""
+GOAL_RADIUS, PREVIEW_RADIUS, STRETCH_BEAD_RADIUS = 0.8, 0.9, 2.0
+"""Radius of a goal, of its preview, and of the beads at the ends of what counts, relative to the
+rope's [-]."""
 
 LAYERS = {
     "Perceived rope": "rope",
@@ -66,7 +69,7 @@ class SceneView:
         self._rope = TubeView(scene, "/rope", radius)
         self._truth = TubeView(scene, "/truth", 0.6 * radius)
         # Thinner than the rope, so that the rope covers it once it is there.
-        self._goal = TubeView(scene, "/goal", 0.8 * radius, opacity=0.7)
+        self._goal = TubeView(scene, "/goal", GOAL_RADIUS * radius, opacity=0.7)
         self._others = OtherRopesView(scene)
         self._preview = TubeView(scene, "/preview", PREVIEW_RADIUS * radius, opacity=0.8)
         self._obstacles = ObstacleView(scene, on_click)
@@ -121,10 +124,17 @@ class SceneView:
         if self._truth.visible and len(nodes) > 1:
             self._truth.show(nodes, palette.TRUTH)
 
-    def show_goal(self, nodes: Float64[np.ndarray, "n 3"]) -> None:
-        """Draw the goal shape [m]; nothing if it has no nodes."""
+    def show_goal(
+        self, nodes: Float64[np.ndarray, "n 3"], counted: Bool[np.ndarray, "n"] | None = None
+    ) -> None:
+        """Draw the goal.
+
+        Args:
+            nodes: Its shape [m]; nothing is drawn if it has no nodes.
+            counted: Nodes that count, if not all do.
+        """
         if len(nodes) > 1:
-            self._goal.show(nodes, palette.GOAL)
+            self._show_counted(self._goal, GOAL_RADIUS, nodes, palette.GOAL, counted)
         else:
             self._goal.hide()
 
@@ -135,20 +145,31 @@ class SceneView:
 
         Args:
             message: The rod; None hides it.
-            counted: Nodes that count, if not all do: beads stand at their ends, the rest is grey.
+            counted: Nodes that count, if not all do.
         """
         nodes = chain(message.goal.positions) if message is not None else np.zeros((0, 3))
         if message is None or len(nodes) < 2:
             self._preview.hide()
             return
         color = palette.GOAL if message.reachable else palette.UNREACHABLE
+        self._show_counted(self._preview, PREVIEW_RADIUS, nodes, color, counted)
+
+    def _show_counted(
+        self,
+        tube: TubeView,
+        radius: float,
+        nodes: Float64[np.ndarray, "n 3"],
+        color: Color,
+        counted: Bool[np.ndarray, "n"] | None,
+    ) -> None:
+        """Draw a shape: beads stand at the ends of what counts, the rest is grey."""
         if counted is None or np.all(counted):
-            self._preview.show(nodes, color)
+            tube.show(nodes, color)
             return
         colors = np.where(counted[:, None], color, palette.FREE).astype(np.uint8)
-        radii = np.full(len(nodes), PREVIEW_RADIUS * self._radius)
+        radii = np.full(len(nodes), radius * self._radius)
         radii[np.flatnonzero(counted)[[0, -1]]] = STRETCH_BEAD_RADIUS * self._radius
-        self._preview.show(nodes, colors, radii)
+        tube.show(nodes, colors, radii)
 
     def show_obstacles(self, obstacles: Sequence[Obstacle]) -> None:
         """Draw the obstacles of the scene, and the scenario's regions."""
@@ -183,6 +204,21 @@ class SceneView:
         """Hide prediction and path until the next ones."""
         self._prediction.hide()
         self._path.hide()
+
+    def hide_all_but(self, known: Callable[[Topic], bool]) -> None:
+        """Hide ropes, prediction and path of which nothing is known, until something is.
+
+        Args:
+            known: Whether there is a message of a topic.
+        """
+        for topic, view in (
+            (topics.ROPE_NODES, self._rope),
+            (topics.ROPE_TRUTH, self._truth),
+            (topics.CONTROLLER_PLAN, self._prediction),
+            (topics.CONTROLLER_PATH, self._path),
+        ):
+            if not known(topic):
+                view.hide()
 
     def show_arms(self, message: ArmStates) -> None:
         """Draw the grippers and the arms where the gateway reports them."""

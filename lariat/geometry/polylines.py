@@ -36,6 +36,13 @@ def within(nodes: Float64[np.ndarray, "n 3"], begin: float, end: float) -> Bool[
     return (s >= begin - margin) & (s <= end + margin)
 
 
+def cut(nodes: Float64[np.ndarray, "n 3"], begin: float, end: float) -> Float64[np.ndarray, "m 3"]:
+    """Return the stretch of a chain between two distances along it [m], with both its ends."""
+    s = arc_lengths(nodes)
+    at = np.concatenate([[begin], s[(s > begin) & (s < end)], [end]])
+    return np.stack([np.interp(at, s, nodes[:, k]) for k in range(3)], axis=1)
+
+
 def resample(nodes: Float64[np.ndarray, "n 3"], count: int) -> Float64[np.ndarray, "m 3"]:
     """Return `count` nodes at equal distances of arc length along a chain [m]."""
     s = arc_lengths(nodes)

@@ -9,13 +9,11 @@ from lariat.geometry import polylines
 from shared.configuration import ConfigurationError
 from shared.messages.validation import MAX_OBSTACLES
 from shared.scenario.cameras import check_cameras
-from shared.scenario.scenario import Scenario
+from shared.scenario.scenario import MAX_LENGTH_ERROR, Scenario
 from shared.scenario.sections import SIDES, Shape, Side
 
 MAX_SUPPORT_DEPTH = 0.002
 """Depth to which a shape may penetrate a support [m]."""
-MAX_LENGTH_ERROR = 0.03
-"""Deviation of a shape's length from the rope's, as a fraction of it [-]."""
 MAX_PART = 0.9
 """Largest part of the rope whose shape leaves the rest free, as a fraction of its length [-]."""
 MAX_FIXED_END_MOTION = 1e-3
@@ -97,7 +95,7 @@ def _check_shape(scenario: Scenario, key: str, shape: Shape) -> None:
     points = np.array([left.position, right.position]) if nodes is None else nodes
     part = scenario.part_nodes(shape)
     if shape.part is not None:
-        _check_part(scenario, key, shape.part)
+        check_part(scenario, key, shape.part)
     if part is not None and shape.part is not None:
         _check_part_length(key, shape.part, polylines.length(part))
         points = part
@@ -122,7 +120,17 @@ def _check_shape(scenario: Scenario, key: str, shape: Shape) -> None:
             )
 
 
-def _check_part(scenario: Scenario, key: str, part: tuple[float, float]) -> None:
+def check_part(scenario: Scenario, key: str, part: tuple[float, float]) -> None:
+    """Check that a part of the rope lies on it and leaves something free.
+
+    Args:
+        scenario: The cell.
+        key: Name of the shape, for the message.
+        part: Distances of its ends from the left grip [m].
+
+    Raises:
+        ConfigurationError: It does not.
+    """
     length, wanted = scenario.rope.length, part[1] - part[0]
     if part[1] > length or wanted > MAX_PART * length:
         raise ConfigurationError(

@@ -39,6 +39,10 @@ from shared.version import SCENARIO_VERSION
 
 MAX_NODES_FILE_SIZE = 4 * 2**20
 """Largest CSV file of nodes [bytes]."""
+MAX_LENGTH_ERROR = 0.03
+"""Largest deviation of a shape's length from that of what it describes, relative to this [-]."""
+CUT_REFINEMENT = 4
+"""Nodes into which each node of a whole rope's shape is resampled before a part is cut out [-]."""
 MAX_COORDINATE = 100.0
 """Largest coordinate of a node in a file [m]."""
 PLANT_EDGES = 3
@@ -172,7 +176,9 @@ class Scenario:
         return polylines.resample_smooth(_chain(self.folder, shape.nodes), self.rope.node_count)
 
     def part_nodes(self, shape: Shape) -> Float64[np.ndarray, "m 3"] | None:
-        """Return the nodes of a shape of a part of the rope, as its file has them [m].
+        """Return the nodes of a shape of a part of the rope [m], as its file has them.
+
+        Of a file with the whole rope, which its length tells, the part is cut out.
 
         Returns:
             None for a shape of the whole rope, or given by its grips.
@@ -180,7 +186,14 @@ class Scenario:
         Raises:
             ConfigurationError: The CSV file is missing or invalid.
         """
-        return _chain(self.folder, shape.nodes) if shape.leaves_grips_open else None
+        if not shape.leaves_grips_open or shape.part is None:
+            return None
+        nodes = _chain(self.folder, shape.nodes)
+        fine = polylines.resample_smooth(nodes, CUT_REFINEMENT * len(nodes))
+        scale = polylines.length(fine) / self.rope.length
+        if abs(scale - 1.0) > MAX_LENGTH_ERROR:
+            return nodes
+        return polylines.cut(fine, scale * shape.part[0], scale * shape.part[1])
 
     def grips(self, shape: Shape) -> tuple[Pose, Pose]:
         """Return the left and the right grip pose of a shape, z along the rope from left to right.

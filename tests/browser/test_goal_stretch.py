@@ -1,8 +1,9 @@
-"""Goal of which only a stretch counts, in a real browser, by mouse and keyboard."""
+"""Goal of which only a stretch or the ends count, in a real browser, by mouse and keyboard."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -13,7 +14,7 @@ from lariat.geometry import polylines
 from shared import topics
 from shared.messages import TaskRequest, chain
 from tests.browser.cell import SCENARIO, Cell, opened_cell
-from tests.browser.chromium import NO_CHROMIUM, comes, drag, field, on_screen
+from tests.browser.chromium import NO_CHROMIUM, choose, comes, drag, field, on_screen
 
 pytestmark = NO_CHROMIUM
 
@@ -103,3 +104,60 @@ def test_dragged_end_keeps_the_stretch(bench: tuple[Cell, Page]) -> None:
     goal = cell.asked(topics.TASK_REQUEST).goal
     assert list(goal.part) == pytest.approx([0.05, 0.2])
     assert 0.06 < goal.left.position[2] - before[2] < 0.1
+
+
+def test_saved_stretch_is_downloaded_and_loaded_again(bench: tuple[Cell, Page]) -> None:
+    cell, page = bench
+    wanted = cell.goal()
+    wanted.part[:] = 0.1, 0.3
+    cell.set_goal(wanted)
+    page.get_by_text("Saved goals").click()
+    name = field(page, "Goal name")
+    name.fill("clip")
+    name.press("Tab")
+    page.get_by_role("button", name="Save goal").click()
+    assert cell.asked(topics.GOAL_LIST_REQUEST).goal == wanted
+    choose(page, "Saved goal", "clip")
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Download goal (CSV)").click()
+    text = Path(download.value.path()).read_text()
+    assert '# goal = {nodes = "clip.csv", part = [0.1, 0.3]}' in text
+    cell.forget()
+    with page.expect_file_chooser() as chooser:
+        page.get_by_role("button", name="Load shape (CSV)").click()
+    chooser.value.set_files({"name": "clip.csv", "mimeType": "text/csv", "buffer": text.encode()})
+    goal = cell.asked(topics.TASK_REQUEST).goal
+    assert list(goal.part) == [0.1, 0.3]
+    assert chain(goal.positions) == pytest.approx(chain(wanted.positions), abs=1e-6)
+    page.get_by_text("Saved goals").click()
+
+
+def test_goal_of_the_ends_stays_one_unless_its_switch_is_turned(bench: tuple[Cell, Page]) -> None:
+    cell, page = bench
+    of_ends = cell.goal()
+    del of_ends.part[:]
+    of_ends.ends_only = True
+    cell.set_goal(of_ends)
+    cell.forget()
+    page.get_by_role("button", name="Edit goal").click()
+    expect(page.get_by_text("Drag an end.")).to_be_visible()
+    switch = page.get_by_role("checkbox", name="Only the ends count")
+    expect(switch).to_be_checked()
+    expect(page.get_by_text("Counts [mm]", exact=True)).to_be_hidden()
+    expect(page.get_by_text("Pull at node")).to_be_hidden()
+    height = field(page, "Right [mm]").nth(2)
+    height.fill(f"{float(height.input_value()) + 20.0:g}")
+    height.press("Tab")
+    expect(page.get_by_text("Both ends count, the shape between them is free.")).to_be_visible()
+    page.get_by_role("button", name="Set goal").click()
+    goal = cell.asked(topics.TASK_REQUEST).goal
+    assert goal.ends_only
+    assert goal.right.position[2] == pytest.approx(of_ends.right.position[2] + 0.02, abs=1e-6)
+    # The whole shape counts only where a person says so.
+    page.get_by_role("button", name="Edit goal").click()
+    expect(page.get_by_text("Drag an end.")).to_be_visible()
+    switch.uncheck()
+    expect(page.get_by_text("The rope will rest in this shape.")).to_be_visible()
+    expect(page.get_by_text("Pull at node")).to_be_visible()
+    page.get_by_role("button", name="Set goal").click()
+    assert not cell.asked(topics.TASK_REQUEST).goal.ends_only

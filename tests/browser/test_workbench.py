@@ -246,7 +246,7 @@ def test_goal_is_saved_set_again_downloaded_and_deleted(bench: tuple[Cell, Page]
     request = cell.asked(topics.TASK_REQUEST)
     assert (request.action, request.goal) == (TaskRequest.SET_GOAL, wanted)
     with page.expect_download() as download:
-        page.get_by_role("button", name="Download shape (CSV)").click()
+        page.get_by_role("button", name="Download goal (CSV)").click()
     assert download.value.suggested_filename == "arch.csv"
     table = np.loadtxt(Path(download.value.path()), delimiter=",")
     assert table == pytest.approx(chain(wanted.positions), abs=1e-6)

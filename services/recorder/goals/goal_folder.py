@@ -1,7 +1,8 @@
 """Goals as files: two for each, in a folder beside the recordings.
 
-`NAME.json` holds the whole goal, and `NAME.csv` its nodes, as `lariat shape` writes them: for a
-scenario's `goal.nodes`, or for "Load shape".
+`NAME.json` holds the whole goal, and `NAME.csv` its nodes below the `goal` of a scenario that it
+makes ([shared/scenario/goal_table.py](../../../shared/scenario/goal_table.py)), which "Load shape"
+reads too.
 """
 
 from __future__ import annotations
@@ -11,13 +12,13 @@ import os
 import re
 from pathlib import Path
 
-import numpy as np
 from google.protobuf.json_format import MessageToJson, Parse, ParseError
 
 from services.recorder.private_folder import make_folder
 from shared.bounded_file import read_file
-from shared.messages import Goal, SavedGoal, chain
+from shared.messages import Goal, SavedGoal
 from shared.messages.validation import check_goal
+from shared.scenario.goal_table import goal_table
 
 log = logging.getLogger(__name__)
 
@@ -89,9 +90,7 @@ class GoalFolder:
         saved = SavedGoal(name=name, scenario=scenario, goal=goal)
         make_folder(self._recordings)
         make_folder(self._folder)
-        header = f"Goal {name} of the scenario {scenario}\nx, y, z [m]"
-        table = self._folder / f"{name}.csv"
-        np.savetxt(table, chain(goal.positions), fmt="%.6f", delimiter=",", header=header)
+        (self._folder / f"{name}.csv").write_text(goal_table(saved))
         path = self._folder / f"{name}.json"
         part = path.with_suffix(".part")
         part.write_text(MessageToJson(saved, preserving_proto_field_name=True))

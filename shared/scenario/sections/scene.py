@@ -24,8 +24,9 @@ class Shape:
     """CSV file in the scenario's folder: x, y, z [m] in each row, left end first."""
     part: Annotated[tuple[float, float], Bounds(0.0, 20.0, "m")] | None = None
     """Distances from the left grip, along the rope, of the part that counts; the rest of the rope
-    is free. `nodes` then describes the shape of this part, and `line` the grips of a rope at rest
-    whose part has the shape. By default the whole rope counts."""
+    is free. `nodes` then describes the shape of this part, or of a whole rope of which this part
+    is taken, and `line` the grips of a rope at rest whose part has the shape. By default the whole
+    rope counts."""
     ends_only: bool = False
     """Whether the poses of both ends in `line` are the whole goal; the rope's shape is free."""
     left_orientation: Quaternion | None = None

@@ -12,6 +12,7 @@ from dashboard.action_queue import ActionQueue
 from dashboard.door.private_viser import PrivateViser
 from dashboard.editors.counted_stretch import CountedStretch
 from dashboard.scene.scene_view import SceneView
+from lariat.geometry import polylines
 from shared.messages import Goal, GoalPreview
 from shared.scenario import load
 
@@ -83,6 +84,29 @@ def test_stretch_of_a_goal_is_taken_and_that_of_a_whole_goal_too(stretch: Counte
     assert stretch.part is None
 
 
+def test_goal_of_the_ends_stays_one(stretch: CountedStretch) -> None:
+    stretch.take_goal(Goal(ends_only=True))
+    assert (stretch.part, stretch.problem) == (None, "")
+    assert np.flatnonzero(stretch.counted(NODES)).tolist() == [0, len(NODES) - 1]
+    goal = Goal(left_oriented=True)
+    stretch.apply(goal)
+    assert (goal.ends_only, goal.left_oriented) == (True, True)
+
+
+def test_switch_between_ends_and_stretch_keeps_the_stretch(stretch: CountedStretch) -> None:
+    stretch.take_goal(Goal(part=[0.1, 0.3]))
+    stretch._take_switch(True)
+    goal = Goal()
+    stretch.apply(goal)
+    assert (goal.ends_only, list(goal.part)) == (True, [])
+    stretch._take_switch(False)
+    goal = Goal(left_oriented=True, right_oriented=True)
+    stretch.apply(goal)
+    assert (goal.ends_only, list(goal.part)) == (False, [0.1, 0.3])
+    assert not goal.left_oriented
+    assert not goal.right_oriented
+
+
 def test_preview_tells_the_stretch_from_the_rest(private: PrivateViser) -> None:
     view = SceneView(private.server, SCENARIO, lambda _: None)
     preview = GoalPreview(reachable=True, goal=Goal(positions=NODES.ravel()))
@@ -98,3 +122,16 @@ def test_preview_tells_the_stretch_from_the_rest(private: PrivateViser) -> None:
     view.show_preview(preview, np.ones(len(NODES), dtype=bool))
     assert np.all(np.array(beads.batched_colors) == palette.GOAL)
     assert np.ptp(np.array(beads.batched_scales)) == 0.0
+
+
+def test_goal_of_the_ends_shows_that_its_shape_is_free(private: PrivateViser) -> None:
+    view = SceneView(private.server, SCENARIO, lambda _: None)
+    ends = polylines.ends_of(len(NODES))
+    view.show_goal(NODES, ends)
+    beads = view._goal._nodes
+    assert beads is not None
+    colors = np.array(beads.batched_colors)
+    assert np.all(colors[ends] == palette.GOAL)
+    assert np.all(colors[~ends] == palette.FREE)
+    view.show_goal(NODES)
+    assert np.all(np.array(beads.batched_colors) == palette.GOAL)

@@ -7,8 +7,9 @@ import pytest
 
 from dashboard.editors import goal_file
 from lariat.geometry import polylines
-from shared.messages import chain, grip_pose
+from shared.messages import SavedGoal, chain, grip_pose
 from shared.scenario import Shape, load
+from shared.scenario.goal_table import goal_table
 
 SCENARIO = load("scenarios/three-cylinders.toml")
 ARC = np.linspace(0.0, np.pi, 25)
@@ -76,3 +77,28 @@ def test_tables_of_other_programs_give_the_same_goal(
     goal = goal_file.parse((header + table).encode(), SCENARIO)
     expected = goal_file.parse(rows(half_circle()), SCENARIO)
     assert goal == expected
+
+
+def test_saved_goal_is_loaded_with_what_of_it_counts() -> None:
+    goal = goal_file.parse(rows(half_circle()), SCENARIO)
+    goal.part[:] = 0.1, 0.3
+    saved = SavedGoal(name="arch", scenario="three-cylinders", goal=goal)
+    again = goal_file.parse(goal_table(saved).encode(), SCENARIO)
+    assert list(again.part) == [0.1, 0.3]
+    assert chain(again.positions) == pytest.approx(chain(goal.positions), abs=1e-6)
+    del goal.part[:]
+    goal.ends_only = True
+    saved.goal.CopyFrom(goal)
+    again = goal_file.parse(goal_table(saved).encode(), SCENARIO)
+    assert (again.ends_only, list(again.part)) == (True, [])
+    assert list(again.right.position) == pytest.approx(list(goal.right.position), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("part", "words"),
+    [("[0.1, 0.6]", "beyond its end"), ("[0.0, 0.44]", "more than 0.9"), ("[0.1, 0.11]", "nodes")],
+)
+def test_part_that_the_rope_does_not_have_is_refused(part: str, words: str) -> None:
+    line = f"# goal = {{nodes = 'x.csv', part = {part}}}\n".encode()
+    with pytest.raises(ValueError, match=words):
+        goal_file.parse(line + rows(half_circle()), SCENARIO)

@@ -12,7 +12,8 @@ from lariat.geometry.poses import Pose
 from services.recorder.goals.goal_folder import MAX_GOALS
 from services.recorder.goals.goals import Goals
 from shared.messages import Goal, GoalList, GoalListRequest, grip
-from shared.scenario import load
+from shared.scenario import Shape, load
+from shared.scenario.goal_table import read_entry
 from shared.service import SECOND
 
 SCENARIO = load("three-cylinders")
@@ -61,8 +62,10 @@ def test_goal_is_kept_whole_across_a_new_start(tmp_path: Path) -> None:
 
 def test_goal_s_nodes_are_a_table_as_scenarios_take_it(tmp_path: Path) -> None:
     Recorder(tmp_path).ask(GoalListRequest.SAVE, "arch")
-    table = np.loadtxt(tmp_path / "goals" / "arch.csv", delimiter=",")
-    assert table == pytest.approx(NODES, abs=1e-6)
+    file = tmp_path / "goals" / "arch.csv"
+    assert np.loadtxt(file, delimiter=",") == pytest.approx(NODES, abs=1e-6)
+    shape = Shape(nodes="arch.csv", left_orientation=(1.0, 0.0, 0.0, 0.0), turns=2.0)
+    assert read_entry(file.read_text()) == shape
 
 
 def test_list_is_published_once_a_second(tmp_path: Path) -> None:

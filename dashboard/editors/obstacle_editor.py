@@ -59,6 +59,8 @@ class ObstacleEditor:
         self._actions = actions
         self._obstacles: dict[str, Obstacle] = {}
         self._selected = ""
+        self._added = ""
+        """Obstacle that this page has added, until the scene has it."""
         self._gizmo = server.scene.add_transform_controls(
             "/edit/obstacle",
             scale=GIZMO_SCALE * scenario.rope.length,
@@ -146,11 +148,13 @@ class ObstacleEditor:
         self._actions.put(lambda: self.select(name))
 
     def update(self, obstacles: Sequence[Obstacle]) -> None:
-        """Take the obstacles of the scene and keep the selection."""
+        """Take the obstacles of the scene; keep the selection, or select what was added."""
         self._obstacles = {o.name: o for o in obstacles if o.shape != "half_space"}
         options = (NO_SELECTION, *self._obstacles)
         if tuple(self._selection.options) != options:
             self._selection.options = options
+        if self._added in self._obstacles:
+            self._selected, self._added = self._added, ""
         self.select(self._selected if self._selected in self._obstacles else NO_SELECTION)
 
     def select(self, name: str) -> None:
@@ -219,6 +223,7 @@ class ObstacleEditor:
         self, action: SceneRequest.Action, obstacle: Obstacle, word: str, undo: _Undo
     ) -> None:
         self._outbox.request_scene(action, obstacle_message(obstacle), f"{word} {obstacle.name}")
+        self._added = obstacle.name if action == SceneRequest.ADD else ""
         self._past = [*self._past, undo][-MAX_UNDONE:]
         self._undo.visible = True
 

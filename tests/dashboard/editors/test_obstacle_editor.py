@@ -1,10 +1,33 @@
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 import pytest
 
-from dashboard.editors.obstacle_editor import SHAPES, duplicate, extents, new_obstacle
+from dashboard.action_queue import ActionQueue
+from dashboard.door.private_viser import PrivateViser
+from dashboard.editors.obstacle_editor import (
+    SHAPES,
+    ObstacleEditor,
+    duplicate,
+    extents,
+    new_obstacle,
+)
+from dashboard.outbox import Outbox
 from lariat.geometry import obstacles
+from shared.scenario import load
+
+SCENARIO = load("three-cylinders")
+
+
+@pytest.fixture
+def editor() -> Iterator[ObstacleEditor]:
+    private = PrivateViser("test")
+    yield ObstacleEditor(
+        private.server, SCENARIO, ActionQueue(), Outbox("dashboard-ab"), lambda _: None
+    )
+    private.close()
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -40,3 +63,20 @@ def test_extents_are_those_from_which_the_shape_is_made(shape: obstacles.Shape) 
     assert again.radius == pytest.approx(body.radius)
     assert again.height == pytest.approx(body.height)
     assert again.size == pytest.approx(body.size)
+
+
+def test_added_obstacle_is_selected_once_the_scene_has_it(editor: ObstacleEditor) -> None:
+    low, middle = (o for o in SCENARIO.bodies if o.name in ("low", "middle"))
+    editor.update([low, middle])
+    editor.select("low")
+    editor._request_duplicate()
+    editor.update([low, middle])
+    assert editor._selection.value == "low"
+    copy = duplicate(low, {"low", "middle"})
+    editor.update([low, middle, copy])
+    assert editor._selection.value == copy.name
+    assert editor._size_field.visible
+    # Only once: afterwards the selection is the person's.
+    editor.select("middle")
+    editor.update([low, middle, copy])
+    assert editor._selection.value == "middle"

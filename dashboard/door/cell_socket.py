@@ -41,6 +41,10 @@ class Release(msgspec.Struct, tag_field="type", tag="release", frozen=True):
     """Number of the press."""
 
 
+class Seen(msgspec.Struct, tag_field="type", tag="seen", frozen=True):
+    """Receipt of a status, after which the next one is sent: none waits for a slow browser."""
+
+
 class Ask(msgspec.Struct, tag_field="type", tag="ask", frozen=True):
     """Wish for the controls."""
 
@@ -84,7 +88,7 @@ class CellSocket:
         self._cell, self._controls = cell, controls
         self._status = ""
         self._news: set[asyncio.Event] = set()
-        self._decoder = msgspec.json.Decoder(Approach | Release | Ask | Answer)
+        self._decoder = msgspec.json.Decoder(Approach | Release | Seen | Ask | Answer)
 
     def show(self, status: str) -> None:
         """Send a status, a JSON object, to every stop bar; called in the door's thread."""
@@ -110,10 +114,10 @@ class CellSocket:
         )
         await socket.prepare(request)
         page = request.match_info["page"]
-        news = asyncio.Event()
+        news, seen = asyncio.Event(), asyncio.Event()
         self._news.add(news)
         self._controls.enter(page, time.monotonic())
-        sender = asyncio.create_task(self._send(socket, news, page))
+        sender = asyncio.create_task(self._send(socket, news, seen, page))
         press: int | None = None
         try:
             async for message in socket:
@@ -124,6 +128,8 @@ class CellSocket:
                 except (msgspec.DecodeError, UnicodeError):
                     break
                 match said:
+                    case Seen():
+                        seen.set()
                     case Ask():
                         self._controls.ask(page, time.monotonic())
                         self._announce()
@@ -150,7 +156,10 @@ class CellSocket:
         for event in self._news:
             event.set()
 
-    async def _send(self, socket: web.WebSocketResponse, news: asyncio.Event, page: str) -> None:
+    async def _send(
+        self, socket: web.WebSocketResponse, news: asyncio.Event, seen: asyncio.Event, page: str
+    ) -> None:
+        """Send the newest status whenever there is news and the one before has been seen."""
         while True:
             if self._status:
                 controls = {
@@ -159,6 +168,8 @@ class CellSocket:
                     "asked": self._controls.is_asked_for,
                 }
                 message = {"cell": msgspec.Raw(self._status.encode()), "controls": controls}
+                seen.clear()
                 await socket.send_str(msgspec.json.encode(message).decode())
+                await seen.wait()
             await news.wait()
             news.clear()

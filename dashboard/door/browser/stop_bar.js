@@ -128,6 +128,8 @@
       if (status.stopped && !holding) holdText = "";
       if (press && press.number === status.ended) release();
       show();
+      // The next one is sent after this, so that none waits for a slow browser.
+      message.target.send('{"type":"seen"}');
     };
     socket.onclose = () => {
       release();

@@ -67,11 +67,16 @@ def site(arms: Arms, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]
         site.close()
 
 
+SEEN = '{"type": "seen"}'
+"""Receipt of a status."""
+
+
 def news(site: Site, socket: ClientConnection) -> dict:
     """What a page hears next."""
     site.show_status('{"text": "Armed"}')
     message = json.loads(socket.recv(5.0))
     while True:
+        socket.send(SEEN)
         try:
             message = json.loads(socket.recv(0.05))
         except TimeoutError:
@@ -191,6 +196,23 @@ def test_press_ends_with_its_connection_and_with_what_is_no_message(
         socket.send(sign % 8)
         socket.send('{"type": "approach"}')
         until(lambda: 8 in arms.released)
+
+
+def test_slow_browser_gets_the_newest_status_and_none_of_those_before(
+    person: Visitor, site: Site
+) -> None:
+    site.show_status('{"text": "0"}')
+    with person.open_socket("/cell") as socket:
+        take_controls(site, socket)
+        site.show_status('{"text": "1"}')
+        assert json.loads(socket.recv(5.0))["cell"] == {"text": "1"}
+        # It is busy while these come.
+        for number in range(2, 50):
+            site.show_status(f'{{"text": "{number}"}}')
+        with pytest.raises(TimeoutError):
+            socket.recv(0.3)
+        socket.send(SEEN)
+        assert json.loads(socket.recv(5.0))["cell"] == {"text": "49"}
 
 
 def test_page_without_the_controls_asks_for_them_and_approaches_nothing(

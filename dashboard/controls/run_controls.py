@@ -18,8 +18,10 @@ RESET_REQUESTS = {"Reset rope": TaskRequest.RESET, "Restore scenario": TaskReque
 """Requests of the buttons of a simulated cell, by label."""
 NUMBERS_PERIOD = SECOND // 5
 """Least time between two headlines that differ in their numbers only [ns]."""
-HEADLINE_LINES = 4
-"""Lines of text that the headline has room for, so that nothing below it moves when it wraps."""
+HEADLINE_SIZE = 1.05
+"""Size of the headline's text [em]; two lines hold the state, distance and clearance."""
+HEADLINE_HEIGHT = 8.4
+"""Height of two such lines and two lines of detail [em]: nothing below moves when they wrap."""
 
 
 class RunControls:
@@ -103,6 +105,6 @@ def _state(line: StatusLine | None) -> tuple[str, str]:
 
 def _headline_html(line: StatusLine) -> str:
     return (
-        f"<div style='min-height:{1.5 * HEADLINE_LINES}em;font-variant-numeric:tabular-nums'>"
-        f"{status_text.as_html(line, size='1.15em')}</div>"
+        f"<div style='min-height:{HEADLINE_HEIGHT}em;font-variant-numeric:tabular-nums'>"
+        f"{status_text.as_html(line, size=f'{HEADLINE_SIZE}em')}</div>"
     )

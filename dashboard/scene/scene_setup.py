@@ -9,8 +9,10 @@ import viser
 from jaxtyping import Float64
 
 from dashboard import palette
-from shared.scenario import Scenario
+from shared.arms.description import arm_description
+from shared.scenario import SIDES, Scenario
 from shared.scenario.cameras import CameraSetup
+from shared.scenario.placement import base_of
 
 VERTICAL_FIELD_OF_VIEW = float(np.deg2rad(42.0))
 """Field of view of the browser's camera [rad]."""
@@ -20,6 +22,8 @@ TARGET_DROP = 0.08
 """Distance of the view's target below the middle of the scene, relative to its size [-]."""
 FULL_ASPECT = 1.0
 """Width of the view over its height below which the view moves back [-]."""
+ARM_SHARE = 0.5
+"""Share of the way from a grip to the base of its arm that is in view [-]."""
 MIN_SCENE_SIZE = 0.5
 """Least size of the scene, relative to the rope's length [-]."""
 FRUSTUM_SCALE = 0.06
@@ -38,7 +42,7 @@ class Viewpoint(NamedTuple):
 
 
 def initial_viewpoint(scenario: Scenario, aspect: float = FULL_ASPECT) -> Viewpoint:
-    """Viewpoint in front and above, with start, goal and obstacles in view.
+    """Viewpoint in front and above, with start, goal, obstacles and the fore of the arms in view.
 
     Args:
         scenario: Cell that is seen.
@@ -46,7 +50,7 @@ def initial_viewpoint(scenario: Scenario, aspect: float = FULL_ASPECT) -> Viewpo
     """
     grips = [g.position for s in (scenario.start, scenario.goal) for g in scenario.grips(s)]
     centres = [o.position for o in scenario.bodies if o.shape != "half_space"]
-    points = np.array(grips + centres)
+    points = np.array(grips + centres + _forearms(scenario))
     middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
     extent = float(np.linalg.norm(np.ptp(points, axis=0)))
     size = max(extent, MIN_SCENE_SIZE * scenario.rope.length)
@@ -57,6 +61,19 @@ def initial_viewpoint(scenario: Scenario, aspect: float = FULL_ASPECT) -> Viewpo
         target=target,
         field_of_view=VERTICAL_FIELD_OF_VIEW,
     )
+
+
+def _forearms(scenario: Scenario) -> list[Float64[np.ndarray, "3"]]:
+    """Points beside start and goal, towards the bases of the arms that hold them [m]."""
+    points = []
+    for index, side in enumerate(SIDES):
+        if arm_description(scenario, side) is None:
+            continue
+        base = base_of(scenario.end(side)).position
+        for shape in (scenario.start, scenario.goal):
+            grip = scenario.grips(shape)[index].position
+            points.append(grip + ARM_SHARE * np.array([*(base - grip)[:2], 0.0]))
+    return points
 
 
 def set_up(server: viser.ViserServer, scenario: Scenario) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from dashboard.scene.scene_setup import initial_viewpoint
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
-from shared.scenario import load
+from shared.scenario import SIDES, load
 
 
 @pytest.mark.parametrize("width", [900, 500])
@@ -19,6 +19,12 @@ def test_start_and_goal_are_in_the_first_view(path: Path, width: int) -> None:
     intrinsics = Intrinsics(width, 900, focal_length, focal_length, width / 2.0, 450.0)
     camera = Camera(intrinsics, looking_at(tuple(viewpoint.position), tuple(viewpoint.target)))
     grips = [g.position for s in (scenario.start, scenario.goal) for g in scenario.grips(s)]
+    # Of an arm, what is near its grip.
+    arms = [s for s in SIDES if scenario.end(s).driver == "cr5"]
+    for side in arms:
+        grip = scenario.grips(scenario.start)[SIDES.index(side)].position
+        base = np.array(scenario.end(side).base_position)
+        grips.append(grip + 0.4 * (np.array([*base[:2], grip[2]]) - grip))
     pixels, depth = camera.project(np.array(grips))
     assert np.all(depth > 0.0)
     assert np.all((pixels > 0.0) & (pixels < [width, 900.0]))

@@ -144,6 +144,7 @@ class Page:
         panel.set_width(RIGHT_PANEL_WIDTH)
         self._light_windows: set[int] = set()
         """Windows whose theme is light, by their number."""
+        self._live = live
         self._shortest_period = DRAW_PERIOD if live else 0
         self._draw_time = self._plan_time = 0
         self._undrawn: dict[str, Message] = {}
@@ -264,7 +265,8 @@ class Page:
         arms, arms_age = latest_with_age(inbox, topics.ARM_STATE, now)
         rope, _ = latest_with_age(inbox, topics.ROPE_NODES, now)
         preview, _ = latest_with_age(inbox, topics.TASK_GOAL_PREVIEW, now)
-        headline = status_text.headline(task, task_age, arms, rope, unheard(inbox))
+        missing = unheard(inbox) if self._live else ()
+        headline = status_text.headline(task, task_age, arms, rope, missing)
         self._run_controls.update(headline, task, now)
         self._arm_controls.update(arms, arms_age)
         self._goal_editor.update(task, preview, now)
@@ -354,6 +356,14 @@ class Page:
         self._draw_time = self._plan_time = self._reset_count = 0
         self._plots.clear()
         self._parameters.clear()
+
+    def hide_unknown(self, inbox: Inbox) -> None:
+        """Hide what a jump in a recording has left of later moments.
+
+        Args:
+            inbox: Messages up to the moment.
+        """
+        self._scene.hide_all_but(lambda topic: inbox.latest(topic) is not None)
 
     def add_history(self, message: TaskState | Parameters) -> None:
         """Add a message from before the moment to which a recording jumped."""

@@ -61,7 +61,8 @@ class RunPlots:
         self._earlier.clear()
         self._run, self._run_started, self._over = "", 0, True
         self._stale = True
-        self._draw_time = -math.inf
+        self._draw_time = self._cost_time = -math.inf
+        self._result.content = self._cost.content = ""
 
     def add(self, task: TaskState) -> None:
         """Add error and clearance of a task that runs or pauses, and those at its end."""

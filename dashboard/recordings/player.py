@@ -110,7 +110,9 @@ class Player:
             self._page.add_history(task)
         for parameters in self._timeline.past(topics.CONTROLLER_PARAMETERS, now):
             self._page.add_history(parameters)
-        self._page.update(self._timeline.jump(now), now)
+        inbox = self._timeline.jump(now)
+        self._page.hide_unknown(inbox)
+        self._page.update(inbox, now)
 
     def _toggle(self) -> None:
         if not self._playing and self._now >= self._timeline.end:

@@ -135,8 +135,10 @@ def page_pictures(file: Path, folder: Path) -> list[Path]:
     """Return pictures of the page that shows a recording, `PAGE_PERIOD` apart."""
     folder.mkdir(exist_ok=True)
     run = RecordedRun(Recording.open(file))
-    pictures = [folder / f"{k:03d}.png" for k in range(int(run.duration / PAGE_PERIOD))]
-    missing = [(k, picture) for k, picture in enumerate(pictures) if not picture.exists()]
+    # At the first moment, nothing is known yet.
+    moments = range(1, int(run.duration / PAGE_PERIOD))
+    pictures = [folder / f"{k:03d}.png" for k in moments]
+    missing = [(k, p) for k, p in zip(moments, pictures, strict=True) if not p.exists()]
     if not missing:
         return pictures
     command = [sys.executable, "-m", "cli", "show", str(file), "--port", str(free_port())]

@@ -3,6 +3,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+import numpy as np
 import pytest
 
 from dashboard.door.private_viser import PrivateViser
@@ -12,21 +13,25 @@ from dashboard.recordings.player import Player
 from dashboard.recordings.timeline import RecordedMessage, Timeline
 from dashboard.subscriptions import READS
 from shared import topics
-from shared.messages import RUNNING, TaskState
+from shared.messages import RUNNING, NodeChain, TaskState
 from shared.scenario import load
 from shared.service import SECOND
 
 SCENARIO = load("scenarios/three-cylinders.toml")
+NODES = np.linspace([0.0, 0.0, 0.3], [0.4, 0.0, 0.3], 40)
 
 
 @contextmanager
 def player() -> Iterator[Player]:
-    """Ten seconds of a task, a message each second, at its start."""
+    """Ten seconds of a task, a message each second, at its start; the rope is seen after five."""
     messages = []
     for k in range(11):
         task = TaskState(stamp=k * SECOND, state=RUNNING, error=0.1)
         payload = task.SerializeToString()
         messages.append(RecordedMessage(topics.TASK_STATE.key, payload, "c", k, k * SECOND))
+        if k == 5:
+            payload = NodeChain(positions=NODES.ravel()).SerializeToString()
+            messages.append(RecordedMessage(topics.ROPE_NODES.key, payload, "p", 0, k * SECOND))
     private = PrivateViser("test")
     page = Page(private.server, SCENARIO, Outbox("show"), live=False)
     try:
@@ -63,3 +68,13 @@ def test_recording_stands_at_its_end_and_where_it_was_put() -> None:
         shown.seek(-3.0)
         shown.step(0.1)
         assert shown.seconds == 0.0
+
+
+def test_jump_back_shows_nothing_of_what_comes_later() -> None:
+    with player() as shown:
+        rope = shown._page._scene._rope
+        for seconds, seen in ((7.0, True), (2.0, False), (6.0, True)):
+            shown.seek(seconds)
+            shown.step(0.1)
+            assert rope.segments is not None
+            assert rope.segments.visible == seen

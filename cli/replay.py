@@ -6,6 +6,7 @@ import json as jsons
 import os
 import tempfile
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -105,8 +106,9 @@ def main(
         require_allowed(scenario, allow)
         if from_ is not None:
             return run_scenario(scenario_at(recording, Path(folder), from_), None, json)
-        names, skipped = (service, {}) if service else _replayable(recording, scenario)
-        results = replay(recording, scenario, names, console)
+        skipped: dict[str, str] = {}
+        names = service or traced_services(recording)
+        results = replay(recording, scenario, names, console, None if service else skipped)
         if update:
             _update(recording, scenario, results)
     start = next(recording.messages()).log_time
@@ -127,51 +129,62 @@ def traced_services(recording: Recording) -> tuple[str, ...]:
     return tuple(name for name in services.ALL if name in found)
 
 
-def _replayable(recording: Recording, scenario: Scenario) -> tuple[tuple[str, ...], dict[str, str]]:
-    """Traced services that can be replayed, and why the others cannot."""
-    names, skipped = [], {}
-    for name in traced_services(recording):
-        recorded = RecordedService(recording, name)
-        try:
-            with subject(name, scenario, next(iter(recorded.starts)), recording, recorded):
-                names.append(name)
-        except NotReplayable as reason:
-            skipped[name] = str(reason)
-    return tuple(names), skipped
-
-
 def replay(
-    recording: Recording, scenario: Scenario, names: tuple[str, ...], console: Console
+    recording: Recording,
+    scenario: Scenario,
+    names: tuple[str, ...],
+    console: Console,
+    skipped: dict[str, str] | None = None,
 ) -> list[ReplayResult]:
     """Step every start of the named services again.
 
+    Args:
+        recording: The recording.
+        scenario: Its scenario.
+        names: Services.
+        console: Console of the progress.
+        skipped: Takes the reasons of services that cannot be replayed, by name.
+
     Raises:
         ConfigurationError: A service is unknown or has no trace in the recording.
+        NotReplayable: A service cannot be replayed, and `skipped` is None.
     """
-    results = []
+    results: list[ReplayResult] = []
     for name in names:
         if name not in services.ALL:
             way_out = did_you_mean(name, services.ALL) or f" use one of {', '.join(services.ALL)}"
             raise ConfigurationError(f"--service {name}: no such service;{way_out}")
-        recorded = RecordedService(recording, name)
-        if not recorded.starts:
-            raise ConfigurationError(
-                f"{recording.path} holds no trace/{name}: the {name} did not run, or the file was "
-                "not recorded by Lariat"
-            )
-        for session in recorded.starts:
-            with (
-                subject(name, scenario, session, recording, recorded) as (service, feed),
-                Progress(
-                    console=console, transient=True, redirect_stdout=False, redirect_stderr=False
-                ) as progress,
-            ):
-                bar = progress.add_task(f"{session}: warming up", total=1.0)
-                service.warm_up()
-                progress.update(bar, description=session)
-                watch = lambda done, p=progress, b=bar: p.update(b, completed=done)  # noqa: E731
-                results.append(replay_start(recorded, service, session, watch, feed))
+        try:
+            results.extend(_replay_service(recording, scenario, name, console))
+        except NotReplayable as reason:
+            if skipped is None:
+                raise
+            skipped[name] = str(reason)
     return results
+
+
+def _replay_service(
+    recording: Recording, scenario: Scenario, name: str, console: Console
+) -> Iterator[ReplayResult]:
+    """Step every start of a service again."""
+    recorded = RecordedService(recording, name)
+    if not recorded.starts:
+        raise ConfigurationError(
+            f"{recording.path} holds no trace/{name}: the {name} did not run, or the file was "
+            "not recorded by Lariat"
+        )
+    for session in recorded.starts:
+        with (
+            subject(name, scenario, session, recording, recorded) as (service, feed),
+            Progress(
+                console=console, transient=True, redirect_stdout=False, redirect_stderr=False
+            ) as progress,
+        ):
+            bar = progress.add_task(f"{session}: warming up", total=1.0)
+            service.warm_up()
+            progress.update(bar, description=session)
+            watch = lambda done, p=progress, b=bar: p.update(b, completed=done)  # noqa: E731
+            yield replay_start(recorded, service, session, watch, feed)
 
 
 def _update(recording: Recording, scenario: Scenario, results: list[ReplayResult]) -> None:

@@ -84,11 +84,9 @@ class World:
         ends = (left, right)
         if count > 1:
             times = duration / count * np.arange(1, count)
-            paths = [
-                interpolate(a, b, duration, times) for a, b in zip(self._ends, ends, strict=True)
-            ]
+            paths = interpolate(self._ends, ends, duration, times)
             for k in range(count - 1):
-                between = (EndMotion(Pose(p[k], q[k])) for p, q in paths)
+                between = (EndMotion(Pose(p[k], q[k])) for p, q in zip(*paths, strict=True))
                 self._plant.step(*between, duration / count)
         self._plant.step(*ends, duration / count)
         self._ends = (left, right)

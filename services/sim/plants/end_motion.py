@@ -6,6 +6,7 @@ rope undergoes no velocity step that its arms did not make.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -28,25 +29,31 @@ class EndMotion:
 
 
 def interpolate(
-    start: EndMotion, end: EndMotion, duration: float, times: Float64[np.ndarray, "t"]
-) -> tuple[Float64[np.ndarray, "t 3"], Float64[np.ndarray, "t 4"]]:
-    """Positions [m] and orientations (wxyz) of a grip between two motions.
+    starts: Sequence[EndMotion],
+    ends: Sequence[EndMotion],
+    duration: float,
+    times: Float64[np.ndarray, "t"],
+) -> tuple[Float64[np.ndarray, "k t 3"], Float64[np.ndarray, "k t 4"]]:
+    """Positions [m] and orientations (wxyz) of k grips between two motions of each.
 
     Args:
-        start: Motion at time 0.
-        end: Motion after `duration`.
+        starts: Motions at time 0.
+        ends: Motions after `duration`.
         duration: Time between the two [s].
         times: Times since the start [s].
     """
-    turn = poses.multiply(end.pose.orientation, poses.conjugate(start.pose.orientation))
+    p, q, v, w = _columns(starts)
+    p_end, q_end, v_end, w_end = _columns(ends)
     s = times[:, None] / duration
     # Cubic Hermite weights of the end value and of both slopes; the start value is the origin.
     value, first, last = s * s * (3.0 - 2.0 * s), s * (s - 1.0) ** 2, s * s * (s - 1.0)
-    shift = end.pose.position - start.pose.position
-    rotation = poses.logarithm(turn)
-    position = value * shift + duration * (first * start.linear + last * end.linear)
-    vector = value * rotation + duration * (first * start.angular + last * end.angular)
-    return (
-        start.pose.position + position,
-        poses.multiply(poses.exponential(vector), start.pose.orientation),
-    )
+    rotation = poses.logarithm(poses.multiply(q_end, poses.conjugate(q)))
+    shift = value * (p_end - p) + duration * (first * v + last * v_end)
+    vector = value * rotation + duration * (first * w + last * w_end)
+    return p + shift, poses.multiply(poses.exponential(vector), q)
+
+
+def _columns(motions: Sequence[EndMotion]) -> list[np.ndarray]:
+    """Positions, orientations, velocities and angular velocities, each (k, 1, ·)."""
+    rows = [(m.pose.position, m.pose.orientation, m.linear, m.angular) for m in motions]
+    return [np.array(column)[:, None] for column in zip(*rows, strict=True)]

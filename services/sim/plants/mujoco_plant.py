@@ -133,13 +133,10 @@ class MujocoPlant:
             first = TIMESTEP - self._remainder
             count = max(0, 1 + math.floor((duration - first) / TIMESTEP + 1e-9))
             times = np.minimum(first + TIMESTEP * np.arange(count), duration)
-            paths = [
-                interpolate(a, b, duration, times) for a, b in zip(self._ends, goals, strict=True)
-            ]
+            positions, orientations = interpolate(self._ends, goals, duration, times)
             for k in range(count):
-                for row, (positions, orientations) in enumerate(paths):
-                    self._state.mocap_pos[row] = positions[k]
-                    self._state.mocap_quat[row] = orientations[k]
+                self._state.mocap_pos[: len(goals)] = positions[:, k]
+                self._state.mocap_quat[: len(goals)] = orientations[:, k]
                 self._advance()
             self._remainder = duration - (first + TIMESTEP * (count - 1))
             self._check()

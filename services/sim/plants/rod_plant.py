@@ -83,16 +83,15 @@ class RodPlant:
         if duration > 0.0:
             count = math.ceil(duration / MAX_ROD_STEP - 1e-9)
             dt = duration / count
+            path = interpolate(self._ends, goals, duration, dt * np.arange(1, count + 1))
+            # From the rod's own ends, so that rounding errors do not accumulate.
+            x, q = self._state.positions[[0, -1], None], self._state.orientations[[0, -1], None]
+            positions = np.concatenate([x, path[0]], axis=1)
+            orientations = np.concatenate([q, path[1]], axis=1)
+            turns = poses.multiply(orientations[:, 1:], poses.conjugate(orientations[:, :-1]))
             actions = np.empty((count, 2, 6))
-            for end, (start, goal) in enumerate(zip(self._ends, goals, strict=True)):
-                # From the rod's own end, so that rounding errors do not accumulate.
-                here = self._grips()[end]
-                path = interpolate(start, goal, duration, dt * np.arange(1, count + 1))
-                positions = np.vstack([here.position, path[0]])
-                orientations = np.vstack([here.orientation, path[1]])
-                turns = poses.multiply(orientations[1:], poses.conjugate(orientations[:-1]))
-                actions[:, end, :3] = np.diff(positions, axis=0) / dt
-                actions[:, end, 3:] = poses.logarithm(turns) / dt
+            actions[:, :, :3] = np.swapaxes(np.diff(positions, axis=1), 0, 1) / dt
+            actions[:, :, 3:] = np.swapaxes(poses.logarithm(turns), 0, 1) / dt
             spec = RolloutSpec(self._state, actions, dt, obstacles=self._obstacles)
             rollout = self._rod.rollout(spec)
             self._state = rollout.final

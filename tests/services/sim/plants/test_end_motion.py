@@ -18,7 +18,11 @@ def test_a_grip_meets_both_poses_and_both_twists() -> None:
     )
     tiny = 1e-6
     times = np.array([0.0, tiny, 0.1, 0.1 + tiny])
-    positions, orientations = interpolate(start, end, 0.1, times)
+    # Beside another grip, which stands.
+    still = EndMotion(LEFT)
+    both = interpolate((still, start), (still, end), 0.1, times)
+    np.testing.assert_array_equal(both[0][0], np.tile(LEFT.position, (4, 1)))
+    positions, orientations = both[0][1], both[1][1]
     turns = poses.multiply(orientations[1::2], poses.conjugate(orientations[::2]))
     rates = poses.logarithm(turns) / tiny
     for k, motion in enumerate((start, end)):

@@ -89,13 +89,20 @@ def on_screen(
     return camera.project(point)[0] + np.array([canvas["x"], canvas["y"]])
 
 
+TWO_FRAMES = "() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+"""Script that ends when the page has been drawn twice."""
+
+
 def drag(page: Page, start: Float64[np.ndarray, "2"], end: Float64[np.ndarray, "2"]) -> None:
     """Drag from one place of the window to another [pixels], in steps like those of a hand."""
     page.mouse.move(*(start - 3.0))
     page.mouse.move(*start)
     page.wait_for_timeout(400)
+    # A gizmo puts the plane in which it is dragged right when it is drawn.
+    page.evaluate(TWO_FRAMES)
     page.mouse.down()
     page.wait_for_timeout(300)
+    page.evaluate(TWO_FRAMES)
     for t in np.linspace(0.0, 1.0, 9)[1:]:
         page.mouse.move(*((1.0 - t) * start + t * end))
         page.wait_for_timeout(60)

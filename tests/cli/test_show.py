@@ -8,7 +8,7 @@ from cli import show
 from shared import topics
 from shared.configuration import ConfigurationError
 from shared.recording import Writer
-from shared.scenario import load
+from shared.scenario import Scenario, load
 from shared.service import SECOND
 from shared.topics import Topic
 from tests.dashboard.stage import Stage
@@ -27,8 +27,8 @@ class Silent:
 class Recorded(Stage):
     """A stage whose messages go to a file."""
 
-    def __init__(self, writer: Writer) -> None:
-        super().__init__(Silent(), SCENARIO)  # pyright: ignore[reportArgumentType]
+    def __init__(self, writer: Writer, scenario: Scenario) -> None:
+        super().__init__(Silent(), scenario)  # pyright: ignore[reportArgumentType]
         self._writer = writer
 
     def send(self, topic: Topic, message: object) -> None:
@@ -37,10 +37,10 @@ class Recorded(Stage):
         self._writer.write(topic, payload, "stage-0", self._sequence, self.now)
 
 
-def record(path: Path, seconds: float = 4.0) -> Path:
+def record(path: Path, seconds: float = 4.0, scenario: Scenario = SCENARIO) -> Path:
     """A staged run as a recording."""
-    writer = Writer(path, SCENARIO, START)
-    stage = Recorded(writer)
+    writer = Writer(path, scenario, START)
+    stage = Recorded(writer, scenario)
     steps = round(10.0 * seconds)
     for k in range(steps):
         stage.now = START + k * SECOND // 10

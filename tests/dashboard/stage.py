@@ -5,12 +5,15 @@ The rope is a parabola between two grips, no rod: good enough to draw, not to me
 
 from __future__ import annotations
 
+from typing import Any
+
 import cv2
 import numpy as np
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 
 from dashboard.subscriptions import SERVICES
 from lariat.geometry import polylines
+from lariat.geometry.poses import Pose
 from shared import topics
 from shared.messages import (
     IDLE,
@@ -30,7 +33,7 @@ from shared.messages import (
     grip,
     obstacle_message,
 )
-from shared.scenario import SIDES, Scenario
+from shared.scenario import SIDES, Scenario, Side
 from shared.scenario.cameras import DEFAULT_CAMERA
 from shared.scenario.rod_properties import rod_properties
 from shared.service import SECOND, Mailbox, Publication, Received, Service
@@ -64,6 +67,7 @@ class Stage:
         self._service = service
         self._mailbox = Mailbox(service.reads)
         self._sequence = 0
+        self._kinematics: dict[Side, Any] = {}
 
     def send(self, topic: Topic, message: object) -> None:
         """One message on its way."""
@@ -103,15 +107,29 @@ class Stage:
             ArmState(
                 arm=side,
                 driver=self.scenario.end(side).driver,
-                position=nodes[0 if side == "left" else -1],
+                position=nodes[end],
                 orientation=pose.orientation,
                 gripper_closed=True,
+                joints=self._joints(side, Pose(nodes[end], pose.orientation)),
             )
-            for side, pose in zip(SIDES, grips, strict=True)
+            for side, end, pose in zip(SIDES, (0, -1), grips, strict=True)
         ]
         return ArmStates(
             **{"stamp": self.now, "boot": "boot-1", "mode": ArmStates.ARMED, "arms": arms, **fields}
         )
+
+    def _joints(self, side: Side, grip: Pose) -> list[float]:
+        """Joint angles at which the arm of an end has its grip in a pose [rad]; none without."""
+        if self.scenario.end(side).driver != "cr5":
+            return []
+        if side not in self._kinematics:
+            # Imported late: only a cell with arms needs Pinocchio.
+            from shared.arms.installation import kinematics_of
+
+            self._kinematics[side] = kinematics_of(self.scenario, side)
+        start = self.scenario.grips(self.scenario.start)[SIDES.index(side)]
+        near = self._kinematics[side].solve_anywhere(start)
+        return self._kinematics[side].solve(grip, near).tolist()
 
     def play(self, fraction: float) -> None:
         """Send every message of a running cell at one moment of its run."""
@@ -139,7 +157,8 @@ class Stage:
             bending_stiffness=Estimate(
                 value=stiffness * (1.0 + 0.2 * fraction),
                 standard_deviation=0.1 * stiffness * (1.2 - fraction),
-            )
+            ),
+            length=Estimate(value=1.01 * scenario.plant_rope.length, standard_deviation=0.002),
         )
         for topic, message in (
             (topics.TASK_STATE, task),

@@ -119,9 +119,9 @@ class Cell(threading.Thread):
             self._stage.send(topics.TASK_STATE, answer)
             self._stage.step(0.01)
 
-    def rope(self) -> np.ndarray:
-        """Nodes of the rope that is played [m]."""
-        return self._stage.nodes(0.3)
+    def rope(self, fraction: float = 0.3) -> np.ndarray:
+        """Nodes of the rope that is played, or at another moment of its way [m]."""
+        return self._stage.nodes(fraction)
 
     def goal(self) -> Goal:
         """Goal of the controller that is played."""

@@ -67,6 +67,8 @@ def test_page_before_any_start_names_what_is_missing(bench: tuple[Cell, Page]) -
 def test_hold_is_explained_and_events_are_filtered(started: tuple[Cell, Page]) -> None:
     cell, page = started
     open_tab(page, "Events")
+    start = page.get_by_role("button", name="Start", exact=True)
+    before = start.bounding_box()
     cell.say(topics.LOG.at("sim"), Log(level=Log.Level.INFO, name="sim", message="lab is ready"))
     cell.say(topics.LOG.at("planner"), Log(level=Log.Level.ERROR, name="planner", message="no way"))
     cell.show_arms(
@@ -79,6 +81,9 @@ def test_hold_is_explained_and_events_are_filtered(started: tuple[Cell, Page]) -
         expect(page.get_by_text(text).first).to_be_visible()
     todo = page.get_by_text("Controller, bus or machine were too slow: see the tab Health")
     expect(todo.first).to_be_visible()
+    # The headline has become longer; what is below it has not moved.
+    expect(page.get_by_text("Running, but held")).to_be_visible()
+    assert start.bounding_box() == before
     choose(page, "Level", "Warnings")
     expect(page.get_by_text("lab is ready")).to_have_count(0)
     expect(todo.first).to_be_visible()
@@ -113,6 +118,12 @@ def test_estimate_is_drawn_with_its_deviation_and_the_true_value(
         values = page.evaluate(newest)
         return values is not None and None not in values and np.allclose(values, wanted, rtol=1e-3)
 
+    assert comes(page, is_drawn), page.evaluate(newest)
+    # Another parameter takes its place, with its own true value.
+    length = SCENARIO.plant_rope.length
+    choose(page, "Over time", "length")
+    expect(page.get_by_text("length [m]")).to_be_visible()
+    wanted = np.array([length, 1.01 * length, 1.01 * length + 0.002, 1.01 * length - 0.002])
     assert comes(page, is_drawn), page.evaluate(newest)
     # Whether the rope is estimated may be changed while a run goes on.
     cell.forget()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from playwright.sync_api import Locator, Page, expect
@@ -25,7 +26,7 @@ from shared.messages import (
     grip_pose,
 )
 from tests.browser.cell import SCENARIO, Cell
-from tests.browser.chromium import NO_CHROMIUM, drag, on_screen, opened
+from tests.browser.chromium import NO_CHROMIUM, comes, drag, on_screen, opened
 from tests.browser.stack import free_port
 from tests.dashboard.door.visitor import Visitor
 from tests.dashboard.stage import Stage
@@ -321,6 +322,15 @@ def test_clicked_obstacle_can_be_removed(cell: tuple[Cell, Page]) -> None:
     assert (request.action, request.obstacle.name) == (SceneRequest.REMOVE, "middle")
 
 
+def is_grey(page: Page, place: np.ndarray) -> bool:
+    """Whether a place of the window [pixels] is bright and of no colour."""
+    clip = {"x": place[0] - 1.0, "y": place[1] - 1.0, "width": 3.0, "height": 3.0}
+    image = cv2.imdecode(np.frombuffer(page.screenshot(clip=clip), np.uint8), 1)
+    assert image is not None
+    color = image.reshape(-1, 3).astype(float).mean(axis=0)
+    return bool(np.min(color) > 110.0 and np.ptp(color) < 40.0)
+
+
 def test_opened_run_is_shown_at_any_time_and_saved(cell: tuple[Cell, Page], tmp_path: Path) -> None:
     stage, page = cell
     page.get_by_role("tab", name="Runs").click()
@@ -336,6 +346,13 @@ def test_opened_run_is_shown_at_any_time_and_saved(cell: tuple[Cell, Page], tmp_
     expect(save).to_be_enabled()
     page.wait_for_timeout(500)
     assert stage.newest(topics.RUN_LIST_REQUEST).time == pytest.approx(0.1)
+    # It is drawn as the legend says: white, beside the live one.
+    page.get_by_text("View", exact=True).click()
+    line = page.get_by_text("rope of an opened run").locator("xpath=..").locator("span").first
+    assert line.evaluate("e => getComputedStyle(e).backgroundColor") == "rgb(240, 240, 240)"
+    page.get_by_text("View", exact=True).click()
+    place = on_screen(page, SCENARIO, stage.rope(0.1 / 2.0)[8])
+    assert comes(page, lambda: is_grey(page, place))
     with page.expect_download() as picture:
         save.click()
     picture.value.save_as(tmp_path / "picture.png")

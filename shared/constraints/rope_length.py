@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import numpy as np
-from jaxtyping import Bool, Float64
+from jaxtyping import Float64
 
-from lariat.geometry.obstacles import Obstacle, segment_distance
-from shared.constraints.known_paths import MAX_CHECKED_SOLIDS, KnownPaths
+from lariat.geometry.obstacles import Obstacle
+from shared.constraints.known_paths import KnownPaths
 from shared.constraints.obstacle_scene import ObstacleScene
 from shared.constraints.shortest_path import PathSearch, ShortPath, joined
 
@@ -91,11 +91,11 @@ class RopeLengthConstraint:
         lengths, looseness = self._paths.upper_bounds(positions)
         exact = np.zeros(len(positions), dtype=bool)
         far = np.flatnonzero(lengths > self.max_length)
-        exact[far] = self._are_straight(positions[far])
+        exact[far] = self._paths.sight.clear(positions[far, 0], positions[far, 1], True)
         lengths[exact] = distances[exact]
         if exact.any():
             # A search for poses nearby begins with it.
-            self._paths.add(ShortPath.straight(positions[np.flatnonzero(exact)[-1]]))
+            self._paths.add_straight(positions[np.flatnonzero(exact)[-1]])
         joins = MAX_JOINS
         while np.any(unsure := ~exact & (lengths > self.max_length)):
             worst = int(np.argmax(np.where(unsure, lengths, -np.inf)))
@@ -125,22 +125,10 @@ class RopeLengthConstraint:
             self._advance_search(positions[worst], min(steps, SEARCH_STEPS))
         return np.maximum(lengths, distances)
 
-    def _are_straight(self, positions: Float64[np.ndarray, "k 2 3"]) -> Bool[np.ndarray, "k"]:
-        """Return whether no obstacle is in the way from grip to grip."""
-        touched = self._scene.touched(positions[:, 0], positions[:, 1])
-        near = np.flatnonzero(touched.any(axis=0))
-        straight = np.asarray(~touched[:, near[MAX_CHECKED_SOLIDS:]].any(axis=1))
-        for k in near[:MAX_CHECKED_SOLIDS]:
-            rows = np.flatnonzero(straight & touched[:, k])
-            if len(rows):
-                starts, ends = positions[rows, 0], positions[rows, 1]
-                straight[rows] = segment_distance(starts, ends, self._scene.solids[k]) >= 0.0
-        return straight
-
     def _join(self, ends: Float64[np.ndarray, "2 3"]) -> bool:
         """Remember the nearest path joined to other ends, if it is short enough then."""
         nearest = self._paths.nearest(ends)
-        found = None if nearest is None else joined(nearest, ends, self._scene)
+        found = None if nearest is None else joined(nearest, ends, self._paths.sight)
         if found is None or found.length > self.max_length:
             return False
         self._paths.add(found)

@@ -1,15 +1,16 @@
 """Short path round obstacles between two points, whose length bounds that of the shortest one.
 
-The path is straight where no obstacle is in the way. Otherwise it is found by elastic bands
-(Quinlan and Khatib, 1993). Each begins on one of four sides of the obstacles, is contracted and
-pushed out of the obstacles in turn, and is refined from few points to many. A band that stays
-outside is a path, so its length is never below the shortest one except for `MAX_PENETRATION`. When
-no band stays outside, the length is infinite. A path that is known between ends nearby is a band
-before all others: it leads through openings that those from the four sides miss, and takes a fifth
-of the steps.
+The path is straight where no obstacle is in the way. Otherwise a path that is known between ends
+nearby is joined to them by straight lines and pulled tight (`taut_path`): it leads through openings
+as the rope does that was led through them. Where none is short enough, others are sought by elastic
+bands (Quinlan and Khatib, 1993). Each begins on one of four sides of the obstacles, is contracted
+and pushed out of the obstacles in turn, and is refined from few points to many; the shortest one
+that stays outside is pulled tight. What is found is a path, so its length is never below the
+shortest one except for what a line may cut into a solid (`line_of_sight`). Where nothing is found,
+the length is infinite.
 
 A search takes longer than a tick of the gateway, and longer the more obstacles there are: it
-advances in steps, each of which handles one obstacle.
+advances in steps of some 0.1 ms.
 """
 
 from __future__ import annotations
@@ -21,31 +22,27 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import polylines
-from lariat.geometry.obstacles import Obstacle, segment_distance, signed_distance
+from lariat.geometry.obstacles import Obstacle, signed_distance
+from shared.constraints.line_of_sight import MAX_PENETRATION, LineOfSight
 from shared.constraints.obstacle_scene import ObstacleScene, bounding_radius
+from shared.constraints.taut_path import normals, pulled_tight, pushed_out, without_needless
 
 POINT_COUNTS = (5, 9, 17, 33)
 """Numbers of points of a band, refined in turn."""
 CONTRACTION_ROUNDS = 12
 """Rounds of contracting and pushing out for each number of points."""
-KNOWN_ROUNDS = 6
-"""Rounds of contracting and pushing out a path that was known between ends nearby."""
 FINAL_ROUNDS = 4
 """Rounds of pushing out the finely resampled band at the end."""
 FINAL_POINT_COUNT = 8 * POINT_COUNTS[-1]
 """Number of points of a finished path."""
-MAX_PENETRATION = 1.5e-3
-"""Depth to which a band may cut into an obstacle between its points [m]."""
 INITIAL_AMPLITUDES = (0.25, 0.5, 1.0, 2.0)
 """Amplitudes of the initial bands that are tried, relative to the straight distance [-]."""
-JOIN_COUNT = 8
+JOIN_COUNT = 48
 """Number of points of a path at which either end may join it."""
-MAX_JOIN_SOLIDS = 8
-"""Solids near the lines that join a path above which none is sought."""
-JOIN_SPACING = 0.002
-"""Distance of the points on the lines from the ends to the path that they join [m]."""
-NORMAL_STEP = 1e-5
-"""Step of the central differences for an obstacle's normal [m]."""
+REPAIRS = 4
+"""Number of times that points are put between those where a solid cuts a path."""
+REPAIR_STEPS = 3
+"""Steps that the repair of a path counts for."""
 
 Bands = Float64[np.ndarray, "bands n 3"]
 
@@ -57,23 +54,27 @@ class ShortPath:
     ends: Float64[np.ndarray, "2 3"]
     """Its ends [m]."""
     points: Float64[np.ndarray, "n 3"] | None
-    """Points along it [m]; None where no path was found."""
+    """Its ends and the corners between them [m]; None where no path was found."""
     length: float
     """Its length [m]; infinite where no path was found."""
     contracted: bool = True
-    """Whether it was searched; one that was joined to other ends is longer than it need be."""
+    """Whether it is tight; one that was joined to other ends is longer than it need be."""
 
     @classmethod
     def straight(cls, ends: Float64[np.ndarray, "2 3"]) -> ShortPath:
         """Return the straight line between two ends."""
-        points = polylines.resample(ends, FINAL_POINT_COUNT)
-        return cls(ends, points, float(np.linalg.norm(ends[1] - ends[0])))
+        return cls(ends, ends, float(np.linalg.norm(ends[1] - ends[0])))
 
     def avoids(self, obstacle: Obstacle) -> bool:
         """Return whether the path stays outside an obstacle."""
         if self.points is None:
             return False
-        return bool(np.min(signed_distance(self.points, obstacle)) > -MAX_PENETRATION)
+        if obstacle.shape == "half_space":
+            return bool(np.min(signed_distance(self.points, obstacle)) > -MAX_PENETRATION)
+        sight = LineOfSight(ObstacleScene([obstacle]))
+        # An end inside is in the way of nothing that begins there, but the path is cut.
+        inside = signed_distance(self.points, sight.cores[0]) < 0.0
+        return bool(not inside.any() and sight.clear(self.points[:-1], self.points[1:]).all())
 
 
 class PathSearch:
@@ -113,53 +114,59 @@ class PathSearch:
 
 
 def joined(
-    path: ShortPath, ends: Float64[np.ndarray, "2 3"], scene: ObstacleScene
+    path: ShortPath, ends: Float64[np.ndarray, "2 3"], sight: LineOfSight
 ) -> ShortPath | None:
     """Return a path whose ends join a known one by straight lines; None where none is clear.
 
-    It is not contracted anew, and longer than the shortest one by what that would gain.
+    It is not pulled tight, and longer than the shortest one by what that would gain.
 
     Args:
         path: Path between other ends, with points.
         ends: Ends of the new path [m].
-        scene: Obstacles to go round; those that contain an end are ignored, and half spaces, which
-            are in the way of no line between points outside.
+        sight: Lines of sight past the obstacles to go round; those that contain an end of the new
+            path are ignored, and half spaces, which are in the way of no line between points
+            outside.
     """
-    points = path.points
-    if points is None or any(
-        # The path was searched without the obstacles that contain its ends.
-        np.min(signed_distance(path.ends, obstacle)) <= 0.0
-        for obstacle in scene.at(path.ends)
-    ):
+    if path.points is None or not ends_outside(path, sight):
         return None
-    middle, last = len(points) // 2, len(points) - 1
-    places = np.linspace([0, middle], [middle, last], JOIN_COUNT).astype(int).T
-    starts = np.repeat(ends, JOIN_COUNT, axis=0)
-    targets = points[places.ravel()]
-    near = np.flatnonzero(scene.touched(starts, targets).any(axis=0))
-    if len(near) > MAX_JOIN_SOLIDS:
+    points = polylines.resample(path.points, JOIN_COUNT)
+    points = _with_corners(path.points, points)
+    along = polylines.arc_lengths(points)
+    middle = int(np.searchsorted(along, along[-1] / 2.0))
+    first = _joining(ends[0], points[: middle + 1], sight) - along[: middle + 1]
+    second = _joining(ends[1], points[middle:], sight) + along[middle:]
+    i, j = int(np.argmin(first)), middle + int(np.argmin(second))
+    if not np.isfinite(first[i] + second[j - middle]):
         return None
-    clear = np.ones(2 * JOIN_COUNT, dtype=bool)
-    for obstacle in (scene.solids[k] for k in near):
-        if np.min(signed_distance(ends, obstacle)) > 0.0:
-            clear &= segment_distance(starts, targets, obstacle) > -MAX_PENETRATION
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    lengths = np.linalg.norm(starts - targets, axis=1)
-    lengths += np.abs(along[places.ravel()] - along[middle])
-    first, second = np.where(clear, lengths, np.inf).reshape(2, JOIN_COUNT)
-    if not (np.isfinite(first).any() and np.isfinite(second).any()):
-        return None
-    i, j = places[0, np.argmin(first)], places[1, np.argmin(second)]
-    whole = [_line(ends[0], points[i]), points[i + 1 : j], _line(points[j], ends[1])]
-    length = float(first.min() + second.min())
-    return ShortPath(ends, np.concatenate(whole), length, contracted=False)
+    whole = np.concatenate([ends[:1], points[i : j + 1], ends[1:]])
+    corners = without_needless(whole, sight)
+    return ShortPath(ends, corners, polylines.length(corners), contracted=False)
 
 
-def _line(
-    start: Float64[np.ndarray, "3"], end: Float64[np.ndarray, "3"]
+def _joining(
+    end: Float64[np.ndarray, "3"], points: Float64[np.ndarray, "n 3"], sight: LineOfSight
+) -> Float64[np.ndarray, "n"]:
+    """Return the lengths of straight lines to points, infinite for those that are not clear [m]."""
+    starts = np.repeat(end[None], len(points), axis=0)
+    lengths = np.linalg.norm(points - starts, axis=1)
+    return np.where(sight.clear(starts, points, from_inside=True), lengths, np.inf)
+
+
+def ends_outside(path: ShortPath, sight: LineOfSight) -> bool:
+    """Return whether no obstacle contains an end of a path, which then avoids all of them."""
+    return all(
+        np.min(signed_distance(path.ends, obstacle)) > 0.0 for obstacle in sight.scene.at(path.ends)
+    )
+
+
+def _with_corners(
+    corners: Float64[np.ndarray, "n 3"], points: Float64[np.ndarray, "m 3"]
 ) -> Float64[np.ndarray, "k 3"]:
-    count = 2 + int(np.linalg.norm(end - start) / JOIN_SPACING)
-    return np.linspace(start, end, count)
+    """Return evenly spaced points of a path and its corners, in their order."""
+    total = polylines.length(corners)
+    places = np.concatenate([np.linspace(0.0, total, len(points)), polylines.arc_lengths(corners)])
+    order = np.argsort(places, kind="stable")
+    return np.concatenate([points, corners])[order]
 
 
 def shortest_path_length(
@@ -188,69 +195,81 @@ def _search(
     max_length: float,
 ) -> Generator[None, None, ShortPath]:
     """Yield after each step, and return the path."""
-    outside, blocked = [], False
+    outside = []
     for obstacle in obstacles:
         # An end inside an obstacle breaks another rule, and no path leads round that obstacle.
         if np.min(signed_distance(ends, obstacle)) > 0.0:
             outside.append(obstacle)
-            blocked = blocked or _is_between(ends, obstacle)
         yield
-    if not blocked:
+    sight = LineOfSight(ObstacleScene(outside))
+    if sight.clear(ends[:1], ends[1:])[0]:
         return ShortPath.straight(ends)
-    if known is not None and known.points is not None:
-        near = _moved(known.points, ends)[None]
-        near = yield from _contracted(near, POINT_COUNTS[-1:], KNOWN_ROUNDS, outside)
-        found = yield from _finished(ends, near, outside)
+    yield
+    found = None if known is None else joined(known, ends, sight)
+    if found is not None:
+        found = yield from _tightened(found, sight)
         if found.length <= max_length:
             return found
     bands = yield from _initial_bands(ends, outside)
-    bands = yield from _contracted(bands, POINT_COUNTS, CONTRACTION_ROUNDS, outside)
-    return (yield from _finished(ends, bands, outside))
+    bands = yield from _contracted(bands, outside)
+    other = yield from _finished(ends, bands, sight)
+    if other.points is not None:
+        other = yield from _tightened(other, sight)
+    return other if found is None or other.length < found.length else found
 
 
-def _is_between(ends: Float64[np.ndarray, "2 3"], obstacle: Obstacle) -> bool:
-    """Return whether an obstacle that holds no end is in the way of the straight line."""
-    if obstacle.shape == "half_space" or not ObstacleScene([obstacle]).touched(*ends[:, None])[0]:
-        return False
-    return bool(segment_distance(ends[:1], ends[1:], obstacle)[0] < 0.0)
+def _tightened(path: ShortPath, sight: LineOfSight) -> Generator[None, None, ShortPath]:
+    """Return a path pulled tight."""
+    assert path.points is not None
+    pulling = pulled_tight(path.points, sight)
+    while True:
+        try:
+            steps = next(pulling)
+        except StopIteration as end:
+            return ShortPath(path.ends, end.value, polylines.length(end.value))
+        for _ in range(steps):
+            yield
 
 
-def _moved(
-    points: Float64[np.ndarray, "n 3"], ends: Float64[np.ndarray, "2 3"]
-) -> Float64[np.ndarray, "n 3"]:
-    """Return a path with other ends, its points moved along with them."""
-    share = np.linspace(0.0, 1.0, len(points))[:, None]
-    return points + (1.0 - share) * (ends[0] - points[0]) + share * (ends[1] - points[-1])
-
-
-def _contracted(
-    bands: Bands, counts: Sequence[int], rounds: int, obstacles: Sequence[Obstacle]
-) -> Generator[None, None, Bands]:
+def _contracted(bands: Bands, obstacles: Sequence[Obstacle]) -> Generator[None, None, Bands]:
     """Return bands of refined numbers of points, contracted and pushed out in turn."""
-    for count in counts:
+    for count in POINT_COUNTS:
         bands = _resampled(bands, count)
-        for _ in range(rounds):
+        for _ in range(CONTRACTION_ROUNDS):
             bands[:, 1:-1] = 0.5 * (bands[:, :-2] + bands[:, 2:])
             bands[:, 1:-1] = yield from _pushed_out(bands[:, 1:-1], obstacles)
     return bands
 
 
 def _finished(
-    ends: Float64[np.ndarray, "2 3"], bands: Bands, obstacles: Sequence[Obstacle]
+    ends: Float64[np.ndarray, "2 3"], bands: Bands, sight: LineOfSight
 ) -> Generator[None, None, ShortPath]:
     """Return the shortest band that stays outside; of infinite length where none does."""
     # Between its points a band cuts edges; each round brings it closer to them.
     for _ in range(FINAL_ROUNDS):
-        bands = yield from _pushed_out(_resampled(bands, FINAL_POINT_COUNT), obstacles)
-    deepest = np.full(len(bands), np.inf)
-    for obstacle in obstacles:
-        depths = signed_distance((bands[:, :-1] + bands[:, 1:]) / 2.0, obstacle)
-        deepest = np.minimum(deepest, np.min(depths, axis=1))
-        yield
-    paths = [
-        ShortPath(ends, band, polylines.length(band)) for band in bands[deepest > -MAX_PENETRATION]
-    ]
-    return min(paths, key=lambda path: path.length, default=ShortPath(ends, None, np.inf))
+        bands = yield from _pushed_out(_resampled(bands, FINAL_POINT_COUNT), sight.scene.obstacles)
+    best = ShortPath(ends, None, np.inf)
+    for band in bands:
+        points = _repaired(band, sight) if polylines.length(band) < best.length else None
+        if points is not None and (length := polylines.length(points)) < best.length:
+            best = ShortPath(ends, points, length)
+        for _ in range(REPAIR_STEPS):
+            yield
+    return best
+
+
+def _repaired(
+    points: Float64[np.ndarray, "n 3"], sight: LineOfSight
+) -> Float64[np.ndarray, "m 3"] | None:
+    """Return a path with further points where a solid cuts it; None if it does still."""
+    for _ in range(REPAIRS):
+        cut = np.flatnonzero(~sight.clear(points[:-1], points[1:]))
+        if not len(cut):
+            return points
+        middles = 0.5 * (points[cut] + points[cut + 1])
+        near = np.flatnonzero(sight.scene.touched(points[cut], points[cut + 1]).any(axis=0))
+        points = np.insert(points, cut + 1, pushed_out(middles, near, sight), axis=0)
+    return points if sight.clear(points[:-1], points[1:]).all() else None
 
 
 def _initial_bands(
@@ -294,8 +313,7 @@ def _pushed_out(points: Bands, obstacles: Sequence[Obstacle]) -> Generator[None,
             distance = signed_distance(points, obstacle)
             inside = distance < 0.0
             if np.any(inside):
-                normals = _normals(points[inside], obstacle)
-                points[inside] -= distance[inside, None] * normals
+                points[inside] -= distance[inside, None] * normals(points[inside], obstacle)
         yield
     return points
 
@@ -307,11 +325,3 @@ def _may_contain(obstacle: Obstacle, points: Bands) -> bool:
     offsets = points - np.array(obstacle.position)
     nearest = float(np.min(np.einsum("...i,...i->...", offsets, offsets)))
     return nearest < bounding_radius(obstacle) ** 2
-
-
-def _normals(points: Float64[np.ndarray, "n 3"], obstacle: Obstacle) -> np.ndarray:
-    """Return the outward unit normals of an obstacle at points."""
-    shifted = points[:, None] + NORMAL_STEP * np.concatenate([np.eye(3), -np.eye(3)])
-    d = signed_distance(shifted, obstacle)
-    normals = d[:, :3] - d[:, 3:]
-    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 
 from lariat.geometry.obstacles import TABLE, Obstacle
 from shared.constraints import rope_length
@@ -60,12 +61,21 @@ def test_obstacle_between_the_grips_makes_the_path_longer() -> None:
     np.testing.assert_allclose(slack(constraint, positions), [0.62 - length])
 
 
+def round_the_post(half_distance: float) -> float:
+    """Length of the shortest path round `POST`: two tangents and an arc."""
+    radius = POST.radius
+    tangents = 2.0 * np.sqrt(half_distance**2 - radius**2)
+    return tangents + 2.0 * radius * np.arcsin(radius / half_distance)
+
+
 def test_slack_is_never_overestimated_where_paths_are_remembered() -> None:
     constraint = RopeLengthConstraint(0.72)
     constraint.replace_scene(ObstacleScene([TABLE, POST]))
-    positions = grips(*np.linspace(0.25, 0.33, 9))
-    exact = [0.72 - shortest_path_length(*ends, [TABLE, POST]) for ends in positions]
-    assert np.all(slack(constraint, positions) <= np.array(exact) + 1e-12)
+    halves = np.linspace(0.25, 0.33, 9)
+    exact = np.array([0.72 - round_the_post(half) for half in halves])
+    found = slack(constraint, grips(*halves))
+    assert np.all(found <= exact + 5e-4)
+    assert np.all(found >= exact - 1e-3)
 
 
 def test_remembered_paths_spare_a_search(searches: list[object]) -> None:
@@ -201,3 +211,63 @@ def test_path_searched_from_an_end_inside_an_obstacle_bounds_nothing_outside() -
     length = shortest_path_length(*outside[0], [POST])
     assert length > 0.65
     assert slack(constraint, outside)[0] == pytest.approx(0.65 - length, abs=1e-3)
+
+
+def test_rope_that_is_drawn_tight_round_a_post_is_refused_when_it_is() -> None:
+    constraint = RopeLengthConstraint(0.62)
+    constraint.replace_scene(ObstacleScene([TABLE, POST]))
+    slack(constraint, grips(0.25))
+    refused = None
+    for half in np.arange(0.25, 0.32, 0.0005):
+        found = hurried_slack(constraint, grips(half, half + 0.0005))
+        if first_broken({"overstretch": found}) is not None:
+            refused = half + 0.0005
+            break
+    assert refused is not None
+    assert round_the_post(refused) == pytest.approx(0.62, abs=2.5e-3)
+    # The cell stands there; what was searched meanwhile permits no more than the rope's length.
+    for _ in range(20):
+        found = hurried_slack(constraint, grips(refused - 0.0005, refused + 0.003))
+        assert first_broken({"overstretch": found}) is not None
+
+
+BEAMS = tuple(
+    Obstacle("box", (0.0, 0.0, z), size=(2.0, 0.02, 0.2), name=f"beam at {z:g}")
+    for z in (0.088, 0.288, 0.512, 0.712)
+)
+"""Beams of 20 mm, one above the other, with one gap of 24 mm."""
+
+
+def through_the_gap(ends: np.ndarray) -> float:
+    """Length of the shortest path through the gap of `BEAMS`, bent at the two edges nearest."""
+
+    def length(places: np.ndarray) -> float:
+        first, second = (
+            np.array([x, y, z]) for x, y, z in zip(places, (-0.01, 0.01), edges, strict=True)
+        )
+        return float(
+            np.linalg.norm(ends[0] - first)
+            + np.linalg.norm(second - first)
+            + np.linalg.norm(ends[1] - second)
+        )
+
+    # The left end is above the gap, and the right one below.
+    edges = 0.412, 0.388
+    return float(minimize(length, np.zeros(2)).fun)
+
+
+def test_rope_that_leads_through_a_gap_is_followed_where_it_bends_round_both_edges() -> None:
+    constraint = RopeLengthConstraint(0.418)
+    constraint.replace_scene(ObstacleScene([TABLE, *BEAMS]))
+    straight = np.array([[0.0, -0.2, 0.4], [0.0, 0.2, 0.4]])
+    bent = np.array([[-0.1, -0.15, 0.52], [0.06, 0.14, 0.28]])
+    way = [straight + share * (bent - straight) for share in np.linspace(0.0, 1.0, 200)]
+    for k in range(len(way) - 20):
+        # A chunk, and what is left of it at the next evaluation, a twentieth further on.
+        found = hurried_slack(constraint, np.array(way[k : k + 20]))
+        assert first_broken({"overstretch": found}, 0.0015) is None, k
+    # At rest, what is sought ahead is found.
+    for _ in range(40):
+        hurried_slack(constraint, np.array(way[-21:-1]))
+    found = hurried_slack(constraint, np.array(way[-21:-1]))
+    assert found[-1] == pytest.approx(0.418 - through_the_gap(way[-2]), abs=2e-3)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from lariat.geometry.obstacles import TABLE, Obstacle, signed_distance
+from shared.constraints.line_of_sight import LineOfSight
 from shared.constraints.obstacle_scene import ObstacleScene
 from shared.constraints.shortest_path import (
     PathSearch,
@@ -27,7 +28,7 @@ def test_path_round_a_post_is_two_tangents_with_an_arc(radius: float) -> None:
 def test_path_round_a_box_is_three_straight_lines(radius: float) -> None:
     box = Obstacle("box", (0.0, 0.0, 0.5), size=(2.0 * radius, 2.0 * radius, 1.0))
     exact = 2.0 * np.hypot(HALF - radius, radius) + 2.0 * radius
-    assert exact - 1e-3 <= shortest_path_length(LEFT, RIGHT, [TABLE, box]) <= 1.01 * exact
+    assert exact - 1.5e-3 <= shortest_path_length(LEFT, RIGHT, [TABLE, box]) <= exact + 1e-3
 
 
 def test_path_is_straight_beside_an_obstacle_and_goes_over_a_low_one() -> None:
@@ -65,7 +66,7 @@ def test_a_slit_is_found_by_the_path_that_led_through_it_before() -> None:
     without, steps = _searched(0.02, None, 1.0)
     found, fewer = _searched(0.02, straight, 1.0)
     assert np.hypot(0.4, 0.02) < found.length < without.length + 0.001
-    assert 4 * fewer < steps
+    assert 2 * fewer < steps
 
 
 def test_a_known_path_that_is_too_long_gives_way_to_a_shorter_one() -> None:
@@ -87,7 +88,7 @@ def test_ends_join_a_known_path_where_the_lines_to_it_are_clear() -> None:
     while found is None:
         found, _ = search.advance(1000)
     moved = ends + np.array([[0.02, 0.0, 0.05], [-0.05, 0.01, 0.0]])
-    path = joined(found, moved, ObstacleScene([box]))
+    path = joined(found, moved, LineOfSight(ObstacleScene([box])))
     assert path is not None
     assert path.points is not None
     np.testing.assert_array_equal(path.points[[0, -1]], moved)
@@ -101,7 +102,7 @@ def test_ends_join_a_known_path_where_the_lines_to_it_are_clear() -> None:
         Obstacle("box", (x, 0.0, 0.3), size=(0.005, 4.0, 4.0)) for x in (-HALF - 0.1, -HALF - 0.2)
     ]
     between = ends - np.array([0.15, 0.0, 0.0])
-    assert joined(found, between, ObstacleScene([box, *walls])) is None
+    assert joined(found, between, LineOfSight(ObstacleScene([box, *walls]))) is None
 
 
 def test_a_path_that_begins_inside_an_obstacle_is_joined_by_none() -> None:
@@ -109,5 +110,5 @@ def test_a_path_that_begins_inside_an_obstacle_is_joined_by_none() -> None:
     ends = np.array([[-HALF, 0.0, 0.3], [HALF, 0.0, 0.3]])
     through = ShortPath.straight(ends)
     behind = ends - np.array([[0.1, 0.0, 0.0], [0.0, 0.0, 0.0]])
-    assert joined(through, behind, ObstacleScene([ball])) is None
-    assert joined(through, behind, ObstacleScene()) is not None
+    assert joined(through, behind, LineOfSight(ObstacleScene([ball]))) is None
+    assert joined(through, behind, LineOfSight(ObstacleScene())) is not None

@@ -79,9 +79,7 @@ class MotionConstraints:
         orientations: Float64[np.ndarray, "m ends 4"],
     ) -> Slacks:
         """Return the slack of every rule on grips and grippers at m poses of all ends [m]."""
-        centres = positions[:, self._ends] + poses.rotate(
-            orientations[:, self._ends], self._centres
-        )
+        centres = self._sphere_centres(positions, orientations)
         result: Slacks = {
             "workspace": workspace_slack(positions[:, self.driven], self.boundaries.workspace),
             "keep_in": region_slack(positions[:, self.driven], self.boundaries.regions),
@@ -92,6 +90,35 @@ class MotionConstraints:
             result["spacing"] = distances - self.boundaries.spacing
             result["overstretch"] = self.rope_length.slack(positions, distances)
         return result
+
+    def slacks_of_bodies(
+        self,
+        bodies: Sequence[Obstacle],
+        positions: Float64[np.ndarray, "m ends 3"],
+        orientations: Float64[np.ndarray, "m ends 4"],
+    ) -> Slacks:
+        """Return the slacks of the rules that some obstacles of the scene can break [m].
+
+        Args:
+            bodies: The obstacles, for the rules on grippers; the rope goes round all of the scene.
+            positions: Positions of all ends at m poses [m].
+            orientations: Their orientations, wxyz.
+        """
+        collision = CollisionConstraint(self.boundaries.keep_out)
+        collision.scene = ObstacleScene(bodies)
+        result = collision.slacks(self._sphere_centres(positions, orientations), self._radii)
+        if positions.shape[1] == 2:
+            distances = grip_distances(positions)
+            result["overstretch"] = self.rope_length.slack(positions, distances)
+        return result
+
+    def _sphere_centres(
+        self,
+        positions: Float64[np.ndarray, "m ends 3"],
+        orientations: Float64[np.ndarray, "m ends 4"],
+    ) -> Float64[np.ndarray, "m k 3"]:
+        """Return the centres of the spheres that cover the driven grippers."""
+        return positions[:, self._ends] + poses.rotate(orientations[:, self._ends], self._centres)
 
     def gripper_spheres(
         self,

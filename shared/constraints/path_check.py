@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
+from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.trajectory import MotionState, Stop
 from shared.constraints.joints import (
@@ -79,6 +80,27 @@ class PathCheck:
         """
         path = densified(positions, orientations)
         return self._broken_by_grippers(state, *path, CHUNK_BOUNDARY_MARGIN)
+
+    def chunk_broken_near_bodies(
+        self,
+        bodies: Sequence[Obstacle],
+        state: MotionState,
+        positions: Positions,
+        orientations: Orientations,
+    ) -> tuple[Rule, float] | None:
+        """Return the rule that grips and grippers break near some obstacles, and by how much [m].
+
+        With it, a chunk that kept every rule before these obstacles came keeps them still.
+
+        Args:
+            bodies: Obstacles of the scene that are new or have moved.
+            state: Present command.
+            positions: Positions of the driven grips that are still to come [m].
+            orientations: Their orientations, wxyz.
+        """
+        path = self._from_present(state, *densified(positions, orientations))
+        slacks = self.constraints.slacks_of_bodies(bodies, *path)
+        return first_broken(slacks, CHUNK_BOUNDARY_MARGIN)
 
     def chunk_broken_by_arms(
         self, state: MotionState, positions: Positions, orientations: Orientations, dt: float
@@ -165,11 +187,17 @@ class PathCheck:
         margin: float = 0.0,
     ) -> tuple[Rule, float] | None:
         """Return the rule that the grips and grippers break along a path, and by how much [m]."""
-        path = self._all_ends(
+        path = self._from_present(present, positions, orientations)
+        return first_broken(self.constraints.slacks(*path), margin)
+
+    def _from_present(
+        self, present: MotionState, positions: Positions, orientations: Orientations
+    ) -> tuple[Float64[np.ndarray, "m ends 3"], Float64[np.ndarray, "m ends 4"]]:
+        """Return the poses of all ends along a path, the present ones first."""
+        return self._all_ends(
             np.concatenate([present.positions[None], positions]),
             np.concatenate([present.orientations[None], orientations]),
         )
-        return first_broken(self.constraints.slacks(*path), margin)
 
     def _broken_by_arms(
         self,

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from functools import cached_property
 
+import numpy as np
+
 from lariat.trajectory import NANOSECONDS, MotionLimits, MotionState, SetpointChunk, Spline
 from services.robot_gateway.motion import validation
 from services.robot_gateway.motion.validation import ChunkRefused, ChunkTolerances
@@ -22,12 +24,16 @@ EXCESS_UNITS: dict[Rule, str] = {
 }
 """Units of the amount by which a rule is broken, where it is not metres."""
 
+UNKNOWN_LENGTH = "no path of the permitted length between the grips is known yet"
+"""Reason where the shortest path round the obstacles is not known yet, which counts as too long."""
+
 
 class ChunkCheck:
     """Check of one chunk: first its motion and the grippers, then joints and bodies of the arms.
 
     Without joints the second piece is short, and joined to the first one. If the scene changes in
-    between, the check begins anew.
+    between, the grippers are checked anew against the obstacles that are new or have moved; joints
+    and bodies of the arms are checked in the scene of the last piece anyway.
     """
 
     def __init__(
@@ -73,16 +79,20 @@ class ChunkCheck:
             ChunkRefused: The chunk breaks a rule, which the exception names.
         """
         obstacles = self._paths.constraints.obstacles
-        if obstacles is not self._obstacles and obstacles != self._obstacles:
-            self._first = None
-        self._obstacles = obstacles
         begun = self._first is not None
         if self._first is None:
             self._first = self._check_grippers(now, state)
+            self._obstacles = obstacles
         if self._paths.joint_constraints and not begun:
             return False
         rest = slice(self._first, None)
         positions, orientations = self.chunk.positions[rest], self.chunk.orientations[rest]
+        if obstacles is not self._obstacles:
+            former = set(self._obstacles)
+            new = [obstacle for obstacle in obstacles if obstacle not in former]
+            if new:
+                _refuse(self._paths.chunk_broken_near_bodies(new, state, positions, orientations))
+            self._obstacles = obstacles
         _refuse(self._paths.chunk_broken_by_arms(state, positions, orientations, self.chunk.dt))
         validation.check_fresh(self.chunk, now, self.offset, self._tolerances)
         validation.check_step(self.spline, taking_over, state, self._tolerances)
@@ -102,4 +112,6 @@ class ChunkCheck:
 def _refuse(found: tuple[Rule, float] | None) -> None:
     if found:
         rule, excess = found
+        if rule == "overstretch" and not np.isfinite(excess):
+            raise ChunkRefused(rule, UNKNOWN_LENGTH)
         raise ChunkRefused(rule, f"broken by {excess:.4f} {EXCESS_UNITS.get(rule, 'm')}")

@@ -95,6 +95,50 @@ def test_obstacle_that_appears_during_the_check_counts(world: ArmWorld) -> None:
     assert world.cell.follower.resting
 
 
+def test_scene_that_changes_in_every_tick_delays_no_chunk(world: ArmWorld) -> None:
+    for k in range(1, 21):
+        far = Obstacle("sphere", (2.0, 0.01 * k, 1.0), radius=0.05, name="far")
+        world.cell.take_scene([TABLE, far])
+        world.cell.take_chunks([chunk(world, UP, k)])
+        world.step()
+    assert (world.report.sequence, world.mode) == (19, "moving")
+
+
+def test_obstacle_that_moves_into_the_way_during_the_check_counts(world: ArmWorld) -> None:
+    grip = world.cell.follower.state.positions[0]
+    for k, away in ((1, 1.0), (2, 0.05)):
+        place = (grip[0], grip[1] + away, grip[2])
+        world.cell.take_scene([TABLE, Obstacle("sphere", place, radius=0.01, name="cart")])
+        if k == 1:
+            world.cell.take_chunks([chunk(world, ASIDE, 1)])
+        world.step()
+    assert (world.report.sequence, world.report.refused_sequence) == (0, 1)
+    assert world.report.rule == "keep_out"
+
+
+def test_obstacle_that_leaves_during_the_check_delays_nothing(world: ArmWorld) -> None:
+    world.cell.take_scene([TABLE, Obstacle("sphere", (2.0, 0.0, 1.0), radius=0.05)])
+    world.cell.take_chunks([chunk(world, UP, 1)])
+    world.step()
+    world.cell.take_scene([TABLE])
+    world.step()
+    assert (world.report.sequence, world.mode) == (1, "moving")
+
+
+def test_obstacle_between_the_grips_that_appears_during_the_check_counts(world: ArmWorld) -> None:
+    """The rope would be taut round it, however far it is from gripper and arm."""
+    first, second = (end.position for end in world.cell.arms.grips)
+    middle = 0.5 * (first + second)
+    world.cell.take_chunks([chunk(world, UP, 1)])
+    world.step()
+    wall = Obstacle("box", tuple(middle.tolist()), size=(0.02, 3.0, 3.0), name="wall")
+    world.cell.take_scene([TABLE, wall])
+    world.step()
+    assert world.report.sequence == 0
+    assert (world.report.refused_sequence, world.report.rule) == (1, "overstretch")
+    assert "no path of the permitted length" in world.report.refusal
+
+
 def test_scene_that_says_the_same_again_delays_no_check(world: ArmWorld) -> None:
     world.cell.take_chunks([chunk(world, UP, 1)])
     world.step()

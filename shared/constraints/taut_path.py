@@ -148,7 +148,7 @@ def _free_directions(
     gaps = np.array([signed_distance(points, sight.cores[k]) - sight.depths[k] for k in near])
     nearest = np.argmin(gaps, axis=0)
     free = np.tile(np.eye(3), (len(points), 1, 1))
-    for n in np.unique(nearest):
+    for n in sorted(set(nearest.tolist())):
         rows = np.flatnonzero((nearest == n) & (gaps[n] < TOUCHING))
         core = sight.cores[near[n]]
         if not len(rows):

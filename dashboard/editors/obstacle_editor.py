@@ -49,7 +49,7 @@ class ObstacleEditor:
 
         Args:
             server: The page's web server.
-            scenario: Rope of the cell, which sets the size of the gizmo.
+            scenario: Rope of the cell, which sets the size of the gizmo, and its own obstacles.
             actions: Queue for clicks and drags.
             outbox: Destination of requests.
             notify: Shows a notification on the page.
@@ -57,6 +57,8 @@ class ObstacleEditor:
         self._outbox = outbox
         self._notify = notify
         self._actions = actions
+        self._own = {o.name for o in scenario.bodies}
+        """Obstacles of the scenario, which stay and keep their size."""
         self._obstacles: dict[str, Obstacle] = {}
         self._selected = ""
         self._added = ""
@@ -101,8 +103,7 @@ class ObstacleEditor:
             min=(1.0, 1.0, 1.0),
             step=1.0,
             visible=False,
-            hint="Of an obstacle that was added: extents along its x, y, z; a round shape's "
-            "diameter is its extent along x",
+            hint="Extents along its x, y, z; a round shape's diameter is its extent along x",
         )
         self._size_field.on_update(
             lambda event: (
@@ -162,9 +163,10 @@ class ObstacleEditor:
         obstacle = self._obstacles.get(name)
         self._selected = name if obstacle is not None else ""
         self._selection.value = self._selected or NO_SELECTION
-        fields = (self._centre_field, self._size_field)
-        for handle in (self._gizmo, *fields, self._remove, self._duplicate):
+        for handle in (self._gizmo, self._centre_field, self._duplicate):
             handle.visible = obstacle is not None
+        for handle in (self._size_field, self._remove):
+            handle.visible = obstacle is not None and name not in self._own
         if obstacle is not None:
             self._gizmo.position, self._gizmo.wxyz = obstacle.position, obstacle.orientation
             self._centre_field.value = tuple(

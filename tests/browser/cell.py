@@ -31,6 +31,7 @@ from shared.messages import (
     RunPicture,
     RunVideo,
     SavedGoal,
+    Scene,
     StackRequest,
     StackState,
     TaskRequest,
@@ -71,6 +72,8 @@ class Cell(threading.Thread):
         """Goals that the recorder keeps."""
         self.campaign: CampaignState | None = None
         """State of the campaign that runs beside the cell."""
+        self.scene: Scene | None = None
+        """Obstacles in the place of the scenario's."""
         self.video: RunVideo | None = None
         """Video that the recorder makes."""
         self.deaf = False
@@ -86,6 +89,8 @@ class Cell(threading.Thread):
             with self._news:
                 arms = self._stage.arms(self._stage.nodes(0.3), **self._arms)
                 self._stage.send(topics.ARM_STATE, arms)
+                if self.scene is not None:
+                    self._stage.send(topics.SCENE_STATE, self.scene)
                 if self.first_day is not None:
                     self._stage.send(topics.COMMISSIONING_STATE, self.first_day)
                 if self.runs is not None:

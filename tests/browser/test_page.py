@@ -312,14 +312,14 @@ def test_goal_out_of_reach_cannot_be_set(cell: tuple[Cell, Page]) -> None:
     page.get_by_role("button", name="Cancel").click()
 
 
-def test_clicked_obstacle_can_be_removed(cell: tuple[Cell, Page]) -> None:
+def test_clicked_obstacle_is_selected(cell: tuple[Cell, Page]) -> None:
     stage, page = cell
     middle = next(b for b in SCENARIO.bodies if b.name == "middle")
     page.get_by_text("Obstacles", exact=True).click()
     page.mouse.click(*on_screen(page, SCENARIO, np.array(middle.position)))
-    page.get_by_role("button", name="Remove").click()
+    page.get_by_role("button", name="Duplicate").click()
     request = stage.asked(topics.SCENE_REQUEST)
-    assert (request.action, request.obstacle.name) == (SceneRequest.REMOVE, "middle")
+    assert (request.action, request.obstacle.name) == (SceneRequest.ADD, "middle-copy-1")
 
 
 def is_grey(page: Page, place: np.ndarray) -> bool:

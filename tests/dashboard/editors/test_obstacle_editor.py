@@ -69,6 +69,9 @@ def test_added_obstacle_is_selected_once_the_scene_has_it(editor: ObstacleEditor
     low, middle = (o for o in SCENARIO.bodies if o.name in ("low", "middle"))
     editor.update([low, middle])
     editor.select("low")
+    # The scenario's own stay and keep their size.
+    assert not editor._size_field.visible
+    assert not editor._remove.visible
     editor._request_duplicate()
     editor.update([low, middle])
     assert editor._selection.value == "low"
@@ -76,6 +79,7 @@ def test_added_obstacle_is_selected_once_the_scene_has_it(editor: ObstacleEditor
     editor.update([low, middle, copy])
     assert editor._selection.value == copy.name
     assert editor._size_field.visible
+    assert editor._remove.visible
     # Only once: afterwards the selection is the person's.
     editor.select("middle")
     editor.update([low, middle, copy])

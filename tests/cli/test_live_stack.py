@@ -160,7 +160,9 @@ def test_the_stack_reaches_its_goal_survives_a_death_and_records_it(
     live.until_reached(120.0)
     status = live.say("status")
     assert status["task"]["error_mm"] < 5.0
-    assert [row for row in status["processes"].values() if not row["ok"]] == []
+    # The recorder, at the lowest priority, may still be busy with the end of the run.
+    rows = lambda: live.say("status")["processes"]  # noqa: E731
+    until(lambda: all(row["ok"] for row in rows().values()), 30.0)
 
     start = time.monotonic()
     live.process.send_signal(signal.SIGINT)

@@ -138,6 +138,7 @@ def test_goal_of_the_ends_stays_one_unless_its_switch_is_turned(bench: tuple[Cel
     del of_ends.part[:]
     of_ends.ends_only = True
     cell.set_goal(of_ends)
+    expect(page.get_by_text("Running:")).to_contain_text(" of the ends to go")
     cell.forget()
     page.get_by_role("button", name="Edit goal").click()
     expect(page.get_by_text("Drag an end.")).to_be_visible()

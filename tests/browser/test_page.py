@@ -8,7 +8,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import Locator, Page, Route, expect
 
 from dashboard.options import DashboardOptions
 from dashboard.service import build
@@ -90,6 +90,31 @@ def test_hold_that_the_gateway_does_not_confirm_is_said(cell: tuple[Cell, Page])
     hold_button(page).click()
     expect(page.locator("#stop-bar")).not_to_contain_text("NOT CONFIRMED")
     stage.forget()
+
+
+def test_hold_that_is_pressed_again_is_tried_as_often_again(cell: tuple[Cell, Page]) -> None:
+    _, page = cell
+    asked: list[Route] = []
+    page.route("**/hold", lambda route: asked.append(route))
+
+    def answer_next(confirmed: bool) -> None:
+        assert comes(page, lambda: bool(asked))
+        asked.pop(0).fulfill(json={"confirmed": confirmed, "text": "the gateway is silent"})
+
+    try:
+        hold_button(page).click()
+        for _ in range(4):
+            answer_next(False)
+        assert comes(page, lambda: len(asked) == 1)
+        hold_button(page).click()
+        assert comes(page, lambda: len(asked) == 2)
+        answer_next(False)
+        answer_next(False)
+        expect(page.locator("#stop-bar")).to_contain_text("HOLD NOT CONFIRMED")
+        answer_next(True)
+        expect(page.locator("#stop-bar")).not_to_contain_text("NOT CONFIRMED")
+    finally:
+        page.unroute("**/hold")
 
 
 @pytest.mark.parametrize("key", ["Space", "Escape"])

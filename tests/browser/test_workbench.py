@@ -305,6 +305,31 @@ def test_rope_is_coloured_by_its_curvature(bench: tuple[Cell, Page]) -> None:
     page.get_by_text("View", exact=True).click()
 
 
+def test_list_opens_above_the_stop_bar(bench: tuple[Cell, Page]) -> None:
+    _, page = bench
+    page.get_by_text("View", exact=True).click()
+    box = page.get_by_role("combobox", name="Rope's colour", exact=True)
+    bar = page.locator("#stop-bar").bounding_box()
+    place = box.bounding_box()
+    assert place is not None and bar is not None
+    # A window that has no room for the list between box and bar.
+    height = place["y"] + place["height"] + bar["height"] + 40.0
+    page.set_viewport_size({"width": 1280, "height": round(height)})
+    box.click()
+    bar = page.locator("#stop-bar").bounding_box()
+    option = page.get_by_role("option", name="curvature")
+    expect(option).to_be_visible()
+
+    def is_above() -> bool:
+        place = option.bounding_box()
+        return place is not None and bar is not None and place["y"] + place["height"] <= bar["y"]
+
+    assert comes(page, is_above)
+    box.press("Tab")
+    page.set_viewport_size({"width": 1280, "height": 800})
+    page.get_by_text("View", exact=True).click()
+
+
 def test_each_window_has_its_own_theme(bench: tuple[Cell, Page]) -> None:
     _, page = bench
     scheme = "data-mantine-color-scheme"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -15,6 +16,10 @@ from shared import topics
 from shared.messages import RunState
 from shared.recording import Recording
 
+RECORDING_TIMEOUT = 60.0
+"""Longest wait for the end of a run in its recording [s]."""
+POLL_PERIOD = 2.0
+"""Time between two looks at the recordings [s]."""
 FILES = (Path("docker-compose.yml"), Path("tests/compose/compose.ci.yml"))
 
 
@@ -79,13 +84,23 @@ def test_a_goal_is_reached_and_recorded_in_containers(
     compose.start_run()
     compose.await_goal()
 
-    # The recorder closes a file with its run.
-    copied = compose("cp", "recorder:/recordings/.", str(tmp_path))
-    assert copied.returncode == 0, copied.stderr
-    states = [
-        entry.parse().state
-        for path in sorted(tmp_path.glob(f"*_{scenario}.mcap"))
-        for entry in Recording.open(path).messages([topics.TASK_STATE.key])
-    ]
+    # The recorder closes a file with its run, when it has written what waits.
+    deadline = time.monotonic() + RECORDING_TIMEOUT
+    states = recorded_states(compose, scenario, tmp_path / "0")
+    while RunState.Value("REACHED") not in states and time.monotonic() < deadline:
+        time.sleep(POLL_PERIOD)
+        states = recorded_states(compose, scenario, tmp_path / f"{time.monotonic():.0f}")
     assert RunState.Value("RUNNING") in states
     assert RunState.Value("REACHED") in states
+
+
+def recorded_states(compose: ComposeProject, scenario: str, folder: Path) -> list[int]:
+    """Return the states of the task in all recordings of a scenario, copied to a new folder."""
+    folder.mkdir()
+    copied = compose("cp", "recorder:/recordings/.", str(folder))
+    assert copied.returncode == 0, copied.stderr
+    return [
+        entry.parse().state
+        for path in sorted(folder.glob(f"*_{scenario}.mcap"))
+        for entry in Recording.open(path).messages([topics.TASK_STATE.key])
+    ]

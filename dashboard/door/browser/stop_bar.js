@@ -17,6 +17,7 @@
   let statusTime = -Infinity;
   let holdText = ""; // outcome of the last hold until the arms are known to stand
   let holding = false;
+  let attempts = 0; // that are left
   let lastRequest = 0; // of a hold
   let offer = null;
   let press = null; // of the approach's button: {number, offer, timer}
@@ -71,6 +72,7 @@
 
   async function hold() {
     release();
+    attempts = HOLD_ATTEMPTS;
     if (holding) {
       requestHold();
       return;
@@ -78,7 +80,7 @@
     holding = true;
     holdText = "Hold sent …";
     show();
-    for (let attempt = 0; attempt < HOLD_ATTEMPTS; ++attempt) {
+    while (attempts-- > 0) {
       if (await requestHold()) break;
     }
     holding = false;
@@ -176,6 +178,18 @@
     show();
   }
 
+  // Lists and menus that open stay above the bar: the page's libraries read from here how high the
+  // window is.
+  function endViewportAtBar() {
+    const viewport = window.visualViewport;
+    const read = (target, name) => {
+      const value = Reflect.get(target, name, target);
+      if (name === "height") return value - (elements.bar?.offsetHeight ?? 0);
+      return typeof value === "function" ? value.bind(target) : value;
+    };
+    Object.defineProperty(window, "visualViewport", { value: new Proxy(viewport, { get: read }) });
+  }
+
   function key(event) {
     if (event.key !== " " && event.code !== "Space" && event.key !== "Escape") return;
     event.preventDefault();
@@ -195,4 +209,5 @@
   document.addEventListener("DOMContentLoaded", build);
   setInterval(show, STATUS_TIMEOUT / 3);
   connect();
+  endViewportAtBar();
 })();

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from jaxtyping import Float64
-from playwright.sync_api import Locator, Page, expect, sync_playwright
+from playwright.sync_api import Locator, Page, TimeoutError, expect, sync_playwright
 
 from dashboard.scene.scene_setup import initial_viewpoint
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
@@ -126,11 +126,13 @@ def choose(page: Page, box: str, option: str) -> None:
     """Choose an option of a list, which opens when its machine has time."""
     entry = page.get_by_role("option", name=option)
     combobox = page.get_by_role("combobox", name=box, exact=True)
-
-    def opens() -> bool:
+    for _ in range(3):
+        # Another click would close a list that is about to open.
         if combobox.get_attribute("aria-expanded") != "true":
             combobox.click()
-        return entry.is_visible()
-
-    assert comes(page, opens)
+        try:
+            entry.click(timeout=20_000)
+            return
+        except TimeoutError:
+            continue
     entry.click()

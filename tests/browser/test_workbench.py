@@ -311,7 +311,8 @@ def test_list_opens_above_the_stop_bar(bench: tuple[Cell, Page]) -> None:
     box = page.get_by_role("combobox", name="Rope's colour", exact=True)
     bar = page.locator("#stop-bar").bounding_box()
     place = box.bounding_box()
-    assert place is not None and bar is not None
+    assert place is not None
+    assert bar is not None
     # A window that has no room for the list between box and bar.
     height = place["y"] + place["height"] + bar["height"] + 40.0
     page.set_viewport_size({"width": 1280, "height": round(height)})

@@ -76,7 +76,9 @@ _FUNCTIONS: dict[Stage, tuple[str, ...]] = {
         "services/controller/mpc/receding_horizon.py:_setpoints",
         "services/controller/mpc/setpoint_stream.py:extended",
     ),
-    Stage("controller", "guard", "step"): ("services/controller/run/clearance_guard.py:check",),
+    Stage("controller", "guard", "step"): (
+        "services/controller/supervision/clearance_guard.py:check",
+    ),
     Stage("robot_gateway", "check chunks", "step"): (
         "services/robot_gateway/writer_control.py:take_chunks",
         "services/robot_gateway/writer_control.py:advance",

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
-from jaxtyping import Bool, Float64
 
 from lariat.trajectory import MotionState, SetpointChunk
 from services.controller.estimation.adaptation import Adaptation, ParameterEstimate
+from services.controller.estimation.rope_observation import RopeObservation
 from services.controller.mpc.receding_horizon import Command
 from services.controller.mpc.reference_trajectory import ReferenceTrajectory
 from services.controller.run.arm_condition import ArmCondition
 from services.controller.run.goals import GoalRequest
 from services.controller.run.reasons import Reason
 from services.controller.run.requests import Preview, Request, RequestAction
-from services.controller.run.supervisor import PathOffer
 from services.controller.run.task import Goal
+from services.controller.supervision.path_choice import PathOffer
 from shared import messages
 from shared.messages import (
     ArmSetpoints,
@@ -39,24 +39,8 @@ from shared.motion_contract import SETPOINT_PERIOD
 from shared.scenario import SIDES
 
 
-@dataclass(frozen=True)
-class RopeObservation:
-    """Observation of the rope."""
-
-    stamp: int
-    """Time of the image [ns]."""
-    nodes: Float64[np.ndarray, "n 3"]
-    """Node positions [m]."""
-    sigma: Float64[np.ndarray, "n"]
-    """Standard deviation of each node's position [m]."""
-    observed: Bool[np.ndarray, "n"]
-    """Nodes that were seen, not bridged."""
-    doubt: float = 0.0
-    """Probability that the nodes are not those of the held rope [-]."""
-
-
 def rope_observation(message: NodeChain) -> RopeObservation:
-    """Observation of the rope in a message that holds positions."""
+    """Observation of the rope in a message."""
     nodes = chain(message.positions)
     count = len(nodes)
     return RopeObservation(
@@ -183,11 +167,11 @@ def hold_message(reason: Reason, now: int, session: str, sequence: int) -> Setpo
     return Setpoints(stamp=now, session=session, sequence=sequence, hold=True, reason=str(reason))
 
 
-def plan_message(command: Command, dt: int) -> Plan:
+def plan_message(command: Command) -> Plan:
     """Message of the predicted horizon; its first chain is one step after the plan's start."""
     return Plan(
-        stamp=command.plan_start + dt,
-        dt=dt,
+        stamp=command.plan_start + command.plan_step,
+        dt=command.plan_step,
         node_count=command.plan.nodes.shape[1],
         nodes=command.plan.nodes.ravel(),
         cost=command.plan.cost,
@@ -196,7 +180,7 @@ def plan_message(command: Command, dt: int) -> Plan:
 
 
 def path_offer(path: Path) -> PathOffer:
-    """Answer of the planner, without its points."""
+    """Answer of the planner."""
     return PathOffer(
         path.stamp,
         path.goal_revision,
@@ -204,6 +188,12 @@ def path_offer(path: Path) -> PathOffer:
         bool(path.left_positions),
         path.reason,
         path.bending_stiffness,
+        path.node_count,
+        path.others_revision,
+        path.motion_run_started,
+        path.start_after,
+        path.start_before,
+        partial(reference_trajectory, path),
     )
 
 

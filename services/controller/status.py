@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from services.controller.estimation.adaptation import Adaptation
 from services.controller.estimation.state_estimator import StateEstimator
 from services.controller.messages import goal_message, parameters_message
-from services.controller.run.progress import ProgressMonitor
 from services.controller.run.state_machine import RunState
 from services.controller.run.task import Task
+from services.controller.supervision.progress import ProgressMonitor
 from shared import topics
 from shared.messages import RunResult, TaskState
 from shared.service import SECOND, Publication

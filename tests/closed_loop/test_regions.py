@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 from lariat.geometry.obstacles import chain_clearance
-from services.controller.service import ControllerService
+from lariat.rod import Rod
+from services.controller.mpc.collision_scene import CollisionScene
+from services.controller.supervision.clearance_guard import ClearanceGuard
 from shared import topics
 from shared.configuration import ConfigurationError
 from shared.messages import chain
+from shared.scenario.rod_properties import rod_properties
 from stack import preflight
 from stack.scenario_overrides import load_with
 from stack.simulation import closed_loop
@@ -50,14 +53,16 @@ def test_rope_that_hangs_out_between_its_grips_is_refused() -> None:
 
 def test_guard_and_progress_know_the_regions() -> None:
     cell = load_with(SCENARIOS / "three-cylinders.toml", [BEAM, TRAY])
-    controller = ControllerService(cell, "session")
-    nodes = controller.estimator.nodes
+    left, right = cell.grips(cell.start)
+    rod = Rod(rod_properties(cell.rope), cell.rope.node_count)
+    nodes = rod.rest(left, right).state.positions
     up = np.array([0.0, 0.0, 0.01])
     rising = np.stack([nodes + k * up for k in range(1, 6)])
-    scene = controller.scene
-    threat = controller.guard.check(nodes, nodes, rising, 0.0, scene.avoided)
+    scene = CollisionScene(cell)
+    guard = ClearanceGuard(cell.rope.diameter / 2.0, cell.control.clearance)
+    threat = guard.check(nodes, nodes, rising, 0.0, scene.avoided)
     assert threat is not None
     assert threat.obstacle == "tray"
     assert scene.foreseen == cell.bodies
     below = np.stack([nodes - 0.1 * k * up for k in range(1, 6)])
-    assert controller.guard.check(nodes, nodes, below, 0.0, scene.avoided) is None
+    assert guard.check(nodes, nodes, below, 0.0, scene.avoided) is None

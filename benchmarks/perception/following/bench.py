@@ -19,14 +19,12 @@ from benchmarks.result_block import figures_table, find_block, show
 from lariat.geometry import polylines
 from lariat.geometry.obstacles import TABLE
 from lariat.rod import RodProperties
-from services.controller.run.supervisor import SupervisorSettings
+from services.controller.estimation.rope_tracker import MAX_DOUBT
 from services.perception.centerline.estimate import CenterlineEstimate, RopeModel
 from services.perception.centerline.estimator import CenterlineEstimator
 from services.perception.tracking.centerline_tracker import CenterlineTracker
 from services.perception.tracking.chain_doubt import ChainDoubt
 
-MAX_DOUBT = SupervisorSettings().max_doubt
-"""Probability above which the controller does not use a chain [-]."""
 WRONG_ERROR, WRONG_SIGMAS = 0.010, 3.0
 """Error [m] and error relative to sigma above which a node counts as confidently wrong."""
 FOUND_ERROR, FOUND_SHARE = 0.003, 0.5

@@ -41,6 +41,8 @@ class CollisionScene:
         self._goal_clearances = (-1, -1, -1), np.inf, np.inf
         self._regions = scenario.regions
         self._others: tuple[Obstacle, ...] = ()
+        self.others_revision = 0
+        """Revision of the other ropes."""
         self._motions: tuple[ObstacleMotion, ...] = ()
         self._time = 0.0
         self.run_started = 0
@@ -57,15 +59,16 @@ class CollisionScene:
         self._scene, self.revision = obstacles, revision
         self._join()
 
-    def update_others(self, others: tuple[Obstacle, ...]) -> None:
+    def update_others(self, others: tuple[Obstacle, ...], revision: int) -> None:
         """Replace the other ropes.
 
         They are avoided as obstacles are; a goal beside one does not lower the clearance from it.
 
         Args:
             others: Capsules around the ropes beside the held one.
+            revision: Revision of those ropes.
         """
-        self._others = others
+        self._others, self.others_revision = others, revision
         self._join()
 
     def update_motions(self, motions: tuple[ObstacleMotion, ...], run_started: int) -> None:

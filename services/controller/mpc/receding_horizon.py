@@ -55,6 +55,8 @@ class Command:
     """Solution of the horizon."""
     plan_start: int
     """Time at which the predicted horizon begins, when its setpoints reach the arms [ns]."""
+    plan_step: int
+    """Duration of its steps [ns]."""
 
 
 class RecedingHorizonController:
@@ -210,7 +212,8 @@ class RecedingHorizonController:
         )
         plan = self.optimizer.plan(self.estimator.rod, problem, avoidance)
         motions = self._setpoints(reference, commanded, plan)
-        return Command(stream.extended(self._commit, motions), plan, effective)
+        plan_step = round(self.optimizer.time_step / NANOSECONDS)
+        return Command(stream.extended(self._commit, motions), plan, effective, plan_step)
 
     def _predicted_state(
         self, stream: SetpointStream, commanded: MotionState, start: int

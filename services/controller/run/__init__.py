@@ -1,1 +1,1 @@
-"""Run of a task: state machine, supervisor, requests, goals, progress and snag detection."""
+"""Run of a task: state machine, requests, goals and reasons."""

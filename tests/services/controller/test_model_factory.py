@@ -21,10 +21,10 @@ def test_controller_with_the_papers_rod_warms_up_and_adapts() -> None:
     paper = PaperControl(bending_compliance=0.002, iterations=7, optimizer_steps=2)
     control = replace(SCENARIO.control, solver="xpbd", method="network", adapt=True, paper=paper)
     service = build(replace(SCENARIO, control=control), "session")
-    rod = service.estimator.rod
+    rod = service.rope.estimator.rod
     assert isinstance(rod, XpbdRod)
     assert (rod.properties.bending_compliance, rod.model.iterations) == (0.002, 7)
-    assert isinstance(service.adaptation, PaperAdaptation)
+    assert isinstance(service.rope.adaptation, PaperAdaptation)
     service.warm_up()
 
 

@@ -39,7 +39,7 @@ def inbox(now: int, distance: float, newest: dict[str, Received], *requests: Tas
 
 def observe(service: ControllerService, now: int, doubt: float = 0.0, aside: float = 0.0) -> None:
     """Hand over an observation that agrees with the estimate, or lies aside of it [m]."""
-    nodes = service.estimator.nodes + np.array([0.0, aside, 0.0])
+    nodes = service.rope.estimator.nodes + np.array([0.0, aside, 0.0])
     rope = messages.NodeChain(stamp=now, positions=nodes.ravel(), doubt=doubt)
     arrived = {topics.ROPE_NODES.key: [Received(rope, "perception", 0, now)]}
     list(service.step(Inbox({}, arrived), now))
@@ -118,13 +118,13 @@ def test_a_rope_that_may_be_another_is_no_observation_and_the_hold_says_so() -> 
     published(service, SECOND, 0.4, TaskRequest(id="1", action=TaskRequest.START))
     observe(service, SECOND)
     assert hold(SECOND + SECOND // 10) == "waiting for a path"
-    before, now = service.estimator.nodes, SECOND
+    before, now = service.rope.estimator.nodes, SECOND
     for _ in range(25):
         now += SECOND // 50
         published(service, now, 0.4)
         observe(service, now, doubt=0.8, aside=0.02)
     assert "probability 0.80" in hold(now)
-    np.testing.assert_allclose(service.estimator.nodes, before, atol=1e-3)
+    np.testing.assert_allclose(service.rope.estimator.nodes, before, atol=1e-3)
     observe(service, now, doubt=0.01)
     assert hold(now) == "waiting for a path"
 
@@ -143,7 +143,7 @@ def test_duration_of_a_run_ends_with_the_run() -> None:
 def test_verdict_of_a_run_stays_whatever_follows(action: TaskRequest.Action) -> None:
     service = build(SCENARIO, "session")
     published(service, SECOND, 0.4, TaskRequest(id="1", action=TaskRequest.START))
-    nearby = service.estimator.nodes + np.array([0.0, 0.0005, 0.0])
+    nearby = service.rope.estimator.nodes + np.array([0.0, 0.0005, 0.0])
     service.task.goal = replace(service.task.goal, nodes=nearby)
     observe(service, SECOND)
     service.task.apply(RunEvent.SETTLE, ReasonCode.SETTLED)

@@ -15,11 +15,11 @@ SCENARIO = load(Path(__file__).parents[4] / "scenarios" / "three-cylinders.toml"
 def test_other_ropes_are_avoided_and_stay_when_the_scene_changes() -> None:
     scene = CollisionScene(SCENARIO)
     rope = Obstacle("capsule", (0.0, 0.0, 0.3), radius=0.005, height=0.1, name="other rope 1")
-    scene.update_others((rope,))
+    scene.update_others((rope,), 1)
     assert scene.avoided == (*SCENARIO.bodies, rope)
     scene.update(SCENARIO.bodies[:1], 5)
     assert scene.avoided == (SCENARIO.bodies[0], rope)
-    scene.update_others(())
+    scene.update_others((), 2)
     assert scene.avoided == SCENARIO.bodies[:1]
 
 
@@ -28,7 +28,7 @@ def test_a_goal_on_another_rope_does_not_lower_the_clearance_from_it() -> None:
     before = CollisionScene(SCENARIO).avoidance(task, 0.0)
     scene = CollisionScene(SCENARIO)
     middle = tuple(task.goal.nodes[20].tolist())
-    scene.update_others((Obstacle("sphere", middle, radius=0.01, name="other rope 1"),))
+    scene.update_others((Obstacle("sphere", middle, radius=0.01, name="other rope 1"),), 1)
     beside = scene.avoidance(task, 0.0)
     assert len(beside.obstacles) == len(before.obstacles) + 1
     assert beside.clearance == before.clearance

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from services.controller.run.snag_detector import Snag, SnagDetector
+from services.controller.supervision.snag_detector import Snag, SnagDetector
 
 PERIOD = 100_000_000
 LENGTH = 0.45

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lariat.geometry.obstacles import Obstacle
-from services.controller.run.progress import ProgressMonitor, ProgressSettings
+from services.controller.supervision.progress import ProgressMonitor, ProgressSettings
 
 PERIOD = 40_000_000
 GOAL = np.stack([np.linspace(-0.2, 0.2, 9), np.zeros(9), np.full(9, 0.3)], axis=1)

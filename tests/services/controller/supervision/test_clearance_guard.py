@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lariat.geometry.obstacles import Obstacle
-from services.controller.run.clearance_guard import ClearanceGuard, Threat
+from services.controller.supervision.clearance_guard import ClearanceGuard, Threat
 
 RADIUS = 0.004
 LINE = np.stack([np.linspace(-0.2, 0.2, 21), *np.zeros((2, 21))], axis=1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from services.controller.run.slip_detector import Slip, SlipDetector
+from services.controller.supervision.slip_detector import Slip, SlipDetector
 
 REST = np.linspace([-0.2, 0.0, 0.3], [0.2, 0.0, 0.3], 9)
 GRIPS = REST[[0, -1]]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lariat.geometry import polylines
-from lariat.geometry.obstacles import pack
+from lariat.geometry.obstacles import pack_supports
 from lariat.rod import Rod, add_turns
 from services.controller.run.goals import GoalFactory
 from services.planner.moving_obstacles import Departure, divided, plan_departure
@@ -27,8 +27,7 @@ def scenario_problem(scenario: Scenario) -> Problem:
     rope, start = scenario.rope, scenario.start
     rod = Rod(rod_properties(rope), rope.node_count)
     grips = scenario.grips(start)
-    supports = [body for body in scenario.bodies if body.support]
-    packed = pack(supports) if supports else None
+    packed = pack_supports(scenario.bodies)
     state = rod.rest(*grips, obstacles=packed).state
     if start.turns:
         guess = add_turns(state, round(start.turns))

@@ -172,6 +172,16 @@ def chain_clearance(
     return nearest - radius
 
 
+def pack_supports(obstacles: Sequence[Obstacle]) -> Float64[np.ndarray, "m 12"] | None:
+    """Return the obstacles that the rope may lean on, packed for the rod; None without any.
+
+    Args:
+        obstacles: Obstacles, supports among them.
+    """
+    supports = [o for o in obstacles if o.support]
+    return pack(supports) if supports else None
+
+
 def pack(obstacles: Sequence[Obstacle]) -> Float64[np.ndarray, "m 12"]:
     """Return one row per obstacle for compiled kernels, columns as in `PACKED_WIDTH`.
 

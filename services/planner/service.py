@@ -2,78 +2,48 @@
 
 from __future__ import annotations
 
-import logging
-import math
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float64
 
-from lariat.geometry import polylines
-from lariat.geometry.obstacles import Obstacle, pack
+from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
-from lariat.rod import Rod, RodState, add_turns, count_turns_along, state_along
-from lariat.rod.part_fit import fit_part
+from lariat.rod import RodState
 from lariat.trajectory import NANOSECONDS
 from services.planner import whole_path
 from services.planner.extension import ExtensionPlanner
+from services.planner.known_rope import KnownRope
 from services.planner.moving_obstacles import divided, plan_departure
-from services.planner.parameter_update import (
-    is_learnt,
-    unsure_properties,
-    updated_properties,
-)
+from services.planner.path_start import at_rest, moved, stopped
 from services.planner.problem import Problem, WholePath
 from shared import topics
 from shared.extensions import extension
 from shared.messages import (
     RUNNING,
     ArmStates,
-    Goal,
     NodeChain,
-    Parameters,
     Path,
-    RodParameters,
     Scene,
     SceneMotion,
     TaskState,
     arm_pose,
-    chain,
-    grip_pose,
     obstacle_motions,
     poses_known,
     scene_obstacles,
 )
-from shared.messages.parameters import held_ends
 from shared.other_ropes import other_rope_obstacles
 from shared.scenario import SIDES, Scenario
-from shared.scenario.rod_properties import rod_properties
 from shared.scenario.sections import PATH_PLANNERS
 from shared.service import SECOND, Inbox, Publication
 
 if TYPE_CHECKING:
     from services.planner.arms.cell_arms import CellArms
 
-log = logging.getLogger(__name__)
-
-MAX_START_SPEED = 2e-3
-"""Speed of a grip below which it is at rest [m/s]."""
-MAX_START_ANGULAR_SPEED = 1e-2
-"""Angular speed of a grip below which it is at rest [rad/s]."""
 FIRST_PLANNING_TIME = SECOND // 2
 """Time that the first plan is expected to take [ns], after which a path among moving obstacles may
 begin."""
-SAME_SHAPE_DISTANCE = 0.02
-"""Mean node distance between the observed rope and the rod at rest below which both have the same
-shape [m]."""
-COVERED_MISMATCH = 0.002
-"""Root mean square distance of rod and rope at rest that a path's own reserve covers [m]."""
-MISMATCH_DEVIATIONS = 2.0
-"""Distances beyond that one that are added to the clearance [-]."""
-MAX_MISMATCH_MARGIN = 0.015
-"""Largest clearance that is added for the distance of rod and rope [m]."""
 
 
 class PlannerService:
@@ -100,13 +70,8 @@ class PlannerService:
     def __init__(self, scenario: Scenario) -> None:
         self._scenario = scenario
         self.longest_step = max(self.longest_step, scenario.control.planning_time)
-        self._given = rod_properties(scenario.rope)
-        self._rod = Rod(self._given, scenario.rope.node_count)
-        self._variants: tuple[Rod, ...] = ()
-        """Rods with one identified property off by its standard deviation each."""
-        self._held = held_ends(RodParameters())
-        """Poses of the rope's ends in the frames of the grips. Paths are planned for the ends."""
         self._moves = scenario.moves
+        self._rope = KnownRope(scenario.rope, self._moves)
         own = extension("control.path_planner", scenario.control.path_planner, PATH_PLANNERS)
         self._find = (
             whole_path.plan if own is None else ExtensionPlanner(own, scenario, self._moves).plan
@@ -125,7 +90,7 @@ class PlannerService:
     def warm_up(self) -> None:
         """Compile by planning once, from the scenario's start to a goal 10 mm above it."""
         grips = self._scenario.grips(self._scenario.start)
-        state = self._rod.rest(*grips).state
+        state = self._rope.rod.rest(*grips).state
         shift = np.array([0.0, 0.0, 0.01]) * self._moves.any(axis=1).all()
         goal = tuple(Pose(g.position + shift, g.orientation) for g in grips)
         self._find(
@@ -155,7 +120,7 @@ class PlannerService:
         )
         if wanted == self._planned or not poses_known(arms.message):
             begin = None
-        elif _at_rest(arms.message):
+        elif at_rest(arms.message):
             begin = arms.message
         else:
             begin = self._stop_ahead(inbox, task.message, scene.message, arms.message)
@@ -163,10 +128,10 @@ class PlannerService:
             rope = inbox.latest(topics.ROPE_NODES)
             nodes = rope.message if rope is not None else None
             if begin is not arms.message and nodes is not None:
-                nodes = _moved(nodes, arms.message, begin)
+                nodes = moved(nodes, arms.message, begin)
             parameters = inbox.latest(topics.CONTROLLER_PARAMETERS)
             if parameters is not None:
-                self._update_properties(parameters.message)
+                self._rope.update(parameters.message.rod)
             self._planned = wanted
             beside = other_rope_obstacles(others.message) if others is not None else ()
             self._planning_since = now
@@ -196,27 +161,7 @@ class PlannerService:
         changed = (task.goal_revision, scene.revision) != self._planned[:2]
         if not (brakes and changed) or setpoints.hold or setpoints.stamp < task.stamp:
             return None
-        ahead = ArmStates()
-        ahead.CopyFrom(arms)
-        ends = {end.arm: end for end in setpoints.arms}
-        for arm in ahead.arms:
-            if arm.arm in ends:
-                arm.position[:] = ends[arm.arm].positions[-3:]
-                arm.orientation[:] = ends[arm.arm].orientations[-4:]
-        return ahead
-
-    def _update_properties(self, parameters: Parameters) -> None:
-        """Plan with the properties that the controller has identified."""
-        if is_learnt(parameters.rod):
-            try:
-                properties = updated_properties(self._given, parameters.rod)
-                unsure = unsure_properties(properties, parameters.rod)
-            except ValueError as error:
-                log.warning("identified properties are not used: %s", error)
-                return
-            self._rod = self._rod.with_properties(properties)
-            self._held = held_ends(parameters.rod)
-            self._variants = tuple(self._rod.with_properties(p) for p in unsure)
+        return stopped(arms, setpoints)
 
     def _plan(
         self,
@@ -228,23 +173,23 @@ class PlannerService:
         rope: NodeChain | None,
     ) -> Path:
         """Message of a path from the current state to the goal, clear of scene and other ropes."""
-        grips = self._ends(arm_pose(arms, "left"), arm_pose(arms, "right"))
+        grips = self._rope.ends(arm_pose(arms, "left"), arm_pose(arms, "right"))
         message = Path(
             stamp=arms.stamp,
             goal_revision=task.goal_revision,
             scene_revision=scene.revision,
             replan_count=task.replan_count,
-            bending_stiffness=self._rod.properties.bending_stiffness,
+            bending_stiffness=self._rope.rod.properties.bending_stiffness,
         )
         departure = (arms.stamp + self._planning_time) * NANOSECONDS
         still, moving = divided(scene_obstacles(scene), obstacle_motions(motions), departure)
         obstacles = (*still, *others)
         try:
-            state = self._rest_state(grips, rope, obstacles, round(task.turns))
+            state = self._rope.rest_state(grips, rope, obstacles, round(task.turns))
         except ValueError as error:
             message.reason = f"the rod has no shape at rest between the grips: {error}"
             return message
-        goal, goal_grips = self._goal(task.goal, obstacles)
+        goal, goal_grips = self._rope.goal(task.goal, obstacles)
         problem = self.problem(
             state,
             grips,
@@ -256,8 +201,8 @@ class PlannerService:
             task.replan_count,
             task.goal.ends_only,
         )
-        if _at_rest(arms):
-            self._mismatch = self._mismatch_margin(state, rope)
+        if at_rest(arms):
+            self._mismatch = self._rope.mismatch_margin(state, rope)
         margin = max(task.clearance_margin, self._mismatch)
         problem = replace(
             problem,
@@ -283,98 +228,6 @@ class PlannerService:
         joints = {k: np.array(reported.get(SIDES[k], ()), dtype=float) for k in self._arms.arms}
         known = {k: row for k, row in joints.items() if len(row) == len(self._arms.joints[k])}
         return replace(self._arms, joints={**self._arms.joints, **known})
-
-    def _ends(self, left: Pose, right: Pose) -> tuple[Pose, Pose]:
-        """Poses of the rope's ends between two grips."""
-        return left @ self._held[0], right @ self._held[1]
-
-    def _goal(
-        self, goal: Goal, obstacles: tuple[Obstacle, ...]
-    ) -> tuple[Float64[np.ndarray, "n 3"], tuple[Pose, Pose]]:
-        """Nodes and ends of a goal; beside a part that counts, they are fitted with this rod.
-
-        Where the ends alone count, the rope's own ends are to come to the goal's poses.
-        """
-        nodes = self._resampled(chain(goal.positions))
-        if goal.ends_only:
-            ends = grip_pose(goal.left), grip_pose(goal.right)
-            try:
-                supports = [o for o in obstacles if o.support]
-                packed = pack(supports) if supports else None
-                return self._rod.rest(*ends, obstacles=packed).state.positions, ends
-            except ValueError:
-                return nodes, ends
-        ends = self._ends(grip_pose(goal.left), grip_pose(goal.right))
-        if not goal.part:
-            return nodes, ends
-        supports = [o for o in obstacles if o.support]
-        counted = polylines.within(nodes, *goal.part)
-        try:
-            fit = fit_part(
-                self._rod,
-                ends,
-                self._moves,
-                nodes[counted],
-                counted,
-                goal.turns,
-                pack(supports) if supports else None,
-            )
-        except ValueError:
-            return nodes, ends
-        return np.where(counted[:, None], nodes, fit.state.positions), fit.grips
-
-    def _rest_state(
-        self,
-        grips: tuple[Pose, Pose],
-        rope: NodeChain | None,
-        obstacles: tuple[Obstacle, ...],
-        turns: int,
-    ) -> RodState:
-        """State at rest between the grips, with the observed shape and the given turns of twist."""
-        supports = [o for o in obstacles if o.support]
-        packed = pack(supports) if supports else None
-        state = self._rod.rest(*grips, obstacles=packed).state
-        if rope is None or not rope.positions:
-            return self._rest_with_turns(state, turns, grips, packed)
-        observed = self._resampled(chain(rope.positions))
-        guess = add_turns(state_along(observed, grips[0].orientation, grips[1].orientation), turns)
-        # The turns are those of the observed shape.
-        state = self._rest_with_turns(
-            state, count_turns_along(guess, state.positions), grips, packed
-        )
-        if polylines.mean_node_distance(state.positions, observed) < SAME_SHAPE_DISTANCE:
-            return state
-        other = self._rod.rest(*grips, guess=guess, obstacles=packed).state
-        return min(
-            (state, other), key=lambda s: polylines.mean_node_distance(s.positions, observed)
-        )
-
-    def _rest_with_turns(
-        self,
-        state: RodState,
-        turns: int,
-        grips: tuple[Pose, Pose],
-        supports: Float64[np.ndarray, "m 12"] | None,
-    ) -> RodState:
-        """State at rest to which another one relaxes when turns of twist are added to it."""
-        if not turns:
-            return state
-        return self._rod.rest(*grips, guess=add_turns(state, turns), obstacles=supports).state
-
-    def _mismatch_margin(self, state: RodState, rope: NodeChain | None) -> float:
-        """Clearance that is added where the rod at rest is not where the rope is seen [m]."""
-        if rope is None or not rope.positions:
-            return 0.0
-        missed = self._resampled(chain(rope.positions)) - state.positions
-        noise = 3.0 * float(np.mean(np.square(rope.sigma))) if rope.sigma else 0.0
-        square = float(np.mean(np.sum(missed**2, axis=1))) - noise
-        mismatch = math.sqrt(max(square, 0.0)) - COVERED_MISMATCH
-        return min(MISMATCH_DEVIATIONS * max(mismatch, 0.0), MAX_MISMATCH_MARGIN)
-
-    def _resampled(self, nodes: Float64[np.ndarray, "k 3"]) -> Float64[np.ndarray, "n 3"]:
-        """Chain with as many nodes as the rod, by arc length."""
-        count = self._rod.node_count
-        return nodes if len(nodes) == count else polylines.resample_smooth(nodes, count)
 
     def problem(
         self,
@@ -404,14 +257,14 @@ class PlannerService:
         """
         scenario = self._scenario
         return Problem(
-            rod=self._rod,
+            rod=self._rope.rod,
             state=state,
             grips=grips,
             goal=goal,
             goal_grips=goal_grips,
             moves=self._moves,
-            variants=self._variants,
-            held=self._held,
+            variants=self._rope.variants,
+            held=self._rope.held,
             obstacles=(*(o for o in obstacles if not o.support), *scenario.regions),
             supports=tuple(o for o in obstacles if o.support),
             limits=scenario.limits,
@@ -441,28 +294,6 @@ def _arms_of(scenario: Scenario) -> CellArms | None:
     from services.planner.arms.cell_arms import CellArms
 
     return CellArms.of(scenario)
-
-
-def _at_rest(arms: ArmStates) -> bool:
-    """Whether no grip moves: a path begins at rest."""
-    return all(
-        np.linalg.norm(arm.linear_velocity) < MAX_START_SPEED
-        and np.linalg.norm(arm.angular_velocity) < MAX_START_ANGULAR_SPEED
-        for arm in arms.arms
-    )
-
-
-def _moved(rope: NodeChain, arms: ArmStates, ahead: ArmStates) -> NodeChain:
-    """Chain whose nodes have moved with the grips, to where the arms will stand."""
-    nodes = chain(rope.positions)
-    if not len(nodes):
-        return rope
-    left, right = (arm_pose(ahead, side).position - arm_pose(arms, side).position for side in SIDES)
-    share = np.linspace(0.0, 1.0, len(nodes))[:, None]
-    moved = NodeChain()
-    moved.CopyFrom(rope)
-    moved.positions[:] = (nodes + (1.0 - share) * left + share * right).ravel()
-    return moved
 
 
 def _write_path(message: Path, path: WholePath) -> None:

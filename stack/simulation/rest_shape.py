@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry.obstacles import pack
+from lariat.geometry.obstacles import pack_supports
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod
 from services.sim.plants.end_motion import EndMotion
@@ -69,11 +69,11 @@ def _laid(scenario: Scenario, left: Pose, right: Pose) -> Float64[np.ndarray, "n
 
     Plants begin below their grips, where a rope may lie below a support.
     """
-    supports = [body for body in scenario.bodies if body.support]
-    if not supports:
+    supports = pack_supports(scenario.bodies)
+    if supports is None:
         return None
     rod = Rod(true_properties(scenario), scenario.plant_rope.node_count)
-    return rod.rest(left, right, obstacles=pack(supports)).state.positions
+    return rod.rest(left, right, obstacles=supports).state.positions
 
 
 def goal_grips(scenario: Scenario) -> tuple[Pose, Pose]:

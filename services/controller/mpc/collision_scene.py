@@ -107,8 +107,7 @@ class CollisionScene:
     @property
     def supports(self) -> Float64[np.ndarray, "m 12"] | None:
         """Obstacles that the rope may lean on, packed for the rod."""
-        supports = [o for o in self.obstacles if o.support]
-        return geometry.pack(supports) if supports else None
+        return geometry.pack_supports(self.obstacles)
 
     def avoidance(self, task: Task, error: float) -> AvoidanceSpecification:
         """Obstacles and clearances for the horizon.

@@ -8,9 +8,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines
-from lariat.geometry.obstacles import Obstacle
+from lariat.geometry.obstacles import Obstacle, chain_clearance, pack_supports
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, add_turns
 from lariat.rod.part_fit import fit_part, part_points
@@ -148,7 +147,7 @@ class GoalFactory:
         points, counted = part_points(nodes, part, self.rod.node_count, self.scenario.rope.length)
         if np.sum(counted) < MIN_PART_NODES:
             raise RequestRefused(_too_few_nodes(part, int(np.sum(counted))))
-        supports, moves = _supports(self.scenario.bodies), self.scenario.moves
+        supports, moves = pack_supports(self.scenario.bodies), self.scenario.moves
         try:
             fit = fit_part(self.rod, self.start, moves, points, counted, shape.turns, supports)
         except ValueError as error:
@@ -174,7 +173,7 @@ class GoalFactory:
         movable = [self.scenario.end(side).driver != "fixed" for side in SIDES]
         try:
             return Sculptor(self.rod, movable).pull(
-                grips, *request.pull, request.turns, _supports(obstacles)
+                grips, *request.pull, request.turns, pack_supports(obstacles)
             )
         except ValueError as error:
             raise RequestRefused(str(error)) from error
@@ -209,7 +208,7 @@ class GoalFactory:
             RequestRefused: It does not come to rest there, or the grips are too far apart.
         """
         try:
-            packed = _supports(obstacles)
+            packed = pack_supports(obstacles)
             rest = self.rod.rest(left, right, obstacles=packed)
             if turns:
                 guess = add_turns(rest.state, turns)
@@ -264,7 +263,7 @@ class GoalFactory:
                     "outside limits.workspace"
                 )
         for obstacle in obstacles:
-            depth = -geometry.chain_clearance(goal.nodes, rope.diameter / 2.0, [obstacle])
+            depth = -chain_clearance(goal.nodes, rope.diameter / 2.0, [obstacle])
             if depth > 0.0 and obstacle.keep_in:
                 raise RequestRefused(
                     f"the goal leaves the region {obstacle.name!r} by {1e3 * depth:.1f} mm"
@@ -292,9 +291,3 @@ def _too_few_nodes(part: tuple[float, float], held: int) -> str:
         f"the part {part[0]:g} to {part[1]:g} m holds {held} nodes of the model; at least "
         f"{MIN_PART_NODES} make a shape"
     )
-
-
-def _supports(obstacles: Sequence[Obstacle]) -> Float64[np.ndarray, "m 12"] | None:
-    """Supports among some obstacles, as the rod takes them; None without any."""
-    supports = [o for o in obstacles if o.support]
-    return geometry.pack(supports) if supports else None

@@ -8,6 +8,7 @@ from lariat.geometry.obstacles import (
     Obstacle,
     chain_clearance,
     pack,
+    pack_supports,
     segment_distance,
     signed_distance,
 )
@@ -63,3 +64,11 @@ def test_distance_from_a_region_is_that_of_its_body_with_the_sign_turned(shape: 
 def test_a_region_is_no_body_for_the_kernels() -> None:
     with pytest.raises(ValueError, match="'box' is a region"):
         pack([Obstacle("box", (0.0, 0.0, 0.0), size=(1.0, 1.0, 1.0), keep_in=True, name="box")])
+
+
+def test_only_the_supports_are_packed_for_the_rod() -> None:
+    bar = replace(BODIES[1], support=True)
+    supports = pack_supports([*BODIES, bar])
+    assert supports is not None
+    np.testing.assert_array_equal(supports, pack([bar]))
+    assert pack_supports(BODIES) is None

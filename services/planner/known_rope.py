@@ -1,0 +1,164 @@
+"""Rope as the planner knows it: the given rod, updated with what the controller has learnt."""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from lariat.geometry import polylines
+from lariat.geometry.obstacles import Obstacle, pack_supports
+from lariat.geometry.poses import Pose
+from lariat.rod import Rod, RodState, add_turns, count_turns_along, state_along
+from lariat.rod.part_fit import fit_part
+from services.planner.parameter_update import is_learnt, unsure_properties, updated_properties
+from shared.messages import Goal, NodeChain, RodParameters, chain, grip_pose
+from shared.messages.parameters import held_ends
+from shared.scenario.rod_properties import rod_properties
+from shared.scenario.sections import Rope
+
+log = logging.getLogger(__name__)
+
+SAME_SHAPE_DISTANCE = 0.02
+"""Mean node distance between the observed rope and the rod at rest below which both have the same
+shape [m]."""
+COVERED_MISMATCH = 0.002
+"""Root mean square distance of rod and rope at rest that a path's own reserve covers [m]."""
+MISMATCH_DEVIATIONS = 2.0
+"""Distances beyond that one that are added to the clearance [-]."""
+MAX_MISMATCH_MARGIN = 0.015
+"""Largest clearance that is added for the distance of rod and rope [m]."""
+
+
+class KnownRope:
+    """Rod with the properties that are known, and the grips that hold it."""
+
+    def __init__(self, rope: Rope, moves: Bool[np.ndarray, "2 6"]) -> None:
+        """Create the rope of a scenario.
+
+        Args:
+            rope: Rope section of a scenario.
+            moves: Free components of each grip's velocity.
+        """
+        self._given, self._moves = rod_properties(rope), moves
+        self.rod = Rod(self._given, rope.node_count)
+        """Rod with the properties that are known."""
+        self.variants: tuple[Rod, ...] = ()
+        """Rods with one identified property off by its standard deviation each."""
+        self.held = held_ends(RodParameters())
+        """Poses of the rope's ends in the frames of the grips. Paths are planned for the ends."""
+
+    def update(self, parameters: RodParameters) -> None:
+        """Take the properties that the controller has identified."""
+        if is_learnt(parameters):
+            try:
+                properties = updated_properties(self._given, parameters)
+                unsure = unsure_properties(properties, parameters)
+            except ValueError as error:
+                log.warning("identified properties are not used: %s", error)
+                return
+            self.rod = self.rod.with_properties(properties)
+            self.held = held_ends(parameters)
+            self.variants = tuple(self.rod.with_properties(p) for p in unsure)
+
+    def ends(self, left: Pose, right: Pose) -> tuple[Pose, Pose]:
+        """Poses of the rope's ends between two grips."""
+        return left @ self.held[0], right @ self.held[1]
+
+    def goal(
+        self, goal: Goal, obstacles: Sequence[Obstacle]
+    ) -> tuple[Float64[np.ndarray, "n 3"], tuple[Pose, Pose]]:
+        """Nodes [m] and ends of a goal; beside a part that counts, they are fitted with this rod.
+
+        Where the ends alone count, the rope's own ends are to come to the goal's poses.
+
+        Args:
+            goal: The goal.
+            obstacles: Obstacles, supports among them.
+        """
+        nodes = self._resampled(chain(goal.positions))
+        grips = grip_pose(goal.left), grip_pose(goal.right)
+        ends = grips if goal.ends_only else self.ends(*grips)
+        supports = pack_supports(obstacles)
+        try:
+            if goal.ends_only:
+                return self.rod.rest(*ends, obstacles=supports).state.positions, ends
+            if goal.part:
+                counted = polylines.within(nodes, *goal.part)
+                fit = fit_part(
+                    self.rod, ends, self._moves, nodes[counted], counted, goal.turns, supports
+                )
+                return np.where(counted[:, None], nodes, fit.state.positions), fit.grips
+        except ValueError:
+            pass  # A goal that this rod does not take is approached as it is given.
+        return nodes, ends
+
+    def rest_state(
+        self,
+        grips: tuple[Pose, Pose],
+        rope: NodeChain | None,
+        obstacles: Sequence[Obstacle],
+        turns: int,
+    ) -> RodState:
+        """State at rest between the grips, with the observed shape and the given turns of twist.
+
+        Args:
+            grips: Poses of the rope's ends.
+            rope: Observed rope; None before the first observation.
+            obstacles: Obstacles, supports among them.
+            turns: Whole turns of twist of the observed shape.
+
+        Raises:
+            ValueError: The rope does not reach from grip to grip.
+        """
+        supports = pack_supports(obstacles)
+        state = self.rod.rest(*grips, obstacles=supports).state
+        if rope is None or not rope.positions:
+            return self._rest_with_turns(state, turns, grips, supports)
+        observed = self._resampled(chain(rope.positions))
+        guess = add_turns(state_along(observed, grips[0].orientation, grips[1].orientation), turns)
+        # The turns are those of the observed shape.
+        state = self._rest_with_turns(
+            state, count_turns_along(guess, state.positions), grips, supports
+        )
+        if polylines.mean_node_distance(state.positions, observed) < SAME_SHAPE_DISTANCE:
+            return state
+        other = self.rod.rest(*grips, guess=guess, obstacles=supports).state
+        return min(
+            (state, other), key=lambda s: polylines.mean_node_distance(s.positions, observed)
+        )
+
+    def _rest_with_turns(
+        self,
+        state: RodState,
+        turns: int,
+        grips: tuple[Pose, Pose],
+        supports: Float64[np.ndarray, "m 12"] | None,
+    ) -> RodState:
+        """State at rest to which another one relaxes when turns of twist are added to it."""
+        if not turns:
+            return state
+        return self.rod.rest(*grips, guess=add_turns(state, turns), obstacles=supports).state
+
+    def mismatch_margin(self, state: RodState, rope: NodeChain | None) -> float:
+        """Clearance that is added where the rod at rest is not where the rope is seen [m].
+
+        Args:
+            state: Rod at rest.
+            rope: Observed rope; None before the first observation.
+        """
+        if rope is None or not rope.positions:
+            return 0.0
+        missed = self._resampled(chain(rope.positions)) - state.positions
+        noise = 3.0 * float(np.mean(np.square(rope.sigma))) if rope.sigma else 0.0
+        square = float(np.mean(np.sum(missed**2, axis=1))) - noise
+        mismatch = math.sqrt(max(square, 0.0)) - COVERED_MISMATCH
+        return min(MISMATCH_DEVIATIONS * max(mismatch, 0.0), MAX_MISMATCH_MARGIN)
+
+    def _resampled(self, nodes: Float64[np.ndarray, "k 3"]) -> Float64[np.ndarray, "n 3"]:
+        """Chain with as many nodes as the rod, by arc length."""
+        count = self.rod.node_count
+        return nodes if len(nodes) == count else polylines.resample_smooth(nodes, count)

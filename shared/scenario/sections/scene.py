@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 import numpy as np
@@ -100,16 +100,7 @@ class Region:
         Args:
             index: Index in the file, for the name of a region without one.
         """
-        return geometry.Obstacle(
-            shape=self.shape,
-            position=self.position,
-            orientation=tuple(poses.normalized(np.array(self.orientation)).tolist()),
-            radius=self.radius or 0.0,
-            height=self.height or 0.0,
-            size=self.size or (0.0, 0.0, 0.0),
-            keep_in=True,
-            name=self.name or f"keep-in-{index}",
-        )
+        return replace(_body(self, f"keep-in-{index}"), keep_in=True)
 
 
 @dataclass(frozen=True)
@@ -179,17 +170,21 @@ class Obstacle:
         Args:
             index: Index in the file, for the name of an obstacle without one.
         """
-        return geometry.Obstacle(
-            shape=self.shape,
-            position=self.position,
-            orientation=tuple(poses.normalized(np.array(self.orientation)).tolist()),
-            radius=self.radius or 0.0,
-            height=self.height or 0.0,
-            size=self.size or (0.0, 0.0, 0.0),
-            normal=self.normal,
-            support=self.support,
-            name=self.name or f"{self.shape}-{index}",
-        )
+        body = _body(self, f"{self.shape}-{index}")
+        return replace(body, normal=self.normal, support=self.support)
+
+
+def _body(of: Region | Obstacle, name: str) -> geometry.Obstacle:
+    """Geometric body of a region or obstacle, with a name for one without."""
+    return geometry.Obstacle(
+        shape=of.shape,
+        position=of.position,
+        orientation=tuple(poses.normalized(np.array(of.orientation)).tolist()),
+        radius=of.radius or 0.0,
+        height=of.height or 0.0,
+        size=of.size or (0.0, 0.0, 0.0),
+        name=of.name or name,
+    )
 
 
 def _check_sizes(body: Region | Obstacle) -> None:

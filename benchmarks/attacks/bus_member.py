@@ -20,7 +20,7 @@ from shared.messages import (
     TaskRequest,
     validation,
 )
-from shared.messages.validation import MAX_INTEGER
+from shared.messages.checks.values import MAX_INTEGER
 from stack.client import Client, RequestFailed
 
 WHO = "a process with the bus's password"

@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float64
 from dashboard.action_queue import ActionQueue
 from lariat.geometry import polylines
 from shared.messages import Goal
-from shared.messages.validation import MIN_PART_NODES
+from shared.messages.checks.task import MIN_PART_NODES
 from shared.scenario.checks import MAX_PART
 from shared.scenario.sections import Rope
 

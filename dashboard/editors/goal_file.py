@@ -15,7 +15,7 @@ from jaxtyping import Float64
 from lariat.geometry import polylines, poses
 from lariat.geometry.poses import Pose
 from shared.messages import Goal, grip
-from shared.messages.validation import check_goal
+from shared.messages.checks.task import check_goal
 from shared.scenario import Scenario, Shape
 from shared.scenario.checks import check_part
 from shared.scenario.goal_table import read_entry

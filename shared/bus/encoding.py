@@ -5,7 +5,7 @@ from __future__ import annotations
 import zenoh
 
 from shared.message_check import RawMessage
-from shared.messages.validation import MAX_INTEGER
+from shared.messages.checks.values import MAX_INTEGER
 
 PROTOBUF_ENCODING = "application/protobuf;"
 """Encoding of a message, before the full name of its type."""

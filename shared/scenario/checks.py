@@ -7,7 +7,7 @@ import numpy as np
 from lariat.geometry import obstacles as geometry
 from lariat.geometry import polylines
 from shared.configuration import ConfigurationError
-from shared.messages.validation import MAX_OBSTACLES
+from shared.messages.checks.scene import MAX_OBSTACLES
 from shared.scenario.cameras import check_cameras
 from shared.scenario.scenario import MAX_LENGTH_ERROR, Scenario
 from shared.scenario.sections import SIDES, Shape, Side

@@ -15,7 +15,7 @@ from lariat.rod import Rod, add_turns
 from lariat.rod.part_fit import fit_part, part_points
 from services.controller.run.sculptor import Sculptor
 from services.controller.run.task import Goal, RequestRefused
-from shared.messages.validation import MIN_PART_NODES
+from shared.messages.checks.task import MIN_PART_NODES
 from shared.scenario import SIDES, Scenario, Shape
 
 MAX_LENGTH_ERROR = 0.03

@@ -17,7 +17,7 @@ from google.protobuf.json_format import MessageToJson, Parse, ParseError
 from services.recorder.private_folder import make_folder
 from shared.bounded_file import read_file
 from shared.messages import Goal, SavedGoal
-from shared.messages.validation import check_goal
+from shared.messages.checks.task import check_goal
 from shared.scenario.goal_table import goal_table
 
 log = logging.getLogger(__name__)

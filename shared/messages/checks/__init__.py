@@ -1,0 +1,1 @@
+"""Checks of each kind of message, whose lengths must fit each other."""

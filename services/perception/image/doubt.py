@@ -25,6 +25,11 @@ DROPPED_LOG_ODDS = 1.0
 SEEN_LOG_ODDS, SEEN_UNEVENNESS = 3.0, 0.2
 """Mean log odds of the network along a rope from which it is kept in any case, if its unevenness is
 below the second [-]: doubtful is then where it leads to, not whether it is there."""
+FAINT_LOG_ODDS, FAINT_CONTRAST = 1.2, 5.0
+"""Mean log odds of the network along a rope below which it is faint [-], and contrast [Lab]."""
+FAINT_UNEVENNESS, FAINT_LENGTH = 0.2, 55.0
+"""Unevenness above which, and length [rope widths] below which a faint rope is dropped: edges of
+sheets and rims of discs look like this."""
 ROPE_COEFFICIENTS = (
     0.2616,
     -1.2068,
@@ -103,7 +108,15 @@ def believed(ropes: list[RopeFeatures]) -> list[int]:
     odds = [log_odds(r) for r in ropes]
     seen = [r.unseen < -SEEN_LOG_ODDS and r.unevenness < SEEN_UNEVENNESS for r in ropes]
     likely = [k for k, o in enumerate(odds) if o < DROPPED_LOG_ODDS or seen[k]]
+    likely = [k for k in likely if not _edge_like(ropes[k])]
     return likely or [int(np.argmin(odds))]
+
+
+def _edge_like(rope: RopeFeatures) -> bool:
+    """Whether a rope is as faint, uneven and short as pieces of edges are."""
+    faint = rope.unseen > -FAINT_LOG_ODDS or rope.contrast < np.log(1.0 + FAINT_CONTRAST)
+    short = rope.length < np.log(FAINT_LENGTH)
+    return bool(faint and short and rope.unevenness > FAINT_UNEVENNESS)
 
 
 def image_features(

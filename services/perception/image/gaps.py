@@ -18,6 +18,9 @@ MAX_GAP_SEARCH_WIDTHS = 12.0
 """Distance up to which the ends of a gap are compared [rope widths]."""
 MAX_EXCURSION_WIDTHS = 1.5
 """Distance from the image up to which a rope is followed outside [rope widths]."""
+MAX_EXCURSION_COST = 0.9
+"""Cost of a pair up to which it is joined outside the image [-]: a loop whose turn is cut off bends
+more than a rope that something covers."""
 BORDER_WIDTHS = 1.5
 """Distance from the image's border up to which a rope may leave the image [rope widths]."""
 
@@ -46,11 +49,12 @@ def gap_pairs(
         for b in ends[k + 1 :]:
             if a[0] == b[0]:
                 continue
+            limit, total = FREE_END_COST, cost(a, b)
             if _outside(tips[a], poses[a], tips[b], poses[b], mask.shape, width):
-                total = cost(a, b)
+                limit = MAX_EXCURSION_COST
             else:
-                total = cost(a, b) + _gap_cost(poses[a], poses[b], mask, ground, width)
-            if total < FREE_END_COST:
+                total += _gap_cost(poses[a], poses[b], mask, ground, width)
+            if total < limit:
                 ranked.append((total, a, b))
     taken: set[FragmentEnd] = set()
     pairs = []

@@ -126,6 +126,21 @@ def test_a_rope_that_leaves_the_image_for_a_short_way_is_one_rope() -> None:
     assert np.ptp(line.pixels[:, 0]) > 500.0
 
 
+def test_a_loop_whose_turn_is_cut_off_by_the_border_is_one_rope() -> None:
+    t = np.linspace(-4.0, 4.0, 1200)
+    axis = np.stack([320.0 + 30.0 * t - 90.0 * np.sin(t), 81.0 - 90.0 * np.cos(t)], axis=1)
+    (rope,) = detect_ropes(taken([cable(axis, RED)])).ropes
+    (line,) = rope.lines
+    ends = line.pixels[[0, -1]]
+    ends = ends[np.argsort(ends[:, 0])]
+    assert np.linalg.norm(ends - axis[[0, -1]], axis=1).max() < 20.0
+
+
+def test_two_ropes_of_one_colour_that_leave_the_image_side_by_side_are_two() -> None:
+    one, two = wave((171.0, 329.0), (301.0, -30.0), 0.0), wave((469.0, 329.0), (339.0, -30.0), 0.0)
+    assert len(detect_ropes(taken([cable(one, RED), cable(two, RED)])).ropes) == 2
+
+
 def test_labels_end_where_the_cable_is_cut_off() -> None:
     axis = np.stack([np.linspace(150.0, 490.0, 700), np.linspace(160.0, 330.0, 700)], axis=1)
     random = np.random.default_rng(0)

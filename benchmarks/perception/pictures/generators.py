@@ -117,7 +117,9 @@ def tuning_picture(seed: int, cable_count: int, ground: Ground) -> LabelledPictu
 
 
 def held_out_picture(seed: int, cable_count: int, ground: Ground) -> LabelledPicture:
-    """Return a picture for figures; only the seeds 6100 to 6119 have served for tuning.
+    """Return a picture for figures; only two ranges of seeds have served for tuning.
+
+    These are 5200 to 5319 and 6100 to 6119.
 
     Args:
         seed: Seed of everything in it.

@@ -137,11 +137,13 @@ class Door:
         # viser's side of the page takes its own address, without the slash, for its WebSocket.
         app.router.add_get(page, self._relay.serve)
         app.router.add_get(page + "/", self._show_page)
+        parts = html.PARTS
         if self._cell_socket is not None:
             app.router.add_post(page + "/hold", self._cell_socket.hold)
             app.router.add_get(page + "/cell", self._cell_socket.serve)
-            for file in html.PARTS:
-                app.router.add_get(f"{page}/{file}", _file(html.BROWSER / file))
+            parts += html.CELL_PARTS
+        for file in parts:
+            app.router.add_get(f"{page}/{file}", _file(html.BROWSER / file))
         return app
 
     @web.middleware

@@ -11,12 +11,14 @@ import viser
 
 BROWSER = Path(__file__).parent / "browser"
 """Folder of the scripts and styles around viser's page."""
-PARTS = tuple(
+CELL_PARTS = tuple(
     f"{name}.{kind}"
     for name in ("stop_bar", "banner", "guide", "large_screen")
     for kind in ("js", "css")
 )
-"""Files of that folder."""
+"""Files of that folder for the page of a cell."""
+PARTS = ("keys.js",)
+"""Files of that folder for every page."""
 
 _ICON = (
     "data:image/svg+xml,%3Csvg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 32 32'%3E"
@@ -78,14 +80,13 @@ def page(title: str, with_cell: bool) -> str:
     """
     text = (Path(viser.__file__).parent / "client/build/index.html").read_text()
     parts = ""
-    if with_cell:
-        for name in PARTS:
-            script = name.endswith(".js")
-            parts += (
-                f'<script src="{name}"></script>'
-                if script
-                else f'<link rel="stylesheet" href="{name}">'
-            )
+    for name in (*CELL_PARTS, *PARTS) if with_cell else PARTS:
+        script = name.endswith(".js")
+        parts += (
+            f'<script src="{name}"></script>'
+            if script
+            else f'<link rel="stylesheet" href="{name}">'
+        )
     for pattern, new in (
         (r'<link\s+rel="icon".*?/>', f'<link rel="icon" href="{_ICON}">'),
         (r"<title>.*?</title>", f"<title>{html.escape(title)}</title>"),

@@ -22,6 +22,8 @@ TARGET_DROP = 0.08
 """Distance of the view's target below the middle of the scene, relative to its size [-]."""
 FULL_ASPECT = 1.0
 """Width of the view over its height below which the view moves back [-]."""
+FIRST_ASPECT = 0.79
+"""Width of the view over its height where the window has 1280 by 800 pixels [-]."""
 ARM_SHARE = 0.5
 """Share of the way from a grip to the base of its arm that is in view [-]."""
 MIN_SCENE_SIZE = 0.5
@@ -41,7 +43,7 @@ class Viewpoint(NamedTuple):
     """Vertical field of view [rad]."""
 
 
-def initial_viewpoint(scenario: Scenario, aspect: float = FULL_ASPECT) -> Viewpoint:
+def initial_viewpoint(scenario: Scenario, aspect: float = FIRST_ASPECT) -> Viewpoint:
     """Viewpoint in front and above, with start, goal, obstacles and the fore of the arms in view.
 
     Args:

@@ -126,13 +126,13 @@ def choose(page: Page, box: str, option: str) -> None:
     """Choose an option of a list, which opens when its machine has time."""
     entry = page.get_by_role("option", name=option)
     combobox = page.get_by_role("combobox", name=box, exact=True)
-    for _ in range(3):
-        # Another click would close a list that is about to open.
-        if combobox.get_attribute("aria-expanded") != "true":
-            combobox.click()
+    for _ in range(5):
+        combobox.click()
         try:
-            entry.click(timeout=20_000)
-            return
+            entry.click(timeout=12_000)
         except TimeoutError:
-            continue
-    entry.click()
+            # The page hides a list whose box was moved out of view; this closes it.
+            combobox.press("Tab")
+        else:
+            return
+    raise AssertionError(f"the list {box!r} shows no {option!r}")

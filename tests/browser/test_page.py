@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -94,6 +95,8 @@ def test_hold_that_the_gateway_does_not_confirm_is_said(cell: tuple[Cell, Page])
 
 def test_hold_that_is_pressed_again_is_tried_as_often_again(cell: tuple[Cell, Page]) -> None:
     _, page = cell
+    # The attempts of an earlier press have ended.
+    expect(hold_button(page)).not_to_have_class(re.compile("sent"))
     asked: list[Route] = []
     page.route("**/hold", lambda route: asked.append(route))
 
@@ -369,12 +372,13 @@ def test_opened_run_is_shown_at_any_time_and_saved(cell: tuple[Cell, Page], tmp_
     page.keyboard.down("ArrowRight")
     page.wait_for_timeout(1000)
     page.keyboard.up("ArrowRight")
-    for _ in range(4):
+    for step in range(2, 6):
+        expect(slider).to_have_attribute("aria-valuenow", f"{0.02 * (step - 1):g}")
         slider.press("ArrowRight")
     save = page.get_by_role("button", name="Save picture (PNG)")
     expect(save).to_be_enabled()
-    page.wait_for_timeout(500)
-    assert stage.newest(topics.RUN_LIST_REQUEST).time == pytest.approx(0.1)
+    asked = [pytest.approx(0.1)]
+    assert comes(page, lambda: [m.time for m in stage.sent(topics.RUN_LIST_REQUEST)][-1:] == asked)
     # It is drawn as the legend says: white, beside the live one.
     page.get_by_text("View", exact=True).click()
     line = page.get_by_text("rope of an opened run").locator("xpath=..").locator("span").first

@@ -15,8 +15,8 @@ from dashboard.panels.note import note_html
 from shared.messages import CampaignState, CampaignTrial
 
 DONE, BROKEN = CampaignTrial.DONE, CampaignTrial.BROKEN
-OVER = (DONE, BROKEN, CampaignTrial.CANCELED)
-"""States of trials that have ended."""
+OVER = (DONE, BROKEN)
+"""States of trials that have come to their end."""
 STATE_WORDS = {
     CampaignTrial.WAITING: "waits",
     CampaignTrial.RUNNING: "runs",
@@ -41,7 +41,11 @@ def progress_html(campaign: CampaignState | None) -> str:
         parts.append(f"{broken} broken")
     if campaign.running and done:
         seconds = float(np.mean([t.wall for t in done])) * (len(trials) - over)
-        parts.append(f"about {seconds / 60.0:.0f} min left" if seconds > 90 else "soon done")
+        parts.append(
+            f"about {seconds / 60.0:.0f} min left"
+            if seconds > 90
+            else f"about {seconds:.0f} s left"
+        )
     if not campaign.running:
         parts.append(
             "canceled" if any(t.state == CampaignTrial.CANCELED for t in trials) else "over"

@@ -38,11 +38,12 @@ def test_an_uneven_region_is_dropped_though_the_network_sees_it() -> None:
     assert believed([SURE, uneven]) == [0]
 
 
-def test_a_short_faint_uneven_piece_is_dropped_but_not_a_long_or_an_even_one() -> None:
+def test_a_short_faint_uneven_piece_is_dropped_but_not_a_long_even_or_clear_one() -> None:
     edge = replace(SURE, length=3.3, unevenness=0.3, unseen=0.0)
     assert log_odds(edge) < DROPPED_LOG_ODDS
     assert believed([SURE, edge]) == [0]
     assert believed([SURE, replace(edge, contrast=1.5, unseen=-3.0)]) == [0]
     assert believed([SURE, replace(edge, length=5.0)]) == [0, 1]
     assert believed([SURE, replace(edge, unevenness=0.15)]) == [0, 1]
+    assert believed([SURE, replace(edge, unseen=-2.0)]) == [0, 1]
     assert believed([edge]) == [0]

@@ -19,6 +19,11 @@ from shared.configuration import ConfigurationError
 
 SAMPLING_RATE = 200
 """Samples per second [Hz]."""
+WAITING = ("/threading.py", "/selectors.py", "/concurrent/futures/thread.py")
+"""Files whose functions, where they are innermost, wait for another thread or a socket; py-spy takes
+some of these threads for busy ones."""
+PACE = ("/shared/live.py", "_keep_pace")
+"""File and function in which a process waits for its next step."""
 
 
 def sample_command(command: Sequence[str], keep: Path | None) -> tuple[str, list[Sample]]:
@@ -76,7 +81,7 @@ def sample_processes(
 
 
 def read(file: Path) -> list[Sample]:
-    """Return the samples of a profile in speedscope's format."""
+    """Return the samples of a profile in speedscope's format, without those of threads that wait."""
     profile = json.loads(file.read_text())
     # A method has the name of its class before it, where py-spy can tell.
     frames = [
@@ -87,7 +92,14 @@ def read(file: Path) -> list[Sample]:
         Sample(tuple(frames[k] for k in stack), weight)
         for thread in profile["profiles"]
         for stack, weight in zip(thread["samples"], thread["weights"], strict=True)
+        if stack and not _waits(frames[stack[-1]])
     ]
+
+
+def _waits(innermost: Frame) -> bool:
+    if innermost.file.endswith(PACE[0]):
+        return innermost.function == PACE[1]
+    return innermost.file.endswith(WAITING)
 
 
 def _py_spy(file: Path) -> list[str]:

@@ -17,7 +17,7 @@ CELL_PARTS = tuple(
     for kind in ("js", "css")
 )
 """Files of that folder for the page of a cell."""
-PARTS = ("keys.js",)
+PARTS = ("software_drawing.js", "keys.js")
 """Files of that folder for every page."""
 
 _ICON = (

@@ -119,9 +119,8 @@ class RunFiles:
             self._end_run(now)
         kind = self._wanted(now)
         if kind != self._kind or self._is_full(now):
-            self._close(now)
-            self._kind = kind
-        if self._writer is None and now >= self._retry_time:
+            self._change_kind(kind, now)
+        elif self._writer is None and now >= self._retry_time:
             self._open(now)
         self._write_due(now)
         if self._writer is None:
@@ -178,8 +177,17 @@ class RunFiles:
                 self._give_up(f"cannot write {self._writer.path}: {error}", now)
 
     def _end_run(self, now: int) -> None:
+        if self._kind == "idle":
+            # A step that came late meets the begin and the end of a run at once.
+            self._change_kind("run", now)
         self.run, self._run_end = "", 0
         self._close(now)
+
+    def _change_kind(self, kind: Kind, now: int) -> None:
+        self._close(now)
+        self._kind = kind
+        if now >= self._retry_time:
+            self._open(now)
 
     def _close(self, now: int) -> None:
         """Close the open file; what waits belongs to it if it is the file of a run."""

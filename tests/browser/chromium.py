@@ -1,7 +1,6 @@
 """Debian's chromium, headless, with software rendering.
 
-It runs at the lowest priority and draws ten times a second: without a graphics card it would take
-every core from the stack.
+It runs at the lowest priority: without a graphics card it would take every core from the stack.
 """
 
 from __future__ import annotations
@@ -21,7 +20,6 @@ from dashboard.scene.scene_setup import initial_viewpoint
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from shared.scenario import Scenario
 
-FEWER_FRAMES = Path(__file__).with_name("fewer_frames.js")
 EXECUTABLE = shutil.which("chromium")
 FLAGS = (
     "--headless=new",
@@ -58,7 +56,6 @@ def opened(url: str, width: int = 1440, height: int = 810) -> Iterator[Page]:
             viewport={"width": width, "height": height},
         )
         context.set_default_timeout(60_000)
-        context.add_init_script(path=FEWER_FRAMES)
         page = context.pages[0]
         try:
             page.goto(url)

@@ -76,6 +76,7 @@ def test_recording_plays_and_can_be_scrubbed(tmp_path: Path) -> None:
             expect(page.get_by_text(re.compile(r"^Running: "))).to_be_visible()
             assert page.get_by_role("button", name="Start").count() == 0
             last = page.get_by_text(re.compile(r"^Running: ")).inner_text()
+            check_that_software_draws_plainly(page)
             check_that_the_arm_moves(page)
             seek(page, 0.5)
             expect(page.get_by_text(last)).to_have_count(0)
@@ -86,6 +87,20 @@ def test_recording_plays_and_can_be_scrubbed(tmp_path: Path) -> None:
         started = time.monotonic()
         process.wait(5.0)
         assert time.monotonic() - started < 5.0
+
+
+def check_that_software_draws_plainly(page: Page) -> None:
+    """Look at the scene's drawing, which has no graphics card here, and count pictures."""
+    attributes = "canvas => canvas.getContext('webgl2').getContextAttributes().antialias"
+    assert page.locator("canvas[data-engine]").evaluate(attributes) is False
+    count = """async () => {
+        let drawn = 0;
+        const next = () => { drawn++; requestAnimationFrame(next); };
+        requestAnimationFrame(next);
+        await new Promise((done) => setTimeout(done, 2000));
+        return drawn;
+    }"""
+    assert 1 <= page.evaluate(count) <= 21
 
 
 def check_that_the_arm_moves(page: Page) -> None:

@@ -407,6 +407,15 @@ def test_first_steps_follow_the_cell_and_a_phone_only_watches(bench: tuple[Cell,
         expect(disarm).to_have_css("pointer-events", "none" if width < 700 else "auto")
     expect(page.locator("#banner")).to_contain_text("only watches; HOLD works")
     expect(guide).to_be_hidden()
+    # It shows the scene above the panel.
+    box = (
+        page.get_by_text("Arms", exact=True)
+        .locator("xpath=ancestor::*[contains(@class, 'Paper')][last()]")
+        .bounding_box()
+    )
+    assert box is not None
+    assert (box["x"], box["width"]) == (0.0, 390.0)
+    assert box["y"] >= 400.0
     page.locator("#stop-bar .hold").click()
     assert cell.asked(topics.ARM_COMMAND).action == ArmCommand.HOLD
     # Whoever asks a phone for the controls has them without its answer.

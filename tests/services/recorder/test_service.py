@@ -239,6 +239,21 @@ def test_requests_of_persons_to_an_idle_cell_are_all_recorded(tmp_path: Path):
     assert len(stamps(idle, "arm/command")) == 20
 
 
+@pytest.mark.parametrize("last", [REACHED, IDLE])
+def test_a_run_that_a_late_step_meets_whole_is_recorded(tmp_path: Path, last: int):
+    cell = Cell(tmp_path, start_up=0.0)
+    cell.live(3.0)
+    for k in range(240):
+        state = RUNNING if k < 150 else last
+        cell.hear(topics.TASK_STATE, TaskState(stamp=cell.now, state=state, run="run-1"))
+        cell.now += SECOND // 30
+    cell.live(1.0, last, "run-1")
+    cell.recorder.close()
+    (file,) = runs_of(tmp_path)
+    states = [e.parse().state for e in Recording(file).messages(["task/state"])]
+    assert states.count(RUNNING) == 150
+
+
 def test_a_moving_arm_is_recorded_like_a_run(tmp_path: Path):
     cell = Cell(tmp_path, start_up=0.0)
     cell.live(5.0)

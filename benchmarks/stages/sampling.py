@@ -20,7 +20,7 @@ from shared.configuration import ConfigurationError
 SAMPLING_RATE = 200
 """Samples per second [Hz]."""
 WAITING = ("/threading.py", "/selectors.py", "/concurrent/futures/thread.py")
-"""Files whose functions, where they are innermost, wait for another thread or a socket; py-spy takes
+"""Files whose functions wait for another thread or a socket where they are innermost; py-spy takes
 some of these threads for busy ones."""
 PACE = ("/shared/live.py", "_keep_pace")
 """File and function in which a process waits for its next step."""
@@ -81,7 +81,7 @@ def sample_processes(
 
 
 def read(file: Path) -> list[Sample]:
-    """Return the samples of a profile in speedscope's format, without those of threads that wait."""
+    """Return a profile in speedscope's format, without the samples of threads that wait."""
     profile = json.loads(file.read_text())
     # A method has the name of its class before it, where py-spy can tell.
     frames = [

@@ -232,11 +232,14 @@ def preview(draft: GoalDraft) -> GoalPreview:
 
 
 @contextmanager
-def opened_cell(*, dead: bool = False) -> Iterator[tuple[Cell, Page]]:
+def opened_cell(
+    *, dead: bool = False, size: tuple[int, int] = (1280, 800)
+) -> Iterator[tuple[Cell, Page]]:
     """Open the page of a cell in a browser, and end both afterwards.
 
     Args:
         dead: Whether nothing is started yet.
+        size: Width and height of the window [pixels].
     """
     service = build(SCENARIO, "dashboard-ab", DashboardOptions(port=free_port()))
     cell = Cell(Stage(service, SCENARIO))
@@ -244,7 +247,7 @@ def opened_cell(*, dead: bool = False) -> Iterator[tuple[Cell, Page]]:
     cell.dead = dead
     cell.start()
     try:
-        with opened(service.address, 1280, 800) as page:
+        with opened(service.address, *size) as page:
             yield cell, page
     finally:
         cell.end()

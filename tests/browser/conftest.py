@@ -1,4 +1,4 @@
-"""Pictures of the page after each test, in two sizes of the window, where `--screenshots` asks."""
+"""Pages of a cell in a browser, and pictures of them where `--screenshots` asks."""
 
 from __future__ import annotations
 
@@ -9,10 +9,27 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page
 
+from tests.browser.cell import Cell, opened_cell
+
 SIZES = ((1280, 800), (1920, 1080))
 """Widths and heights of the window [pixels]."""
 SETTLING_TIME = 500.0
 """Time that the page gets to draw itself in another size [ms]."""
+
+
+@pytest.fixture(scope="module")
+def bench() -> Iterator[tuple[Cell, Page]]:
+    """Page in a window of 1280 x 800 pixels."""
+    with opened_cell() as both:
+        yield both
+
+
+@pytest.fixture(scope="module")
+def cell() -> Iterator[tuple[Cell, Page]]:
+    """Page in a window of 1440 x 810 pixels."""
+    with opened_cell(size=(1440, 810)) as (stage, page):
+        page.get_by_role("button", name="Edit goal").wait_for()
+        yield stage, page
 
 
 @pytest.fixture(autouse=True)

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
+from lariat.geometry.grippers import axis_clearance
 from lariat.geometry.obstacles import Obstacle
-from services.controller.mpc.collision_scene import CollisionScene
+from services.controller.mpc.collision_scene import GOAL_CLEARANCE_TOLERANCE, CollisionScene
 from services.controller.service import ControllerService
 from shared.scenario import load
 
@@ -33,3 +36,18 @@ def test_a_goal_on_another_rope_does_not_lower_the_clearance_from_it() -> None:
     assert len(beside.obstacles) == len(before.obstacles) + 1
     assert beside.clearance == before.clearance
     assert beside.gripper_clearance == before.gripper_clearance
+
+
+@pytest.mark.parametrize("distance", [0.0172, 0.5])
+def test_a_body_beside_a_goal_lowers_the_clearance_of_the_grippers(distance: float) -> None:
+    task = ControllerService(SCENARIO, "session").task
+    limits = SCENARIO.limits
+    usual = axis_clearance(limits.gripper_radius, limits.keep_out)
+    scene = CollisionScene(SCENARIO)
+    radius = 0.01
+    # Above the left gripper, so that its axis is as near as the grip.
+    centre = task.goal.left.position + [0.0, 0.0, distance + radius]
+    scene.update((Obstacle("sphere", tuple(centre.tolist()), radius=radius, name="lamp"),), 5)
+    own = scene.avoidance(task, 0.0).gripper_clearance
+    expected = min(usual, distance - GOAL_CLEARANCE_TOLERANCE)
+    assert own == pytest.approx(expected, abs=1e-9)

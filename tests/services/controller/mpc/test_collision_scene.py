@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from lariat.geometry.grippers import axis_clearance
@@ -46,7 +47,7 @@ def test_a_body_beside_a_goal_lowers_the_clearance_of_the_grippers(distance: flo
     scene = CollisionScene(SCENARIO)
     radius = 0.01
     # Above the left gripper, so that its axis is as near as the grip.
-    centre = task.goal.left.position + [0.0, 0.0, distance + radius]
+    centre = np.add(task.goal.left.position, (0.0, 0.0, distance + radius))
     scene.update((Obstacle("sphere", tuple(centre.tolist()), radius=radius, name="lamp"),), 5)
     own = scene.avoidance(task, 0.0).gripper_clearance
     expected = min(usual, distance - GOAL_CLEARANCE_TOLERANCE)

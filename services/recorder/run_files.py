@@ -72,6 +72,8 @@ class RunFiles:
         """Name of the run in the file; empty while the cell is idle."""
         self.failure = ""
         """Reason why nothing is recorded; empty while a file is open."""
+        self.late: tuple[str, str] | None = None
+        """Run that was over before its file was open, and the file's name; None without one."""
         self.lost = 0
         """Number of messages of runs that were left out, since too many waited."""
 
@@ -180,6 +182,8 @@ class RunFiles:
         if self._kind == "idle":
             # A step that came late meets the begin and the end of a run at once.
             self._change_kind("run", now)
+            if self._writer is not None:
+                self.late = self.run, self._writer.path.name
         self.run, self._run_end = "", 0
         self._close(now)
 

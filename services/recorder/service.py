@@ -125,6 +125,9 @@ class RecorderService:
                 log.error("not recording: %s", self.note)
         yield from self._view.draw(now)
         writer = self._files.writer
+        if self._files.late is not None:
+            self._runs.take_late_file(*self._files.late)
+            self._files.late = None
         requests = [item.message for item in inbox.every(topics.RUN_LIST_REQUEST)]
         yield from self._runs.step(requests, writer.path.name if writer else "", now)
         wanted = [item.message for item in inbox.every(topics.GOAL_LIST_REQUEST)]

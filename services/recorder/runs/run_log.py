@@ -84,6 +84,17 @@ class RunLog:
         if self._summary.id and not self._summary.over and name not in self._summary.files:
             self._summary.files.append(name)
 
+    def take_late_file(self, run: str, name: str) -> bool:
+        """Take the name of the recording of a run that was over before the file was open.
+
+        Returns:
+            Whether it is the last run, and had no recording yet.
+        """
+        missing = self._summary.run == run and not self._summary.files
+        if missing:
+            self._summary.files.append(name)
+        return missing
+
     def _begin(self, task: TaskState) -> None:
         self._history.clear()
         at = datetime.fromtimestamp(task.run_started / SECOND, UTC)

@@ -53,6 +53,11 @@ class Runs:
         if self._log.take_result(result) and (run := self._log.present):
             self._keep(run)
 
+    def take_late_file(self, run: str, name: str) -> None:
+        """Take the name of the recording of a run that was over before the file was open."""
+        if self._log.take_late_file(run, name) and (present := self._log.present):
+            self._keep(present)
+
     def step(
         self, requests: Sequence[RunListRequest], open_file: str, now: int
     ) -> Iterator[Publication]:

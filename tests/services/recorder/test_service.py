@@ -26,6 +26,7 @@ from shared.messages import (
     ArmState,
     ArmStates,
     NodeChain,
+    RunResult,
     TaskState,
 )
 from shared.recording import Recording
@@ -243,15 +244,20 @@ def test_requests_of_persons_to_an_idle_cell_are_all_recorded(tmp_path: Path):
 def test_a_run_that_a_late_step_meets_whole_is_recorded(tmp_path: Path, last: int):
     cell = Cell(tmp_path, start_up=0.0)
     cell.live(3.0)
+    started = cell.now
     for k in range(240):
         state = RUNNING if k < 150 else last
-        cell.hear(topics.TASK_STATE, TaskState(stamp=cell.now, state=state, run="run-1"))
+        task = TaskState(stamp=cell.now, state=state, run="run-1", run_started=started)
+        cell.hear(topics.TASK_STATE, task)
         cell.now += SECOND // 30
-    cell.live(1.0, last, "run-1")
+    cell.hear(topics.RUN_RESULT, RunResult(run="run-1", reached=True))
+    cell.live(2.0)
     cell.recorder.close()
     (file,) = runs_of(tmp_path)
     states = [e.parse().state for e in Recording(file).messages(["task/state"])]
     assert states.count(RUNNING) == 150
+    (summary,) = [m for topic, m in cell.said if topic.key == topics.RUN_LIST.key][-1].runs
+    assert list(summary.files) == [file.name]
 
 
 def test_a_moving_arm_is_recorded_like_a_run(tmp_path: Path):

@@ -22,7 +22,7 @@ test: .venv/installed-dev  ## in parallel the tests that compute, one by one tho
 check: .venv/installed-dev  ## style, types, import rules
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
-	$(BIN)/pyright
+	$(BIN)/pyright --threads
 	$(BIN)/lint-imports
 
 docs: .venv/installed-dev  ## the documentation as a site, site/index.html; a warning is an error

@@ -167,6 +167,7 @@ def test_first_steps_follow_the_cell_and_a_phone_only_watches(bench: tuple[Cell,
     start = page.get_by_role("button", name="Start", exact=True).bounding_box()
     assert start is not None
     assert start["x"] + start["width"] < 390.0
+    assert start["width"] > 340.0
     page.locator("#stop-bar .hold").click()
     assert cell.asked(topics.ARM_COMMAND).action == ArmCommand.HOLD
     # Whoever asks a phone for the controls has them without its answer.

@@ -77,10 +77,13 @@ class WriterControl:
         """Chunks that came with the one that is checked, in case it is refused."""
         self._checked: Candidate | None = None
         """Chunk whose check has begun."""
+        self._session = ""
+        """Session of the writer whose messages are numbered below."""
         self.sequence = 0
         """Sequence number of the message that was accepted last."""
         self.refused_sequence = 0
-        """Sequence number of the chunk that was refused last."""
+        """Sequence number of the chunk that was refused last; 0 where none was since a person
+        permitted motion."""
         self.refusal = ""
         """Reason for the last refusal."""
 
@@ -149,8 +152,8 @@ class WriterControl:
         self._control.safety = self._control.safety.moving(True)
 
     def forget_refusal(self) -> None:
-        """Forget the reason for the last refusal, after a person has permitted motion."""
-        self.refusal = ""
+        """Forget the last refusal, after a person has permitted motion."""
+        self.refused_sequence, self.refusal = 0, ""
 
     def note_refusal(self, refused: ChunkRefused) -> None:
         """Note that a motion which no writer asked for was refused."""
@@ -211,6 +214,9 @@ class WriterControl:
             self._follower.halt()
         if isinstance(answer, ChunkRefused):
             raise answer
+        if session != self._session:
+            # Another writer counts anew.
+            self._session, self.sequence, self.refused_sequence = session, 0, 0
         return answer
 
     def _refuse(self, refused: ChunkRefused, sequence: int | None) -> None:

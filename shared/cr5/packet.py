@@ -112,6 +112,8 @@ class PacketReader:
 
     def __init__(self) -> None:
         self._buffer = bytearray()
+        self.count = 0
+        """Packets so far."""
         self.skipped = 0
         """Bytes skipped to find the start of a packet."""
 
@@ -123,6 +125,7 @@ class PacketReader:
             if self._aligned():
                 newest = bytes(self._buffer[:PACKET_SIZE])
                 del self._buffer[:PACKET_SIZE]
+                self.count += 1
             else:
                 self._resynchronize()
         return None if newest is None else np.frombuffer(newest, dtype=PACKET_DTYPE)[0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from lariat.geometry.obstacles import scene_distance
 from shared.scenario import load
 from tests.lariat.geometry.depth_scene import depths, image_of
 from tests.lariat.geometry.meshes import prism_mesh
+from tests.shared.test_image_header import png_header
 
 ANGLE = [(0.0, 0.0), (60.0, 0.0), (60.0, 10.0), (10.0, 10.0), (10.0, 50.0), (0.0, 50.0)]
 """Outline of an angle bracket [mm]."""
@@ -136,14 +138,39 @@ def test_a_depth_image_without_what_it_needs_is_refused(
     assert len(error.splitlines()) == 1
 
 
+def claimed_array(rows: int) -> bytes:
+    """Header of an NPY file, and nothing behind it."""
+    file = io.BytesIO()
+    description = {"descr": "<f8", "fortran_order": False, "shape": (rows, 8)}
+    np.lib.format.write_array_header_1_0(file, description)
+    return file.getvalue()
+
+
+def saved(array: np.ndarray) -> bytes:
+    """Content of an NPY file."""
+    file = io.BytesIO()
+    np.save(file, array)
+    return file.getvalue()
+
+
 @pytest.mark.parametrize(
-    ("content", "words"),
-    [(np.ones((3, 4, 2)), "rows and columns"), (np.array(["a"]), "no array of numbers")],
+    ("name", "content", "words"),
+    [
+        ("depth.npy", saved(np.ones((3, 4, 2))), "rows and columns"),
+        ("depth.npy", saved(np.array([["a"]])), "no array of numbers"),
+        ("depth.npy", saved(np.ones((3, 4)))[:-8], "is damaged"),
+        ("depth.npy", claimed_array(2**40), "at most 16777216 pixels"),
+        ("depth.png", png_header(30000, 30000), "30000 x 30000 pixels"),
+        ("depth.png", cv2.imencode(".png", np.ones((3, 4, 3), np.uint16))[1].tobytes(), "(3,)"),
+        ("depth.png", cv2.imencode(".jpg", np.ones((8, 8), np.uint8))[1].tobytes(), "no PNG"),
+    ],
 )
-def test_an_array_that_is_no_depth_image_is_refused(
-    tmp_path: Path, content: np.ndarray, words: str, capsys: pytest.CaptureFixture[str]
+def test_a_file_that_is_no_depth_image_is_refused(
+    tmp_path: Path, name: str, content: bytes, words: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path = tmp_path / "depth.npy"
-    np.save(path, content)
+    path = tmp_path / name
+    path.write_bytes(content)
     assert main(["cover", str(path), "--field-of-view", "60"]) == 2
-    assert words in capsys.readouterr().err
+    error = capsys.readouterr().err
+    assert words in error
+    assert len(error.splitlines()) == 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Sequence
+from copy import copy
 
 import mujoco
 import numpy as np
@@ -96,6 +97,11 @@ class MujocoPlant:
         self._remainder = 0.0
         curve = slack_curve(left, right, length, n) if guess is None else guess
         curve = polylines.resample(np.asarray(curve, float), n)
+        grips = [part for end in self._ends for part in (end.pose.position, end.pose.orientation)]
+        key = np.concatenate([*grips, curve.ravel()]).tobytes(), self._obstacles
+        if self._rest is not None and self._rest[0] == key:
+            mujoco.mj_copyData(self._state, self._model, self._rest[1])
+            return
         mujoco.mj_resetData(self._model, self._state)
         self._place(self._ends)
         self._rope.place(self._state, curve, (left, right))
@@ -103,6 +109,7 @@ class MujocoPlant:
         self._relax()
         self._settle()
         self._check()
+        self._rest = key, copy(self._state)
 
     def release(self, end: int) -> None:
         """Let the rope slip out of a grip; see `Plant.release`."""
@@ -167,6 +174,8 @@ class MujocoPlant:
         self._obstacles = tuple(obstacles)
         self._model = mujoco.MjModel.from_xml_string(self._rope.mjcf(obstacles))
         self._state = mujoco.MjData(self._model)
+        # The last reset and the state that the rope came to, which the next one is likely to repeat.
+        self._rest: tuple[tuple[bytes, tuple[Obstacle, ...]], mujoco.MjData] | None = None
         self._momentum = np.zeros(self._model.nv)
         self._rope.configure(self._model)
         mujoco.mj_forward(self._model, self._state)

@@ -264,6 +264,29 @@ def test_acknowledgement_accepts_only_the_writer_that_it_names(speaker: Speaker)
     assert speaker.tick(hold("b", 2)).session == "b"
 
 
+def test_refusals_of_one_writer_are_none_of_the_next(speaker: Speaker) -> None:
+    def refused(session: str, sequence: int) -> tuple[Topic, Setpoints]:
+        chunk = setpoints(sequence, 41).message
+        chunk.session, chunk.t0 = session, speaker.now
+        return topics.ARM_SETPOINTS, chunk
+
+    speaker.tick(hold("a", 299))
+    state = speaker.tick(refused("a", 300))
+    assert (state.sequence, state.refused_sequence) == (299, 300)
+    speaker.command(ArmCommand.HOLD)
+    for _ in range(70):
+        speaker.tick()
+    speaker.tick(hold("b", 1))
+    speaker.command(ArmCommand.ACKNOWLEDGE)
+    state = speaker.tick()
+    assert (state.session, state.refused_sequence) == ("b", 0)
+    speaker.command(ArmCommand.RESUME)
+    state = speaker.tick(hold("b", 2))
+    assert (state.sequence, state.refused_sequence, state.refusal) == (2, 0, "")
+    state = speaker.tick(refused("b", 3))
+    assert (state.sequence, state.refused_sequence) == (2, 3)
+
+
 def test_command_answers_a_state_by_the_gateways_clock_alone(speaker: Speaker) -> None:
     speaker.command(ArmCommand.HOLD)
     speaker.tick()

@@ -78,6 +78,8 @@ class Cr5Client:
         """Newest packet; None before the first."""
         self.last_packet: int | None = None
         """Time of the last new packet [ns]; None before the first."""
+        self.packet_count = 0
+        """Packets so far, without those that were rejected."""
         self.alarms: tuple[str, ...] = ()
         """Present alarms in words."""
         self.refusal = ""
@@ -287,6 +289,7 @@ class Cr5Client:
                 self._report_lost_control()
 
     def _read_feedback(self, data: bytes) -> None:
+        before = self._packets.count
         packet = self._packets.feed(data)
         if packet is None:
             self._rejection = self._rejection or ("the data is no packet" if data else "")
@@ -295,10 +298,11 @@ class Cr5Client:
             self._rejection = "its values are impossible"
         else:
             # A repeated time stamp means that the controller has stopped.
-            before = None if self.feedback is None else int(self.feedback["time_stamp"])
+            stamp = None if self.feedback is None else int(self.feedback["time_stamp"])
             self._rejection = "the same packet repeats"
-            if before != int(packet["time_stamp"]):
+            if stamp != int(packet["time_stamp"]):
                 self.last_packet, self._rejection = self._now, ""
+                self.packet_count += self._packets.count - before
             self.feedback = packet
 
     def _handle_reply(self, reply: Reply) -> None:

@@ -121,7 +121,7 @@ class Cr5Driver:
     ) -> ArmFeedback:
         del velocity
         self._client.step(now)
-        self._quality.update(self._client.last_packet, now)
+        self._quality.update(self._client.last_packet, self._client.packet_count, now)
         if self._client.enabled and self._client.feedback is not None:
             self._contact_force.update(self._client.feedback["tcp_force"][:3], now)
         feedback = self._feedback(now)

@@ -12,26 +12,34 @@ RATE_WINDOW = SECOND
 
 
 class LinkQuality:
-    """Times of the packets within the last second."""
+    """Times and numbers of the packets within the last second."""
 
     def __init__(self) -> None:
-        self._times: deque[int] = deque()
+        self._arrivals: deque[tuple[int, int]] = deque()
+        """Time [ns], and number of packets up to it."""
 
-    def update(self, received: int | None, now: int) -> None:
-        """Advance to `now` [ns]. Args: received: Time of the newest packet [ns]."""
-        if received is not None and (not self._times or received > self._times[-1]):
-            self._times.append(received)
+    def update(self, received: int | None, count: int, now: int) -> None:
+        """Advance to a time.
+
+        Args:
+            received: Time of the newest packet [ns]; None before the first.
+            count: Number of packets up to it; several may come at once.
+            now: Present time [ns].
+        """
+        if received is not None and (not self._arrivals or received > self._arrivals[-1][0]):
+            self._arrivals.append((received, count))
         # One packet older than the window is kept, for a gap that reaches into the window.
-        while len(self._times) > 1 and now - self._times[1] > RATE_WINDOW:
-            self._times.popleft()
+        while len(self._arrivals) > 1 and now - self._arrivals[1][0] > RATE_WINDOW:
+            self._arrivals.popleft()
 
     def rate(self, now: int) -> float:
         """Return the packets within the last second [Hz]."""
-        return float(sum(now - time <= RATE_WINDOW for time in self._times))
+        counts = [count for time, count in self._arrivals if now - time > RATE_WINDOW]
+        return float(self._arrivals[-1][1] - max(counts, default=0)) if self._arrivals else 0.0
 
     def gap(self, now: int) -> float:
         """Return the longest time without a packet within the last second, up to now [s]."""
-        if not self._times:
+        if not self._arrivals:
             return 0.0
-        times = [*self._times, now]
+        times = [*(time for time, _ in self._arrivals), now]
         return 1e-9 * max(b - a for a, b in pairwise(times))

@@ -3,6 +3,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -102,6 +103,40 @@ def test_a_profile_bends_where_it_is_soft(kind: Kind) -> None:
     mirrored = even.nodes[::-1] * [-1.0, 1.0, 1.0]
     assert np.max(np.abs(even.nodes - mirrored)) < 1e-4
     assert np.max(np.linalg.norm(soft_left.nodes - even.nodes, axis=1)) > 0.003
+
+
+@both
+def test_a_repeated_reset_comes_to_the_same_rest_without_settling_again(
+    kind: Kind, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plant = MujocoPlant(kind(ROPE), [TABLE])
+    plant.reset(LEFT, RIGHT)
+    rest = plant.nodes
+    lower(plant, 0.05)
+    moved = plant.nodes
+    steps, step = [], mujoco.mj_step
+    monkeypatch.setattr(mujoco, "mj_step", lambda *args: steps.append(step(*args)))
+    plant.reset(LEFT, RIGHT)
+    assert not steps
+    np.testing.assert_array_equal(plant.nodes, rest)
+    lower(plant, 0.05)
+    np.testing.assert_array_equal(plant.nodes, moved)
+
+
+def test_a_reset_settles_anew_where_grips_or_obstacles_differ() -> None:
+    plant = MujocoPlant(FlexRope(ROPE), [TABLE])
+    plant.reset(LEFT, RIGHT)
+    lower_end = Pose(RIGHT.position - np.array([0.0, 0.0, 0.05]), ALONG_X)
+    for grips, bodies in (
+        ((LEFT, lower_end), [TABLE]),
+        ((LEFT, RIGHT), [TABLE, BODIES["sphere"].moved((0.0, 0.0, 0.18))]),
+        ((LEFT, RIGHT), [TABLE, BODIES["sphere"].moved((0.0, 0.0, 0.2))]),
+    ):
+        plant.set_obstacles(bodies)
+        plant.reset(*grips)
+        fresh = MujocoPlant(FlexRope(ROPE), bodies)
+        fresh.reset(*grips)
+        assert np.max(np.abs(plant.nodes - fresh.nodes)) < 1e-4
 
 
 @both

@@ -7,7 +7,6 @@ import secrets
 import signal
 import socket
 import subprocess
-import sys
 import tempfile
 import time
 from contextlib import AbstractContextManager, ExitStack
@@ -18,6 +17,7 @@ from stack import client
 from stack.client import Client
 from stack.launcher import module_entry
 from stack.launcher.library_environment import LIBRARY_ENVIRONMENT
+from stack.launcher.process import child_command
 
 START_TIMEOUT = 200.0
 """Longest wait for the stack; kernels may have to be compiled [s]."""
@@ -66,9 +66,11 @@ class LiveStack:
         arguments = [str(self._scenario.resolve()), "--port", str(self.port)]
         arguments += ["--namespace", self.namespace, "--dashboard-port", str(free_port())]
         log = self.folder / "up.txt"
+        # SIGTERM, so that it ends the services when this process is killed.
+        command = child_command(signal.SIGTERM, 0, module_entry.command("cli", "up", *arguments))
         with log.open("wb") as output:
             self._launcher = subprocess.Popen(
-                [sys.executable, *module_entry.command("cli", "up", *arguments)],
+                command,
                 cwd=self.folder,
                 stdout=output,
                 stderr=subprocess.STDOUT,

@@ -15,8 +15,9 @@ from pathlib import Path
 from typing import Literal
 
 from benchmarks.faults.cases import CASES, FaultCase
-from benchmarks.faults.cell import LINK_TIMEOUT, FaultCell
+from benchmarks.faults.cell import FaultCell
 from benchmarks.faults.fault_trial import FaultResult, Phase, run_trial
+from benchmarks.faults.observed_cell import LINK_TIMEOUT
 from benchmarks.faults.processes import OTHER_SIDE, DeadlineMissed
 from shared.configuration import ConfigurationError
 from shared.messages import ArmStates

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from benchmarks.faults.cases import CASES, FaultCase
-from benchmarks.faults.cell import LINK_TIMEOUT, FaultCell
+from benchmarks.faults.cell import FaultCell
 from benchmarks.faults.joint_log import JointLog
+from benchmarks.faults.observed_cell import LINK_TIMEOUT
 from benchmarks.faults.processes import POLL_INTERVAL, DeadlineMissed
 from services.robot_gateway.safety.stop_causes import STOP_CAUSES
 from shared.messages import RUNNING, ArmStates
@@ -139,7 +140,9 @@ def run_trial(
         cell.release_approach_button()
         observe(cell, cell.now() + OBSERVATION_TIME)
     cause, noticed, reason = _reported_cause(states, effect, case.causes)
-    if cause and case.keeps_up:
+    if cause and (case.keeps_up or cause == "new_writer"):
+        # The arm need not stop before: an approach goes on without a controller until another one
+        # speaks.
         effect += noticed or 0.0
     resumed, reached, failure, further_holds = "", False, "", 0
     consent = cell.now()

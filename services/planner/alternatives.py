@@ -8,15 +8,10 @@ import numpy as np
 
 from services.planner.path_optimization.optimizer import PathOptimizer
 from services.planner.problem import Problem, WholePath
+from services.planner.refinement import distinct, is_clear, refined_path
 from services.planner.seeds import seed_paths
-from services.planner.whole_path import (
-    PLANNER_SETTINGS,
-    PlannerSettings,
-    distinct,
-    is_clear,
-    plan,
-    refined_path,
-)
+from services.planner.settings import PLANNER_SETTINGS, PlannerSettings
+from services.planner.whole_path import plan
 
 
 @dataclass(frozen=True)

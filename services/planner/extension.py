@@ -13,8 +13,8 @@ from services.planner.collision_check import gripper_overlap, path_clearance
 from services.planner.dynamic_check import simulate_path
 from services.planner.problem import Problem, WholePath
 from services.planner.retiming import PATH_PERIOD, RETIMING_SETTINGS
+from services.planner.shorter_path import stay
 from services.planner.time_parameterization import Pace, time_parameterize
-from services.planner.whole_path import stay
 from shared.extensions import Extension, ExtensionFault
 from shared.scenario import Scenario
 

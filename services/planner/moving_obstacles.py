@@ -19,7 +19,7 @@ from lariat.geometry.obstacle_motion import ObstacleMotion, obstacles_at
 from lariat.geometry.obstacles import Obstacle, signed_distance
 from lariat.geometry.polylines import with_midpoints
 from services.planner.problem import Problem, WholePath
-from services.planner.whole_path import stay
+from services.planner.shorter_path import stay
 
 FindPath = Callable[[Problem], WholePath]
 """Planner among obstacles that stand still."""

@@ -9,7 +9,7 @@ import pytest
 from cli import check
 from services.planner.moving_obstacles import Departure
 from services.planner.problem import Problem
-from services.planner.whole_path import stay
+from services.planner.shorter_path import stay
 from shared.scenario import Scenario
 from stack import planning
 from stack.scenario_overrides import load_with

@@ -13,8 +13,8 @@ SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
 
 def run(name: str, *settings: str, record: Path | None = None) -> RunOutcome:
-    """One run of a scenario with some of its values replaced."""
-    return closed_loop.run(load_with(SCENARIOS / f"{name}.toml", settings), record)
+    """One run of a scenario with some of its values replaced, to half a second behind its goal."""
+    return closed_loop.run(load_with(SCENARIOS / f"{name}.toml", settings), record, stop_after=0.5)
 
 
 def messages(name: str, *settings: str) -> list[Delivery]:

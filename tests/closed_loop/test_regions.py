@@ -27,7 +27,7 @@ def test_rope_passes_below_a_beam_where_its_region_ends_above() -> None:
     # The beam hides the rope from the camera.
     cell = load_with(SCENARIOS / "three-cylinders.toml", [BEAM, TRAY, 'sensing.source="truth"'])
     log: list[Delivery] = []
-    score = closed_loop.run(cell, taps=(log.append,)).score
+    score = closed_loop.run(cell, stop_after=0.2, taps=(log.append,)).score
     assert score.reached, score.reason
     ropes = [chain(d.parse().positions) for d in log if d.key == topics.ROPE_TRUTH.key]
     radius = cell.plant_rope.diameter / 2.0

@@ -24,7 +24,8 @@ def test_two_arms_bring_the_rope_to_its_goal_together():
                     moving[arm.arm].add(state.stamp)
 
     settings = ("run.time_limit=4.0", "sensing.source=truth")
-    outcome = closed_loop.run(load_with(SCENARIOS / "two-arms.toml", settings), taps=(tap,))
+    cell = load_with(SCENARIOS / "two-arms.toml", settings)
+    outcome = closed_loop.run(cell, stop_after=0.5, taps=(tap,))
     score = outcome.score
     assert score.reached, outcome.reason
     assert score.final_error_mm is not None

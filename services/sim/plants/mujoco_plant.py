@@ -174,7 +174,7 @@ class MujocoPlant:
         self._obstacles = tuple(obstacles)
         self._model = mujoco.MjModel.from_xml_string(self._rope.mjcf(obstacles))
         self._state = mujoco.MjData(self._model)
-        # The last reset and the state that the rope came to, which the next one is likely to repeat.
+        # The last reset and its rest state: the next reset is likely to be the same.
         self._rest: tuple[tuple[bytes, tuple[Obstacle, ...]], mujoco.MjData] | None = None
         self._momentum = np.zeros(self._model.nv)
         self._rope.configure(self._model)

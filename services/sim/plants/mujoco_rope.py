@@ -150,10 +150,12 @@ def scene(obstacles: Sequence[Obstacle], friction: float, body: str, rest: str =
         rest: Elements beside `worldbody`.
     """
     geoms = "".join(_geom(o, friction) for o in obstacles)
+    # The rope is one island: the search for others takes a tenth of a step.
     return f"""<mujoco model="lab">
 <compiler autolimits="true" angle="radian"/>
 <option timestep="{TIMESTEP}" integrator="discrete" solver="Newton" iterations="50"
- tolerance="1e-8" cone="pyramidal"/>
+ tolerance="1e-8" cone="pyramidal">
+<flag island="disable"/></option>
 <statistic extent="1" center="0 0 0.2"/>
 <worldbody>{geoms}{body}</worldbody>
 {rest}

@@ -18,7 +18,7 @@ from services.planner.moving_obstacles import (
     swept_places,
 )
 from services.planner.problem import Problem, WholePath
-from services.planner.whole_path import stay
+from services.planner.shorter_path import stay
 from shared.scenario import load
 from stack.planning import scenario_problem
 

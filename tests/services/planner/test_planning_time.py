@@ -10,7 +10,9 @@ import pytest
 from services.planner import whole_path
 from services.planner.planning_time import PlanningTime
 from services.planner.problem import Problem, WholePath
-from services.planner.whole_path import PlannerSettings, plan, stay
+from services.planner.settings import PlannerSettings
+from services.planner.shorter_path import stay
+from services.planner.whole_path import plan
 from shared.scenario import load
 from stack.planning import scenario_problem
 

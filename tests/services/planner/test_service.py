@@ -9,7 +9,7 @@ import pytest
 
 from services.planner.problem import Problem, WholePath
 from services.planner.service import PlannerService
-from services.planner.whole_path import stay
+from services.planner.shorter_path import stay
 from shared import messages, topics
 from shared.messages import (
     ArmSetpoints,

@@ -1,0 +1,44 @@
+"""Settings of the planner of whole paths."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class PlannerSettings:
+    """Effort of the planner."""
+
+    iterations: int = 12
+    """Largest number of Gauss-Newton iterations of a candidate."""
+    wider_iterations: int = 5
+    """Largest number of further iterations with a larger reserve."""
+    reserve_per_shortfall: float = 1.3
+    """Reserve that is added per clearance lost in motion [-]."""
+    max_refined: int = 3
+    """Largest number of candidates that are refined."""
+    min_difference: float = 0.04
+    """Distance of the grips halfway above which two candidates are different paths [m]."""
+    grid_search_shortfall: float = 0.01
+    """Shortfall of the best seed above which a path is searched on the grid [m]."""
+    tree_clearances: tuple[float, ...] = (0.8, 0.5, 0.65)
+    """Clearances of the tree searches in the order of trial: the first one relative to the wanted
+    clearance, the others to the necessary one."""
+    tree_iterations: int = 6
+    """Largest number of Gauss-Newton iterations of a path that the trees found."""
+    first_tree_growth: int = 10
+    """Number of iterations of the trees before a path is searched on the grid, where both ends
+    rotate: by then they have tried to lead the rope lengthwise through each narrow passage."""
+    max_rest_error: float = 0.02
+    """Mean node distance of the goal from a rest shape between its grips above which the trees are
+    not tried, because the goal is not a shape that the rope takes [m]."""
+    grid_clearances: tuple[float, ...] = (1.0, 0.4)
+    """Clearances of the grid search, relative to the wanted one, in the order of trial."""
+    max_parts: int = 8
+    """Largest number of parts of blocked paths that are timed."""
+    max_via_error_ratio: float = 0.7
+    """Error of a random path, relative to that of the best path, below which it is refined."""
+
+
+PLANNER_SETTINGS = PlannerSettings()
+"""Default settings of the planner."""

@@ -47,6 +47,8 @@ MAX_SAMPLES = 12
 """Number of scenes that are sampled until the plant verifies the hidden way of one."""
 TAUT_SHARE = 0.97
 """Distance of the grips while the rope passes the opening, relative to its length [-]."""
+SLOPE_SHARE = 0.02
+"""Distance along the rope at which its slope is measured, relative to its length [-]."""
 WAYPOINT_STEP = 0.02
 """Motion of a grip between two waypoints of the hidden way [m]."""
 HIDDEN_PACE = Pace(5.0, (0.2, 0.1))
@@ -87,6 +89,8 @@ class _Opening:
     """Its middle [m]."""
     depth: float
     """Its extent along y [m]."""
+    low: bool = False
+    """Whether the rope must lie level in it, for its height is as little as its width."""
 
 
 def sample_scene(
@@ -201,13 +205,16 @@ def _hidden_way(rod: Rod, opening: _Opening, random: np.random.Generator) -> Gri
         )
 
     # The left grip follows the right one: it stays before the wall until the rope has passed.
-    chord = TAUT_SHARE * length * np.array([[0.0, 1.0, 0.0]])
-    reach = 0.5 * (TAUT_SHARE * length + opening.depth) + 0.03
-    at = np.linspace(-reach, reach, 40)
-    middles = opening.middle + at[:, None] * np.array([0.0, 1.0, 0.0])
-    chords = np.repeat(chord, len(at), axis=0)
-    middles[:, 2] += sag.below(chords, 0.5 - at / (TAUT_SHARE * length))
-    passing = motion.placed(middles, chords, level[np.zeros(len(at), dtype=int)])
+    taut = TAUT_SHARE * length
+    reach = 0.5 * (taut + opening.depth) + 0.03
+    fractions = np.linspace(0.5 + reach / taut, 0.5 - reach / taut, 40)
+    chords = np.tile(taut * np.array([0.0, 1.0, 0.0]), (len(fractions), 1))
+    if opening.low:
+        chords[:, 2] = taut * _slopes(sag, chords, fractions)
+        chords = taut * poses.normalized(chords)
+    middles = opening.middle - (fractions - 0.5)[:, None] * chords
+    middles[:, 2] += sag.below(chords, fractions)
+    passing = motion.placed(middles, chords, level[np.zeros(len(fractions), dtype=int)])
     waypoints = Grips.joined(across(-0.35), passing, across(0.35))
     parts = []
     for k in range(len(waypoints) - 1):
@@ -215,6 +222,15 @@ def _hidden_way(rod: Rod, opening: _Opening, random: np.random.Generator) -> Gri
         count = max(1, int(np.ceil(motion.length(one, other)[0] / WAYPOINT_STEP)))
         parts.append(motion.between(one, other, np.arange(count)[None] / count))
     return Grips.joined(*parts, waypoints[-1:])
+
+
+def _slopes(
+    sag: SagTable, chords: Float64[np.ndarray, "k 3"], fractions: Float64[np.ndarray, "k"]
+) -> Float64[np.ndarray, "k"]:
+    """Slopes of level ropes below the line between their grips, at places along them."""
+    inside = np.clip(fractions, SLOPE_SHARE, 1.0 - SLOPE_SHARE)
+    deeper = sag.below(chords, inside + SLOPE_SHARE) - sag.below(chords, inside - SLOPE_SHARE)
+    return deeper / (2.0 * SLOPE_SHARE * np.linalg.norm(chords, axis=1))
 
 
 def _walls(x: float, z: float, width: float, height: float, depth: float) -> list[Obstacle]:
@@ -267,7 +283,7 @@ def _beams(gap: float, random: np.random.Generator) -> _Opening:
             _box((-WALL_HALF_WIDTH, WALL_HALF_WIDTH), (float(a), float(b)), thick)
             for a, b in pairwise(edges)
         ]
-    return _Opening(beams, np.array([x, 0.0, z]), thick)
+    return _Opening(beams, np.array([x, 0.0, z]), thick, low=True)
 
 
 def _windows(gap: float, random: np.random.Generator) -> _Opening:

@@ -24,7 +24,7 @@ class PlannerSettings:
     tree_clearances: tuple[float, ...] = (0.8, 0.5, 0.65)
     """Clearances of the tree searches in the order of trial: the first one relative to the wanted
     clearance, the others to the necessary one."""
-    tree_iterations: int = 6
+    tree_iterations: int = 3
     """Largest number of Gauss-Newton iterations of a path that the trees found."""
     first_tree_growth: int = 10
     """Number of iterations of the trees before a path is searched on the grid, where both ends

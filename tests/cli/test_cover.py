@@ -164,6 +164,7 @@ def saved(array: np.ndarray) -> bytes:
         ("depth.png", cv2.imencode(".png", np.ones((3, 4, 3), np.uint16))[1].tobytes(), "(3,)"),
         ("depth.png", cv2.imencode(".jpg", np.ones((8, 8), np.uint8))[1].tobytes(), "no PNG"),
     ],
+    ids=["layers", "text", "torn", "huge-npy", "huge-png", "colours", "jpeg"],
 )
 def test_a_file_that_is_no_depth_image_is_refused(
     tmp_path: Path, name: str, content: bytes, words: str, capsys: pytest.CaptureFixture[str]

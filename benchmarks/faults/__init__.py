@@ -18,7 +18,7 @@ from benchmarks.faults.cases import CASES, FaultCase
 from benchmarks.faults.cell import FaultCell
 from benchmarks.faults.fault_trial import FaultResult, Phase, run_trial
 from benchmarks.faults.observed_cell import LINK_TIMEOUT
-from benchmarks.faults.processes import OTHER_SIDE, DeadlineMissed
+from benchmarks.faults.processes import OTHER_SIDE, CellProcesses, DeadlineMissed
 from shared.configuration import ConfigurationError
 from shared.messages import ArmStates
 from shared.scenario import load
@@ -99,7 +99,8 @@ def _run_trials(
     firmware: str,
 ) -> list[FaultResult]:
     print("starting the stack", file=sys.stderr)
-    cell = FaultCell(scenario, folder, firmware, *_kind(CASES[chosen[0]]))
+    kind = _kind(CASES[chosen[0]])
+    cell = FaultCell(CellProcesses(scenario, folder, firmware, *kind))
     results = []
     silence = "hold"
     try:

@@ -5,10 +5,9 @@ from __future__ import annotations
 import contextlib
 import threading
 import time
-from pathlib import Path
 
 from benchmarks.faults.observed_cell import LINK_TIMEOUT, STOP_TIMEOUT, ObservedCell
-from benchmarks.faults.processes import OBSERVED_SIDE
+from benchmarks.faults.processes import OBSERVED_SIDE, CellProcesses
 from shared.messages import REACHED, RUNNING, ArmCommand, ArmStates, TaskRequest
 from stack.approach import approach
 from stack.client import RequestFailed
@@ -29,20 +28,12 @@ GOAL_TIMEOUT = 45.0
 class FaultCell(ObservedCell):
     """A live stack and its operator."""
 
-    def __init__(
-        self,
-        scenario: Path,
-        folder: Path,
-        firmware: str,
-        routed: bool = False,
-        recorded: bool = False,
-        page: bool = False,
-    ) -> None:
-        """Start everything; see `ObservedCell`."""
+    def __init__(self, processes: CellProcesses) -> None:
+        """Start the stack; see `ObservedCell`."""
         self._goal = -1
         self._button: threading.Thread | None = None
         self._button_held = False
-        super().__init__(scenario, folder, firmware, routed, recorded, page)
+        super().__init__(processes)
 
     def arm(self) -> str:
         """Arm, with consent to the approach if the gateway asks for it.

@@ -32,27 +32,14 @@ OTHER_GATEWAY_TIMEOUT = 15.0
 class ObservedCell:
     """A live stack and its processes, and what they say on the bus."""
 
-    def __init__(
-        self,
-        scenario: Path,
-        folder: Path,
-        firmware: str,
-        routed: bool = False,
-        recorded: bool = False,
-        page: bool = False,
-    ) -> None:
-        """Start everything.
+    def __init__(self, processes: CellProcesses) -> None:
+        """Start the stack.
 
         Args:
-            scenario: A scenario with a CR5 at its right end.
-            folder: Folder for logs.
-            firmware: Firmware of the arms, v3 or v4.
-            routed: Whether the services connect through a router; see `CellProcesses`.
-            recorded: Whether runs are recorded; see `CellProcesses`.
-            page: Whether the dashboard runs.
+            processes: Processes of the cell; they are ended with it.
         """
-        self.processes = CellProcesses(scenario, folder, firmware, routed, recorded, page)
-        self.scenario: Scenario = self.processes.scenario
+        self.processes = processes
+        self.scenario: Scenario = processes.scenario
         self.clock = SystemClock()
         self._service_pids: dict[str, int] = {}
         self._own_boot = ""

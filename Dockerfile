@@ -27,13 +27,15 @@ RUN useradd --create-home --uid 1000 lariat \
  && chmod 700 /credentials \
  && chown -R lariat:lariat /home/lariat /recordings /credentials
 WORKDIR /app
+COPY requirements/slim /usr/local/bin/
 COPY pyproject.toml LICENSE ./
 COPY lariat/README.md lariat/
 COPY stack/pyproject.toml stack/
 RUN --mount=type=bind,source=requirements/router.txt,target=/lock.txt \
     --mount=type=cache,target=/root/.cache/pip \
     pip install --quiet --require-hashes --requirement /lock.txt \
- && pip install --quiet --no-deps --no-build-isolation --editable ./stack
+ && pip install --quiet --no-deps --no-build-isolation --editable ./stack \
+ && slim
 
 FROM base AS router
 COPY --from=sources / ./
@@ -45,11 +47,12 @@ ENTRYPOINT ["python", "-m", "shared.router"]
 FROM base AS rod
 RUN apt-get update -qq \
  && apt-get install -y -qq --no-install-recommends binutils libx11-6 \
- && rm -rf /var/lib/apt/lists/*
+ && slim
 RUN --mount=type=bind,source=requirements/rod.txt,target=/lock.txt \
     --mount=type=cache,target=/root/.cache/pip \
     pip install --quiet --require-hashes --requirement /lock.txt \
- && pip install --quiet --no-deps --no-build-isolation --editable .
+ && pip install --quiet --no-deps --no-build-isolation --editable . \
+ && slim
 
 # The rod's kernel, compiled once for all images. A machine with another processor compiles it again,
 # each process into a volume of its own.
@@ -61,7 +64,8 @@ RUN python -c "from lariat.rod.launch import machine_code; assert machine_code.k
 FROM rod AS sim
 RUN --mount=type=bind,source=requirements/sim.txt,target=/lock.txt \
     --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --require-hashes --requirement /lock.txt
+    pip install --quiet --require-hashes --requirement /lock.txt \
+ && slim
 COPY --from=kernel --chown=lariat /home/lariat/.cache/lariat /home/lariat/.cache/lariat
 COPY --from=sources / ./
 COPY services/sim services/sim
@@ -73,7 +77,8 @@ ENTRYPOINT ["python", "-m", "services.sim"]
 FROM rod AS perception
 RUN --mount=type=bind,source=requirements/perception.txt,target=/lock.txt \
     --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --require-hashes --requirement /lock.txt
+    pip install --quiet --require-hashes --requirement /lock.txt \
+ && slim
 COPY --from=kernel --chown=lariat /home/lariat/.cache/lariat /home/lariat/.cache/lariat
 COPY --from=sources / ./
 COPY services/perception services/perception
@@ -86,10 +91,11 @@ ENTRYPOINT ["python", "-m", "services.perception"]
 FROM base AS camera
 RUN apt-get update -qq \
  && apt-get install -y -qq --no-install-recommends libusb-1.0-0 libudev1 \
- && rm -rf /var/lib/apt/lists/*
+ && slim
 RUN --mount=type=bind,source=requirements/camera.txt,target=/lock.txt \
     --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --require-hashes --requirement /lock.txt
+    pip install --quiet --require-hashes --requirement /lock.txt \
+ && slim
 COPY --from=sources / ./
 COPY services/camera services/camera
 USER lariat
@@ -98,10 +104,11 @@ ENTRYPOINT ["python", "-m", "services.camera"]
 FROM rod AS planner
 RUN apt-get update -qq \
  && apt-get install -y -qq --no-install-recommends libgomp1 \
- && rm -rf /var/lib/apt/lists/*
+ && slim
 RUN --mount=type=bind,source=requirements/planner.txt,target=/lock.txt \
     --mount=type=cache,target=/root/.cache/pip \
     pip install --quiet --require-hashes --requirement /lock.txt \
+ && slim \
  && python -c "import pinocchio"
 COPY --from=kernel --chown=lariat /home/lariat/.cache/lariat /home/lariat/.cache/lariat
 COPY --from=sources / ./
@@ -114,7 +121,8 @@ ARG TORCH=torch==2.13.0
 RUN --mount=type=bind,source=requirements/controller.txt,target=/lock.txt \
     --mount=type=bind,from=wheels,target=/wheels --mount=type=cache,target=/root/.cache/pip \
     pip install --quiet --require-hashes --requirement /lock.txt \
- && pip install --quiet --find-links=/wheels "${TORCH}"
+ && pip install --quiet --find-links=/wheels "${TORCH}" \
+ && slim
 COPY --from=kernel --chown=lariat /home/lariat/.cache/lariat /home/lariat/.cache/lariat
 COPY --from=sources / ./
 COPY services/controller services/controller
@@ -125,10 +133,11 @@ ENTRYPOINT ["python", "-m", "services.controller"]
 FROM base AS kinematics
 RUN apt-get update -qq \
  && apt-get install -y -qq --no-install-recommends libgomp1 \
- && rm -rf /var/lib/apt/lists/*
+ && slim
 RUN --mount=type=bind,source=requirements/robot_gateway.txt,target=/lock.txt \
     --mount=type=cache,target=/root/.cache/pip \
     pip install --quiet --require-hashes --requirement /lock.txt \
+ && slim \
  && python -c "import pinocchio"
 
 FROM kinematics AS robot_gateway
@@ -147,7 +156,8 @@ ENTRYPOINT ["python", "-m", "services.cr5_emulator"]
 FROM base AS recorder
 RUN --mount=type=bind,source=requirements/recorder.txt,target=/lock.txt \
     --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --require-hashes --requirement /lock.txt
+    pip install --quiet --require-hashes --requirement /lock.txt \
+ && slim
 COPY --from=sources / ./
 COPY services/recorder services/recorder
 USER lariat
@@ -156,7 +166,8 @@ ENTRYPOINT ["python", "-m", "services.recorder"]
 FROM base AS dashboard
 RUN --mount=type=bind,source=requirements/dashboard.txt,target=/lock.txt \
     --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --require-hashes --requirement /lock.txt
+    pip install --quiet --require-hashes --requirement /lock.txt \
+ && slim
 COPY --from=sources / ./
 COPY dashboard dashboard
 USER lariat
@@ -167,7 +178,8 @@ ENTRYPOINT ["python", "-m", "dashboard"]
 FROM base AS cli
 RUN --mount=type=bind,source=requirements/cli.txt,target=/lock.txt \
     --mount=type=cache,target=/root/.cache/pip \
-    pip install --quiet --require-hashes --requirement /lock.txt
+    pip install --quiet --require-hashes --requirement /lock.txt \
+ && slim
 USER lariat
 RUN cd /credentials && mkdir --mode=700 authority router sim camera perception planner controller \
     robot_gateway recorder dashboard lariat

@@ -2,12 +2,16 @@
 
 The service is stepped at its rate on an absolute schedule. When a step overruns its period, the
 steps that it missed are skipped and the overrun is counted: a backlog would delay the next steps.
+A message of a topic that the service names in `wakes` begins a step at once, and the schedule anew.
 
 In addition to the members of `shared.service.Service`, a service may have
 * `tap(raw: shared.bus.RawMessage)`: called before each step with every message of the bus,
 * `close()`: called before the process exits,
 * `greeting: str`: line to print on standard error once it is ready, for what must not be in the
   log: that is published and recorded,
+* `wakes: Sequence[Topic]`: topics of its inbox whose messages begin a step before its time, so
+  that they do not wait for the schedule,
+* `wakes: Sequence[Topic]`: topics of its inbox whose messages do not wait for the next step,
 * `note: str`: current activity or problem, shown in its health,
 * `longest_step: float`: longest duration of a step [s], if longer than its period. No health is
   published during a step; the launcher waits this much longer before it reports a frozen service.
@@ -22,6 +26,7 @@ import os
 import secrets
 import signal
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -56,6 +61,8 @@ REPORT_PERIOD = SECOND
 """Time between two health messages [ns]."""
 GARBAGE_COLLECTION_PERIOD = 5 * SECOND
 """Time between two garbage collections, which run between steps [ns]."""
+MIN_PERIOD_SHARE = 0.25
+"""Least time from the start of a step to that of one that a message begins [periods]."""
 
 
 @dataclass(frozen=True)
@@ -163,6 +170,7 @@ def run(
 def _keep_pace(runner: Runner, period: int) -> None:
     deadline = reported = collected = time.monotonic_ns()
     while True:
+        started = time.monotonic_ns()
         runner.step()
         now = time.monotonic_ns()
         if now - reported >= REPORT_PERIOD:
@@ -173,7 +181,10 @@ def _keep_pace(runner: Runner, period: int) -> None:
             gc.collect()
         now = time.monotonic_ns()
         deadline += period * max(1, -(-(now - deadline) // period))
-        time.sleep(1e-9 * (deadline - now))
+        if runner.woken(1e-9 * (deadline - now)):
+            earliest = started + round(MIN_PERIOD_SHARE * period)
+            deadline = max(time.monotonic_ns(), earliest)
+            time.sleep(1e-9 * max(0, deadline - time.monotonic_ns()))
 
 
 class Runner:
@@ -187,8 +198,15 @@ class Runner:
         self._clock = clock
         self._mailbox = Mailbox(service.reads)
         self._newest: dict[str, int] = {}
+        self._arrived = threading.Event()
+        wakes = {topic.key for topic in getattr(service, "wakes", ())}
         self._subscriptions = [
-            bus.subscribe(topic, own=topic not in service.writes) for topic in service.reads
+            bus.subscribe(
+                topic,
+                topic not in service.writes,
+                self._arrived.set if topic.key in wakes else None,
+            )
+            for topic in service.reads
         ]
         self._publishers = {t.key: bus.publisher(t) for t in service.writes}
         self._tap = getattr(service, "tap", None)
@@ -218,8 +236,18 @@ class Runner:
         )
         self._publish_health(health, problem)
 
+    def woken(self, timeout: float) -> bool:
+        """Wait for a message that begins a step; return whether one came in time.
+
+        Args:
+            timeout: Longest wait [s].
+        """
+        return self._arrived.wait(timeout)
+
     def step(self) -> None:
         """Step the service once, and publish its output and the trace of the step."""
+        # What arrives from here on may be missed by this step.
+        self._arrived.clear()
         if self._stall_watch:
             self._stall_watch.step_begins()
         self._step()

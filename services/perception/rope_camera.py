@@ -62,6 +62,8 @@ class RopeCamera:
         self._depth = topics.CAMERA_DEPTH.at(name)
         self._calibration = topics.CAMERA_CALIBRATION.at(name)
         self.reads = (self._color, self._depth, self._calibration)
+        # Cameras publish it last.
+        self.wakes = self._depth
         self._view, self._monitor = CameraView(name), CameraMonitor(name)
         self._tracker: RopeTracker | None = None
         self._tracked_calibration = 0

@@ -96,6 +96,7 @@ class PerceptionService:
         ]
         self._frames = SimultaneousFrames(self._cameras)
         self.reads = (*(t for c in self._cameras for t in c.reads), *OTHER_READS)
+        self.wakes = tuple(c.wakes for c in self._cameras)
         self._grips = GripHistory()
         self._clock_check = ClockCheck()
         self._truth = SimulatedTruth(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import zenoh
@@ -67,14 +67,17 @@ class Bus:
             raise ValueError(f"topic {topic.key!r} has a placeholder; fill it with topic.at(name)")
         return Publisher(self._session, topic, self._publisher, self._clock)
 
-    def subscribe(self, topic: Topic, own: bool = True) -> Subscription:
+    def subscribe(
+        self, topic: Topic, own: bool = True, arrived: Callable[[], object] | None = None
+    ) -> Subscription:
         """Return a subscription to the future messages of one topic.
 
         Args:
             topic: The topic.
             own: Whether messages of this process count as well.
+            arrived: Function to call, in a thread of the bus, once a message can be taken.
         """
-        return Subscription(self._session, topic, self._clock, own)
+        return Subscription(self._session, topic, self._clock, own, arrived)
 
     def subscribe_all(self, capacity: int = ALL_CAPACITY) -> RawSubscription:
         """Return a subscription to the future messages of all topics.

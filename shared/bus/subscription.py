@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import zenoh
@@ -43,18 +44,39 @@ class _LossCounter:
 class _Ring:
     """Subscriber whose newest unread messages are kept."""
 
-    def __init__(self, session: zenoh.Session, key: str, capacity: int, own: bool = True) -> None:
+    def __init__(
+        self,
+        session: zenoh.Session,
+        key: str,
+        capacity: int,
+        own: bool = True,
+        arrived: Callable[[], object] | None = None,
+    ) -> None:
         origin = zenoh.Locality.ANY if own else zenoh.Locality.REMOTE
-        self._subscriber = session.declare_subscriber(
-            key, RingChannel(capacity), allowed_origin=origin
-        )
         self._capacity = capacity
+        self._next: Callable[[], zenoh.Sample | None]
+        if arrived is None:
+            # Costs this process nothing until it takes the messages.
+            subscriber = session.declare_subscriber(
+                key, RingChannel(capacity), allowed_origin=origin
+            )
+            self._next = subscriber.try_recv
+            self._subscriber: object = subscriber
+            return
+        unread: deque[zenoh.Sample] = deque(maxlen=capacity)
+
+        def keep(sample: zenoh.Sample) -> None:
+            unread.append(sample)
+            arrived()
+
+        self._next = lambda: unread.popleft() if unread else None
+        self._subscriber = session.declare_subscriber(key, keep, allowed_origin=origin)
 
     def take(self) -> Iterator[zenoh.Sample]:
         """Yield the unread messages in order of arrival, at most as many as the ring holds."""
         # Messages may arrive faster than they are read.
         for _ in range(self._capacity):
-            sample = self._subscriber.try_recv()
+            sample = self._next()
             if sample is None:
                 return
             yield sample
@@ -64,9 +86,15 @@ class _Door:
     """Common part of subscriptions: their messages, and the counts of those that are missing."""
 
     def __init__(
-        self, session: zenoh.Session, key: str, capacity: int, clock: Clock, own: bool = True
+        self,
+        session: zenoh.Session,
+        key: str,
+        capacity: int,
+        clock: Clock,
+        own: bool = True,
+        arrived: Callable[[], object] | None = None,
     ) -> None:
-        self._ring = _Ring(session, key, capacity, own)
+        self._ring = _Ring(session, key, capacity, own, arrived)
         self._clock = clock
         self._losses = _LossCounter()
         self._check = MessageCheck()
@@ -117,11 +145,16 @@ class Subscription(_Door):
     """Subscription to one topic, or to all keys of a topic with a placeholder; decodes messages."""
 
     def __init__(
-        self, session: zenoh.Session, topic: Topic, clock: Clock, own: bool = True
+        self,
+        session: zenoh.Session,
+        topic: Topic,
+        clock: Clock,
+        own: bool = True,
+        arrived: Callable[[], object] | None = None,
     ) -> None:
         key = key_expression(topic.key)
         capacity = WILDCARD_CAPACITY if "*" in key else CAPACITY[topic.buffering]
-        super().__init__(session, key, capacity, clock, own)
+        super().__init__(session, key, capacity, clock, own, arrived)
         self._topic = topic
         self._keys: set[str] = set()
 

@@ -93,6 +93,21 @@ def test_a_service_keeps_its_rate_traces_every_step_and_ends_in_order(cell: Cell
     assert output.endswith("closed in order\nstopped\n")
 
 
+def test_a_message_that_wakes_a_service_does_not_wait_for_the_schedule(cell: Cell) -> None:
+    beacon = Beacon(cell, "--woken")
+    beacon.reports(1)
+    for key in ("first", "second", "third"):
+        beacon.ask(key)
+        answers: list[str] = []
+
+        def answered(answers: list[str] = answers) -> bool:
+            answers.extend(i.message.last_request for _, i in beacon.states.take())
+            return bool(answers)
+
+        until(answered, 5.0)
+        assert answers == [f"please-{key}"]
+
+
 def test_a_trace_names_what_a_step_consumed(cell: Cell) -> None:
     beacon = Beacon(cell)
     beacon.reports(1)

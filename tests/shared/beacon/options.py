@@ -8,3 +8,5 @@ class BeaconOptions:
     name: str = "beacon"
     build: str = ""
     """What goes wrong when it is built: "refuse", "library" or "crash"."""
+    woken: bool = False
+    """Whether it is stepped every ten seconds, and by a request."""

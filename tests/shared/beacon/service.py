@@ -21,6 +21,9 @@ class BeaconService:
     def __init__(self, scenario: Scenario, session: str, options: BeaconOptions) -> None:
         self.name = options.name
         self.note = f"arms by itself: {scenario.end('left').arm_automatically}"
+        if options.woken:
+            self.rate = 0.1
+            self.wakes = self.reads
         self._session = session
         self._steps = 0
 

@@ -26,11 +26,17 @@ SCALES = (0.7, 1.5)
 """Range of the enlargement of a square [-]."""
 WIDTHS = (5.0, 26.0)
 """Range of the widths of cables before the enlargement [pixels]."""
-MIN_CONTRAST = 12.0
+MIN_CONTRAST = 20.0
 """Least distance of a cable's colour from the ground's [Lab, as OpenCV scales it]."""
 MAX_CABLES = 4
 """Largest number of cables [-]."""
-CLUTTER_SHARE = 0.55
+HARD_SHADOW_SHARE = 0.4
+"""Share of the pictures in strong light of one direction: dark shadows with a sharp edge [-]."""
+DARK_SHARE = 0.15
+"""Share of the cables that are nearly black, as shadows are [-]."""
+MAX_DARK_TRIALS = 8
+"""Largest number of colours of one kind that are drawn for a cable."""
+CLUTTER_SHARE = 0.7
 """Share of the pictures with things, lines and shadows of things outside [-]."""
 
 
@@ -66,7 +72,7 @@ def _picture(
     surface, base = _ground(random)
     count = int(random.choice(MAX_CABLES + 1, p=[0.06, 0.24, 0.3, 0.25, 0.15]))
     width = float(np.exp(random.uniform(*np.log(WIDTHS))))
-    common = _color_apart(random, base)
+    common = _sheath(random, base)
     same = random.random() < 0.4
     cables = []
     for k in range(count):
@@ -74,20 +80,10 @@ def _picture(
         s = np.arange(len(axis)) / (random.uniform(4.0, 12.0) * width)
         height = 1.0 + k * random.uniform(0.0, 1.2) + 0.7 * np.sin(s + random.uniform(0.0, 6.28))
         own = width * random.uniform(0.7, 1.4)
-        color = common if same else _color_apart(random, base)
+        color = common if same else _sheath(random, base)
         stripes = _any_color(random) if random.random() < 0.12 else None
         cables.append(Cable(axis, np.maximum(height, 0.0), own, color, stripes))
-    azimuth = random.uniform(0.0, 6.28)
-    toward = np.array([np.cos(azimuth), np.sin(azimuth), random.uniform(0.4, 3.0)])
-    x, y, z = (toward / np.linalg.norm(toward)).tolist()
-    lighting = Lighting(
-        (x, y, z),
-        ambient=random.uniform(0.1, 0.8),
-        gloss=random.choice([0.0, random.uniform(0.0, 200.0)]),
-        gloss_exponent=float(np.exp(random.uniform(np.log(6.0), np.log(150.0)))),
-        shadow=random.choice([0.0, random.uniform(0.05, 0.65)], p=[0.2, 0.8]),
-        shadow_blur=float(np.exp(random.uniform(np.log(0.05), np.log(1.2)))),
-    )
+    lighting = _lighting(random)
     picture, labels = surface, np.zeros(surface.shape[:2], np.uint8)
     if cables:
         picture, labels = paint_cables(surface, cables, lighting)
@@ -102,6 +98,23 @@ def _picture(
         int(random.integers(35, 98)),
     )
     return color, (labels > 0).view(np.uint8)
+
+
+def _lighting(random: np.random.Generator) -> Lighting:
+    azimuth = random.uniform(0.0, 6.28)
+    toward = np.array([np.cos(azimuth), np.sin(azimuth), random.uniform(0.4, 3.0)])
+    x, y, z = (toward / np.linalg.norm(toward)).tolist()
+    hard = random.random() < HARD_SHADOW_SHARE
+    weak = random.choice([0.0, random.uniform(0.05, 0.65)], p=[0.2, 0.8])
+    blurs = (0.03, 0.4) if hard else (0.05, 1.2)
+    return Lighting(
+        (x, y, z),
+        ambient=random.uniform(0.1, 0.8),
+        gloss=random.choice([0.0, random.uniform(0.0, 200.0)]),
+        gloss_exponent=float(np.exp(random.uniform(np.log(6.0), np.log(150.0)))),
+        shadow=random.uniform(0.2, 0.7) if hard else weak,
+        shadow_blur=float(np.exp(random.uniform(*np.log(blurs)))),
+    )
 
 
 def _ground(random: np.random.Generator) -> tuple[Float32[np.ndarray, "h w 3"], Color]:
@@ -121,7 +134,7 @@ def _ground(random: np.random.Generator) -> tuple[Float32[np.ndarray, "h w 3"], 
             grounds.add_things(random, surface, int(random.integers(1, 9)))
         if random.random() < 0.3:
             _draw_joints(random, surface)
-        if random.random() < 0.3:
+        if random.random() < 0.45:
             _cast_shadows(random, surface)
     return surface, base
 
@@ -156,8 +169,9 @@ def _cast_shadows(random: np.random.Generator, surface: Float32[np.ndarray, "h w
         points = np.rint(8.0 * _axis(random)).astype(np.int32)[:, None]
         thickness = int(random.integers(6, 60))
         cv2.polylines(shade, [points], False, 1.0, thickness, cv2.LINE_AA, 3)
-        shade = cv2.GaussianBlur(shade, (0, 0), random.uniform(0.15, 0.6) * thickness)
-        surface *= 1.0 - random.uniform(0.1, 0.5) * shade[..., None]
+        blur = float(np.exp(random.uniform(np.log(0.03), np.log(0.6)))) * thickness
+        shade = cv2.GaussianBlur(shade, (0, 0), max(0.5, blur))
+        surface *= 1.0 - random.uniform(0.1, 0.65) * shade[..., None]
 
 
 def _turned(angle: float) -> Float64[np.ndarray, "2"]:
@@ -186,10 +200,26 @@ def _any_color(random: np.random.Generator) -> Color:
     return red, green, blue
 
 
-def _color_apart(random: np.random.Generator, ground: Color) -> Color:
-    """Colour that differs from the ground's."""
+def _sheath(random: np.random.Generator, ground: Color) -> Color:
+    """Colour of a cable that differs from the ground's: any, or nearly black."""
+    draw = _nearly_black if random.random() < DARK_SHARE else _any_color
+    for _ in range(MAX_DARK_TRIALS):
+        color = draw(random)
+        if _contrast(color, ground) > MIN_CONTRAST:
+            return color
+    # The ground is dark as well.
     while True:
         color = _any_color(random)
-        pair = cv2.cvtColor(np.array([[color, ground]], np.uint8), cv2.COLOR_RGB2LAB)[0]
-        if np.linalg.norm(pair[0].astype(float) - pair[1]) > MIN_CONTRAST:
+        if _contrast(color, ground) > MIN_CONTRAST:
             return color
+
+
+def _nearly_black(random: np.random.Generator) -> Color:
+    red, green, blue = (random.uniform(8.0, 60.0) + random.uniform(-4.0, 4.0, 3)).tolist()
+    return int(red), int(green), int(blue)
+
+
+def _contrast(color: Color, ground: Color) -> float:
+    """Distance of two colours [Lab]."""
+    pair = cv2.cvtColor(np.array([[color, ground]], np.uint8), cv2.COLOR_RGB2LAB)[0]
+    return float(np.linalg.norm(pair[0].astype(float) - pair[1]))

@@ -277,6 +277,7 @@ def _rope_features(
         hidden=1.0 - float(np.mean(found.clear)),
         shadow=max(shadows),
         unseen=-float(np.mean(log_odds)),
+        narrowing=abs(float(np.log(width / width_from_radii(radii)))),
     )
 
 

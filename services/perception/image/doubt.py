@@ -22,37 +22,34 @@ MAX_LOG_ODDS = 6.0
 """Limit of the log odds of a rope among the features of its image [-]."""
 DROPPED_LOG_ODDS = 1.0
 """Log odds of being wrong above which a rope is dropped [-]."""
-SEEN_LOG_ODDS, SEEN_UNEVENNESS = 3.0, 0.2
+SEEN_LOG_ODDS, SEEN_UNEVENNESS, SEEN_LENGTH = 3.0, 0.2, 40.0
 """Mean log odds of the network along a rope from which it is kept in any case, if its unevenness is
-below the second [-]: doubtful is then where it leads to, not whether it is there."""
-FAINT_LOG_ODDS, FAINT_CONTRAST = 1.2, 5.0
-"""Mean log odds of the network along a rope below which it is faint [-], and contrast [Lab]."""
-FAINT_UNEVENNESS, FAINT_LENGTH = 0.2, 55.0
-"""Unevenness above which, and length [rope widths] below which a faint rope is dropped: edges of
-sheets and rims of discs look like this."""
+below the second [-] or its length above the third [rope widths]: doubtful is then where it leads to
+and how wide it is, not whether it is there."""
 ROPE_COEFFICIENTS = (
-    0.2616,
-    -1.2068,
-    10.6566,
-    0.9991,
-    3.5332,
-    1.9748,
-    0.2309,
-    0.2276,
-    -0.6234,
-    0.3842,
+    0.684,
+    -1.2044,
+    18.1525,
+    0.5737,
+    2.9031,
+    2.4671,
+    0.2458,
+    -4.1715,
+    -0.4818,
+    0.4376,
+    7.0739,
 )
 """Intercept, and one coefficient for each feature of a rope."""
 IMAGE_COEFFICIENTS = (
-    -0.1248,
-    0.7221,
-    0.409,
-    0.0187,
-    0.9605,
-    -0.2893,
-    -0.6474,
-    0.5211,
-    23.1644,
+    -2.7408,
+    0.5272,
+    0.3216,
+    -1.6343,
+    1.6349,
+    0.8312,
+    -0.722,
+    1.5429,
+    22.9531,
 )
 """Intercept, and one coefficient for each feature of an image."""
 
@@ -79,6 +76,8 @@ class RopeFeatures:
     """Share of its axis that could be a shadow of its sides, 0..1."""
     unseen: float
     """Mean of minus the network's log odds along its axis, limited."""
+    narrowing: float
+    """Absolute logarithm of its width between the flanks, relative to that of the foreground."""
 
 
 @dataclass(frozen=True)
@@ -106,17 +105,13 @@ class ImageFeatures:
 def believed(ropes: list[RopeFeatures]) -> list[int]:
     """Return the indices of the ropes that are kept: all but the incredible, at least one."""
     odds = [log_odds(r) for r in ropes]
-    seen = [r.unseen < -SEEN_LOG_ODDS and r.unevenness < SEEN_UNEVENNESS for r in ropes]
+    seen = [
+        r.unseen < -SEEN_LOG_ODDS
+        and (r.unevenness < SEEN_UNEVENNESS or r.length > np.log(SEEN_LENGTH))
+        for r in ropes
+    ]
     likely = [k for k, o in enumerate(odds) if o < DROPPED_LOG_ODDS or seen[k]]
-    likely = [k for k in likely if not _edge_like(ropes[k])]
     return likely or [int(np.argmin(odds))]
-
-
-def _edge_like(rope: RopeFeatures) -> bool:
-    """Whether a rope is as faint, uneven and short as pieces of edges are."""
-    faint = rope.unseen > -FAINT_LOG_ODDS or rope.contrast < np.log(1.0 + FAINT_CONTRAST)
-    short = rope.length < np.log(FAINT_LENGTH)
-    return bool(faint and short and rope.unevenness > FAINT_UNEVENNESS)
 
 
 def image_features(

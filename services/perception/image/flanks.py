@@ -35,6 +35,10 @@ WIDTH_PERCENTILE = 80.0
 dark flank is lost in the ground, and the rope looks narrower than it is."""
 WIDTH_EXCESS = 0.3
 """Amount by which that percentile exceeds the width [pixels]."""
+MIN_MEASURED_SHARE, FOREGROUND_SHARE = 0.8, 0.95
+"""Width between flanks, relative to that of the foreground, below which they are those of a
+highlight on the rope unless the foreground holds its shadow as well, and share of the foreground's
+width that is then the rope's [-]."""
 SLOPE_EXPONENT = 4
 """Exponent of the slopes that tell which flank is the surer one [-]."""
 MIN_CLEAR_SHARE = 0.2
@@ -76,7 +80,9 @@ def center_between_flanks(
         return uniform_filter1d(seen, window, axis=0) / weight
 
     colors, inside = profile(lab), profile(evidence)[..., 0]
-    inside = np.where(_shadow_beside(colors, offsets, clear, width), -1.0, inside)
+    shadow = _shadow_beside(colors, offsets, clear, width)
+    with_shadow = np.mean(np.any(shadow & (inside > 0.0), axis=1)[clear]) > 0.5
+    inside = np.where(shadow, -1.0, inside)
     slope = np.linalg.norm(colors[:, 2:] - colors[:, :-2], axis=2)
     sigma = max(FLANK_SIGMA_WIDTHS * width, MIN_FLANK_SIGMA)
     sides = [_flank(slope[:, ::sign], inside[:, ::sign], offsets, sigma) for sign in (-1, 1)]
@@ -85,6 +91,8 @@ def center_between_flanks(
     if np.count_nonzero(found) < least:
         return pixels, width
     measured = float(np.percentile((left + right)[found], WIDTH_PERCENTILE)) - WIDTH_EXCESS
+    if measured < MIN_MEASURED_SHARE * width and not with_shadow:
+        return pixels, FOREGROUND_SHARE * width
     # Where one flank has no contrast, the other and the width tell the axis.
     share = left_slope**SLOPE_EXPONENT
     share = share / np.maximum(share + right_slope**SLOPE_EXPONENT, 1e-9)

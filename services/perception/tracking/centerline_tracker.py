@@ -48,6 +48,9 @@ MIN_GRIP_DISTANCE = 0.03
 """Distance of a line from the grips up to which it may be a gripper, and is no other rope [m]."""
 KNOWN_POINT_DISTANCE = 0.003
 """Distance of the points of another rope where it is expected [m]."""
+SIGMA_SCALE = 1.12
+"""Factor on the standard deviations of a single frame [-]: neighbouring pixels and frames err
+together; measured by `lariat bench following --sequences 3 --seed 300`."""
 LENGTH_BIAS = 0.004
 """Deviation of the measured length up to which the given one may be right, as a share [-]: depth
 noise, the width of the rope and its curvature between nodes lengthen a chain."""
@@ -179,7 +182,8 @@ class CenterlineTracker:
         self._others.update(lines, lambda points: self._look(points, depth), stamp)
         if estimate.lost:
             return estimate
-        return replace(estimate, sigma=np.hypot(estimate.sigma, added), probability_wrong=wrong)
+        sigma = np.hypot(SIGMA_SCALE * estimate.sigma, added)
+        return replace(estimate, sigma=sigma, probability_wrong=wrong)
 
     def _expected_others(self) -> list[OtherLine]:
         """Lines of the other ropes where they were seen last."""

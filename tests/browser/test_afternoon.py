@@ -276,11 +276,15 @@ def test_everything_is_framed_again_after_the_view_was_lost(started: tuple[Cell,
         views.append(framed())
         return float(np.abs(views[-1] - views[-2]).mean()) < 0.5
 
-    assert comes(page, settles), "the view does not settle"
-    page.mouse.move(clip["x"] + clip["width"] / 2.0, clip["y"] + clip["height"] / 2.0)
-    for _ in range(10):
-        page.mouse.wheel(0.0, -300.0)
-        page.wait_for_timeout(100)
-    assert comes(page, lambda: difference(views[-1]) > 10.0), "the wheel moves no view"
-    assert comes(page, lambda: float(np.abs(framed() - views[-1]).mean()) < 3.0)
+    def returns() -> bool:
+        assert comes(page, settles), "the view does not settle"
+        page.mouse.move(clip["x"] + clip["width"] / 2.0, clip["y"] + clip["height"] / 2.0)
+        for _ in range(10):
+            page.mouse.wheel(0.0, -300.0)
+            page.wait_for_timeout(100)
+        assert comes(page, lambda: difference(views[-1]) > 10.0), "the wheel moves no view"
+        return any(float(np.abs(framed() - views[-1]).mean()) < 3.0 for _ in range(10))
+
+    # On a slow machine the scene may have changed since the first view settled.
+    assert any(returns() for _ in range(3))
     folder.click()

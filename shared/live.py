@@ -9,8 +9,6 @@ In addition to the members of `shared.service.Service`, a service may have
 * `close()`: called before the process exits,
 * `greeting: str`: line to print on standard error once it is ready, for what must not be in the
   log: that is published and recorded,
-* `wakes: Sequence[Topic]`: topics of its inbox whose messages begin a step before its time, so
-  that they do not wait for the schedule,
 * `wakes: Sequence[Topic]`: topics of its inbox whose messages do not wait for the next step,
 * `note: str`: current activity or problem, shown in its health,
 * `longest_step: float`: longest duration of a step [s], if longer than its period. No health is

@@ -39,6 +39,20 @@ def test_flank_lies_between_rope_and_shadow_though_both_are_foreground() -> None
     assert np.abs(axis[:, 1] - 65.5).max() < 0.5
 
 
+def test_width_is_not_that_of_a_bright_highlight_on_a_dark_rope() -> None:
+    lab = np.full((140, 300, 3), (60.0, 128.0, 128.0), np.float32)
+    lab[60:80, :, 0] = 45.0
+    lab[63:77, :, 0] = 230.0
+    lab = cv2.GaussianBlur(lab, (0, 0), 1.0)
+    evidence = np.full((140, 300), -4.0, np.float32)
+    evidence[60:80] = 4.0
+    columns = np.arange(20.0, 280.0)
+    pixels = np.stack([columns, np.full(260, 69.5)], axis=1)
+    normals, clear = np.tile([0.0, 1.0], (260, 1)), np.ones(260, bool)
+    _, width = center_between_flanks(lab, evidence, pixels, normals, clear, 20.0)
+    assert width == pytest.approx(20.0, abs=1.5)
+
+
 @pytest.mark.parametrize(("color", "kept"), [((230, 195, 50), 0.15), ((120, 120, 118), 1.0)])
 def test_shadow_of_a_coloured_rope_is_no_example_of_it_but_a_grey_rope_is(
     color: Color, kept: float

@@ -19,13 +19,13 @@ from rich.table import Table
 from benchmarks.result_block import find_block, show
 from lariat.geometry import poses
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
+from lariat.geometry.grippers import gripper_capsules
 from lariat.geometry.obstacles import TABLE, Obstacle
 from lariat.geometry.poses import Pose
 from services.perception.markers.marker_detection import MarkerDetector
 from services.perception.markers.marker_pose import MarkerPoseFilter, locate_marker
 from services.sim.camera.marker_plates import MarkerPlate
 from services.sim.camera.rgbd_camera import RgbdCamera
-from services.sim.gripper_body import gripper_body
 
 RESOLUTIONS = ((640, 480), (1280, 720))
 """Widths and heights of the images [pixels]."""
@@ -35,8 +35,8 @@ CAMERA_POSITION, CAMERA_TARGET = (0.0, -0.05, 1.0), (0.0, 0.0, 0.1)
 """Position of the camera, and a point on its optical axis [m]."""
 NODE_COUNT, ROPE_RADIUS = 40, 0.004
 """Nodes and radius [m] of the rope."""
-GRIPPER_SIZE = (0.012, 0.06)
-"""Radius and height of a gripper [m]."""
+GRIPPER_SIZE = (0.048, 0.012)
+"""Reach and radius of a gripper [m]."""
 FRAMES_PER_MARKER = 5
 """Number of images from which a marker is placed, as in perception."""
 FRAME_RATE = 30.0
@@ -116,8 +116,7 @@ def measure(
     bodies = [
         TABLE,
         *(Obstacle("cylinder", (x, 0.0, 0.08), radius=0.03, height=0.16) for x in (-0.12, 0, 0.12)),
-        gripper_body(Pose(rope[0], level), -1.0, *GRIPPER_SIZE),
-        gripper_body(Pose(rope[-1], level), 1.0, *GRIPPER_SIZE),
+        *gripper_capsules(Pose(rope[0], level), Pose(rope[-1], level), *GRIPPER_SIZE),
     ]
     times = []
     for frame in range(frames + WARM_UP_FRAMES):

@@ -10,8 +10,7 @@ import itertools
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry import poses
-from lariat.geometry.obstacles import Obstacle
+from lariat.geometry.obstacles import Obstacle, capsule_between
 from shared.messages import OtherRopes, chain
 
 MAX_CHORD_ERROR = 0.0015
@@ -30,25 +29,8 @@ def other_rope_obstacles(message: OtherRopes) -> tuple[Obstacle, ...]:
         for line in rope.lines:
             corners = _corners(chain(line.positions))
             for a, b in itertools.pairwise(corners):
-                capsules.append(_capsule(a, b, radius, f"other rope {rope.id}"))
+                capsules.append(capsule_between(a, b, radius, f"other rope {rope.id}"))
     return tuple(capsules)
-
-
-def _capsule(
-    a: Float64[np.ndarray, "3"], b: Float64[np.ndarray, "3"], radius: float, name: str
-) -> Obstacle:
-    height = float(np.linalg.norm(b - a))
-    if height < 1e-9:
-        return Obstacle("sphere", tuple(a.tolist()), radius=radius, name=name)
-    turn = poses.rotation_between(np.array([0.0, 0.0, 1.0]), (b - a) / height)
-    return Obstacle(
-        "capsule",
-        tuple((0.5 * (a + b)).tolist()),
-        tuple(turn.tolist()),
-        radius=radius,
-        height=height,
-        name=name,
-    )
 
 
 def _corners(points: Float64[np.ndarray, "k 3"]) -> Float64[np.ndarray, "m 3"]:

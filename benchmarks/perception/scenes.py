@@ -12,9 +12,9 @@ from jaxtyping import Float64
 
 from lariat.geometry import polylines, poses
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
+from lariat.geometry.grippers import gripper_capsules
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
-from services.sim.gripper_body import gripper_body
 from services.sim.plants.flex_rope import FlexRope
 from services.sim.plants.mujoco_plant import MujocoPlant
 from services.sim.plants.mujoco_rope import MujocoRope
@@ -36,8 +36,8 @@ FIELD_OF_VIEW = math.radians(65.0)
 """Horizontal field of view [rad]."""
 BALL_POSITION = 0.65
 """Position of the ball that hides a part of the rope, between camera (0) and rope (1) [-]."""
-GRIPPER_SIZE = (0.012, 0.06)
-"""Radius and height of a gripper [m]."""
+GRIPPER_SIZE = (0.048, 0.012)
+"""Reach and radius of a gripper [m]."""
 MAX_LENGTH_ERROR, MAX_GRIP_ERROR = 0.003, 0.001
 """Errors of length and grip points of a simulated rest shape above which it is discarded [m]."""
 
@@ -88,8 +88,7 @@ def views_of(
         made += 1
         bodies = [
             Obstacle("half_space", (0.0, 0.0, -0.2)),
-            gripper_body(left, -1.0, *GRIPPER_SIZE),
-            gripper_body(right, 1.0, *GRIPPER_SIZE),
+            *gripper_capsules(left, right, *GRIPPER_SIZE),
         ]
         middle = nodes.mean(axis=0)
         azimuth, elevation = random.uniform(-math.pi, math.pi), random.uniform(0.6, 1.5)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.geometry.obstacles import Obstacle, capsule_between
 from lariat.geometry.poses import Pose, rotate
 
 GRIPPER_COVER_RATIO = 1.12
@@ -62,6 +63,25 @@ def gripper_bodies(reach: float, radius: float) -> tuple[GripperBody, GripperBod
         GripperBody(end=(0.0, 0.0, -reach), radius=radius),
         GripperBody(end=(0.0, 0.0, reach), radius=radius),
     )
+
+
+def gripper_capsules(
+    left: Pose | None, right: Pose | None, reach: float, radius: float
+) -> list[Obstacle]:
+    """Return the bodies of the grippers where they are.
+
+    Args:
+        left: Left grip; None without a gripper there.
+        right: Right grip.
+        reach: Distance from a grip to the centre of its capsule's far cap [m].
+        radius: Radius of the capsules [m].
+    """
+    pairs = zip((left, right), gripper_bodies(reach, radius), strict=True)
+    return [
+        capsule_between(*grip.apply(np.array([body.start, body.end])), body.radius)
+        for grip, body in pairs
+        if grip is not None
+    ]
 
 
 def axis_clearance(radius: float, keep_out: float) -> float:

@@ -67,6 +67,31 @@ TABLE = Obstacle("half_space", (0.0, 0.0, 0.0), name="table")
 """Half space below the plane z = 0."""
 
 
+def capsule_between(
+    a: Float64[np.ndarray, "3"], b: Float64[np.ndarray, "3"], radius: float, name: str = ""
+) -> Obstacle:
+    """Return the capsule around a segment, a sphere where its ends coincide.
+
+    Args:
+        a: Centre of one cap [m].
+        b: Centre of the other cap [m].
+        radius: Radius [m].
+        name: Name of the body.
+    """
+    height = float(np.linalg.norm(b - a))
+    if height < 1e-9:
+        return Obstacle("sphere", tuple(a.tolist()), radius=radius, name=name)
+    turn = poses.rotation_between(np.array([0.0, 0.0, 1.0]), (b - a) / height)
+    return Obstacle(
+        "capsule",
+        tuple((0.5 * (a + b)).tolist()),
+        tuple(turn.tolist()),
+        radius=radius,
+        height=height,
+        name=name,
+    )
+
+
 def signed_distance(
     points: Float64[np.ndarray, "*b 3"], obstacle: Obstacle
 ) -> Float64[np.ndarray, "*b"]:

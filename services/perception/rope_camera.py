@@ -6,11 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float64, UInt16
+from jaxtyping import Float64
 
 from lariat.geometry.cameras import Intrinsics
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
+from services.perception.beside.thin_things import RgbdView
 from services.perception.centerline.estimate import CenterlineEstimate
 from services.perception.markers.marker_obstacles import MarkerObstacles, ObstacleMove
 from services.perception.rgbd.camera_monitor import CameraMonitor
@@ -67,8 +68,7 @@ class RopeCamera:
         self._view, self._monitor = CameraView(name), CameraMonitor(name)
         self._tracker: RopeTracker | None = None
         self._tracked_calibration = 0
-        self._depth_image: UInt16[np.ndarray, "h w"] | None = None
-        """Depth of the images that were processed last [mm]."""
+        self._processed: RgbdView | None = None
         self.exposure: Exposure | None = None
         """Newest images that are not processed yet."""
         self.fault = ""
@@ -123,8 +123,16 @@ class RopeCamera:
         """
         assert self.exposure is not None
         (color, depth), stamp = self.exposure.images, self.exposure.stamp
-        self.exposure, self._depth_image = None, depth
-        return self._calibrated_tracker().track(color, depth, left, right, stamp)
+        tracker, self.exposure = self._calibrated_tracker(), None
+        estimate = tracker.track(color, depth, left, right, stamp)
+        self._processed = RgbdView(color, depth, tracker.camera, estimate.bias)
+        return estimate
+
+    @property
+    def processed(self) -> RgbdView:
+        """Images that were processed last."""
+        assert self._processed is not None
+        return self._processed
 
     def look(self, points: Float64[np.ndarray, "k 3"], radius: float) -> Sight:
         """Return what the images that were processed last show at points of a rope's axis.
@@ -133,10 +141,10 @@ class RopeCamera:
             points: Points in the world [m].
             radius: Radius of the rope [m].
         """
-        if self._depth_image is None or self._tracker is None:
+        if self._processed is None:
             nothing = np.zeros(len(points), bool)
             return Sight(nothing, nothing)
-        return line_of_sight(points, radius, self._depth_image, self._tracker.camera)
+        return line_of_sight(points, radius, self._processed.depth, self._processed.camera)
 
     def adopt(
         self, estimate: CenterlineEstimate, left: Pose | None, right: Pose | None, stamp: int

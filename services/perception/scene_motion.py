@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
+from lariat.geometry.obstacle_motion import obstacles_at
+from lariat.geometry.obstacles import Obstacle
 from lariat.trajectory import NANOSECONDS
 from shared import topics
 from shared.messages import SceneMotion, TaskState, motion_message
@@ -31,6 +33,17 @@ class SceneMotionPublisher:
     def reset(self, task: TaskState) -> None:
         """Return the obstacles to where they stand before a run."""
         self._ended_run, self._run_started = task.run_started, 0
+
+    def at(self, obstacles: Sequence[Obstacle], now: int) -> tuple[Obstacle, ...]:
+        """Return the obstacles of a scene where they are at a time.
+
+        Args:
+            obstacles: Obstacles of the scene.
+            now: The time [ns].
+        """
+        begun = self._run_started
+        motions = self._scenario.obstacle_motions(begun * NANOSECONDS) if begun else ()
+        return obstacles_at(obstacles, motions, now * NANOSECONDS)
 
     def due(self, now: int) -> Iterator[Publication]:
         """Yield the motions when they begin, often while something moves, and once a second.

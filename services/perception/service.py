@@ -11,13 +11,14 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry.cameras import Camera, Intrinsics
+from services.perception.beside.publisher import OthersPublisher
+from services.perception.beside.search import SearchBeside
 from services.perception.centerline.estimate import MAX_DOUBT, CenterlineEstimate, RopeModel
 from services.perception.centerline.estimator import CenterlineEstimator
 from services.perception.centerline.settings import CenterlineSettings
 from services.perception.clock_check import ClockCheck
 from services.perception.fusion import fuse
 from services.perception.markers.marker_obstacles import MarkerObstacles
-from services.perception.others_publisher import OthersPublisher
 from services.perception.rgbd.line_of_sight import Sight
 from services.perception.rope_camera import RopeCamera
 from services.perception.scene import ObstacleScene, SceneChangeRefused
@@ -103,7 +104,10 @@ class PerceptionService:
             self._rope.node_count, scenario.sensing.node_noise, scenario.seed
         )
         self._nodes: np.ndarray | None = None
-        self._others = OthersPublisher(scenario.rope.diameter)
+        self._others = OthersPublisher()
+        self._search = SearchBeside(
+            scenario.limits, scenario.rope.diameter, scenario.sensing.depth_noise
+        )
         self._resets, self._restores = ResetCounter(), ResetCounter()
         self._published = -SECOND
         self._published_revision = 0
@@ -152,7 +156,15 @@ class PerceptionService:
         elif due:
             estimate = self._perceived(due, stamp)
             yield self._rope_nodes(estimate, stamp)
-            yield from self._others.publications(estimate, self._look, stamp, now)
+            lines = self._search.lines(
+                estimate,
+                [camera.processed for camera in due],
+                self._motion.at(self._scene.obstacles, stamp),
+                self._grips.at(stamp),
+                stamp,
+                always=self._others.any,
+            )
+            yield from self._others.publications(lines, self._look, stamp, now)
         elif faults and all(camera.fault for camera in self._cameras):
             yield self._lost("; ".join(c.fault for c in self._cameras), faults[0].stamp)
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from lariat.geometry.grippers import gripper_capsules
 from lariat.geometry.obstacle_motion import ObstacleMotion, obstacles_at
 from lariat.geometry.poses import Pose
 from lariat.trajectory import NANOSECONDS
@@ -14,7 +15,6 @@ from services.sim.camera.lab_camera import LabCamera
 from services.sim.camera.marker_plates import MarkerPlate
 from services.sim.camera.rgbd_camera import BODY_COLOR
 from services.sim.distractors import MovingTubes
-from services.sim.gripper_body import gripper_body
 from services.sim.marked_obstacles import MarkedObstacles
 from services.sim.options import SimOptions
 from services.sim.plants.end_motion import EndMotion
@@ -180,8 +180,7 @@ class SimService:
         left, right = world.grips
         bodies = [
             *world.obstacles,
-            gripper_body(left, -1.0, limits.gripper_radius, limits.gripper_height),
-            gripper_body(right, 1.0, limits.gripper_radius, limits.gripper_height),
+            *gripper_capsules(left, right, limits.gripper_reach, limits.gripper_radius),
         ]
         table_color = self._scenario.plant.table_color
         colors = [table_color if o.shape == "half_space" else BODY_COLOR for o in bodies]

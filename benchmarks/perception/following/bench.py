@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from benchmarks.perception.following.cases import CASES, Case
+from benchmarks.perception.following.cases import CASES, COLORFUL, ROPE_COLOR, Case
 from benchmarks.perception.following.doubt import StatedDoubt, fitted, reliability
 from benchmarks.perception.following.frames import VIEW, TrueFrame, frames_of
+from benchmarks.perception.following.others import OthersFigures, OthersFollower
 from benchmarks.perception.scenes import ROPES, STIFFNESS_ERROR
 from benchmarks.result_block import figures_table, find_block, show
 from lariat.geometry import polylines
@@ -22,6 +23,7 @@ from lariat.rod import RodProperties
 from services.controller.estimation.rope_tracker import MAX_DOUBT
 from services.perception.centerline.estimate import CenterlineEstimate, RopeModel
 from services.perception.centerline.estimator import CenterlineEstimator
+from services.perception.centerline.settings import CenterlineSettings
 from services.perception.tracking.centerline_tracker import CenterlineTracker
 from services.perception.tracking.chain_doubt import ChainDoubt
 
@@ -62,6 +64,8 @@ class Figures:
     """Times from the first frame in which half the rope is visible again [s]."""
     times: list[float] = field(default_factory=list)
     """Processor times [ms]."""
+    others: OthersFigures = field(default_factory=OthersFigures)
+    """What was published of the other ropes."""
 
     def row(self, case: Case) -> dict[str, float | str]:
         """Return the row of the table."""
@@ -114,17 +118,19 @@ def run(
         fit: Print the coefficients of the doubt, fitted to these sequences.
     """
     block = find_block(docs)
-    rows, doubts = [], []
+    rows, doubts, others = [], [], []
     for case in only:
         print(f"{case} ...", file=sys.stderr)
         figures = Figures()
         for k in range(sequences):
             follow(case, seed + k, figures)
         rows.append(figures.row(case))
+        others.append({"case": case, **figures.others.row()})
         doubts += figures.doubts
     bins = reliability(doubts)
     if json:
-        every = {"sequences": sequences, "seed": seed, "rows": rows, "reliability": bins}
+        every = {"sequences": sequences, "seed": seed, "rows": rows, "others": others}
+        every["reliability"] = bins
         print(encoder.dumps(every))
         return 0
     caption = (
@@ -134,7 +140,15 @@ def run(
     stated = (
         "Probability that a visible node is off by over a centimetre, stated and as it came out."
     )
-    show([figures_table(rows, caption), figures_table(bins, stated)], block)
+    beside = "Other ropes as published from the third of a second on."
+    show(
+        [
+            figures_table(rows, caption),
+            figures_table(others, beside),
+            figures_table(bins, stated),
+        ],
+        block,
+    )
     if fit:
         print(f"COEFFICIENTS = {tuple(round(c, 3) for c in fitted(doubts))}")
     return 0
@@ -148,8 +162,10 @@ def follow(case: Case, seed: int, figures: Figures) -> None:
     )
     weight = 9.81 * truth.linear_density / believed.bending_stiffness
     model = RopeModel(truth.length, truth.diameter / 2.0, truth.node_count, weight)
-    tracker = CenterlineTracker(CenterlineEstimator(VIEW, model), believed, [TABLE])
+    settings = CenterlineSettings(rope_color=ROPE_COLOR if case in COLORFUL else None)
+    tracker = CenterlineTracker(CenterlineEstimator(VIEW, model, settings), believed, [TABLE])
     gone, returned, model_doubt = False, 0.0, ChainDoubt()
+    beside = OthersFollower(model.radius, figures.others)
     for number, frame in enumerate(frames_of(truth, case, seed)):
         if not number:
             tracker.warm_up(frame.left, frame.right)
@@ -163,6 +179,7 @@ def follow(case: Case, seed: int, figures: Figures) -> None:
         )
         figures.times.append(1e3 * (time.process_time() - started))
         figures.frames += 1
+        beside.take(frame, estimate, round(1e9 * (1.0 + frame.time)))
         visible = float(np.mean(frame.visible))
         if visible < GONE_SHARE:
             gone, returned = True, 0.0

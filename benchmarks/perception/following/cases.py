@@ -15,10 +15,22 @@ from lariat.geometry.poses import Pose
 from services.sim.camera.rgbd_camera import RGB, Tube
 
 Case = Literal[
-    "alone", "crossing", "beside", "sweeping", "colored", "hand", "both", "leaving", "fast"
+    "alone",
+    "crossing",
+    "beside",
+    "sweeping",
+    "colored",
+    "hand",
+    "both",
+    "leaving",
+    "fast",
+    "cables",
 ]
 CASES: tuple[Case, ...] = get_args(Case)
 """Names of the cases, in the order of the table."""
+
+COLORFUL: tuple[Case, ...] = ("cables",)
+"""Cases in which the held rope's colour is given; in all others it is the brightest thing."""
 
 DURATION = 3.0
 """Duration of a sequence [s]."""
@@ -67,6 +79,8 @@ def sequence(case: Case, length: float, radius: float, seed: int) -> Sequence:
         parts.append(_beside(random, grips, radius))
     if case == "sweeping":
         parts.append(_sweeping(random, grips, radius))
+    if case == "cables":
+        parts.append(_cables(random, grips))
     if case in ("hand", "both"):
         parts.append(_hand(random))
     return Sequence(grips, lambda t: [tube for part in parts for tube in part(t)])
@@ -142,6 +156,22 @@ def _sweeping(random: np.random.Generator, grips: GripPath, radius: float) -> Tu
     place = 0.5 * (left + right) + np.array([0.0, 0.0, random.uniform(-0.12, 0.04)])
     nodes = place + _curve(random, heading)
     return lambda t: [Tube(nodes + 0.2 * (t - 1.5) * across, radius, ROPE_COLOR)]
+
+
+def _cables(random: np.random.Generator, grips: GripPath) -> TubePath:
+    """Three cables of any colour, 4 to 16 mm, at rest: one across below ours, two on the table."""
+    left, right = (g.position for g in grips(0.0))
+    place = 0.5 * (left + right)
+    tubes = []
+    for height in (place[2] - random.uniform(0.03, 0.1), None, None):
+        radius = 0.5 * random.uniform(0.004, 0.016)
+        r, g, b = random.integers(0, 256, 3).tolist()
+        curve = _curve(random, random.uniform(-math.pi, math.pi))
+        if height is None:
+            height, curve[:, 2] = radius, 0.0
+            curve[:, :2] += random.uniform(-0.12, 0.12, 2)
+        tubes.append(Tube(np.array([*place[:2], height]) + curve, radius, (r, g, b)))
+    return lambda t: tubes
 
 
 def _hand(random: np.random.Generator) -> TubePath:

@@ -11,10 +11,10 @@ from jaxtyping import Bool, Float64
 
 from benchmarks.perception.following.cases import DURATION, ROPE_COLOR, Case, sequence
 from lariat.geometry.cameras import Camera, Intrinsics, looking_at
+from lariat.geometry.grippers import gripper_capsules
 from lariat.geometry.obstacles import TABLE
 from lariat.geometry.poses import Pose
 from services.sim.camera.rgbd_camera import Frame, RgbdCamera, Tube
-from services.sim.gripper_body import gripper_body
 from services.sim.plants.end_motion import EndMotion
 from services.sim.plants.flex_rope import FlexRope
 from services.sim.plants.mujoco_plant import MujocoPlant
@@ -24,8 +24,8 @@ FRAME_RATE = 30.0
 """Frame rate [Hz]."""
 PLANT_EDGES = 3
 """Edges of the true rope for each edge of the rope that is followed [-]."""
-GRIPPER_SIZE = (0.012, 0.06)
-"""Radius and height of a gripper [m]."""
+GRIPPER_SIZE = (0.048, 0.012)
+"""Reach and radius of a gripper [m]."""
 VIEW = Camera(
     Intrinsics.symmetric(640, 480, math.radians(65.0)),
     looking_at((0.0, -0.05, 1.0), (0.0, 0.0, 0.15)),
@@ -80,8 +80,7 @@ def frames_of(truth: MujocoRope, case: Case, seed: int) -> Iterator[TrueFrame]:
             plant.step(motion[0], motion[1], step)
         bodies = [
             TABLE,
-            gripper_body(left, -1.0, *GRIPPER_SIZE),
-            gripper_body(right, 1.0, *GRIPPER_SIZE),
+            *gripper_capsules(left, right, *GRIPPER_SIZE),
         ]
         tubes = moving.tubes(time)
         images = camera.take(plant.nodes, truth.diameter / 2.0, bodies, frame=number, tubes=tubes)

@@ -93,7 +93,9 @@ class CenterlineEstimate:
     overlap: float = 0.0
     """Share of the chain that lies on or beside other ropes in the image [-]."""
     others: tuple[OtherLine, ...] = ()
-    """Other ropes in the image."""
+    """Other ropes of its colour in the image."""
+    bias: float = 0.0
+    """Bias that was subtracted from every depth of the image [m]."""
 
     @staticmethod
     def failed(reason: str) -> CenterlineEstimate:

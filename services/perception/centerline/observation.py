@@ -9,10 +9,10 @@ import cv2
 import numpy as np
 from jaxtyping import Float32, Float64, UInt8, UInt16
 
-from lariat.geometry import polylines, poses
+from lariat.geometry import polylines
 from lariat.geometry.cameras import Camera
 from services.perception.centerline.estimate import RopeModel
-from services.perception.centerline.ridge import Ridge, extract_ridge
+from services.perception.centerline.ridge import Ridge, axis_points, extract_ridge
 from services.perception.centerline.segmentation import (
     ColorLikeness,
     Region,
@@ -95,7 +95,8 @@ class FrameObserver:
             return self._too_much_found(share)
         ridges = [extract_ridge(s, region, depth, width) for s in trace_strands(region.mask, width)]
         ridges = [r for r in ridges if np.any(np.isfinite(r.depth))]
-        points = [self._axis(r) for r in ridges]
+        half = limits.depth_smoothing_half_window
+        points = [axis_points(r, self._camera, self._rope.radius, half) for r in ridges]
         visible = sum(polylines.length(p) for p in points)
         if visible < limits.min_visible_share * self._rope.length:
             return f"only {1e3 * visible:.0f} mm of rope in view"
@@ -128,18 +129,6 @@ class FrameObserver:
             return None
         near = float(np.percentile(values, limits.near_percentile)) / 1000.0
         return 2.0 * self._rope.radius * self._camera.intrinsics.fx / near
-
-    def _axis(self, ridge: Ridge) -> Float64[np.ndarray, "k 3"]:
-        """Points near the axis of a ridge, with depth interpolated over gaps [m]."""
-        known = np.isfinite(ridge.depth)
-        index = np.arange(len(known))
-        depth = np.interp(index, index[known], ridge.depth[known])
-        half = min(self._settings.frame.depth_smoothing_half_window, (len(depth) - 1) // 2)
-        padded = np.pad(depth, half, mode="edge")
-        depth = np.convolve(padded, np.full(2 * half + 1, 1.0 / (2 * half + 1)), "valid")
-        surface = self._camera.back_project(ridge.pixels, depth)
-        ray = poses.normalized(self._camera.rays(ridge.pixels))
-        return surface + self._rope.radius * ray
 
     def _too_much_found(self, share: float) -> str:
         color, threshold = self._settings.rope_color, self._settings.threshold

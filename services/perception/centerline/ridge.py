@@ -8,6 +8,8 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float64, UInt16
 
+from lariat.geometry import poses
+from lariat.geometry.cameras import Camera
 from services.perception.centerline.segmentation import Region
 from services.perception.centerline.skeleton import Strand
 
@@ -72,6 +74,27 @@ def extract_ridge(
     pixels = path + np.where(clear, shift, 0.0)[:, None] * normals
     pixels += np.array([region.left, region.top], float)
     return Ridge(pixels, normals, clear, _robust_depth(pixels, normals, depth))
+
+
+def axis_points(
+    ridge: Ridge, camera: Camera, radius: float, half_window: int
+) -> Float64[np.ndarray, "k 3"]:
+    """Return points near the axis of a ridge, with depth interpolated over gaps [m].
+
+    Args:
+        ridge: Ridge with at least one depth.
+        camera: Camera of the image.
+        radius: Distance of the axis behind the surface [m].
+        half_window: Half the window over which depths are averaged [points].
+    """
+    known = np.isfinite(ridge.depth)
+    index = np.arange(len(known))
+    depth = np.interp(index, index[known], ridge.depth[known])
+    half = min(half_window, (len(depth) - 1) // 2)
+    padded = np.pad(depth, half, mode="edge")
+    depth = np.convolve(padded, np.full(2 * half + 1, 1.0 / (2 * half + 1)), "valid")
+    surface = camera.back_project(ridge.pixels, depth)
+    return surface + radius * poses.normalized(camera.rays(ridge.pixels))
 
 
 def sample_depth(

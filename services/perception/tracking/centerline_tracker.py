@@ -17,6 +17,7 @@ from lariat.geometry import polylines
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties
+from services.perception.beside.other_ropes import OtherRopes, SeenLine, is_away
 from services.perception.centerline.estimate import (
     MAX_DOUBT,
     CenterlineEstimate,
@@ -29,7 +30,6 @@ from services.perception.rgbd.depth_bias import DepthBias
 from services.perception.rgbd.line_of_sight import Sight, line_of_sight
 from services.perception.tracking.chain_doubt import ChainDoubt
 from services.perception.tracking.motion_uncertainty import MotionUncertainty
-from services.perception.tracking.other_ropes import OtherRopes
 
 log = logging.getLogger(__name__)
 
@@ -44,8 +44,6 @@ MAX_LENGTH_ERROR = 0.03
 """Largest deviation of the measured length from the given one, as a share [-]."""
 MAX_LEARNT_DOUBT = 0.03
 """Probability of a wrong chain below which the lines beside it are taken for other ropes [-]."""
-MIN_GRIP_DISTANCE = 0.03
-"""Distance of a line from the grips up to which it may be a gripper, and is no other rope [m]."""
 KNOWN_POINT_DISTANCE = 0.003
 """Distance of the points of another rope where it is expected [m]."""
 SIGMA_SCALE = 1.12
@@ -158,7 +156,7 @@ class CenterlineTracker:
         stamp: int,
     ) -> CenterlineEstimate:
         """Estimate the rope in the next frame; arguments as in `RopeTracker.track`."""
-        prior = self._propagated(left, right, stamp)
+        prior, bias = self._propagated(left, right, stamp), self._bias.update(depth)
         estimate = self._estimator.estimate(
             color,
             depth,
@@ -166,7 +164,7 @@ class CenterlineTracker:
             right,
             prior,
             lambda: self._shape_at_rest(left, right),
-            self._bias.update(depth),
+            bias,
             self._length.now(),
             self._expected_others(),
         )
@@ -177,13 +175,17 @@ class CenterlineTracker:
             self.adopt(_continued(estimate, prior), left, right, stamp)
             wrong = self._doubt.take(estimate.doubt, stamp)
         # Beside a chain that may lie on another rope, ours would be taken for the other one.
-        lines = [line.points for line in estimate.others if wrong < MAX_LEARNT_DOUBT]
-        lines = [line for line in lines if _is_away(line, (left, right))]
+        sure, diameter = wrong < MAX_LEARNT_DOUBT, 2.0 * self._estimator.rope.radius
+        lines = [
+            SeenLine(line.points, diameter)
+            for line in estimate.others
+            if sure and is_away(line.points, (left, right))
+        ]
         self._others.update(lines, lambda points: self._look(points, depth), stamp)
         if estimate.lost:
             return estimate
         sigma = np.hypot(SIGMA_SCALE * estimate.sigma, added)
-        return replace(estimate, sigma=sigma, probability_wrong=wrong)
+        return replace(estimate, sigma=sigma, probability_wrong=wrong, bias=bias)
 
     def _expected_others(self) -> list[OtherLine]:
         """Lines of the other ropes where they were seen last."""
@@ -235,15 +237,6 @@ class CenterlineTracker:
         added = s.drift_speed * (stamp - self._stamp) / 1e9 + s.grip_lag * moved
         sigma: Float64[np.ndarray, "n"] = np.hypot(self._last.sigma, added + s.min_sigma)
         return ShapePrior(positions, sigma)
-
-
-def _is_away(points: Float64[np.ndarray, "k 3"], grips: Sequence[Pose | None]) -> bool:
-    """Whether a line is no part of a gripper."""
-    return all(
-        np.min(np.linalg.norm(points - grip.position, axis=1)) > MIN_GRIP_DISTANCE
-        for grip in grips
-        if grip is not None
-    )
 
 
 def _continued(estimate: CenterlineEstimate, prior: ShapePrior | None) -> CenterlineEstimate:

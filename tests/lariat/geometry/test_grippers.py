@@ -10,9 +10,11 @@ from lariat.geometry.grippers import (
     axis_clearance,
     axis_spacing,
     gripper_bodies,
+    gripper_capsules,
     gripper_points,
     swept_gripper_points,
 )
+from lariat.geometry.obstacles import signed_distance
 from lariat.geometry.poses import Pose
 
 ALONG_X = np.array([0.5, 0.5, 0.5, 0.5])
@@ -57,3 +59,12 @@ def test_gripper_points_lie_on_the_axes_and_away_from_the_rope() -> None:
         0.06,
     )
     assert np.allclose(swept, np.concatenate([points, gripper_points(left, other, 0.06)]))
+
+
+def test_a_gripper_reaches_away_from_the_rope() -> None:
+    along_x = Pose(np.array([0.2, 0.0, 0.3]), ALONG_X)
+    (body,) = gripper_capsules(None, along_x, 0.048, 0.012)
+    points = np.array([[0.2 + 0.0599, 0.0, 0.3], [0.2 + 0.0601, 0.0, 0.3], [0.185, 0.0, 0.3]])
+    inside = signed_distance(points, body) < 0.0
+    assert inside.tolist() == [True, False, False]
+    assert body.height == pytest.approx(0.048)

@@ -1,15 +1,12 @@
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 
 from lariat.geometry import polylines
-from lariat.geometry.obstacles import Obstacle, chain_clearance, signed_distance
+from lariat.geometry.obstacles import Obstacle, chain_clearance
 from lariat.geometry.poses import Pose
 from services.perception.rgbd.decoding import decode_frame
-from services.sim.gripper_body import gripper_body
 from services.sim.plants.end_motion import EndMotion
 from services.sim.plants.factory import true_properties
 from services.sim.world import World
@@ -152,12 +149,3 @@ def test_the_truth_may_differ_from_what_is_believed() -> None:
     assert true_properties(of).stiffness_profile == (1.0, 2.0)
     assert true_properties(of).internal_damping == 0.02
     assert of.rope.youngs_modulus == 1.0e6
-
-
-def test_a_gripper_reaches_away_from_the_rope() -> None:
-    along_x = Pose(np.array([0.2, 0.0, 0.3]), np.array([0.5, 0.5, 0.5, 0.5]))
-    body = gripper_body(along_x, 1.0, 0.012, 0.06)
-    points = np.array([[0.2 + 0.0599, 0.0, 0.3], [0.2 + 0.0601, 0.0, 0.3], [0.185, 0.0, 0.3]])
-    inside = signed_distance(points, body) < 0.0
-    assert inside.tolist() == [True, False, False]
-    assert math.isclose(body.height, 0.048)

@@ -9,13 +9,13 @@ import pytest
 
 from benchmarks.perception.scenes import GRIPPER_SIZE, ROPES, STIFFNESS_ERROR
 from lariat.geometry.cameras import Camera, Intrinsics
+from lariat.geometry.grippers import gripper_capsules
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
 from lariat.rod import Rod, RodProperties
 from services.perception.centerline.estimate import RopeModel, ShapePrior
 from services.perception.centerline.estimator import CenterlineEstimator
 from services.sim.camera.rgbd_camera import RgbdCamera
-from services.sim.gripper_body import gripper_body
 from services.sim.plants.flex_rope import FlexRope
 from services.sim.plants.mujoco_plant import MujocoPlant
 
@@ -55,8 +55,7 @@ def test_nodes_of_an_ambiguous_view_have_a_large_sigma(
     camera = Camera(Intrinsics.symmetric(*size, math.radians(65.0)), eye)
     bodies = [
         Obstacle("half_space", (0.0, 0.0, -0.2)),
-        gripper_body(left, -1.0, *GRIPPER_SIZE),
-        gripper_body(right, 1.0, *GRIPPER_SIZE),
+        *gripper_capsules(left, right, *GRIPPER_SIZE),
     ]
     frame = RgbdCamera(camera).take(nodes, radius, bodies)
     believed = RodProperties(

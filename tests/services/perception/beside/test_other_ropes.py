@@ -9,8 +9,8 @@ import pytest
 from jaxtyping import Float64
 
 from lariat.geometry import polylines
+from services.perception.beside.other_ropes import OtherRopes, SeenLine
 from services.perception.rgbd.line_of_sight import Sight
-from services.perception.tracking.other_ropes import OtherRopes
 
 FRAME = 33_000_000
 Points = Float64[np.ndarray, "k 3"]
@@ -22,6 +22,10 @@ def line(x: float, y: float, yaw: float, length: float = 0.4) -> Points:
     return np.array([x, y, 0.2]) + s * np.array([np.cos(yaw), np.sin(yaw), 0.0])
 
 
+def thick(lines: list[Points], diameter: float = 0.008) -> list[SeenLine]:
+    return [SeenLine(points, diameter) for points in lines]
+
+
 def sight(points: Points, past: bool = False, there: bool = False) -> Sight:
     return Sight(np.full(len(points), past), np.full(len(points), there))
 
@@ -29,7 +33,7 @@ def sight(points: Points, past: bool = False, there: bool = False) -> Sight:
 def after(*frames: list[Points], others: OtherRopes | None = None, start: int = 0) -> OtherRopes:
     others = others or OtherRopes()
     for number, lines in enumerate(frames):
-        others.update(lines, sight, (start + number) * FRAME)
+        others.update(thick(lines), sight, (start + number) * FRAME)
     return others
 
 
@@ -47,7 +51,7 @@ def test_two_ropes_that_cross_keep_their_numbers_while_one_passes() -> None:
             past = np.min(polylines.point_distances(points, drawn), axis=1) > 0.01
             return Sight(past, ~past)
 
-        others.update(lines, clear, k * FRAME)
+        others.update(thick(lines), clear, k * FRAME)
     assert [rope.id for rope in others.ropes] == [1, 2]
     assert np.ptp(others.ropes[0].points[:, 1]) < 0.01
     assert np.ptp(others.ropes[1].points[:, 1]) > 0.3

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
-from services.perception.centerline.estimate import CenterlineEstimate
+from services.perception.beside.other_ropes import FollowedRope, OtherRopes, SeenLine
 from services.perception.rgbd.line_of_sight import Look
-from services.perception.tracking.centerline_tracker import MAX_LEARNT_DOUBT
-from services.perception.tracking.other_ropes import FollowedRope, OtherRopes
 from shared import messages, topics
 from shared.service import SECOND, Publication
 
@@ -19,12 +17,7 @@ which the odds of that fall [-]: of 24 lines below 6 cm, 6 did, of 1802 longer o
 class OthersPublisher:
     """Follows the ropes beside the held one, and publishes them."""
 
-    def __init__(self, diameter: float) -> None:
-        """
-        Args:
-            diameter: Diameter of the held rope, which others of its colour are taken to have [m].
-        """
-        self._diameter = diameter
+    def __init__(self) -> None:
         self._others = OtherRopes()
         self._published = -SECOND
 
@@ -32,20 +25,24 @@ class OthersPublisher:
         """Drop all ropes."""
         self._others.forget()
 
+    @property
+    def any(self) -> bool:
+        """Whether there are any ropes."""
+        return bool(self._others.ropes)
+
     def publications(
-        self, estimate: CenterlineEstimate, look: Look, stamp: int, now: int
+        self, lines: Sequence[SeenLine], look: Look, stamp: int, now: int
     ) -> Iterator[Publication]:
         """Yield the ropes, while there are any and once a second.
 
         Args:
-            estimate: Estimate of the held rope; the others beside a doubtful one do not count.
+            lines: Lines of ropes beside the held one.
             look: Function that tells what the cameras see at some points.
             stamp: Time of the exposure [ns].
             now: Present time [ns].
         """
         others, before = self._others, self._others.revision
-        sure = estimate.probability_wrong < MAX_LEARNT_DOUBT
-        others.update([o.points for o in estimate.others if sure], look, stamp)
+        others.update(lines, look, stamp)
         changed = bool(others.ropes) or others.revision != before
         if not changed and now - self._published < SECOND:
             return
@@ -61,6 +58,6 @@ class OthersPublisher:
                 messages.RopeLine(positions=part.points.ravel(), seen=part.seen)
                 for part in rope.parts
             ],
-            diameter=self._diameter,
+            diameter=rope.diameter,
             doubt=float(1.0 / (1.0 + (rope.length / HALF_DOUBT_LENGTH) ** DOUBT_POWER)),
         )

@@ -13,10 +13,13 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
 from lariat.geometry import polylines
+from lariat.geometry.poses import Pose
 from services.perception.rgbd.line_of_sight import Look
 
 POINT_DISTANCE = 0.01
 """Distance of the points of a line [m]."""
+MIN_GRIP_DISTANCE = 0.03
+"""Distance of a line from the grips up to which it may be a gripper, and is no other rope [m]."""
 MIN_RUN_COUNT = 3
 """Number of points below which a remembered part of a line is left out."""
 
@@ -37,10 +40,22 @@ class OtherRopesSettings:
     """The same while something is seen at its place [ns]."""
     min_frames: int = 3
     """Number of images in which a rope is seen before it is reported."""
+    averaged_frames: int = 30
+    """Number of images over which the diameter is averaged."""
     min_length: float = 0.04
     """Length below which a rope is not reported [m]."""
     revised_distance: float = 0.01
     """Displacement that counts as a change [m]."""
+
+
+@dataclass(frozen=True)
+class SeenLine:
+    """Line of a rope beside the held one, in one image."""
+
+    points: Float64[np.ndarray, "k 3"]
+    """Points of its axis, in order [m]."""
+    diameter: float
+    """Diameter of the rope [m]."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +80,8 @@ class FollowedRope:
     """Time at which each point of each part was seen last [ns]."""
     frames: int = 0
     """Number of images in which it was seen."""
+    diameter: float = 0.0
+    """Mean diameter in the newest of them [m]."""
 
     @property
     def points(self) -> Float64[np.ndarray, "k 3"]:
@@ -99,17 +116,17 @@ class OtherRopes:
         self._ropes = []
         self._revise()
 
-    def update(self, lines: Sequence[Float64[np.ndarray, "k 3"]], look: Look, stamp: int) -> None:
+    def update(self, lines: Sequence[SeenLine], look: Look, stamp: int) -> None:
         """Take in the lines of a frame.
 
         Args:
-            lines: Points along the axis of each line [m].
+            lines: Lines of the ropes in it.
             look: Function that tells what the cameras see at some points.
             stamp: Time of the exposure [ns].
         """
-        found: dict[int, list[Float64[np.ndarray, "k 3"]]] = {}
+        found: dict[int, list[SeenLine]] = {}
         for line in _distinct(lines, self.settings):
-            rope = self._rope_of(line)
+            rope = self._rope_of(line.points)
             found.setdefault(rope.id, []).append(line)
         for rope in self._ropes:
             self._follow(rope, found.get(rope.id, []), look, stamp)
@@ -141,15 +158,15 @@ class OtherRopes:
     def _follow(
         self,
         rope: FollowedRope,
-        lines: Sequence[Float64[np.ndarray, "k 3"]],
+        lines: Sequence[SeenLine],
         look: Look,
         stamp: int,
     ) -> None:
         """Replace the parts of a rope by the lines of a frame, and keep those that are hidden."""
         s = self.settings
-        seen = np.concatenate(lines) if lines else np.zeros((0, 3))
-        parts = [RopePart(line, seen=True) for line in lines]
-        stamps = [np.full(len(line), stamp) for line in lines]
+        seen = np.concatenate([np.zeros((0, 3)), *(line.points for line in lines)])
+        parts = [RopePart(line.points, seen=True) for line in lines]
+        stamps = [np.full(len(line.points), stamp) for line in lines]
         for part, since in zip(rope.parts, rope.stamps, strict=True):
             sight, age = look(part.points), stamp - since
             kept = (age < np.where(sight.there, s.max_memory, s.memory)) & ~sight.past
@@ -160,7 +177,12 @@ class OtherRopes:
                 parts.append(RopePart(part.points[run], seen=False))
                 stamps.append(since[run])
         rope.parts, rope.stamps = parts, stamps
-        rope.frames += bool(lines)
+        if lines:
+            rope.frames += 1
+            measured = float(
+                np.average([n.diameter for n in lines], weights=[len(n.points) for n in lines])
+            )
+            rope.diameter += (measured - rope.diameter) / min(rope.frames, s.averaged_frames)
 
     def _revise(self) -> None:
         """Raise the revision where the ropes differ from those of the last one."""
@@ -174,22 +196,35 @@ class OtherRopes:
         self.revision += 1
 
 
-def _distinct(
-    lines: Sequence[Float64[np.ndarray, "k 3"]], s: OtherRopesSettings
-) -> Iterator[Float64[np.ndarray, "k 3"]]:
+def is_away(points: Float64[np.ndarray, "k 3"], grips: Sequence[Pose | None]) -> bool:
+    """Return whether a line is no part of a gripper.
+
+    Args:
+        points: Points of its axis [m].
+        grips: Grips, None where one is unknown.
+    """
+    return all(
+        np.min(np.linalg.norm(points - grip.position, axis=1)) > MIN_GRIP_DISTANCE
+        for grip in grips
+        if grip is not None
+    )
+
+
+def _distinct(lines: Sequence[SeenLine], s: OtherRopesSettings) -> Iterator[SeenLine]:
     """Yield evenly spaced lines, longest first, without those that lie on a longer one.
 
-    Two cameras see one rope.
+    Two cameras see one rope, and it may be found by its colour and by its depth.
     """
     taken = np.zeros((0, 3))
-    for line in sorted(lines, key=polylines.length, reverse=True):
-        even = polylines.resample(line, max(2, round(polylines.length(line) / POINT_DISTANCE) + 1))
+    for line in sorted(lines, key=lambda line: polylines.length(line.points), reverse=True):
+        count = max(2, round(polylines.length(line.points) / POINT_DISTANCE) + 1)
+        even = polylines.resample(line.points, count)
         if len(taken):
             gaps = np.min(polylines.point_distances(even, taken), axis=1)
             if np.mean(gaps < s.same_distance) > s.same_share:
                 continue
         taken = np.concatenate([taken, even])
-        yield even
+        yield SeenLine(even, line.diameter)
 
 
 def _runs(kept: Bool[np.ndarray, "k"]) -> Iterator[slice]:

@@ -1,0 +1,1 @@
+"""Ropes and other thin things beside the held rope."""

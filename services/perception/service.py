@@ -156,15 +156,14 @@ class PerceptionService:
         elif due:
             estimate = self._perceived(due, stamp)
             yield self._rope_nodes(estimate, stamp)
-            lines = self._search.lines(
-                estimate,
-                [camera.processed for camera in due],
-                self._motion.at(self._scene.obstacles, stamp),
-                self._grips.at(stamp),
-                stamp,
-                always=self._others.any,
-            )
-            yield from self._others.publications(lines, self._look, stamp, now)
+            if self._search.due(stamp):
+                lines = self._search.lines(
+                    estimate,
+                    [camera.processed for camera in due],
+                    self._motion.at(self._scene.obstacles, stamp),
+                    self._grips.at(stamp),
+                )
+                yield from self._others.publications(lines, self._look, stamp, now)
         elif faults and all(camera.fault for camera in self._cameras):
             yield self._lost("; ".join(c.fault for c in self._cameras), faults[0].stamp)
 

@@ -25,11 +25,6 @@ class OthersPublisher:
         """Drop all ropes."""
         self._others.forget()
 
-    @property
-    def any(self) -> bool:
-        """Whether there are any ropes."""
-        return bool(self._others.ropes)
-
     def publications(
         self, lines: Sequence[SeenLine], look: Look, stamp: int, now: int
     ) -> Iterator[Publication]:

@@ -13,8 +13,8 @@ from services.perception.centerline.estimate import CenterlineEstimate
 from services.perception.tracking.centerline_tracker import MAX_LEARNT_DOUBT
 from shared.scenario.sections import Limits
 
-PERIOD = 100_000_000
-"""Time between two searches by depth while no other rope is known [ns]."""
+PERIOD = 50_000_000
+"""Least time between two searches [ns]: one takes as long as following the held rope."""
 
 
 class SearchBeside:
@@ -33,14 +33,23 @@ class SearchBeside:
         self._limits, self._diameter, self._depth_sigma = limits, diameter, depth_sigma
         self._searched = -PERIOD
 
+    def due(self, stamp: int) -> bool:
+        """Return whether images are to be searched; if so, the next ones are not until `PERIOD`.
+
+        Args:
+            stamp: Time of the exposure [ns].
+        """
+        if 0 <= stamp - self._searched < PERIOD:
+            return False
+        self._searched = stamp
+        return True
+
     def lines(
         self,
         estimate: CenterlineEstimate,
         views: Sequence[RgbdView],
         obstacles: Sequence[Obstacle],
         grips: tuple[Pose | None, Pose | None],
-        stamp: int,
-        always: bool,
     ) -> list[SeenLine]:
         """Return the lines; those of its colour only beside a held rope that surely lies there.
 
@@ -49,16 +58,11 @@ class SearchBeside:
             views: Newest images.
             obstacles: Obstacles where they are now.
             grips: Left and right grip, None where there is none.
-            stamp: Time of the exposure [ns].
-            always: Whether to search by depth in every image.
         """
         if estimate.lost:
             return []
         sure = estimate.probability_wrong < MAX_LEARNT_DOUBT
         lines = [SeenLine(line.points, self._diameter) for line in estimate.others if sure]
-        if not always and 0 <= stamp - self._searched < PERIOD:
-            return lines
-        self._searched = stamp
         grippers = gripper_capsules(*grips, self._limits.gripper_reach, self._limits.gripper_radius)
         known = KnownScene(estimate, 0.5 * self._diameter, obstacles, grippers)
         found = [line for view in views for line in thin_things(view, known, self._depth_sigma)]

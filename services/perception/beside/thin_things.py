@@ -54,6 +54,10 @@ MAX_STEP = 0.01
 """Difference in depth of two neighbouring points of one thing [m]."""
 PROFILE_MARGIN = 6
 """Reach of a profile across a strand beyond its flanks [pixels]."""
+FLANK_LOSS = 0.5
+"""What a profile loses at both flanks together, where depths are mixtures or missing [pixels]."""
+PROFILE_STEP = 0.1
+"""Distance of the points at which a profile is compared with half its height [pixels]."""
 
 
 @dataclass(frozen=True)
@@ -235,9 +239,9 @@ def _diameter(
     radius: float,
     widest: int,
 ) -> float:
-    """Diameter of a line [m], from where the depth passes half the step to what lies behind.
+    """Diameter of a line [m], between the places where its profile has half its height.
 
-    Sensors leave pixels on edges out, as often inside as outside: they count half.
+    The profile across it is the median over its length, which noise of single depths hardly moves.
 
     Args:
         line: The line.
@@ -250,12 +254,21 @@ def _diameter(
     tangents = np.gradient(line.pixels, axis=0)
     normals = np.stack([tangents[:, 1], -tangents[:, 0]], axis=1)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True) + 1e-12
-    across = line.pixels[:, None] + np.arange(-reach, reach + 1)[:, None] * normals[:, None]
-    profile = sample_depth(depth, across)
+    offsets = np.arange(-reach, reach + 1)
+    across = sample_depth(depth, line.pixels[:, None] + offsets[:, None] * normals[:, None])
     near = camera.project(line.points)[1] - radius
-    half = 0.5 * (near[:, None] + np.max(profile, axis=1, keepdims=True))
-    width = np.sum(np.where(profile > 0.0, profile < half, 0.5), axis=1)
-    return float(np.median(width)) * float(np.median(near)) / camera.intrinsics.fx
+    behind = np.ma.masked_array(across - near[:, None], across == 0.0)
+    profile = np.ma.median(behind, axis=0)
+    known = ~np.ma.getmaskarray(profile)
+    if not np.any(known):
+        return np.inf
+    fine = np.arange(-reach, reach, PROFILE_STEP)
+    height = np.interp(fine, offsets[known], profile.data[known])
+    outside = height > 0.5 * np.max(height)
+    left = np.max(fine[outside & (fine < 0.0)], initial=-reach)
+    right = np.min(fine[outside & (fine >= 0.0)], initial=reach)
+    width = right - left + FLANK_LOSS
+    return float(width * np.median(near) / camera.intrinsics.fx)
 
 
 def _at(pixels: Float64[np.ndarray, "k 2"], shape: tuple[int, ...]) -> tuple[np.ndarray, ...]:

@@ -25,7 +25,6 @@ def said(lines: Sequence[SeenLine], count: int = 6) -> list[OtherRopes]:
     for k in range(count):
         now = SECOND + k * SECOND // 30
         out += [p.message for p in publisher.publications(lines, hidden, now, now)]
-    assert publisher.any == bool(lines)
     return out
 
 

@@ -30,7 +30,12 @@ def nearness(
     farthest = cv2.dilate(depth, np.ones((5, 5), np.uint8))
     filled = cv2.blur(np.where(depth > 0, depth, farthest), (SMOOTHING, SMOOTHING))
     closed = cv2.morphologyEx(filled, cv2.MORPH_CLOSE, np.ones((max_width, max_width), np.uint8))
-    return cv2.subtract(closed, filled), filled
+    difference = cv2.subtract(closed, filled)
+    # Beside the border, one side is out of view: a slope that falls away from it would look near.
+    rim = max_width // 2
+    framed = np.zeros_like(difference)
+    framed[rim:-rim, rim:-rim] = difference[rim:-rim, rim:-rim]
+    return framed, filled
 
 
 def near_mask(

@@ -30,6 +30,9 @@ MAX_DIAMETER = 0.03
 """Diameter up to which a thing is thin [m]."""
 LEAST_NEARNESS = 0.4
 """Least distance from what lies behind it, in diameters of the held rope [-]."""
+MAX_RANGE = 1.5
+"""Depth above which nothing is sought, for noise grows with it, relative to that of the farthest
+node of the held rope [-]."""
 MIN_LENGTH = 0.04
 """Length below which a thing is left out [m]."""
 MIN_SLENDERNESS = 4.0
@@ -104,6 +107,7 @@ def thin_things(view: RgbdView, known: KnownScene, depth_sigma: float) -> list[S
     widest = round(MAX_DIAMETER * focus / far) | 1
     difference, smooth = nearness(depth, widest)
     mask = near_mask(difference, least, depth_sigma)
+    mask[smooth > 1e3 * MAX_RANGE * far] = 0
     _erase_rope(mask, nodes, focus / z, known)
     _erase_bodies(mask, smooth, camera, known, bias)
     region = _long_parts(mask, difference, 1e3 * least, MIN_LENGTH * focus / far)

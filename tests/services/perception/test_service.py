@@ -223,10 +223,13 @@ def test_a_missing_calibration_is_reported_after_two_seconds() -> None:
     )
 
 
-def test_another_rope_is_published_where_it_is_and_only_where_there_is_one() -> None:
+@pytest.mark.parametrize(("color", "diameter"), [([255, 255, 255], 0.008), ([90, 20, 30], 0.006)])
+def test_another_rope_is_published_where_it_is_and_only_where_there_is_one(
+    color: list[int], diameter: float
+) -> None:
     points = [[0.05, -0.15, 0.26], [0.05, 0.15, 0.28]]
-    alone = Cell(scenario())
-    beside = Cell(scenario(f"\n[[distractors]]\npoints = {points}\n"))
+    other = f"\n[[distractors]]\npoints = {points}\ncolor = {color}\ndiameter = {diameter}\n"
+    alone, beside = Cell(scenario()), Cell(scenario(other))
     for cell in (alone, beside):
         cell.run(0.5)
     silent = alone.has_subscribers[topics.ROPE_OTHERS.key]
@@ -234,7 +237,7 @@ def test_another_rope_is_published_where_it_is_and_only_where_there_is_one() -> 
     assert not any(message.ropes for message in silent)
     newest = beside.has_subscribers[topics.ROPE_OTHERS.key][-1]
     (rope,) = newest.ropes
-    assert rope.diameter == 0.008
+    assert rope.diameter == pytest.approx(diameter, rel=0.25)
     found = np.concatenate([chain(line.positions) for line in rope.lines])
     axis = polylines.resample(np.array(points), 200)
     gaps = polylines.point_distances(axis, found)

@@ -26,6 +26,7 @@ from services.perception.centerline.estimator import CenterlineEstimator
 from services.perception.centerline.settings import CenterlineSettings
 from services.perception.tracking.centerline_tracker import CenterlineTracker
 from services.perception.tracking.chain_doubt import ChainDoubt
+from services.sim.camera.depth_faults import REAL_SENSOR, DepthFaults
 
 WRONG_ERROR, WRONG_SIGMAS = 0.010, 3.0
 """Error [m] and error relative to sigma above which a node counts as confidently wrong."""
@@ -99,6 +100,7 @@ def run(
     docs: Path | None = None,
     json: bool = False,
     fit: bool = False,
+    real_sensor: bool = False,
 ) -> int:
     """Measure how a held rope is followed beside other ropes, behind hands and out of view.
 
@@ -108,6 +110,7 @@ def run(
 
     Examples:
       lariat bench following --only crossing hand
+      lariat bench following --only alone --real-sensor
 
     Args:
         sequences: Number of sequences of each case.
@@ -116,6 +119,8 @@ def run(
         docs: Folder of pages, in which the block of this command is written; none by default.
         json: Print one JSON object instead of a table.
         fit: Print the coefficients of the doubt, fitted to these sequences.
+        real_sensor: Give the depth images holes in glare and darkness, bleeding edges, bands of
+            interference and the bias of a sensor that warms up.
     """
     block = find_block(docs)
     rows, doubts, others = [], [], []
@@ -123,7 +128,7 @@ def run(
         print(f"{case} ...", file=sys.stderr)
         figures = Figures()
         for k in range(sequences):
-            follow(case, seed + k, figures)
+            follow(case, seed + k, figures, REAL_SENSOR if real_sensor else None)
         rows.append(figures.row(case))
         others.append({"case": case, **figures.others.row()})
         doubts += figures.doubts
@@ -154,7 +159,7 @@ def run(
     return 0
 
 
-def follow(case: Case, seed: int, figures: Figures) -> None:
+def follow(case: Case, seed: int, figures: Figures, faults: DepthFaults | None = None) -> None:
     """Follow the rope through one sequence and count."""
     truth = ROPES["rope"]
     believed = RodProperties(
@@ -166,7 +171,7 @@ def follow(case: Case, seed: int, figures: Figures) -> None:
     tracker = CenterlineTracker(CenterlineEstimator(VIEW, model, settings), believed, [TABLE])
     gone, returned, model_doubt = False, 0.0, ChainDoubt()
     beside = OthersFollower(model.radius, figures.others)
-    for number, frame in enumerate(frames_of(truth, case, seed)):
+    for number, frame in enumerate(frames_of(truth, case, seed, faults)):
         if not number:
             tracker.warm_up(frame.left, frame.right)
         started = time.process_time()

@@ -14,6 +14,7 @@ from lariat.geometry.cameras import Camera, Intrinsics, looking_at
 from lariat.geometry.grippers import gripper_capsules
 from lariat.geometry.obstacles import TABLE
 from lariat.geometry.poses import Pose
+from services.sim.camera.depth_faults import DepthFaults
 from services.sim.camera.rgbd_camera import Frame, RgbdCamera, Tube
 from services.sim.plants.end_motion import EndMotion
 from services.sim.plants.flex_rope import FlexRope
@@ -54,20 +55,23 @@ class TrueFrame:
     """Other ropes and hands."""
 
 
-def frames_of(truth: MujocoRope, case: Case, seed: int) -> Iterator[TrueFrame]:
+def frames_of(
+    truth: MujocoRope, case: Case, seed: int, faults: DepthFaults | None = None
+) -> Iterator[TrueFrame]:
     """Yield the frames of a random sequence.
 
     Args:
         truth: The held rope, with as many nodes as are to be found.
         case: Kind of the sequence.
         seed: Its seed.
+        faults: Further errors of the depth images; none by default.
     """
     moving = sequence(case, truth.length, truth.diameter / 2.0, seed)
     plant = MujocoPlant(
         FlexRope(replace(truth, node_count=PLANT_EDGES * (truth.node_count - 1) + 1))
     )
     plant.reset(*moving.grips(0.0))
-    camera = RgbdCamera(VIEW, seed=seed, rope_color=ROPE_COLOR)
+    camera = RgbdCamera(VIEW, seed=seed, rope_color=ROPE_COLOR, faults=faults)
     step = 1.0 / FRAME_RATE
     for number in range(round(DURATION * FRAME_RATE)):
         time = number * step

@@ -105,8 +105,8 @@ def thin_things(view: RgbdView, known: KnownScene, depth_sigma: float) -> list[S
     far = float(np.max(z))
     least = LEAST_NEARNESS * 2.0 * known.radius
     widest = round(MAX_DIAMETER * focus / far) | 1
-    difference, smooth = nearness(depth, widest)
-    mask = near_mask(difference, least, depth_sigma)
+    difference, smooth, count = nearness(depth, widest)
+    mask = near_mask(difference, count, least, depth_sigma)
     mask[smooth > 1e3 * MAX_RANGE * far] = 0
     _erase_rope(mask, nodes, focus / z, known)
     _erase_bodies(mask, smooth, camera, known, bias)
@@ -131,7 +131,8 @@ def thin_things(view: RgbdView, known: KnownScene, depth_sigma: float) -> list[S
         outward = poses.normalized(camera.rays(line.pixels))
         points = line.points + (0.5 * diameter - known.radius) * outward
         length = polylines.length(polylines.resample(points, max(2, len(points) // 5)))
-        if diameter < MAX_DIAMETER and length > max(MIN_LENGTH, MIN_SLENDERNESS * diameter):
+        thin = least < diameter < MAX_DIAMETER
+        if thin and length > max(MIN_LENGTH, MIN_SLENDERNESS * diameter):
             found.append(SeenLine(points, diameter))
     return found
 

@@ -18,6 +18,7 @@ from lariat.geometry import poses
 from lariat.geometry.cameras import Camera
 from lariat.geometry.obstacles import Obstacle, pack
 from services.sim.camera.camera_kernels import CameraKernels
+from services.sim.camera.depth_faults import DepthFaults
 from services.sim.camera.kernels.depths import FAR
 from services.sim.camera.marker_plates import MarkerPlate
 from services.sim.camera.sensor_noise import SensorNoise
@@ -96,6 +97,7 @@ class RgbdCamera:
         seed: int = 0,
         rope_color: RGB = ROPE_COLOR,
         background: int = 4,
+        faults: DepthFaults | None = None,
     ) -> None:
         """Create a camera.
 
@@ -105,11 +107,13 @@ class RgbdCamera:
             seed: Seed of the noise.
             rope_color: Colour of the rope where it faces the camera.
             background: Grey value where a ray hits nothing [1/255].
+            faults: Further errors of the depth images; none by default.
         """
         self._kernels = CameraKernels()
         self.camera = camera
         self.noise = noise or SensorNoise()
         self._seed = seed
+        self._faults = faults
         self._rope_color = rope_color
         self._background_grey = background
         shape = (camera.intrinsics.height, camera.intrinsics.width)
@@ -193,6 +197,8 @@ class RgbdCamera:
             ),
             (self._seed * SEED_MULTIPLIER + frame * FRAME_MULTIPLIER + 1) & 0xFFFFFFFF,
         )
+        if self._faults is not None:
+            depth = self._faults.apply(depth, color, self._seed, frame)
         if self._color_noise is None:
             return Frame(color, depth)
         start = frame * COLOR_NOISE_STRIDE % (self._color_noise.size - color.size)

@@ -166,9 +166,9 @@ def segment_distance(
     for _ in range(8):
         at = low + width * fractions
         distances = signed_distance(starts[:, None] + at[..., None] * directions, obstacle)
+        least = np.minimum(least, np.min(distances, axis=1))
         best = np.argmin(distances, axis=1)
-        least = np.minimum(least, np.take_along_axis(distances, best[:, None], axis=1)[:, 0])
-        low = np.clip(low + width * fractions[np.clip(best - 1, 0, 6)][:, None], 0.0, 1.0)
+        low = low + width * fractions[np.minimum(np.maximum(best - 1, 0), 6)][:, None]
         width /= 4.0
     return least
 

@@ -32,6 +32,8 @@ def _product_table(size: int, terms: str) -> Float64[np.ndarray, "pairs size"]:
 
 _CROSS_TABLE = _product_table(3, "+120 -210 +201 -021 +012 -102")
 """Structure constants of the cross product."""
+_CONJUGATION = np.array([1.0, -1.0, -1.0, -1.0])
+"""Signs of the components of a conjugate."""
 _HAMILTON_TABLE = _product_table(
     4,
     "+000 -110 -220 -330 +011 +101 +231 -321 +022 -132 +202 +312 +033 +123 -213 +303",
@@ -46,7 +48,8 @@ def _product(a: np.ndarray, b: np.ndarray, table: np.ndarray) -> np.ndarray:
 
 def normalized(q: Float64[np.ndarray, "*b k"]) -> Float64[np.ndarray, "*b k"]:
     """Return vectors or quaternions scaled to unit norm."""
-    return q / np.linalg.norm(q, axis=-1, keepdims=True)
+    # `numpy.linalg.norm` has the same bits and takes twice as long for few rows.
+    return q / np.sqrt(np.add.reduce(q * q, axis=-1, keepdims=True))
 
 
 def cross(
@@ -80,7 +83,7 @@ def multiply(
 
 def conjugate(q: Float64[np.ndarray, "*b 4"]) -> Float64[np.ndarray, "*b 4"]:
     """Return the inverse rotation of a unit quaternion."""
-    return np.asarray(q) * np.array([1.0, -1.0, -1.0, -1.0])
+    return np.asarray(q) * _CONJUGATION
 
 
 def rotate(
@@ -88,8 +91,9 @@ def rotate(
 ) -> Float64[np.ndarray, "*b 3"]:
     """Return R(q) v, for a unit quaternion q."""
     q, v = np.asarray(q), np.asarray(v)
-    t = 2.0 * cross(q[..., 1:], v)
-    return v + q[..., :1] * t + cross(q[..., 1:], t)
+    axis = q[..., 1:]
+    t = 2.0 * cross(axis, v)
+    return v + q[..., :1] * t + cross(axis, t)
 
 
 def matrix(q: Float64[np.ndarray, "*b 4"]) -> Float64[np.ndarray, "*b 3 3"]:
@@ -123,7 +127,10 @@ def exponential(rotation_vector: Float64[np.ndarray, "*b 3"]) -> Float64[np.ndar
     """Return the unit quaternion of a rotation vector [rad]."""
     v = np.asarray(rotation_vector, dtype=np.float64)
     half = 0.5 * np.sqrt(np.einsum("...i,...i->...", v, v))[..., None]
-    return np.concatenate([np.cos(half), 0.5 * np.sinc(half / np.pi) * v], axis=-1)
+    # The steps of `numpy.sinc`, with the same bits, in a third of its time.
+    angle = np.pi * (half / np.pi)
+    angle = np.where(angle, angle, 1e-20)
+    return np.concatenate([np.cos(half), 0.5 * (np.sin(angle) / angle) * v], axis=-1)
 
 
 def logarithm(q: Float64[np.ndarray, "*b 4"]) -> Float64[np.ndarray, "*b 3"]:
@@ -146,10 +153,12 @@ def rotation_between(
     """
     a, b = np.broadcast_arrays(np.asarray(a, float), np.asarray(b, float))
     w = 1.0 + np.sum(a * b, axis=-1, keepdims=True)
-    q = np.concatenate([w, np.cross(a, b)], axis=-1)
-    least = np.eye(3)[np.argmin(np.abs(a), axis=-1)]
-    opposite = np.concatenate([np.zeros_like(w), np.cross(a, least)], axis=-1)
-    return normalized(np.where(w > 1e-9, q, opposite))
+    q = np.concatenate([w, cross(a, b)], axis=-1)
+    if not np.min(w, initial=np.inf) > 1e-9:
+        least = np.eye(3)[np.argmin(np.abs(a), axis=-1)]
+        opposite = np.concatenate([np.zeros_like(w), cross(a, least)], axis=-1)
+        q = np.where(w > 1e-9, q, opposite)
+    return normalized(q)
 
 
 def slerp(

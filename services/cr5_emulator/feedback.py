@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float64
 
+from lariat.geometry import poses
 from services.cr5_emulator import frames
 from services.cr5_emulator.controller import COLLISION_ALARM, Controller
 from services.cr5_emulator.tether import Tether
@@ -47,19 +48,20 @@ class FeedbackWriter:
         r["q_target"], r["qd_target"] = np.degrees(c.target), np.degrees(c.target_speed)
         r["qdd_target"] = np.degrees(c.target_acceleration)
         r["q_actual"], r["qd_actual"] = np.degrees(c.joints), np.degrees(c.joint_speed)
-        from_user = np.linalg.inv(frames.transform(user))[:3, :3]
+        T_user_base, T_flange_tool = np.linalg.inv(frames.transform(user)), frames.transform(tool)
+        from_user = T_user_base[:3, :3]
         r["tcp_force"][:3] = from_user @ self._force()
         for name, joints, speed in (
             ("actual", c.joints, c.joint_speed),
             ("target", c.target, c.target_speed),
         ):
             links = c.geometry.frames(joints)
-            pose = frames.in_frames(links[-1], user, tool)
+            pose = T_user_base @ links[-1] @ T_flange_tool
             r[f"tool_vector_{name}"] = frames.vector(pose)
             r[f"{name}_quaternion"] = frames.quaternion(pose)
             linear, angular = (c.geometry.jacobian(links) @ speed).reshape(2, 3)
             # Velocity of the tool's tip, which rotates with the flange.
-            linear = linear + np.cross(angular, links[-1][:3, :3] @ tool[:3] / 1e3)
+            linear = linear + poses.cross(angular, links[-1][:3, :3] @ tool[:3] / 1e3)
             r[f"tcp_speed_{name}"] = np.concatenate(
                 [1e3 * from_user @ linear, np.degrees(from_user @ angular)]
             )

@@ -7,9 +7,12 @@ differs from `NOMINAL_GEOMETRY` as one real arm from another: by about a millime
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float64
+
+from lariat.geometry import poses
 
 NEWTON_ITERATIONS = 60
 """Most Newton steps of the inverse kinematics."""
@@ -41,19 +44,27 @@ class Geometry:
 
     def frames(self, joints: Joints) -> Float64[np.ndarray, "7 4 4"]:
         """Return the poses of the base and of each link in the base; the last is the flange."""
-        angle = joints + np.radians(self.offset)
+        offset, a, ca, sa, still = self._arrays
+        angle = joints + offset
         ct, st = np.cos(angle), np.sin(angle)
-        ca, sa = np.cos(np.radians(self.alpha)), np.sin(np.radians(self.alpha))
-        links = np.zeros((6, 4, 4))
-        links[:, 0] = np.stack([ct, -st * ca, st * sa, np.array(self.a) * ct], axis=-1)
-        links[:, 1] = np.stack([st, ct * ca, -ct * sa, np.array(self.a) * st], axis=-1)
-        links[:, 2] = np.stack([np.zeros(6), sa, ca, np.array(self.d)], axis=-1)
-        links[:, 3, 3] = 1.0
+        links = still.copy()
+        links[:, 0] = np.array([ct, -st * ca, st * sa, a * ct]).T
+        links[:, 1] = np.array([st, ct * ca, -ct * sa, a * st]).T
         frames = np.empty((7, 4, 4))
         frames[0] = np.eye(4)
         for k, link in enumerate(links):
             frames[k + 1] = frames[k] @ link
         return frames
+
+    @cached_property
+    def _arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Offsets [rad], lengths [m], cosine and sine of the twists, and what of the links' poses
+        does not depend on the joints."""
+        ca, sa = np.cos(np.radians(self.alpha)), np.sin(np.radians(self.alpha))
+        still = np.zeros((6, 4, 4))
+        still[:, 2] = np.stack([np.zeros(6), sa, ca, np.array(self.d)], axis=-1)
+        still[:, 3, 3] = 1.0
+        return np.radians(self.offset), np.array(self.a), ca, sa, still
 
     def flange(self, joints: Joints) -> Transform:
         """Return the pose of the flange in the base."""
@@ -62,7 +73,7 @@ class Geometry:
     def jacobian(self, frames: Float64[np.ndarray, "7 4 4"]) -> Float64[np.ndarray, "6 6"]:
         """Return the Jacobian: linear over angular velocity of the flange, in the base."""
         axes, origins = frames[:6, :3, 2], frames[:6, :3, 3]
-        return np.concatenate([np.cross(axes, frames[6, :3, 3] - origins), axes], axis=1).T
+        return np.concatenate([poses.cross(axes, frames[6, :3, 3] - origins), axes], axis=1).T
 
     def solve(self, goal: Transform, near: Joints) -> Joints | None:
         """Return the joints for a flange pose on the branch of `near`; None when there are none.

@@ -315,7 +315,7 @@ def load_arm(urdf: Path, flange: str) -> tuple[pinocchio.Model, pinocchio.Geomet
 
 
 def _to_se3(pose: Pose) -> pinocchio.SE3:
-    w, x, y, z = (float(v) for v in pose.orientation)
+    w, x, y, z = np.asarray(pose.orientation, float).tolist()
     return pinocchio.SE3(pinocchio.Quaternion(w, x, y, z), np.asarray(pose.position, float))
 
 

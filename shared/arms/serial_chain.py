@@ -37,9 +37,16 @@ class SerialChain:
         self._skew, self._skew_squared = skew, skew @ skew
         self._flange = np.array(model.frames[flange].placement.translation)
         """Flange in the frame of the last joint [m]."""
+        self._latest: tuple[Path, np.ndarray] | None = None
+        """Copy of the path of the last placements, and these: a check asks for them twice."""
 
     def placements(self, path: Path) -> Float64[np.ndarray, "m j 4 4"]:
-        """Return the placements of all joints in the root at each pose."""
+        """Return the placements of all joints in the root at each pose; not to be changed."""
+        if self._latest is None or not np.array_equal(self._latest[0], path):
+            self._latest = path.copy(), self._placements_along(path)
+        return self._latest[1]
+
+    def _placements_along(self, path: Path) -> Float64[np.ndarray, "m j 4 4"]:
         sine, cosine = np.sin(path)[..., None, None], np.cos(path)[..., None, None]
         turned = np.eye(3) + sine * self._skew + (1.0 - cosine) * self._skew_squared
         steps = np.empty((*path.shape, 4, 4))

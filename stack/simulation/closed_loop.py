@@ -34,6 +34,9 @@ START_TIMEOUT = SECOND
 """Longest simulated time until the controller starts a requested run [ns]."""
 POLL_PERIOD = SECOND // 10
 """Simulated time between two checks of the state of the run [ns]."""
+GARBAGE_THRESHOLD = 100_000
+"""Number of new containers after which the garbage collector looks for cycles: hardly any step
+leaves one."""
 
 
 @dataclass(frozen=True)
@@ -151,6 +154,8 @@ def run(
         # Modules and kernels stay: the garbage collector need not visit them again and again.
         gc.freeze()
         cleanup.callback(gc.unfreeze)
+        cleanup.callback(gc.set_threshold, *gc.get_threshold())
+        gc.set_threshold(GARBAGE_THRESHOLD)
         reason = make_ready(stack, scenario, lambda: watch and watch(stack, scorer))
         steps_before = len(stack.step_ms("controller"))
         began = time.perf_counter()

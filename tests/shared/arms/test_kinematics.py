@@ -53,6 +53,15 @@ def test_joint_speeds_move_the_grip_with_the_twist(arm: UrdfKinematics):
     np.testing.assert_allclose(turned / dt, twist[1], atol=1e-5)
 
 
+def test_a_path_changed_in_place_is_another_path(arm: UrdfKinematics):
+    path = usual_joints(arm)[None].copy()
+    before, _ = arm.link_spheres(path)
+    path += 0.1
+    after, _ = arm.link_spheres(path)
+    np.testing.assert_array_equal(after, arm.link_spheres(usual_joints(arm)[None] + 0.1)[0])
+    assert np.max(np.abs(after - before)) > 1e-3
+
+
 def test_jacobians_are_the_derivatives_of_grip_and_spheres(arm: UrdfKinematics):
     joints, step = usual_joints(arm), 1e-6
     twists, centres = arm.grip_jacobian(joints), arm.link_sphere_jacobians(joints)

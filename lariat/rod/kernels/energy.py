@@ -21,7 +21,7 @@ last linear solve predicted, and the number of iterations does not depend on the
 import taichi as ti
 
 from lariat.rod.kernels.addressing import hessian_index, orientation_at, position_at, scalar
-from lariat.rod.kernels.memory import add, load3, load4, store
+from lariat.rod.kernels.memory import add, bounded_index, load3, load4, store
 from lariat.rod.kernels.obstacle_contact import obstacle_contacts
 from lariat.rod.kernels.rotations import cross_matrix, rotation_matrix
 from lariat.rod.kernels.step_terms import bend_rotation, inertia_terms, step_times
@@ -95,7 +95,7 @@ def edge_energy(
                 # The grip edge of a clamp: only a bend adds to its blocks.
                 store(w, g + 6 * i + 3, ti.Vector([0.0, 0.0, 0.0]))
             if with_hessian:
-                m = h + 6 * i
+                m = bounded_index(h + 6 * i)
                 w33[m] = scaled_identity(mass * weight + (shift + edges) * stretch * per_length)
                 if not has_edge:
                     for k in range(1, ti.select(i < n - 1, 6, 3)):
@@ -133,7 +133,7 @@ def edge_energy(
                 moment_arm = stretch * ti.Matrix(
                     [[r[0, 1], r[1, 1], r[2, 1]], [-r[0, 0], -r[1, 0], -r[2, 0]], [0.0, 0.0, 0.0]]
                 )
-                m = h + 6 * i
+                m = bounded_index(h + 6 * i)
                 w33[m + 1] = -moment_arm
                 w33[m + 2] = scaled_identity(-stretch * per_length)
                 rotation_block = length * ti.Matrix(
@@ -215,7 +215,7 @@ def bend_energy(
                     rear_factor += curvature_term - 0.5 * moment_cross
                 first_block = rear_factor @ left_inverse
                 second_block = front_factor @ right_inverse
-                m = h + 6 * j + 3
+                m = bounded_index(h + 6 * j + 3)
                 w33[m] = w33[m] + 0.5 * (first_block + first_block.transpose())
                 w33[m + 6] = w33[m + 6] + 0.5 * (second_block + second_block.transpose())
                 w33[m + 2] = -(front_factor @ left_inverse)

@@ -157,6 +157,15 @@ def test_adjoint_and_sensitivities_match_differences_in_parameters(name: str) ->
         assert swept[k] == pytest.approx(exact, rel=1e-6), parameter
 
 
+def test_the_gradient_in_the_state_outlives_the_next_launch() -> None:
+    scene = SCENES["free space"]()
+    read_at_once = scene.rod.gradient(scene.spec(), scene.cost_gradient).state
+    read_later = scene.rod.gradient(scene.spec(), scene.cost_gradient)
+    scene.rod.gradient(scene.spec(), -scene.cost_gradient)
+    assert np.array_equal(read_later.state.positions, read_at_once.positions)
+    assert np.array_equal(read_later.state.velocities, read_at_once.velocities)
+
+
 @pytest.mark.parametrize(
     "name", ["contact", "pinned and free, two substeps", "second order, contact"]
 )

@@ -241,10 +241,12 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), w36: ti.tem
             ratio = 1.0
             if iterations > 0 and share == 1.0:
                 ratio = size / (largest + 1e-300)
-            remaining = ti.min(1.0, 100.0 * ratio) * size
-            if derivatives:
+            remaining = size
+            if not derivatives and chord == 0:
+                remaining = ti.min(1.0, 100.0 * ratio) * size
+            if derivatives and chord == 1:
                 # They need the factors of the Hessian where the iteration ends.
-                remaining = ti.select(chord, tolerance, size)
+                remaining = tolerance
             largest = size
             share = 1.0
             near = ni[Header.OBSTACLES] > 0 or self_contact

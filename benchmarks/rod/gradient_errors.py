@@ -35,7 +35,7 @@ class GradientErrors:
     nodes: int
     """Number of nodes."""
     tolerance: float
-    """Tolerance of the solver of the gradient [m]; that of the differences is 1e-10 m."""
+    """Tolerance of the solver of the gradient [m]; that of the differences is 1e-12 m."""
     actions: float
     """Error of the gradient in the velocities of the ends; the next four in parts of the state."""
     positions: float
@@ -56,7 +56,7 @@ def measure(node_count: int, tolerance: float) -> GradientErrors:
         tolerance: Tolerance of the solver [m].
     """
     rng = np.random.default_rng(node_count)
-    fine = Rod(PROPERTIES, node_count, tolerance=1e-10)
+    fine = Rod(PROPERTIES, node_count, tolerance=1e-12)
     moves = np.zeros((8, 2, 6))
     moves[:, 1] = [-1.2, 0.0, 0.0, 2.0, 0.0, 2.0]
     moves[:, 0] = [0.0, 0.3, 0.0, 0.0, 1.0, 0.0]

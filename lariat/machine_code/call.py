@@ -60,7 +60,7 @@ class CompiledKernel:
         self._arguments: Any = type("Arguments", (ctypes.Structure,), {"_fields_": places})
         # A serial kernel reads nothing else of its context.
         context = (
-            ("arguments", ctypes.POINTER(self._arguments)),
+            ("arguments", ctypes.c_void_p),
             ("runtime", ctypes.c_void_p),
             ("thread", ctypes.c_int32),
             ("results", ctypes.c_void_p),
@@ -91,5 +91,4 @@ class CompiledKernel:
 
     def launch(self, arguments: ctypes.Structure) -> None:
         """Run the kernel on arguments that are laid out as Taichi passes them."""
-        pointer = ctypes.cast(ctypes.byref(arguments), ctypes.POINTER(self._arguments))
-        self._function(self._context(pointer))
+        self._function(self._context(ctypes.addressof(arguments)))

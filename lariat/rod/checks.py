@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float64, Int64
@@ -35,7 +36,7 @@ def check_rollout(
         raise ValueError(
             f"actions must be (blocks, 2 ends, 6), got shape {actions.shape[1:]} for {count} rod(s)"
         )
-    if np.ndim(spec.dt) != 0:
+    if not isinstance(spec.dt, float) and np.ndim(spec.dt) != 0:
         raise ValueError(
             f"dt must be one duration for all steps, got {spec.dt} s; only Rod.settle takes a "
             "duration for each step"
@@ -49,7 +50,7 @@ def check_rollout(
     blocks = actions.shape[1]
     block_of_step = spec.block_of_step
     if block_of_step is None:
-        block_of_step = np.minimum(np.arange(steps or blocks), blocks - 1)
+        block_of_step = _blocks_in_turn(steps or blocks, blocks)
         if len(block_of_step) and blocks:
             return block_of_step
     block_of_step = np.asarray(block_of_step, dtype=np.int64)
@@ -62,6 +63,13 @@ def check_rollout(
         raise ValueError(
             f"block_of_step must increase from 0 to at most {blocks - 1}, got {block_of_step}"
         )
+    return block_of_step
+
+
+@lru_cache(maxsize=64)
+def _blocks_in_turn(steps: int, blocks: int) -> Int64[np.ndarray, "H"]:
+    block_of_step = np.minimum(np.arange(steps), blocks - 1)
+    block_of_step.setflags(write=False)
     return block_of_step
 
 

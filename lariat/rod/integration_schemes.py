@@ -75,7 +75,7 @@ def time_table(
         horizon: Number of steps H.
         substeps: Substeps of a step.
     """
-    if np.ndim(dt) == 0:
+    if isinstance(dt, float) or np.ndim(dt) == 0:
         return _uniform_rows(scheme, float(dt), horizon, substeps)
     return _rows(scheme, np.asarray(dt, float), horizon, substeps)
 

@@ -26,18 +26,18 @@ def kernel_rows(packed: Float64[np.ndarray, "m 12"]) -> Float64[np.ndarray, "m 1
         ValueError: The rows have the wrong width or are not finite.
     """
     packed = np.asarray(packed, float)
-    if packed.ndim != 2 or packed.shape[1] != PACKED_WIDTH or not np.all(np.isfinite(packed)):
+    return _rows(packed.shape, packed.tobytes())
+
+
+@lru_cache(maxsize=64)
+def _rows(shape: tuple[int, ...], content: bytes) -> Float64[np.ndarray, "m 17"]:
+    """Return the rows; cached, since a controller uses the same scene in every period."""
+    packed = np.frombuffer(content).reshape(shape)
+    if packed.ndim != 2 or shape[1] != PACKED_WIDTH or not np.all(np.isfinite(packed)):
         raise ValueError(
             f"obstacles must be finite rows of {PACKED_WIDTH} numbers, got shape {packed.shape}; "
             "create them with lariat.geometry.pack"
         )
-    return _rows(packed.tobytes())
-
-
-@lru_cache(maxsize=64)
-def _rows(content: bytes) -> Float64[np.ndarray, "m 17"]:
-    """Return the rows; cached, since a controller uses the same scene in every period."""
-    packed = np.frombuffer(content).reshape(-1, PACKED_WIDTH)
     rows = np.zeros((len(packed), OBSTACLE_WIDTH))
     rows[:, :4] = packed[:, :4]
     for row, source in zip(rows, packed, strict=True):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
@@ -91,10 +93,15 @@ class Gradient:
     """The roll-out itself."""
     actions: Float64[np.ndarray, "K 2 6"]
     """Gradient in the grip velocities: linear [s/m], then angular [s/rad]."""
-    state: StateGradient
-    """Gradient in the initial state."""
     parameters: dict[str, float]
     """Gradient in each requested parameter [1 / its SI unit]."""
+    state_gradient: Callable[[], StateGradient]
+    """Function that computes `state`."""
+
+    @cached_property
+    def state(self) -> StateGradient:
+        """Gradient in the initial state; computed when it is first read."""
+        return self.state_gradient()
 
 
 @dataclass(frozen=True)

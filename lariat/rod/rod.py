@@ -29,7 +29,7 @@ from lariat.rod.launch.codes import Derivatives
 from lariat.rod.launch.inputs import NO_DERIVATIVES, DerivativeRequest, pack_constants, prepare
 from lariat.rod.launch.kernel_launch import launch
 from lariat.rod.launch.layout import REPORT_WIDTH, ReportRow, Section
-from lariat.rod.launch.outputs import read_gradient, read_linearization, read_rollout
+from lariat.rod.launch.outputs import read_gradients, read_linearizations, read_rollouts
 from lariat.rod.launch.sizes import Sizes
 from lariat.rod.model import End, ImplicitRodModel
 from lariat.rod.parameters import PARAMETERS
@@ -149,8 +149,7 @@ class Rod:
         """
         buffers = self._prepare(spec)
         launch(buffers, self._threads)
-        length = self.properties.length
-        found = [read_rollout(buffers, b, length) for b in range(len(spec.states))]
+        found = read_rollouts(buffers, self.properties.length)
         return found if spec.is_batch else found[0]
 
     @overload
@@ -200,8 +199,7 @@ class Rod:
             ),
         )
         launch(buffers, self._threads)
-        length = self.properties.length
-        found = [read_linearization(buffers, b, length) for b in range(len(spec.states))]
+        found = read_linearizations(buffers, self.properties.length)
         return found if spec.is_batch else found[0]
 
     @overload
@@ -252,11 +250,7 @@ class Rod:
             spec, DerivativeRequest(Derivatives.ADJOINT, parameters, d_cost_d_positions=seed)
         )
         launch(buffers, self._threads)
-        length = self.properties.length
-        found = [
-            read_gradient(buffers, b, state, length, parameters)
-            for b, state in enumerate(spec.states)
-        ]
+        found = read_gradients(buffers, spec.states, self.properties.length, parameters)
         return found if spec.is_batch else found[0]
 
     def rest(
@@ -307,9 +301,8 @@ class Rod:
         buffers = self._prepare(spec, durations=durations)
         launch(buffers)
         report = buffers.section(Section.REPORTS)[0].reshape(-1, REPORT_WIDTH)
-        return read_rollout(buffers, 0, self.properties.length), bool(
-            report[-1, ReportRow.DEFINITE] > 0.0
-        )
+        motion = read_rollouts(buffers, self.properties.length)[0]
+        return motion, bool(report[-1, ReportRow.DEFINITE] > 0.0)
 
     def _prepare(
         self,

@@ -10,6 +10,7 @@ in time linear in the number of nodes. Only the free blocks from FIRST_FREE to E
 import taichi as ti
 
 from lariat.rod.kernels.addressing import hessian_index
+from lariat.rod.kernels.memory import bounded_index
 from lariat.rod.kernels.self_contact_coupling import fold_self_contacts
 from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
 from lariat.rod.launch.codes import Task
@@ -17,17 +18,16 @@ from lariat.rod.launch.layout import Header
 
 
 @ti.func
-def symmetric_inverse(d):
-    """Inverse of a symmetric 3x3 matrix, zero if it is singular; its leading minors 2 and 3."""
+def symmetric_adjugate(d):
+    """Adjugate of a symmetric 3x3 matrix, and its leading minors 2 and 3."""
     a = d[1, 1] * d[2, 2] - d[1, 2] * d[1, 2]
     b = d[0, 2] * d[1, 2] - d[0, 1] * d[2, 2]
     c = d[0, 1] * d[1, 2] - d[0, 2] * d[1, 1]
     e = d[0, 1] * d[0, 2] - d[0, 0] * d[1, 2]
     minor = d[0, 0] * d[1, 1] - d[0, 1] * d[0, 1]
     determinant = d[0, 0] * a + d[0, 1] * b + d[0, 2] * c
-    scale = ti.select(determinant == 0.0, 0.0, 1.0 / determinant)
     adjugate = ti.Matrix([[a, b, c], [b, d[0, 0] * d[2, 2] - d[0, 2] * d[0, 2], e], [c, e, minor]])
-    return scale * adjugate, minor, determinant
+    return adjugate, minor, determinant
 
 
 @ti.real_func
@@ -54,21 +54,24 @@ def factorize(
         near = w33[h + 3 * first + 1]
         d_next = w33[h + 3 * first + 3]
         for j in range(first, end):
-            m = h + 3 * j
-            inverse, minor, determinant = symmetric_inverse(d)
+            m = bounded_index(h + 3 * j)
+            adjugate, minor, determinant = symmetric_adjugate(d)
             if d[0, 0] <= 0.0 or minor <= 0.0 or determinant <= 0.0:
                 definite = 0
-            w33[m] = inverse
+            # D^-1 = scale adjugate: products with the adjugate need not wait for the division. A
+            # singular matrix counts as one with an inverse of zero.
+            scale = ti.select(determinant == 0.0, 0.0, 1.0 / determinant)
+            w33[m] = scale * adjugate
             if j + 1 < end:
-                near_factor = near @ inverse
-                d = d_next - near_factor @ near.transpose()
-                w33[m + 1] = near_factor
+                near_adjugate = near @ adjugate
+                d = d_next - scale * (near_adjugate @ near.transpose())
+                w33[m + 1] = scale * near_adjugate
                 if j + 2 < end:
                     far = w33[m + 2]
-                    far_factor = far @ inverse
-                    near = w33[m + 4] - far @ near_factor.transpose()
-                    d_next = w33[m + 6] - far_factor @ far.transpose()
-                    w33[m + 2] = far_factor
+                    far_adjugate = far @ adjugate
+                    near = w33[m + 4] - scale * (far @ near_adjugate.transpose())
+                    d_next = w33[m + 6] - scale * (far_adjugate @ far.transpose())
+                    w33[m + 2] = scale * far_adjugate
         result = definite
     else:
         result = fold_self_contacts(ni, w, w33, w36, task, rod, step, arg, real)

@@ -7,7 +7,7 @@ The contacts add a matrix of low rank (Woodbury).
 import taichi as ti
 
 from lariat.rod.kernels.addressing import hessian_index
-from lariat.rod.kernels.memory import add, load3, store
+from lariat.rod.kernels.memory import add, bounded_index, load3, store
 from lariat.rod.kernels.self_contact_hessian import (
     geometric_hessian_product,
     normal_separation,
@@ -111,7 +111,7 @@ def solve(
             v_next = load3(w, d + 3 * ti.min(first + 1, end - 1))
             for j in range(first, end):
                 store(w, d + 3 * j, v)
-                m = h + 3 * j
+                m = bounded_index(h + 3 * j)
                 after = v_next - w33[m + 1] @ v
                 v_next = load3(w, d + 3 * ti.min(j + 2, end - 1)) - w33[m + 2] @ v
                 v = after
@@ -120,9 +120,9 @@ def solve(
             v_next = ti.Vector([0.0, 0.0, 0.0])
             for back in range(end - first):
                 j = end - 1 - back
-                m = h + 3 * j
-                before = w33[m] @ load3(w, d + 3 * j)
-                before -= w33[m + 1].transpose() @ v + w33[m + 2].transpose() @ v_next
+                m = bounded_index(h + 3 * j)
+                before = w33[m] @ load3(w, d + 3 * j) - w33[m + 2].transpose() @ v_next
+                before -= w33[m + 1].transpose() @ v
                 v_next = v
                 v = before
                 store(w, d + 3 * j, v)

@@ -21,12 +21,12 @@ last linear solve predicted, and the number of iterations does not depend on the
 import taichi as ti
 
 from lariat.rod.kernels.addressing import hessian_index, orientation_at, position_at, scalar
-from lariat.rod.kernels.memory import add, load3, load4, store
+from lariat.rod.kernels.memory import add, bounded_index, load3, load4, store
 from lariat.rod.kernels.obstacle_contact import obstacle_contacts
 from lariat.rod.kernels.rotations import cross_matrix, rotation_matrix
 from lariat.rod.kernels.step_terms import bend_rotation, inertia_terms, step_times
 from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
-from lariat.rod.launch.codes import Task
+from lariat.rod.launch.codes import HessianPart, Task
 from lariat.rod.launch.layout import (
     EFFECTIVE_BEND_WIDTH,
     HISTORY_SLOTS,
@@ -58,13 +58,13 @@ def edge_energy(
     """Set energy, gradient and Hessian to those of inertia, weight and stretch, eqs. (I), (W), (S).
 
     Args:
-        arg: 1 for the whole Hessian, 2 for that with the tensions of the iterate instead of the
-            predicted ones, 0 for a positive definite part of it.
+        arg: `HessianPart` to set.
         real: Levenberg shift on the Hessian's diagonal, relative to the stretch stiffness.
     """
     result = 0.0
     if task == Task.EDGE_ENERGY:
-        exact = arg > 0
+        with_hessian = arg != HessianPart.NONE
+        exact = arg != HessianPart.POSITIVE
         shift = real
         n = ni[Header.NODES]
         _h, weight, _carry = step_times(ni, w, rod, step)
@@ -88,20 +88,18 @@ def edge_energy(
             displacement = x - load3(w, rod + ni[Section.TARGET_POSITIONS] + 3 * i)
             energy += mass * (0.5 * weight * displacement.dot(displacement) - gravity.dot(x))
             store(w, g + 6 * i, mass * (weight * displacement - gravity))
-            m = h + 6 * i
             has_edge = i >= ni[Header.FIRST_EDGE] and i < ni[Header.END_EDGE]
             follows_edge = i > ni[Header.FIRST_EDGE] and i <= ni[Header.END_EDGE]
             edges = ti.select(has_edge, 1.0, 0.0) + ti.select(follows_edge, 1.0, 0.0)
-            w33[m] = scaled_identity(mass * weight + (shift + edges) * stretch * per_length)
-            if not has_edge:
-                w33[m + 1] = zero
-                w33[m + 2] = zero
-                if i < n - 1:
-                    # The grip edge of a clamp: only a bend adds to its blocks.
-                    store(w, g + 6 * i + 3, ti.Vector([0.0, 0.0, 0.0]))
-                    w33[m + 3] = zero
-                    w33[m + 4] = zero
-                    w33[m + 5] = zero
+            if not has_edge and i < n - 1:
+                # The grip edge of a clamp: only a bend adds to its blocks.
+                store(w, g + 6 * i + 3, ti.Vector([0.0, 0.0, 0.0]))
+            if with_hessian:
+                m = bounded_index(h + 6 * i)
+                w33[m] = scaled_identity(mass * weight + (shift + edges) * stretch * per_length)
+                if not has_edge:
+                    for k in range(1, ti.select(i < n - 1, 6, 3)):
+                        w33[m + k] = zero
         for i in range(ni[Header.FIRST_EDGE], ni[Header.END_EDGE]):
             q = load4(w, orientation_at(ni, rod, step + HISTORY_SLOTS, i))
             r = rotation_matrix(q)
@@ -112,27 +110,8 @@ def edge_energy(
             force = stretch * strain
             energy += 0.5 * length * force.dot(strain)
             local = r.transpose() @ force
-            tension = r.transpose() @ load3(w, rod + ni[Section.TENSIONS] + 3 * i)
-            if arg == 2:
-                tension = local
-            if not exact:
-                tension = ti.Vector([0.0, 0.0, ti.max(tension[2], 0.0)])
             add(w, g + 6 * i, -force)
             add(w, g + 6 * i + 6, force)
-            # Derivative of the moments about d1, d2, d3 (rows) with respect to the edge vector.
-            moment_arm = stretch * ti.Matrix(
-                [[r[0, 1], r[1, 1], r[2, 1]], [-r[0, 0], -r[1, 0], -r[2, 0]], [0.0, 0.0, 0.0]]
-            )
-            m = h + 6 * i
-            w33[m + 1] = -moment_arm
-            w33[m + 2] = scaled_identity(-stretch * per_length)
-            rotation_block = length * ti.Matrix(
-                [
-                    [stretch + tension[2], 0.0, -0.5 * tension[0]],
-                    [0.0, stretch + tension[2], -0.5 * tension[1]],
-                    [-0.5 * tension[0], -0.5 * tension[1], 0.0],
-                ]
-            )
             _re, im, inertia, momentum_map = inertia_terms(
                 ni, w, rod, weight, q, load4(w, rod + ni[Section.TARGET_ORIENTATIONS] + 4 * i)
             )
@@ -144,19 +123,39 @@ def edge_energy(
                 g + 6 * i + 3,
                 moment + ti.Vector([length * local[1], -length * local[0], 0.0]),
             )
-            weighted_map = momentum_map
-            for a in ti.static(range(3)):
-                for b in ti.static(range(3)):
-                    weighted_map[a, b] *= inertia[a]
-            rotation_block += momentum_map.transpose() @ weighted_map
-            diagonal = shift * stretch * length
-            if exact:
-                diagonal -= 0.5 * momentum.dot(im)
-            for a in ti.static(range(3)):
-                rotation_block[a, a] += diagonal
-            w33[m + 3] = rotation_block
-            w33[m + 4] = moment_arm.transpose()
-            w33[m + 5] = zero
+            if with_hessian:
+                tension = r.transpose() @ load3(w, rod + ni[Section.TENSIONS] + 3 * i)
+                if arg == HessianPart.TRUE:
+                    tension = local
+                if not exact:
+                    tension = ti.Vector([0.0, 0.0, ti.max(tension[2], 0.0)])
+                # Derivative of the moments about d1, d2, d3 (rows) with respect to the edge vector.
+                moment_arm = stretch * ti.Matrix(
+                    [[r[0, 1], r[1, 1], r[2, 1]], [-r[0, 0], -r[1, 0], -r[2, 0]], [0.0, 0.0, 0.0]]
+                )
+                m = bounded_index(h + 6 * i)
+                w33[m + 1] = -moment_arm
+                w33[m + 2] = scaled_identity(-stretch * per_length)
+                rotation_block = length * ti.Matrix(
+                    [
+                        [stretch + tension[2], 0.0, -0.5 * tension[0]],
+                        [0.0, stretch + tension[2], -0.5 * tension[1]],
+                        [-0.5 * tension[0], -0.5 * tension[1], 0.0],
+                    ]
+                )
+                weighted_map = momentum_map
+                for a in ti.static(range(3)):
+                    for b in ti.static(range(3)):
+                        weighted_map[a, b] *= inertia[a]
+                rotation_block += momentum_map.transpose() @ weighted_map
+                diagonal = shift * stretch * length
+                if exact:
+                    diagonal -= 0.5 * momentum.dot(im)
+                for a in ti.static(range(3)):
+                    rotation_block[a, a] += diagonal
+                w33[m + 3] = rotation_block
+                w33[m + 4] = moment_arm.transpose()
+                w33[m + 5] = zero
         result = energy
     else:
         result = bend_energy(ni, w, w33, w36, task, rod, step, arg, real)
@@ -178,11 +177,11 @@ def bend_energy(
     """Add energy, gradient and Hessian of bending and twisting, eq. (B).
 
     Args:
-        arg: 1 for the whole Hessian, 0 for its positive definite Gauss-Newton part.
+        arg: `HessianPart` to add; the positive one is that of Gauss and Newton.
     """
     result = 0.0
     if task == Task.BEND_ENERGY:
-        exact = arg
+        exact = arg != HessianPart.POSITIVE
         n = ni[Header.NODES]
         g = rod + ni[Section.GRADIENT]
         h = hessian_index(ni, rod, step)
@@ -197,28 +196,29 @@ def bend_energy(
             right_inverse = left_inverse.transpose()
             add(w, g + 6 * j + 3, -(right_inverse @ moment))
             add(w, g + 6 * j + 9, left_inverse @ moment)
-            front_factor = left_inverse
-            rear_factor = right_inverse
-            for a in ti.static(range(3)):
-                for b in ti.static(range(3)):
-                    front_factor[a, b] *= stiffness[b]
-                    rear_factor[a, b] *= stiffness[b]
-            if exact:
-                # -c ([u x m]x + [u]x [m]x) + d (u x (u x m)) u^T, in outer products.
-                u_moment = u.dot(moment)
-                moment_cross = cross_matrix(moment)
-                along = d * (u_moment * u - u.dot(u) * moment) - 2.0 * c * moment
-                curvature_term = (c * u).outer_product(moment) + along.outer_product(u)
+            if arg != HessianPart.NONE:
+                front_factor = left_inverse
+                rear_factor = right_inverse
                 for a in ti.static(range(3)):
-                    curvature_term[a, a] += c * u_moment
-                front_factor += curvature_term + 0.5 * moment_cross
-                rear_factor += curvature_term - 0.5 * moment_cross
-            first_block = rear_factor @ left_inverse
-            second_block = front_factor @ right_inverse
-            m = h + 6 * j + 3
-            w33[m] = w33[m] + 0.5 * (first_block + first_block.transpose())
-            w33[m + 6] = w33[m + 6] + 0.5 * (second_block + second_block.transpose())
-            w33[m + 2] = -(front_factor @ left_inverse)
+                    for b in ti.static(range(3)):
+                        front_factor[a, b] *= stiffness[b]
+                        rear_factor[a, b] *= stiffness[b]
+                if exact:
+                    # -c ([u x m]x + [u]x [m]x) + d (u x (u x m)) u^T, in outer products.
+                    u_moment = u.dot(moment)
+                    moment_cross = cross_matrix(moment)
+                    along = d * (u_moment * u - u.dot(u) * moment) - 2.0 * c * moment
+                    curvature_term = (c * u).outer_product(moment) + along.outer_product(u)
+                    for a in ti.static(range(3)):
+                        curvature_term[a, a] += c * u_moment
+                    front_factor += curvature_term + 0.5 * moment_cross
+                    rear_factor += curvature_term - 0.5 * moment_cross
+                first_block = rear_factor @ left_inverse
+                second_block = front_factor @ right_inverse
+                m = bounded_index(h + 6 * j + 3)
+                w33[m] = w33[m] + 0.5 * (first_block + first_block.transpose())
+                w33[m + 6] = w33[m + 6] + 0.5 * (second_block + second_block.transpose())
+                w33[m + 2] = -(front_factor @ left_inverse)
         result = energy
     else:
         result = obstacle_contacts(ni, w, w33, w36, task, rod, step, arg, real)

@@ -5,8 +5,9 @@ Every edge has evenly spaced samples x_s, each of which stands for a share l / c
     sum over samples  l / count p(reach - distance(x_s)),  reach = radius of the rod + margin.
 
 The signed distance, its normal and its curvature are those of
-`lariat.geometry.obstacles.signed_distance`, for a row of `ObstacleRow`. An edge is skipped when its
-middle is too far away for any of its points to be in reach.
+`lariat.geometry.obstacles.signed_distance`, for a row of `ObstacleRow`. An obstacle is skipped when
+the box around the rod is out of reach of it, an edge when its middle is too far away for any of its
+points to be in reach.
 """
 
 import taichi as ti
@@ -16,7 +17,7 @@ from lariat.rod.kernels.contact_penalty import contact_penalty
 from lariat.rod.kernels.memory import add, add33, load3, load33
 from lariat.rod.kernels.self_contact import self_contacts
 from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
-from lariat.rod.launch.codes import ObstacleShape, Task
+from lariat.rod.launch.codes import HessianPart, ObstacleShape, Task
 from lariat.rod.launch.layout import (
     HISTORY_SLOTS,
     OBSTACLE_WIDTH,
@@ -44,35 +45,49 @@ def obstacle_contacts(
     The signed distance is written out here, since inlined functions cannot branch.
 
     Args:
-        arg: 1 for the whole Hessian, 0 for its positive semidefinite part, 2 for no Hessian.
+        arg: `HessianPart` to add; the positive one is semidefinite.
     """
     result = 0.0
     if task == Task.OBSTACLE_CONTACT:
-        exact = arg == 1
+        exact = arg != HessianPart.POSITIVE
         samples = ni[Header.CONTACT_SAMPLES]
         length = scalar(ni, w, rod, Scalar.EDGE_LENGTH)
         reach = scalar(ni, w, rod, Scalar.CONTACT_REACH)
         share = length / samples
         total = 0.0
-        for i in range(ni[Header.FIRST_EDGE], ni[Header.END_EDGE]):
-            start = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i))
-            stop = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i + 1))
-            # Reach of the whole edge, which may be stretched while the iteration runs.
-            bound = 0.5 * (stop - start).norm() + reach
-            middle = 0.5 * (start + stop)
-            for k in range(ni[Header.OBSTACLES]):
-                row = ni[Header.OBSTACLE_ROWS] + OBSTACLE_WIDTH * k
-                offset = middle - load3(w, row + ObstacleRow.POSITION)
+        low = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, ni[Header.FIRST_EDGE]))
+        high = low
+        for i in range(ni[Header.FIRST_EDGE] + 1, ni[Header.END_EDGE] + 1):
+            x = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i))
+            low = ti.min(low, x)
+            high = ti.max(high, x)
+        for k in range(ni[Header.OBSTACLES]):
+            row = ni[Header.OBSTACLE_ROWS] + OBSTACLE_WIDTH * k
+            place = load3(w, row + ObstacleRow.POSITION)
+            gap = ti.max(low, ti.min(high, place)) - place
+            within = reach + w[row + ObstacleRow.BOUNDING_RADIUS]
+            touching = gap.dot(gap) < within * within
+            if ti.cast(w[row + ObstacleRow.SHAPE], ti.i32) == ObstacleShape.HALF_SPACE:
+                n = load33(w, row + ObstacleRow.ROTATION) @ load3(w, row + ObstacleRow.SIZES)
+                middle = 0.5 * (low + high) - place
+                touching = n.dot(middle) - 0.5 * ti.abs(n).dot(high - low) < reach
+            first = ni[Header.FIRST_EDGE]
+            for i in range(first, ti.select(touching, ni[Header.END_EDGE], first)):
+                start = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i))
+                stop = load3(w, position_at(ni, rod, step + HISTORY_SLOTS, i + 1))
+                # Reach of the whole edge, which may be stretched while the iteration runs.
+                bound = 0.5 * (stop - start).norm() + reach
+                offset = 0.5 * (start + stop) - place
                 radius = w[row + ObstacleRow.BOUNDING_RADIUS] + bound
                 near = offset.dot(offset) < radius * radius
                 # The middle comes first (j = -1); the samples follow only if it is near.
-                for j in range(-1, samples):
+                for j in range(-1, ti.select(near, samples, -1)):
                     if near:
                         s = ti.select(j < 0, 0.5, (j + 0.5) / samples)
                         point = start + s * (stop - start)
                         shape = ti.cast(w[row + ObstacleRow.SHAPE], ti.i32)
                         rotation = load33(w, row + ObstacleRow.ROTATION)
-                        p = rotation.transpose() @ (point - load3(w, row + ObstacleRow.POSITION))
+                        p = rotation.transpose() @ (point - place)
                         size = load3(w, row + ObstacleRow.SIZES)
                         distance = 0.0
                         normal = ti.Vector([0.0, 0.0, 1.0])
@@ -159,7 +174,7 @@ def obstacle_contacts(
                             g = rod + ni[Section.GRADIENT] + 6 * i
                             add(w, g, (1.0 - s) * pull)
                             add(w, g + 6, s * pull)
-                            if arg < 2:
+                            if arg != HessianPart.NONE:
                                 m = hessian_at(ni, rod, step, 2 * i)
                                 add33(w, m, ((1.0 - s) * (1.0 - s)) * hessian)
                                 add33(w, m + 18, (s * (1.0 - s)) * hessian)

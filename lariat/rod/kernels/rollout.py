@@ -8,7 +8,8 @@ derivatives. The tasks of a solve, where brackets mark those of the first iterat
             FACTORIZE, ACCEPT_ITERATE, [MOVE_GRIPS, SUBTRACT_COUPLINGS]  H = L D L^T, -g
             SOLVE, APPLY_STEP, [MOVE_GRIPS]                              H s = -g
 
-An indefinite Hessian is evaluated again without its negative parts, then with a growing shift.
+An iteration that starts near the solution leaves out the Hessian and takes the last factors. An
+indefinite Hessian is evaluated again without its negative parts, then with a growing shift.
 """
 
 import taichi as ti
@@ -18,8 +19,12 @@ from lariat.rod.kernels.history import start_history, write_final_velocities
 from lariat.rod.kernels.memory import add, load3
 from lariat.rod.kernels.sensitivities import sensitivities as run_task
 from lariat.rod.kernels.types import Doubles, Integers, Matrices33, Matrices36
-from lariat.rod.launch.codes import Derivatives, Phase, Task
+from lariat.rod.launch.codes import Derivatives, HessianPart, Phase, Task
 from lariat.rod.launch.layout import HISTORY_SLOTS, REPORT_WIDTH, Header, ReportRow, Scalar, Section
+
+MAX_CHORD_STEP = 0.003
+"""Largest step of Newton's method, in edges, after which the next one takes its factors [-]. After
+longer ones the edges have turned, and their stretch is too stiff for the old factors."""
 
 
 @ti.kernel
@@ -49,6 +54,7 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), w36: ti.tem
     end = ni[Header.END_FREE]
     length = scalar(ni, w, rod, Scalar.EDGE_LENGTH)
     tolerance = scalar(ni, w, rod, Scalar.TOLERANCE)
+    derivatives = ni[Header.DERIVATIVES] > 0
     with_sensitivities = ni[Header.DERIVATIVES] % Derivatives.ADJOINT
     contact_forces_wanted = ti.cast(ni[Header.PARAMETERS] > 0 and ni[Header.OBSTACLES] > 0, ti.i32)
     adjoint_step = rod + ni[Section.ADJOINT]
@@ -84,15 +90,17 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), w36: ti.tem
     remaining = 0.0
     grips_moved = 0
     stepped = 0
+    chord = 0
+    ratio = 1.0
     task = Task.INERTIAL_TARGETS
     while task != Task.DONE:
         arg = exact
         real = shift
-        if phase == Phase.DERIVATIVES:
-            # Contact with gradient but without Hessian, for the derivative with respect to length.
-            arg = 2
+        if phase == Phase.DERIVATIVES or chord == 1:
+            # Derivatives need the forces of contact, for the derivative with respect to length.
+            arg = HessianPart.NONE
         if task == Task.EDGE_ENERGY and phase == Phase.FINAL_HESSIAN:
-            arg = 2
+            arg = HessianPart.TRUE
         if task == Task.APPLY_STEP:
             real = share
         elif task == Task.MOVE_GRIPS:
@@ -175,8 +183,8 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), w36: ti.tem
             task = Task.SELF_CONTACT
         elif task == Task.OBSTACLE_CONTACT or task == Task.SELF_CONTACT:
             energy += value
-            attempts += 1
-            task = Task.FACTORIZE
+            attempts += 1 - chord
+            task = ti.select(chord, Task.ACCEPT_ITERATE, Task.FACTORIZE)
             if (
                 line_search == 1
                 and phase == Phase.ITERATION
@@ -226,15 +234,19 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), w36: ti.tem
                     moved = ti.max(moved, size)
                     if j < first or j >= end:
                         driven = ti.max(driven, size)
-            # Quadratic convergence: the next step will be smaller by the square of the last two's
-            # ratio. The ratio alone, times a hundred, is a safe estimate of what remains.
-            # Derivatives need the factors of the Hessian where the iteration ends.
+            # The next step will be smaller by the ratio of the last two with old factors, by its
+            # square with new ones. The ratio, times a hundred, is a safe estimate of what remains.
             moved, rotated, driven = ti.sqrt(moved), ti.sqrt(rotated), ti.sqrt(driven)
             size = ti.max(moved, length * rotated)
-            remaining = size
-            if ni[Header.DERIVATIVES] == 0 and iterations > 0 and share == 1.0:
+            ratio = 1.0
+            if iterations > 0 and share == 1.0:
                 ratio = size / (largest + 1e-300)
+            remaining = size
+            if not derivatives and chord == 0:
                 remaining = ti.min(1.0, 100.0 * ratio) * size
+            if derivatives and chord == 1:
+                # They need the factors of the Hessian where the iteration ends.
+                remaining = tolerance
             largest = size
             share = 1.0
             near = ni[Header.OBSTACLES] > 0 or self_contact
@@ -268,6 +280,14 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), w36: ti.tem
                     phase = ti.cast(exact == 0 or shift > 0.0, ti.i32)
                     if phase == Phase.ITERATION:
                         task = Task.SOLVED
+                # Near the solution the factors at hand do for a further step, at half the cost; a
+                # last step before derivatives gets its own.
+                following = ti.select(chord, ratio, ratio * ratio) * largest
+                own_factors = exact == 0 or shift > 0.0 or line_search == 1
+                own_factors = own_factors or iterations == 0 or share < 1.0
+                own_factors = own_factors or ratio > 0.1 or largest > MAX_CHORD_STEP * length
+                own_factors = own_factors or (derivatives and following < tolerance)
+                chord = ti.select(own_factors, 0, 1)
                 iterations += 1
                 exact = 1
                 shift = 0.0
@@ -276,6 +296,7 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), w36: ti.tem
                     full_steps >= 14 or attempts >= 100 or not (largest < 1e6)
                 ):
                     line_search = 1
+                    chord = 0
                     iterations = 1
                     exact = 1
                     shift = 0.0
@@ -307,6 +328,7 @@ def advance(ni: ti.template(), w: ti.template(), w33: ti.template(), w36: ti.tem
                 largest = 0.0
                 grips_moved = 0
                 stepped = 0
+                chord = 0
                 task = Task.INERTIAL_TARGETS
                 if step == ni[Header.STEPS]:
                     task = Task.DONE

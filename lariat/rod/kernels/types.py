@@ -1,8 +1,7 @@
 """Types of the arrays that every real function takes.
 
 The three arrays of doubles are one: it is passed a second time as 3x3 matrices and a third time as
-3x6 matrices, row by row. Offsets are 32-bit sums to Taichi, which might wrap around, so that the
-compiler finds neighbours in memory only within an element; of matrices it packs them into lanes.
+3x6 matrices, row by row.
 """
 
 import taichi as ti

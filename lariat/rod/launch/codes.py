@@ -70,6 +70,19 @@ class Task(IntEnum):
     DONE = auto()
 
 
+class HessianPart(IntEnum):
+    """Parts of the Hessian that an evaluation of the energy computes."""
+
+    POSITIVE = 0
+    """A positive definite part."""
+    MIXED = auto()
+    """All of it, with the tensions that the last linear solve predicted."""
+    TRUE = auto()
+    """All of it, with the tensions of the iterate."""
+    NONE = auto()
+    """Nothing: the gradient alone."""
+
+
 class Phase(IntEnum):
     """Phases of a solve."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float64, Int32
@@ -14,9 +15,17 @@ from lariat.rod.checks import check_durations, check_rollout, check_span, check_
 from lariat.rod.integration_schemes import HISTORY_LENGTHS, time_table
 from lariat.rod.launch.buffers import BufferPool, LaunchBuffers
 from lariat.rod.launch.codes import Derivatives
-from lariat.rod.launch.grip_edges import with_grips
+from lariat.rod.launch.grip_edges import with_grips, write_with_grips
 from lariat.rod.launch.kernel_launch import allocate
-from lariat.rod.launch.layout import HISTORY_SLOTS, OBSTACLE_WIDTH, Header, Scalar, Section, TimeRow
+from lariat.rod.launch.layout import (
+    HISTORY_SLOTS,
+    MODEL_HEADER,
+    OBSTACLE_WIDTH,
+    Header,
+    Scalar,
+    Section,
+    TimeRow,
+)
 from lariat.rod.launch.sizes import Sizes
 from lariat.rod.model import ENDS, ImplicitRodModel
 from lariat.rod.obstacle_table import kernel_rows
@@ -38,6 +47,9 @@ SELF_CONTACTS_PER_NODE, MAX_SELF_CONTACTS = 8, 512
 DERIVATIVE_TOLERANCE_FACTOR = 0.01
 """Factor on the tolerance of a solve when derivatives in parameters are requested [-]."""
 
+NO_OBSTACLES = np.zeros((0, OBSTACLE_WIDTH))
+"""Rows of an empty scene."""
+
 
 @dataclass(frozen=True)
 class DerivativeRequest:
@@ -55,13 +67,22 @@ class DerivativeRequest:
     """Seed of the adjoint [1/m]."""
 
 
+class Constants(NamedTuple):
+    """Numbers of every launch that depend on the rod alone."""
+
+    doubles: Float64[np.ndarray, "k"]
+    """Scalars, node masses and bends, in the order of their sections."""
+    integers: Int32[np.ndarray, "c"]
+    """Integers at `MODEL_HEADER`."""
+
+
 NO_DERIVATIVES = DerivativeRequest()
 """Request of a roll-out alone."""
 
 
 def prepare(
     model: ImplicitRodModel,
-    constants: Float64[np.ndarray, "k"],
+    constants: Constants,
     pool: BufferPool,
     spec: RolloutSpec[RodState | Sequence[RodState]],
     request: DerivativeRequest = NO_DERIVATIVES,
@@ -94,8 +115,7 @@ def prepare(
         counts = {len(d.positions) for d in directions}
         if len(counts) > 1 or len(directions) != len(states):
             raise ValueError("state_directions must be equally many for each state")
-    empty = np.zeros((0, OBSTACLE_WIDTH))
-    rows = empty if spec.obstacles is None else kernel_rows(spec.obstacles)
+    rows = NO_OBSTACLES if spec.obstacles is None else kernel_rows(spec.obstacles)
     if durations is None:
         times = time_table(model.scheme, spec.dt, horizon, spec.substeps)
         history = HISTORY_LENGTHS[model.scheme]
@@ -119,49 +139,36 @@ def prepare(
         else 0,
         model.clamps,
     )
-    codes = parameter_codes(request.parameters, model.properties)
-    buffers = allocate(pool, sizes, block_of_step, codes)
-    _write_integers(buffers.integers, model)
-    buffers.rods[:, : len(constants)] = constants
-    if request.parameters:
+    names = request.parameters
+    codes = parameter_codes(names, model.properties) if names else None
+    buffers = allocate(pool, sizes, block_of_step, constants.integers, codes)
+    buffers.rods[:, : len(constants.doubles)] = constants.doubles
+    if names:
         # Residuals of the steps affect these derivatives more than they affect positions.
         buffers.rods[:, Scalar.TOLERANCE] = DERIVATIVE_TOLERANCE_FACTOR * model.tolerance
     buffers.section(Section.TIMES)[:] = times.ravel()
     buffers.section(Section.ACTIONS)[:] = actions.reshape(sizes.batch, -1)
     _write_states(buffers, states)
-    if request.kinds & Derivatives.SENSITIVITIES:
-        buffers.section(Section.SENSITIVITIES)[:] = 0.0
-        buffers.section(Section.SENSITIVITIES_OUT)[:] = 0.0
-        h = float(times[0, TimeRow.DURATION])
-        for b, (state, along) in enumerate(zip(states, directions, strict=False)):
-            _write_directions(buffers, b, state, along, h)
-    if request.kinds & Derivatives.ADJOINT:
-        _write_adjoint_seed(buffers, request.d_cost_d_positions)
-    buffers.obstacles()[:] = rows
+    if request.kinds:
+        _write_derivative_inputs(buffers, request, states, float(times[0, TimeRow.DURATION]))
+    if len(rows):
+        buffers.obstacles()[:] = rows
     return buffers
 
 
-def _write_integers(integers: Int32[np.ndarray, "k"], model: ImplicitRodModel) -> None:
-    """Write how the ends are held and how finely contact is sampled."""
-    edge, diameter = model.edge_length, model.properties.diameter
-    left, right = model.clamps
-    integers[Header.FIRST_EDGE] = left
-    integers[Header.END_EDGE] = model.frame_count - right
-    integers[Header.FIRST_FREE] = HELD_BLOCKS[model.left]
-    integers[Header.END_FREE] = 2 * model.frame_count + 1 - HELD_BLOCKS[model.right]
-    integers[Header.LEFT_END], integers[Header.RIGHT_END] = (
-        ENDS.index(model.left),
-        ENDS.index(model.right),
-    )
-    integers[Header.MAX_ITERATIONS] = MAX_ITERATIONS
-    samples = math.ceil(2.0 * edge / diameter)
-    integers[Header.CONTACT_SAMPLES] = min(MAX_EDGE_SAMPLES, max(1, samples))
-    if model.self_contact:
-        samples = math.ceil(edge / diameter)
-        integers[Header.SELF_CONTACT_SAMPLES] = min(MAX_STRAND_SAMPLES, max(1, samples))
-        # The tightest bend, a half circle of the rod's own radius, does not touch itself.
-        half_circle = 0.5 * math.pi * (diameter + model.properties.contact_margin)
-        integers[Header.SELF_CONTACT_GAP] = 1 + max(2, math.ceil(half_circle / edge))
+def _write_derivative_inputs(
+    buffers: LaunchBuffers[Sizes],
+    request: DerivativeRequest,
+    states: Sequence[RodState],
+    h: float,
+) -> None:
+    if request.kinds & Derivatives.SENSITIVITIES:
+        buffers.section(Section.SENSITIVITIES)[:] = 0.0
+        buffers.section(Section.SENSITIVITIES_OUT)[:] = 0.0
+        for b, (state, along) in enumerate(zip(states, request.directions or (), strict=False)):
+            _write_directions(buffers, b, state, along, h)
+    if request.kinds & Derivatives.ADJOINT:
+        _write_adjoint_seed(buffers, request.d_cost_d_positions)
 
 
 def _write_states(buffers: LaunchBuffers[Sizes], states: Sequence[RodState]) -> None:
@@ -172,7 +179,8 @@ def _write_states(buffers: LaunchBuffers[Sizes], states: Sequence[RodState]) -> 
     new, old = HISTORY_SLOTS, HISTORY_SLOTS - 1
     for b, state in enumerate(states):
         x = positions[b, 3 * n * (old - 1) : 3 * n * new].reshape(2, n, 3)
-        x[0], x[1] = with_grips(state.velocities, clamps), with_grips(state.positions, clamps)
+        write_with_grips(x[0], state.velocities, clamps)
+        write_with_grips(x[1], state.positions, clamps)
         q = orientations[b, 4 * (n - 1) * (old - 1) : 4 * (n - 1) * new].reshape(2, n - 1, 4)
         q[0, :, :3], q[1] = state.angular_velocities, state.orientations
 
@@ -193,9 +201,9 @@ def _write_adjoint_seed(
         raise ValueError("d_cost_d_positions must be finite")
     for name in (Section.ADJOINT, Section.ACTIONS_OUT, Section.PARAMETERS_OUT):
         buffers.section(name)[:] = 0.0
-    seed = np.zeros((sizes.batch, sizes.horizon, sizes.nodes, 3))
+    seed = buffers.section(Section.COST_GRADIENT).reshape(-1, sizes.horizon, sizes.nodes, 3)
+    seed[:, :, [0, -1]] = 0.0
     seed[:, :, sizes.rod_nodes] = cost
-    buffers.section(Section.COST_GRADIENT)[:] = seed.reshape(sizes.batch, -1)
 
 
 def _write_directions(
@@ -220,8 +228,8 @@ def _write_directions(
     columns[-groups:, :HISTORY_SLOTS] = rows
 
 
-def pack_constants(model: ImplicitRodModel) -> Float64[np.ndarray, "k"]:
-    """Return scalars, node masses and bending elements, in the order of their sections."""
+def pack_constants(model: ImplicitRodModel) -> Constants:
+    """Return the numbers of every launch that depend on the rod alone."""
     p, n, length = model.properties, model.node_count, model.edge_length
     scalars = np.zeros(len(Scalar))
     scalars[Scalar.STRETCH_STIFFNESS] = p.stretch_stiffness
@@ -249,4 +257,29 @@ def pack_constants(model: ImplicitRodModel) -> Float64[np.ndarray, "k"]:
     bends[:, :3] = [p.bending_stiffness, p.bending_stiffness, p.twisting_stiffness]
     bends[:, :3] *= p.profile_at(places)[:, None] / lengths
     bends[:, 3:] = p.rest_curvature_at(places) * lengths
-    return np.concatenate([scalars, masses, bends.ravel()])
+    return Constants(np.concatenate([scalars, masses, bends.ravel()]), _model_header(model))
+
+
+def _model_header(model: ImplicitRodModel) -> Int32[np.ndarray, "c"]:
+    """Return how the ends are held and how finely contact is sampled."""
+    integers = np.zeros(len(Header), dtype=np.int32)
+    edge, diameter = model.edge_length, model.properties.diameter
+    left, right = model.clamps
+    integers[Header.FIRST_EDGE] = left
+    integers[Header.END_EDGE] = model.frame_count - right
+    integers[Header.FIRST_FREE] = HELD_BLOCKS[model.left]
+    integers[Header.END_FREE] = 2 * model.frame_count + 1 - HELD_BLOCKS[model.right]
+    integers[Header.LEFT_END], integers[Header.RIGHT_END] = (
+        ENDS.index(model.left),
+        ENDS.index(model.right),
+    )
+    integers[Header.MAX_ITERATIONS] = MAX_ITERATIONS
+    samples = math.ceil(2.0 * edge / diameter)
+    integers[Header.CONTACT_SAMPLES] = min(MAX_EDGE_SAMPLES, max(1, samples))
+    if model.self_contact:
+        samples = math.ceil(edge / diameter)
+        integers[Header.SELF_CONTACT_SAMPLES] = min(MAX_STRAND_SAMPLES, max(1, samples))
+        # The tightest bend, a half circle of the rod's own radius, does not touch itself.
+        half_circle = 0.5 * math.pi * (diameter + model.properties.contact_margin)
+        integers[Header.SELF_CONTACT_GAP] = 1 + max(2, math.ceil(half_circle / edge))
+    return integers[MODEL_HEADER]

@@ -11,7 +11,7 @@ from jaxtyping import Float64, Int32, Int64
 
 from lariat.rod.launch import machine_code
 from lariat.rod.launch.buffers import BufferPool, LaunchBuffers, kernel_arrays
-from lariat.rod.launch.layout import PARAMETER_WIDTH, STEP_BLOCKS, Header
+from lariat.rod.launch.layout import MODEL_HEADER, PARAMETER_WIDTH, STEP_BLOCKS, Header
 from lariat.rod.launch.sizes import Sizes, sections
 
 
@@ -19,7 +19,8 @@ def allocate(
     pool: BufferPool,
     sizes: Sizes,
     block_of_step: Int64[np.ndarray, "H"],
-    parameters: Int64[np.ndarray, "P 3"],
+    model_header: Int32[np.ndarray, "c"],
+    parameters: Int64[np.ndarray, "P 3"] | None,
 ) -> LaunchBuffers[Sizes]:
     """Return buffers for a launch, with all integers set that follow from the arguments.
 
@@ -27,12 +28,15 @@ def allocate(
         pool: Memory of the doubles.
         sizes: Sizes of the launch.
         block_of_step: Action block that drives each step.
+        model_header: Integers of the header that depend on the rod alone.
         parameters: `Parameter`, knot and count of knots of each differentiated parameter.
     """
     places, stride, template = _plan(sizes)
     integers = template.copy()
+    integers[MODEL_HEADER] = model_header
     integers[STEP_BLOCKS : STEP_BLOCKS + sizes.horizon] = block_of_step
-    integers[STEP_BLOCKS + sizes.horizon :] = parameters.ravel()
+    if parameters is not None:
+        integers[STEP_BLOCKS + sizes.horizon :] = parameters.ravel()
     return pool.cut(sizes, places, stride, integers)
 
 

@@ -58,6 +58,13 @@ class Header(IntEnum):
     LEFT_END = auto()
     """`EndHold` of the left end; that of the right end follows."""
     RIGHT_END = auto()
+    MAX_ITERATIONS = auto()
+    CONTACT_SAMPLES = auto()
+    """Points of an edge that are tested for contact with obstacles."""
+    SELF_CONTACT_SAMPLES = auto()
+    """Points of an edge that are tested for contact with other edges."""
+    SELF_CONTACT_GAP = auto()
+    """Smallest difference of the indices of two edges that may touch each other."""
     ACTION_BLOCKS = auto()
     OBSTACLES = auto()
     PARAMETERS = auto()
@@ -67,15 +74,8 @@ class Header(IntEnum):
     """Groups of six sensitivities to actions: two for each block, or none."""
     DERIVATIVES = auto()
     """`Derivatives` that are computed."""
-    MAX_ITERATIONS = auto()
-    CONTACT_SAMPLES = auto()
-    """Points of an edge that are tested for contact with obstacles."""
     MAX_SELF_CONTACTS = auto()
     """Capacity for contacts of the rod with itself; zero without self-contact."""
-    SELF_CONTACT_SAMPLES = auto()
-    """Points of an edge that are tested for contact with other edges."""
-    SELF_CONTACT_GAP = auto()
-    """Smallest difference of the indices of two edges that may touch each other."""
     OBSTACLE_ROWS = auto()
     """Offset of the obstacles in the doubles."""
     STRIDE = auto()
@@ -126,6 +126,8 @@ class Section(IntEnum):
     SELF_CONTACT_VECTORS = auto()
 
 
+MODEL_HEADER = slice(Header.FIRST_EDGE, Header.SELF_CONTACT_GAP + 1)
+"""Integers of the header that depend on the rod alone."""
 STEP_BLOCKS = len(Header) + len(Section)
 """Place in the integer array of the action block of the first step; the parameters follow."""
 PARAMETER_WIDTH = 3

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import partial
+
 import numpy as np
+from jaxtyping import Float64
 
 from lariat.geometry import poses
 from lariat.rod.launch.buffers import LaunchBuffers
@@ -14,90 +18,92 @@ from lariat.rod.so3 import left_jacobian
 from lariat.rod.state import RodState
 
 
-def read_rollout(buffers: LaunchBuffers[Sizes], b: int, length: float) -> Rollout:
-    """Return the roll-out of rod b of the batch.
+def read_rollouts(buffers: LaunchBuffers[Sizes], length: float) -> list[Rollout]:
+    """Return the roll-out of every rod of the batch.
 
     Args:
         buffers: Buffers after the launch.
-        b: Index in the batch.
-        length: Rest length of the rod [m].
+        length: Rest length of the rods [m].
     """
     n, sizes = buffers.sizes.nodes, buffers.sizes
+    batch, nodes = sizes.batch, sizes.rod_nodes
     solves = sizes.steps // sizes.horizon
-    positions = buffers.section(Section.POSITIONS)[b].reshape(-1, n, 3)
-    positions = positions[HISTORY_SLOTS - 1 + solves :: solves, sizes.rod_nodes]
-    orientations = buffers.section(Section.ORIENTATIONS)[b].reshape(-1, n - 1, 4)
-    orientations = orientations[HISTORY_SLOTS - 1 + solves :: solves]
-    report = buffers.section(Section.REPORTS)[b].reshape(sizes.horizon, solves, -1)
-    positions, orientations = positions.copy(), orientations.copy()
-    return Rollout(
-        positions,
-        orientations,
-        RodState(
-            positions[-1],
-            orientations[-1],
-            buffers.section(Section.TARGET_POSITIONS)[b].reshape(n, 3)[sizes.rod_nodes].copy(),
-            buffers.section(Section.TENSIONS)[b].reshape(n - 1, 3).copy(),
-        ),
-        report[:, :, ReportRow.ITERATIONS].sum(axis=1).astype(np.int64),
-        np.all(report[:, :, ReportRow.CONVERGED] > 0.0, axis=1),
-        length,
-    )
+    ends = slice(HISTORY_SLOTS - 1 + solves, None, solves)
+    positions = buffers.section(Section.POSITIONS).reshape(batch, -1, n, 3)[:, ends, nodes].copy()
+    orientations = buffers.section(Section.ORIENTATIONS).reshape(batch, -1, n - 1, 4)
+    orientations = orientations[:, ends].copy()
+    velocities = buffers.section(Section.TARGET_POSITIONS).reshape(batch, n, 3)[:, nodes].copy()
+    angular = buffers.section(Section.TENSIONS).reshape(batch, n - 1, 3).copy()
+    report = buffers.section(Section.REPORTS).reshape(batch, sizes.horizon, solves, -1)
+    iterations = report[..., ReportRow.ITERATIONS].sum(axis=2).astype(np.int64)
+    converged = (report[..., ReportRow.CONVERGED] > 0.0).all(axis=2)
+    return [
+        Rollout(x, q, RodState(x[-1], q[-1], v, omega), count, done, length)
+        for x, q, v, omega, count, done in zip(
+            positions, orientations, velocities, angular, iterations, converged, strict=True
+        )
+    ]
 
 
-def read_linearization(buffers: LaunchBuffers[Sizes], b: int, length: float) -> Linearization:
-    """Return the roll-out of rod b of the batch with its forward sensitivities."""
-    n, sizes = buffers.sizes.nodes, buffers.sizes
+def read_linearizations(buffers: LaunchBuffers[Sizes], length: float) -> list[Linearization]:
+    """Return the roll-out of every rod of the batch with its forward sensitivities."""
+    sizes = buffers.sizes
     driven, blocks = 6 * sizes.action_groups, sizes.action_groups // 2
     directions = driven + 6 * -(-sizes.parameters // 6)
-    out = buffers.section(Section.SENSITIVITIES_OUT)[b].reshape(sizes.horizon, n, 3, -1)
-    out = out[:, sizes.rod_nodes]
-    n -= sum(sizes.clamps)
-    return Linearization(
-        read_rollout(buffers, b, length),
-        out[..., :driven].reshape(sizes.horizon, n, 3, blocks, 2, 6).copy(),
-        out[..., driven : driven + sizes.parameters].copy(),
-        out[..., directions : directions + sizes.state_directions].copy(),
-    )
+    found = []
+    for b, rollout in enumerate(read_rollouts(buffers, length)):
+        out = buffers.section(Section.SENSITIVITIES_OUT)[b]
+        out = out.reshape(sizes.horizon, sizes.nodes, 3, -1)[:, sizes.rod_nodes]
+        actions = out[..., :driven].reshape(*out.shape[:3], blocks, 2, 6).copy()
+        parameters = out[..., driven : driven + sizes.parameters].copy()
+        along = out[..., directions : directions + sizes.state_directions].copy()
+        found.append(Linearization(rollout, actions, parameters, along))
+    return found
 
 
-def read_gradient(
+def read_gradients(
     buffers: LaunchBuffers[Sizes],
-    b: int,
-    state: RodState,
+    states: Sequence[RodState],
     length: float,
     parameters: tuple[str, ...],
-) -> Gradient:
-    """Return the roll-out of rod b of the batch with the adjoint's gradient.
+) -> list[Gradient]:
+    """Return the roll-out of every rod of the batch with the adjoint's gradient.
 
     Args:
         buffers: Buffers after the launch.
-        b: Index in the batch.
-        state: Initial state of that rod.
-        length: Rest length of the rod [m].
+        states: Initial state of each rod.
+        length: Rest length of the rods [m].
         parameters: Names of the parameters, as requested.
     """
-    actions = buffers.section(Section.ACTIONS_OUT)[b].reshape(buffers.sizes.action_blocks, 2, 6)
-    values = buffers.section(Section.PARAMETERS_OUT)[b].tolist()
-    return Gradient(
-        read_rollout(buffers, b, length),
-        actions.copy(),
-        _state_gradient(buffers, b, state),
-        dict(zip(parameters, values, strict=True)),
-    )
+    sizes = buffers.sizes
+    actions = buffers.section(Section.ACTIONS_OUT).reshape(-1, sizes.action_blocks, 2, 6).copy()
+    values = buffers.section(Section.PARAMETERS_OUT).tolist()
+    adjoints = buffers.section(Section.ADJOINT)
+    adjoints = adjoints[:, : 3 * (2 * sizes.nodes - 1) * HISTORY_SLOTS].copy()
+    h = float(buffers.section(Section.TIMES)[0, TimeRow.DURATION])
+    return [
+        Gradient(
+            rollout,
+            actions[b],
+            dict(zip(parameters, values[b], strict=True)),
+            partial(_state_gradient, adjoints[b], states[b], sizes, h),
+        )
+        for b, rollout in enumerate(read_rollouts(buffers, length))
+    ]
 
 
-def _state_gradient(buffers: LaunchBuffers[Sizes], b: int, state: RodState) -> StateGradient:
-    n = buffers.sizes.nodes
-    h = float(buffers.section(Section.TIMES)[b, TimeRow.DURATION])
-    adjoint = buffers.section(Section.ADJOINT)[b].reshape(-1, 3 * (2 * n - 1))[:HISTORY_SLOTS]
+def _state_gradient(
+    adjoint: Float64[np.ndarray, "k"], state: RodState, sizes: Sizes, h: float
+) -> StateGradient:
+    n = sizes.nodes
+    adjoint = adjoint.reshape(HISTORY_SLOTS, -1)
     older, new = adjoint[:-1].sum(0), adjoint[-1]
     both = np.zeros((2, 6 * n))
     both[0, :-3], both[1, :-3] = older + new, older
     both = both.reshape(2, n, 2, 3)
     # One step before the start an edge was at exp(-h omega) q, which rotates with q, against omega.
     rotations, back = poses.rotate(state.orientations, both[:, :-1, 1])
-    moved, before = (fold_grips(part, buffers.sizes.clamps) for part in both[:, :, 0])
+    moved, before = (fold_grips(part, sizes.clamps) for part in both[:, :, 0])
     return StateGradient(
         moved,
         rotations,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from lariat.rod.launch.codes import Derivatives
 from lariat.rod.launch.layout import (
@@ -30,8 +30,7 @@ MATRIX_SECTIONS = frozenset(
 """Sections that the kernel reads as matrices."""
 
 
-@dataclass(frozen=True)
-class Sizes:
+class Sizes(NamedTuple):
     """Sizes and kind of one launch."""
 
     batch: int

@@ -43,7 +43,7 @@ class Scene:
         scheme: Scheme = "euler",
     ) -> None:
         rng = np.random.default_rng(node_count)
-        self.rod = Rod(PROPERTIES, node_count, left, right, tolerance=1e-10, scheme=scheme)
+        self.rod = Rod(PROPERTIES, node_count, left, right, tolerance=1e-12, scheme=scheme)
         self.options = {
             "block_of_step": np.array([0, 0, 1, 1, 2, 2]),
             "substeps": substeps,
@@ -155,6 +155,15 @@ def test_adjoint_and_sensitivities_match_differences_in_parameters(name: str) ->
         exact = difference(changed, step) / value
         assert found[parameter] == pytest.approx(exact, rel=1e-6), parameter
         assert swept[k] == pytest.approx(exact, rel=1e-6), parameter
+
+
+def test_the_gradient_in_the_state_outlives_the_next_launch() -> None:
+    scene = SCENES["free space"]()
+    read_at_once = scene.rod.gradient(scene.spec(), scene.cost_gradient).state
+    read_later = scene.rod.gradient(scene.spec(), scene.cost_gradient)
+    scene.rod.gradient(scene.spec(), -scene.cost_gradient)
+    assert np.array_equal(read_later.state.positions, read_at_once.positions)
+    assert np.array_equal(read_later.state.velocities, read_at_once.velocities)
 
 
 @pytest.mark.parametrize(

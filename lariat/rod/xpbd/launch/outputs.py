@@ -73,6 +73,6 @@ def read_gradient(buffers: LaunchBuffers[Sizes], b: int, parameters: tuple[str, 
     return Gradient(
         read_rollout(buffers, b),
         buffers.section(Section.D_ACTIONS)[b].reshape(-1, 2, 6).copy(),
-        state,
         {name: float(values[PARAMETERS.index(name)]) for name in parameters},
+        lambda: state,
     )

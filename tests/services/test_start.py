@@ -11,7 +11,6 @@ import pytest
 @pytest.mark.parametrize(
     ("module", "library"),
     [
-        ("services.perception.service", "scipy"),
         ("services.robot_gateway.service", "lariat.rod"),
         ("services.recorder.service", "lariat.rod"),
     ],

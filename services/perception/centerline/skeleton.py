@@ -11,8 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float64, UInt8
-
-from services.perception.thinning import skeletonize
+from skimage.morphology import skeletonize
 
 NEIGHBOUR_OFFSETS = [(-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 1)]
 """Row and column offsets of a pixel's eight neighbours."""

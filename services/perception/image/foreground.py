@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from jaxtyping import Bool, Float32, Float64, UInt8
+from skimage.morphology import skeletonize
 
 from services.perception.centerline.segmentation import Color
 from services.perception.image.color_model import (
@@ -32,7 +33,6 @@ from services.perception.image.kinds import (
 )
 from services.perception.image.network import rope_log_odds
 from services.perception.image.width import width_from_radii
-from services.perception.thinning import skeletonize
 
 SEARCH_SIDE = 480
 """Longer side of the image in which contrast and colours are searched for ropes [pixels]."""

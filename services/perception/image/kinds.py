@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 from jaxtyping import Bool, Float64, UInt8
+from skimage.morphology import skeletonize
 
 from services.perception.image.color_model import learn_rope_mask
 from services.perception.image.contrast import (
@@ -23,7 +24,6 @@ from services.perception.image.contrast import (
 from services.perception.image.ground import StandingOut, thin_parts
 from services.perception.image.proposals import color_distance, propose, propose_by_color
 from services.perception.image.width import measure_width, ridge, width_of_most_area
-from services.perception.thinning import skeletonize
 
 MIN_CONTRAST = 6.0
 """Least distance of a rope from both of its sides [Lab, as OpenCV scales it]."""

@@ -5,8 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 from jaxtyping import Bool, Float32, UInt8
-
-from services.perception.thinning import skeletonize
+from skimage.morphology import skeletonize
 
 MIN_WIDTH = 1.5
 """Least width that is reported [pixels]."""

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import logging
+import multiprocessing
 import os
 import socket
-import subprocess
 import sys
 import tempfile
 import webbrowser
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Annotated
 
 import tyro
 
+import cli.__main__ as commands
 from dashboard.door.secret_files import load_token
 from services.recorder.options import RecorderOptions
 from shared import bus as buses
@@ -153,14 +155,21 @@ def _open_browser(address: str, folder: Path) -> None:
 def _preflight(scenario: Path) -> None:
     """Check the scenario with the rod, in a process of its own.
 
-    So the launcher loads no compiler, and the services find the kernels compiled.
+    So the launcher loads no compiler, and the services find the kernels compiled. The process is a
+    copy of this one, which has imported most of what the check needs, and no thread yet.
     """
-    code = subprocess.run(
-        _check_command(scenario), stdout=subprocess.DEVNULL, check=False
-    ).returncode
-    if code:
+    process = multiprocessing.get_context("fork").Process(target=_check, args=(scenario,))
+    process.start()
+    process.join()
+    if code := process.exitcode:
         # The process has printed the error.
         sys.exit(128 - code if code < 0 else code)
+
+
+def _check(scenario: Path) -> None:
+    """Check a scenario in this process, which ends with that; print nothing but an error."""
+    with open(os.devnull, "w") as nowhere, redirect_stdout(nowhere):
+        sys.exit(commands.main(["check", str(scenario)]))
 
 
 def _check_command(scenario: Path) -> list[str]:

@@ -2,7 +2,7 @@
 
 The service is stepped at its rate on an absolute schedule. When a step overruns its period, the
 steps that it missed are skipped and the overrun is counted: a backlog would delay the next steps.
-A message of a topic that the service names in `wakes` begins a step at once, and the schedule anew.
+A message of a topic that the service names in `wakes` begins the next step at once (`shared.pace`).
 
 In addition to the members of `shared.service.Service`, a service may have
 * `tap(raw: shared.bus.RawMessage)`: called before each step with every message of the bus,
@@ -44,6 +44,7 @@ from shared.health import HealthMeter
 from shared.logs import BusHandler, log_to_standard_error
 from shared.memory import reserve_memory
 from shared.messages import Health, Trace
+from shared.pace import Pace
 from shared.scenario import Scenario, load
 from shared.service import SECOND, Mailbox, Service
 from shared.stall_watch import StallWatch
@@ -59,8 +60,6 @@ REPORT_PERIOD = SECOND
 """Time between two health messages [ns]."""
 GARBAGE_COLLECTION_PERIOD = 5 * SECOND
 """Time between two garbage collections, which run between steps [ns]."""
-MIN_PERIOD_SHARE = 0.25
-"""Least time from the start of a step to that of one that a message begins [periods]."""
 
 
 @dataclass(frozen=True)
@@ -166,9 +165,10 @@ def run(
 
 
 def _keep_pace(runner: Runner, period: int) -> None:
-    deadline = reported = collected = time.monotonic_ns()
+    reported = collected = time.monotonic_ns()
+    pace, woken = Pace(period, reported), False
     while True:
-        started = time.monotonic_ns()
+        began = time.monotonic_ns()
         runner.step()
         now = time.monotonic_ns()
         if now - reported >= REPORT_PERIOD:
@@ -177,12 +177,11 @@ def _keep_pace(runner: Runner, period: int) -> None:
         if now - collected >= GARBAGE_COLLECTION_PERIOD:
             collected = now
             gc.collect()
-        now = time.monotonic_ns()
-        deadline += period * max(1, -(-(now - deadline) // period))
-        if runner.woken(1e-9 * (deadline - now)):
-            earliest = started + round(MIN_PERIOD_SHARE * period)
-            deadline = max(time.monotonic_ns(), earliest)
-            time.sleep(1e-9 * max(0, deadline - time.monotonic_ns()))
+        deadline = pace.deadline(began, time.monotonic_ns(), woken=woken)
+        woken = runner.woken(1e-9 * (deadline - time.monotonic_ns()))
+        if woken:
+            now = time.monotonic_ns()
+            time.sleep(1e-9 * (pace.earliest(now) - now))
 
 
 class Runner:

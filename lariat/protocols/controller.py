@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from jaxtyping import Bool, Float64
 
 from lariat.geometry.obstacles import Obstacle
-from lariat.rod import Rod, RodState
 from lariat.trajectory import MotionLimits, MotionState
+
+if TYPE_CHECKING:
+    # The driver of an arm imports these protocols and needs no rod.
+    from lariat.rod import Rod, RodState
 
 
 @dataclass(frozen=True)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from lariat.rod import Rod
 from lariat.trajectory import MotionState
+
+if TYPE_CHECKING:
+    # The driver of an arm imports these protocols and needs no rod.
+    from lariat.rod import Rod
 
 
 @dataclass(frozen=True)

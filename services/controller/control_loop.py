@@ -93,7 +93,7 @@ class ControlLoop:
     def step(
         self, now: int, arms: ArmCondition, offer: PathOffer | None
     ) -> Iterator[Command | SetpointChunk | Reason]:
-        """Yield the command of a new horizon, if there is one, then setpoints or a reason to hold.
+        """Yield setpoints or a reason to hold, then the command of a new horizon if there is one.
 
         Args:
             now: Present time [ns].
@@ -118,14 +118,15 @@ class ControlLoop:
         command = None
         with self._faults.blaming():
             command = self._command(now, reference)
+        stops = command is None or self._watch.must_stop(command)
+        chunk = self.controller.brake(now) if stops else command.chunk
+        assert chunk is not None
+        # The arms wait for it, nobody for the horizon.
+        yield chunk
         if command is not None:
             yield command
-        if command is None or self._watch.must_stop(command):
-            chunk = self.controller.brake(now)
-            assert chunk is not None
-            yield chunk
+        if stops:
             return
-        yield command.chunk
         self._rope.predictions.take_plan(command.plan_start, command.plan_step, command.plan.nodes)
         self._judge.judge(now, reference, at_end=self.controller.at_end)
 

@@ -86,6 +86,7 @@ class ControllerService:
         topics.TASK_GOAL_PREVIEW,
         topics.RUN_RESULT,
     )
+    wakes = (topics.ROPE_NODES,)
     rate = 50.0
     latency = 0.010
 

@@ -57,6 +57,8 @@ class SimService:
         topics.CAMERA_DEPTH,
         topics.CAMERA_CALIBRATION,
     )
+    # The rope moves in small steps, and an image is taken as soon as its instant is reached.
+    wakes = (topics.ARM_STATE,)
     rate = 60.0
 
     def __init__(self, scenario: Scenario, world: World | None = None) -> None:

@@ -91,6 +91,8 @@ class Launcher:
         self._selector = selectors.DefaultSelector()
         self._signals = 0
         self._started = 0.0
+        self._starting = True
+        """Whether not all processes of the present scenario have been ready yet."""
 
     def run(self, when_ready: Callable[[float], None]) -> int:
         """Start all processes, keep them until a signal or a final failure, and end them.
@@ -133,6 +135,7 @@ class Launcher:
                     return code
                 break
             if all(p.state == "ready" for p in self._processes):
+                self._prioritize()
                 if waiting:
                     when_ready(now - self._started)
                 elif self._switch is not None:
@@ -142,6 +145,13 @@ class Launcher:
             if now - self._published >= 1.0:
                 self._publish()
         return 0
+
+    def _prioritize(self) -> None:
+        """Give the processes their priorities, once after the start of a whole stack."""
+        if self._starting:
+            for process in self._processes:
+                process.prioritize()
+        self._starting = False
 
     def _handle_requests(self) -> None:
         """Answer requests, go on with a campaign, start a scenario whose check has ended."""
@@ -172,6 +182,7 @@ class Launcher:
         if self._signals:
             return
         self._newest_task = self._newest_arms = None
+        self._starting = True
         self._processes = [Process(program) for program in self._programs_of(path)]
         for process in self._processes:
             self._start(process)

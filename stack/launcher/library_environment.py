@@ -7,6 +7,8 @@ LIBRARY_ENVIRONMENT = {
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",
     "MKL_NUM_THREADS": "1",
+    # MuJoCo's renderer, which nothing uses, takes half of its import to ask for OpenGL.
+    "MUJOCO_GL": "disable",
     # Taichi greets on standard output, which belongs to the answer of --json alone.
     "ENABLE_TAICHI_HEADER_PRINT": "0",
 }

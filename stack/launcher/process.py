@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO
@@ -70,8 +71,10 @@ class Process:
         program = self.program
         arguments = program.arguments + (program.restart_arguments if self.restarts else ())
         command = module_entry.command(program.module, *arguments)
+        # A whole stack starts at one priority: what is up would keep the rest from starting.
+        niceness = program.niceness if self.restarts else 0
         self._popen = subprocess.Popen(
-            child_command(program.death_signal, program.niceness, command),
+            child_command(program.death_signal, niceness, command),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -81,6 +84,15 @@ class Process:
         os.set_blocking(self.output.fileno(), False)
         self._unfinished_line = b""
         self.state = "starting"
+
+    def prioritize(self) -> None:
+        """Give the process its priority, once the whole stack has started."""
+        niceness = self.program.niceness
+        # Only root may lower a niceness. It leads a group and a session, see `child_process`.
+        with suppress(OSError):
+            os.setpriority(os.PRIO_PGRP, self.pid, niceness)
+        with suppress(OSError):
+            Path(f"/proc/{self.pid}/autogroup").write_text(str(niceness))
 
     @property
     def pid(self) -> int:

@@ -28,7 +28,7 @@ def main() -> int:
 
     def program(name: str, build: str) -> Program:
         arguments = ("--namespace", namespace, "--connect", hub, "--name", name, "--build", build)
-        return Program(name, "tests.shared.beacon", arguments, ("--restarted",))
+        return Program(name, "tests.shared.beacon", arguments, ("--restarted",), niceness=3)
 
     def programs_of(path: Path) -> list[Program]:
         name = load(path).name

@@ -22,6 +22,8 @@ TOP_LEVEL = "scenario"
 """Name of the section of the keys without a section."""
 HIDDEN = ("name", "version", "folder", "text")
 """Fields of the top level that are no settings."""
+_offers = cache(entry_points)
+"""All that installed packages offer, which takes many files to find out."""
 
 
 @dataclass(frozen=True)
@@ -142,10 +144,9 @@ def _field(
     return SettingField(key, unit, value, options, " ".join(filter(None, parts)), hint)
 
 
-@cache
 def _names_from_outside(group: str) -> tuple[str, ...]:
-    """Names of the classes that installed packages offer, which takes many files to find out."""
-    return tuple(point.name for point in entry_points(group=group))
+    """Names of the classes that installed packages offer in a group."""
+    return tuple(point.name for point in _offers().select(group=group))
 
 
 def _as_text(value: Any, quoted: bool = False) -> str:

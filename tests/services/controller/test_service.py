@@ -104,6 +104,16 @@ def test_run_asks_once_for_a_path_after_an_older_failure() -> None:
     assert task.state is RunState.FAILED
 
 
+def test_the_rope_begins_a_step_whose_setpoints_come_first() -> None:
+    pathless = replace(SCENARIO, control=replace(SCENARIO.control, planner=False))
+    service = build(pathless, "session")
+    assert service.wakes == (topics.ROPE_NODES,)
+    published(service, SECOND, 0.4, TaskRequest(id="1", action=TaskRequest.START))
+    observe(service, SECOND)
+    keys = [p.topic.key for p in published(service, SECOND + SECOND // 50, 0.4)]
+    assert keys[:2] == [topics.ARM_SETPOINTS.key, topics.CONTROLLER_PLAN.key]
+
+
 def test_a_rope_that_may_be_another_is_no_observation_and_the_hold_says_so() -> None:
     service = build(SCENARIO, "session")
 

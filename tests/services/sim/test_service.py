@@ -9,12 +9,13 @@ from lariat.geometry.poses import Pose
 from services.perception.rgbd.decoding import decode_frame
 from services.sim.plants.end_motion import EndMotion
 from services.sim.plants.factory import true_properties
+from services.sim.service import SimService
 from services.sim.world import World
 from shared import topics
 from shared.messages import chain, stamp_of
 from shared.scenario.cameras import DEFAULT_CAMERA
-from shared.service import SECOND
-from tests.services.perception.cell import Cell, scenario
+from shared.service import SECOND, Inbox, Received
+from tests.services.perception.cell import Cell, ScriptedArms, scenario
 
 COLOR = topics.CAMERA_COLOR.at(DEFAULT_CAMERA)
 DEPTH = topics.CAMERA_DEPTH.at(DEFAULT_CAMERA)
@@ -39,6 +40,24 @@ def test_truth_and_images_come_at_thirty_hertz_with_one_stamp() -> None:
     assert len(colors) == pytest.approx(30, abs=1)
     calibrations = cell.has_subscribers[topics.CAMERA_CALIBRATION.at(DEFAULT_CAMERA).key]
     assert calibrations[0].K[2] == pytest.approx(319.5)
+
+
+def test_each_state_of_the_arms_begins_a_step_that_exposes_what_is_due() -> None:
+    """No exposure waits for states of the arms that come after its instant."""
+    cell = scenario(source="truth")
+    service, arms = SimService(cell), ScriptedArms(cell)
+    assert service.wakes == (topics.ARM_STATE,)
+    delays = []
+    for k in range(60):
+        now = SECOND + k * SECOND // 125
+        (state,) = arms.step(Inbox({}, {}), now)
+        arrived = {topics.ARM_STATE.key: [Received(state.message, "robot_gateway-0", k, now)]}
+        for publication in service.step(Inbox({}, arrived), now):
+            delays.append(publication.message.stamp - SECOND - len(delays) * SECOND // 30)
+            assert publication.message.stamp == now
+    assert len(delays) == 15
+    assert min(delays) >= 0
+    assert max(delays) <= SECOND // 125
 
 
 def test_images_survive_the_wire() -> None:

@@ -103,6 +103,11 @@ def test_ctrl_c_ends_all_in_order_and_says_so(stack: Stack) -> None:
     assert "lariat | stopped in" in stack.output
 
 
+def test_processes_have_their_priorities_once_all_are_ready(stack: Stack) -> None:
+    pids = stack.pids.values()
+    until(lambda: {os.getpriority(os.PRIO_PROCESS, pid) for pid in pids} == {3}, 5.0)
+
+
 def test_a_killed_process_is_replaced_and_never_arms_by_itself(stack: Stack) -> None:
     assert "one | ready" in stack.output
     first = stack.pids["one"]

@@ -1,0 +1,36 @@
+from __future__ import annotations
+
+import os
+import signal
+from pathlib import Path
+
+import pytest
+
+from stack.launcher.process import Process, Program
+from tests.shared.cell import until
+
+NICENESS = 7
+
+
+@pytest.mark.parametrize("restarts", [0, 1])
+def test_a_process_takes_its_priority_once_the_stack_has_started(restarts: int) -> None:
+    """One that is started again, in a cell that may move, has it from its beginning."""
+    arguments = ("--connect", "tcp/127.0.0.1:9")
+    process = Process(Program("one", "tests.shared.beacon", arguments, niceness=NICENESS))
+    process.restarts = restarts
+    process.start()
+
+    def niceness() -> set[int]:
+        threads = Path(f"/proc/{process.pid}/task").iterdir()
+        return {os.getpriority(os.PRIO_PROCESS, int(thread.name)) for thread in threads}
+
+    try:
+        lines: list[str] = []
+        until(lambda: lines.extend(process.lines()) or "ready" in lines, 30.0)
+        assert niceness() == {NICENESS if restarts else 0}
+        process.prioritize()
+        assert niceness() == {NICENESS}
+    finally:
+        process.send(signal.SIGKILL)
+        until(lambda: not process.running, 5.0)
+        process.close()

@@ -155,7 +155,7 @@ ROPE_NODES = Topic(
 )
 ROPE_TRUTH = Topic("rope/truth", NodeChain, "sim", "latest", tolerance={"positions": 1e-8})
 ROPE_OTHERS = Topic("rope/others", OtherRopes, "perception", "latest", tolerance={"ropes": 2e-4})
-SCENE_STATE = Topic("scene/state", Scene, "perception", "latest")
+SCENE_STATE = Topic("scene/state", Scene, "perception", "latest", tolerance={"obstacles": 1e-9})
 SCENE_MOTION = Topic("scene/motion", SceneMotion, "perception", "latest")
 SCENE_REQUEST = Topic("scene/request", SceneRequest, "dashboard, lariat", "every")
 TASK_STATE = Topic(
@@ -197,8 +197,8 @@ CONTROLLER_PARAMETERS = Topic(
     Parameters,
     "controller",
     "latest",
-    tolerance={"parameters": 1e-12, "prediction_error": 1e-7},
-    relative_tolerance={"parameters": 1e-6},
+    tolerance={"parameters": 1e-12, "rod": 1e-12, "xpbd": 1e-12, "prediction_error": 1e-7},
+    relative_tolerance=dict.fromkeys(("parameters", "rod", "xpbd"), 1e-6),
 )
 ARM_SETPOINTS = Topic(
     "arm/setpoints", Setpoints, "controller", "every", urgent=True, tolerance={"arms": 1e-7}

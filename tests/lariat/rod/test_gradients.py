@@ -43,7 +43,7 @@ class Scene:
         scheme: Scheme = "euler",
     ) -> None:
         rng = np.random.default_rng(node_count)
-        self.rod = Rod(PROPERTIES, node_count, left, right, tolerance=1e-12, scheme=scheme)
+        self.rod = Rod(PROPERTIES, node_count, left, right, tolerance=1e-10, scheme=scheme)
         self.options = {
             "block_of_step": np.array([0, 0, 1, 1, 2, 2]),
             "substeps": substeps,

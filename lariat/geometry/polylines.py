@@ -67,16 +67,34 @@ def resample_smooth(nodes: Float64[np.ndarray, "n 3"], count: int) -> Float64[np
     first, last = 2.0 * slopes[0] - inner[0], 2.0 * slopes[-1] - inner[-1]
     tangents = np.concatenate([first[None], inner, last[None]])
 
-    def points(at: Float64[np.ndarray, "m"]) -> Float64[np.ndarray, "m 3"]:
-        edge = np.minimum(at.astype(int), len(chords) - 1)
-        t = (at - edge)[:, None]
-        value, rise, fall = t * t * (3.0 - 2.0 * t), t * (1.0 - t) ** 2, t * t * (t - 1.0)
-        moved = value * slopes[edge] + rise * tangents[edge] + fall * tangents[edge + 1]
-        return nodes[edge] + chords[edge] * moved
+    s = np.concatenate([[0.0], np.cumsum(_sample_distances(nodes, chords, slopes, tangents))])
+    at = np.interp(np.linspace(0.0, s[-1], count), s, np.linspace(0.0, len(chords), len(s)))
+    edge = np.minimum(at.astype(int), len(chords) - 1)
+    value, rise, fall = _hermite_weights((at - edge)[:, None])
+    moved = value * slopes[edge] + rise * tangents[edge] + fall * tangents[edge + 1]
+    return nodes[edge] + chords[edge] * moved
 
-    dense = np.linspace(0.0, len(chords), ARC_LENGTH_SAMPLES * len(chords) + 1)
-    s = arc_lengths(points(dense))
-    return points(np.interp(np.linspace(0.0, s[-1], count), s, dense))
+
+def _sample_distances(
+    nodes: Float64[np.ndarray, "n 3"],
+    chords: Float64[np.ndarray, "n-1 1"],
+    slopes: Float64[np.ndarray, "n-1 3"],
+    tangents: Float64[np.ndarray, "n 3"],
+) -> Float64[np.ndarray, "k"]:
+    """Return the distances between successive samples of a smooth curve [m]."""
+    # Coordinate by coordinate, with the edges innermost: in a quarter of the time of rows of three.
+    corners, along, bends = nodes.T[:, None], slopes.T[:, None], tangents.T[:, None]
+    t = np.linspace(0.0, 1.0, ARC_LENGTH_SAMPLES, endpoint=False)[1:, None]
+    value, rise, fall = _hermite_weights(t)
+    moved = value * along + rise * bends[..., :-1] + fall * bends[..., 1:]
+    inner = corners[..., :-1] + chords[:, 0] * moved
+    x, y, z = np.diff(np.concatenate([corners[..., :-1], inner, corners[..., 1:]], axis=1), axis=1)
+    return np.sqrt(x * x + y * y + z * z).T.ravel()
+
+
+def _hermite_weights(t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the weights of end value and both slopes of a cubic in 0…1 that begins at zero."""
+    return t * t * (3.0 - 2.0 * t), t * (1.0 - t) ** 2, t * t * (t - 1.0)
 
 
 def end_tangents(

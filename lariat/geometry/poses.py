@@ -144,6 +144,25 @@ def logarithm(q: Float64[np.ndarray, "*b 4"]) -> Float64[np.ndarray, "*b 3"]:
     return scale * vector
 
 
+def turned(
+    rotation_vectors: Float64[np.ndarray, "*b 3"], q: Float64[np.ndarray, "*#b 4"]
+) -> Float64[np.ndarray, "*b 4"]:
+    """Return unit quaternions rotated by rotation vectors in the world frame [rad]."""
+    if not rotation_vectors.any():
+        # Grips that only move are the usual case.
+        return np.broadcast_to(normalized(q), (*rotation_vectors.shape[:-1], 4))
+    return normalized(multiply(exponential(rotation_vectors), q))
+
+
+def rotation_from(
+    before: Float64[np.ndarray, "*b 4"], after: Float64[np.ndarray, "*b 4"]
+) -> Float64[np.ndarray, "*b 3"]:
+    """Return the rotation vectors in the world frame that turn unit quaternions into others."""
+    if np.array_equal(before, after):
+        return np.zeros((*after.shape[:-1], 3))
+    return logarithm(multiply(after, conjugate(before)))
+
+
 def rotation_between(
     a: Float64[np.ndarray, "*b 3"], b: Float64[np.ndarray, "*b 3"]
 ) -> Float64[np.ndarray, "*b 4"]:

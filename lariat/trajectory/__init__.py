@@ -3,6 +3,7 @@
 from lariat.trajectory.blend import Blend
 from lariat.trajectory.chunk import NANOSECONDS, SetpointChunk
 from lariat.trajectory.limits import MotionLimits, clipped
+from lariat.trajectory.sequence import MotionSequence
 from lariat.trajectory.spline import Spline
 from lariat.trajectory.state import MotionState, mean_twists
 from lariat.trajectory.stop import Stop, peak_twists, stopping_states
@@ -11,6 +12,7 @@ __all__ = [
     "NANOSECONDS",
     "Blend",
     "MotionLimits",
+    "MotionSequence",
     "MotionState",
     "SetpointChunk",
     "Spline",

@@ -64,10 +64,8 @@ class MotionState:
             twists: Twists after it [m/s, rad/s].
             accelerations: Accelerations after it [m/s^2, rad/s^2].
         """
-        turned = poses.multiply(poses.exponential(displacements[:, 1]), self.orientations)
-        return MotionState(
-            self.positions + displacements[:, 0], poses.normalized(turned), twists, accelerations
-        )
+        turned = poses.turned(displacements[:, 1], self.orientations)
+        return MotionState(self.positions + displacements[:, 0], turned, twists, accelerations)
 
 
 def mean_twists(before: MotionState, after: MotionState, dt: float) -> Vectors:
@@ -76,6 +74,8 @@ def mean_twists(before: MotionState, after: MotionState, dt: float) -> Vectors:
     Args:
         dt: Time between the states [s].
     """
-    turned = poses.multiply(after.orientations, poses.conjugate(before.orientations))
-    moved = [after.positions - before.positions, poses.logarithm(turned)]
-    return np.stack(moved, axis=1) / dt
+    twists = np.empty((len(after.positions), 2, 3))
+    np.subtract(after.positions, before.positions, out=twists[:, 0])
+    twists[:, 1] = poses.rotation_from(before.orientations, after.orientations)
+    twists /= dt
+    return twists

@@ -14,6 +14,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import poses
 from lariat.trajectory.limits import MotionLimits, norms
+from lariat.trajectory.sequence import MotionSequence
 from lariat.trajectory.state import MotionState, Vectors
 
 MIN_NORM = 1e-12
@@ -95,7 +96,7 @@ class Stop:
         return displacements, np.where(over, 0.0, twists), np.where(over, 0.0, accelerations)
 
 
-def stopping_states(state: MotionState, limits: MotionLimits, dt: float) -> list[MotionState]:
+def stopping_states(state: MotionState, limits: MotionLimits, dt: float) -> MotionSequence:
     """Return the states of a stop on a time grid, the last one exactly at rest.
 
     Args:
@@ -105,11 +106,10 @@ def stopping_states(state: MotionState, limits: MotionLimits, dt: float) -> list
     stop = Stop.plan(state.twists, state.accelerations, limits)
     count = int(np.ceil(stop.duration / dt - GRID_TOLERANCE))
     if count == 0:
-        return []
+        return MotionSequence.constant(state, 0)
     times = dt * np.arange(1, count + 1)
     displacements, twists, accelerations = stop.at(times[:, None, None, None])
     twists[-1] = accelerations[-1] = 0.0
-    turned = poses.multiply(poses.exponential(displacements[:, :, 1]), state.orientations[None])
+    orientations = poses.turned(displacements[:, :, 1], state.orientations)
     positions = state.positions + displacements[:, :, 0]
-    rows = zip(positions, poses.normalized(turned), twists, accelerations, strict=True)
-    return [MotionState(*row) for row in rows]
+    return MotionSequence(positions, orientations, twists, accelerations)

@@ -19,6 +19,7 @@ from lariat.rod import RodState
 from lariat.trajectory import (
     NANOSECONDS,
     MotionLimits,
+    MotionSequence,
     MotionState,
     SetpointChunk,
     mean_twists,
@@ -34,7 +35,7 @@ from services.controller.mpc.horizon import (
 )
 from services.controller.mpc.reference_trajectory import ReferenceTrajectory
 from services.controller.mpc.setpoint_stream import SetpointStream
-from services.controller.mpc.velocity_tracking import jerk_towards
+from services.controller.mpc.velocity_tracking import track
 from shared.motion_contract import SETPOINT_PERIOD, STOP_LIMIT_SHARE
 from shared.scenario.sections import Limits
 
@@ -164,7 +165,7 @@ class RecedingHorizonController:
         following, self.reference = self.reference is not None, None
         self._commit = max(self._commit, self._stream.index_at(now + COMMIT_DELAY))
         if following:
-            return self._stream.extended(self._commit, [])
+            return self._stream.extended(self._commit)
         return self._stream.continued(self._commit)
 
     def step(
@@ -236,7 +237,7 @@ class RecedingHorizonController:
 
     def _setpoints(
         self, reference: ReferenceTrajectory, commanded: MotionState, plan: HorizonPlan
-    ) -> list[MotionState]:
+    ) -> MotionSequence:
         """Setpoints: the reference trajectory plus an offset whose velocity follows the plan."""
         dt, step = reference.dt, self.optimizer.time_step
         index = self._reference_index
@@ -250,26 +251,14 @@ class RecedingHorizonController:
         before = np.minimum(at_setpoints.astype(int), len(planned) - 2)
         share = (at_setpoints - before)[:, None, None, None]
         wanted = (1.0 - share) * planned[before] + share * planned[before + 1]
-        changes = np.diff(wanted, axis=0) / dt
-        motions = []
-        for k in range(1, count + 1):
-            jerk = jerk_towards(
-                velocity, acceleration, wanted[k - 1], changes[k - 1], self.offset_limits, dt
-            )
-            offset = offset + dt * (velocity + dt * (acceleration / 2.0 + dt * jerk / 6.0))
-            velocity = velocity + dt * (acceleration + dt * jerk / 2.0)
-            acceleration = acceleration + dt * jerk
-            here = reference.motion(index + k)
-            orientations = here.orientations
-            if self._rotates:
-                turned = poses.multiply(poses.exponential(offset[:, 1]), orientations)
-                orientations = poses.normalized(turned)
-            motions.append(
-                MotionState(
-                    here.positions + offset[:, 0],
-                    orientations,
-                    here.twists + velocity,
-                    here.accelerations + acceleration,
-                )
-            )
-        return motions
+        moved = track(offset, velocity, acceleration, wanted, self.offset_limits, dt)
+        along = reference.motions(index + 1, count)
+        orientations = along.orientations
+        if self._rotates:
+            orientations = poses.turned(moved.displacements[:, :, 1], orientations)
+        return MotionSequence(
+            along.positions + moved.displacements[:, :, 0],
+            orientations,
+            along.twists + moved.velocities,
+            along.accelerations + moved.accelerations,
+        )

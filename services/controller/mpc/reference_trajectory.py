@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
-from lariat.trajectory import MotionState
+from lariat.trajectory import MotionSequence, MotionState
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class ReferenceTrajectory:
     """Reason why it ends elsewhere, in words."""
     blocked: bool = False
     """Whether obstacles lie between its end and the goal."""
-    _steps: Float64[np.ndarray, "t 2 2 3"] = field(init=False, repr=False)
+    _travelled: Float64[np.ndarray, "t+1 2 2 3"] = field(init=False, repr=False)
     _velocities: Float64[np.ndarray, "t 2 2 3"] = field(init=False, repr=False)
     _accelerations: Float64[np.ndarray, "t 2 2 3"] = field(init=False, repr=False)
 
@@ -58,7 +58,8 @@ class ReferenceTrajectory:
         steps = np.stack([np.diff(self.positions, axis=0), poses.logarithm(turned)], axis=2)
         still = np.zeros((1, 2, 2, 3))
         rates = np.concatenate([still, steps / self.dt, still])
-        object.__setattr__(self, "_steps", np.concatenate([steps, still]))
+        travelled = np.cumsum(np.concatenate([steps, still]), axis=0)
+        object.__setattr__(self, "_travelled", np.concatenate([still, travelled]))
         object.__setattr__(self, "_velocities", 0.5 * (rates[1:] + rates[:-1]))
         object.__setattr__(self, "_accelerations", np.diff(rates, axis=0) / self.dt)
 
@@ -73,6 +74,18 @@ class ReferenceTrajectory:
             self.positions[k], self.orientations[k], self._velocities[k], self._accelerations[k]
         )
 
+    def motions(self, first: int, count: int) -> MotionSequence:
+        """States of motion at successive points.
+
+        Args:
+            first: Index of the first point; clipped to the trajectory as all others are.
+            count: Number of points.
+        """
+        k = np.minimum(np.maximum(np.arange(first, first + count), 0), self.end)
+        return MotionSequence(
+            self.positions[k], self.orientations[k], self._velocities[k], self._accelerations[k]
+        )
+
     def twists(self, start: float, stride: float, count: int) -> Float64[np.ndarray, "h 2 6"]:
         """Mean twists of the grips in steps of a horizon [m/s, rad/s].
 
@@ -81,10 +94,10 @@ class ReferenceTrajectory:
             stride: Points per step.
             count: Steps.
         """
-        done = np.concatenate([np.zeros((1, 2, 2, 3)), np.cumsum(self._steps, axis=0)])
         corners = np.clip(start + stride * np.arange(count + 1), 0.0, self.end)
         before = corners.astype(int)
         share = (corners - before)[:, None, None, None]
+        done = self._travelled
         travelled = done[before] + share * (done[np.minimum(before + 1, self.end)] - done[before])
         return (np.diff(travelled, axis=0) / (stride * self.dt)).reshape(count, 2, 6)
 
@@ -107,12 +120,12 @@ class ReferenceTrajectory:
             goal: Nodes of the goal [m].
         """
         goal = self.nodes[-1] if self.blocked else goal
-        rows = []
-        for at in start + stride * np.arange(1, count + 1):
+        shapes = np.empty((count, *goal.shape))
+        for row, at in zip(shapes, start + stride * np.arange(1.0, count + 1.0), strict=True):
             if at >= self.end:
-                rows.append(goal)
+                row[:] = goal
                 continue
             k = max(int(at), 0)
             share = max(at - k, 0.0)
-            rows.append((1.0 - share) * self.nodes[k] + share * self.nodes[k + 1])
-        return np.stack(rows)
+            row[:] = (1.0 - share) * self.nodes[k] + share * self.nodes[k + 1]
+        return shapes

@@ -8,11 +8,16 @@ continues with new ones, and ends at rest.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
-from lariat.trajectory import MotionLimits, MotionState, SetpointChunk, stopping_states
+from lariat.trajectory import (
+    MotionLimits,
+    MotionSequence,
+    MotionState,
+    SetpointChunk,
+    stopping_states,
+)
 from shared.motion_contract import CHUNK_SPAN
 
 OVERLAP_POINTS = 3
@@ -34,7 +39,7 @@ class SetpointStream:
         self.dt, self.limits = dt, limits
         self._origin = now - OVERLAP_POINTS * dt
         self._first = 0
-        self._motions = [motion]
+        self._motions = MotionSequence.constant(motion, 1)
 
     def index_at(self, time: int) -> int:
         """Index of the first point at or after `time` [ns]."""
@@ -63,19 +68,19 @@ class SetpointStream:
 
     def resting_from(self, index: int) -> bool:
         """Whether the published setpoints rest from a point on."""
-        return all(m.resting for m in self._motions[max(index - self._first, 0) :])
+        return self._motions.between(max(index - self._first, 0)).resting
 
-    def extended(self, commit: int, motions: Sequence[MotionState]) -> SetpointChunk:
+    def extended(self, commit: int, motions: MotionSequence | None = None) -> SetpointChunk:
         """Chunk that continues with new motions after a point, and then stops.
 
         Args:
             commit: Index of the last point that is kept.
-            motions: New motions; without them it stops from that point.
+            motions: New motions, at least one; without them it stops from that point.
         """
         kept = self._kept(commit)
-        last = motions[-1] if motions else kept[-1]
-        stop = stopping_states(last, self.limits, self.dt * 1e-9)
-        return self._chunk(commit, [*kept, *motions, *stop])
+        begun = kept if motions is None else MotionSequence.joined(kept, motions)
+        stop = stopping_states(begun[-1], self.limits, self.dt * 1e-9)
+        return self._chunk(commit, MotionSequence.joined(begun, stop))
 
     def continued(self, commit: int) -> SetpointChunk:
         """Chunk that goes on to the published end.
@@ -83,24 +88,27 @@ class SetpointStream:
         Args:
             commit: Index of the last point that is kept.
         """
-        rest = self._motions[max(commit + 1 - self._first, 0) :]
-        return self._chunk(commit, [*self._kept(commit), *rest])
+        rest = self._motions.between(max(commit + 1 - self._first, 0))
+        return self._chunk(commit, MotionSequence.joined(self._kept(commit), rest))
 
-    def _kept(self, commit: int) -> list[MotionState]:
+    def _kept(self, commit: int) -> MotionSequence:
         """Published states that a chunk repeats, up to the last one that is kept."""
-        return [self.motion(k) for k in range(commit - OVERLAP_POINTS, commit + 1)]
+        first = commit - OVERLAP_POINTS - self._first
+        if first >= 0 and commit - self._first < len(self._motions):
+            return self._motions.between(first, commit + 1 - self._first)
+        before = [self.motion(k) for k in range(commit - OVERLAP_POINTS, commit + 1)]
+        return MotionSequence.joined(*(MotionSequence.constant(m, 1) for m in before))
 
-    def _chunk(self, commit: int, points: list[MotionState]) -> SetpointChunk:
+    def _chunk(self, commit: int, points: MotionSequence) -> SetpointChunk:
         """Chunk of all points, which become the published ones."""
         keep_from = commit - OVERLAP_POINTS
         min_count = math.ceil(CHUNK_SPAN / (self.dt * 1e-9)) + 1
         # Two equal points at the end: the gateway's curve comes to rest between them.
-        end = MotionState(points[-1].positions, points[-1].orientations, *np.zeros((2, 2, 2, 3)))
-        points += [end] * max(min_count - len(points), 1)
+        last = points[-1]
+        end = MotionState(last.positions, last.orientations, *np.zeros((2, *last.twists.shape)))
+        rest = MotionSequence.constant(end, max(min_count - len(points), 1))
+        points = MotionSequence.joined(points, rest)
         self._first, self._motions = keep_from, points
         return SetpointChunk(
-            self.time_of(keep_from),
-            self.dt * 1e-9,
-            np.stack([motion.positions for motion in points]),
-            np.stack([motion.orientations for motion in points]),
+            self.time_of(keep_from), self.dt * 1e-9, points.positions, points.orientations
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -41,7 +42,12 @@ def near_pairs(
         known: Signed distances of all points from each obstacle, where they are known already [m].
     """
     indices, distances, outward = [], [], []
+    box = np.min(points, axis=0, initial=np.inf), np.max(points, axis=0, initial=-np.inf)
+    corners = box[0].tolist(), box[1].tolist()
+    farthest = np.max(reach, initial=0.0).item()
     for k, obstacle in enumerate(obstacles):
+        if _box_distance(corners, obstacle.position) > obstacle.extent + farthest:
+            continue
         distance = signed_distance(points, obstacle) if known is None else known[k]
         (inside,) = np.nonzero(distance < reach)
         if len(inside):
@@ -51,3 +57,11 @@ def near_pairs(
     if not indices:
         return NearPairs(np.zeros(0, dtype=int), np.zeros(0), np.zeros((0, 3)))
     return NearPairs(np.concatenate(indices), np.concatenate(distances), np.concatenate(outward))
+
+
+def _box_distance(
+    box: tuple[Sequence[float], Sequence[float]], point: tuple[float, float, float]
+) -> float:
+    """Return the distance of a point from a box between two corners, zero inside [m]."""
+    sides = zip(*box, point, strict=True)
+    return math.hypot(*(max(low - x, 0.0, x - high) for low, high, x in sides))

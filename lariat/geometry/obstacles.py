@@ -9,6 +9,7 @@ with `keep_in` stands for its outside: a region that the rope must not leave. Al
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
@@ -53,6 +54,17 @@ class Obstacle:
     rope keeps this rule; grippers and arms may be outside."""
     name: str = ""
     """Name, unique in a scene."""
+
+    @property
+    def extent(self) -> float:
+        """Radius of the ball around `position` that holds the body, infinite where none does [m]."""
+        if self.keep_in or self.shape == "half_space":
+            return math.inf
+        if self.shape == "box":
+            return math.hypot(*self.size) / 2.0
+        if self.shape == "cylinder":
+            return math.hypot(self.radius, self.height / 2.0)
+        return self.radius + self.height / 2.0
 
     def moved(
         self,

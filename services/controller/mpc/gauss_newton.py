@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from lariat.rod import Rod, RolloutSpec
-from lariat.trajectory import MotionLimits, clipped
+from lariat.trajectory import MotionLimits
 from services.controller.mpc.collision_avoidance import AvoidanceSpecification, GripPrediction
 from services.controller.mpc.constraints import constrained_step, overstretch
 from services.controller.mpc.horizon import HorizonPlan, HorizonProblem
@@ -24,6 +24,7 @@ from services.controller.mpc.objective import (
     orientation_terms,
     rope_terms,
 )
+from services.controller.mpc.velocity_tracking import shortened
 
 LEVENBERG_DAMPING = 1e-4
 """Damping of the Hessian, relative to its diagonal [-]."""
@@ -59,6 +60,10 @@ class GaussNewton:
         self.moves, self.iterations = moves, iterations
         self.step_count, self.time_step = step_count, time_step
         self.weights, self.limits = weights, limits
+        (self._free,) = np.nonzero(moves.ravel())
+        # The mean velocity of a step is the average of its two ends.
+        self._means = 0.5 * (np.eye(step_count) + np.eye(step_count, k=-1))
+        self._rotation_jacobian = self._turns()
         self.reset()
 
     def reset(self) -> None:
@@ -83,20 +88,21 @@ class GaussNewton:
             avoidance: Obstacles and clearances.
         """
         count, dt = self.step_count, self.time_step
-        # The mean velocity of a step is the average of its two ends.
-        means = 0.5 * (np.eye(count) + np.eye(count, k=-1))
+        means = self._means
         initial_velocity = problem.velocity.reshape(2, 6)
         unit = np.where(np.arange(6) < 3, 1.0, rod.properties.length / (2.0 * np.pi))
         units = np.tile(unit, (2, 1))[self.moves]
         velocities = self._bounded(self._velocities, initial_velocity)
-        free = int(self.moves.sum())
+        free = len(self._free)
         nodes, cost = problem.reference, {}
         for _ in range(self.iterations):
             actions = problem.path + np.einsum("hk,kec->hec", means, velocities)
             actions[0] += 0.5 * initial_velocity
             spec = RolloutSpec(problem.state, actions, dt, obstacles=problem.supports)
             linear = rod.linearize(spec)
-            halves = 0.5 * linear.d_positions_d_actions[..., self.moves]
+            halves = linear.d_positions_d_actions
+            halves = halves.reshape(*halves.shape[:4], 12).take(self._free, axis=-1)
+            halves *= 0.5
             # Product with `means`, whose columns have two entries of one half each.
             jacobian = halves.copy()
             jacobian[:, :, :, :-1] += halves[:, :, :, 1:]
@@ -109,7 +115,7 @@ class GaussNewton:
                 model[:, [0, -1]],
                 linear.rollout.orientations[:, [0, -1]],
                 jacobian[:, [0, -1]],
-                self._rotation_jacobian(means),
+                self._rotation_jacobian,
             )
             rope = rope_terms(
                 nodes,
@@ -144,12 +150,10 @@ class GaussNewton:
         self._velocities = velocities
         return HorizonPlan(velocities.reshape(count, 2, 2, 3), nodes, cost, self.iterations)
 
-    def _rotation_jacobian(
-        self, means: Float64[np.ndarray, "h h"]
-    ) -> Float64[np.ndarray, "h 2 3 v"]:
+    def _turns(self) -> Float64[np.ndarray, "h 2 3 v"]:
         """Derivative of the grips' rotations, small within a horizon, in its velocities."""
         count = self.step_count
-        travel = self.time_step * np.cumsum(means, axis=0)
+        travel = self.time_step * np.cumsum(self._means, axis=0)
         turns = np.zeros((count, 2, 3, count, 2, 6))
         for end in range(2):
             for axis in range(3):
@@ -173,12 +177,28 @@ class GaussNewton:
         initial_velocity: Float64[np.ndarray, "2 6"],
     ) -> Float64[np.ndarray, "h 2 6"]:
         """Velocities within the limits on speed and acceleration, one step after the other."""
-        bounded = np.empty_like(velocities)
-        last = initial_velocity.reshape(2, 2, 3)
-        max_change = self.limits.acceleration_bounds * self.time_step
-        for k, velocity in enumerate(
-            clipped(velocities.reshape(-1, 2, 2, 3), self.limits.speed_bounds)
-        ):
-            last = last + clipped(velocity - last, max_change)
-            bounded[k] = last.reshape(2, 6)
+        speeds, changes = self.limits.speed_bounds, self.limits.acceleration_bounds
+        bounded = np.zeros_like(velocities)
+        for end in range(2):
+            for kind in range(2):
+                part = np.s_[..., end, 3 * kind : 3 * kind + 3]
+                wanted, last = velocities[part], initial_velocity[part].tolist()
+                if wanted.any() or any(last):
+                    max_change = changes[kind, 0].item() * self.time_step
+                    speed = speeds[kind, 0].item()
+                    bounded[part] = _bounded(wanted.tolist(), last, speed, max_change)
         return bounded
+
+
+def _bounded(
+    velocities: list[list[float]], last: list[float], speed: float, max_change: float
+) -> list[tuple[float, float, float]]:
+    """Velocities of one vector, as plain numbers, within bounds on speed and change."""
+    lx, ly, lz = last
+    bounded = []
+    for velocity in velocities:
+        x, y, z = shortened(*velocity, speed)
+        x, y, z = shortened(x - lx, y - ly, z - lz, max_change)
+        lx, ly, lz = lx + x, ly + y, lz + z
+        bounded.append((lx, ly, lz))
+    return bounded

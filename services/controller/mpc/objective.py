@@ -17,6 +17,7 @@ that every term is in mm².
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Float64
@@ -145,20 +146,27 @@ def effort_terms(
         dt: Duration of a step of the horizon [s].
     """
     horizon, count = velocities.shape
-    identity = np.eye(horizon * count)
     scale = np.tile(MILLIMETRE * unit, horizon)
     speed_scale = np.sqrt(weights.speed) * scale
-    change = identity - np.eye(horizon * count, k=-count)
-    change = np.sqrt(weights.acceleration) / dt * scale[:, None] * change
+    change = np.sqrt(weights.acceleration) / dt * scale[:, None] * _changes(horizon, count)
     initial = np.sqrt(weights.acceleration) / dt * MILLIMETRE * unit * initial_velocity
     acceleration = change @ velocities.ravel()
     acceleration[:count] -= initial
     speed = speed_scale * velocities.ravel()
+    hessian = change.T @ change
+    hessian[np.diag_indices(len(hessian))] += speed_scale**2
     return NormalEquations(
-        np.diag(speed_scale**2) + change.T @ change,
+        hessian,
         speed_scale * speed + change.T @ acceleration,
         {"speed": float(speed @ speed), "acceleration": float(acceleration @ acceleration)},
     )
+
+
+@lru_cache
+def _changes(horizon: int, count: int) -> Float64[np.ndarray, "v v"]:
+    """Matrix from the velocities at the ends of steps to their changes within the steps."""
+    size = horizon * count
+    return np.eye(size) - np.eye(size, k=-count)
 
 
 def orientation_terms(
@@ -179,7 +187,9 @@ def orientation_terms(
         unit: Displacement that one unit of each component stands for [m].
         dt: Duration of a step of the horizon [s].
     """
-    horizon = len(velocities)
+    horizon, size = len(velocities), velocities.size
+    if not oriented.any():
+        return NormalEquations(np.zeros((size, size)), np.zeros(size), {"orientation": 0.0})
     weight = np.diag(MILLIMETRE * unit * oriented)
     travel = dt * np.cumsum(means, axis=0)
     jacobian = np.kron(travel, weight)

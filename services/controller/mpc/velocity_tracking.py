@@ -78,12 +78,12 @@ def _track_vector(start, aims, bounds, dt):
     speed, acceleration, jerk = bounds
     motion = []
     for wanted, (cx, cy, cz) in aims:
-        wx, wy, wz = _clipped(*wanted, speed)
+        wx, wy, wz = shortened(*wanted, speed)
         ex, ey, ez = wx - vx, wy - vy, wz - vz
         size = max(math.sqrt(ex * ex + ey * ey + ez * ez), 1e-12)
         gain = min(VELOCITY_GAIN / dt, math.sqrt(jerk / size))
-        tx, ty, tz = _clipped(cx + gain * ex, cy + gain * ey, cz + gain * ez, acceleration)
-        jx, jy, jz = _clipped((tx - ax) / dt, (ty - ay) / dt, (tz - az) / dt, jerk)
+        tx, ty, tz = shortened(cx + gain * ex, cy + gain * ey, cz + gain * ez, acceleration)
+        jx, jy, jz = shortened((tx - ax) / dt, (ty - ay) / dt, (tz - az) / dt, jerk)
         px = px + dt * (vx + dt * (ax / 2.0 + dt * jx / 6.0))
         py = py + dt * (vy + dt * (ay / 2.0 + dt * jy / 6.0))
         pz = pz + dt * (vz + dt * (az / 2.0 + dt * jz / 6.0))
@@ -95,7 +95,7 @@ def _track_vector(start, aims, bounds, dt):
     return motion
 
 
-def _clipped(x: float, y: float, z: float, bound: float) -> tuple[float, float, float]:
-    """Return a vector shortened to a bound on its norm."""
+def shortened(x: float, y: float, z: float, bound: float) -> tuple[float, float, float]:
+    """Return a vector of plain numbers, shortened to a bound on its norm."""
     share = min(1.0, bound / max(math.sqrt(x * x + y * y + z * z), 1e-300))
     return x * share, y * share, z * share

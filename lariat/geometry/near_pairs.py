@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,7 +9,7 @@ import numpy as np
 from jaxtyping import Float64, Int64
 
 from lariat.geometry.normals import outward_normals
-from lariat.geometry.obstacles import Obstacle, signed_distance
+from lariat.geometry.obstacles import Obstacle, bounding_box, out_of_reach, signed_distance
 
 
 @dataclass(frozen=True)
@@ -23,6 +22,10 @@ class NearPairs:
     """Signed distances from the obstacles' surfaces, negative inside [m]."""
     normals: Float64[np.ndarray, "a 3"]
     """Unit normals that point away from the obstacles."""
+
+
+NO_PAIRS = NearPairs(np.zeros(0, dtype=int), np.zeros(0), np.zeros((0, 3)))
+"""No pair at all."""
 
 
 def near_pairs(
@@ -42,11 +45,11 @@ def near_pairs(
         known: Signed distances of all points from each obstacle, where they are known already [m].
     """
     indices, distances, outward = [], [], []
-    box = np.min(points, axis=0, initial=np.inf), np.max(points, axis=0, initial=-np.inf)
-    corners = box[0].tolist(), box[1].tolist()
-    farthest = np.max(reach, initial=0.0).item()
+    if not len(points):
+        return NO_PAIRS
+    box, farthest = bounding_box(points), float(np.max(reach))
     for k, obstacle in enumerate(obstacles):
-        if _box_distance(corners, obstacle.position) > obstacle.extent + farthest:
+        if out_of_reach(box, obstacle, farthest):
             continue
         distance = signed_distance(points, obstacle) if known is None else known[k]
         (inside,) = np.nonzero(distance < reach)
@@ -55,13 +58,6 @@ def near_pairs(
             distances.append(distance[inside])
             outward.append(outward_normals(points[inside], obstacle))
     if not indices:
-        return NearPairs(np.zeros(0, dtype=int), np.zeros(0), np.zeros((0, 3)))
+        return NO_PAIRS
     return NearPairs(np.concatenate(indices), np.concatenate(distances), np.concatenate(outward))
 
-
-def _box_distance(
-    box: tuple[Sequence[float], Sequence[float]], point: tuple[float, float, float]
-) -> float:
-    """Return the distance of a point from a box between two corners, zero inside [m]."""
-    sides = zip(*box, point, strict=True)
-    return math.hypot(*(max(low - x, 0.0, x - high) for low, high, x in sides))

@@ -144,6 +144,32 @@ def _body_distance(
     return outside + np.minimum(np.max(excess, axis=-1), 0.0)
 
 
+def bounding_box(
+    points: Float64[np.ndarray, "*b 3"],
+) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Return the least and the greatest corner of the box around points [m]."""
+    columns = points.reshape(-1, 3).T.copy()
+    (a, b, c), (x, y, z) = columns.min(axis=1).tolist(), columns.max(axis=1).tolist()
+    return (a, b, c), (x, y, z)
+
+
+def out_of_reach(
+    box: tuple[tuple[float, float, float], tuple[float, float, float]],
+    obstacle: Obstacle,
+    reach: float,
+) -> bool:
+    """Return whether no point of a box can be as near to an obstacle as `reach` [m].
+
+    Args:
+        box: Corners as returned by `bounding_box` [m].
+        obstacle: Obstacle; one that extends without end is always within reach.
+        reach: Distance from the surface [m].
+    """
+    sides = zip(*box, obstacle.position, strict=True)
+    gap = math.hypot(*(max(low - x, 0.0, x - high) for low, high, x in sides))
+    return gap > obstacle.extent + reach
+
+
 def scene_distance(
     points: Float64[np.ndarray, "*b 3"], obstacles: Sequence[Obstacle]
 ) -> Float64[np.ndarray, "*b"]:

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lariat.geometry import poses
-from lariat.rod.initial_shapes import EDGE_AXIS, state_along, tangents
+from lariat.rod.initial_shapes import EDGE_AXIS, tangents
 from lariat.rod.state import RodState
 
 BENDING_STEPS = 16
@@ -24,12 +24,8 @@ def count_turns(state: RodState) -> int:
     Raises:
         ValueError: Only one of the ends is clamped.
     """
-    x, q = state.positions, state.orientations
-    if len(q) - len(x) + 1 == 1:
-        raise ValueError("turns are counted between two ends of the same kind, not one clamp")
-    least = state_along(x, q[0], q[-1], (1, 1) if len(q) > len(x) else (0, 0))
-    difference = _twist(state.orientations) - _twist(least.orientations)
-    return round(difference / (2.0 * np.pi))
+    q = state.orientations
+    return _turns_beyond(_least_twists(state.positions[None], q[0], q[-1])[0], state)
 
 
 def count_turns_along(state: RodState, nodes: Float64[np.ndarray, "n 3"]) -> int:
@@ -51,7 +47,7 @@ def count_turns_along(state: RodState, nodes: Float64[np.ndarray, "n 3"]) -> int
     least = _least_twists(chains, state.orientations[0], state.orientations[-1])
     # The least twist wraps around at half a turn where the twist itself goes on.
     wraps = np.round(np.diff(least) / (2.0 * np.pi))
-    return count_turns(state) - int(np.sum(wraps))
+    return _turns_beyond(least[0], state) - int(np.sum(wraps))
 
 
 def add_turns(state: RodState, count: float) -> RodState:
@@ -72,6 +68,13 @@ def add_turns(state: RodState, count: float) -> RodState:
     angles = 2.0 * np.pi * count * np.concatenate([[0.0], np.cumsum(steps) / np.sum(steps)])
     spun = poses.multiply(state.orientations, poses.exponential(angles[:, None] * EDGE_AXIS))
     return RodState(state.positions, spun, state.velocities, state.angular_velocities)
+
+
+def _turns_beyond(least: float, state: RodState) -> int:
+    """Return the whole turns by which a rod is twisted more than its shape needs at least [rad]."""
+    if len(state.orientations) - len(state.positions) + 1 == 1:
+        raise ValueError("turns are counted between two ends of the same kind, not one clamp")
+    return round((_twist(state.orientations) - least) / (2.0 * np.pi))
 
 
 def _twist(orientations: Float64[np.ndarray, "e 4"]) -> float:
@@ -99,7 +102,11 @@ def _least_twists(
         poses.rotation_between(poses.rotate(first, EDGE_AXIS), along[:, 0]), first
     )
     steps = poses.rotation_between(along[:, :-1], along[:, 1:])
-    for k in range(steps.shape[1]):
-        frames = poses.multiply(steps[:, k], frames)
+    # All products of neighbours at once, again and again: there are few rounds of them.
+    while steps.shape[1] > 1:
+        odd = steps[:, :1] if steps.shape[1] % 2 else steps[:, :0]
+        rest = steps[:, odd.shape[1] :]
+        steps = np.concatenate([odd, poses.multiply(rest[:, 1::2], rest[:, ::2])], axis=1)
+    frames = poses.multiply(steps[:, 0], frames)
     ends = poses.multiply(poses.rotation_between(poses.rotate(last, EDGE_AXIS), along[:, -1]), last)
     return poses.logarithm(poses.multiply(poses.conjugate(frames), ends))[:, 2]

@@ -322,9 +322,8 @@ class StateEstimator:
     ) -> RodState:
         """State after `dt` [s] with constant twists of the grips."""
         action = twist.reshape(1, 2, 6)
-        blocks = np.zeros(steps, dtype=np.int64)
         return self.rod.rollout(
-            RolloutSpec(state, action, dt / steps, block_of_step=blocks, obstacles=self.supports)
+            RolloutSpec(state, action, dt / steps, steps=steps, obstacles=self.supports)
         ).final
 
     def observe(

@@ -73,9 +73,12 @@ class GaussNewton:
     def shift(self, elapsed: float) -> None:
         """Shift the warm start in time [s]."""
         times = self.time_step * np.arange(1, self.step_count + 1)
-        flat = self._velocities.reshape(self.step_count, 12)
-        shifted = [np.interp(times + elapsed, times, column) for column in flat.T]
-        self._velocities = np.stack(shifted, axis=1).reshape(self.step_count, 2, 6)
+        at = np.minimum(times + elapsed, times[-1])
+        after = np.searchsorted(times[1:-1], at, side="right") + 1
+        slopes = np.diff(self._velocities, axis=0) / np.diff(times)[:, None, None]
+        past = (at - times[after - 1])[:, None, None]
+        moved = self._velocities[after - 1] + past * slopes[after - 1]
+        self._velocities = np.where((at < times[-1])[:, None, None], moved, self._velocities[-1])
 
     def plan(
         self, rod: Rod, problem: HorizonProblem, avoidance: AvoidanceSpecification
@@ -172,6 +175,25 @@ class GaussNewton:
         return np.sqrt(np.mean(np.sum(moved**2, axis=1), axis=0))
 
     def _bounded(
+        self,
+        velocities: Float64[np.ndarray, "h 2 6"],
+        initial_velocity: Float64[np.ndarray, "2 6"],
+    ) -> Float64[np.ndarray, "h 2 6"]:
+        """Velocities within the limits on speed and acceleration, one step after the other."""
+        parts = velocities.reshape(-1, 2, 2, 3).transpose(1, 2, 0, 3).tolist()
+        starts = initial_velocity.reshape(2, 2, 3).tolist()
+        bounds = np.hstack([self.limits.speed_bounds, self.limits.acceleration_bounds]).tolist()
+        bounded = np.zeros((len(velocities), 2, 2, 3))
+        for end in range(2):
+            for kind, (speed, acceleration) in enumerate(bounds):
+                wanted, last = parts[end][kind], starts[end][kind]
+                if any(map(any, (last, *wanted))):
+                    change = acceleration * self.time_step
+                    bounded[:, end, kind] = _bounded(wanted, last, speed, change)
+        return bounded.reshape(-1, 2, 6)
+
+
+def _bounded(
         self,
         velocities: Float64[np.ndarray, "h 2 6"],
         initial_velocity: Float64[np.ndarray, "2 6"],

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float64
@@ -53,32 +54,28 @@ def track(
         limits: Limits on speed, acceleration and jerk.
         dt: Duration of a period [s].
     """
-    count, ends = len(wanted) - 1, len(velocity)
-    changes = np.diff(wanted, axis=0) / dt
-    motion = np.zeros((count, ends, 2, 3, 3))
+    motion = np.zeros((len(wanted) - 1, len(velocity), 2, 3, 3))
     motion[:, :, :, 0] = displacement
-    for end in range(ends):
-        for kind in range(2):
-            start = [v[end, kind].tolist() for v in (displacement, velocity, acceleration)]
-            aims = wanted[:-1, end, kind]
-            if any(start[1]) or any(start[2]) or aims.any() or changes[:, end, kind].any():
-                bounds = (
-                    limits.speed_bounds[kind, 0].item(),
-                    limits.acceleration_bounds[kind, 0].item(),
-                    limits.jerk_bounds[kind, 0].item(),
-                )
-                rows = zip(aims.tolist(), changes[:, end, kind].tolist(), strict=True)
-                motion[:, end, kind] = _track_vector(start, rows, bounds, dt)
+    starts = np.stack([displacement, velocity, acceleration], axis=2).tolist()
+    aims = np.moveaxis(wanted, 0, 2).tolist()
+    kinds = np.hstack([limits.speed_bounds, limits.acceleration_bounds, limits.jerk_bounds])
+    for end, (begun, wished) in enumerate(zip(starts, aims, strict=True)):
+        for kind, bounds in enumerate(kinds.tolist()):
+            if any(map(any, (*begun[kind][1:], *wished[kind]))):
+                motion[:, end, kind] = _track_vector(begun[kind], wished[kind], bounds, dt)
     return TrackedMotion(*np.moveaxis(motion, 3, 0))
 
 
-def _track_vector(start, aims, bounds, dt):
+def _track_vector(
+    start: list[list[float]], aims: list[list[float]], bounds: list[float], dt: float
+) -> list[tuple[tuple[float, float, float], ...]]:
     """Displacement, velocity and acceleration of one vector at the end of each period."""
     (px, py, pz), (vx, vy, vz), (ax, ay, az) = start
     speed, acceleration, jerk = bounds
     motion = []
-    for wanted, (cx, cy, cz) in aims:
-        wx, wy, wz = shortened(*wanted, speed)
+    for (wx, wy, wz), (nx, ny, nz) in pairwise(aims):
+        cx, cy, cz = (nx - wx) / dt, (ny - wy) / dt, (nz - wz) / dt
+        wx, wy, wz = shortened(wx, wy, wz, speed)
         ex, ey, ez = wx - vx, wy - vy, wz - vz
         size = max(math.sqrt(ex * ex + ey * ey + ez * ez), 1e-12)
         gain = min(VELOCITY_GAIN / dt, math.sqrt(jerk / size))

@@ -13,7 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry.obstacles import Obstacle, segment_distance, signed_distance
+from lariat.geometry.obstacles import (
+    Obstacle,
+    bounding_box,
+    out_of_reach,
+    segment_distance,
+    signed_distance,
+)
 
 COARSE_STRIDE = 4
 """Nodes per node whose distance from every obstacle is computed."""
@@ -100,8 +106,11 @@ class ClearanceGuard:
         moved = float(np.max(np.linalg.norm(chains - estimate, axis=2)))
         edge = float(np.max(np.linalg.norm(np.diff(estimate, axis=0), axis=1)))
         reach = self._radius + float(np.max(limits)) + moved + COARSE_STRIDE * edge
+        box = bounding_box(coarse)
         worst: Threat | None = None
         for obstacle in obstacles:
+            if out_of_reach(box, obstacle, reach):
+                continue
             if np.min(signed_distance(coarse, obstacle)) > reach:
                 continue
             rough = signed_distance(chains, obstacle) - self._radius

@@ -23,6 +23,8 @@ Shape = Literal["cylinder", "box", "sphere", "capsule", "half_space"]
 SHAPES: tuple[Shape, ...] = get_args(Shape)
 """All shapes; the place of a shape is its index in packed obstacles."""
 
+IDENTITY = (1.0, 0.0, 0.0, 0.0)
+"""Orientation of a body that is not rotated."""
 PACKED_WIDTH = 12
 """Number of columns of `pack`: shape index, position (3), orientation (4), sizes (3), support."""
 SUPPORT_COLUMN = 11
@@ -37,7 +39,7 @@ class Obstacle:
     """Kind of the body."""
     position: tuple[float, float, float]
     """Centre, or a point of the plane for a half space [m]."""
-    orientation: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+    orientation: tuple[float, float, float, float] = IDENTITY
     """Orientation, local to world, unit quaternion wxyz."""
     radius: float = 0.0
     """Radius of a cylinder, sphere or capsule [m]."""
@@ -120,7 +122,7 @@ def _body_distance(
 ) -> Float64[np.ndarray, "*b"]:
     """Return the distance of points from the surface of a convex body, negative inside [m]."""
     local = np.asarray(points, float) - np.array(obstacle.position)
-    if obstacle.orientation != (1.0, 0.0, 0.0, 0.0):
+    if obstacle.orientation != IDENTITY:
         local = poses.rotate(poses.conjugate(np.array(obstacle.orientation)), local)
     match obstacle.shape:
         case "sphere":
@@ -162,9 +164,15 @@ def out_of_reach(
 
     Args:
         box: Corners as returned by `bounding_box` [m].
-        obstacle: Obstacle; one that extends without end is always within reach.
+        obstacle: Obstacle.
         reach: Distance from the surface [m].
     """
+    if obstacle.shape == "half_space" and obstacle.orientation == IDENTITY:
+        if obstacle.keep_in:
+            return False
+        sides = zip(obstacle.normal, obstacle.position, *box, strict=True)
+        height = sum(min(n * (low - x), n * (high - x)) for n, x, low, high in sides)
+        return height > reach * math.hypot(*obstacle.normal)
     sides = zip(*box, obstacle.position, strict=True)
     gap = math.hypot(*(max(low - x, 0.0, x - high) for low, high, x in sides))
     return gap > obstacle.extent + reach

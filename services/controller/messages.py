@@ -80,7 +80,7 @@ def arm_condition(arms: ArmStates, session: str) -> ArmCondition:
 def goal_message(goal: Goal) -> messages.Goal:
     """Message of a goal."""
     return messages.Goal(
-        positions=goal.nodes.ravel(),
+        positions=goal.nodes.ravel().tolist(),
         left=messages.grip(goal.left),
         right=messages.grip(goal.right),
         left_oriented=goal.left_oriented,
@@ -146,8 +146,8 @@ def chunk_message(
     arms = [
         ArmSetpoints(
             arm=side,
-            positions=chunk.positions[:, k].ravel(),
-            orientations=chunk.orientations[:, k].ravel(),
+            positions=chunk.positions[:, k].ravel().tolist(),
+            orientations=chunk.orientations[:, k].ravel().tolist(),
         )
         for k, side in enumerate(SIDES)
     ]
@@ -173,7 +173,7 @@ def plan_message(command: Command) -> Plan:
         stamp=command.plan_start + command.plan_step,
         dt=command.plan_step,
         node_count=command.plan.nodes.shape[1],
-        nodes=command.plan.nodes.ravel(),
+        nodes=command.plan.nodes.ravel().tolist(),
         cost=command.plan.cost,
         iterations=command.plan.iterations,
     )

@@ -43,6 +43,7 @@ from services.controller.run.requests import carry_out, preview
 from services.controller.run.state_machine import RunState
 from services.controller.run.task import RequestRefused, Task
 from services.controller.status import StatusPublisher
+from services.controller.supervision.path_choice import PathOffer
 from services.controller.supervision.progress import ProgressMonitor
 from services.controller.supervision.replanning import Replanning
 from services.controller.supervision.rope_watch import RopeWatch
@@ -132,6 +133,8 @@ class ControllerService:
         self._goal_events = GoalEvents(scenario.events, scenario.next_goals)
         self._arms: ArmStates | None = None
         """Newest state of arms between which the rope can hang."""
+        self._offer: PathOffer | None = None
+        """Latest answer of the planner."""
         self._sequence = 0
 
     @property
@@ -182,11 +185,13 @@ class ControllerService:
         self._take_scene(inbox)
         self._take_motions(inbox, now)
         self._take_others(inbox)
+        if (item := inbox.fresh(topics.CONTROLLER_PATH)) is not None:
+            self._offer = path_offer(item.message)
         draft = inbox.fresh(topics.TASK_GOAL_DRAFT)
         if draft is not None:
             yield self._preview(draft.message, now)
         if self._arms is not None:
-            yield from self._control(inbox, now, self._arms)
+            yield from self._control(now, self._arms)
         yield from self._status.due(now, arms_known=self._arms is not None)
 
     def _take_arms(self, inbox: Inbox) -> None:
@@ -252,10 +257,8 @@ class ControllerService:
         found = preview(draft_request(draft), self._goals, self.scene.obstacles, running)
         return Publication(topics.TASK_GOAL_PREVIEW, preview_message(found, draft.id, now))
 
-    def _control(self, inbox: Inbox, now: int, arms: ArmStates) -> Iterator[Publication]:
-        item = inbox.latest(topics.CONTROLLER_PATH)
-        offer = None if item is None else path_offer(item.message)
-        for output in self._loop.step(now, arm_condition(arms, self._session), offer):
+    def _control(self, now: int, arms: ArmStates) -> Iterator[Publication]:
+        for output in self._loop.step(now, arm_condition(arms, self._session), self._offer):
             yield self._publication(output, now)
         if self._goal_events.apply_reached(self.task, self._goals.from_shape):
             self._replanning.begin_run()

@@ -301,10 +301,10 @@ def _write_path(message: Path, path: WholePath) -> None:
     message.reached, message.reason = path.reached, path.reason
     message.blocked = path.blocked
     message.dt = round(path.dt * SECOND)
-    message.left_positions.extend(path.positions[:, 0].ravel())
-    message.left_orientations.extend(path.orientations[:, 0].ravel())
-    message.right_positions.extend(path.positions[:, 1].ravel())
-    message.right_orientations.extend(path.orientations[:, 1].ravel())
-    message.nodes.extend(path.nodes.ravel())
+    message.left_positions.extend(path.positions[:, 0].ravel().tolist())
+    message.left_orientations.extend(path.orientations[:, 0].ravel().tolist())
+    message.right_positions.extend(path.positions[:, 1].ravel().tolist())
+    message.right_orientations.extend(path.orientations[:, 1].ravel().tolist())
+    message.nodes.extend(path.nodes.ravel().tolist())
     message.node_count = path.nodes.shape[1]
     message.final_error, message.clearance = path.final_error, path.clearance

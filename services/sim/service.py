@@ -165,8 +165,8 @@ class SimService:
             topics.ROPE_TRUTH,
             NodeChain(
                 stamp=instant,
-                positions=nodes.ravel(),
-                sigma=np.zeros(len(nodes)),
+                positions=nodes.ravel().tolist(),
+                sigma=[0.0] * len(nodes),
                 observed=[True] * len(nodes),
             ),
         )

@@ -40,6 +40,8 @@ class SetpointStream:
         self._origin = now - OVERLAP_POINTS * dt
         self._first = 0
         self._motions = MotionSequence.constant(motion, 1)
+        self._latest: tuple[int, MotionState] | None = None
+        """Time and state that were asked for last: several in turn ask for the same."""
 
     def index_at(self, time: int) -> int:
         """Index of the first point at or after `time` [ns]."""
@@ -55,6 +57,11 @@ class SetpointStream:
 
     def motion_at(self, time: int) -> MotionState:
         """Published state at a time [ns], extrapolated from the point before it."""
+        if self._latest is None or self._latest[0] != time:
+            self._latest = time, self._motion_at(time)
+        return self._latest[1]
+
+    def _motion_at(self, time: int) -> MotionState:
         index = math.floor((time - self._origin) / self.dt)
         before, after = self.motion(index), self.motion(index + 1)
         t = (time - self.time_of(index)) * 1e-9
@@ -108,7 +115,7 @@ class SetpointStream:
         end = MotionState(last.positions, last.orientations, *np.zeros((2, *last.twists.shape)))
         rest = MotionSequence.constant(end, max(min_count - len(points), 1))
         points = MotionSequence.joined(points, rest)
-        self._first, self._motions = keep_from, points
+        self._first, self._motions, self._latest = keep_from, points, None
         return SetpointChunk(
             self.time_of(keep_from), self.dt * 1e-9, points.positions, points.orientations
         )

@@ -101,17 +101,11 @@ class ClearanceGuard:
         shares = np.concatenate([[0.0, 0.0], np.arange(1, len(predicted) + 1) / len(predicted)])
         limits = min(self._least, accepted) + uncertainty * shares
         limits[0] = min(self._least, accepted - settings.min_approach)
-        # A distance changes by at most the distance travelled, which rules out most obstacles.
-        coarse = estimate[::COARSE_STRIDE]
-        moved = float(np.max(np.linalg.norm(chains - estimate, axis=2)))
-        edge = float(np.max(np.linalg.norm(np.diff(estimate, axis=0), axis=1)))
-        reach = self._radius + float(np.max(limits)) + moved + COARSE_STRIDE * edge
-        box = bounding_box(coarse)
+        box, reach = bounding_box(chains), self._radius + float(np.max(limits))
         worst: Threat | None = None
         for obstacle in obstacles:
-            if out_of_reach(box, obstacle, reach):
-                continue
-            if np.min(signed_distance(coarse, obstacle)) > reach:
+            # Most obstacles are ruled out by the box around all chains, most others by a few nodes.
+            if out_of_reach(box, obstacle, reach) or self._far(chains, estimate, reach, obstacle):
                 continue
             rough = signed_distance(chains, obstacle) - self._radius
             bounds = _segment_bounds(chains, rough)
@@ -134,6 +128,21 @@ class ClearanceGuard:
             if worst is None or found.predicted < worst.predicted:
                 worst = found
         return worst
+
+    @staticmethod
+    def _far(
+        chains: Float64[np.ndarray, "k n 3"],
+        estimate: Float64[np.ndarray, "n 3"],
+        reach: float,
+        obstacle: Obstacle,
+    ) -> bool:
+        """Whether a few nodes show that no chain comes as near to an obstacle as `reach` [m]."""
+        # A distance changes by at most the distance travelled.
+        moved = float(np.max(np.linalg.norm(chains - estimate, axis=2)))
+        edge = float(np.max(np.linalg.norm(np.diff(estimate, axis=0), axis=1)))
+        coarse = estimate[::COARSE_STRIDE]
+        nearest = float(np.min(signed_distance(coarse, obstacle)))
+        return nearest > reach + moved + COARSE_STRIDE * edge
 
     def _clearances(
         self,

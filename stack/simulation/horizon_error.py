@@ -35,8 +35,9 @@ class HorizonError:
         """Remembers the last chain of a horizon."""
         if not plan.nodes:
             return
-        chains = chain(plan.nodes).reshape(-1, plan.node_count, 3)
-        self._ahead.append((plan.stamp + (len(chains) - 1) * plan.dt, chains[-1]))
+        size = 3 * plan.node_count
+        count = len(plan.nodes) // size
+        self._ahead.append((plan.stamp + (count - 1) * plan.dt, chain(plan.nodes[-size:])))
 
     def take_rope(self, stamp: int, nodes: Float64[np.ndarray, "n 3"]) -> None:
         """Weighs what was foreseen for the time up to `stamp` [ns] by the true rope."""

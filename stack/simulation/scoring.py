@@ -9,7 +9,12 @@ from jaxtyping import Float64
 
 from lariat.geometry import polylines
 from lariat.geometry.obstacle_motion import ObstacleMotion, obstacles_at
-from lariat.geometry.obstacles import chain_clearance, signed_distance
+from lariat.geometry.obstacles import (
+    bounding_box,
+    chain_clearance,
+    out_of_reach,
+    signed_distance,
+)
 from lariat.trajectory import NANOSECONDS
 from services.sim.distractors import MovingTubes
 from services.sim.marked_obstacles import MarkedObstacles
@@ -94,8 +99,9 @@ class Scorer:
         """Process one message."""
         match delivery.key:
             case topics.TASK_STATE.key:
-                self._take_task(delivery.parse())
-                self._marked.update_task(delivery.parse(), delivery.received)
+                message = delivery.parse()
+                self._take_task(message)
+                self._marked.update_task(message, delivery.received)
                 self._update_obstacles()
             case topics.SCENE_REQUEST.key:
                 self._marked.take_request(delivery.parse())
@@ -177,8 +183,11 @@ class Scorer:
     def _clearance(self, nodes: Float64[np.ndarray, "n 3"], stamp: int) -> float:
         """Least distance between surfaces if it can change the score, else infinite [m]."""
         edges = np.linalg.norm(np.diff(nodes, axis=0), axis=1)
-        nearest = np.inf
+        nearest, box = np.inf, bounding_box(nodes)
+        reach = self._radius + max(self.min_clearance, CONTACT_DISTANCE)
         for obstacle in obstacles_at(self._obstacles, self._motions, stamp * NANOSECONDS):
+            if out_of_reach(box, obstacle, reach):
+                continue
             distance = signed_distance(nodes, obstacle) - self._radius
             # A distance function has slope 1: this is a lower bound for all points of an edge.
             bound = np.min((distance[:-1] + distance[1:] - edges) / 2.0)

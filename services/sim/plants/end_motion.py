@@ -47,8 +47,10 @@ def interpolate(
     s = times[:, None] / duration
     # Cubic Hermite weights of the end value and of both slopes; the start value is the origin.
     value, first, last = s * s * (3.0 - 2.0 * s), s * (s - 1.0) ** 2, s * s * (s - 1.0)
-    rotation = poses.logarithm(poses.multiply(q_end, poses.conjugate(q)))
+    rotation = poses.rotation_from(q, q_end)
     shift = value * (p_end - p) + duration * (first * v + last * v_end)
+    if not (rotation.any() or w.any() or w_end.any()):
+        return p + shift, np.repeat(q, len(times), axis=1)
     vector = value * rotation + duration * (first * w + last * w_end)
     return p + shift, poses.multiply(poses.exponential(vector), q)
 

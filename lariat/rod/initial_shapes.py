@@ -141,6 +141,8 @@ def tangents(nodes: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "e 3"]:
     """Return the unit vectors of all edges; an edge without length has that of its neighbour."""
     edges = np.diff(nodes, axis=0)
     lengths = np.linalg.norm(edges, axis=1)
+    if lengths.all():
+        return edges / lengths[:, None]
     (long,) = np.nonzero(lengths > 0.0)
     if not len(long):
         raise ValueError(

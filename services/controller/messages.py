@@ -32,11 +32,14 @@ from shared.messages import (
     Setpoints,
     TaskRequest,
     XpbdParameters,
-    arm_pose,
+    arm_state,
     chain,
 )
 from shared.motion_contract import SETPOINT_PERIOD
 from shared.scenario import SIDES
+
+STILL = (0.0, 0.0, 0.0)
+"""Velocity of an arm that reports none."""
 
 
 def rope_observation(message: NodeChain) -> RopeObservation:
@@ -54,15 +57,16 @@ def rope_observation(message: NodeChain) -> RopeObservation:
 
 def grip_motion(arms: ArmStates) -> MotionState:
     """Measured motion of both grips; their accelerations are zero."""
-    rest = MotionState.at_rest(arm_pose(arms, "left"), arm_pose(arms, "right"))
-    twists = np.zeros((2, 2, 3))
-    for state in arms.arms:
-        row = twists[SIDES.index("left" if state.arm == "left" else "right")]
-        if state.linear_velocity:
-            row[0] = state.linear_velocity
-        if state.angular_velocity:
-            row[1] = state.angular_velocity
-    return MotionState(rest.positions, rest.orientations, twists, rest.accelerations)
+    states = [arm_state(arms, side) for side in SIDES]
+    twists = [
+        [state.linear_velocity[:] or STILL, state.angular_velocity[:] or STILL] for state in states
+    ]
+    return MotionState(
+        np.array([state.position[:] for state in states]),
+        np.array([state.orientation[:] for state in states]),
+        np.array(twists),
+        np.zeros((2, 2, 3)),
+    )
 
 
 def arm_condition(arms: ArmStates, session: str) -> ArmCondition:

@@ -25,6 +25,7 @@ from shared.messages import (
     ArmStates,
     NodeChain,
     TaskState,
+    arm_state,
     obstacle_motions,
     poses_known,
     scene_obstacles,
@@ -219,11 +220,9 @@ def build(scenario: Scenario, session: str, options: SimOptions | None = None) -
 
 
 def _motion(states: ArmStates, arm: str) -> EndMotion:
-    for state in states.arms:
-        if state.arm == arm:
-            return EndMotion(
-                Pose(np.array(state.position[:]), np.array(state.orientation[:])),
-                np.array(state.linear_velocity[:]),
-                np.array(state.angular_velocity[:]),
-            )
-    raise KeyError(f"no arm {arm!r} in {[s.arm for s in states.arms]}")
+    state = arm_state(states, arm)
+    return EndMotion(
+        Pose(np.array(state.position[:]), np.array(state.orientation[:])),
+        np.array(state.linear_velocity[:]),
+        np.array(state.angular_velocity[:]),
+    )

@@ -152,6 +152,7 @@ __all__ = [
     "Variation",
     "XpbdParameters",
     "arm_pose",
+    "arm_state",
     "chain",
     "counted_nodes",
     "from_timestamp",
@@ -227,10 +228,24 @@ def arm_pose(states: ArmStates, arm: str) -> Pose:
     Raises:
         KeyError: The cell has no such arm.
     """
+    state = arm_state(states, arm)
+    # Sliced into lists, of which NumPy makes arrays of few numbers ten times as fast.
+    return Pose(np.array(state.position[:]), np.array(state.orientation[:]))
+
+
+def arm_state(states: ArmStates, arm: str) -> ArmState:
+    """Return the state of an arm.
+
+    Args:
+        states: State of all arms.
+        arm: "left" or "right".
+
+    Raises:
+        KeyError: The cell has no such arm.
+    """
     for state in states.arms:
         if state.arm == arm:
-            # Sliced into lists, of which NumPy makes arrays of few numbers ten times as fast.
-            return Pose(np.array(state.position[:]), np.array(state.orientation[:]))
+            return state
     raise KeyError(f"no arm {arm!r} in {[s.arm for s in states.arms]}")
 
 

@@ -60,4 +60,3 @@ def near_pairs(
     if not indices:
         return NO_PAIRS
     return NearPairs(np.concatenate(indices), np.concatenate(distances), np.concatenate(outward))
-

@@ -59,7 +59,7 @@ class Obstacle:
 
     @property
     def extent(self) -> float:
-        """Radius of the ball around `position` that holds the body, infinite where none does [m]."""
+        """Radius of a ball around `position` that holds the body, infinite where none does [m]."""
         if self.keep_in or self.shape == "half_space":
             return math.inf
         if self.shape == "box":

@@ -84,6 +84,8 @@ class Stop:
         displacements = np.zeros_like(self.twists)
         twists, accelerations = self.twists, self.accelerations
         for jerk, duration in zip(self.jerks, self.durations, strict=True):
+            if not duration.any():
+                continue
             tau = np.minimum(np.maximum(left, 0.0), duration)
             left = left - duration
             displacements = displacements + tau * (

@@ -189,30 +189,11 @@ class GaussNewton:
                 wanted, last = parts[end][kind], starts[end][kind]
                 if any(map(any, (last, *wanted))):
                     change = acceleration * self.time_step
-                    bounded[:, end, kind] = _bounded(wanted, last, speed, change)
+                    bounded[:, end, kind] = _bounded_vector(wanted, last, speed, change)
         return bounded.reshape(-1, 2, 6)
 
 
-def _bounded(
-        self,
-        velocities: Float64[np.ndarray, "h 2 6"],
-        initial_velocity: Float64[np.ndarray, "2 6"],
-    ) -> Float64[np.ndarray, "h 2 6"]:
-        """Velocities within the limits on speed and acceleration, one step after the other."""
-        speeds, changes = self.limits.speed_bounds, self.limits.acceleration_bounds
-        bounded = np.zeros_like(velocities)
-        for end in range(2):
-            for kind in range(2):
-                part = np.s_[..., end, 3 * kind : 3 * kind + 3]
-                wanted, last = velocities[part], initial_velocity[part].tolist()
-                if wanted.any() or any(last):
-                    max_change = changes[kind, 0].item() * self.time_step
-                    speed = speeds[kind, 0].item()
-                    bounded[part] = _bounded(wanted.tolist(), last, speed, max_change)
-        return bounded
-
-
-def _bounded(
+def _bounded_vector(
     velocities: list[list[float]], last: list[float], speed: float, max_change: float
 ) -> list[tuple[float, float, float]]:
     """Velocities of one vector, as plain numbers, within bounds on speed and change."""

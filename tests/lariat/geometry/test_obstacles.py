@@ -6,7 +6,9 @@ import pytest
 from lariat.geometry.obstacles import (
     TABLE,
     Obstacle,
+    bounding_box,
     chain_clearance,
+    out_of_reach,
     pack,
     pack_supports,
     segment_distance,
@@ -26,6 +28,25 @@ def test_distances_are_those_of_the_shapes():
     upright = Obstacle("cylinder", (0.0, 0.0, 0.08), radius=0.03, height=0.16)
     points = np.array([[0.05, 0.0, 0.08], [0.0, 0.0, 0.2], [0.0, 0.0, 0.08], [0.06, 0.0, 0.20]])
     assert signed_distance(points, upright) == pytest.approx([0.02, 0.04, -0.03, 0.05])
+
+
+@pytest.mark.parametrize("body", BODIES, ids=lambda b: b.shape)
+def test_no_point_is_near_a_body_that_is_out_of_reach(body: Obstacle):
+    rng = np.random.default_rng(0)
+    ruled_out = 0
+    for _ in range(200):
+        points = rng.normal(size=(2, 3, 3)) * 0.03 + rng.normal(size=3) * 0.2
+        reach = rng.uniform(0.0, 0.1)
+        if out_of_reach(bounding_box(points), body, reach):
+            ruled_out += 1
+            assert np.min(signed_distance(points, body)) > reach
+    assert ruled_out > 20
+
+
+def test_the_outside_of_a_region_to_keep_in_is_never_out_of_reach():
+    points = np.array([[9.0, 9.0, 9.0], [9.5, 9.0, 9.0]])
+    for body in BODIES:
+        assert not out_of_reach(bounding_box(points), replace(body, keep_in=True), 0.01)
 
 
 @pytest.mark.parametrize("body", BODIES, ids=lambda b: b.shape)

@@ -67,3 +67,14 @@ def test_composition_with_the_inverse_is_the_identity() -> None:
     found = pose.inverse() @ pose
     np.testing.assert_allclose(found.position, 0.0, atol=1e-15)
     np.testing.assert_allclose(found.orientation, poses.IDENTITY, atol=1e-15)
+
+
+def test_rotation_from_one_quaternion_to_another_turns_the_one_into_the_other(
+    quaternions: np.ndarray,
+) -> None:
+    before, after = quaternions[:, :4]
+    found = poses.turned(poses.rotation_from(before, after), before)
+    signs = np.sign(np.sum(found * after, axis=-1, keepdims=True))
+    np.testing.assert_allclose(found * signs, after, atol=1e-12)
+    assert not poses.rotation_from(before, before).any()
+    np.testing.assert_allclose(poses.turned(np.zeros((3, 4, 3)), before)[2], before, atol=1e-15)

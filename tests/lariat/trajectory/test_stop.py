@@ -74,7 +74,7 @@ def test_stopping_states_end_exactly_at_rest_on_the_grid() -> None:
 
 def test_resting_grippers_need_no_stop() -> None:
     resting = MotionState.at_rest(Pose(np.zeros(3), poses.IDENTITY))
-    assert stopping_states(resting, LIMITS, 0.02) == []
+    assert len(stopping_states(resting, LIMITS, 0.02)) == 0
 
 
 def _left(stop: Stop, t: float) -> np.ndarray:

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from lariat.trajectory import MotionState
+from lariat.trajectory import MotionSequence, MotionState
 from services.controller.mpc.setpoint_stream import SetpointStream
 from shared.motion_contract import LEAST_CHUNK_SPAN
 from shared.scenario.sections import Limits
 from tests.services.controller.cell import grips
 
 REST = MotionState.at_rest(*grips((-0.2, 0.0, 0.3), (0.2, 0.0, 0.3)))
+
+
+def sequence(states: list[MotionState]) -> MotionSequence:
+    return MotionSequence.joined(*(MotionSequence.constant(state, 1) for state in states))
 
 
 def test_every_chunk_repeats_the_points_before_its_new_ones() -> None:
@@ -27,7 +31,7 @@ def test_every_chunk_repeats_the_points_before_its_new_ones() -> None:
             )
         )
     commit = stream.index_at(30_000_000)
-    first = stream.extended(commit, motions[1:])
+    first = stream.extended(commit, sequence(motions[1:]))
     second = stream.continued(commit + 1)
     assert second.start - first.start == dt
     repeated = len(first.positions) - 1
@@ -54,8 +58,8 @@ def test_chunk_without_new_motions_stops_sooner_than_the_published_one() -> None
         )
         for k in range(1, 14)
     ]
-    published = stream.extended(commit, moving).positions[-1, 0, 0]
-    stopped = stream.extended(commit + 1, []).positions[-1, 0, 0]
+    published = stream.extended(commit, sequence(moving)).positions[-1, 0, 0]
+    stopped = stream.extended(commit + 1).positions[-1, 0, 0]
     begun = moving[0].positions[0, 0]
     # From 0.2 m/s with 2 m/s^2, limited in jerk: 10 mm and a little more.
     assert 0.010 < stopped - begun < 0.016

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
-from lariat.trajectory import MotionState, stopping_states
-from services.controller.mpc.velocity_tracking import jerk_towards
+from lariat.trajectory import MotionLimits, MotionState, stopping_states
+from services.controller.mpc.velocity_tracking import track
 from shared.scenario.sections import Limits
 
 DT = 0.02
@@ -19,11 +19,15 @@ REST = MotionState.at_rest(
 )
 
 
-def integrated(motion: MotionState, jerk: np.ndarray) -> MotionState:
-    """Motion after one period with constant jerk."""
-    v, a = motion.twists, motion.accelerations
+def tracked(
+    motion: MotionState, wanted: np.ndarray, change: np.ndarray, limits: MotionLimits
+) -> MotionState:
+    """Motion after one period that follows a velocity and its rate of change."""
+    aims = np.stack([wanted, wanted + DT * change])
+    still = np.zeros((2, 2, 3))
+    next_one = track(still, motion.twists, motion.accelerations, aims, limits, DT)
     return motion.moved(
-        DT * v + DT**2 / 2 * a + DT**3 / 6 * jerk, v + DT * a + DT**2 / 2 * jerk, a + DT * jerk
+        next_one.displacements[0], next_one.velocities[0], next_one.accelerations[0]
     )
 
 
@@ -42,12 +46,10 @@ def test_random_velocities_end_at_rest_within_limits(seed: int, count: int) -> N
     for _ in range(count):
         if random.random() < 0.3:
             wanted = random.normal(size=(2, 2, 3)) * 0.5
-        jerk = jerk_towards(
-            motion.twists, motion.accelerations, wanted, np.zeros_like(wanted), limits, DT
-        )
-        motion = integrated(motion, jerk)
+        motion = tracked(motion, wanted, np.zeros_like(wanted), limits)
         motions.append(motion)
-    motions += stopping_states(motion, limits, DT)
+    stop = stopping_states(motion, limits, DT)
+    motions += [stop[k] for k in range(len(stop))]
     assert motions[-1].resting
     speeds = np.array([norms(m.twists) for m in motions])
     accelerations = np.array([norms(m.accelerations) for m in motions])
@@ -68,10 +70,7 @@ def test_velocity_is_reached_without_overshoot() -> None:
     motion = REST
     speeds = []
     for _ in range(30):
-        motion = integrated(
-            motion,
-            jerk_towards(motion.twists, motion.accelerations, wanted, 0.0 * wanted, limits, DT),
-        )
+        motion = tracked(motion, wanted, 0.0 * wanted, limits)
         speeds.append(motion.twists[0, 0, 0])
     assert max(speeds) < 0.303
     assert abs(speeds[-1] - 0.3) < 1e-3
@@ -83,7 +82,20 @@ def test_evenly_changing_velocity_is_followed_without_a_lag() -> None:
     change = np.zeros((2, 2, 3))
     change[:, 0, 0] = 0.2
     for k in range(40):
-        now = k * DT * change
-        jerk = jerk_towards(motion.twists, motion.accelerations, now, change, limits, DT)
-        motion = integrated(motion, jerk)
+        motion = tracked(motion, k * DT * change, change, limits)
     np.testing.assert_allclose(motion.twists, 40 * DT * change, atol=1e-4)
+
+
+def test_several_periods_are_those_one_after_the_other() -> None:
+    limits, random = Limits(), np.random.default_rng(0)
+    aims = random.normal(size=(6, 2, 2, 3)) * 0.3
+    aims[:, 1, 1] = 0.0
+    motion = REST
+    whole = track(np.zeros((2, 2, 3)), motion.twists, motion.accelerations, aims, limits, DT)
+    for k in range(5):
+        motion = tracked(motion, aims[k], (aims[k + 1] - aims[k]) / DT, limits)
+        np.testing.assert_allclose(whole.velocities[k], motion.twists, atol=1e-12)
+        np.testing.assert_allclose(whole.accelerations[k], motion.accelerations, atol=1e-10)
+    moved = motion.positions - REST.positions
+    np.testing.assert_allclose(whole.displacements[-1, :, 0], moved, atol=1e-12)
+    assert not whole.displacements[:, 1, 1].any()

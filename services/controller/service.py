@@ -62,7 +62,7 @@ from shared.motion_contract import SETPOINT_PERIOD
 from shared.other_ropes import other_rope_obstacles
 from shared.scenario import SIDES, Scenario
 from shared.scenario.rod_properties import rod_properties
-from shared.service import Inbox, Publication
+from shared.service import Inbox, Publication, Received
 
 
 class ControllerService:
@@ -133,6 +133,8 @@ class ControllerService:
         self._goal_events = GoalEvents(scenario.events, scenario.next_goals)
         self._arms: ArmStates | None = None
         """Newest state of arms between which the rope can hang."""
+        self._path: Received | None = None
+        """Message of the latest answer of the planner."""
         self._offer: PathOffer | None = None
         """Latest answer of the planner."""
         self._sequence = 0
@@ -185,8 +187,9 @@ class ControllerService:
         self._take_scene(inbox)
         self._take_motions(inbox, now)
         self._take_others(inbox)
-        if (item := inbox.fresh(topics.CONTROLLER_PATH)) is not None:
-            self._offer = path_offer(item.message)
+        path = inbox.latest(topics.CONTROLLER_PATH)
+        if path is not None and path is not self._path:
+            self._path, self._offer = path, path_offer(path.message)
         draft = inbox.fresh(topics.TASK_GOAL_DRAFT)
         if draft is not None:
             yield self._preview(draft.message, now)

@@ -16,6 +16,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
+from shared.arms.path_kernel import MOST_JOINTS, ArmPath, PathKernel, compiled
 from shared.arms.serial_chain import SerialChain
 from shared.arms.sphere_cover import Cover, sphere_cover
 
@@ -95,6 +96,26 @@ class UrdfKinematics:
         self._damping = NEWTON_DAMPING * np.eye(self._model.nq)
         self.posture: Joints | None = None
         """Joint angles near which an arm with more than six joints stays [rad]."""
+        self._kernel: PathKernel | None = None
+        self._latest: ArmPath | None = None
+        """Path that the kernel followed last: a check asks for its links and singularity."""
+
+    def compile(self) -> None:
+        """Solve paths by compiled code from now on, where it exists and knows such an arm."""
+        kernel = compiled() if self.joint_count <= MOST_JOINTS else None
+        if kernel is not None:
+            self._kernel = PathKernel(
+                kernel,
+                self._chain.joints,
+                (
+                    self._chain.flange,
+                    self._T_base_world,
+                    self._T_grip_flange,
+                    self._T_world_base,
+                ),
+                (self._sphere_columns, self._sphere_centres),
+                (NEWTON_DAMPING, NEWTON_STEP_LIMIT, POSE_TOLERANCE, NEWTON_ITERATIONS),
+            )
 
     @property
     def model(self) -> pinocchio.Model:
@@ -183,6 +204,8 @@ class UrdfKinematics:
 
         Damped Newton steps of bounded size on the logarithm of the pose error in SE(3).
         """
+        if self._kernel is not None:
+            return self._kernel.solve(np.concatenate([grip.position, grip.orientation]), near)
         goal = self._se3_base_world * _to_se3(grip) * self._se3_grip_flange
         joints = np.array(near, dtype=float)
         damping = self._damping
@@ -206,6 +229,30 @@ class UrdfKinematics:
                     posture = None
             joints = joints + step * min(1.0, NEWTON_STEP_LIMIT / max(_largest(step), 1e-12))
         return None
+
+    def follow(
+        self,
+        positions: Float64[np.ndarray, "m 3"],
+        orientations: Float64[np.ndarray, "m 4"],
+        near: Joints,
+    ) -> Float64[np.ndarray, "m+1 j"] | None:
+        """Return the joints along a path of the grip, each solved from those before.
+
+        Args:
+            positions: Positions of the grip [m].
+            orientations: Its orientations, wxyz.
+            near: Joints at the beginning, which the path begins with [rad].
+        """
+        if self._kernel is not None:
+            self._latest = self._kernel.follow(np.hstack([positions, orientations]), near)
+            return None if self._latest is None else self._latest.joints
+        rows = [near]
+        for pose in map(Pose, positions, orientations):
+            found = self.solve(pose, rows[-1])
+            if found is None:
+                return None
+            rows.append(found)
+        return np.array(rows)
 
     def solve_anywhere(self, grip: Pose) -> Joints | None:
         """Return the joints for a grip pose on the branch farthest from singularities, or None.
@@ -242,6 +289,8 @@ class UrdfKinematics:
         self, path: Float64[np.ndarray, "m j"]
     ) -> Float64[np.ndarray, "m"]:
         """Return the smallest singular value of the Jacobian along a path of the joints [m/rad]."""
+        if self._latest is not None and path is self._latest.joints:
+            return self._latest.singular_values
         return np.linalg.svd(self._chain.jacobians(path), compute_uv=False)[:, -1]
 
     def link_spheres(
@@ -255,6 +304,8 @@ class UrdfKinematics:
         Returns:
             Centres in the world, and radii [m].
         """
+        if self._latest is not None and path is self._latest.joints:
+            return self._latest.centres, self._sphere_radii
         of_sphere = self._chain.placements(path)[:, self._sphere_columns, :3]
         centres = np.einsum("mkij,kj->mki", of_sphere[..., :3], self._sphere_centres)
         return self._T_world_base.apply(centres + of_sphere[..., 3]), self._sphere_radii

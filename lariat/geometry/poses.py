@@ -46,6 +46,25 @@ def _product(a: np.ndarray, b: np.ndarray, table: np.ndarray) -> np.ndarray:
     return pairs.reshape(*pairs.shape[:-2], len(table)) @ table
 
 
+def _cross(
+    ax: float, ay: float, az: float, bx: float, by: float, bz: float
+) -> tuple[float, float, float]:
+    """Return the cross product of two vectors; without NumPy it takes a fifth of the time."""
+    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+
+
+def _hamilton(
+    aw: float, ax: float, ay: float, az: float, bw: float, bx: float, by: float, bz: float
+) -> tuple[float, float, float, float]:
+    """Return the Hamilton product of two quaternions."""
+    return (
+        aw * bw - ax * bx - ay * by - az * bz,
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+    )
+
+
 def normalized(q: Float64[np.ndarray, "*b k"]) -> Float64[np.ndarray, "*b k"]:
     """Return vectors or quaternions scaled to unit norm."""
     # `numpy.linalg.norm` has the same bits and takes twice as long for few rows.
@@ -56,6 +75,8 @@ def cross(
     a: Float64[np.ndarray, "*b 3"], b: Float64[np.ndarray, "*b 3"]
 ) -> Float64[np.ndarray, "*b 3"]:
     """Return a x b; for few rows several times as fast as `numpy.cross`."""
+    if a.ndim == b.ndim == 1:
+        return np.array(_cross(*a.tolist(), *b.tolist()))
     if a.size <= 3 * SMALL_BATCH and b.size <= 3 * SMALL_BATCH:
         return _product(a, b, _CROSS_TABLE)
     return a[..., [1, 2, 0]] * b[..., [2, 0, 1]] - a[..., [2, 0, 1]] * b[..., [1, 2, 0]]
@@ -66,19 +87,12 @@ def multiply(
 ) -> Float64[np.ndarray, "*b 4"]:
     """Return the Hamilton product a b: rotation b followed by rotation a."""
     a, b = np.asarray(a), np.asarray(b)
+    if a.ndim == b.ndim == 1:
+        return np.array(_hamilton(*a.tolist(), *b.tolist()))
     if a.size <= 4 * SMALL_BATCH and b.size <= 4 * SMALL_BATCH:
         return _product(a, b, _HAMILTON_TABLE)
-    aw, ax, ay, az = (a[..., k] for k in range(4))
-    bw, bx, by, bz = (b[..., k] for k in range(4))
-    return np.stack(
-        [
-            aw * bw - ax * bx - ay * by - az * bz,
-            aw * bx + ax * bw + ay * bz - az * by,
-            aw * by - ax * bz + ay * bw + az * bx,
-            aw * bz + ax * by - ay * bx + az * bw,
-        ],
-        axis=-1,
-    )
+    left, right = ([q[..., k] for k in range(4)] for q in (a, b))
+    return np.stack(_hamilton(*left, *right), axis=-1)
 
 
 def conjugate(q: Float64[np.ndarray, "*b 4"]) -> Float64[np.ndarray, "*b 4"]:
@@ -91,6 +105,17 @@ def rotate(
 ) -> Float64[np.ndarray, "*b 3"]:
     """Return R(q) v, for a unit quaternion q."""
     q, v = np.asarray(q), np.asarray(v)
+    if q.ndim == v.ndim == 1:
+        (w, *axis), (x, y, z) = q.tolist(), v.tolist()
+        once = _cross(*axis, x, y, z)
+        along, across, up = _cross(*axis, *once)
+        return np.array(
+            [
+                x + 2.0 * (w * once[0] + along),
+                y + 2.0 * (w * once[1] + across),
+                z + 2.0 * (w * once[2] + up),
+            ]
+        )
     axis = q[..., 1:]
     t = 2.0 * cross(axis, v)
     return v + q[..., :1] * t + cross(axis, t)

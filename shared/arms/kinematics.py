@@ -71,6 +71,7 @@ class UrdfKinematics:
         self._chain = SerialChain(self._model, self._frame)
         self._T_world_base, self._T_flange_grip = T_world_base, T_flange_grip
         self._T_base_world, self._T_grip_flange = T_world_base.inverse(), T_flange_grip.inverse()
+        self._R_base_world = poses.matrix(self._T_base_world.orientation)
         self._se3_base_world = _to_se3(self._T_base_world)
         self._se3_grip_flange = _to_se3(self._T_grip_flange)
         low = np.array(self._model.lowerPositionLimit) + limit_margin
@@ -148,15 +149,14 @@ class UrdfKinematics:
         self, velocity: Float64[np.ndarray, "2 3"], flange: Pose
     ) -> Float64[np.ndarray, "2 3"]:
         """Return the twist of the grip in the world for one of the flange in the base."""
-        linear, angular = poses.rotate(self._T_world_base.orientation, velocity)
-        lever = poses.rotate(
-            (self._T_world_base @ flange).orientation, self._T_flange_grip.position
-        )
-        return np.stack([linear + poses.cross(angular, lever), angular])
+        lever = poses.rotate(flange.orientation, self._T_flange_grip.position)
+        angular = velocity[1]
+        twist = np.array([velocity[0] + poses.cross(angular, lever), angular])
+        return twist @ self._R_base_world
 
     def joint_speed(self, joints: Joints, velocity: Float64[np.ndarray, "2 3"]) -> Joints:
         """Return the joint speeds for a twist of the grip in the world [rad/s]."""
-        linear, angular = poses.rotate(self._T_base_world.orientation, velocity)
+        linear, angular = velocity @ self._R_base_world.T
         jacobian = self.jacobian(joints)
         lever = self._data.oMf[self._frame].rotation @ self._T_flange_grip.position
         twist = np.concatenate([linear - poses.cross(angular, lever), angular])

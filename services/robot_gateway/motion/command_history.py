@@ -20,16 +20,20 @@ class CommandHistory:
 
     def __init__(self) -> None:
         self._rows: deque[tuple[int, MotionState]] = deque()
+        self._latest: tuple[np.ndarray, np.ndarray] | None = None
+        """Positions and orientations of all rows, laid side by side when they are asked for."""
 
     def add(self, now: int, state: MotionState) -> None:
         """Add the command at a time [ns]."""
         self._rows.append((now, state))
+        self._latest = None
         while (now - self._rows[0][0]) * NANOSECONDS > MAX_LAG:
             self._rows.popleft()
 
     def clear(self) -> None:
         """Forget every command."""
         self._rows.clear()
+        self._latest = None
 
     def error(self, driven: int, pose: Pose) -> tuple[float, float]:
         """Return distance and angle of a grip from the nearest recent command [m, rad].
@@ -40,10 +44,16 @@ class CommandHistory:
         """
         if not self._rows:
             return 0.0, 0.0
-        positions = np.array([state.positions[driven] for _, state in self._rows])
-        orientations = np.array([state.orientations[driven] for _, state in self._rows])
-        distances = np.linalg.norm(positions - pose.position, axis=1)
+        if self._latest is None:
+            states = [state for _, state in self._rows]
+            self._latest = (
+                np.array([state.positions for state in states]),
+                np.array([state.orientations for state in states]),
+            )
+        gaps = self._latest[0][:, driven] - pose.position
+        distances = np.sqrt(np.einsum("ij,ij->i", gaps, gaps))
         # q and -q are the same rotation.
-        angles = 2.0 * np.arccos(np.minimum(np.abs(orientations @ pose.orientation), 1.0))
+        cosines = np.abs(self._latest[1][:, driven] @ pose.orientation)
+        angles = 2.0 * np.arccos(np.minimum(cosines, 1.0))
         nearest = int(np.argmin(distances + LEVER_ARM * angles))
         return float(distances[nearest]), float(angles[nearest])

@@ -176,8 +176,11 @@ class PathCheck:
         if found or len(self._positions) != 2 or len(measured) < len(self.joint_constraints):
             return found
         left, right = self._bodies(*path)
-        keep_out = self.constraints.collision.keep_out
-        return _worse({"spacing": body_spacing_slack(left, right, keep_out)}, MEASURED_TOLERANCE)
+        collision = self.constraints.collision
+        keep_out, kernels = collision.keep_out, collision.kernels
+        return _worse(
+            {"spacing": body_spacing_slack(left, right, keep_out, kernels)}, MEASURED_TOLERANCE
+        )
 
     def _broken_by_grippers(
         self,
@@ -226,7 +229,8 @@ class PathCheck:
         turns = np.concatenate([present.orientations[None], orientations[solved]])
         left, right = self._bodies(*self._all_ends(rows, turns))
         return first_broken(
-            {"spacing": body_spacing_slack(left, right, collision.keep_out)}, margin
+            {"spacing": body_spacing_slack(left, right, collision.keep_out, collision.kernels)},
+            margin,
         )
 
     def _bodies(

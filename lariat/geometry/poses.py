@@ -6,6 +6,7 @@ angular velocities are in the world frame.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -214,6 +215,13 @@ class Pose:
         """Return T_b_a of T_a_b."""
         back = conjugate(self.orientation)
         return Pose(-rotate(back, self.position), back)
+
+
+def pose_difference(a: Pose, b: Pose) -> tuple[float, float]:
+    """Return distance and angle between two poses [m, rad]."""
+    distance = math.dist(a.position.tolist(), b.position.tolist())
+    w, x, y, z = _hamilton(*b.orientation.tolist(), *conjugate(a.orientation).tolist())
+    return distance, 2.0 * math.atan2(math.hypot(x, y, z), abs(w))
 
 
 def interpolate(a: Pose, b: Pose, t: float) -> Pose:

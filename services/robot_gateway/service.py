@@ -214,7 +214,7 @@ def build(
     driven = [k for k, driver in enumerate(drivers) if driver.moves]
     joints = [drivers[k].joint_constraints for k in driven]
     follower = SetpointFollower(limits, boundaries, starts, driven, joints)
-    follower.constraints.compile()
+    follower.compile()
     follower.constraints.replace_obstacles(scenario.bodies)
     ends = [scenario.end(side) for side in SIDES]
     real = any(end.address for end in ends)

@@ -7,17 +7,16 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float64
 
-from lariat.geometry import poses
 from lariat.geometry.obstacles import Obstacle
 from lariat.geometry.poses import Pose
-from lariat.trajectory import MotionState, Stop
+from lariat.trajectory import MotionState
 from shared.constraints.joints import (
     JointConstraints,
     solved_poses_of_chunk,
     solved_poses_of_stop,
 )
 from shared.constraints.motion_constraints import CellBoundaries, MotionConstraints
-from shared.constraints.path_densification import densified, stop_times
+from shared.constraints.path_densification import densified
 from shared.constraints.rule import Rule
 from shared.constraints.slacks import Slacks, first_broken
 from shared.constraints.spacing import body_spacing_slack
@@ -118,28 +117,31 @@ class PathCheck:
         if not self.driven:
             return None
         solved = solved_poses_of_chunk(positions)
-        margin = CHUNK_BOUNDARY_MARGIN
-        return self._broken_by_arms(state, positions, orientations, solved, margin, dt)
+        path = (
+            np.concatenate([state.positions[None], positions]),
+            np.concatenate([state.orientations[None], orientations]),
+        )
+        return self._broken_by_arms(*path, solved, CHUNK_BOUNDARY_MARGIN, dt)
 
-    def broken_by_stop(self, state: MotionState, stop: Stop, present: MotionState) -> Rule | None:
+    def broken_by_stop(
+        self, state: MotionState, path: Float64[np.ndarray, "m driven 7"]
+    ) -> Rule | None:
         """Return the rule that a state or the stop after it breaks.
 
         Args:
             state: State from which the stop begins.
-            stop: The stop.
-            present: Present command; what it breaks already may only get better.
+            path: Positions and orientations of the driven grips: the present ones, which may only
+                get better where they break a rule, then those along the stop.
         """
         for k, joints in self.joint_constraints:
             grip = Pose(state.positions[k], state.orientations[k])
             if joints.too_fast(grip, state.twists[k]):
                 return "joint_speed"
-        moved = stop.at(stop_times(stop))[0]
-        positions = state.positions + moved[:, :, 0]
-        turned = poses.multiply(poses.exponential(moved[:, :, 1]), state.orientations[None])
-        found = self._broken_by_grippers(present, positions, turned)
+        positions, orientations = path[..., :3], path[..., 3:]
+        found = first_broken(self.constraints.slacks(*self._all_ends(positions, orientations)))
         if not found and self.driven:
-            solved = solved_poses_of_stop(positions)
-            found = self._broken_by_arms(present, positions, turned, solved)
+            solved = solved_poses_of_stop(positions[1:])
+            found = self._broken_by_arms(positions, orientations, solved)
         return found[0] if found else None
 
     def broken_by_arms(
@@ -204,7 +206,6 @@ class PathCheck:
 
     def _broken_by_arms(
         self,
-        present: MotionState,
         positions: Positions,
         orientations: Orientations,
         solved: list[int],
@@ -214,20 +215,21 @@ class PathCheck:
         """Return the rule that the joints and bodies of the arms break along a path.
 
         Args:
-            solved: Indices of the poses that are checked.
+            positions: Positions of the driven grips, the present ones first [m].
+            orientations: Their orientations, wxyz.
+            solved: Indices of the poses that are checked, counted after the present one.
             dt: Time between two poses [s]; None where they are not evenly spaced in time.
         """
         collision = self.constraints.collision
         for k, joints in self.joint_constraints:
-            path = positions[:, k], orientations[:, k]
+            path = positions[1:, k], orientations[1:, k]
             found = joints.broken(*path, solved, collision, margin, dt)
             if found:
                 return found
         if len(self._positions) != 2:
             return None
-        rows = np.concatenate([present.positions[None], positions[solved]])
-        turns = np.concatenate([present.orientations[None], orientations[solved]])
-        left, right = self._bodies(*self._all_ends(rows, turns))
+        rows = [0, *(1 + k for k in solved)]
+        left, right = self._bodies(*self._all_ends(positions[rows], orientations[rows]))
         return first_broken(
             {"spacing": body_spacing_slack(left, right, collision.keep_out, collision.kernels)},
             margin,

@@ -67,6 +67,9 @@ class MotionConstraints:
             [np.repeat(np.arange(len(counts)), counts).astype(np.float64), self._centres]
         )
         """Index of each sphere's grip among the driven ones, and its centre there [m]."""
+        self.centres: Float64[np.ndarray, "m k 3"] | None = None
+        """Centres of the spheres along the path whose slacks were asked for last [m]; None where
+        they are not compiled."""
         self._corners = np.array(boundaries.workspace, dtype=np.float64)
 
     @property
@@ -114,6 +117,7 @@ class MotionConstraints:
         """Return the slacks of grips and grippers by one call of compiled code [m]."""
         driven = np.concatenate([positions, orientations], axis=2)[:, self.driven]
         found = np.full((len(driven), 3), np.nan)
+        self.centres = np.full((len(driven), len(self._radii), 3), np.nan)
         if finite(driven):
             kernels.gripper_slacks(
                 driven.reshape(-1, 7),
@@ -121,7 +125,7 @@ class MotionConstraints:
                 self._radii,
                 self._corners,
                 self.collision.scene.table,
-                np.empty((len(driven) * len(self._radii), 3)),
+                self.centres.reshape(-1, 3),
                 found,
                 len(self.driven),
                 self.boundaries.keep_out,
@@ -167,6 +171,19 @@ class MotionConstraints:
         end: int,
         positions: Float64[np.ndarray, "m 3"],
         orientations: Float64[np.ndarray, "m 4"],
+        centres: Float64[np.ndarray, "m k 3"] | None = None,
     ) -> Spheres:
-        """Return the spheres that cover the gripper of one end at m poses."""
+        """Return the spheres that cover the gripper of one end at m poses.
+
+        Args:
+            end: Index of the end.
+            positions: Positions of its grip [m].
+            orientations: Its orientations, wxyz.
+            centres: Centres of all driven grippers at these poses, where they are known [m].
+        """
+        if centres is not None and end in self.driven:
+            first = int(np.searchsorted(self._ends, end))
+            size = len(self._spheres[end][0])
+            columns = slice(first, first + size)
+            return Spheres(centres[:, columns], self._radii[columns])
         return Spheres.of_gripper(self._spheres[end], positions, orientations)

@@ -141,7 +141,8 @@ class PathCheck:
         found = first_broken(self.constraints.slacks(*self._all_ends(positions, orientations)))
         if not found and self.driven:
             solved = solved_poses_of_stop(positions[1:])
-            found = self._broken_by_arms(positions, orientations, solved)
+            centres = self.constraints.centres
+            found = self._broken_by_arms(positions, orientations, solved, centres=centres)
         return found[0] if found else None
 
     def broken_by_arms(
@@ -211,6 +212,7 @@ class PathCheck:
         solved: list[int],
         margin: float = 0.0,
         dt: float | None = None,
+        centres: Float64[np.ndarray, "m k 3"] | None = None,
     ) -> tuple[Rule, float] | None:
         """Return the rule that the joints and bodies of the arms break along a path.
 
@@ -219,6 +221,7 @@ class PathCheck:
             orientations: Their orientations, wxyz.
             solved: Indices of the poses that are checked, counted after the present one.
             dt: Time between two poses [s]; None where they are not evenly spaced in time.
+            centres: Centres of the driven grippers' spheres along the path, if known [m].
         """
         collision = self.constraints.collision
         for k, joints in self.joint_constraints:
@@ -229,7 +232,8 @@ class PathCheck:
         if len(self._positions) != 2:
             return None
         rows = [0, *(1 + k for k in solved)]
-        left, right = self._bodies(*self._all_ends(positions[rows], orientations[rows]))
+        known = None if centres is None else centres[rows]
+        left, right = self._bodies(*self._all_ends(positions[rows], orientations[rows]), known)
         return first_broken(
             {"spacing": body_spacing_slack(left, right, collision.keep_out, collision.kernels)},
             margin,
@@ -239,12 +243,14 @@ class PathCheck:
         self,
         positions: Float64[np.ndarray, "m ends 3"],
         orientations: Float64[np.ndarray, "m ends 4"],
+        centres: Float64[np.ndarray, "m k 3"] | None = None,
     ) -> list[Spheres]:
         """Return the bodies of each end along the path whose joints have just been checked."""
         arms = {self.driven[k]: joints for k, joints in self.joint_constraints}
         rows = []
         for end in range(positions.shape[1]):
-            gripper = self.constraints.gripper_spheres(end, positions[:, end], orientations[:, end])
+            pose = positions[:, end], orientations[:, end]
+            gripper = self.constraints.gripper_spheres(end, *pose, centres)
             arm = [arms[end].spheres()] if end in arms else []
             rows.append(Spheres.joined([gripper, *arm]))
         return rows

@@ -133,20 +133,19 @@ def from_matrix(R: Float64[np.ndarray, "3 3"]) -> Float64[np.ndarray, "4"]:
 
     Shepperd, "Quaternion from rotation matrix", J. Guidance and Control 1 (1978).
     """
-    diagonal = np.array([np.trace(R), R[0, 0], R[1, 1], R[2, 2]])
-    q = np.empty(4)
-    k = int(np.argmax(diagonal))
-    if k == 0:
-        q[0] = 1.0 + diagonal[0]
-        q[1:] = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
+    (a, b, c), (d, e, f), (g, h, i) = R.tolist()
+    largest = max(a + e + i, a, e, i)
+    # A list: for four numbers, NumPy takes several times as long.
+    if largest == a + e + i:
+        q = [1.0 + largest, h - f, c - g, d - b]
+    elif largest == a:
+        q = [h - f, 1.0 + a - e - i, b + d, c + g]
+    elif largest == e:
+        q = [c - g, d + b, 1.0 + e - i - a, f + h]
     else:
-        i, j, m = k - 1, k % 3, (k + 1) % 3
-        q[1 + i] = 1.0 + R[i, i] - R[j, j] - R[m, m]
-        q[1 + j] = R[i, j] + R[j, i]
-        q[1 + m] = R[i, m] + R[m, i]
-        q[0] = R[m, j] - R[j, m]
-    q = normalized(q)
-    return q if q[0] >= 0.0 else -q
+        q = [d - b, g + c, h + f, 1.0 + i - a - e]
+    norm = math.copysign(math.hypot(*q), q[0] or 1.0)
+    return np.array([value / norm for value in q])
 
 
 def exponential(rotation_vector: Float64[np.ndarray, "*b 3"]) -> Float64[np.ndarray, "*b 4"]:

@@ -29,11 +29,13 @@ class _Array:
         self.structure = type("ArrayArgument", (ctypes.Structure,), fields)
 
     def pack(self, value: np.ndarray[Any, Any]) -> ctypes.Structure:
-        """Return an array's lengths and address.
+        """Return an array's lengths and address; an array that is packed stays as it is.
 
         Raises:
             TypeError: It is another array than the kernel takes.
         """
+        if type(value) is self.structure:
+            return value
         if value.dtype != self.dtype or value.ndim != self.ndim or not value.flags.c_contiguous:
             raise TypeError(
                 f"expected a contiguous array of {self.dtype} with {self.ndim} dimensions, got "
@@ -74,11 +76,22 @@ class CompiledKernel:
         function.restype = None
         function.argtypes = (ctypes.POINTER(self._context),)
 
-    def __call__(self, *arguments: np.ndarray[Any, Any] | float) -> None:
+    def packed(self, place: int, value: np.ndarray[Any, Any]) -> Any:
+        """Return an array as the argument at a place, for many calls; its memory must stay.
+
+        Raises:
+            TypeError: It is another array than the kernel takes.
+        """
+        argument = self._packs[place](value)
+        # An argument holds an address: the array lives as long.
+        argument.array = value
+        return argument
+
+    def __call__(self, *arguments: Any) -> None:
         """Run the kernel.
 
         Args:
-            arguments: The kernel's arguments.
+            arguments: The kernel's arguments: numbers, and arrays or what `packed` made of them.
 
         Raises:
             TypeError: An argument is another one than the kernel takes.

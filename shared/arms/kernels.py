@@ -15,7 +15,8 @@ PLACEMENTS = 0
 JACOBIAN = 144
 """Offset of the Jacobian's columns: six numbers a joint."""
 NORMAL = 216
-"""Offset of the normal equations, and of their right side behind them."""
+"""Offset of the normal equations, and of their right side behind them; or of the rotations by
+which the Jacobian's columns have become orthogonal."""
 
 
 @ti.func
@@ -140,11 +141,14 @@ def newton_step(joints: ti.i32, error, damping: ti.f64, scratch: ti.template()):
 
 
 @ti.func
-def smallest_singular_value(joints: ti.i32, scratch: ti.template()):
-    """Return the smallest singular value of the Jacobian, whose columns become orthogonal.
+def orthogonalize(joints: ti.i32, scratch: ti.template(), keeps: ti.template()):
+    """Make the Jacobian's columns orthogonal, so that their norms are its singular values.
 
-    One-sided Jacobi rotations (Hestenes, 1958).
+    One-sided Jacobi rotations (Hestenes, 1958), whose product is kept on demand.
     """
+    if ti.static(keeps):
+        for k in range(joints * joints):
+            scratch[NORMAL + k] = 1.0 if k // joints == k % joints else 0.0
     rotated = 1
     sweep = 0
     while rotated == 1 and sweep < 40:
@@ -169,12 +173,28 @@ def smallest_singular_value(joints: ti.i32, scratch: ti.template()):
                         x, y = scratch[p + i], scratch[q + i]
                         scratch[p + i] = cosine * x - sine * y
                         scratch[q + i] = sine * x + cosine * y
+                    if ti.static(keeps):
+                        for k in range(joints):
+                            x = scratch[NORMAL + joints * a + k]
+                            y = scratch[NORMAL + joints * b + k]
+                            scratch[NORMAL + joints * a + k] = cosine * x - sine * y
+                            scratch[NORMAL + joints * b + k] = sine * x + cosine * y
+
+
+@ti.func
+def column_square(k: ti.i32, scratch: ti.template()):
+    square = 0.0
+    for i in ti.static(range(6)):
+        square += scratch[JACOBIAN + 6 * k + i] * scratch[JACOBIAN + 6 * k + i]
+    return square
+
+
+@ti.func
+def smallest_singular_value(joints: ti.i32, scratch: ti.template()):
+    orthogonalize(joints, scratch, False)
     least = 1e300
     for a in range(joints):
-        square = 0.0
-        for i in ti.static(range(6)):
-            square += scratch[JACOBIAN + 6 * a + i] * scratch[JACOBIAN + 6 * a + i]
-        least = ti.min(least, square)
+        least = ti.min(least, column_square(a, scratch))
     return ti.sqrt(least)
 
 
@@ -265,3 +285,51 @@ def follow_path(
                 write_jacobian(chain, joints, one, flange_origin(chain, joints, scratch), scratch)
                 singular_values[m] = smallest_singular_value(joints, scratch)
         scratch[0] = ti.cast(solved, ti.f64)
+
+
+@ti.kernel
+def joint_speeds(
+    chain: rows_f64,
+    path: rows_f64,
+    velocity: rows_f64,
+    speeds: vector_f64,
+    scratch: vector_f64,
+    cutoff: ti.f64,
+):
+    """Write the joint speeds of least norm for a twist of the grip.
+
+    Args:
+        chain: The arm, rows as above.
+        path: Joints, in one row.
+        velocity: Linear and angular velocity of the grip in the world, in a row each.
+        speeds: Receives the speeds of up to six joints [rad/s].
+        scratch: Memory.
+        cutoff: Share of the largest singular value below which one counts as zero [-].
+    """
+    ti.loop_config(serialize=True)
+    for _ in range(1):
+        joints = path.shape[1]
+        place(chain, path, 0, scratch)
+        base = rotation_of(chain, joints + 1)
+        flange = placed_rotation(scratch, joints - 1) @ rotation_of(chain, joints)
+        # Of the grip's pose in the flange, the inverse stands in the chain.
+        back = rotation_of(chain, joints + 2)
+        lever = -(flange @ (back.transpose() @ vector_of(chain, joints + 2, 9)))
+        angular = base @ vector_of(velocity, 1, 0)
+        linear = base @ vector_of(velocity, 0, 0) - angular.cross(lever)
+        one = ti.Matrix([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], dt=ti.f64)
+        write_jacobian(chain, joints, one, flange_origin(chain, joints, scratch), scratch)
+        orthogonalize(joints, scratch, True)
+        largest = 0.0
+        for k in range(joints):
+            speeds[k] = 0.0
+            largest = ti.max(largest, column_square(k, scratch))
+        for a in range(joints):
+            square = column_square(a, scratch)
+            if square > cutoff * cutoff * largest:
+                share = 0.0
+                for i in ti.static(range(3)):
+                    share += scratch[JACOBIAN + 6 * a + i] * linear[i]
+                    share += scratch[JACOBIAN + 6 * a + 3 + i] * angular[i]
+                for k in range(joints):
+                    speeds[k] += scratch[NORMAL + joints * a + k] * share / square

@@ -16,7 +16,7 @@ from jaxtyping import Float64
 
 from lariat.geometry import poses
 from lariat.geometry.poses import Pose
-from shared.arms.path_kernel import MOST_JOINTS, ArmPath, PathKernel, compiled
+from shared.arms.path_kernel import MOST_JOINTS, SPEED_CUTOFF, ArmPath, PathKernel, compiled
 from shared.arms.serial_chain import SerialChain
 from shared.arms.sphere_cover import Cover, sphere_cover
 
@@ -103,10 +103,10 @@ class UrdfKinematics:
 
     def compile(self) -> None:
         """Solve paths by compiled code from now on, where it exists and knows such an arm."""
-        kernel = compiled() if self.joint_count <= MOST_JOINTS else None
-        if kernel is not None:
+        kernels = compiled() if self.joint_count <= MOST_JOINTS else None
+        if kernels is not None:
             self._kernel = PathKernel(
-                kernel,
+                kernels,
                 self._chain.joints,
                 (
                     self._chain.flange,
@@ -156,11 +156,13 @@ class UrdfKinematics:
 
     def joint_speed(self, joints: Joints, velocity: Float64[np.ndarray, "2 3"]) -> Joints:
         """Return the joint speeds for a twist of the grip in the world [rad/s]."""
+        if self._kernel is not None:
+            return self._kernel.joint_speed(joints, velocity)
         linear, angular = velocity @ self._R_base_world.T
         jacobian = self.jacobian(joints)
         lever = self._data.oMf[self._frame].rotation @ self._T_flange_grip.position
         twist = np.concatenate([linear - poses.cross(angular, lever), angular])
-        return np.linalg.lstsq(jacobian, twist, rcond=1e-6)[0]
+        return np.linalg.lstsq(jacobian, twist, rcond=SPEED_CUTOFF)[0]
 
     def jacobian(self, joints: Joints) -> Float64[np.ndarray, "6 j"]:
         """Return the Jacobian of the flange twist in the base, linear over angular [m/rad, -]."""

@@ -17,14 +17,21 @@ from lariat.machine_code.call import CompiledKernel
 from lariat.machine_code.kernel_source import KernelSource
 from shared.arms.kernel_trials import SCRATCH_SIZE
 
-SOURCE = KernelSource(
-    "arm-path",
-    "shared.arms.kernels:follow_path",
-    ("shared.arms.kernels",),
-    "shared.arms.kernel_trials:trials",
-    Path(__file__).parents[2],
-)
-"""The kernel."""
+
+def _source(function: str) -> KernelSource:
+    return KernelSource(
+        function.replace("_", "-"),
+        f"shared.arms.kernels:{function}",
+        ("shared.arms.kernels",),
+        f"shared.arms.kernel_trials:{function}",
+        Path(__file__).parents[2],
+    )
+
+
+SOURCES = (_source("follow_path"), _source("joint_speeds"))
+"""Kernels of a path of the grip, and of the joint speeds for a twist of it."""
+SPEED_CUTOFF = 1e-6
+"""Share of the largest singular value below which one counts as zero [-]."""
 MOST_JOINTS = 6
 """Number of joints that the kernel solves at most: it knows no posture."""
 
@@ -45,7 +52,7 @@ class PathKernel:
 
     def __init__(
         self,
-        kernel: CompiledKernel,
+        kernels: tuple[CompiledKernel, CompiledKernel],
         joints: tuple[np.ndarray, np.ndarray],
         poses_of_frames: Sequence[Pose],
         spheres: tuple[Int64[np.ndarray, "k"], Float64[np.ndarray, "k 3"]],
@@ -54,7 +61,7 @@ class PathKernel:
         """Lay out the constants.
 
         Args:
-            kernel: The kernel.
+            kernels: The kernels of `SOURCES`.
             joints: Placement of each joint in the one before it, and its axis.
             poses_of_frames: Flange in last joint, world in base, flange in grip, base in world.
             spheres: Joint of each sphere that covers a link, and its centre there [m].
@@ -62,16 +69,22 @@ class PathKernel:
         """
         placements, axes = joints
         count = len(axes)
-        self._chain = np.zeros((count + len(poses_of_frames), 15))
-        self._chain[:count, :9] = placements[:, :3, :3].reshape(count, 9)
-        self._chain[:count, 9:12], self._chain[:count, 12:] = placements[:, :3, 3], axes
-        for row, pose in zip(self._chain[count:], poses_of_frames, strict=True):
+        chain = np.zeros((count + len(poses_of_frames), 15))
+        chain[:count, :9] = placements[:, :3, :3].reshape(count, 9)
+        chain[:count, 9:12], chain[:count, 12:] = placements[:, :3, 3], axes
+        for row, pose in zip(chain[count:], poses_of_frames, strict=True):
             row[:9], row[9:12] = poses.matrix(pose.orientation).ravel(), pose.position
-        self._spheres = np.column_stack([*spheres]).astype(np.float64)
         self._scratch = np.zeros(SCRATCH_SIZE)
-        self._newton = newton
-        self._kernel = kernel
+        self._follow, self._speeds = kernels
+        self._sphere_count = len(spheres[0])
+        self._chain, self._spheres = (
+            self._follow.packed(0, chain),
+            self._follow.packed(3, np.column_stack([*spheres]).astype(np.float64)),
+        )
+        self._rest = self._follow.packed(6, self._scratch), *newton
         self._none = np.zeros((0, 3)), np.zeros(0)
+        self._speeds_chain = self._speeds.packed(0, chain)
+        self._speeds_rest = self._speeds.packed(4, self._scratch), SPEED_CUTOFF
 
     def follow(
         self, grips: Float64[np.ndarray, "m 7"], near: Float64[np.ndarray, "j"]
@@ -84,7 +97,7 @@ class PathKernel:
         """
         path = np.empty((len(grips) + 1, len(near)))
         path[0] = near
-        centres = np.empty((len(path), len(self._spheres), 3))
+        centres = np.empty((len(path), self._sphere_count, 3))
         values = np.empty(len(path))
         self._run(grips, path, centres.reshape(-1, 3), values)
         # The compiler takes all numbers for finite: what is not must not pass as solved.
@@ -102,12 +115,21 @@ class PathKernel:
         solved = self._scratch[0] == 1.0 and np.isfinite(path[1]).all()
         return path[1] if solved else None
 
+    def joint_speed(
+        self, joints: Float64[np.ndarray, "j"], velocity: Float64[np.ndarray, "2 3"]
+    ) -> Float64[np.ndarray, "j"]:
+        """Return the joint speeds of least norm for a twist of the grip in the world [rad/s]."""
+        speeds, twist = np.empty(len(joints)), np.ascontiguousarray(velocity)
+        self._speeds(self._speeds_chain, joints[None], twist, speeds, *self._speeds_rest)
+        return speeds
+
     def _run(self, grips: np.ndarray, path: np.ndarray, *results: np.ndarray) -> None:
-        self._kernel(
-            self._chain, grips, path, self._spheres, *results, self._scratch, *self._newton
-        )
+        self._follow(self._chain, grips, path, self._spheres, *results, *self._rest)
 
 
-def compiled() -> CompiledKernel | None:
-    """Return the kernel; None where there is no compiler and none has been compiled."""
-    return library.compiled_kernel(SOURCE) if find_spec("taichi") else None
+def compiled() -> tuple[CompiledKernel, CompiledKernel] | None:
+    """Return the kernels; None where there is no compiler and none has been compiled."""
+    if not find_spec("taichi"):
+        return None
+    follow, speeds = map(library.compiled_kernel, SOURCES)
+    return (follow, speeds) if follow and speeds else None

@@ -184,5 +184,5 @@ def solved_poses_of_stop(positions: Float64[np.ndarray, "m ends 3"]) -> list[int
     """
     longest = float(np.max(np.linalg.norm(positions[-1] - positions[0], axis=-1)))
     count = 2 + int(longest / MAX_SOLVED_STRIDE)
-    # A set of Python's: `np.unique` imports masked arrays, in the middle of the first motion.
-    return sorted(set(np.linspace(0, len(positions) - 1, count).round().astype(int).tolist()))
+    step = (len(positions) - 1) / (count - 1)
+    return sorted({*(round(k * step) for k in range(count - 1)), len(positions) - 1})

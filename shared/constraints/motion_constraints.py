@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float64
@@ -70,7 +71,8 @@ class MotionConstraints:
         self.centres: Float64[np.ndarray, "m k 3"] | None = None
         """Centres of the spheres along the path whose slacks were asked for last [m]; None where
         they are not compiled."""
-        self._corners = np.array(boundaries.workspace, dtype=np.float64)
+        self._packed_spheres: tuple[Any, ...] = ()
+        """Spheres, their radii and the corners of the workspace, for compiled distances."""
 
     @property
     def obstacles(self) -> tuple[Obstacle, ...]:
@@ -85,7 +87,12 @@ class MotionConstraints:
 
     def compile(self) -> None:
         """Use compiled distances from now on, where they exist."""
-        self.collision.kernels = SphereKernels.compiled()
+        kernels = self.collision.kernels = SphereKernels.compiled()
+        if kernels is not None:
+            corners = np.array(self.boundaries.workspace, dtype=np.float64)
+            arrays = self._table, self._radii, corners
+            pack = kernels.gripper_slacks.packed
+            self._packed_spheres = tuple(pack(k, rows) for k, rows in enumerate(arrays, start=1))
 
     def slacks(
         self,
@@ -121,9 +128,7 @@ class MotionConstraints:
         if finite(driven):
             kernels.gripper_slacks(
                 driven.reshape(-1, 7),
-                self._table,
-                self._radii,
-                self._corners,
+                *self._packed_spheres,
                 self.collision.scene.table,
                 self.centres.reshape(-1, 3),
                 found,

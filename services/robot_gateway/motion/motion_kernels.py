@@ -72,19 +72,17 @@ class CompiledBlend(Blend):
         super().__init__(spline, origin, now, duration)
         count = len(spline.first)
         self._kernel = kernel
-        self._points = np.ascontiguousarray(spline.points).reshape(-1, 6)
-        self._first = np.ascontiguousarray(spline.first)
-        self._mismatch = np.concatenate(
-            [self.displacements, self.twists, self.accelerations], axis=1
-        ).reshape(count, 18)
+        mismatch = np.concatenate([self.displacements, self.twists, self.accelerations], axis=1)
+        arrays = spline.points.reshape(-1, 6), spline.first, mismatch.reshape(count, 18)
+        self._curve = tuple(
+            kernel.packed(k, np.ascontiguousarray(rows)) for k, rows in enumerate(arrays)
+        )
 
     def _state(self, now: int) -> MotionState:
         spline = self.spline
-        rows = np.empty((len(self._first), 19))
+        rows = np.empty((len(spline.first), 19))
         self._kernel(
-            self._points,
-            self._first,
-            self._mismatch,
+            *self._curve,
             rows,
             spline.count,
             spline.dt,
@@ -108,18 +106,18 @@ class CompiledTracker(ReferenceTracker):
         super().__init__(tracker.limits, tracker.settings)
         limits = self.limits
         self._kernel = kernel
-        self._limits = np.hstack(
-            [
-                limits.speed_bounds,
-                limits.acceleration_bounds,
-                limits.jerk_bounds,
-                self.acceleration,
-                self.position_gain,
-                self.velocity_gain,
-                self.too_fast_bounds,
-            ]
-        )
+        bounds = [
+            limits.speed_bounds,
+            limits.acceleration_bounds,
+            limits.jerk_bounds,
+            self.acceleration,
+            self.position_gain,
+            self.velocity_gain,
+            self.too_fast_bounds,
+        ]
         self._results = np.zeros(2)
+        self._packed_limits = kernel.packed(0, np.hstack(bounds))
+        self._packed_results = kernel.packed(8, self._results)
 
     def advance(
         self, state: MotionState, now: MotionState, then: MotionState, h: float
@@ -128,7 +126,7 @@ class CompiledTracker(ReferenceTracker):
         wanted, path = np.empty((count, 19)), np.empty(((MOST_STOP_POSES + 1) * count, 7))
         jerks, durations = np.empty((8 * count, 3)), np.empty((8 * count, 1))
         self._kernel(
-            self._limits,
+            self._packed_limits,
             _rows_of(state),
             _rows_of(now),
             _rows_of(then),
@@ -136,7 +134,7 @@ class CompiledTracker(ReferenceTracker):
             jerks,
             durations,
             path,
-            self._results,
+            self._packed_results,
             h,
             MAX_POSE_SPACING,
             GRIPPER_LEVER_ARM,

@@ -48,3 +48,13 @@ def least_distances() -> list[Trial]:
     """Return two sets of spheres that overlap at some poses."""
     distances = np.zeros(5)
     return [Trial((*_spheres(3, 5, 2), *_spheres(2, 5, 3), distances), (distances,))]
+
+
+def touched_lines() -> list[Trial]:
+    """Return lines beside every obstacle, and one that is touched."""
+    found = []
+    for shift in (1.0, 0.0):
+        ends = np.array([[0.0, -0.5, 0.2], [0.0, 0.5, 0.2]]) + shift * np.array([0.0, 0.0, 1.0])
+        touched = np.zeros(1)
+        found.append(Trial((ends, OBSTACLES, touched), (touched,)))
+    return found

@@ -199,3 +199,27 @@ def least_distances(
                     if within > 0.0 and square < within * within:
                         least = ti.sqrt(square) - reach
             distances[m] = least
+
+
+@ti.kernel
+def touched_lines(ends: rows_f64, obstacles: rows_f64, touched: vector_f64):
+    """Write whether the bounding sphere of any solid touches one of some straight lines.
+
+    Args:
+        ends: Both ends of one line after the other [m].
+        obstacles: Obstacles, columns as above.
+        touched: Receives one where a line is touched, else zero.
+    """
+    ti.loop_config(serialize=True)
+    for _ in range(1):
+        touched[0] = 0.0
+        for k in range(obstacles.shape[0]):
+            if ti.cast(obstacles[k, 0], ti.i32) != HALF_SPACE:
+                centre = ti.Vector([obstacles[k, 1], obstacles[k, 2], obstacles[k, 3]], dt=ti.f64)
+                for row in range(ends.shape[0] // 2):
+                    start = point(ends, 2 * row)
+                    line = point(ends, 2 * row + 1) - start
+                    share = (centre - start).dot(line) / ti.max(line.dot(line), 1e-12)
+                    nearest = start + ti.max(ti.min(share, 1.0), 0.0) * line
+                    if (centre - nearest).norm() < obstacles[k, 16]:
+                        touched[0] = 1.0

@@ -87,7 +87,8 @@ class MotionConstraints:
 
     def compile(self) -> None:
         """Use compiled distances from now on, where they exist."""
-        kernels = self.collision.kernels = SphereKernels.compiled()
+        kernels = SphereKernels.compiled()
+        self.collision.kernels = self.rope_length.kernels = kernels
         if kernels is not None:
             corners = np.array(self.boundaries.workspace, dtype=np.float64)
             arrays = self._table, self._radii, corners

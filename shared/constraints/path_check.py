@@ -59,6 +59,14 @@ class PathCheck:
         """Set the poses of all ends; those of the fixed ends stay."""
         self._positions = np.array([g.position for g in grips], dtype=float)
         self._orientations = np.array([g.orientation for g in grips], dtype=float)
+        self._fixed_grippers = {
+            end: self.constraints.gripper_spheres(
+                end, self._positions[None, end], self._orientations[None, end]
+            )
+            for end in range(len(grips))
+            if end not in self.driven
+        }
+        """Spheres that cover the grippers of the ends that do not move."""
 
     def track(self, state: MotionState) -> None:
         """Let the joints follow the commanded grips."""
@@ -250,7 +258,10 @@ class PathCheck:
         rows = []
         for end in range(positions.shape[1]):
             pose = positions[:, end], orientations[:, end]
-            gripper = self.constraints.gripper_spheres(end, *pose, centres)
+            if end in self._fixed_grippers:
+                gripper = self._fixed_grippers[end].repeated(len(positions))
+            else:
+                gripper = self.constraints.gripper_spheres(end, *pose, centres)
             arm = [arms[end].spheres()] if end in arms else []
             rows.append(Spheres.joined([gripper, *arm]))
         return rows

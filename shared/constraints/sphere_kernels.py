@@ -26,7 +26,8 @@ def _source(function: str) -> KernelSource:
 SPHERE_SLACKS = _source("sphere_slacks")
 GRIPPER_SLACKS = _source("gripper_slacks")
 LEAST_DISTANCES = _source("least_distances")
-SOURCES = (SPHERE_SLACKS, GRIPPER_SLACKS, LEAST_DISTANCES)
+TOUCHED_LINES = _source("touched_lines")
+SOURCES = (SPHERE_SLACKS, GRIPPER_SLACKS, LEAST_DISTANCES, TOUCHED_LINES)
 """All kernels of the constraints."""
 
 
@@ -40,6 +41,8 @@ class SphereKernels:
     """Slacks of grips and grippers."""
     least_distances: CompiledKernel
     """Distances between two sets of spheres."""
+    touched_lines: CompiledKernel
+    """Whether bounding spheres touch straight lines."""
 
     @classmethod
     def compiled(cls) -> SphereKernels | None:
